@@ -1,0 +1,329 @@
+//! The model as data: everything that an FMU needs to move one mechanism.
+//!
+//! A [`Program`] is written at export by the root package and only read here. It holds no scene, no graph and no
+//! symbol: names for messages, straight-line [`Tape`]s over one register file, and the tables that say which
+//! register is what.
+
+use serde::{Deserialize, Serialize};
+
+use crate::tape::Tape;
+
+/// One mechanism, ready to run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Program {
+    /// The scene's name.
+    pub name: String,
+    /// What the FMU must be instantiated with.
+    pub guid: String,
+    /// Default experiment.
+    pub experiment: Experiment,
+    /// FMU parameters, in the order of their registers.
+    pub parameters: Vec<Parameter>,
+    /// FMU inputs, in the order of their registers.
+    pub inputs: Vec<Input>,
+    /// Drivers that follow an input as a velocity or an acceleration.
+    pub followers: Vec<Follower>,
+    /// Branch coordinates {q}.
+    pub coordinates: Vec<Coordinate>,
+    /// Loop equations {Phi}; redundant ones are listed too, with `active = false`.
+    pub constraints: Vec<Constraint>,
+    /// How the motion follows from the equations.
+    pub motion: Motion,
+    /// A typical length of the mechanism [m]: tolerances on positions are relative to it.
+    pub length: f64,
+    /// What can be read by name, in the order of the value references.
+    pub variables: Vec<Variable>,
+    /// Constants, loaded into the registers from `layout().constants()` on.
+    pub constants: Vec<f64>,
+    /// Size of the register file.
+    pub registers: u32,
+    /// The kernels.
+    pub tapes: Tapes,
+    /// What is known and guessed of the initial state.
+    pub initial: Initial,
+}
+
+/// The default experiment of the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Experiment {
+    /// Start time [s].
+    pub start: f64,
+    /// Stop time [s].
+    pub stop: f64,
+    /// Communication step [s].
+    pub step: f64,
+    /// Relative tolerance on what the user sees.
+    pub tolerance: f64,
+    /// Longest step of the solver [s]; infinite if the scene sets none.
+    pub max_step: f64,
+}
+
+/// A parameter of the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// The user's name.
+    pub name: String,
+    /// Default value, SI.
+    pub start: f64,
+    /// Smallest permitted value, SI.
+    pub min: Option<f64>,
+    /// Largest permitted value, SI.
+    pub max: Option<f64>,
+    /// May it change after initialisation?
+    pub tunable: bool,
+}
+
+/// An input of the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    /// The user's name.
+    pub name: String,
+    /// Value until it is set, SI.
+    pub start: f64,
+    /// Smallest permitted value, SI.
+    pub min: Option<f64>,
+    /// Largest permitted value, SI.
+    pub max: Option<f64>,
+}
+
+/// A driver that follows an input by integrating it. Its position, rate and acceleration are registers; between
+/// communication points the input is a polynomial of time, so the integrals are exact.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Follower {
+    /// The driver's name.
+    pub name: String,
+    /// Index of the input.
+    pub input: u32,
+    /// What the input prescribes.
+    pub order: FollowerOrder,
+    /// Absolute tolerance scale of the position: 1 for an angle, `length` for a displacement.
+    pub scale: f64,
+}
+
+/// What an integrated input prescribes (a prescribed position needs no follower).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum FollowerOrder {
+    /// The input is the driver's rate.
+    Velocity,
+    /// The input is the driver's acceleration.
+    Acceleration,
+}
+
+/// A branch coordinate q.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Coordinate {
+    /// The user's name of the coordinate, such as `crank.angle`.
+    pub name: String,
+    /// Absolute tolerance scale: 1 for an angle [rad], [`Program::length`] for a displacement [m].
+    pub scale: f64,
+}
+
+/// One scalar loop equation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Constraint {
+    /// The joint or driver that the equation belongs to, such as `wrist_pin`.
+    pub owner: String,
+    /// 1 for an angle [rad], [`Program::length`] for a gap [m].
+    pub scale: f64,
+    /// Is it an angle [rad]? Otherwise it is a gap [m].
+    pub angular: bool,
+    /// Redundant rows are checked for consistency but not imposed.
+    pub active: bool,
+}
+
+/// How the motion follows from the equations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Motion {
+    /// As many independent loop equations as coordinates: positions by Newton's method, velocities and accelerations by the linear
+    /// equations (20), (21). No integrator.
+    Kinematic,
+    /// Equations (22), integrated.
+    Dynamic,
+}
+
+/// What a variable's value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Source {
+    /// The independent variable.
+    Time,
+    /// Index into [`Program::parameters`].
+    Parameter(u32),
+    /// Index into [`Program::inputs`].
+    Input(u32),
+    /// Index into the results of [`Tapes::outputs`], and whether the value needs accelerations or reactions.
+    Output {
+        /// Which result of the tape.
+        result: u32,
+        /// Must [`Tapes::acceleration`] (or its kinematic counterpart) have run?
+        accelerated: bool,
+    },
+    /// Coordinate q of that index.
+    Coordinate(u32),
+    /// Rate of the coordinate of that index.
+    Rate(u32),
+    /// Acceleration of the coordinate of that index.
+    Acceleration(u32),
+}
+
+/// A readable variable. Its value reference is its place in [`Program::variables`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Variable {
+    /// The structured name, unique.
+    pub name: String,
+    /// Where its value comes from.
+    pub source: Source,
+}
+
+/// A sparse matrix whose nonzero entries are the results of a tape, in the order of `entries`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SparseTape {
+    /// (row, column) of each result.
+    pub entries: Vec<(u32, u32)>,
+    /// Computes the entries.
+    pub tape: Tape,
+}
+
+/// The kernels. Each reads the registers named in its comment and the parameter stage, and may use every register from
+/// the end of the parameter stage on as scratch: results must be copied out before another tape runs.
+///
+/// Sizes: n coordinates, m loop equations (active and inactive), f followers.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Tapes {
+    /// What depends on parameters only. Run when parameters change; its registers persist.
+    pub parameters: Tape,
+    /// Phi(q, t), m results. Reads time, inputs, followers, q.
+    pub constraint: Tape,
+    /// Phi_q, m x (n + f): the last f columns are the derivatives by follower positions. Reads as `constraint`.
+    pub jacobian: SparseTape,
+    /// Phi_t + Phi_q v, m results (the total rate of Phi). Reads as `constraint`, and v.
+    pub constraint_rate: Tape,
+    /// gamma of Eq. (21), m results: Phi_q a = gamma. Reads as `constraint_rate`.
+    pub gamma: Tape,
+    /// Dynamic only. Accelerations, then reactions of all m constraints (zero for inactive ones). Reads time, inputs, followers, q, v.
+    pub acceleration: Tape,
+    /// Dynamic only, when there are active constraints: m residuals Phi, then n corrections dq of one Newton step in the metric of the mass matrix, to be
+    /// added to q. Reads as `constraint`.
+    pub project_position: Tape,
+    /// Dynamic only, when there are active constraints: m residuals of the rate, then n corrections dv. Reads as `constraint_rate`.
+    pub project_velocity: Tape,
+    /// Kinematic only, and only if something requested needs reactions: Q - M a, n results, so that Phi_q^T lambda equals it. Reads
+    /// time, inputs, followers, q, v, a.
+    pub inverse: Option<Tape>,
+    /// Every variable with `Source::Output`. Reads everything, a and lambda included.
+    pub outputs: Tape,
+}
+
+/// What is known and guessed of the initial state. Results of the tapes come in two halves: first the k values as
+/// functions of the state, then the k targets.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Initial {
+    /// Known and guessed positions.
+    pub positions: Vec<Condition>,
+    /// k values, k targets. Reads as `Tapes::constraint`.
+    pub position: Tape,
+    /// d value / d (q, follower position): k x (n + f).
+    pub position_jacobian: SparseTape,
+    /// Known velocities.
+    pub velocities: Vec<Condition>,
+    /// k values, k targets. Reads as `Tapes::constraint_rate`.
+    pub velocity: Tape,
+    /// d value / d (v, follower rate): k x (n + f).
+    pub velocity_jacobian: SparseTape,
+}
+
+/// One line of the scene's `[initial]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Condition {
+    /// The variable, such as `crank.angle`.
+    pub name: String,
+    /// Known, or a guess that picks the assembly.
+    pub known: bool,
+    /// Is it an angle [rad] or angular rate?
+    pub angular: bool,
+    /// 1 for an angle, [`Program::length`] for a displacement.
+    pub scale: f64,
+}
+
+/// Where things lie in the register file, in this order: time, parameters, inputs, input rates, input accelerations, follower
+/// positions, follower rates, follower accelerations, q, v, a, lambda, constants, parameter stage, scratch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    parameters: usize,
+    inputs: usize,
+    followers: usize,
+    coordinates: usize,
+    constraints: usize,
+}
+
+impl Layout {
+    /// The layout for these counts.
+    pub fn new(parameters: usize, inputs: usize, followers: usize, coordinates: usize, constraints: usize) -> Self {
+        Self { parameters, inputs, followers, coordinates, constraints }
+    }
+
+    /// Register of time.
+    pub fn time(&self) -> usize {
+        0
+    }
+    /// First parameter.
+    pub fn parameters(&self) -> usize {
+        1
+    }
+    /// First input value.
+    pub fn inputs(&self) -> usize {
+        self.parameters() + self.parameters
+    }
+    /// First input rate.
+    pub fn input_rates(&self) -> usize {
+        self.inputs() + self.inputs
+    }
+    /// First input acceleration.
+    pub fn input_accelerations(&self) -> usize {
+        self.input_rates() + self.inputs
+    }
+    /// First follower position.
+    pub fn followers(&self) -> usize {
+        self.input_accelerations() + self.inputs
+    }
+    /// First follower rate.
+    pub fn follower_rates(&self) -> usize {
+        self.followers() + self.followers
+    }
+    /// First follower acceleration.
+    pub fn follower_accelerations(&self) -> usize {
+        self.follower_rates() + self.followers
+    }
+    /// First coordinate q.
+    pub fn positions(&self) -> usize {
+        self.follower_accelerations() + self.followers
+    }
+    /// First rate v.
+    pub fn rates(&self) -> usize {
+        self.positions() + self.coordinates
+    }
+    /// First acceleration a.
+    pub fn accelerations(&self) -> usize {
+        self.rates() + self.coordinates
+    }
+    /// First reaction lambda.
+    pub fn reactions(&self) -> usize {
+        self.accelerations() + self.coordinates
+    }
+    /// First constant.
+    pub fn constants(&self) -> usize {
+        self.reactions() + self.constraints
+    }
+}
+
+impl Program {
+    /// The layout of this program's register file.
+    pub fn layout(&self) -> Layout {
+        Layout::new(
+            self.parameters.len(),
+            self.inputs.len(),
+            self.followers.len(),
+            self.coordinates.len(),
+            self.constraints.len(),
+        )
+    }
+}

@@ -1,0 +1,1 @@
+//! Planar mechanisms to FMUs, in branch coordinates.

@@ -1,0 +1,540 @@
+//! The scene with every name resolved, every unit converted and every expression parsed: what the equations are built from.
+//!
+//! Numbers are SI; points are relative to the mass centre of their body. A [`Mechanism`] has no faults left that can be
+//! found without formulating equations.
+
+use crate::scene::Span;
+
+/// Declares an index type: `BodyId(3)` indexes `Mechanism::bodies`.
+macro_rules! index {
+    ($($(#[$doc:meta])* $name:ident),* $(,)?) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub usize);
+    )*};
+}
+
+index! {
+    /// Index of a parameter.
+    ParameterId,
+    /// Index of an input.
+    InputId,
+    /// Index of a body.
+    BodyId,
+    /// Index of a joint.
+    JointId,
+    /// Index of a driver.
+    DriverId,
+    /// Index of a load.
+    LoadId,
+}
+
+/// A resolved scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mechanism {
+    /// The scene's name.
+    pub name: String,
+    /// One line about it; may be empty.
+    pub description: String,
+    /// Plane or line.
+    pub dimension: Dimension,
+    /// Acceleration of gravity [m/s2]; constants and parameters only.
+    pub gravity: [Formula; 2],
+    /// Become FMU parameters.
+    pub parameters: Vec<Parameter>,
+    /// Become FMU inputs.
+    pub inputs: Vec<Input>,
+    /// Points of the ground.
+    pub ground: Vec<Point>,
+    /// Rigid bodies.
+    pub bodies: Vec<Body>,
+    /// Joints.
+    pub joints: Vec<Joint>,
+    /// Prescribed motions.
+    pub drivers: Vec<Driver>,
+    /// Forces, torques, springs, actuators.
+    pub loads: Vec<Load>,
+    /// Known and guessed initial values.
+    pub initial: Vec<Initial>,
+    /// What is reported.
+    pub outputs: Vec<Output>,
+    /// Default experiment.
+    pub experiment: Experiment,
+    /// Solver settings.
+    pub solver: Solver,
+    /// Choice of trees.
+    pub coordinates: Coordinates,
+}
+
+/// How many directions there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dimension {
+    /// Masses on a line: x only, no rotation.
+    One,
+    /// The plane.
+    Two,
+}
+
+/// A named parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// The user's name.
+    pub name: String,
+    /// One line; may be empty.
+    pub description: String,
+    /// Unit as the user sees it.
+    pub unit: Unit,
+    /// Default value, SI.
+    pub value: f64,
+    /// Smallest permitted value, SI.
+    pub min: Option<f64>,
+    /// Largest permitted value, SI.
+    pub max: Option<f64>,
+    /// May it change after initialisation?
+    pub tunable: bool,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// A named input.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// The user's name.
+    pub name: String,
+    /// One line; may be empty.
+    pub description: String,
+    /// Unit as the user sees it.
+    pub unit: Unit,
+    /// Value until it is set, SI.
+    pub start: f64,
+    /// Smallest permitted value, SI.
+    pub min: Option<f64>,
+    /// Largest permitted value, SI.
+    pub max: Option<f64>,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// Exponents of kg, m, s and rad, and how the user writes the unit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Unit {
+    /// Exponents of kilogram, metre, second, radian.
+    pub exponents: [i8; 4],
+    /// SI name, such as `N.m`; empty for a pure number.
+    pub si: String,
+    /// The user's unit, such as `mm`, if not the SI name.
+    pub display: Option<DisplayUnit>,
+}
+
+/// A unit that the user wrote: `value in SI = factor * value`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DisplayUnit {
+    /// Its name, such as `mm`, `deg`, `rpm`.
+    pub name: String,
+    /// SI value of one of it.
+    pub factor: f64,
+}
+
+/// A point with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// The user's name within its body.
+    pub name: String,
+    /// Position relative to the body's mass centre in the body's axes; relative to the origin for the ground.
+    pub at: [Formula; 2],
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// A rigid body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// The user's name.
+    pub name: String,
+    /// Mass [kg]; a kinematic scene needs none.
+    pub mass: Option<Formula>,
+    /// Inertia about the mass centre [kg.m2]; a body that cannot turn needs none.
+    pub inertia: Option<Formula>,
+    /// Its points.
+    pub points: Vec<Point>,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// A point that an element uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Place {
+    /// The origin of the ground (`ground`).
+    Origin,
+    /// Index into `Mechanism::ground` (`ground.bearing`).
+    Ground(usize),
+    /// A body's mass centre (`rod`).
+    Centre(BodyId),
+    /// Index into the body's points (`rod.big_end`).
+    Point(BodyId, usize),
+}
+
+impl Place {
+    /// The body that the point is fixed to, if not the ground.
+    pub fn body(self) -> Option<BodyId> {
+        match self {
+            Place::Origin | Place::Ground(_) => None,
+            Place::Centre(body) | Place::Point(body, _) => Some(body),
+        }
+    }
+}
+
+/// A joint: the second point (and body) relative to the first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// The user's name.
+    pub name: String,
+    /// The points joined.
+    pub between: [Place; 2],
+    /// What it permits.
+    pub kind: JointKind,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// What a joint permits.
+#[derive(Clone, Debug, PartialEq)]
+pub enum JointKind {
+    /// Turning about the common point.
+    Revolute {
+        /// [N.m.s]
+        damping: Formula,
+    },
+    /// Sliding along an axis fixed in the first body.
+    Prismatic {
+        /// Unit vector in the first body's axes.
+        axis: [Formula; 2],
+        /// Second body's angle minus the first's [rad].
+        angle: Formula,
+        /// [N.s/m]
+        damping: Formula,
+    },
+    /// Nothing.
+    Weld {
+        /// Second body's angle minus the first's [rad].
+        angle: Formula,
+    },
+}
+
+/// A prescribed motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Driver {
+    /// The user's name.
+    pub name: String,
+    /// What is prescribed.
+    pub kind: DriverKind,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// What a driver prescribes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DriverKind {
+    /// The angle of the second body minus the first's; `None` is the ground.
+    Angle {
+        /// First and second body.
+        between: [Option<BodyId>; 2],
+        /// The revolute joint named by the user, if one was.
+        joint: Option<JointId>,
+        /// The motion [rad].
+        motion: Motion,
+    },
+    /// The displacement of a prismatic joint [m].
+    Displacement {
+        /// A prismatic joint.
+        joint: JointId,
+        /// The motion [m].
+        motion: Motion,
+    },
+    /// The position of a point in the world [m]; one component in one dimension (the second is then the number 0).
+    Position {
+        /// The point.
+        on: Place,
+        /// World components.
+        position: [Formula; 2],
+    },
+}
+
+/// A scalar motion.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// A function of time, parameters and inputs.
+    Given(Formula),
+    /// An input is the rate: integrated.
+    Velocity(InputId),
+    /// An input is the acceleration: integrated twice.
+    Acceleration(InputId),
+}
+
+/// A load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Load {
+    /// The user's name.
+    pub name: String,
+    /// What it is.
+    pub kind: LoadKind,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// What a load is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LoadKind {
+    /// A force on a point [N].
+    Force {
+        /// The point.
+        on: Place,
+        /// Components; the second is the number 0 in one dimension.
+        vector: [Formula; 2],
+        /// Are the components in the body's axes? Otherwise in the world's.
+        in_body: bool,
+    },
+    /// A torque on the second body, its opposite on the first [N.m].
+    Torque {
+        /// `None` is the ground.
+        between: [Option<BodyId>; 2],
+        /// Counter-clockwise.
+        value: Formula,
+    },
+    /// A linear spring and damper along the line between two points.
+    Spring {
+        /// The points.
+        between: [Place; 2],
+        /// [N/m]
+        stiffness: Formula,
+        /// Free length [m].
+        length: Formula,
+        /// [N.s/m]
+        damping: Formula,
+    },
+    /// A linear torsion spring and damper.
+    TorsionSpring {
+        /// `None` is the ground.
+        between: [Option<BodyId>; 2],
+        /// [N.m/rad]
+        stiffness: Formula,
+        /// Free angle [rad].
+        angle: Formula,
+        /// [N.m.s]
+        damping: Formula,
+    },
+    /// A force law along the line between two points.
+    Actuator {
+        /// The points.
+        between: [Place; 2],
+        /// Positive pushes the points apart [N]. `length` and `rate` are resolved to this load's own variables.
+        force: Formula,
+    },
+    /// A torque law between two bodies.
+    TorsionActuator {
+        /// `None` is the ground.
+        between: [Option<BodyId>; 2],
+        /// On the second body [N.m]. `angle` and `omega` are resolved to this load's own variables.
+        torque: Formula,
+    },
+}
+
+/// A line of `[initial]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Initial {
+    /// A position or velocity of a body, a revolute or a prismatic joint (or a spring's length in one dimension).
+    pub variable: Variable,
+    /// Its value; constants and parameters only.
+    pub value: Formula,
+    /// Known, or a guess?
+    pub known: bool,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// A reported value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// The name of the variable, or the user's key for an expression.
+    pub name: String,
+    /// One line.
+    pub description: String,
+    /// Its unit; the empty unit if it is not known.
+    pub unit: Unit,
+    /// Its value: any variable of the naming table may occur.
+    pub value: Formula,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// Default experiment, SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Experiment {
+    /// Start time [s].
+    pub start: f64,
+    /// Stop time [s].
+    pub stop: f64,
+    /// Communication step [s].
+    pub step: f64,
+    /// Relative tolerance.
+    pub tolerance: f64,
+}
+
+/// Solver settings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solver {
+    /// Which integrator.
+    pub method: Method,
+    /// Relative tolerance, if not the experiment's.
+    pub rtol: Option<f64>,
+    /// Longest step [s].
+    pub max_step: Option<f64>,
+}
+
+/// Which integrator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// cotree chooses.
+    Auto,
+    /// Explicit Runge-Kutta.
+    Explicit,
+}
+
+/// Choice of trees.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Coordinates {
+    /// Tables 2 and 3.
+    Recommended,
+    /// All bodies in both trees.
+    Absolute,
+    /// The same joints in both trees.
+    Joint,
+    /// Names of bodies, joints, drivers and loads that are branches, beside the rigid arms and ground vectors; `None`: recommended.
+    Chosen {
+        /// Branches of the translational tree.
+        translation: Option<Vec<(String, Span)>>,
+        /// Branches of the rotational tree.
+        rotation: Option<Vec<(String, Span)>>,
+    },
+}
+
+/// Who owns a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Owner {
+    /// A point of a body or of the ground; `Place::Centre` is the body itself.
+    Place(Place),
+    /// A joint.
+    Joint(JointId),
+    /// A driver.
+    Driver(DriverId),
+    /// A load.
+    Load(LoadId),
+    /// `energy.*`, `constraint.*`.
+    System,
+}
+
+/// What is said of the owner: the last word of a variable's name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "the names are those of the naming table")]
+pub enum Quantity {
+    X,
+    Y,
+    Angle,
+    Vx,
+    Vy,
+    Omega,
+    Ax,
+    Ay,
+    Alpha,
+    S,
+    V,
+    A,
+    Fx,
+    Fy,
+    Fn,
+    Force,
+    Torque,
+    Power,
+    Length,
+    Rate,
+    KineticEnergy,
+    PotentialEnergy,
+    TotalEnergy,
+    PositionResidual,
+    VelocityResidual,
+}
+
+/// A variable of the naming table, such as `crank.angle`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Variable {
+    /// Whose.
+    pub owner: Owner,
+    /// Which.
+    pub quantity: Quantity,
+}
+
+/// A parsed expression with its names resolved.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Formula {
+    /// A number, SI.
+    Number(f64),
+    /// `t`
+    Time,
+    /// A parameter.
+    Parameter(ParameterId),
+    /// An input.
+    Input(InputId),
+    /// A variable of the naming table.
+    Variable(Variable),
+    /// -a
+    Negate(Box<Formula>),
+    /// a op b
+    Binary(BinaryOperator, Box<[Formula; 2]>),
+    /// f(a) or f(a, b)
+    Call(Function, Vec<Formula>),
+    /// if(left op right, then, otherwise)
+    If(Comparison, Box<[Formula; 4]>),
+}
+
+/// + - * / ^
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum BinaryOperator {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Power,
+}
+
+/// < <= > >=
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Comparison {
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+}
+
+/// The functions of the expression language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Function {
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Atan2,
+    Exp,
+    Log,
+    Sqrt,
+    Abs,
+    Sign,
+    Tanh,
+    Min,
+    Max,
+    Floor,
+}
