@@ -1,1 +1,3 @@
 //! Planar mechanisms to FMUs, in branch coordinates.
+
+pub mod export;

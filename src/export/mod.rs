@@ -1,0 +1,3 @@
+//! From a compiled mechanism to an FMU file.
+
+pub mod runtime;
