@@ -42,12 +42,18 @@ pub enum Notation {
 /// Reads a scene file: JSON if its name ends in `.json`, otherwise TOML.
 pub fn load(path: &Path) -> Result<Scene, Faults> {
     let _ = path;
-    Err(Faults::new(Source::default(), vec![Fault::new("pipeline::load", "not yet", Span::default())]))
+    Err(Faults::new(
+        Source::default(),
+        vec![Fault::new("pipeline::load", "not yet", Span::default())],
+    ))
 }
 
 /// Formulates the equations of a scene and lowers them.
 pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
-    Err(Faults::new(scene.source.clone(), vec![Fault::new("pipeline::compile", "not yet", Span::default())]))
+    Err(Faults::new(
+        scene.source.clone(),
+        vec![Fault::new("pipeline::compile", "not yet", Span::default())],
+    ))
 }
 
 /// The equations of a scene.
@@ -57,14 +63,28 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
 
 /// Reads a number, alone (SI) or with a unit, for a variable of the given unit.
 pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
-    text.trim().parse().map_err(|_| format!("`{text}` is not a number in {}", unit.si))
+    text.trim()
+        .parse()
+        .map_err(|_| format!("`{text}` is not a number in {}", unit.si))
 }
 
 impl Compiled {
     /// What goes into the FMU; `program` is the program as bytes.
     pub fn package<'a>(&'a self, program: &'a [u8]) -> Package<'a> {
-        let extension = if self.source.name.ends_with(".json") { "json" } else { "toml" };
-        let scene = (!self.source.text.is_empty()).then_some(SceneText { extension, text: &self.source.text });
-        Package { description: &self.description, program, scene, drawing: &self.drawing }
+        let extension = if self.source.name.ends_with(".json") {
+            "json"
+        } else {
+            "toml"
+        };
+        let scene = (!self.source.text.is_empty()).then_some(SceneText {
+            extension,
+            text: &self.source.text,
+        });
+        Package {
+            description: &self.description,
+            program,
+            scene,
+            drawing: &self.drawing,
+        }
     }
 }

@@ -12,7 +12,9 @@ use crate::export::archive;
 ///
 /// The FMU has its solver inside and needs neither cotree nor anything else. The same scene gives the same file.
 #[derive(Args)]
-#[command(after_help = "Examples:\n  cotree export slider_crank.toml\n  cotree export slider_crank.toml -o fmus/crank.fmu")]
+#[command(
+    after_help = "Examples:\n  cotree export slider_crank.toml\n  cotree export slider_crank.toml -o fmus/crank.fmu"
+)]
 pub struct Export {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
@@ -24,8 +26,13 @@ pub struct Export {
 impl Export {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let compiled = output::compile(&self.scene, format)?;
-        let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
-        let program = compiled.program.to_bytes().map_err(|error| Failure::file("write", &path, error))?;
+        let path = self
+            .output
+            .unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
+        let program = compiled
+            .program
+            .to_bytes()
+            .map_err(|error| Failure::file("write", &path, error))?;
         archive::write(&compiled.package(&program), &path)?;
         output::print(&format!("{}\n", path.display()))
     }

@@ -8,11 +8,9 @@ mod output;
 mod show;
 mod simulate;
 
-
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-
 
 /// Planar mechanisms to FMUs: describe bodies and joints in a scene file, get equations of motion, a simulation, and an
 /// FMU for any tool that reads FMI 2.0.
@@ -37,7 +35,13 @@ struct Cli {
 #[derive(Args)]
 struct Global {
     /// How faults of the scene are reported: for people, or as JSON on standard output for editors and scripts
-    #[arg(long, global = true, value_name = "FORMAT", default_value = "human", display_order = 100)]
+    #[arg(
+        long,
+        global = true,
+        value_name = "FORMAT",
+        default_value = "human",
+        display_order = 100
+    )]
     message_format: MessageFormat,
 }
 
@@ -65,7 +69,11 @@ pub fn run() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => {
             let _ = error.print(); // a closed pipe is no error
-            return ExitCode::from(if error.use_stderr() { failure::USAGE } else { 0 });
+            return ExitCode::from(if error.use_stderr() {
+                failure::USAGE
+            } else {
+                0
+            });
         }
     };
     let format = cli.global.message_format;

@@ -30,9 +30,10 @@ impl New {
             name.into()
         };
         create(&path, &scene(&path)).map_err(|error| match error.kind() {
-            std::io::ErrorKind::AlreadyExists => {
-                Failure::Usage(format!("`{}` exists already; choose another name", path.display()))
-            }
+            std::io::ErrorKind::AlreadyExists => Failure::Usage(format!(
+                "`{}` exists already; choose another name",
+                path.display()
+            )),
             _ => Failure::file("write", &path, error),
         })?;
         let path = path.display();
@@ -42,7 +43,10 @@ impl New {
 
 /// The template under the file's own name.
 fn scene(path: &Path) -> String {
-    let stem = path.file_stem().map(|stem| identifier(&stem.to_string_lossy())).unwrap_or_default();
+    let stem = path
+        .file_stem()
+        .map(|stem| identifier(&stem.to_string_lossy()))
+        .unwrap_or_default();
     TEMPLATE.replacen("slider_crank", &stem, 1)
 }
 

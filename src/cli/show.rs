@@ -10,8 +10,10 @@ use crate::pipeline::{self, Notation};
 
 /// Show a mechanism: its parts, degrees of freedom, coordinates, equations, and a drawing
 #[derive(Args)]
-#[command(after_help = "Examples:\n  cotree show slider_crank.toml\n  cotree show slider_crank.toml --equations text\n  \
-                  cotree show slider_crank.toml --drawing slider_crank.svg")]
+#[command(
+    after_help = "Examples:\n  cotree show slider_crank.toml\n  cotree show slider_crank.toml --equations text\n  \
+                  cotree show slider_crank.toml --drawing slider_crank.svg"
+)]
 pub struct Show {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
@@ -56,7 +58,8 @@ impl Show {
         }
         match self.json {
             true => {
-                let json = serde_json::to_string_pretty(&compiled.summary).map_err(std::io::Error::from)?;
+                let json = serde_json::to_string_pretty(&compiled.summary)
+                    .map_err(std::io::Error::from)?;
                 output::print(&format!("{json}\n"))
             }
             false => output::print(&compiled.summary.to_string()),

@@ -10,7 +10,11 @@ pub mod xml;
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// FMI has no name for the platform, so no importer would find the shared library.
-    #[error("FMI has no folder name for this platform ({} on {})", std::env::consts::OS, std::env::consts::ARCH)]
+    #[error(
+        "FMI has no folder name for this platform ({} on {})",
+        std::env::consts::OS,
+        std::env::consts::ARCH
+    )]
     Platform,
     /// The model description could not be written.
     #[error("cannot write the model description: {0}")]
