@@ -9,7 +9,7 @@ use crate::export::description::Description;
 use crate::mechanism::Unit;
 use crate::report::drawing::Drawing;
 use crate::report::summary::Summary;
-use crate::scene::{Fault, Faults, Scene, Source, Span};
+use crate::scene::{Fault, Faults, Reading, Scene, Source, Span, Text, read};
 
 /// A scene, compiled.
 #[derive(Clone, Debug)]
@@ -39,20 +39,24 @@ pub enum Notation {
     C,
 }
 
-/// Reads a scene file: JSON if its name ends in `.json`, otherwise TOML.
+/// Reads a scene file, TOML or JSON.
 pub fn load(path: &Path) -> Result<Scene, Faults> {
-    let _ = path;
-    Err(Faults::new(
-        Source::default(),
-        vec![Fault::new("pipeline::load", "not yet", Span::default())],
-    ))
+    Scene::read(path)
 }
 
 /// Formulates the equations of a scene and lowers them.
 pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
+    let resolved = scene.resolve()?;
     Err(Faults::new(
         scene.source.clone(),
-        vec![Fault::new("pipeline::compile", "not yet", Span::default())],
+        vec![Fault::new(
+            "pipeline::compile",
+            format!(
+                "the equations of `{}` are not formulated yet",
+                resolved.mechanism.name
+            ),
+            Span::default(),
+        )],
     ))
 }
 
@@ -61,21 +65,29 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
     compile(scene).map(|compiled| format!("{notation:?} {}", compiled.summary.name))
 }
 
-/// Reads a number, alone (SI) or with a unit, for a variable of the given unit.
+/// Reads a number, alone (SI) or with a unit, for a variable of the given unit; the empty unit takes any.
 pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
-    text.trim()
-        .parse()
-        .map_err(|_| format!("`{text}` is not a number in {}", unit.si))
+    let reading = read(&Text::from(text)).map_err(|fault| fault.message)?;
+    match reading {
+        Reading::Number(value) => Ok(value),
+        Reading::Measure(value, given)
+            if given.exponents == unit.exponents || unit.si.is_empty() =>
+        {
+            Ok(value)
+        }
+        Reading::Measure(..) => Err(format!(
+            "`{text}` is not in {} or a unit of the same kind",
+            unit.si
+        )),
+        Reading::Expression => Err(format!("`{text}` is not a number, alone or with a unit")),
+    }
 }
 
 impl Compiled {
     /// What goes into the FMU; `program` is the program as bytes.
     pub fn package<'a>(&'a self, program: &'a [u8]) -> Package<'a> {
-        let extension = if self.source.name.ends_with(".json") {
-            "json"
-        } else {
-            "toml"
-        };
+        let is_json = self.source.text.trim_start().starts_with('{');
+        let extension = if is_json { "json" } else { "toml" };
         let scene = (!self.source.text.is_empty()).then_some(SceneText {
             extension,
             text: &self.source.text,
@@ -85,6 +97,34 @@ impl Compiled {
             program,
             scene,
             drawing: &self.drawing,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn metre() -> Unit {
+        Unit {
+            exponents: [0, 1, 0, 0],
+            si: "m".into(),
+            display: None,
+        }
+    }
+
+    #[test]
+    fn quantities_are_numbers_with_the_right_unit() {
+        assert_eq!(quantity("1.5", &metre()), Ok(1.5));
+        assert_eq!(quantity("120 mm", &metre()), Ok(0.12));
+        for (text, message) in [
+            ("3 kg", "not in m"),
+            ("2*l", "not a number"),
+            ("", "not a number"),
+            ("2 furlong", "furlong"),
+        ] {
+            let error = quantity(text, &metre()).unwrap_err();
+            assert!(error.contains(message), "{text}: {error}");
         }
     }
 }

@@ -57,3 +57,34 @@ fn create(path: &Path, text: &str) -> std::io::Result<()> {
         let _ = std::fs::remove_file(path); // the reason is told already
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    #[test]
+    fn the_template_is_a_scene_without_faults() {
+        let text = scene(Path::new("folder/my mechanism.toml"));
+        let resolved = Scene::from_toml(&text).unwrap().resolve().unwrap();
+        assert_eq!(resolved.mechanism.name, "my_mechanism");
+        assert_eq!(resolved.warnings, []);
+    }
+
+    #[test]
+    fn what_the_template_comments_out_works_too() {
+        let text: String = TEMPLATE
+            .lines()
+            .map(|line| format!("{}\n", uncommented(line)))
+            .collect();
+        let resolved = Scene::from_toml(&text).unwrap().resolve().unwrap();
+        assert_eq!(resolved.mechanism.loads.len(), 2);
+    }
+
+    /// A line of TOML that is commented out; prose stays a comment.
+    fn uncommented(line: &str) -> &str {
+        line.strip_prefix("# ")
+            .filter(|rest| rest.starts_with('[') || rest.contains(" = "))
+            .unwrap_or(line)
+    }
+}
