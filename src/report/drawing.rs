@@ -42,7 +42,7 @@ pub struct Body {
 /// A joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// The user's name.
+    /// The user's name; empty for one that is drawn but not there.
     pub name: String,
     /// What it permits.
     pub kind: JointKind,
@@ -286,7 +286,7 @@ impl Drawing {
                 JointKind::Prismatic(_) => {}
             }
             labels.cover(at, 1.3 * view.pin);
-            if self.joints.len() <= NAMED_JOINTS {
+            if self.joints.len() <= NAMED_JOINTS && !joint.name.is_empty() {
                 labels.joint(&joint.name, at, 2.0 * view.pin);
             }
         }

@@ -3,5 +3,6 @@
 pub mod csv;
 pub mod drawing;
 pub mod plot;
+pub mod sketch;
 pub mod summary;
 pub mod svg;

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::mechanism::{self, JointKind, Mechanism, Place};
+
 /// A mechanism in figures and names.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
@@ -101,6 +103,67 @@ pub struct Count {
     pub coordinates: usize,
     /// Loop equations.
     pub constraints: usize,
+}
+
+impl Summary {
+    /// The names of a mechanism's parts; what follows from its equations is left empty.
+    pub fn of_parts(mechanism: &Mechanism) -> Summary {
+        let place = |place: Place| match place {
+            Place::Origin => "ground".to_owned(),
+            Place::Ground(point) => format!("ground.{}", mechanism.ground[point].name),
+            Place::Centre(body) => mechanism.bodies[body.0].name.clone(),
+            Place::Point(body, point) => {
+                let body = &mechanism.bodies[body.0];
+                format!("{}.{}", body.name, body.points[point].name)
+            }
+        };
+        let joint = |joint: &mechanism::Joint| Joint {
+            name: joint.name.clone(),
+            kind: match joint.kind {
+                JointKind::Revolute { .. } => "revolute",
+                JointKind::Prismatic { .. } => "prismatic",
+                JointKind::Weld { .. } => "weld",
+            }
+            .to_owned(),
+            between: joint.between.map(place),
+        };
+        Summary {
+            name: mechanism.name.clone(),
+            description: mechanism.description.clone(),
+            bodies: mechanism
+                .bodies
+                .iter()
+                .map(|body| body.name.clone())
+                .collect(),
+            joints: mechanism.joints.iter().map(joint).collect(),
+            drivers: mechanism
+                .drivers
+                .iter()
+                .map(|driver| driver.name.clone())
+                .collect(),
+            loads: mechanism
+                .loads
+                .iter()
+                .map(|load| load.name.clone())
+                .collect(),
+            parameters: mechanism
+                .parameters
+                .iter()
+                .map(|parameter| parameter.name.clone())
+                .collect(),
+            inputs: mechanism
+                .inputs
+                .iter()
+                .map(|input| input.name.clone())
+                .collect(),
+            outputs: mechanism
+                .outputs
+                .iter()
+                .map(|output| output.name.clone())
+                .collect(),
+            ..Summary::default()
+        }
+    }
 }
 
 impl fmt::Display for Summary {
@@ -321,6 +384,20 @@ mod tests {
           joint                    -                -
           this scene               2                1
         ");
+    }
+
+    #[test]
+    fn parts_are_named_as_in_the_scene() {
+        let template = include_str!("../cli/template.toml");
+        let mechanism = crate::scene::Scene::from_toml(template)
+            .unwrap()
+            .resolve()
+            .unwrap()
+            .mechanism;
+        let summary = Summary::of_parts(&mechanism);
+        assert_eq!(summary.bodies, ["crank", "rod", "slider"]);
+        assert_eq!(summary.joints[2].between, ["rod.small_end", "slider"]);
+        assert_eq!(summary.inputs, ["gas_force"]);
     }
 
     #[test]
