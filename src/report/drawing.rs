@@ -175,6 +175,10 @@ impl Drawing {
             symbols::body(svg, view, index, &outline, block);
             self.draw_centre(index, view, svg);
             labels.obstruct(&outline, 1.5 * view.pin);
+            if let Some((at, axis)) = block {
+                let ends = [-1.0, 1.0].map(|side| shapes::along(at, 2.0 * side * view.pin, axis));
+                labels.obstruct(&ends, 2.3 * view.pin);
+            }
             if self.bodies.len() <= NAMED_BODIES {
                 let anchor = shapes::middle(&outline);
                 labels.body(
@@ -232,7 +236,7 @@ impl Drawing {
             .iter()
             .filter(|spring| spring.ends.iter().all(is_finite))
         {
-            let ends = spring.ends.map(|end| view.pixel(end));
+            let ends = self.spring_ends(spring, view);
             symbols::spring(svg, view, ends);
             labels.obstruct(&ends, 1.3 * view.pin);
             if named {
@@ -275,6 +279,36 @@ impl Drawing {
                 labels.load(&turn.name, at, 3.8 * view.pin, symbols::FORCE);
             }
         }
+    }
+
+    /// The ends of a spring in the picture; at a slider the face of its block that looks along the spring.
+    fn spring_ends(&self, spring: &Spring, view: &View) -> [Pixel; 2] {
+        let ends = spring.ends.map(|end| view.pixel(end));
+        let axis = shapes::unit(shapes::difference(ends[1], ends[0]));
+        let length = shapes::norm(shapes::difference(ends[1], ends[0]));
+        let is_face = |joint: &Joint, end: [f64; 2]| {
+            let JointKind::Prismatic(slide) = joint.kind else {
+                return false;
+            };
+            let slide = view.direction(slide);
+            let level = (slide[0] * axis[0] + slide[1] * axis[1]).abs() > 0.95;
+            joint.moving().1 == end && level
+        };
+        let retreat = |side: usize| {
+            let block = self
+                .joints
+                .iter()
+                .any(|joint| is_face(joint, spring.ends[side]));
+            if block {
+                symbols::block_length(view).min(0.3 * length)
+            } else {
+                0.0
+            }
+        };
+        [
+            shapes::along(ends[0], retreat(0), axis),
+            shapes::along(ends[1], -retreat(1), axis),
+        ]
     }
 
     fn draw_joints(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {

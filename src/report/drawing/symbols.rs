@@ -72,13 +72,18 @@ pub fn body(
     }
 }
 
+/// Half length of a slider block.
+pub fn block_length(view: &View) -> f64 {
+    3.7 * view.pin
+}
+
 /// Half height of a slider block.
 fn block_height(view: &View) -> f64 {
     2.3 * view.pin
 }
 
 fn block_corners(view: &View, at: Pixel, axis: Pixel) -> [Pixel; 4] {
-    let (length, height) = (3.7 * view.pin, block_height(view));
+    let (length, height) = (block_length(view), block_height(view));
     [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
         .map(|(x, y)| along(along(at, x * length, axis), y * height, normal(axis)))
 }
