@@ -1,0 +1,222 @@
+//! Building expressions: constants are folded and neutral elements dropped as they are made, and sums and products have
+//! one order of operands, so that equal things meet.
+
+use super::evaluate::{apply_binary, apply_unary};
+use super::{Arena, Binary, Expr, Node, Unary};
+
+impl Arena {
+    /// a + b
+    pub fn add(&mut self, a: Expr, b: Expr) -> Expr {
+        if a == Expr::ZERO {
+            return b;
+        }
+        if b == Expr::ZERO {
+            return a;
+        }
+        if let Some(b) = self.negated(b) {
+            return self.subtract(a, b);
+        }
+        if let Some(a) = self.negated(a) {
+            return self.subtract(b, a);
+        }
+        self.commutative(Binary::Add, a, b)
+    }
+
+    /// a - b
+    pub fn subtract(&mut self, a: Expr, b: Expr) -> Expr {
+        if a == b {
+            return Expr::ZERO;
+        }
+        if b == Expr::ZERO {
+            return a;
+        }
+        if a == Expr::ZERO {
+            return self.negate(b);
+        }
+        if let Some(b) = self.negated(b) {
+            return self.add(a, b);
+        }
+        if let Some(a) = self.negated(a) {
+            let sum = self.add(a, b);
+            return self.negate(sum);
+        }
+        if let Some(opposite) = self.existing(Node::Binary(Binary::Subtract, b, a)) {
+            return self.negate(opposite);
+        }
+        self.binary(Binary::Subtract, a, b)
+    }
+
+    /// -a
+    pub fn negate(&mut self, a: Expr) -> Expr {
+        if let Some(value) = self.as_constant(a) {
+            return self.constant(-value);
+        }
+        match self.node(a) {
+            Node::Unary(Unary::Negate, inner) => inner,
+            _ => self.intern(Node::Unary(Unary::Negate, a)),
+        }
+    }
+
+    /// a b
+    pub fn multiply(&mut self, a: Expr, b: Expr) -> Expr {
+        if a == Expr::ZERO || b == Expr::ZERO {
+            return Expr::ZERO;
+        }
+        if a == Expr::ONE {
+            return b;
+        }
+        if b == Expr::ONE {
+            return a;
+        }
+        if let Some(product) = self.multiply_signed(a, b) {
+            return product;
+        }
+        if let Some(product) = self.multiply_scaled(a, b) {
+            return product;
+        }
+        self.commutative(Binary::Multiply, a, b)
+    }
+
+    /// a / b
+    pub fn divide(&mut self, a: Expr, b: Expr) -> Expr {
+        if a == Expr::ZERO || b == Expr::ONE {
+            return a;
+        }
+        if a == b {
+            return Expr::ONE;
+        }
+        if let Some(a) = self.negated(a) {
+            let quotient = self.divide(a, b);
+            return self.negate(quotient);
+        }
+        if let Node::Binary(Binary::Multiply, x, y) = self.node(a) {
+            if x == b {
+                return y;
+            }
+            if y == b {
+                return x;
+            }
+        }
+        self.binary(Binary::Divide, a, b)
+    }
+
+    /// a squared
+    pub fn square(&mut self, a: Expr) -> Expr {
+        match self.negated(a) {
+            Some(a) => self.multiply(a, a),
+            None => self.multiply(a, a),
+        }
+    }
+
+    /// a^b; small whole exponents become products.
+    pub fn power(&mut self, a: Expr, b: Expr) -> Expr {
+        match self.as_constant(b) {
+            Some(exponent) if exponent.fract() == 0.0 && exponent.abs() <= 16.0 => {
+                let product = self.whole_power(a, exponent.abs() as u32);
+                if exponent < 0.0 { self.divide(Expr::ONE, product) } else { product }
+            }
+            Some(0.5) => self.unary(Unary::Sqrt, a),
+            _ => self.binary(Binary::Power, a, b),
+        }
+    }
+
+    fn whole_power(&mut self, base: Expr, exponent: u32) -> Expr {
+        match exponent {
+            0 => Expr::ONE,
+            1 => base,
+            _ => {
+                let half = self.whole_power(base, exponent / 2);
+                let even = self.square(half);
+                if exponent % 2 == 0 { even } else { self.multiply(even, base) }
+            }
+        }
+    }
+
+    /// sin a
+    pub fn sin(&mut self, a: Expr) -> Expr {
+        match self.negated(a) {
+            Some(a) => {
+                let sine = self.unary(Unary::Sin, a);
+                self.negate(sine)
+            }
+            None => self.unary(Unary::Sin, a),
+        }
+    }
+
+    /// cos a
+    pub fn cos(&mut self, a: Expr) -> Expr {
+        let a = self.negated(a).unwrap_or(a);
+        self.unary(Unary::Cos, a)
+    }
+
+    /// Any function of one argument.
+    pub fn unary(&mut self, function: Unary, a: Expr) -> Expr {
+        if function == Unary::Negate {
+            return self.negate(a);
+        }
+        match self.as_constant(a) {
+            Some(value) => self.constant(apply_unary(function, value)),
+            None => self.intern(Node::Unary(function, a)),
+        }
+    }
+
+    /// Any function of two arguments, without the rules of [`Arena::add`] and its kin.
+    pub fn binary(&mut self, function: Binary, a: Expr, b: Expr) -> Expr {
+        match (self.as_constant(a), self.as_constant(b)) {
+            (Some(x), Some(y)) => self.constant(apply_binary(function, x, y)),
+            _ => self.intern(Node::Binary(function, a, b)),
+        }
+    }
+
+    /// b if a is not zero, else c
+    pub fn select(&mut self, condition: Expr, then: Expr, otherwise: Expr) -> Expr {
+        if then == otherwise {
+            return then;
+        }
+        match self.as_constant(condition) {
+            Some(0.0) => otherwise,
+            Some(_) => then,
+            None => self.intern(Node::Select(condition, then, otherwise)),
+        }
+    }
+
+    /// x, if the expression is -x (a negative number counts as one).
+    fn negated(&mut self, expr: Expr) -> Option<Expr> {
+        match self.node(expr) {
+            Node::Unary(Unary::Negate, inner) => Some(inner),
+            Node::Constant(bits) if f64::from_bits(bits) < 0.0 => Some(self.constant(-f64::from_bits(bits))),
+            _ => None,
+        }
+    }
+
+    fn commutative(&mut self, function: Binary, a: Expr, b: Expr) -> Expr {
+        self.binary(function, a.min(b), a.max(b))
+    }
+
+    fn multiply_signed(&mut self, a: Expr, b: Expr) -> Option<Expr> {
+        let (unsigned_a, unsigned_b) = (self.negated(a), self.negated(b));
+        if unsigned_a.is_none() && unsigned_b.is_none() {
+            return None;
+        }
+        let product = self.multiply(unsigned_a.unwrap_or(a), unsigned_b.unwrap_or(b));
+        let positive = unsigned_a.is_some() == unsigned_b.is_some();
+        Some(if positive { product } else { self.negate(product) })
+    }
+
+    /// Gathers numeric factors: x (y e) = (x y) e.
+    fn multiply_scaled(&mut self, a: Expr, b: Expr) -> Option<Expr> {
+        let (number, other) = match (self.as_constant(a), self.as_constant(b)) {
+            (Some(x), None) => (x, b),
+            (None, Some(y)) => (y, a),
+            _ => return None,
+        };
+        let Node::Binary(Binary::Multiply, x, y) = self.node(other) else { return None };
+        let (factor, rest) = match (self.as_constant(x), self.as_constant(y)) {
+            (Some(factor), None) => (factor, y),
+            (None, Some(factor)) => (factor, x),
+            _ => return None,
+        };
+        let factor = self.constant(number * factor);
+        Some(self.multiply(factor, rest))
+    }
+}
