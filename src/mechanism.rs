@@ -387,6 +387,8 @@ pub struct Solver {
     pub method: Method,
     /// Relative tolerance, if not the experiment's.
     pub rtol: Option<f64>,
+    /// Absolute tolerance, if cotree is not to choose it.
+    pub atol: Option<f64>,
     /// Longest step [s].
     pub max_step: Option<f64>,
 }

@@ -19,6 +19,10 @@ impl Arena {
         if let Some(a) = self.negated(a) {
             return self.subtract(b, a);
         }
+        if let Some((x, y, term)) = self.like_terms(a, b) {
+            let factor = self.constant(x + y);
+            return self.multiply(factor, term);
+        }
         self.commutative(Binary::Add, a, b)
     }
 
@@ -39,6 +43,10 @@ impl Arena {
         if let Some(a) = self.negated(a) {
             let sum = self.add(a, b);
             return self.negate(sum);
+        }
+        if let Some((x, y, term)) = self.like_terms(a, b) {
+            let factor = self.constant(x - y);
+            return self.multiply(factor, term);
         }
         if let Some(opposite) = self.existing(Node::Binary(Binary::Subtract, b, a)) {
             return self.negate(opposite);
@@ -88,6 +96,9 @@ impl Arena {
         if let Some(a) = self.negated(a) {
             let quotient = self.divide(a, b);
             return self.negate(quotient);
+        }
+        if let Some(inverse) = self.exact_inverse(b) {
+            return self.multiply(a, inverse);
         }
         if let Node::Binary(Binary::Multiply, x, y) = self.node(a) {
             if x == b {
@@ -189,6 +200,29 @@ impl Arena {
         }
     }
 
+    /// (x, y, e) if the operands are x e and y e with numbers x and y.
+    fn like_terms(&self, a: Expr, b: Expr) -> Option<(f64, f64, Expr)> {
+        let ((x, left), (y, right)) = (self.scaled_term(a), self.scaled_term(b));
+        (left == right).then_some((x, y, left))
+    }
+
+    /// An expression as number x rest.
+    fn scaled_term(&self, expr: Expr) -> (f64, Expr) {
+        let Node::Binary(Binary::Multiply, a, b) = self.node(expr) else { return (1.0, expr) };
+        match (self.as_constant(a), self.as_constant(b)) {
+            (Some(factor), None) => (factor, b),
+            (None, Some(factor)) => (factor, a),
+            _ => (1.0, expr),
+        }
+    }
+
+    /// 1/b, if b is a number whose inverse is exact: a power of two.
+    fn exact_inverse(&mut self, b: Expr) -> Option<Expr> {
+        let value = self.as_constant(b)?;
+        let exact = value.is_normal() && value.to_bits().trailing_zeros() >= 52 && value.recip().is_normal();
+        exact.then(|| self.constant(value.recip()))
+    }
+
     fn commutative(&mut self, function: Binary, a: Expr, b: Expr) -> Expr {
         self.binary(function, a.min(b), a.max(b))
     }
@@ -203,20 +237,19 @@ impl Arena {
         Some(if positive { product } else { self.negate(product) })
     }
 
-    /// Gathers numeric factors: x (y e) = (x y) e.
+    /// Gathers numeric factors in front: (x d) (y e) = (x y) (d e).
     fn multiply_scaled(&mut self, a: Expr, b: Expr) -> Option<Expr> {
-        let (number, other) = match (self.as_constant(a), self.as_constant(b)) {
-            (Some(x), None) => (x, b),
-            (None, Some(y)) => (y, a),
-            _ => return None,
-        };
-        let Node::Binary(Binary::Multiply, x, y) = self.node(other) else { return None };
-        let (factor, rest) = match (self.as_constant(x), self.as_constant(y)) {
-            (Some(factor), None) => (factor, y),
-            (None, Some(factor)) => (factor, x),
-            _ => return None,
-        };
-        let factor = self.constant(number * factor);
-        Some(self.multiply(factor, rest))
+        let ((x, left), (y, right)) = (self.split_factor(a), self.split_factor(b));
+        if (left == a && right == b) || (left == Expr::ONE && right == b) || (right == Expr::ONE && left == a) {
+            return None;
+        }
+        let number = self.constant(x * y);
+        let rest = self.multiply(left, right);
+        Some(self.multiply(number, rest))
+    }
+
+    /// As [`Arena::scaled_term`]; a number is itself x 1.
+    fn split_factor(&self, expr: Expr) -> (f64, Expr) {
+        self.as_constant(expr).map_or_else(|| self.scaled_term(expr), |value| (value, Expr::ONE))
     }
 }

@@ -92,6 +92,7 @@ impl<'a> Printer<'a> {
             Binary::Add => infix(" + ", Binding::Sum, Binding::Sum, Binding::Sum),
             Binary::Subtract => infix(" - ", Binding::Sum, Binding::Product, Binding::Sum),
             Binary::Multiply if a == b => (format!("{}^2", self.bound(a, Binding::Atom)), Binding::Power),
+            Binary::Multiply if self.arena.as_constant(b).is_some() => self.binary(function, b, a),
             Binary::Multiply => infix("*", Binding::Product, Binding::Product, Binding::Product),
             Binary::Divide => infix("/", Binding::Product, Binding::Sign, Binding::Product),
             Binary::Power => infix("^", Binding::Atom, Binding::Atom, Binding::Power),

@@ -68,7 +68,10 @@ impl PartialEq for Source {
 impl Source {
     /// A text with a name.
     pub fn new(name: impl Into<String>, text: impl Into<Arc<str>>) -> Source {
-        Source { name: name.into(), text: text.into() }
+        Source {
+            name: name.into(),
+            text: text.into(),
+        }
     }
 }
 
@@ -84,7 +87,10 @@ pub struct Text {
 impl Text {
     /// A text in a file.
     pub fn new(text: impl Into<String>, span: Span) -> Text {
-        Text { text: text.into(), span }
+        Text {
+            text: text.into(),
+            span,
+        }
     }
 
     /// Where the bytes `start..end` of the text are written.
