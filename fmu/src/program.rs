@@ -246,7 +246,7 @@ pub struct Condition {
 
 /// Where things lie in the register file, in this order: time, parameters, inputs, input rates, input accelerations, follower
 /// positions, follower rates, follower accelerations, q, v, a, lambda, constants, parameter stage, scratch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layout {
     parameters: usize,
     inputs: usize,

@@ -1,5 +1,7 @@
 //! Straight-line programs over a register file of `f64`.
 
+mod interpreter;
+
 use serde::{Deserialize, Serialize};
 
 /// A straight-line program: no branch, no loop, no memory but the registers.

@@ -1,0 +1,89 @@
+//! The envelope of everything that is stored: a mark, a version, a length and a checksum around a payload.
+
+use thiserror::Error;
+
+/// Bytes before the payload.
+const HEADER: usize = 24;
+
+/// Why stored bytes are refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum FrameError {
+    /// Something else altogether.
+    #[error("this is not {expected}")]
+    Foreign {
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// Written by another version.
+    #[error("format version {found} is not understood here (only {expected}): export again")]
+    Version {
+        /// Version found.
+        found: u32,
+        /// Version understood.
+        expected: u32,
+    },
+    /// Cut off, or with bytes added.
+    #[error("{found} bytes instead of {expected}: the data is incomplete or has been changed")]
+    Length {
+        /// Bytes of payload found.
+        found: u64,
+        /// Bytes of payload announced.
+        expected: u64,
+    },
+    /// Changed after it was written.
+    #[error("the checksum does not agree: the data has been changed")]
+    Checksum,
+}
+
+/// What a kind of stored data is marked with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mark {
+    /// The first bytes.
+    pub magic: [u8; 4],
+    /// Format version.
+    pub version: u32,
+    /// What it is, for messages.
+    pub name: &'static str,
+}
+
+impl Mark {
+    /// Wraps a payload.
+    pub fn seal(&self, payload: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(HEADER + payload.len());
+        bytes.extend_from_slice(&self.magic);
+        bytes.extend_from_slice(&self.version.to_le_bytes());
+        bytes.extend_from_slice(&(payload.len() as u64).to_le_bytes());
+        bytes.extend_from_slice(&checksum(payload).to_le_bytes());
+        bytes.extend_from_slice(payload);
+        bytes
+    }
+
+    /// The payload, if nothing about the envelope is wrong.
+    pub fn open<'a>(&self, bytes: &'a [u8]) -> Result<&'a [u8], FrameError> {
+        let foreign = FrameError::Foreign { expected: self.name };
+        let (magic, rest) = bytes.split_first_chunk::<4>().ok_or(foreign)?;
+        let (version, rest) = rest.split_first_chunk::<4>().ok_or(foreign)?;
+        let (length, rest) = rest.split_first_chunk::<8>().ok_or(foreign)?;
+        let (sum, payload) = rest.split_first_chunk::<8>().ok_or(foreign)?;
+        if *magic != self.magic {
+            return Err(foreign);
+        }
+        let found = u32::from_le_bytes(*version);
+        if found != self.version {
+            return Err(FrameError::Version { found, expected: self.version });
+        }
+        let expected = u64::from_le_bytes(*length);
+        if payload.len() as u64 != expected {
+            return Err(FrameError::Length { found: payload.len() as u64, expected });
+        }
+        if checksum(payload) != u64::from_le_bytes(*sum) {
+            return Err(FrameError::Checksum);
+        }
+        Ok(payload)
+    }
+}
+
+/// FNV-1a, 64 bits. Each byte enters by a bijection, so that a single changed byte always shows.
+pub(crate) fn checksum(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xCBF2_9CE4_8422_2325, |sum, &byte| (sum ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3))
+}

@@ -1,0 +1,91 @@
+//! The register file on which a model's tapes run.
+
+use crate::model::{Model, State, motion};
+use crate::tape::Tape;
+
+/// A register file with the constants of one model in it. Allocated once; nothing allocates afterwards.
+#[derive(Clone, Debug)]
+pub struct Machine {
+    registers: Vec<f64>,
+    /// Has the parameter stage run for the parameters in the registers?
+    staged: bool,
+}
+
+impl Machine {
+    /// A register file for a model.
+    pub fn new(model: &Model) -> Self {
+        let program = model.program();
+        let mut registers = vec![0.0; program.registers as usize];
+        let first = model.layout().constants();
+        registers[first..first + program.constants.len()].copy_from_slice(&program.constants);
+        Self { registers, staged: false }
+    }
+
+    /// Brings a state into the registers, and the parameter stage up to date.
+    pub fn load(&mut self, model: &Model, state: &State) {
+        self.load_parameters(model, state.parameters());
+        self.registers[..state.registers().len()].copy_from_slice(state.registers());
+    }
+
+    /// Brings parameters into the registers, and the parameter stage up to date.
+    pub fn load_parameters(&mut self, model: &Model, parameters: &[f64]) {
+        let layout = model.layout();
+        let place = &mut self.registers[layout.parameters()..layout.inputs()];
+        if self.staged && place == parameters {
+            return;
+        }
+        place.copy_from_slice(parameters);
+        model.program().tapes.parameters.run(&mut self.registers);
+        self.staged = true;
+    }
+
+    /// Brings time, inputs and followers into the registers, continued from `origin`.
+    pub fn load_signals(&mut self, model: &Model, origin: &State, time: f64) {
+        model.advance_signals(origin, time, &mut self.registers);
+    }
+
+    /// Brings q and v into the registers.
+    pub fn load_motion(&mut self, model: &Model, motion_values: &[f64]) {
+        self.registers[motion(model.layout())].copy_from_slice(motion_values);
+    }
+
+    /// Brings q into the registers.
+    pub fn load_positions(&mut self, model: &Model, positions: &[f64]) {
+        let layout = model.layout();
+        self.registers[layout.positions()..layout.rates()].copy_from_slice(positions);
+    }
+
+    /// Brings v into the registers.
+    pub fn load_rates(&mut self, model: &Model, rates: &[f64]) {
+        let layout = model.layout();
+        self.registers[layout.rates()..layout.accelerations()].copy_from_slice(rates);
+    }
+
+    /// Brings a and lambda into the registers.
+    pub fn load_accelerations(&mut self, model: &Model, accelerations: &[f64], reactions: &[f64]) {
+        let layout = model.layout();
+        self.registers[layout.accelerations()..layout.reactions()].copy_from_slice(accelerations);
+        self.registers[layout.reactions()..layout.constants()].copy_from_slice(reactions);
+    }
+
+    /// Runs a tape.
+    pub fn run(&mut self, tape: &Tape) {
+        tape.run(&mut self.registers);
+    }
+
+    /// Runs a tape and copies its first results out.
+    pub fn evaluate(&mut self, tape: &Tape, results: &mut [f64]) {
+        self.run(tape);
+        results.iter_mut().zip(tape.results(&self.registers)).for_each(|(place, value)| *place = value);
+    }
+
+    /// One result of a tape that has just run.
+    pub fn result(&self, tape: &Tape, index: usize) -> f64 {
+        self.registers[tape.results[index] as usize]
+    }
+
+    /// The registers.
+    pub fn registers(&self) -> &[f64] {
+        &self.registers
+    }
+}

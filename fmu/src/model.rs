@@ -1,0 +1,239 @@
+//! A program ready to run, and the state that it moves.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use crate::check::Fault;
+use crate::program::{FollowerOrder, Layout, Program};
+
+/// A checked program with its register layout. Immutable: instances share it.
+#[derive(Clone, Debug)]
+pub struct Model {
+    program: Program,
+    layout: Layout,
+    active: Vec<usize>,
+}
+
+impl Model {
+    /// Checks a program and prepares it.
+    pub fn new(program: Program) -> Result<Self, Fault> {
+        program.check()?;
+        Ok(Self::prepare(program))
+    }
+
+    /// For the exporter: a model whose kernels of the motion need not exist yet. It serves
+    /// [`crate::solver::initial`] and [`crate::solver::redundancy`] only.
+    pub fn of_positions(program: Program) -> Result<Self, Fault> {
+        program.check_positions()?;
+        Ok(Self::prepare(program))
+    }
+
+    fn prepare(program: Program) -> Self {
+        let layout = program.layout();
+        let constraints = program.constraints.iter().enumerate();
+        let active = constraints.filter(|(_, constraint)| constraint.active).map(|(row, _)| row).collect();
+        Self { program, layout, active }
+    }
+
+    /// The program.
+    pub fn program(&self) -> &Program {
+        &self.program
+    }
+
+    /// Where things lie in the register file.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Rows of the active constraints.
+    pub fn active(&self) -> &[usize] {
+        &self.active
+    }
+
+    /// Number of coordinates, n.
+    pub fn coordinates(&self) -> usize {
+        self.program.coordinates.len()
+    }
+
+    /// The state before anything is solved: everything zero but the defaults of parameters and inputs.
+    pub fn default_state(&self, time: f64) -> State {
+        let mut state = State { layout: self.layout, registers: vec![0.0; self.layout.accelerations()] };
+        state.registers[self.layout.time()] = time;
+        for (value, parameter) in state.parameters_mut().iter_mut().zip(&self.program.parameters) {
+            *value = parameter.start;
+        }
+        for (value, input) in state.inputs_mut().iter_mut().zip(&self.program.inputs) {
+            *value = input.start;
+        }
+        self.follow(&mut state.registers);
+        state
+    }
+
+    /// Writes time, and inputs and followers at that time, to the registers. Inputs are the polynomials of time of
+    /// `origin`; followers are their exact integrals.
+    pub fn advance_signals(&self, origin: &State, time: f64, registers: &mut [f64]) {
+        let layout = &self.layout;
+        let from = &origin.registers;
+        let dt = time - from[layout.time()];
+        registers[layout.time()] = time;
+        for index in 0..self.program.inputs.len() {
+            let [value, rate, acceleration] = origin.input_polynomial(index);
+            registers[layout.inputs() + index] = value + dt * (rate + dt * (0.5 * acceleration));
+            registers[layout.input_rates() + index] = rate + dt * acceleration;
+            registers[layout.input_accelerations() + index] = acceleration;
+        }
+        for (index, follower) in self.program.followers.iter().enumerate() {
+            let [value, rate, acceleration] = origin.input_polynomial(follower.input as usize);
+            let integral = dt * (value + dt * (rate / 2.0 + dt * (acceleration / 6.0)));
+            let position = from[layout.followers() + index];
+            registers[layout.followers() + index] = match follower.order {
+                FollowerOrder::Velocity => position + integral,
+                FollowerOrder::Acceleration => {
+                    let start = from[layout.follower_rates() + index];
+                    registers[layout.follower_rates() + index] = start + integral;
+                    let twice = dt * (value / 2.0 + dt * (rate / 6.0 + dt * (acceleration / 24.0)));
+                    position + dt * (start + twice)
+                }
+            };
+        }
+        self.follow(registers);
+    }
+
+    /// Writes what followers take from the inputs at this time: the rate or the acceleration.
+    pub fn follow(&self, registers: &mut [f64]) {
+        let layout = &self.layout;
+        for (index, follower) in self.program.followers.iter().enumerate() {
+            let input = follower.input as usize;
+            let value = registers[layout.inputs() + input];
+            match follower.order {
+                FollowerOrder::Velocity => {
+                    registers[layout.follower_rates() + index] = value;
+                    registers[layout.follower_accelerations() + index] = registers[layout.input_rates() + input];
+                }
+                FollowerOrder::Acceleration => registers[layout.follower_accelerations() + index] = value,
+            }
+        }
+    }
+}
+
+/// Everything that the motion from now on depends on: time, parameters, inputs as polynomials of time about now,
+/// followers, q and v. It is the first part of the register file, so saving a state is one copy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    layout: Layout,
+    registers: Vec<f64>,
+}
+
+impl State {
+    /// Time [s].
+    pub fn time(&self) -> f64 {
+        self.registers[self.layout.time()]
+    }
+
+    /// Parameters.
+    pub fn parameters(&self) -> &[f64] {
+        &self.registers[self.layout.parameters()..self.layout.inputs()]
+    }
+
+    /// Parameters, to be changed.
+    pub fn parameters_mut(&mut self) -> &mut [f64] {
+        &mut self.registers[self.layout.parameters()..self.layout.inputs()]
+    }
+
+    /// Inputs.
+    pub fn inputs(&self) -> &[f64] {
+        &self.registers[self.layout.inputs()..self.layout.input_rates()]
+    }
+
+    /// Inputs, to be changed; followers then hear of it by [`Model::follow`].
+    pub fn inputs_mut(&mut self) -> &mut [f64] {
+        &mut self.registers[self.layout.inputs()..self.layout.input_rates()]
+    }
+
+    /// Value, rate and acceleration of an input.
+    pub fn input_polynomial(&self, index: usize) -> [f64; 3] {
+        let layout = &self.layout;
+        [layout.inputs(), layout.input_rates(), layout.input_accelerations()].map(|first| self.registers[first + index])
+    }
+
+    /// Sets value, rate and acceleration of an input; followers then hear of it by [`Model::follow`].
+    pub fn set_input_polynomial(&mut self, index: usize, polynomial: [f64; 3]) {
+        let layout = &self.layout;
+        let firsts = [layout.inputs(), layout.input_rates(), layout.input_accelerations()];
+        for (first, value) in firsts.into_iter().zip(polynomial) {
+            self.registers[first + index] = value;
+        }
+    }
+
+    /// Follower positions.
+    pub fn follower_positions(&self) -> &[f64] {
+        &self.registers[self.layout.followers()..self.layout.follower_rates()]
+    }
+
+    /// Follower positions, to be changed.
+    pub fn follower_positions_mut(&mut self) -> &mut [f64] {
+        &mut self.registers[self.layout.followers()..self.layout.follower_rates()]
+    }
+
+    /// Follower rates.
+    pub fn follower_rates(&self) -> &[f64] {
+        &self.registers[self.layout.follower_rates()..self.layout.follower_accelerations()]
+    }
+
+    /// Follower rates, to be changed.
+    pub fn follower_rates_mut(&mut self) -> &mut [f64] {
+        &mut self.registers[self.layout.follower_rates()..self.layout.follower_accelerations()]
+    }
+
+    /// Coordinates q.
+    pub fn positions(&self) -> &[f64] {
+        &self.registers[self.layout.positions()..self.layout.rates()]
+    }
+
+    /// Coordinates q, to be changed.
+    pub fn positions_mut(&mut self) -> &mut [f64] {
+        &mut self.registers[self.layout.positions()..self.layout.rates()]
+    }
+
+    /// Rates v.
+    pub fn rates(&self) -> &[f64] {
+        &self.registers[self.layout.rates()..self.layout.accelerations()]
+    }
+
+    /// Rates v, to be changed.
+    pub fn rates_mut(&mut self) -> &mut [f64] {
+        &mut self.registers[self.layout.rates()..self.layout.accelerations()]
+    }
+
+    /// All of it, as it lies at the start of the register file.
+    pub fn registers(&self) -> &[f64] {
+        &self.registers
+    }
+
+    /// All of it, to be changed.
+    pub fn registers_mut(&mut self) -> &mut [f64] {
+        &mut self.registers
+    }
+
+    /// Copies another state of the same model without allocating.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.layout = other.layout;
+        self.registers.clone_from(&other.registers);
+    }
+
+    /// Is this a state of that model?
+    pub fn belongs_to(&self, model: &Model) -> bool {
+        self.layout == model.layout && self.registers.len() == model.layout.accelerations()
+    }
+
+    /// Does every number have a value?
+    pub fn is_finite(&self) -> bool {
+        self.registers.iter().all(|value| value.is_finite())
+    }
+}
+
+/// Registers of q and v together.
+pub(crate) fn motion(layout: &Layout) -> Range<usize> {
+    layout.positions()..layout.accelerations()
+}

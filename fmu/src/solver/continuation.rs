@@ -1,0 +1,94 @@
+//! What a run remembers between communication points.
+
+use serde::{Deserialize, Serialize};
+
+use super::explicit::Explicit;
+use crate::model::{Model, State, motion};
+
+/// Together with the [`State`] it determines the rest of the run bit for bit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Continuation {
+    /// The last state at which parameters, inputs or their derivatives changed; signals continue from here.
+    pub(super) origin: State,
+    /// The state before the first change at this communication point.
+    pub(super) before: State,
+    /// End of the last step.
+    pub(super) front_time: f64,
+    /// (q, v) at the end of the last step.
+    pub(super) front: Vec<f64>,
+    /// Start of the last step.
+    pub(super) dense_from: f64,
+    /// Dense output of the last step, if that went beyond a communication point.
+    pub(super) dense: Vec<f64>,
+    /// Natural length of the next step; 0 if it is not known.
+    pub(super) step: f64,
+    /// Has anything changed at this communication point?
+    pub(super) changed: bool,
+    /// Had anything changed at the last one?
+    pub(super) changed_before: bool,
+}
+
+impl Continuation {
+    /// The beginning of a run.
+    pub fn new(model: &Model, state: &State) -> Self {
+        Self {
+            origin: state.clone(),
+            before: state.clone(),
+            front_time: state.time(),
+            front: state.registers()[motion(model.layout())].to_vec(),
+            dense_from: state.time(),
+            dense: vec![0.0; Explicit::dense_length(2 * model.coordinates())],
+            step: 0.0,
+            changed: false,
+            changed_before: false,
+        }
+    }
+
+    /// Begins anew at a state.
+    pub fn start(&mut self, model: &Model, state: &State) {
+        self.restart(model, state);
+        self.dense_from = state.time();
+        self.step = 0.0;
+        (self.changed, self.changed_before) = (false, false);
+    }
+
+    /// To be called before an input or parameter of the state changes.
+    pub fn change(&mut self, state: &State) {
+        if !self.changed {
+            self.changed = true;
+            self.before.copy_from(state);
+        }
+    }
+
+    /// Forgets the step that went beyond a state; the run goes on from that state.
+    pub(super) fn restart(&mut self, model: &Model, state: &State) {
+        self.origin.copy_from(state);
+        self.front_time = state.time();
+        self.front.copy_from_slice(&state.registers()[motion(model.layout())]);
+    }
+
+    /// Copies another continuation of the same model without allocating.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.origin.copy_from(&other.origin);
+        self.before.copy_from(&other.before);
+        self.front_time = other.front_time;
+        self.front.clone_from(&other.front);
+        self.dense_from = other.dense_from;
+        self.dense.clone_from(&other.dense);
+        self.step = other.step;
+        self.changed = other.changed;
+        self.changed_before = other.changed_before;
+    }
+
+    /// Is this a continuation of that model, with nothing in it that a run would not write?
+    pub fn belongs_to(&self, model: &Model) -> bool {
+        let size = 2 * model.coordinates();
+        let states = [&self.origin, &self.before];
+        states.into_iter().all(|state| state.belongs_to(model) && state.is_finite())
+            && self.front.len() == size
+            && self.dense.len() == Explicit::dense_length(size)
+            && self.front.iter().chain(&self.dense).all(|value| value.is_finite())
+            && [self.front_time, self.dense_from, self.step].into_iter().all(f64::is_finite)
+            && self.step >= 0.0
+    }
+}

@@ -1,0 +1,108 @@
+//! Why there is no solution, in the user's names.
+
+use std::fmt;
+
+use thiserror::Error;
+
+/// A loop equation that does not hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gap {
+    /// The joint or driver.
+    pub owner: String,
+    /// How much is missing [m or rad].
+    pub size: f64,
+    /// An angle [rad]? Otherwise a length [m].
+    pub angular: bool,
+}
+
+impl fmt::Display for Gap {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (size, unit) = if self.angular { (self.size, "rad") } else { (1e3 * self.size, "mm") };
+        write!(formatter, "{size:.3e} {unit} at `{}`", self.owner)
+    }
+}
+
+/// Why the solver cannot go on.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum Failure {
+    /// No assembly exists, or none was found.
+    #[error("the loops cannot be closed: the largest gap is {gap}; check the lengths, or give a better guess of the initial pose")]
+    LoopsOpen {
+        /// The largest gap.
+        gap: Gap,
+    },
+    /// The loops close, but not with these values.
+    #[error("the initial {} contradict each other or the loops: {}; give fewer, or make one a guess", if *.velocity { "velocities" } else { "positions" }, list(.conditions))]
+    Contradiction {
+        /// Names of the conditions concerned.
+        conditions: Vec<String>,
+        /// Velocities? Otherwise positions.
+        velocity: bool,
+    },
+    /// The loops close on another branch than the guess.
+    #[error("the loops close, but on another branch than the guess: `{condition}` was guessed {} and becomes {}; give a closer guess", value(*.guess, *.angular), value(*.found, *.angular))]
+    OtherBranch {
+        /// The guessed variable.
+        condition: String,
+        /// The guess.
+        guess: f64,
+        /// What it became.
+        found: f64,
+        /// An angle?
+        angular: bool,
+    },
+    /// Redundant joints or drivers do not agree with the others.
+    #[error("at t = {time} s `{}` repeats what other joints prescribe, but contradicts them by {gap}; change it, or remove it", gap.owner)]
+    Redundant {
+        /// When [s].
+        time: f64,
+        /// The contradiction.
+        gap: Gap,
+    },
+    /// Numbers left the range of numbers.
+    #[error("at t = {time} s the accelerations are not finite, first that of `{coordinate}`; check masses, inertias and load laws")]
+    NotFinite {
+        /// When [s].
+        time: f64,
+        /// The first coordinate concerned.
+        coordinate: String,
+    },
+    /// The step became too small to go on.
+    #[error("at t = {time} s the motion cannot be followed any further, `{coordinate}` moves most{}", because(.cause))]
+    StepUnderflow {
+        /// When [s].
+        time: f64,
+        /// The coordinate that moves most.
+        coordinate: String,
+        /// Why the last step was rejected, if not for its error.
+        cause: Option<Box<Failure>>,
+    },
+    /// The loops come apart during the motion.
+    #[error("at t = {time} s the loops cannot be kept closed: the largest gap is {gap}")]
+    Drift {
+        /// When [s].
+        time: f64,
+        /// The largest gap.
+        gap: Gap,
+    },
+    /// A driven mechanism cannot go on.
+    #[error("at t = {time} s the mechanism locks up: the drivers prescribe what `{}` cannot follow (gap {gap})", gap.owner)]
+    LockUp {
+        /// When [s].
+        time: f64,
+        /// The largest gap.
+        gap: Gap,
+    },
+}
+
+fn list(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+fn value(value: f64, angular: bool) -> String {
+    if angular { format!("{value:.4} rad ({:.2} deg)", value.to_degrees()) } else { format!("{value:.6} m") }
+}
+
+fn because(cause: &Option<Box<Failure>>) -> String {
+    cause.as_ref().map_or_else(String::new, |cause| format!(": {cause}"))
+}

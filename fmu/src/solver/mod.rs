@@ -1,0 +1,71 @@
+//! From a consistent initial state to the state at any later time.
+//!
+//! [`initial`] finds the first state, [`stepping`] moves it from one communication point to the next. Constrained motion is integrated in
+//! the branch coordinates and projected back onto the loop equations after every step ([`projection`]); fully driven mechanisms need no
+//! integrator ([`kinematic`]).
+
+pub mod accelerations;
+mod continuation;
+mod dense;
+mod dop853;
+mod dynamic;
+pub mod explicit;
+pub mod failure;
+pub mod initial;
+pub mod kinematic;
+mod least_squares;
+mod loops;
+pub mod poses;
+pub mod projection;
+pub mod redundancy;
+pub mod stepping;
+
+pub use failure::{Failure, Gap};
+
+use crate::machine::Machine;
+use crate::model::Model;
+use projection::Projection;
+
+/// The integrator of dynamic motion. Another one is one variant here and one arm in [`stepping`]; the model's tapes, the projection
+/// and the policy between communication points stay as they are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Engine {
+    /// Explicit Runge-Kutta method of order 8 with dense output of order 7 ([`explicit`]).
+    #[default]
+    Dop853,
+}
+
+/// How to solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The integrator.
+    pub engine: Engine,
+    /// Relative tolerance on what the user sees.
+    pub tolerance: f64,
+    /// Longest step [s].
+    pub max_step: f64,
+    /// Nothing is evaluated after this time [s].
+    pub stop: Option<f64>,
+}
+
+/// What the solver has done so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+    /// Evaluations of the accelerations.
+    pub evaluations: u64,
+    /// Projections that moved the state.
+    pub projections: u64,
+}
+
+/// What the parts of the solver work on together.
+struct Context<'a> {
+    model: &'a Model,
+    machine: &'a mut Machine,
+    projection: &'a mut Projection,
+    statistics: &'a mut Statistics,
+    settings: &'a Settings,
+}

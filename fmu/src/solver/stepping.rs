@@ -1,0 +1,161 @@
+//! From one communication point to the next.
+//!
+//! Must: results do not depend on the communication points beyond the tolerance; a change of an input or parameter acts from
+//! its communication point on and never before; nothing is evaluated after the stop time. Desirable: as few evaluations as possible.
+//! So, while nothing changes, steps have their natural length and communication points are read from the dense output; after a change the
+//! step that went too far is forgotten; and when changes come at every communication point, steps end exactly there.
+
+pub use super::continuation::Continuation;
+use super::dynamic::{Dynamic, Horizon};
+use super::kinematic::{Kinematic, REACH, lock_up};
+use super::projection::Projection;
+use super::{Context, Engine, Failure, Settings, Statistics};
+use crate::machine::Machine;
+use crate::model::{Model, State, motion};
+use crate::program::Motion;
+
+/// Shortest part of a change that is followed.
+const SHORTEST_PART: f64 = 1e-4;
+
+/// Moves states of one model. Everything is allocated here; nothing allocates while stepping.
+#[derive(Clone, Debug)]
+pub struct Stepper {
+    dynamic: Dynamic,
+    kinematic: Kinematic,
+    projection: Projection,
+    work: State,
+    settling: Settling,
+    statistics: Statistics,
+}
+
+/// Storage for closing the loops after a change.
+#[derive(Clone, Debug)]
+struct Settling {
+    reached: State,
+    trial: State,
+}
+
+impl Stepper {
+    /// Storage for a model.
+    pub fn new(model: &Model) -> Self {
+        let work = model.default_state(0.0);
+        Self {
+            dynamic: Dynamic::new(model),
+            kinematic: Kinematic::new(model),
+            projection: Projection::new(model),
+            settling: Settling { reached: work.clone(), trial: work.clone() },
+            work,
+            statistics: Statistics::default(),
+        }
+    }
+
+    /// What has been done so far.
+    pub fn statistics(&self) -> Statistics {
+        Statistics { projections: self.projection.count(), ..self.statistics }
+    }
+
+    /// To be called when the continuation was replaced by another one.
+    pub fn forget(&mut self) {
+        self.dynamic.forget();
+    }
+
+    /// Moves a state to a later time. On failure the state stays as it was.
+    pub fn step_to(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        state: &mut State,
+        run: &mut Continuation,
+        target: f64,
+        settings: &Settings,
+    ) -> Result<(), Failure> {
+        let Self { dynamic, kinematic, projection, work, settling, statistics } = self;
+        let context = &mut Context { model, machine, projection, statistics, settings };
+        let exact = run.changed && run.changed_before;
+        work.copy_from(state);
+        if run.changed {
+            settling.close(context, &run.before, work)?;
+            run.restart(model, work);
+            dynamic.forget();
+        }
+        match model.program().motion {
+            Motion::Kinematic => kinematic.advance(context, work, &mut run.step, target)?,
+            Motion::Dynamic => match settings.engine {
+                Engine::Dop853 => {
+                    let stop = settings.stop.unwrap_or(f64::INFINITY);
+                    let limit = if exact { target } else { stop.max(target) };
+                    context.machine.load(model, &run.origin);
+                    dynamic.advance(context, run, Horizon { target, limit })?;
+                    read(dynamic, context, run, target, work)?;
+                }
+            },
+        }
+        state.copy_from(work);
+        run.changed_before = run.changed;
+        run.changed = false;
+        Ok(())
+    }
+}
+
+/// The state at a communication point that the front has reached.
+fn read(
+    dynamic: &Dynamic,
+    context: &mut Context,
+    run: &Continuation,
+    target: f64,
+    state: &mut State,
+) -> Result<(), Failure> {
+    let Context { model, machine, projection, settings, .. } = context;
+    state.copy_from(&run.origin);
+    model.advance_signals(&run.origin, target, state.registers_mut());
+    let interpolated = dynamic.read(run, target, &mut state.registers_mut()[motion(model.layout())]);
+    if interpolated && !model.active().is_empty() {
+        machine.load(model, state);
+        projection.positions(model, machine, state.positions_mut(), settings.tolerance, f64::INFINITY)?;
+        projection.rates(model, machine, state.rates_mut(), settings.tolerance)?;
+    }
+    Ok(())
+}
+
+impl Settling {
+    /// Closes the loops again after a change of parameters or inputs, in parts small enough to stay on the branch. `state` comes
+    /// with the changes and the old motion.
+    fn close(&mut self, context: &mut Context, before: &State, state: &mut State) -> Result<(), Failure> {
+        if context.model.active().is_empty() {
+            return Ok(());
+        }
+        let Context { model, machine, projection, settings, .. } = context;
+        self.reached.copy_from(before);
+        let (mut done, mut part) = (0.0, 1.0_f64);
+        while done < 1.0 {
+            let share = f64::min(done + part, 1.0);
+            self.change(model, before, state, share);
+            machine.load(model, &self.trial);
+            match projection.positions(model, machine, self.trial.positions_mut(), settings.tolerance, REACH) {
+                Ok(_) => {
+                    self.reached.copy_from(&self.trial);
+                    (done, part) = (share, 2.0 * part);
+                }
+                Err(failure) => {
+                    part *= 0.5;
+                    if part < SHORTEST_PART {
+                        return Err(lock_up(failure));
+                    }
+                }
+            }
+        }
+        projection.rates(model, machine, self.reached.rates_mut(), settings.tolerance)?;
+        state.copy_from(&self.reached);
+        Ok(())
+    }
+
+    /// The trial: the motion reached, with a share of the change of the signals.
+    fn change(&mut self, model: &Model, before: &State, after: &State, share: f64) {
+        self.trial.copy_from(&self.reached);
+        let signals = model.layout().positions();
+        let ends = before.registers().iter().zip(after.registers()).take(signals);
+        for (place, (from, to)) in self.trial.registers_mut().iter_mut().zip(ends) {
+            *place = if share < 1.0 { from + share * (to - from) } else { *to };
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! A program as bytes: the file `resources/program.bin` of an FMU.
+
+use thiserror::Error;
+
+use crate::check::Fault;
+use crate::frame::{FrameError, Mark};
+use crate::program::Program;
+
+const MARK: Mark = Mark { magic: *b"cotP", version: 1, name: "a cotree program" };
+
+/// Why a program cannot be loaded.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum LoadError {
+    /// The envelope is wrong.
+    #[error("the program cannot be read: {0}")]
+    Frame(#[from] FrameError),
+    /// The payload is not a program.
+    #[error("the program cannot be decoded: the data has been changed")]
+    Encoding,
+    /// The program contradicts itself.
+    #[error("the program is damaged: {0}")]
+    Fault(#[from] Fault),
+}
+
+impl Program {
+    /// The program as bytes, the same for the same program everywhere.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, LoadError> {
+        let payload = postcard::to_allocvec(self).map_err(|_| LoadError::Encoding)?;
+        Ok(MARK.seal(&payload))
+    }
+
+    /// Reads and checks a program.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
+        let payload = MARK.open(bytes)?;
+        let (program, rest) = postcard::take_from_bytes::<Self>(payload).map_err(|_| LoadError::Encoding)?;
+        if !rest.is_empty() {
+            return Err(LoadError::Encoding);
+        }
+        program.check()?;
+        Ok(program)
+    }
+}
