@@ -1,7 +1,7 @@
 //! Random mechanisms that are consistent by construction: the bodies are placed first, the joints are put where they close, and
 //! the velocities are projected on what joints and drivers permit.
 
-use super::absolute::{At, Body, Driver, Joint, JointKind, Load, State, System};
+use super::absolute::{At, Body, Driver, Joint, JointKind, Load, State, System, slide};
 use super::scene_text::scene_text;
 use super::variables::{Variables, variables};
 use nalgebra::{DVector, Rotation2, Vector2};
@@ -59,7 +59,10 @@ fn well_posed(system: &System, state: &State, family: Family) -> bool {
     let clear = |s: &f64| *s > 0.05;
     let vague = values.iter().any(|s| !clear(s) && *s > 1e-10);
     let rank = values.iter().filter(|s| clear(s)).count();
-    !vague && rank < columns && (rank < rows) == (family == Family::Redundant)
+    let looped = !matches!(family, Family::Loops | Family::Driven)
+        || system.joints.len() > system.bodies.len();
+    let free = rank < columns || family == Family::Driven;
+    looped && free && !vague && (rank < rows) == (family == Family::Redundant)
 }
 
 /// SplitMix64.
@@ -319,40 +322,41 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// One driver: of a joint if there is one to drive, or else of a point.
+    /// One driver, of a point or of a joint.
     fn drive(&mut self) {
         let driven = self.random.below(self.system.joints.len());
-        let joint = self.system.joints[driven].clone();
+        let joint = &self.system.joints[driven];
+        let (between, state) = (joint.bodies(), &self.state);
         let (rate, acceleration) = (self.random.number(-2.0, 2.0), self.random.number(-3.0, 3.0));
         let driver = match joint.kind {
-            JointKind::Revolute => {
-                let between = joint.bodies();
-                let motion = [
-                    self.relative_angle(between[0], between[1]),
-                    rate,
-                    acceleration,
-                ];
-                Driver::Angle { between, motion }
+            JointKind::Revolute if self.random.chance(0.8) => {
+                let start = state.angle(between[1]) - state.angle(between[0]);
+                Driver::Angle {
+                    between,
+                    motion: [start, rate, acceleration],
+                }
             }
-            JointKind::Prismatic { axis, .. } => {
-                let start = super::absolute::slide(&joint, axis, &self.state).0;
+            JointKind::Prismatic { axis, .. } if self.random.chance(0.8) => {
+                let start = slide(joint, axis, state).0;
                 Driver::Displacement {
                     joint: driven,
                     motion: [start, rate, acceleration],
                 }
             }
-            JointKind::Weld { .. } => {
+            _ => {
                 let body = self.random.below(self.system.bodies.len());
                 let on = At {
                     body: Some(body),
                     local: self.random.vector(0.5),
                 };
-                let motion = [
-                    self.state.position(on),
-                    self.random.vector(1.0),
-                    self.random.vector(2.0),
-                ];
-                Driver::Position { on, motion }
+                Driver::Position {
+                    on,
+                    motion: [
+                        state.position(on),
+                        self.random.vector(1.0),
+                        self.random.vector(2.0),
+                    ],
+                }
             }
         };
         self.system.drivers.push(driver);
