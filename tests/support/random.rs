@@ -1,7 +1,8 @@
 //! Random mechanisms that are consistent by construction: the bodies are placed first, the joints are put where they close, and
 //! the velocities are projected on what joints and drivers permit.
 
-use super::absolute::{At, Body, Driver, Joint, JointKind, Load, State, System, slide};
+use super::absolute::{At, Body, Driver, Joint, JointKind, Load, State, System};
+use super::loads::slide;
 use super::scene_text::scene_text;
 use super::variables::{Variables, variables};
 use nalgebra::{DVector, Rotation2, Vector2};

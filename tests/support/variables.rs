@@ -2,9 +2,8 @@
 //!
 //! Bodies are `b0`, `b1`, ..., joints `j0`, drivers `d0`, loads `l0`; the points of joint `j0` are `j0a` and `j0b`.
 
-use super::absolute::{
-    At, Driver, JointKind, Load, State, System, line_force, slide, torsion, turned,
-};
+use super::absolute::{At, Driver, JointKind, Load, State, System, turned};
+use super::loads::{line_force, slide, torsion};
 use nalgebra::Vector2;
 use std::collections::BTreeMap;
 
