@@ -3,6 +3,7 @@
 pub mod element;
 pub mod equations;
 pub mod expr;
+pub mod formulate;
 pub mod graph;
 pub mod lower;
 pub mod mechanism;

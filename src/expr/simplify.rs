@@ -240,7 +240,8 @@ impl Arena {
     /// Gathers numeric factors in front: (x d) (y e) = (x y) (d e).
     fn multiply_scaled(&mut self, a: Expr, b: Expr) -> Option<Expr> {
         let ((x, left), (y, right)) = (self.split_factor(a), self.split_factor(b));
-        if (left == a && right == b) || (left == Expr::ONE && right == b) || (right == Expr::ONE && left == a) {
+        // One number stays with its factor, where it may be part of a constant of the motion.
+        if left == a || right == b {
             return None;
         }
         let number = self.constant(x * y);
