@@ -1,0 +1,102 @@
+//! Values of constant formulas, and folding of numbers.
+
+use crate::mechanism::{BinaryOperator, Comparison, Formula, Function};
+
+/// The value of a formula of numbers and parameters; not a number if it uses anything else.
+pub(crate) fn evaluate(formula: &Formula, parameters: &[f64]) -> f64 {
+    let value = |formula: &Formula| evaluate(formula, parameters);
+    match formula {
+        Formula::Number(number) => *number,
+        Formula::Parameter(id) => parameters.get(id.0).copied().unwrap_or(f64::NAN),
+        Formula::Time | Formula::Input(_) | Formula::Variable(_) => f64::NAN,
+        Formula::Negate(a) => -value(a),
+        Formula::Binary(operator, sides) => binary(*operator, value(&sides[0]), value(&sides[1])),
+        Formula::Call(function, arguments) => {
+            let first = arguments.first().map_or(f64::NAN, value);
+            call(*function, first, arguments.get(1).map_or(f64::NAN, value))
+        }
+        Formula::If(comparison, parts) => {
+            let holds = compare(*comparison, value(&parts[0]), value(&parts[1]));
+            value(&parts[if holds { 2 } else { 3 }])
+        }
+    }
+}
+
+fn binary(operator: BinaryOperator, a: f64, b: f64) -> f64 {
+    match operator {
+        BinaryOperator::Add => a + b,
+        BinaryOperator::Subtract => a - b,
+        BinaryOperator::Multiply => a * b,
+        BinaryOperator::Divide => a / b,
+        BinaryOperator::Power => a.powf(b),
+    }
+}
+
+fn call(function: Function, a: f64, b: f64) -> f64 {
+    match function {
+        Function::Sin => a.sin(),
+        Function::Cos => a.cos(),
+        Function::Tan => a.tan(),
+        Function::Asin => a.asin(),
+        Function::Acos => a.acos(),
+        Function::Atan => a.atan(),
+        Function::Atan2 => a.atan2(b),
+        Function::Exp => a.exp(),
+        Function::Log => a.ln(),
+        Function::Sqrt => a.sqrt(),
+        Function::Abs => a.abs(),
+        Function::Sign if a == 0.0 => 0.0,
+        Function::Sign => a.signum(),
+        Function::Tanh => a.tanh(),
+        Function::Min => a.min(b),
+        Function::Max => a.max(b),
+        Function::Floor => a.floor(),
+    }
+}
+
+fn compare(comparison: Comparison, a: f64, b: f64) -> bool {
+    match comparison {
+        Comparison::Less => a < b,
+        Comparison::LessEqual => a <= b,
+        Comparison::Greater => a > b,
+        Comparison::GreaterEqual => a >= b,
+    }
+}
+
+/// Is the formula a number?
+pub(crate) fn number(formula: &Formula) -> Option<f64> {
+    match formula {
+        Formula::Number(number) => Some(*number),
+        _ => None,
+    }
+}
+
+/// -a
+pub(crate) fn negate(a: Formula) -> Formula {
+    match number(&a) {
+        Some(number) => Formula::Number(-number),
+        None => Formula::Negate(Box::new(a)),
+    }
+}
+
+/// a op b, a number if both are.
+pub(crate) fn combine(operator: BinaryOperator, a: Formula, b: Formula) -> Formula {
+    match (number(&a), number(&b)) {
+        (Some(a), Some(b)) => Formula::Number(binary(operator, a, b)),
+        (_, Some(0.0)) if matches!(operator, BinaryOperator::Add | BinaryOperator::Subtract) => a,
+        _ => Formula::Binary(operator, Box::new([a, b])),
+    }
+}
+
+/// f(...), a number if all arguments are.
+pub(crate) fn apply(function: Function, arguments: Vec<Formula>) -> Formula {
+    let formula = Formula::Call(function, arguments);
+    match &formula {
+        Formula::Call(_, arguments)
+            if arguments.iter().all(|argument| number(argument).is_some()) =>
+        {
+            Formula::Number(evaluate(&formula, &[]))
+        }
+        _ => formula,
+    }
+}

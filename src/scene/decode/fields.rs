@@ -1,0 +1,254 @@
+//! Tables with known keys, and values of the right type.
+
+use super::Decoder;
+use crate::scene::document::{Kind, Node};
+use crate::scene::fault::{Fault, Sink};
+use crate::scene::model::Vector;
+use crate::scene::quantity::{Quantity, Value};
+use crate::scene::span::{Span, Text};
+use crate::scene::suggest;
+
+/// A table whose keys are all known.
+pub(super) struct Fields<'n> {
+    /// Whose table it is, for messages: "joint `wrist_pin`".
+    pub owner: String,
+    /// Where its owner is named.
+    pub span: Span,
+    entries: &'n [(Text, Node)],
+}
+
+impl<'n> Fields<'n> {
+    /// The fields of a table; unknown keys and what is no table are faults.
+    pub fn open(
+        node: &'n Node,
+        owner: &str,
+        span: Span,
+        keys: &[&str],
+        faults: &mut Sink,
+    ) -> Option<Fields<'n>> {
+        let Kind::Table(entries) = &node.kind else {
+            faults.push(wrong_type(node, owner, "a table"));
+            return None;
+        };
+        for (key, _) in entries {
+            // Editors find the schema of a JSON file by this key.
+            if !keys.contains(&key.text.as_str()) && key.text != "$schema" {
+                let otherwise = format!(
+                    "the keys of {owner} are {}",
+                    suggest::list(keys.iter().copied())
+                );
+                faults.push(
+                    Fault::new(
+                        "scene::unknown_key",
+                        format!("{owner} has no key `{}`", key.text),
+                        key.span,
+                    )
+                    .label("unknown key")
+                    .help(suggest::hint(
+                        &key.text,
+                        keys.iter().copied(),
+                        otherwise,
+                    )),
+                );
+            }
+        }
+        Some(Fields {
+            owner: owner.to_string(),
+            span,
+            entries,
+        })
+    }
+
+    /// The value of a key, if it is there.
+    pub fn get(&self, key: &str) -> Option<&'n Node> {
+        self.entries
+            .iter()
+            .find(|(other, _)| other.text == key)
+            .map(|(_, node)| node)
+    }
+
+    /// Where a key is written, if it is there.
+    pub fn key_span(&self, key: &str) -> Option<Span> {
+        self.entries
+            .iter()
+            .find(|(other, _)| other.text == key)
+            .map(|(other, _)| other.span)
+    }
+
+    /// The value of a key; a fault with the advice `help` if it is not there.
+    pub fn required(&self, key: &str, help: &str, faults: &mut Sink) -> Option<&'n Node> {
+        let node = self.get(key);
+        if node.is_none() {
+            faults.push(
+                Fault::new(
+                    "scene::missing_key",
+                    format!("{} has no `{key}`", self.owner),
+                    self.span,
+                )
+                .label(format!("`{key}` is missing"))
+                .help(help),
+            );
+        }
+        node
+    }
+
+    /// "`mass` of body `crank`"
+    pub fn name_of(&self, key: &str) -> String {
+        format!("`{key}` of {}", self.owner)
+    }
+}
+
+fn wrong_type(node: &Node, what: &str, wanted: &str) -> Fault {
+    Fault::new(
+        "scene::wrong_type",
+        format!("{what} is {}, but must be {wanted}", node.kind.name()),
+        node.span,
+    )
+    .label(format!("not {wanted}"))
+}
+
+impl Decoder {
+    pub(super) fn entries<'n>(&mut self, node: &'n Node, what: &str) -> Option<&'n [(Text, Node)]> {
+        match &node.kind {
+            Kind::Table(entries) => Some(entries),
+            _ => {
+                self.faults.push(wrong_type(node, what, "a table"));
+                None
+            }
+        }
+    }
+
+    pub(super) fn text(&mut self, node: &Node, what: &str) -> Option<Text> {
+        match &node.kind {
+            Kind::Text(text) => Some(Text::new(text.as_str(), node.span)),
+            _ => {
+                self.faults.push(wrong_type(node, what, "a text in quotes"));
+                None
+            }
+        }
+    }
+
+    pub(super) fn boolean(&mut self, node: &Node, what: &str) -> Option<bool> {
+        match node.kind {
+            Kind::Boolean(value) => Some(value),
+            _ => {
+                self.faults.push(wrong_type(node, what, "true or false"));
+                None
+            }
+        }
+    }
+
+    pub(super) fn quantity(&mut self, node: &Node, what: &str) -> Option<Quantity> {
+        let value = match &node.kind {
+            Kind::Number(number) => Value::Number(*number),
+            Kind::Text(text) => Value::Text(text.clone()),
+            _ => {
+                let fault = wrong_type(node, what, "a number or a text")
+                    .help("such as `0.12`, `\"120 mm\"` or `\"0.5*crank_length\"`");
+                self.faults.push(fault);
+                return None;
+            }
+        };
+        Some(Quantity {
+            value,
+            span: node.span,
+        })
+    }
+
+    /// One or two components; `resolve` knows how many there must be.
+    pub(super) fn vector(&mut self, node: &Node, what: &str) -> Option<Vector> {
+        let Kind::Array(items) = &node.kind else {
+            self.faults.push(
+                wrong_type(node, what, "a list of two numbers").help("such as `[0.0, -9.81]`"),
+            );
+            return None;
+        };
+        let components: Option<Vec<Quantity>> =
+            items.iter().map(|item| self.quantity(item, what)).collect();
+        components.map(|components| Vector {
+            components,
+            span: node.span,
+        })
+    }
+
+    pub(super) fn texts(&mut self, node: &Node, what: &str) -> Option<Vec<Text>> {
+        let Kind::Array(items) = &node.kind else {
+            self.faults.push(
+                wrong_type(node, what, "a list of names").help("such as `[\"crank\", \"rod\"]`"),
+            );
+            return None;
+        };
+        let item = format!("an entry of {what}");
+        Some(
+            items
+                .iter()
+                .filter_map(|node| self.text(node, &item))
+                .collect(),
+        )
+    }
+
+    pub(super) fn pair(&mut self, node: &Node, what: &str, help: &str) -> Option<[Text; 2]> {
+        let names = self.texts(node, what)?;
+        let count = names.len();
+        let pair: Option<[Text; 2]> = names.try_into().ok();
+        if pair.is_none() && matches!(&node.kind, Kind::Array(items) if items.len() == count) {
+            self.faults.push(
+                Fault::new(
+                    "scene::wrong_value",
+                    format!("{what} names {count} instead of two"),
+                    node.span,
+                )
+                .label("two are wanted")
+                .help(help),
+            );
+        }
+        pair
+    }
+
+    pub(super) fn optional_quantity(&mut self, fields: &Fields<'_>, key: &str) -> Option<Quantity> {
+        fields
+            .get(key)
+            .and_then(|node| self.quantity(node, &fields.name_of(key)))
+    }
+
+    pub(super) fn optional_text(&mut self, fields: &Fields<'_>, key: &str) -> Option<Text> {
+        fields
+            .get(key)
+            .and_then(|node| self.text(node, &fields.name_of(key)))
+    }
+
+    pub(super) fn required_quantity(
+        &mut self,
+        fields: &Fields<'_>,
+        key: &str,
+        help: &str,
+    ) -> Option<Quantity> {
+        let node = fields.required(key, help, &mut self.faults)?;
+        self.quantity(node, &fields.name_of(key))
+    }
+
+    pub(super) fn required_text(
+        &mut self,
+        fields: &Fields<'_>,
+        key: &str,
+        help: &str,
+    ) -> Option<Text> {
+        let node = fields.required(key, help, &mut self.faults)?;
+        self.text(node, &fields.name_of(key))
+    }
+
+    pub(super) fn required_vector(
+        &mut self,
+        fields: &Fields<'_>,
+        key: &str,
+        help: &str,
+    ) -> Option<Vector> {
+        let node = fields.required(key, help, &mut self.faults)?;
+        self.vector(node, &fields.name_of(key))
+    }
+
+    pub(super) fn required_pair(&mut self, fields: &Fields<'_>, help: &str) -> Option<[Text; 2]> {
+        let node = fields.required("between", help, &mut self.faults)?;
+        self.pair(node, &fields.name_of("between"), help)
+    }
+}

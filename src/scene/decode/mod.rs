@@ -1,0 +1,226 @@
+//! Document to [`Scene`]: every key is known, every value has the right type. Names are left to `resolve`.
+
+mod elements;
+mod fields;
+mod settings;
+
+use std::path::Path;
+
+use self::fields::Fields;
+use super::document::{self, Kind, Node};
+use super::fault::{Fault, Faults, Sink};
+use super::model::Scene;
+use super::span::{Source, Span, Text};
+use crate::mechanism::Dimension;
+
+/// The keys of a scene.
+const KEYS: [&str; 17] = [
+    "format",
+    "name",
+    "description",
+    "dimension",
+    "gravity",
+    "parameters",
+    "inputs",
+    "ground",
+    "bodies",
+    "joints",
+    "drivers",
+    "loads",
+    "initial",
+    "outputs",
+    "experiment",
+    "solver",
+    "coordinates",
+];
+
+impl Scene {
+    /// Reads a scene file: JSON if it begins with `{` or is called `.json`, else TOML.
+    pub fn read(path: impl AsRef<Path>) -> Result<Scene, Faults> {
+        let path = path.as_ref();
+        let name = path.display().to_string();
+        let unreadable = |code, message: String| {
+            Faults::new(
+                Source::new(&name, ""),
+                vec![Fault::new(code, message, Span::default())],
+            )
+        };
+        let bytes = std::fs::read(path).map_err(|error| {
+            unreadable(
+                "scene::unreadable",
+                format!("`{name}` cannot be read: {error}"),
+            )
+        })?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let at = error.utf8_error().valid_up_to();
+            let line = error.as_bytes()[..at]
+                .iter()
+                .filter(|byte| **byte == b'\n')
+                .count()
+                + 1;
+            unreadable(
+                "scene::not_utf8",
+                format!("`{name}` is not UTF-8 text: line {line} has bytes that are no character"),
+            )
+        })?;
+        let json = path
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
+        Scene::from_source(Source::new(name, text), json)
+    }
+
+    /// Reads a scene from a text in TOML, or in JSON if it begins with `{`.
+    pub fn from_toml(text: &str) -> Result<Scene, Faults> {
+        Scene::from_source(Source::new("", text), false)
+    }
+
+    /// Reads a scene from a text in JSON.
+    pub fn from_json(text: &str) -> Result<Scene, Faults> {
+        Scene::from_source(Source::new("", text), true)
+    }
+
+    /// Reads a scene from a text with a name for the messages. A scene with a fault in its form is resolved all the
+    /// same, as far as it goes, so that all faults are reported at once.
+    pub fn from_source(source: Source, json: bool) -> Result<Scene, Faults> {
+        let mut decoder = Decoder::default();
+        let text = source
+            .text
+            .strip_prefix('\u{feff}')
+            .map_or(&*source.text, |_| &source.text);
+        let json = json || text.trim_start().starts_with('{');
+        let document = if json {
+            document::from_json(text, &mut decoder.faults)
+        } else {
+            document::from_toml(text, &mut decoder.faults)
+        };
+        let Some(document) = document else {
+            return Err(decoder.faults.into_faults(source));
+        };
+        let mut scene = decoder.scene(&document);
+        scene.broken = decoder.broken;
+        scene.source = source;
+        if decoder.faults.has_errors() {
+            let mut faults = decoder.faults;
+            scene.resolve_into(&mut faults);
+            return Err(faults.into_faults(scene.source));
+        }
+        Ok(scene)
+    }
+}
+
+/// Reads the parts of a scene from a document.
+#[derive(Default)]
+struct Decoder {
+    faults: Sink,
+    /// Names of elements that could not be read.
+    broken: Vec<String>,
+}
+
+impl Decoder {
+    fn scene(&mut self, document: &Node) -> Scene {
+        let mut scene = Scene::new("");
+        let Some(top) = Fields::open(
+            document,
+            "the scene",
+            Span::new(0, 0),
+            &KEYS,
+            &mut self.faults,
+        ) else {
+            return scene;
+        };
+        self.format(&top);
+        match top.get("name") {
+            Some(node) => {
+                scene.name = self
+                    .text(node, "`name`")
+                    .unwrap_or_else(|| Text::new("unreadable", node.span))
+            }
+            None => {
+                scene.name = Text::from("missing");
+                self.faults.push(
+                    Fault::new("scene::missing_key", "the scene has no name", Span::default())
+                        .help("begin the file with `name = \"my_mechanism\"`: the FMU takes its name from it"),
+                );
+            }
+        }
+        scene.description = top
+            .get("description")
+            .and_then(|node| self.text(node, "`description`"));
+        scene.dimension = top
+            .get("dimension")
+            .map_or(Dimension::Two, |node| self.dimension(node));
+        scene.gravity = top
+            .get("gravity")
+            .and_then(|node| self.vector(node, "`gravity`"));
+        scene.parameters = self.section(&top, "parameters", "parameter", Decoder::parameter);
+        scene.inputs = self.section(&top, "inputs", "input", Decoder::input);
+        scene.ground = self.ground(&top);
+        scene.bodies = self.section(&top, "bodies", "body", Decoder::body);
+        scene.joints = self.section(&top, "joints", "joint", Decoder::joint);
+        scene.drivers = self.section(&top, "drivers", "driver", Decoder::driver);
+        scene.loads = self.section(&top, "loads", "load", Decoder::load);
+        self.settings(&top, &mut scene);
+        scene
+    }
+
+    fn format(&mut self, top: &Fields<'_>) {
+        let Some(node) = top.get("format") else {
+            return;
+        };
+        if !matches!(node.kind, Kind::Number(1.0)) {
+            self.faults.push(
+                Fault::new(
+                    "scene::format",
+                    "this version of cotree reads format 1",
+                    node.span,
+                )
+                .label("another format")
+                .help("write `format = 1`"),
+            );
+        }
+    }
+
+    fn dimension(&mut self, node: &Node) -> Dimension {
+        match node.kind {
+            Kind::Number(1.0) => Dimension::One,
+            Kind::Number(2.0) => Dimension::Two,
+            _ => {
+                self.faults.push(
+                    Fault::new(
+                        "scene::wrong_value",
+                        "`dimension` is neither 1 nor 2",
+                        node.span,
+                    )
+                    .label("1 or 2")
+                    .help("2 is the plane, the default; 1 is masses on a line"),
+                );
+                Dimension::Two
+            }
+        }
+    }
+
+    /// The named tables of a section; what cannot be read is noted as broken.
+    fn section<T>(
+        &mut self,
+        top: &Fields<'_>,
+        key: &'static str,
+        what: &str,
+        read: fn(&mut Decoder, &Text, &Node, &str) -> Option<T>,
+    ) -> Vec<T> {
+        let Some(node) = top.get(key) else {
+            return Vec::new();
+        };
+        let Some(entries) = self.entries(node, &format!("`{key}`")) else {
+            return Vec::new();
+        };
+        let mut elements = Vec::new();
+        for (name, node) in entries {
+            let owner = format!("{what} `{}`", name.text);
+            match read(self, name, node, &owner) {
+                Some(element) => elements.push(element),
+                None => self.broken.push(name.text.clone()),
+            }
+        }
+        elements
+    }
+}

@@ -1,0 +1,106 @@
+//! Initial values, outputs, experiment, solver and coordinates.
+
+use super::Decoder;
+use super::fields::Fields;
+use crate::scene::document::{Kind, Node};
+use crate::scene::model::{Coordinates, Experiment, Initial, Outputs, Scene, Solver};
+use crate::scene::span::Text;
+
+impl Decoder {
+    pub(super) fn settings(&mut self, top: &Fields<'_>, scene: &mut Scene) {
+        if let Some(node) = top.get("initial")
+            && let Some(entries) = self.entries(node, "`initial`")
+        {
+            for (key, node) in entries {
+                self.initial(key.clone(), node, &mut scene.initial);
+            }
+        }
+        if let Some(node) = top.get("outputs") {
+            scene.outputs = self.outputs(node);
+        }
+        if let Some(fields) = self.table(top, "experiment", &["start", "stop", "step", "tolerance"])
+        {
+            scene.experiment = Experiment {
+                start: self.optional_quantity(&fields, "start"),
+                stop: self.optional_quantity(&fields, "stop"),
+                step: self.optional_quantity(&fields, "step"),
+                tolerance: self.optional_quantity(&fields, "tolerance"),
+            };
+        }
+        if let Some(fields) = self.table(top, "solver", &["method", "rtol", "atol", "max_step"]) {
+            scene.solver = Solver {
+                method: self.optional_text(&fields, "method"),
+                rtol: self.optional_quantity(&fields, "rtol"),
+                atol: self.optional_quantity(&fields, "atol"),
+                max_step: self.optional_quantity(&fields, "max_step"),
+            };
+        }
+        if let Some(fields) = self.table(top, "coordinates", &["preset", "translation", "rotation"])
+        {
+            let mut tree = |key| {
+                fields
+                    .get(key)
+                    .and_then(|node| self.texts(node, &fields.name_of(key)))
+            };
+            let (translation, rotation) = (tree("translation"), tree("rotation"));
+            scene.coordinates = Coordinates {
+                preset: self.optional_text(&fields, "preset"),
+                translation,
+                rotation,
+            };
+        }
+    }
+
+    fn table<'n>(&mut self, top: &Fields<'n>, key: &str, keys: &[&str]) -> Option<Fields<'n>> {
+        let (node, span) = (top.get(key)?, top.key_span(key)?);
+        Fields::open(node, &format!("`[{key}]`"), span, keys, &mut self.faults)
+    }
+
+    /// A value, a guess, or a table of them: TOML reads the key `crank.angle` without quotes as `angle` in `crank`.
+    fn initial(&mut self, key: Text, node: &Node, values: &mut Vec<Initial>) {
+        let what = format!("the initial value of `{}`", key.text);
+        let Kind::Table(entries) = &node.kind else {
+            if let Some(value) = self.quantity(node, &what) {
+                values.push(Initial {
+                    variable: key,
+                    value,
+                    known: true,
+                });
+            }
+            return;
+        };
+        if entries.iter().all(|(inner, _)| inner.text != "guess") {
+            for (inner, node) in entries {
+                let name = format!("{}.{}", key.text, inner.text);
+                self.initial(Text::new(name, inner.span), node, values);
+            }
+            return;
+        }
+        if let Some(fields) = Fields::open(node, &what, key.span, &["guess"], &mut self.faults)
+            && let Some(value) = self.optional_quantity(&fields, "guess")
+        {
+            values.push(Initial {
+                variable: key,
+                value,
+                known: false,
+            });
+        }
+    }
+
+    fn outputs(&mut self, node: &Node) -> Outputs {
+        let mut outputs = Outputs::default();
+        let Some(entries) = self.entries(node, "`outputs`") else {
+            return outputs;
+        };
+        for (key, node) in entries {
+            if key.text == "variables" {
+                outputs.variables = self
+                    .texts(node, "`variables` of `[outputs]`")
+                    .unwrap_or_default();
+            } else if let Some(value) = self.quantity(node, &format!("output `{}`", key.text)) {
+                outputs.expressions.push((key.clone(), value));
+            }
+        }
+        outputs
+    }
+}

@@ -1,0 +1,160 @@
+//! A scene's text as a tree of values, each with its place in the text; TOML and JSON give the same tree.
+
+use toml::de::{DeTable, DeValue};
+
+use super::fault::{Fault, Sink};
+use super::json;
+use super::span::{Span, Text};
+
+/// A value of a document.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    /// Where it is written; a text without its quotes if it is written verbatim.
+    pub span: Span,
+    pub kind: Kind,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum Kind {
+    /// In the order of the text.
+    Table(Vec<(Text, Node)>),
+    Array(Vec<Node>),
+    Text(String),
+    Number(f64),
+    Boolean(bool),
+    /// TOML's date and time.
+    Date,
+    /// JSON's null.
+    Null,
+}
+
+impl Kind {
+    /// What it is, with its article.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Kind::Table(_) => "a table",
+            Kind::Array(_) => "a list",
+            Kind::Text(_) => "a text",
+            Kind::Number(_) => "a number",
+            Kind::Boolean(_) => "true or false",
+            Kind::Date => "a date",
+            Kind::Null => "null",
+        }
+    }
+}
+
+/// Reads TOML. What is wrong goes to `faults`; there is no tree if its shape cannot be trusted.
+pub(crate) fn from_toml(text: &str, faults: &mut Sink) -> Option<Node> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    let mut usable = true;
+    for error in errors {
+        let span = error
+            .span()
+            .map_or(Span::new(0, text.len().min(1)), |range| {
+                Span::new(range.start, range.end)
+            });
+        if error.message().starts_with("duplicate key") {
+            let name = text.get(span.start..span.end).unwrap_or_default();
+            faults.push(duplicate_key(name, span));
+        } else {
+            usable = false;
+            faults.push(syntax(error.message(), span));
+        }
+    }
+    let span = Span::new(table.span().start, table.span().end);
+    usable.then(|| Node {
+        span,
+        kind: table_of(text, table.into_inner()),
+    })
+}
+
+/// Reads JSON, likewise.
+pub(crate) fn from_json(text: &str, faults: &mut Sink) -> Option<Node> {
+    json::read(text, faults)
+}
+
+/// A fault of the file's syntax.
+pub(crate) fn syntax(message: &str, span: Span) -> Fault {
+    Fault::new(
+        "scene::syntax",
+        format!("the file cannot be read: {message}"),
+        span,
+    )
+    .label("here")
+}
+
+/// The same key twice in one table.
+pub(crate) fn duplicate_key(name: &str, span: Span) -> Fault {
+    Fault::new(
+        "scene::duplicate_name",
+        format!("`{name}` is there twice"),
+        span,
+    )
+    .label("second time")
+    .help("give each its own name, or remove one")
+}
+
+/// The span of a text's content between its quotes if it is written there verbatim, else `whole`.
+pub(crate) fn inside_quotes(source: &str, whole: Span, text: &str) -> Span {
+    [1, 3, 4]
+        .into_iter()
+        .map(|quotes| whole.start + quotes)
+        .find(|&start| {
+            start + text.len() < whole.end && source.get(start..start + text.len()) == Some(text)
+        })
+        .map_or(whole, |start| Span::new(start, start + text.len()))
+}
+
+/// The depth of the tree is limited by the parser, so recursion is safe.
+fn table_of(source: &str, table: DeTable<'_>) -> Kind {
+    let mut entries: Vec<(Text, Node)> = table
+        .into_iter()
+        .map(|(key, value)| {
+            let key_span = Span::new(key.span().start, key.span().end);
+            let span = Span::new(value.span().start, value.span().end);
+            let key = Text::new(key.into_inner(), key_span);
+            (key, node_of(source, span, value.into_inner()))
+        })
+        .collect();
+    entries.sort_by_key(|(key, _)| key.span.start);
+    Kind::Table(entries)
+}
+
+fn node_of(source: &str, span: Span, value: DeValue<'_>) -> Node {
+    let kind = match value {
+        DeValue::String(text) => {
+            let span = inside_quotes(source, span, &text);
+            return Node {
+                span,
+                kind: Kind::Text(text.into_owned()),
+            };
+        }
+        DeValue::Integer(integer) => Kind::Number(integer_of(integer.as_str(), integer.radix())),
+        // A number beyond the largest float parses as infinite, which is refused where it is used.
+        DeValue::Float(float) => Kind::Number(float.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(value) => Kind::Boolean(value),
+        DeValue::Datetime(_) => Kind::Date,
+        DeValue::Array(items) => Kind::Array(
+            items
+                .into_iter()
+                .map(|item| {
+                    let span = Span::new(item.span().start, item.span().end);
+                    node_of(source, span, item.into_inner())
+                })
+                .collect(),
+        ),
+        DeValue::Table(table) => table_of(source, table),
+    };
+    Node { span, kind }
+}
+
+/// Digits of any length as a float.
+fn integer_of(digits: &str, radix: u32) -> f64 {
+    if radix == 10 {
+        return digits.parse().unwrap_or(f64::NAN);
+    }
+    digits
+        .chars()
+        .filter_map(|digit| digit.to_digit(radix))
+        .fold(0.0, |sum, digit| sum * f64::from(radix) + f64::from(digit))
+}

@@ -1,0 +1,499 @@
+//! Parses expressions into trees that know where each part is written.
+//!
+//! ```text
+//! sum     = product (('+' | '-') product)*
+//! product = sign (('*' | '/') sign)*
+//! sign    = ('-' | '+') sign | power
+//! power   = primary ('^' sign)?                      2^3^2 = 2^(3^2), -2^2 = -(2^2)
+//! primary = number | name | function '(' sum, ... ')' | 'if' '(' sum compare sum ',' sum ',' sum ')' | '(' sum ')'
+//! name    = identifier ('.' identifier)*
+//! ```
+
+use super::fault::Fault;
+use super::quantity::{number_length, unit_in_expression};
+use super::span::Text;
+use super::suggest;
+use crate::mechanism::{BinaryOperator, Comparison, Function};
+
+/// Deeper trees are refused, so that no expression can exhaust the stack, here or later.
+const DEEPEST: usize = 250;
+
+/// A part of an expression.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Tree {
+    pub kind: TreeKind,
+    /// First byte within the text of the expression.
+    pub start: usize,
+    /// One past its last byte.
+    pub end: usize,
+    depth: usize,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum TreeKind {
+    Number(f64),
+    Name(String),
+    Negate(Box<Tree>),
+    Binary(BinaryOperator, Box<[Tree; 2]>),
+    Call(Function, Vec<Tree>),
+    If(Comparison, Box<[Tree; 4]>),
+}
+
+/// The functions, by name, with their number of arguments.
+pub(crate) const FUNCTIONS: [(&str, Function, usize); 16] = [
+    ("sin", Function::Sin, 1),
+    ("cos", Function::Cos, 1),
+    ("tan", Function::Tan, 1),
+    ("asin", Function::Asin, 1),
+    ("acos", Function::Acos, 1),
+    ("atan", Function::Atan, 1),
+    ("atan2", Function::Atan2, 2),
+    ("exp", Function::Exp, 1),
+    ("log", Function::Log, 1),
+    ("sqrt", Function::Sqrt, 1),
+    ("abs", Function::Abs, 1),
+    ("sign", Function::Sign, 1),
+    ("tanh", Function::Tanh, 1),
+    ("min", Function::Min, 2),
+    ("max", Function::Max, 2),
+    ("floor", Function::Floor, 1),
+];
+
+/// A function's name.
+pub(crate) fn function_name(function: Function) -> &'static str {
+    FUNCTIONS
+        .iter()
+        .find(|entry| entry.1 == function)
+        .map_or("", |entry| entry.0)
+}
+
+/// Parses an expression.
+pub(crate) fn parse(text: &Text) -> Result<Tree, Fault> {
+    let tokens = tokens(text)?;
+    let mut parser = Parser {
+        text,
+        tokens,
+        at: 0,
+        nesting: 0,
+    };
+    let tree = parser.sum()?;
+    match parser.peek() {
+        Token::End => Ok(tree),
+        Token::Compare(_) => Err(parser
+            .fault("a comparison may only stand in the first place of `if`")
+            .help("write `if(a < b, value, otherwise)`")),
+        _ => Err(parser.expected("an operator (+ - * / ^) or the end")),
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Token<'t> {
+    Number(f64),
+    Name(&'t str),
+    Operator(BinaryOperator),
+    Compare(Comparison),
+    Open,
+    Close,
+    Comma,
+    End,
+}
+
+/// Tokens with their places; the last is always `End`.
+fn tokens(text: &Text) -> Result<Vec<(Token<'_>, usize, usize)>, Fault> {
+    let source = text.text.as_str();
+    let mut tokens = Vec::new();
+    let mut at = 0;
+    loop {
+        at += source[at..].len() - source[at..].trim_start().len();
+        let (token, length) = token(&source[at..]).ok_or_else(|| unexpected(text, at))?;
+        tokens.push((token, at, at + length));
+        if token == Token::End {
+            return Ok(tokens);
+        }
+        at += length;
+    }
+}
+
+/// The token at the start of a text and its length.
+fn token(rest: &str) -> Option<(Token<'_>, usize)> {
+    let Some(first) = rest.chars().next() else {
+        return Some((Token::End, 0));
+    };
+    let or_equal = |plain, or_equal| match rest[1..].starts_with('=') {
+        true => (Token::Compare(or_equal), 2),
+        false => (Token::Compare(plain), 1),
+    };
+    Some(match first {
+        '+' => (Token::Operator(BinaryOperator::Add), 1),
+        '-' => (Token::Operator(BinaryOperator::Subtract), 1),
+        '*' => (Token::Operator(BinaryOperator::Multiply), 1),
+        '/' => (Token::Operator(BinaryOperator::Divide), 1),
+        '^' => (Token::Operator(BinaryOperator::Power), 1),
+        '(' => (Token::Open, 1),
+        ')' => (Token::Close, 1),
+        ',' => (Token::Comma, 1),
+        '<' => or_equal(Comparison::Less, Comparison::LessEqual),
+        '>' => or_equal(Comparison::Greater, Comparison::GreaterEqual),
+        'a'..='z' | 'A'..='Z' | '_' => {
+            let length = rest
+                .find(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != '.')
+                .unwrap_or(rest.len());
+            (Token::Name(&rest[..length]), length)
+        }
+        _ => {
+            let length = number_length(rest)?;
+            (Token::Number(rest[..length].parse().ok()?), length)
+        }
+    })
+}
+
+fn unexpected(text: &Text, at: usize) -> Fault {
+    let character = text.text[at..].chars().next().unwrap_or(' ');
+    let help = match character {
+        '=' | '!' | '&' | '|' => {
+            "the comparisons are `<`, `<=`, `>`, `>=`, and only inside `if(a < b, x, y)`"
+        }
+        _ => "expressions are made of numbers, names, `+ - * / ^`, parentheses and functions",
+    };
+    let span = text.part(at, at + character.len_utf8());
+    Fault::new(
+        "scene::bad_expression",
+        format!("`{character}` has no meaning in an expression"),
+        span,
+    )
+    .label("not understood")
+    .help(help)
+}
+
+struct Parser<'t> {
+    text: &'t Text,
+    tokens: Vec<(Token<'t>, usize, usize)>,
+    at: usize,
+    nesting: usize,
+}
+
+impl<'t> Parser<'t> {
+    fn sum(&mut self) -> Result<Tree, Fault> {
+        let mut left = self.product()?;
+        while let Token::Operator(operator @ (BinaryOperator::Add | BinaryOperator::Subtract)) =
+            self.peek()
+        {
+            self.at += 1;
+            left = self.binary(operator, left, Parser::product)?;
+        }
+        Ok(left)
+    }
+
+    fn product(&mut self) -> Result<Tree, Fault> {
+        let mut left = self.sign()?;
+        while let Token::Operator(operator @ (BinaryOperator::Multiply | BinaryOperator::Divide)) =
+            self.peek()
+        {
+            self.at += 1;
+            left = self.binary(operator, left, Parser::sign)?;
+        }
+        Ok(left)
+    }
+
+    fn sign(&mut self) -> Result<Tree, Fault> {
+        self.nested(|parser| match parser.peek() {
+            Token::Operator(BinaryOperator::Subtract) => {
+                let start = parser.place().0;
+                parser.at += 1;
+                let inner = parser.sign()?;
+                let end = inner.end;
+                parser.tree(TreeKind::Negate(Box::new(inner)), start, end)
+            }
+            Token::Operator(BinaryOperator::Add) => {
+                parser.at += 1;
+                parser.sign()
+            }
+            _ => parser.power(),
+        })
+    }
+
+    fn power(&mut self) -> Result<Tree, Fault> {
+        let base = self.primary()?;
+        if self.peek() == Token::Operator(BinaryOperator::Power) {
+            self.at += 1;
+            return self.binary(BinaryOperator::Power, base, Parser::sign);
+        }
+        Ok(base)
+    }
+
+    fn primary(&mut self) -> Result<Tree, Fault> {
+        let (token, (start, end)) = (self.peek(), self.place());
+        match token {
+            Token::Number(number) => {
+                self.at += 1;
+                self.tree(TreeKind::Number(number), start, end)
+            }
+            Token::Name(name) => {
+                self.at += 1;
+                match self.peek() {
+                    Token::Open if name == "if" => self.conditional(start),
+                    Token::Open => self.call(name, start, end),
+                    _ => self.tree(TreeKind::Name(name.to_string()), start, end),
+                }
+            }
+            Token::Open => {
+                self.at += 1;
+                let mut inner = self.sum()?;
+                (inner.start, inner.end) = (start, self.close()?);
+                Ok(inner)
+            }
+            _ => Err(self.expected("a number, a name or `(`")),
+        }
+    }
+
+    /// `if` has been read, `(` is next.
+    fn conditional(&mut self, start: usize) -> Result<Tree, Fault> {
+        self.at += 1;
+        let left = self.sum()?;
+        let Token::Compare(comparison) = self.peek() else {
+            return Err(self
+                .fault("the first place of `if` is a comparison")
+                .label("expected `<`, `<=`, `>` or `>=`")
+                .help("write `if(a < b, value, otherwise)`"));
+        };
+        self.at += 1;
+        let right = self.sum()?;
+        self.comma()?;
+        let then = self.sum()?;
+        self.comma()?;
+        let otherwise = self.sum()?;
+        let end = self.close()?;
+        self.tree(
+            TreeKind::If(comparison, Box::new([left, right, then, otherwise])),
+            start,
+            end,
+        )
+    }
+
+    /// The name of a function has been read, `(` is next.
+    fn call(&mut self, name: &str, start: usize, name_end: usize) -> Result<Tree, Fault> {
+        let span = self.text.part(start, name_end);
+        let Some(&(_, function, wanted)) = FUNCTIONS.iter().find(|entry| entry.0 == name) else {
+            let names = || FUNCTIONS.iter().map(|entry| entry.0);
+            let otherwise = format!(
+                "the functions are {} and `if(a < b, x, y)`",
+                names().collect::<Vec<_>>().join(", ")
+            );
+            return Err(Fault::new(
+                "scene::unknown_function",
+                format!("there is no function `{name}`"),
+                span,
+            )
+            .label("not a function")
+            .help(suggest::hint(name, names(), otherwise)));
+        };
+        self.at += 1;
+        let mut arguments = Vec::new();
+        if self.peek() != Token::Close {
+            arguments.push(self.sum()?);
+            while self.peek() == Token::Comma {
+                self.at += 1;
+                arguments.push(self.sum()?);
+            }
+        }
+        let end = self.close()?;
+        if arguments.len() != wanted {
+            let message = format!("`{name}` takes {}, not {}", count(wanted), arguments.len());
+            return Err(
+                Fault::new("scene::bad_expression", message, self.text.part(start, end))
+                    .label(format!("{} given", count(arguments.len()))),
+            );
+        }
+        self.tree(TreeKind::Call(function, arguments), start, end)
+    }
+
+    fn binary(
+        &mut self,
+        operator: BinaryOperator,
+        left: Tree,
+        right: impl Fn(&mut Self) -> Result<Tree, Fault>,
+    ) -> Result<Tree, Fault> {
+        let right = right(self)?;
+        let (start, end) = (left.start, right.end);
+        self.tree(
+            TreeKind::Binary(operator, Box::new([left, right])),
+            start,
+            end,
+        )
+    }
+
+    /// A tree that is not too deep.
+    fn tree(&self, kind: TreeKind, start: usize, end: usize) -> Result<Tree, Fault> {
+        let parts: &[Tree] = match &kind {
+            TreeKind::Number(_) | TreeKind::Name(_) => &[],
+            TreeKind::Negate(inner) => std::slice::from_ref(&**inner),
+            TreeKind::Binary(_, sides) => &sides[..],
+            TreeKind::Call(_, arguments) => arguments,
+            TreeKind::If(_, parts) => &parts[..],
+        };
+        let depth = 1 + parts.iter().map(|part| part.depth).max().unwrap_or(0);
+        if depth > DEEPEST {
+            return Err(self.too_deep());
+        }
+        Ok(Tree {
+            kind,
+            start,
+            end,
+            depth,
+        })
+    }
+
+    fn nested(&mut self, parse: impl Fn(&mut Self) -> Result<Tree, Fault>) -> Result<Tree, Fault> {
+        self.nesting += 1;
+        let tree = if self.nesting > DEEPEST {
+            Err(self.too_deep())
+        } else {
+            parse(self)
+        };
+        self.nesting -= 1;
+        tree
+    }
+
+    fn too_deep(&self) -> Fault {
+        self.fault("the expression is too long or nested too deeply")
+            .label("too deep from here")
+    }
+
+    fn comma(&mut self) -> Result<(), Fault> {
+        if self.peek() != Token::Comma {
+            return Err(self
+                .expected("`,`")
+                .help("`if` has three places: `if(a < b, value, otherwise)`"));
+        }
+        self.at += 1;
+        Ok(())
+    }
+
+    /// Reads `)`; where it ends.
+    fn close(&mut self) -> Result<usize, Fault> {
+        if self.peek() != Token::Close {
+            return Err(self.expected("an operator or `)`"));
+        }
+        let end = self.place().1;
+        self.at += 1;
+        Ok(end)
+    }
+
+    fn peek(&self) -> Token<'t> {
+        self.tokens[self.at].0
+    }
+
+    fn place(&self) -> (usize, usize) {
+        (self.tokens[self.at].1, self.tokens[self.at].2)
+    }
+
+    fn follows_number(&self) -> bool {
+        self.at > 0 && matches!(self.tokens[self.at - 1].0, Token::Number(_))
+    }
+
+    fn fault(&self, message: &str) -> Fault {
+        let (start, end) = self.place();
+        Fault::new("scene::bad_expression", message, self.text.part(start, end))
+    }
+
+    fn expected(&self, what: &str) -> Fault {
+        if matches!(self.peek(), Token::Name(_)) && self.follows_number() {
+            let (start, end) = self.place();
+            return unit_in_expression(self.text.part(start, end));
+        }
+        let found = match self.peek() {
+            Token::End => "ends too early".to_string(),
+            _ => format!(
+                "cannot be read at `{}`",
+                &self.text.text[self.place().0..self.place().1]
+            ),
+        };
+        self.fault(&format!(
+            "the expression `{}` {found}",
+            shortened(&self.text.text)
+        ))
+        .label(format!("expected {what}"))
+    }
+}
+
+fn count(arguments: usize) -> String {
+    match arguments {
+        0 => "no arguments".to_string(),
+        1 => "1 argument".to_string(),
+        more => format!("{more} arguments"),
+    }
+}
+
+/// A text that fits into a message.
+pub(crate) fn shortened(text: &str) -> String {
+    const MOST: usize = 60;
+    if text.chars().count() <= MOST {
+        text.to_string()
+    } else {
+        text.chars().take(MOST).chain("...".chars()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::constant::evaluate;
+    use crate::scene::resolve::formula_of_numbers;
+
+    fn value(text: &str) -> f64 {
+        evaluate(&formula_of_numbers(text).unwrap(), &[])
+    }
+
+    #[test]
+    fn precedence() {
+        assert_eq!(value("-2^2"), -4.0);
+        assert_eq!(value("2^3^2"), 512.0);
+        assert_eq!(value("2^-1"), 0.5);
+        assert_eq!(value("2+3*4"), 14.0);
+        assert_eq!(value("2-3-4"), -5.0);
+        assert_eq!(value("24/4/3"), 2.0);
+        assert_eq!(value("(2+3)*-4"), -20.0);
+        assert_eq!(value("2*-3^2"), -18.0);
+        assert_eq!(value("if(1 <= 2, min(3, 4), 5)"), 3.0);
+        assert_eq!(value("atan2(1, 1)*4 - pi"), 0.0);
+        assert_eq!(value("1.5e1 + .5 + 2."), 17.5);
+    }
+
+    #[test]
+    fn faults_point_at_the_place() {
+        let cases = [
+            ("2 * ", "scene::bad_expression", (4, 4)),
+            ("foo(1)", "scene::unknown_function", (0, 3)),
+            ("1 + atan2(1)", "scene::bad_expression", (4, 12)),
+            ("a < b", "scene::bad_expression", (2, 3)),
+            ("if(a, 1, 2)", "scene::bad_expression", (4, 5)),
+            ("x + 3 mm", "scene::unit_in_expression", (6, 8)),
+            ("2 & 3", "scene::bad_expression", (2, 3)),
+            ("(1 + 2", "scene::bad_expression", (6, 6)),
+        ];
+        for (text, code, (start, end)) in cases {
+            let fault =
+                parse(&Text::new(text, crate::scene::Span::new(0, text.len()))).unwrap_err();
+            assert_eq!(
+                (fault.code, fault.span.start, fault.span.end),
+                (code, start, end),
+                "{text}: {fault:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn depth_is_limited() {
+        for text in [
+            "(".repeat(100_000),
+            "-".repeat(100_000),
+            "2^".repeat(100_000),
+            "1+".repeat(100_000) + "1",
+        ] {
+            assert_eq!(
+                parse(&Text::from(text)).unwrap_err().code,
+                "scene::bad_expression"
+            );
+        }
+    }
+}

@@ -1,0 +1,376 @@
+//! The scene as it is written: names are texts, numbers may be units or expressions.
+
+use super::quantity::Quantity;
+use super::span::{Source, Span, Text};
+use crate::mechanism::Dimension;
+
+/// A mechanism as the user describes it: the scene file in Rust, field by field.
+///
+/// ```
+/// use cotree::scene::{Body, Load, Scene};
+///
+/// let scene = Scene::new("slider_crank")
+///     .gravity([0.0, -9.81])
+///     .parameter("crank_length", "0.5 m")
+///     .input("gas_force", "0 N")
+///     .ground_point("bearing", [0.0, 0.0])
+///     .ground_point("guide", [0.0, 0.0])
+///     .body(
+///         "crank",
+///         Body::new()
+///             .mass(2.0)
+///             .inertia("0.0416667 kg.m2")
+///             .point("inner", ("-crank_length/2", 0))
+///             .point("outer", ("crank_length/2", 0)),
+///     )
+///     .body("rod", Body::new().mass(3.0).inertia(0.5625).point("big_end", [-0.75, 0.0]).point("small_end", [0.75, 0.0]))
+///     .body("slider", Body::new().mass(1.0))
+///     .revolute("main_bearing", "ground.bearing", "crank.inner")
+///     .revolute("crank_pin", "crank.outer", "rod.big_end")
+///     .revolute("wrist_pin", "rod.small_end", "slider")
+///     .prismatic("cylinder", "ground.guide", "slider", [1, 0])
+///     .load("gas", Load::force("slider", ("-gas_force", 0)))
+///     .initial("crank.angle", "0.6 rad")
+///     .guess("rod.angle", "-0.19 rad")
+///     .output("crank.angle")
+///     .stop("10 s");
+///
+/// let mechanism = scene.resolve()?.mechanism;
+/// assert_eq!(mechanism.bodies.len(), 3);
+/// # Ok::<(), cotree::scene::Faults>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// The name, of the FMU too.
+    pub name: Text,
+    /// One line about it.
+    pub description: Option<Text>,
+    /// Plane or line.
+    pub dimension: Dimension,
+    /// Acceleration of gravity [m/s2]; none if absent.
+    pub gravity: Option<Vector>,
+    /// Become FMU parameters.
+    pub parameters: Vec<Parameter>,
+    /// Become FMU inputs.
+    pub inputs: Vec<Input>,
+    /// Points of the ground.
+    pub ground: Vec<Point>,
+    /// Rigid bodies.
+    pub bodies: Vec<Body>,
+    /// Joints.
+    pub joints: Vec<Joint>,
+    /// Prescribed motions.
+    pub drivers: Vec<Driver>,
+    /// Forces, torques, springs, actuators.
+    pub loads: Vec<Load>,
+    /// Known and guessed initial values.
+    pub initial: Vec<Initial>,
+    /// What is reported.
+    pub outputs: Outputs,
+    /// Default experiment.
+    pub experiment: Experiment,
+    /// Solver settings.
+    pub solver: Solver,
+    /// Choice of trees.
+    pub coordinates: Coordinates,
+    /// The text that it was read from.
+    pub source: Source,
+    /// Names of what could not be read: they exist, so that their uses are no further faults.
+    pub(crate) broken: Vec<String>,
+}
+
+/// Components along x and y; x alone in one dimension.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Vector {
+    /// One or two components.
+    pub components: Vec<Quantity>,
+    /// Where it is written.
+    pub span: Span,
+}
+
+/// A named parameter.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Parameter {
+    /// The name.
+    pub name: Text,
+    /// Default value; may be an expression of other parameters.
+    pub value: Quantity,
+    /// Unit of bare numbers.
+    pub unit: Option<Text>,
+    /// One line.
+    pub description: Option<Text>,
+    /// Smallest value.
+    pub min: Option<Quantity>,
+    /// Largest value.
+    pub max: Option<Quantity>,
+    /// May it change after initialisation?
+    pub tunable: bool,
+}
+
+/// A named input.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Input {
+    /// The name.
+    pub name: Text,
+    /// Value until it is set; zero if absent.
+    pub start: Option<Quantity>,
+    /// Unit of bare numbers.
+    pub unit: Option<Text>,
+    /// One line.
+    pub description: Option<Text>,
+    /// Smallest value.
+    pub min: Option<Quantity>,
+    /// Largest value.
+    pub max: Option<Quantity>,
+}
+
+/// A named point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// The name within its body.
+    pub name: Text,
+    /// Where it is in the body's frame [m].
+    pub at: Vector,
+}
+
+/// A rigid body.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Body {
+    /// The name.
+    pub name: Text,
+    /// [kg]
+    pub mass: Option<Quantity>,
+    /// About the mass centre [kg.m2].
+    pub inertia: Option<Quantity>,
+    /// Mass centre in the frame of the points [m]; the origin if absent.
+    pub com: Option<Vector>,
+    /// Its points.
+    pub points: Vec<Point>,
+}
+
+/// A joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// The name.
+    pub name: Text,
+    /// The points joined.
+    pub between: [Text; 2],
+    /// What it permits.
+    pub kind: JointKind,
+}
+
+/// What a joint permits.
+#[derive(Clone, Debug, PartialEq)]
+pub enum JointKind {
+    /// Turning about the common point.
+    Revolute {
+        /// [N.m.s]
+        damping: Option<Quantity>,
+    },
+    /// Sliding along an axis.
+    Prismatic {
+        /// In the first body's frame.
+        axis: Vector,
+        /// Second body's angle minus the first's.
+        angle: Option<Quantity>,
+        /// [N.s/m]
+        damping: Option<Quantity>,
+    },
+    /// Nothing.
+    Weld {
+        /// Second body's angle minus the first's.
+        angle: Option<Quantity>,
+    },
+}
+
+/// A prescribed motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Driver {
+    /// The name.
+    pub name: Text,
+    /// What is prescribed.
+    pub kind: DriverKind,
+}
+
+/// What a driver prescribes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DriverKind {
+    /// An angle.
+    Angle {
+        /// Of what.
+        of: Turning,
+        /// [rad]
+        motion: Motion,
+    },
+    /// The displacement of a prismatic joint.
+    Displacement {
+        /// The joint.
+        joint: Text,
+        /// [m]
+        motion: Motion,
+    },
+    /// The position of a point in the world.
+    Position {
+        /// The point.
+        on: Text,
+        /// [m]
+        position: Vector,
+    },
+}
+
+/// What an angle driver turns.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Turning {
+    /// A revolute joint.
+    Joint(Text),
+    /// The second body relative to the first.
+    Between([Text; 2]),
+}
+
+/// A scalar motion.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// A function of time, parameters and inputs.
+    Given(Quantity),
+    /// An FMU input.
+    Follows {
+        /// Its name.
+        input: Text,
+        /// What it is of the motion.
+        r#as: InputAs,
+    },
+}
+
+/// What an input is of a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InputAs {
+    /// The motion itself.
+    Position,
+    /// Its rate.
+    Velocity,
+    /// The rate of its rate.
+    Acceleration,
+}
+
+/// A load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Load {
+    /// The name.
+    pub name: Text,
+    /// What it is.
+    pub kind: LoadKind,
+}
+
+/// What a load is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LoadKind {
+    /// A force on a point.
+    Force {
+        /// The point.
+        on: Text,
+        /// [N]
+        vector: Vector,
+        /// Are the components in the body's frame?
+        in_body: bool,
+    },
+    /// A torque on the second body, its opposite on the first.
+    Torque {
+        /// The bodies.
+        between: [Text; 2],
+        /// [N.m]
+        value: Quantity,
+    },
+    /// A spring along the line between two points.
+    Spring {
+        /// The points.
+        between: [Text; 2],
+        /// [N/m]
+        stiffness: Quantity,
+        /// Free length [m].
+        length: Option<Quantity>,
+        /// [N.s/m]
+        damping: Option<Quantity>,
+    },
+    /// A spring that resists turning.
+    TorsionSpring {
+        /// The bodies.
+        between: [Text; 2],
+        /// [N.m/rad]
+        stiffness: Quantity,
+        /// Free angle [rad].
+        angle: Option<Quantity>,
+        /// [N.m.s]
+        damping: Option<Quantity>,
+    },
+    /// A force law along the line between two points.
+    Actuator {
+        /// The points.
+        between: [Text; 2],
+        /// Pushes the points apart [N].
+        force: Quantity,
+    },
+    /// A torque law between two bodies.
+    TorsionActuator {
+        /// The bodies.
+        between: [Text; 2],
+        /// On the second body [N.m].
+        torque: Quantity,
+    },
+}
+
+/// An initial value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Initial {
+    /// Such as `crank.angle`.
+    pub variable: Text,
+    /// Its value.
+    pub value: Quantity,
+    /// Known, or a guess?
+    pub known: bool,
+}
+
+/// What is reported.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outputs {
+    /// Variables of the scene.
+    pub variables: Vec<Text>,
+    /// Names with their expressions.
+    pub expressions: Vec<(Text, Quantity)>,
+}
+
+/// Default experiment; what is absent is start 0 s, stop 10 s after the start, a thousand steps, tolerance 1e-6.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Experiment {
+    /// [s]
+    pub start: Option<Quantity>,
+    /// [s]
+    pub stop: Option<Quantity>,
+    /// Communication step [s].
+    pub step: Option<Quantity>,
+    /// Relative tolerance.
+    pub tolerance: Option<Quantity>,
+}
+
+/// Solver settings; cotree chooses what is absent.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Solver {
+    /// `auto` or `explicit`.
+    pub method: Option<Text>,
+    /// Relative tolerance.
+    pub rtol: Option<Quantity>,
+    /// Absolute tolerance.
+    pub atol: Option<Quantity>,
+    /// Longest step [s].
+    pub max_step: Option<Quantity>,
+}
+
+/// Choice of trees.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Coordinates {
+    /// `recommended`, `absolute` or `joint`.
+    pub preset: Option<Text>,
+    /// Branches of the translational tree.
+    pub translation: Option<Vec<Text>>,
+    /// Branches of the rotational tree.
+    pub rotation: Option<Vec<Text>>,
+}

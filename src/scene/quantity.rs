@@ -1,0 +1,233 @@
+//! Numbers as users write them: `2`, `"2 m"`, `"0.5*crank_length"`.
+
+use super::fault::Fault;
+use super::span::{Span, Text};
+use super::unit;
+use crate::mechanism::Unit;
+
+/// A number, a number with a unit, or an expression, not yet read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Quantity {
+    /// What is written.
+    pub value: Value,
+    /// Where.
+    pub span: Span,
+}
+
+/// What is written for a quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A bare number.
+    Number(f64),
+    /// A text: a number with a unit, or an expression.
+    Text(String),
+}
+
+impl Default for Value {
+    fn default() -> Value {
+        Value::Number(0.0)
+    }
+}
+
+impl From<f64> for Quantity {
+    fn from(number: f64) -> Quantity {
+        Quantity {
+            value: Value::Number(number),
+            span: Span::default(),
+        }
+    }
+}
+
+impl From<i32> for Quantity {
+    fn from(number: i32) -> Quantity {
+        Quantity::from(f64::from(number))
+    }
+}
+
+impl From<&str> for Quantity {
+    fn from(text: &str) -> Quantity {
+        Quantity::from(text.to_string())
+    }
+}
+
+impl From<String> for Quantity {
+    fn from(text: String) -> Quantity {
+        Quantity {
+            value: Value::Text(text),
+            span: Span::default(),
+        }
+    }
+}
+
+/// What a text turns out to be.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Reading {
+    /// A number alone.
+    Number(f64),
+    /// A number with a unit: its SI value.
+    Measure(f64, Unit),
+    /// Something else: an expression.
+    Expression,
+}
+
+/// Tells numbers, numbers with a unit and expressions apart.
+pub(crate) fn read(text: &Text) -> Result<Reading, Fault> {
+    let Some((number, at)) = leading_number(&text.text) else {
+        return Ok(Reading::Expression);
+    };
+    let rest = text.text[at..].trim();
+    if rest.is_empty() {
+        return Ok(Reading::Number(number));
+    }
+    if !rest.starts_with(|c: char| c.is_alphabetic() || c == '°' || c == '%')
+        && !rest.starts_with("1/")
+    {
+        return Ok(Reading::Expression);
+    }
+    let begin = at + (text.text[at..].len() - text.text[at..].trim_start().len());
+    let unit_text = Text::new(rest, text.part(begin, begin + rest.len()));
+    if unit_text
+        .text
+        .contains(|c: char| "+-() ,<>".contains(c) && !unit_text.text.contains("^-"))
+    {
+        return Err(unit_in_expression(unit_text.span));
+    }
+    let unit = unit::parse(&unit_text)?;
+    Ok(Reading::Measure(
+        number * unit.display.as_ref().map_or(1.0, |display| display.factor),
+        unit,
+    ))
+}
+
+/// `"2 m + x"` and the like.
+pub(crate) fn unit_in_expression(span: Span) -> Fault {
+    Fault::new("scene::unit_in_expression", "a unit may only follow a number that stands alone", span)
+        .label("a unit inside an expression")
+        .help("write the number in SI units, or make it a parameter with a unit (`[parameters]`) and use its name")
+}
+
+/// The number at the start of a text, with its sign, and where it ends.
+fn leading_number(text: &str) -> Option<(f64, usize)> {
+    let start = text.len() - text.trim_start().len();
+    let sign = usize::from(text[start..].starts_with(['+', '-']));
+    let after_sign = start
+        + sign
+        + (text[start + sign..].len() - text[start + sign..].trim_start_matches(' ').len());
+    let length = number_length(&text[after_sign..])?;
+    let magnitude: f64 = text[after_sign..after_sign + length].parse().ok()?;
+    let number = if text[start..].starts_with('-') {
+        -magnitude
+    } else {
+        magnitude
+    };
+    Some((number, after_sign + length))
+}
+
+/// How many bytes at the start of a text are an unsigned decimal number, if any.
+pub(crate) fn number_length(text: &str) -> Option<usize> {
+    let bytes = text.as_bytes();
+    let digits = |from: usize| {
+        bytes[from..]
+            .iter()
+            .take_while(|byte| byte.is_ascii_digit())
+            .count()
+    };
+    let whole = digits(0);
+    let mut end = whole;
+    let mut any = whole > 0;
+    if bytes.get(end) == Some(&b'.') {
+        let fraction = digits(end + 1);
+        any |= fraction > 0;
+        end += 1 + fraction;
+    }
+    if !any {
+        return None;
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let exponent = if end + 1 + sign < bytes.len() {
+            digits(end + 1 + sign)
+        } else {
+            0
+        };
+        if exponent > 0 {
+            end += 1 + sign + exponent;
+        }
+    }
+    Some(end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn si(text: &str) -> (f64, String) {
+        match read(&Text::from(text)).unwrap() {
+            Reading::Measure(value, unit) => (value, unit.si),
+            other => panic!("{text} is {other:?}"),
+        }
+    }
+
+    #[test]
+    fn numbers_with_units_become_si() {
+        let turn = std::f64::consts::TAU;
+        let cases = [
+            ("120 mm", 0.12, "m"),
+            ("2 m", 2.0, "m"),
+            ("30 deg", turn / 12.0, "rad"),
+            ("600 rpm", 10.0 * turn, "rad/s"),
+            ("-0.19 rad", -0.19, "rad"),
+            ("1e-3 kg", 1e-3, "kg"),
+            ("1 in", 0.0254, "m"),
+            ("1 ft", 0.3048, "m"),
+            ("1 lbf", 4.448_221_615_260_5, "N"),
+            ("2 tonne", 2000.0, "kg"),
+            ("36 km/h", 10.0, "m/s"),
+            ("3 N/mm", 3000.0, "N/m"),
+            ("5 N.mm", 0.005, "N.m"),
+            ("5 N*mm", 0.005, "N.m"),
+            ("180 N.m/deg", 180.0 * 360.0 / turn, "N.m/rad"),
+            ("7 g.mm^2", 7e-9, "kg.m2"),
+            ("7 kg*m^2", 7.0, "kg.m2"),
+            ("4 N.m.s/rad", 4.0, "N.m.s/rad"),
+            ("9.81 m/s^2", 9.81, "m/s2"),
+            ("2 1/s", 2.0, "1/s"),
+            ("5 us", 5e-6, "s"),
+            ("5 min", 300.0, "s"),
+            ("5 kJ", 5000.0, "J"),
+            ("5 MW", 5e6, "W"),
+            ("2 m.s^-1", 2.0, "m/s"),
+        ];
+        for (text, value, name) in cases {
+            let (read, unit) = si(text);
+            assert!(
+                (read - value).abs() <= 1e-14 * value.abs(),
+                "{text}: {read} is not {value}"
+            );
+            assert_eq!(unit, name, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_unit_follows_a_number_and_nothing_else() {
+        assert_eq!(read(&Text::from("2*m")).unwrap(), Reading::Expression);
+        assert_eq!(
+            read(&Text::from("crank_length")).unwrap(),
+            Reading::Expression
+        );
+        assert_eq!(read(&Text::from("-2")).unwrap(), Reading::Number(-2.0));
+        assert_eq!(read(&Text::from(" 2e3 ")).unwrap(), Reading::Number(2000.0));
+        assert_eq!(
+            read(&Text::from("2 m + x")).unwrap_err().code,
+            "scene::unit_in_expression"
+        );
+        assert_eq!(
+            read(&Text::from("2 furlong")).unwrap_err().code,
+            "scene::unknown_unit"
+        );
+        assert_eq!(
+            read(&Text::from("2 t")).unwrap_err().code,
+            "scene::unknown_unit"
+        );
+    }
+}

@@ -1,0 +1,73 @@
+//! Initial values.
+
+use std::collections::HashMap;
+
+use super::Resolver;
+use super::variables::{Class, wanted};
+use crate::mechanism::{Initial, Owner, Place, Variable};
+use crate::scene::fault::Fault;
+use crate::scene::model::{self, JointKind, LoadKind};
+use crate::scene::span::Span;
+
+impl Resolver<'_> {
+    pub(super) fn initial(&mut self) -> Vec<Initial> {
+        let scene = self.scene;
+        let mut seen: HashMap<Variable, Span> = HashMap::new();
+        let mut values = Vec::new();
+        for line in &scene.initial {
+            let Some(initial) = self.one_initial(line) else {
+                continue;
+            };
+            if let Some(first) = seen.insert(initial.variable, line.variable.span) {
+                let message = format!("`{}` has two initial values", line.variable.text);
+                let mut fault = Fault::new("scene::duplicate_name", message, line.variable.span)
+                    .label("second time")
+                    .help("keep one of them");
+                fault.also.push(first);
+                self.faults.push(fault);
+            }
+            values.push(initial);
+        }
+        values
+    }
+
+    fn one_initial(&mut self, line: &model::Initial) -> Option<Initial> {
+        let variable = self.variable(&line.variable, "`[initial]`", "scene::unknown_variable");
+        let what = format!("the initial value of `{}`", line.variable.text);
+        let Some(variable) = variable else {
+            self.constant(&line.value, &what, &crate::scene::dimension::ANYTHING);
+            return None;
+        };
+        let value = self.constant(&line.value, &what, &wanted(variable.quantity));
+        if !self.may_be_initial(variable) {
+            self.faults.push(
+                Fault::new("scene::not_initial", format!("`{}` cannot have an initial value", line.variable.text), line.variable.span)
+                    .label("not a position or velocity of a body or joint")
+                    .help("give positions or velocities of bodies (`crank.angle`, `crank.vx`), revolute joints (`pin.angle`, `pin.omega`) or prismatic joints (`guide.s`, `guide.v`)"),
+            );
+        }
+        Some(Initial {
+            variable,
+            value,
+            known: line.known,
+            span: line.variable.span,
+        })
+    }
+
+    fn may_be_initial(&self, variable: Variable) -> bool {
+        let moving = matches!(
+            Class::of(variable.quantity),
+            Class::Position | Class::Velocity
+        );
+        let owner = match variable.owner {
+            Owner::Place(Place::Centre(_)) => true,
+            Owner::Joint(id) => !matches!(self.scene.joints[id.0].kind, JointKind::Weld { .. }),
+            Owner::Load(id) => {
+                self.one_dimensional()
+                    && matches!(self.scene.loads[id.0].kind, LoadKind::Spring { .. })
+            }
+            _ => false,
+        };
+        moving && owner
+    }
+}

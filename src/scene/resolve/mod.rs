@@ -1,0 +1,141 @@
+//! Scene to [`Mechanism`]: names become indices, units become SI, texts become formulas.
+//!
+//! A fault does not stop the work: a formula that cannot be resolved stands as "not a number" in the unfinished
+//! mechanism, which nobody gets to see, and checks of its value stay silent.
+
+mod bodies;
+mod drivers;
+mod formulas;
+mod initial;
+mod islands;
+mod joints;
+mod loads;
+mod lower;
+mod names;
+mod outputs;
+mod parameters;
+mod places;
+mod settings;
+mod variables;
+
+use self::names::Names;
+use super::fault::{Fault, Faults, Sink};
+use super::model::Scene;
+use super::span::Span;
+use super::unit::Exponents;
+use crate::mechanism::{Dimension, Formula, Mechanism};
+
+#[cfg(test)]
+pub(crate) use self::lower::formula_of_numbers;
+
+/// A scene without faults.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resolved {
+    /// The mechanism.
+    pub mechanism: Mechanism,
+    /// What is worth a look all the same.
+    pub warnings: Vec<Fault>,
+}
+
+impl Scene {
+    /// Resolves names, units and expressions. All faults that can be found without formulating equations are reported
+    /// at once.
+    pub fn resolve(&self) -> Result<Resolved, Faults> {
+        let mut faults = Sink::default();
+        let mechanism = self.resolve_into(&mut faults);
+        if faults.has_errors() {
+            return Err(faults.into_faults(self.source.clone()));
+        }
+        Ok(Resolved {
+            mechanism,
+            warnings: faults.into_warnings(),
+        })
+    }
+
+    /// The mechanism as far as it can be resolved; complete if there are no errors.
+    pub(super) fn resolve_into(&self, faults: &mut Sink) -> Mechanism {
+        let names = Names::collect(self, faults);
+        let mut resolver = Resolver {
+            scene: self,
+            names,
+            faults,
+            values: Vec::new(),
+            parameter_units: Vec::new(),
+            input_units: Vec::new(),
+        };
+        resolver.name();
+        let parameters = resolver.parameters();
+        let inputs = resolver.inputs();
+        let mechanism = Mechanism {
+            name: self.name.text.clone(),
+            description: self
+                .description
+                .as_ref()
+                .map(|text| text.text.clone())
+                .unwrap_or_default(),
+            dimension: self.dimension,
+            gravity: resolver.gravity(),
+            parameters,
+            inputs,
+            ground: resolver.ground(),
+            bodies: resolver.bodies(),
+            joints: resolver.joints(),
+            drivers: resolver.drivers(),
+            loads: resolver.loads(),
+            initial: resolver.initial(),
+            outputs: resolver.outputs(),
+            experiment: resolver.experiment(),
+            solver: resolver.solver(),
+            coordinates: resolver.coordinates(),
+        };
+        resolver.islands();
+        mechanism
+    }
+}
+
+/// What is needed to resolve the parts of a scene.
+struct Resolver<'s> {
+    scene: &'s Scene,
+    names: Names<'s>,
+    faults: &'s mut Sink,
+    /// Default values of the parameters, SI.
+    values: Vec<f64>,
+    /// Units of the parameters where they are known.
+    parameter_units: Vec<Option<Exponents>>,
+    /// Units of the inputs where they are known.
+    input_units: Vec<Option<Exponents>>,
+}
+
+/// Stands for a formula with a fault.
+const UNKNOWN: Formula = Formula::Number(f64::NAN);
+
+impl Resolver<'_> {
+    fn name(&mut self) {
+        if self.scene.name.text.trim().is_empty() {
+            self.faults.push(
+                Fault::new(
+                    "scene::missing_key",
+                    "the scene's name is empty",
+                    self.scene.name.span,
+                )
+                .label("empty")
+                .help("the FMU takes its name from it: `name = \"my_mechanism\"`"),
+            );
+        }
+    }
+
+    fn one_dimensional(&self) -> bool {
+        self.scene.dimension == Dimension::One
+    }
+
+    /// Refuses what turns in a scene of one dimension.
+    fn must_not_turn(&mut self, what: &str, span: Span) {
+        if self.one_dimensional() {
+            self.faults.push(
+                Fault::new("scene::one_dimension", format!("{what} turns, but nothing turns in one dimension"), span)
+                    .label("not with `dimension = 1`")
+                    .help("in one dimension there are masses, forces, springs, actuators, welds and position drivers; for more remove `dimension = 1`"),
+            );
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! The naming table: which variables there are, and what they are.
+
+use super::Resolver;
+use super::names::Named;
+use crate::mechanism::{Owner, Place, Quantity, Variable};
+use crate::scene::dimension::{
+    ACCELERATION, ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, ENERGY, FORCE, LENGTH, POWER,
+    TORQUE, VELOCITY, Wanted,
+};
+use crate::scene::fault::Fault;
+use crate::scene::model::{DriverKind, JointKind, LoadKind};
+use crate::scene::span::Text;
+use crate::scene::suggest;
+
+use Quantity::{
+    A, Alpha, Angle, Ax, Ay, Fn, Force, Fx, Fy, KineticEnergy, Length, Omega, PositionResidual,
+    PotentialEnergy, Power, Rate, S, Torque, TotalEnergy, V, VelocityResidual, Vx, Vy, X, Y,
+};
+
+/// What kind of thing a variable is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Class {
+    Position,
+    Velocity,
+    Acceleration,
+    Effort,
+    System,
+}
+
+impl Class {
+    pub fn of(quantity: Quantity) -> Class {
+        match quantity {
+            X | Y | Angle | S | Length => Class::Position,
+            Vx | Vy | Omega | V | Rate => Class::Velocity,
+            Ax | Ay | Alpha | A => Class::Acceleration,
+            Fx | Fy | Fn | Force | Torque | Power => Class::Effort,
+            KineticEnergy | PotentialEnergy | TotalEnergy | PositionResidual | VelocityResidual => {
+                Class::System
+            }
+        }
+    }
+}
+
+/// The last word of a variable's name and what it is in words.
+fn words(quantity: Quantity) -> (&'static str, &'static str) {
+    match quantity {
+        X => ("x", "x position of"),
+        Y => ("y", "y position of"),
+        Angle => ("angle", "angle of"),
+        Vx => ("vx", "x velocity of"),
+        Vy => ("vy", "y velocity of"),
+        Omega => ("omega", "angular velocity of"),
+        Ax => ("ax", "x acceleration of"),
+        Ay => ("ay", "y acceleration of"),
+        Alpha => ("alpha", "angular acceleration of"),
+        S => ("s", "displacement of"),
+        V => ("v", "velocity of"),
+        A => ("a", "acceleration of"),
+        Fx => ("fx", "x force of"),
+        Fy => ("fy", "y force of"),
+        Fn => ("fn", "normal force of"),
+        Force => ("force", "force of"),
+        Torque => ("torque", "torque of"),
+        Power => ("power", "power of"),
+        Length => ("length", "length of"),
+        Rate => ("rate", "rate of length of"),
+        KineticEnergy => ("kinetic", "kinetic energy"),
+        PotentialEnergy => ("potential", "potential energy"),
+        TotalEnergy => ("total", "total energy"),
+        PositionResidual => ("position", "largest residual of the loop equations"),
+        VelocityResidual => (
+            "velocity",
+            "largest residual of the rates of the loop equations",
+        ),
+    }
+}
+
+/// The unit of a variable.
+pub(super) fn wanted(quantity: Quantity) -> Wanted {
+    match quantity {
+        X | Y | S | Length | PositionResidual => LENGTH,
+        Vx | Vy | V | Rate | VelocityResidual => VELOCITY,
+        Ax | Ay | A => ACCELERATION,
+        Angle => ANGLE,
+        Omega => ANGULAR_VELOCITY,
+        Alpha => ANGULAR_ACCELERATION,
+        Fx | Fy | Fn | Force => FORCE,
+        Torque => TORQUE,
+        Power => POWER,
+        KineticEnergy | PotentialEnergy | TotalEnergy => ENERGY,
+    }
+}
+
+const BODY: &[Quantity] = &[X, Y, Angle, Vx, Vy, Omega, Ax, Ay, Alpha];
+const POINT: &[Quantity] = &[X, Y, Vx, Vy, Ax, Ay];
+const ENERGIES: &[Quantity] = &[KineticEnergy, PotentialEnergy, TotalEnergy];
+const RESIDUALS: &[Quantity] = &[PositionResidual, VelocityResidual];
+
+fn of_joint(kind: &JointKind) -> (&'static str, &'static [Quantity]) {
+    match kind {
+        JointKind::Revolute { .. } => ("revolute joint", &[Angle, Omega, Alpha, Fx, Fy]),
+        JointKind::Prismatic { .. } => ("prismatic joint", &[S, V, A, Fn, Torque]),
+        JointKind::Weld { .. } => ("weld joint", &[Fx, Fy, Torque]),
+    }
+}
+
+fn of_driver(kind: &DriverKind) -> &'static [Quantity] {
+    match kind {
+        DriverKind::Angle { .. } => &[Torque, Power],
+        DriverKind::Displacement { .. } => &[Force, Power],
+        DriverKind::Position { .. } => &[Fx, Fy, Power],
+    }
+}
+
+fn of_load(kind: &LoadKind) -> (&'static str, &'static [Quantity]) {
+    match kind {
+        LoadKind::Force { .. } => ("force", &[]),
+        LoadKind::Torque { .. } => ("torque", &[]),
+        LoadKind::Spring { .. } => ("spring", &[Length, Rate, Force]),
+        LoadKind::Actuator { .. } => ("actuator", &[Length, Rate, Force]),
+        LoadKind::TorsionSpring { .. } => ("torsion spring", &[Angle, Omega, Torque]),
+        LoadKind::TorsionActuator { .. } => ("torsion actuator", &[Angle, Omega, Torque]),
+    }
+}
+
+/// Is there such a thing on a line?
+fn on_a_line(quantity: Quantity) -> bool {
+    !matches!(quantity, Y | Vy | Ay | Fy | Angle | Omega | Alpha | Torque)
+}
+
+/// An owner of variables, what to call it, and what it has.
+struct Found {
+    owner: Owner,
+    called: String,
+    has: &'static [Quantity],
+}
+
+impl Resolver<'_> {
+    /// The variable with a name such as `crank.angle` or `rod.small_end.x`; a fault with this code if there is none.
+    pub(super) fn variable(
+        &mut self,
+        name: &Text,
+        user: &str,
+        code: &'static str,
+    ) -> Option<Variable> {
+        let (owner, last) = name.text.rsplit_once('.').unwrap_or((&name.text, ""));
+        let Some(found) = self.find_owner(owner) else {
+            self.unknown_owner(name, user, code);
+            return None;
+        };
+        let one_dimensional = self.one_dimensional();
+        let mut has = found
+            .has
+            .iter()
+            .copied()
+            .filter(|quantity| !one_dimensional || on_a_line(*quantity));
+        if let Some(quantity) = has.clone().find(|quantity| words(*quantity).0 == last) {
+            return Some(Variable {
+                owner: found.owner,
+                quantity,
+            });
+        }
+        let names: Vec<&str> = has.by_ref().map(|quantity| words(quantity).0).collect();
+        let has = match names.is_empty() {
+            true => format!("{} has no variables", found.called),
+            false => format!(
+                "{} has {}",
+                found.called,
+                suggest::list(names.iter().copied())
+            ),
+        };
+        let near = suggest::nearest(last, names.iter().copied());
+        let help = near.map_or(has.clone(), |near| {
+            format!("did you mean `{owner}.{near}`? {has}")
+        });
+        let message = format!(
+            "{user} names a variable that does not exist: `{}`",
+            name.text
+        );
+        self.faults.push_about(
+            &name.text,
+            Fault::new(code, message, name.span)
+                .label("no such variable")
+                .help(help),
+        );
+        None
+    }
+
+    fn find_owner(&self, owner: &str) -> Option<Found> {
+        let place = |place, called: String, has| {
+            Some(Found {
+                owner: Owner::Place(place),
+                called,
+                has,
+            })
+        };
+        if let Some((body, point)) = owner.split_once('.') {
+            return match (body, self.names.get(body)) {
+                ("ground", _) => {
+                    let index = *self.names.ground.get(point)?;
+                    place(Place::Ground(index), format!("point `{owner}`"), POINT)
+                }
+                (_, Some(Named::Body(id))) => {
+                    let index = *self.names.points[id.0].get(point)?;
+                    place(Place::Point(id, index), format!("point `{owner}`"), POINT)
+                }
+                _ => None,
+            };
+        }
+        let system = |has| {
+            Some(Found {
+                owner: Owner::System,
+                called: format!("`{owner}`"),
+                has,
+            })
+        };
+        match owner {
+            "energy" => return system(ENERGIES),
+            "constraint" => return system(RESIDUALS),
+            _ => {}
+        }
+        match self.names.get(owner)? {
+            Named::Body(id) => place(Place::Centre(id), format!("body `{owner}`"), BODY),
+            Named::Joint(id) => {
+                let (word, has) = of_joint(&self.scene.joints[id.0].kind);
+                Some(Found {
+                    owner: Owner::Joint(id),
+                    called: format!("{word} `{owner}`"),
+                    has,
+                })
+            }
+            Named::Driver(id) => {
+                let has = of_driver(&self.scene.drivers[id.0].kind);
+                Some(Found {
+                    owner: Owner::Driver(id),
+                    called: format!("driver `{owner}`"),
+                    has,
+                })
+            }
+            Named::Load(id) => {
+                let (word, has) = of_load(&self.scene.loads[id.0].kind);
+                Some(Found {
+                    owner: Owner::Load(id),
+                    called: format!("{word} `{owner}`"),
+                    has,
+                })
+            }
+            Named::Parameter(_) | Named::Input(_) => None,
+        }
+    }
+
+    fn unknown_owner(&mut self, name: &Text, user: &str, code: &'static str) {
+        if self.names.is_broken(&name.text) {
+            return;
+        }
+        let (first, rest) = name.text.split_once('.').unwrap_or((&name.text, ""));
+        let help = match self.names.get(first) {
+            Some(Named::Body(_)) => {
+                let point = rest.split('.').next().unwrap_or_default();
+                let index = self
+                    .scene
+                    .bodies
+                    .iter()
+                    .find(|body| body.name.text == first);
+                let points: Vec<&str> = index
+                    .iter()
+                    .flat_map(|body| &body.points)
+                    .map(|point| point.name.text.as_str())
+                    .collect();
+                let has = format!(
+                    "body `{first}` has the points {}",
+                    suggest::list(points.iter().copied())
+                );
+                suggest::hint(point, points.iter().copied(), has)
+            }
+            Some(named @ (Named::Parameter(_) | Named::Input(_))) => {
+                format!(
+                    "`{first}` is a{} {}: it is a variable of the FMU anyway",
+                    if named.word() == "input" { "n" } else { "" },
+                    named.word()
+                )
+            }
+            _ => {
+                let known = self
+                    .names
+                    .all(|named| !matches!(named, Named::Parameter(_) | Named::Input(_)));
+                let otherwise = "variables are named like `crank.angle`, `rod.small_end.x`, `wrist_pin.fx`, `energy.total`";
+                suggest::hint(
+                    first,
+                    known.into_iter().chain(["energy", "constraint", "ground"]),
+                    otherwise.to_string(),
+                )
+            }
+        };
+        let message = format!(
+            "{user} names a variable that does not exist: `{}`",
+            name.text
+        );
+        self.faults.push_about(
+            &name.text,
+            Fault::new(code, message, name.span)
+                .label("no such variable")
+                .help(help),
+        );
+    }
+
+    /// The last words of the variables of what has this name.
+    pub(super) fn variables_of(&self, owner: &str) -> Vec<&'static str> {
+        let one_dimensional = self.one_dimensional();
+        let has = self.find_owner(owner).map_or(&[][..], |found| found.has);
+        has.iter()
+            .filter(|quantity| !one_dimensional || on_a_line(**quantity))
+            .map(|quantity| words(*quantity).0)
+            .collect()
+    }
+
+    /// "angle of `crank`"
+    pub(super) fn describe(variable: Variable, name: &str) -> String {
+        let (_, words) = words(variable.quantity);
+        match variable.owner {
+            Owner::System => words.to_string(),
+            _ => format!(
+                "{words} `{}`",
+                name.rsplit_once('.').map_or(name, |(owner, _)| owner)
+            ),
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! Units: `unit = factor (('.' | '*' | '/') factor)*`, `factor = [prefix] symbol ['^'] [exponent]`.
+
+use super::fault::Fault;
+use super::span::Text;
+use super::suggest;
+use crate::mechanism::{DisplayUnit, Unit};
+use std::f64::consts::{PI, TAU};
+
+/// Exponents of kilogram, metre, second and radian.
+pub(crate) type Exponents = [i8; 4];
+
+/// A symbol: SI value of one of it, and the SI units that it is made of.
+struct Symbol {
+    name: &'static str,
+    factor: f64,
+    si: &'static [(&'static str, i8)],
+    /// May `k`, `m` and the like stand before it?
+    prefixed: bool,
+}
+
+const fn symbol(
+    name: &'static str,
+    factor: f64,
+    si: &'static [(&'static str, i8)],
+    prefixed: bool,
+) -> Symbol {
+    Symbol {
+        name,
+        factor,
+        si,
+        prefixed,
+    }
+}
+
+const POUND: f64 = 0.453_592_37;
+
+const SYMBOLS: [Symbol; 21] = [
+    symbol("m", 1.0, &[("m", 1)], true),
+    symbol("in", 0.0254, &[("m", 1)], false),
+    symbol("ft", 0.3048, &[("m", 1)], false),
+    symbol("g", 1e-3, &[("kg", 1)], true),
+    symbol("tonne", 1e3, &[("kg", 1)], false),
+    symbol("lb", POUND, &[("kg", 1)], false),
+    symbol("s", 1.0, &[("s", 1)], true),
+    symbol("min", 60.0, &[("s", 1)], false),
+    symbol("h", 3600.0, &[("s", 1)], false),
+    symbol("rad", 1.0, &[("rad", 1)], true),
+    symbol("deg", PI / 180.0, &[("rad", 1)], false),
+    symbol("rev", TAU, &[("rad", 1)], false),
+    symbol("rpm", TAU / 60.0, &[("rad", 1), ("s", -1)], false),
+    symbol("Hz", 1.0, &[("s", -1)], true),
+    symbol("N", 1.0, &[("N", 1)], true),
+    symbol("lbf", POUND * 9.80665, &[("N", 1)], false),
+    symbol("J", 1.0, &[("J", 1)], true),
+    symbol("W", 1.0, &[("W", 1)], true),
+    symbol("Pa", 1.0, &[("Pa", 1)], true),
+    symbol("bar", 1e5, &[("Pa", 1)], false),
+    // `1/s`
+    symbol("1", 1.0, &[], false),
+];
+
+const PREFIXES: [(char, f64); 9] = [
+    ('n', 1e-9),
+    ('u', 1e-6),
+    ('µ', 1e-6),
+    ('μ', 1e-6),
+    ('m', 1e-3),
+    ('c', 1e-2),
+    ('k', 1e3),
+    ('M', 1e6),
+    ('G', 1e9),
+];
+
+/// The units that "did you mean" knows beside the symbols.
+const USUAL: [&str; 14] = [
+    "mm", "cm", "km", "kg", "mg", "ms", "us", "kN", "mN", "kJ", "kW", "N.m", "kg.m2", "rad/s",
+];
+
+/// Exponents of a unit of which SI names are made.
+fn exponents_of(si: &str) -> Exponents {
+    match si {
+        "kg" => [1, 0, 0, 0],
+        "m" => [0, 1, 0, 0],
+        "s" => [0, 0, 1, 0],
+        "rad" => [0, 0, 0, 1],
+        "N" => [1, 1, -2, 0],
+        "J" => [1, 2, -2, 0],
+        "W" => [1, 2, -3, 0],
+        // "Pa", the only other name in the table of symbols
+        _ => [1, -1, -2, 0],
+    }
+}
+
+/// Reads a unit.
+pub(crate) fn parse(text: &Text) -> Result<Unit, Fault> {
+    let mut factor = 1.0;
+    let mut parts: Vec<(&'static str, i32)> = Vec::new();
+    let mut sign = 1;
+    let mut at = 0;
+    loop {
+        let end = text.text[at..]
+            .find(['.', '*', '/'])
+            .map_or(text.text.len(), |length| at + length);
+        let (symbol, size, exponent) = parse_factor(text, at, end)?;
+        let exponent = sign * exponent;
+        factor *= size.powi(exponent);
+        for &(name, power) in symbol.si {
+            add(&mut parts, name, i32::from(power) * exponent);
+        }
+        let Some(operator) = text.text[end..].chars().next() else {
+            break;
+        };
+        sign = if operator == '/' { -1 } else { 1 };
+        at = end + operator.len_utf8();
+    }
+    let exponents = total(&parts).ok_or_else(|| unknown(text, 0, text.text.len()))?;
+    let si = name(&parts);
+    let display = (factor != 1.0).then(|| DisplayUnit {
+        name: text.text.clone(),
+        factor,
+    });
+    Ok(Unit {
+        exponents,
+        si,
+        display,
+    })
+}
+
+fn parse_factor(
+    text: &Text,
+    start: usize,
+    end: usize,
+) -> Result<(&'static Symbol, f64, i32), Fault> {
+    let word = text.text[start..end].trim();
+    let letters = if word.starts_with('1') {
+        1
+    } else {
+        word.find(|c: char| !c.is_alphabetic())
+            .unwrap_or(word.len())
+    };
+    let exponent = word[letters..].trim_start_matches('^');
+    let exponent = if letters == word.len() {
+        Some(1)
+    } else {
+        exponent.parse().ok().filter(|e: &i32| e.abs() <= 9)
+    };
+    match (find(&word[..letters]), exponent) {
+        (Some((symbol, size)), Some(exponent)) => Ok((symbol, size, exponent)),
+        _ => Err(unknown(text, start, end)),
+    }
+}
+
+/// A symbol with or without a prefix. The bare symbol comes first: `min` is a minute, not a milli-inch.
+fn find(word: &str) -> Option<(&'static Symbol, f64)> {
+    if let Some(symbol) = SYMBOLS.iter().find(|symbol| symbol.name == word) {
+        return Some((symbol, symbol.factor));
+    }
+    let (prefix, scale) = PREFIXES
+        .iter()
+        .find(|(prefix, _)| word.starts_with(*prefix))?;
+    let rest = &word[prefix.len_utf8()..];
+    let symbol = SYMBOLS
+        .iter()
+        .find(|symbol| symbol.prefixed && symbol.name == rest)?;
+    // `kg` is exactly one: 1e3 * 1e-3 is 1.
+    Some((symbol, scale * symbol.factor))
+}
+
+fn unknown(text: &Text, start: usize, end: usize) -> Fault {
+    let word = text.text[start..end].trim();
+    let known = SYMBOLS
+        .iter()
+        .map(|symbol| symbol.name)
+        .filter(|name| *name != "1")
+        .chain(USUAL);
+    let help = match word {
+        "t" => "`t` is the time; the unit of 1000 kg is `tonne`".to_string(),
+        "°" | "degree" | "degrees" => "write `deg`".to_string(),
+        _ => suggest::hint(
+            word,
+            known,
+            "units are written like `mm`, `kg.m2`, `N.s/m`, `deg`, `rpm`; the prefixes are n u m c k M G".to_string(),
+        ),
+    };
+    Fault::new(
+        "scene::unknown_unit",
+        format!("`{}` is not a unit that cotree knows", text.text),
+        text.part(start, end),
+    )
+    .label("no such unit")
+    .help(help)
+}
+
+fn add(parts: &mut Vec<(&'static str, i32)>, name: &'static str, exponent: i32) {
+    match parts.iter_mut().find(|(other, _)| *other == name) {
+        Some((_, sum)) => *sum += exponent,
+        None => parts.push((name, exponent)),
+    }
+}
+
+/// The exponents of a product; none if they are out of all reason.
+fn total(parts: &[(&'static str, i32)]) -> Option<Exponents> {
+    let mut sum = [0_i32; 4];
+    for (name, exponent) in parts {
+        for (total, base) in sum.iter_mut().zip(exponents_of(name)) {
+            *total += i32::from(base) * exponent;
+        }
+    }
+    let mut exponents = [0_i8; 4];
+    for (exponent, total) in exponents.iter_mut().zip(sum) {
+        *exponent = i8::try_from(total).ok()?;
+    }
+    Some(exponents)
+}
+
+/// `N.m/rad`, `1/s2`; empty for a pure number.
+fn name(parts: &[(&'static str, i32)]) -> String {
+    let power = |name: &str, exponent: i32| {
+        if exponent == 1 {
+            name.to_string()
+        } else {
+            format!("{name}{exponent}")
+        }
+    };
+    let above: Vec<String> = parts
+        .iter()
+        .filter(|part| part.1 > 0)
+        .map(|(name, e)| power(name, *e))
+        .collect();
+    let below: String = parts
+        .iter()
+        .filter(|part| part.1 < 0)
+        .map(|(name, e)| format!("/{}", power(name, -e)))
+        .collect();
+    match (above.is_empty(), below.is_empty()) {
+        (true, true) => String::new(),
+        (true, false) => format!("1{below}"),
+        (false, _) => above.join(".") + &below,
+    }
+}
+
+/// The unit with these exponents, by its usual name.
+pub(crate) fn from_exponents(exponents: Exponents) -> Unit {
+    let si = match exponents {
+        [1, 1, -2, 0] => "N".to_string(),
+        [1, 2, -2, 0] => "N.m".to_string(),
+        [1, 2, -2, -1] => "N.m/rad".to_string(),
+        [1, 2, -3, 0] => "W".to_string(),
+        [1, 0, -2, 0] => "N/m".to_string(),
+        [1, 0, -1, 0] => "N.s/m".to_string(),
+        [1, 2, -1, 0] => "N.m.s".to_string(),
+        [1, 2, -1, -1] => "N.m.s/rad".to_string(),
+        // The radian first: rad/s, rad/s2.
+        [kg, m, s, rad] => name(&[
+            ("rad", rad.into()),
+            ("kg", kg.into()),
+            ("m", m.into()),
+            ("s", s.into()),
+        ]),
+    };
+    Unit {
+        exponents,
+        si,
+        display: None,
+    }
+}
+
+/// May the two stand for the same thing? The radian counts as a pure number.
+pub(crate) fn compatible(a: Exponents, b: Exponents) -> bool {
+    a[..3] == b[..3]
+}
