@@ -1,1 +1,5 @@
-fn main() {}
+//! The `cotree` command.
+
+fn main() -> std::process::ExitCode {
+    cotree::cli::run()
+}

@@ -1,0 +1,111 @@
+//! Why a command failed, and how that is told.
+
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+use cotree_fmu::instance::InstanceError;
+
+use super::MessageFormat;
+use crate::export::ExportError;
+use crate::scene::Faults;
+use crate::simulation::RunError;
+
+const SCENE: u8 = 1;
+/// Exit code for wrong usage and for files that cannot be read or written.
+pub const USAGE: u8 = 2;
+const NUMERICAL: u8 = 3;
+
+/// Why a command failed.
+#[derive(Debug)]
+pub enum Failure {
+    /// The scene is at fault.
+    Scene(Faults),
+    /// The command line, or a file that it names.
+    Usage(String),
+    /// The solver could not go on.
+    Numerical(String),
+    /// Whoever reads the output has seen enough.
+    ClosedPipe,
+}
+
+impl Failure {
+    /// A file that cannot be read or written.
+    pub fn file(action: &str, path: &Path, error: impl Display) -> Self {
+        Failure::Usage(format!("cannot {action} `{}`: {error}", path.display()))
+    }
+
+    /// Tells why, and gives the exit code.
+    pub fn report(self, format: MessageFormat) -> ExitCode {
+        match self {
+            Failure::Scene(faults) => {
+                match format {
+                    MessageFormat::Human => warn(&faults),
+                    MessageFormat::Json => print(&format!("{:#}\n", faults.to_json())),
+                }
+                SCENE
+            }
+            Failure::Usage(message) => {
+                say(&format!("error: {message}\n"));
+                USAGE
+            }
+            Failure::Numerical(message) => {
+                say(&format!("error: {message}\n"));
+                NUMERICAL
+            }
+            Failure::ClosedPipe => 0,
+        }
+        .into()
+    }
+}
+
+impl From<Faults> for Failure {
+    fn from(faults: Faults) -> Self {
+        Failure::Scene(faults)
+    }
+}
+
+impl From<ExportError> for Failure {
+    fn from(error: ExportError) -> Self {
+        Failure::Usage(error.to_string())
+    }
+}
+
+/// Faults of standard output.
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe => Failure::ClosedPipe,
+            _ => Failure::Usage(format!("cannot write the output: {error}")),
+        }
+    }
+}
+
+impl From<RunError> for Failure {
+    fn from(error: RunError) -> Self {
+        match error {
+            RunError::Instance(
+                error @ (InstanceError::Solver(_) | InstanceError::Undefined { .. }),
+            ) => Failure::Numerical(error.to_string()),
+            RunError::Instance(error) => Failure::Usage(error.to_string()),
+            RunError::Output(error) => error.into(),
+        }
+    }
+}
+
+/// Shows faults on standard error.
+pub fn warn(faults: &Faults) {
+    let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    say(&faults.render(colour, 100));
+}
+
+/// Writes to standard error.
+pub fn say(text: &str) {
+    let _ = io::stderr().write_all(text.as_bytes()); // there is no other place to complain
+}
+
+/// Writes to standard output when nothing else can be done about an error.
+fn print(text: &str) {
+    let _ = io::stdout().write_all(text.as_bytes());
+}

@@ -1,0 +1,101 @@
+//! The command line: one file for each command.
+
+mod check;
+mod export;
+mod failure;
+mod new;
+mod output;
+mod show;
+mod simulate;
+
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Planar mechanisms to FMUs: describe bodies and joints in a scene file, get equations of motion, a simulation, and an
+/// FMU for any tool that reads FMI 2.0.
+#[derive(Parser)]
+#[command(
+    name = "cotree",
+    version,
+    arg_required_else_help = true,
+    after_help = "First steps:\n  cotree new my_mechanism            write a commented scene to start from\n  \
+                  cotree check my_mechanism.toml     is it right?\n  \
+                  cotree simulate my_mechanism.toml  see it move, as numbers\n  \
+                  cotree export my_mechanism.toml    make my_mechanism.fmu\n\n\
+                  Exit codes: 0 good, 1 the scene is at fault, 2 usage or files, 3 the numbers do not work out."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    global: Global,
+}
+
+#[derive(Args)]
+struct Global {
+    /// How faults of the scene are reported: for people, or as JSON on standard output for editors and scripts
+    #[arg(
+        long,
+        global = true,
+        value_name = "FORMAT",
+        default_value = "human",
+        display_order = 100
+    )]
+    message_format: MessageFormat,
+}
+
+/// How faults are reported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MessageFormat {
+    /// With the lines they are about
+    Human,
+    /// One JSON object
+    Json,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    New(new::New),
+    Check(check::Check),
+    Show(show::Show),
+    Simulate(simulate::Simulate),
+    Export(export::Export),
+}
+
+/// Runs the command that the process was started with.
+pub fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            let _ = error.print(); // a closed pipe is no error
+            return ExitCode::from(if error.use_stderr() {
+                failure::USAGE
+            } else {
+                0
+            });
+        }
+    };
+    let format = cli.global.message_format;
+    let result = match cli.command {
+        Command::New(command) => command.run(),
+        Command::Check(command) => command.run(format),
+        Command::Show(command) => command.run(format),
+        Command::Simulate(command) => command.run(format),
+        Command::Export(command) => command.run(format),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(format),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        super::Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,113 @@
+//! `cotree simulate`
+
+mod progress;
+mod request;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use cotree_fmu::model::Model;
+
+use super::MessageFormat;
+use super::failure::Failure;
+use super::output::{self, Output};
+use crate::export::description::Description;
+use crate::report::csv::Writer;
+use crate::report::plot::{Plot, Series};
+use crate::simulation;
+use progress::Progress;
+
+/// Simulate a scene: its outputs over time, as a table and as a plot
+///
+/// Runs exactly the code that the FMU runs. The table is CSV: `time` [s] first, then the outputs of the scene in SI
+/// units.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  cotree simulate slider_crank.toml -o result.csv --plot result.svg\n  \
+                  cotree simulate slider_crank.toml --set rod_length=\"1.2 m\" --stop \"2 s\" --step \"1 ms\"\n  \
+                  cotree simulate slider_crank.toml --input gas.csv | head\n\n\
+                  An input table begins with a line such as `time,gas_force`; values between its rows are interpolated."
+)]
+pub struct Simulate {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// Where the table goes [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Draw the outputs over time, as an SVG file
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Inputs over time: a CSV file with the columns `time` and inputs of the scene
+    #[arg(long, value_name = "FILE")]
+    input: Option<PathBuf>,
+    /// Set a parameter or a constant input, such as rod_length="1.2 m"; may be given several times
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    settings: Vec<String>,
+    /// End of the simulation, such as 10 or "10 s" [default: the scene's]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    stop: Option<String>,
+    /// Time between reported values [default: the scene's]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    step: Option<String>,
+    /// Relative tolerance of the solver [default: the scene's]
+    #[arg(long, value_name = "NUMBER")]
+    tolerance: Option<f64>,
+}
+
+impl Simulate {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        let compiled = output::compile(&self.scene, format)?;
+        let table = self.input.as_deref().map(request::table).transpose()?;
+        let run = request::run(&self, &compiled.description, table.as_ref())?;
+        let model = Model::new(compiled.program.clone())
+            .map_err(|error| Failure::Numerical(error.to_string()))?;
+        let columns = run
+            .reported
+            .iter()
+            .map(|&index| compiled.description.variables[index].name.as_str());
+        let mut writer = Writer::new(Output::new(self.output.as_deref())?, columns)?;
+        let mut plot = self
+            .plot
+            .is_some()
+            .then(|| empty_plot(&compiled.description, &run.reported));
+        let mut progress = Progress::new(simulation::count(run.experiment));
+        run.start(Arc::new(model), |time, values| {
+            progress.step(time);
+            if let Some(plot) = &mut plot {
+                extend(plot, time, values);
+            }
+            writer.row(time, values)
+        })?;
+        progress.end();
+        if let (Some(plot), Some(path)) = (plot, &self.plot) {
+            output::write(path, &plot.svg())?;
+        }
+        let named = |error| match &self.output {
+            Some(path) => Failure::file("write", path, error),
+            None => Failure::from(error),
+        };
+        writer.finish().map_err(named)?.commit().map_err(named)
+    }
+}
+
+fn empty_plot(description: &Description, reported: &[usize]) -> Plot {
+    let variables = reported.iter().map(|&index| &description.variables[index]);
+    let series = variables.map(|variable| Series {
+        name: variable.name.clone(),
+        unit: variable.unit.si.clone(),
+        values: Vec::new(),
+    });
+    Plot {
+        title: description.model_name.clone(),
+        time: Vec::new(),
+        series: series.collect(),
+    }
+}
+
+fn extend(plot: &mut Plot, time: f64, values: &[f64]) {
+    plot.time.push(time);
+    for (series, &value) in plot.series.iter_mut().zip(values) {
+        series.values.push(value);
+    }
+}

@@ -1,0 +1,172 @@
+//! From the options of the command line to a run.
+
+use std::path::Path;
+
+use super::super::failure::Failure;
+use super::Simulate;
+use crate::export::description::{Causality, Description, ScalarVariable};
+use crate::mechanism::{Experiment, Unit};
+use crate::pipeline;
+use crate::report::csv::Table;
+use crate::simulation::{self, Run};
+
+/// More reported values than this are a mistake in `--step` or `--stop`.
+const MOST_POINTS: u64 = 100_000_000;
+
+/// Reads an input table.
+pub fn table(path: &Path) -> Result<Table, Failure> {
+    let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, error))?;
+    Table::parse(&text).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
+}
+
+/// The run that is asked for.
+pub fn run<'a>(
+    options: &Simulate,
+    description: &'a Description,
+    table: Option<&'a Table>,
+) -> Result<Run<'a>, Failure> {
+    let inputs = match table {
+        Some(table) => Some((table, columns(description, table)?)),
+        None => None,
+    };
+    let settings: Vec<(usize, f64)> = options
+        .settings
+        .iter()
+        .map(|setting| set(description, setting))
+        .collect::<Result<_, _>>()?;
+    if let Some((_, columns)) = &inputs
+        && let Some((index, _)) = settings.iter().find(|(index, _)| columns.contains(index))
+    {
+        let name = &description.variables[*index].name;
+        return Err(Failure::Usage(format!(
+            "`{name}` is given by --set and by the input table"
+        )));
+    }
+    let experiment = experiment(options, description.experiment)?;
+    Ok(Run {
+        description,
+        experiment,
+        settings,
+        inputs,
+        reported: simulation::reported(description),
+    })
+}
+
+fn experiment(options: &Simulate, scene: Experiment) -> Result<Experiment, Failure> {
+    let second = Unit {
+        exponents: [0, 0, 1, 0],
+        si: "s".to_owned(),
+        display: None,
+    };
+    let time = |name: &str, text: &Option<String>, default: f64| match text {
+        Some(text) => pipeline::quantity(text, &second)
+            .map_err(|message| Failure::Usage(format!("--{name}: {message}"))),
+        None => Ok(default),
+    };
+    let stop = time("stop", &options.stop, scene.stop)?;
+    let step = time("step", &options.step, scene.step)?;
+    let tolerance = options.tolerance.unwrap_or(scene.tolerance);
+    let experiment = Experiment {
+        stop,
+        step,
+        tolerance,
+        ..scene
+    };
+    let wrong = if !stop.is_finite() || stop < scene.start {
+        format!(
+            "--stop: {stop:?} s is before the start, {:?} s",
+            scene.start
+        )
+    } else if !(step > 0.0 && step.is_finite()) {
+        format!("--step: {step:?} s is not above zero")
+    } else if simulation::count(experiment) > MOST_POINTS {
+        format!("--step: {step:?} s up to {stop:?} s gives more than {MOST_POINTS} rows")
+    } else if !(tolerance > 0.0 && tolerance < 1.0) {
+        format!("--tolerance: {tolerance:?} is not between 0 and 1")
+    } else {
+        return Ok(experiment);
+    };
+    Err(Failure::Usage(wrong))
+}
+
+/// `name=value` as variable and SI value.
+fn set(description: &Description, setting: &str) -> Result<(usize, f64), Failure> {
+    let wrong = |message: String| Failure::Usage(format!("--set {setting}: {message}"));
+    let (name, value) = setting
+        .split_once('=')
+        .ok_or_else(|| wrong("write name=value".to_owned()))?;
+    let (name, value) = (name.trim(), value.trim());
+    let settable = |variable: &ScalarVariable| {
+        matches!(
+            variable.causality,
+            Causality::Parameter { .. } | Causality::Input { .. }
+        )
+    };
+    let index = find(description, name, settable)
+        .ok_or_else(|| wrong(unknown(description, name, "parameter or input", settable)))?;
+    let variable = &description.variables[index];
+    let value = pipeline::quantity(value, &variable.unit).map_err(wrong)?;
+    permitted(variable, value).map_err(wrong)?;
+    Ok((index, value))
+}
+
+fn permitted(variable: &ScalarVariable, value: f64) -> Result<(), String> {
+    let (Causality::Parameter { min, max, .. } | Causality::Input { min, max, .. }) =
+        variable.causality
+    else {
+        return Ok(());
+    };
+    let unit = &variable.unit.si;
+    match (min, max) {
+        _ if !value.is_finite() => Err("is not a finite number".to_owned()),
+        (Some(min), _) if value < min => Err(format!("must be at least {min:?} {unit}")),
+        (_, Some(max)) if value > max => Err(format!("must be at most {max:?} {unit}")),
+        _ => Ok(()),
+    }
+}
+
+/// The variable of each column of the table.
+fn columns(description: &Description, table: &Table) -> Result<Vec<usize>, Failure> {
+    let input = |variable: &ScalarVariable| matches!(variable.causality, Causality::Input { .. });
+    let column = |name: &String| {
+        find(description, name, input).ok_or_else(|| {
+            Failure::Usage(format!(
+                "input table: {}",
+                unknown(description, name, "input", input)
+            ))
+        })
+    };
+    table.names().iter().map(column).collect()
+}
+
+fn find(
+    description: &Description,
+    name: &str,
+    wanted: impl Fn(&ScalarVariable) -> bool,
+) -> Option<usize> {
+    description
+        .variables
+        .iter()
+        .position(|variable| variable.name == name && wanted(variable))
+}
+
+/// No such name; the names that there are.
+fn unknown(
+    description: &Description,
+    name: &str,
+    kind: &str,
+    wanted: impl Fn(&ScalarVariable) -> bool,
+) -> String {
+    let names: Vec<String> = description
+        .variables
+        .iter()
+        .filter(|variable| wanted(variable))
+        .map(|variable| format!("`{}`", variable.name))
+        .collect();
+    let known = if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    };
+    format!("the scene has no {kind} `{name}`; there are: {known}")
+}

@@ -1,0 +1,172 @@
+//! What the world is told about an FMU: plain data, written as `modelDescription.xml` by [`super::xml`].
+
+use crate::mechanism::{Experiment, Unit};
+
+/// An FMU's description.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// The scene's name.
+    pub model_name: String,
+    /// A C identifier: names the shared library; see [`identifier`].
+    pub identifier: String,
+    /// What the runtime expects at instantiation.
+    pub guid: String,
+    /// One line; may be empty.
+    pub description: String,
+    /// Default experiment.
+    pub experiment: Experiment,
+    /// Every variable; its place is its value reference.
+    pub variables: Vec<ScalarVariable>,
+}
+
+/// A variable of type Real.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScalarVariable {
+    /// The structured name, unique.
+    pub name: String,
+    /// One line; may be empty.
+    pub description: String,
+    /// Its unit; the empty unit if it is not known or a pure number.
+    pub unit: Unit,
+    /// What it is to the importer.
+    pub causality: Causality,
+    /// Index of the variable whose derivative it is.
+    pub derivative_of: Option<usize>,
+    /// Indices of the inputs and states that it depends on while simulating.
+    pub dependencies: Vec<usize>,
+    /// Indices of the parameters, inputs and time that its initial value depends on.
+    pub initial_dependencies: Vec<usize>,
+}
+
+/// What a variable is to the importer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Causality {
+    /// Set before the simulation, or if tunable during it.
+    Parameter {
+        /// May it change after initialisation?
+        tunable: bool,
+        /// Default value, SI.
+        start: f64,
+        /// Smallest permitted value, SI.
+        min: Option<f64>,
+        /// Largest permitted value, SI.
+        max: Option<f64>,
+    },
+    /// Set at communication points.
+    Input {
+        /// Value until it is set, SI.
+        start: f64,
+        /// Smallest permitted value, SI.
+        min: Option<f64>,
+        /// Largest permitted value, SI.
+        max: Option<f64>,
+    },
+    /// Asked for by the scene.
+    Output,
+    /// Readable, but not asked for.
+    Local,
+    /// Time.
+    Independent,
+}
+
+impl Causality {
+    /// The word for it in the standard.
+    pub fn name(self) -> &'static str {
+        match self {
+            Causality::Parameter { .. } => "parameter",
+            Causality::Input { .. } => "input",
+            Causality::Output => "output",
+            Causality::Local => "local",
+            Causality::Independent => "independent",
+        }
+    }
+
+    /// When its value may change.
+    pub fn variability(self) -> &'static str {
+        match self {
+            Causality::Parameter { tunable: false, .. } => "fixed",
+            Causality::Parameter { tunable: true, .. } => "tunable",
+            _ => "continuous",
+        }
+    }
+
+    /// Is its value computed by the FMU?
+    pub fn is_calculated(self) -> bool {
+        matches!(self, Causality::Output | Causality::Local)
+    }
+}
+
+impl Description {
+    /// Indices of the outputs.
+    pub fn outputs(&self) -> Vec<usize> {
+        self.indices(|variable| variable.causality == Causality::Output)
+    }
+
+    /// Indices of the derivatives.
+    pub fn derivatives(&self) -> Vec<usize> {
+        self.indices(|variable| variable.derivative_of.is_some())
+    }
+
+    /// Indices of what must be solved for at initialisation: the calculated ones among outputs, states and derivatives.
+    pub fn initial_unknowns(&self) -> Vec<usize> {
+        let mut wanted = self.outputs();
+        for derivative in self.derivatives() {
+            wanted.push(derivative);
+            wanted.extend(self.variables[derivative].derivative_of);
+        }
+        wanted.retain(|&index| self.variables[index].causality.is_calculated());
+        wanted.sort_unstable();
+        wanted.dedup();
+        wanted
+    }
+
+    fn indices(&self, wanted: impl Fn(&ScalarVariable) -> bool) -> Vec<usize> {
+        self.variables
+            .iter()
+            .enumerate()
+            .filter(|(_, variable)| wanted(variable))
+            .map(|(index, _)| index)
+            .collect()
+    }
+}
+
+/// A C identifier made from a scene's name: letters, digits and underscores are kept, anything else becomes an
+/// underscore.
+pub fn identifier(name: &str) -> String {
+    let mut text: String = name
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
+        .collect();
+    if text.is_empty() || text.starts_with(|c: char| c.is_ascii_digit()) {
+        text.insert(0, '_');
+    }
+    text
+}
+
+/// Does a name follow the structured naming convention: C identifiers, joined by dots?
+pub fn is_structured(name: &str) -> bool {
+    name.split('.').all(|part| {
+        part.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+            && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn identifiers_are_c_identifiers() {
+        assert_eq!(identifier("slider_crank"), "slider_crank");
+        assert_eq!(identifier("4-bar Größe"), "_4_bar_Gr__e");
+        assert_eq!(identifier(""), "_");
+    }
+
+    #[test]
+    fn structured_names() {
+        assert!(is_structured("rod.small_end.x"));
+        for flat in ["", "größe", "a..b", "2nd", "a b", "crank.", ".x"] {
+            assert!(!is_structured(flat), "{flat}");
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! From a compiled mechanism to an FMU file.
+
+pub mod archive;
+pub mod description;
+pub mod page;
+pub mod runtime;
+pub mod xml;
+
+/// Why no FMU could be made.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// FMI has no name for the platform, so no importer would find the shared library.
+    #[error(
+        "FMI has no folder name for this platform ({} on {})",
+        std::env::consts::OS,
+        std::env::consts::ARCH
+    )]
+    Platform,
+    /// The model description could not be written.
+    #[error("cannot write the model description: {0}")]
+    Description(std::io::Error),
+    /// The archive could not be packed.
+    #[error("cannot pack the FMU: {0}")]
+    Archive(#[from] zip::result::ZipError),
+    /// The file could not be written.
+    #[error("cannot write `{path}`: {error}")]
+    Write {
+        /// Where it should have gone.
+        path: String,
+        /// Why not.
+        error: std::io::Error,
+    },
+}

@@ -1,0 +1,82 @@
+//! Tables as comma-separated values: results out, inputs in.
+
+mod table;
+
+pub use table::{Table, TableError};
+
+use std::io::{self, Write};
+
+/// Writes results: `time` first, then one column for each variable. Fields are quoted as in RFC 4180; lines end with a
+/// line feed alone, because that is what command-line tools expect.
+#[derive(Debug)]
+pub struct Writer<W> {
+    out: W,
+}
+
+impl<W: Write> Writer<W> {
+    /// Writes the header.
+    pub fn new<'a>(mut out: W, names: impl IntoIterator<Item = &'a str>) -> io::Result<Self> {
+        write!(out, "time")?;
+        for name in names {
+            write!(out, ",{}", field(name))?;
+        }
+        writeln!(out)?;
+        Ok(Self { out })
+    }
+
+    /// Writes a row. Every number is the shortest text that reads back as the same number.
+    pub fn row(&mut self, time: f64, values: &[f64]) -> io::Result<()> {
+        write!(self.out, "{time:?}")?;
+        for value in values {
+            write!(self.out, ",{value:?}")?;
+        }
+        writeln!(self.out)
+    }
+
+    /// Flushes, and gives back what was written to.
+    pub fn finish(mut self) -> io::Result<W> {
+        self.out.flush()?;
+        Ok(self.out)
+    }
+}
+
+/// A text as a field: quoted if it must be.
+fn field(text: &str) -> String {
+    if text.contains(['"', ',', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_reads_back() {
+        let rows = [
+            (0.0, [1.0 / 3.0, -0.0]),
+            (1e-7, [f64::MIN_POSITIVE, 1e300]),
+            (2.0, [0.1 + 0.2, -5.0]),
+        ];
+        let mut writer = Writer::new(Vec::new(), ["crank.angle", "odd, \"name\""]).unwrap();
+        for (time, values) in &rows {
+            writer.row(*time, values).unwrap();
+        }
+        let text = String::from_utf8(writer.finish().unwrap()).unwrap();
+        assert!(
+            text.starts_with(
+                "time,crank.angle,\"odd, \"\"name\"\"\"\n0.0,0.3333333333333333,-0.0\n"
+            ),
+            "{text}"
+        );
+        let table = Table::parse(&text).unwrap();
+        assert_eq!(table.names(), ["crank.angle", "odd, \"name\""]);
+        for (time, values) in rows {
+            for (column, value) in values.into_iter().enumerate() {
+                assert_eq!(table.at(column, time).0, value);
+            }
+        }
+    }
+}

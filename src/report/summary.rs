@@ -1,0 +1,335 @@
+//! What `cotree show` tells about a mechanism.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// A mechanism in figures and names.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Summary {
+    /// The scene's name.
+    pub name: String,
+    /// One line; may be empty.
+    pub description: String,
+    /// Names of the bodies.
+    pub bodies: Vec<String>,
+    /// The joints.
+    pub joints: Vec<Joint>,
+    /// Names of the drivers.
+    pub drivers: Vec<String>,
+    /// Names of the loads.
+    pub loads: Vec<String>,
+    /// Names of the FMU's parameters.
+    pub parameters: Vec<String>,
+    /// Names of the FMU's inputs.
+    pub inputs: Vec<String>,
+    /// Names of the FMU's outputs.
+    pub outputs: Vec<String>,
+    /// Degrees of freedom that the drivers leave.
+    pub mobility: usize,
+    /// Does the motion follow from drivers and loops alone, without forces?
+    pub kinematic: bool,
+    /// The branch coordinates.
+    pub coordinates: Vec<Coordinate>,
+    /// What the loop equations belong to, one name for each equation.
+    pub constraints: Vec<String>,
+    /// What the redundant ones among them belong to.
+    pub redundant: Vec<String>,
+    /// Branches of the trees.
+    pub trees: Trees,
+    /// How many equations the choices of trees give.
+    pub counts: Counts,
+}
+
+/// A joint.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Joint {
+    /// The user's name.
+    pub name: String,
+    /// `revolute`, `prismatic` or `weld`.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// The points joined.
+    pub between: [String; 2],
+}
+
+/// A branch coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Coordinate {
+    /// Its name, such as `crank.angle`.
+    pub name: String,
+    /// The tree it comes from.
+    pub tree: Tree,
+}
+
+/// One of the two trees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Tree {
+    /// Of the translational graph.
+    Translation,
+    /// Of the rotational graph.
+    Rotation,
+}
+
+/// Branches of the trees, by the names of their elements; rigid arms are left out.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Trees {
+    /// Of the translational graph.
+    pub translation: Vec<String>,
+    /// Of the rotational graph.
+    pub rotation: Vec<String>,
+}
+
+/// Numbers of equations for each choice of trees; `None` where a choice is not possible.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// What the scene uses.
+    pub used: Count,
+    /// Tables 2 and 3 of McPhee (1998).
+    pub recommended: Option<Count>,
+    /// All bodies in both trees.
+    pub absolute: Option<Count>,
+    /// The same joints in both trees.
+    pub joint: Option<Count>,
+}
+
+/// Numbers of equations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Count {
+    /// Branch coordinates, and as many equations of motion.
+    pub coordinates: usize,
+    /// Loop equations.
+    pub constraints: usize,
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.name)?;
+        if !self.description.is_empty() {
+            write!(f, ": {}", self.description)?;
+        }
+        writeln!(f, "\n")?;
+        list(f, "bodies", &self.bodies)?;
+        self.write_joints(f)?;
+        list(f, "drivers", &self.drivers)?;
+        list(f, "loads", &self.loads)?;
+        list(f, "parameters", &self.parameters)?;
+        list(f, "inputs", &self.inputs)?;
+        list(f, "outputs", &self.outputs)?;
+        let motion = match (self.kinematic, self.mobility) {
+            (true, _) => "the drivers determine the motion",
+            (false, 1) => "degree of freedom",
+            (false, _) => "degrees of freedom",
+        };
+        writeln!(f, "  {:<12}{:>4}  {motion}\n", "mobility", self.mobility)?;
+        self.write_equations(f)?;
+        self.write_counts(f)
+    }
+}
+
+impl Summary {
+    fn write_joints(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = self
+            .joints
+            .iter()
+            .map(|joint| joint.name.chars().count())
+            .max()
+            .unwrap_or(0);
+        for (index, joint) in self.joints.iter().enumerate() {
+            match index {
+                0 => write!(f, "  {:<12}{:>4}  ", "joints", self.joints.len())?,
+                _ => write!(f, "{:20}", "")?,
+            }
+            let [first, second] = &joint.between;
+            writeln!(
+                f,
+                "{:<width$}  {:<9}  {first} - {second}",
+                joint.name, joint.kind
+            )?;
+        }
+        Ok(())
+    }
+
+    fn write_equations(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (tree, title) in [
+            (Tree::Translation, "translation"),
+            (Tree::Rotation, "rotation"),
+        ] {
+            let names: Vec<&str> = self
+                .coordinates
+                .iter()
+                .filter(|q| q.tree == tree)
+                .map(|q| q.name.as_str())
+                .collect();
+            list(f, title, &names)?;
+        }
+        counted(
+            f,
+            "loops",
+            self.constraints.len(),
+            &tally(&self.constraints),
+        )?;
+        counted(
+            f,
+            "redundant",
+            self.redundant.len(),
+            &tally(&self.redundant),
+        )
+    }
+
+    fn write_counts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "\n  {:<14}{:>12}{:>17}",
+            "choice", "coordinates", "loop equations"
+        )?;
+        let choices = [
+            ("recommended", self.counts.recommended),
+            ("absolute", self.counts.absolute),
+            ("joint", self.counts.joint),
+            ("this scene", Some(self.counts.used)),
+        ];
+        for (name, count) in choices {
+            match count {
+                Some(count) => writeln!(
+                    f,
+                    "  {name:<14}{:>12}{:>17}",
+                    count.coordinates, count.constraints
+                )?,
+                None => writeln!(f, "  {name:<14}{:>12}{:>17}", "-", "-")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A line of names; no line if there are none.
+fn list<S: AsRef<str>>(f: &mut fmt::Formatter<'_>, title: &str, names: &[S]) -> fmt::Result {
+    counted(f, title, names.len(), names)
+}
+
+/// The same for names that stand for `count` things.
+fn counted<S: AsRef<str>>(
+    f: &mut fmt::Formatter<'_>,
+    title: &str,
+    count: usize,
+    names: &[S],
+) -> fmt::Result {
+    const MOST: usize = 24;
+    if names.is_empty() {
+        return Ok(());
+    }
+    let shown: Vec<&str> = names.iter().take(MOST).map(AsRef::as_ref).collect();
+    let more = if names.len() > MOST {
+        format!(", and {} more", names.len() - MOST)
+    } else {
+        String::new()
+    };
+    writeln!(f, "  {title:<12}{count:>4}  {}{more}", shown.join(", "))
+}
+
+/// Names in the order of their first use; those that occur again say how often.
+fn tally(names: &[String]) -> Vec<String> {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for name in names {
+        match counts.iter_mut().find(|(known, _)| known == name) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((name, 1)),
+        }
+    }
+    counts
+        .into_iter()
+        .map(|(name, n)| {
+            if n > 1 {
+                format!("{name} ({n})")
+            } else {
+                name.to_owned()
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slider_crank() -> Summary {
+        let names = |names: &[&str]| {
+            names
+                .iter()
+                .map(|name| (*name).to_owned())
+                .collect::<Vec<_>>()
+        };
+        let joint = |name: &str, kind: &str, first: &str, second: &str| Joint {
+            name: name.into(),
+            kind: kind.into(),
+            between: [first.into(), second.into()],
+        };
+        let coordinate = |name: &str| Coordinate {
+            name: name.into(),
+            tree: Tree::Rotation,
+        };
+        Summary {
+            name: "slider_crank".into(),
+            description: "McPhee 1998, Fig. 1".into(),
+            bodies: names(&["crank", "rod", "slider"]),
+            joints: vec![
+                joint("main_bearing", "revolute", "ground.bearing", "crank.inner"),
+                joint("cylinder", "prismatic", "ground.guide", "slider"),
+            ],
+            outputs: names(&["crank.angle"]),
+            mobility: 1,
+            coordinates: vec![coordinate("crank.angle"), coordinate("rod.angle")],
+            constraints: names(&["cylinder", "cylinder"]),
+            counts: Counts {
+                used: Count {
+                    coordinates: 2,
+                    constraints: 1,
+                },
+                recommended: Some(Count {
+                    coordinates: 2,
+                    constraints: 1,
+                }),
+                absolute: Some(Count {
+                    coordinates: 9,
+                    constraints: 8,
+                }),
+                joint: None,
+            },
+            ..Summary::default()
+        }
+    }
+
+    #[test]
+    fn the_text_is_a_table() {
+        insta::assert_snapshot!(slider_crank(), @r"
+        slider_crank: McPhee 1998, Fig. 1
+
+          bodies         3  crank, rod, slider
+          joints         2  main_bearing  revolute   ground.bearing - crank.inner
+                            cylinder      prismatic  ground.guide - slider
+          outputs        1  crank.angle
+          mobility       1  degree of freedom
+
+          rotation       2  crank.angle, rod.angle
+          loops          2  cylinder (2)
+
+          choice         coordinates   loop equations
+          recommended              2                1
+          absolute                 9                8
+          joint                    -                -
+          this scene               2                1
+        ");
+    }
+
+    #[test]
+    fn scripts_find_the_counts() {
+        let json = serde_json::to_value(slider_crank()).unwrap();
+        assert_eq!(json["counts"]["absolute"]["constraints"], 8);
+        assert_eq!(json["mobility"], 1);
+        assert_eq!(json["bodies"][1], "rod");
+        assert_eq!(json["joints"][1]["type"], "prismatic");
+        assert_eq!(json["coordinates"][0]["tree"], "rotation");
+    }
+}

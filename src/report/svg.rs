@@ -1,0 +1,132 @@
+//! Just enough SVG to draw a mechanism and a plot.
+
+use std::fmt::Write;
+
+/// A point of the picture [px], y down.
+pub type Pixel = [f64; 2];
+
+/// Readable on any system; no font is embedded.
+pub const FONT: &str = "Inter, 'Segoe UI', 'Helvetica Neue', Helvetica, Arial, sans-serif";
+
+/// An SVG picture under way. Styles are attributes, such as `fill="none"`.
+#[derive(Clone, Debug, Default)]
+pub struct Svg {
+    elements: String,
+}
+
+/// A rectangle of the picture [px].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Left edge.
+    pub x: f64,
+    /// Upper edge.
+    pub y: f64,
+    /// Width.
+    pub width: f64,
+    /// Height.
+    pub height: f64,
+}
+
+impl Svg {
+    /// A straight line.
+    pub fn line(&mut self, [x1, y1]: Pixel, [x2, y2]: Pixel, style: &str) {
+        let [x1, y1, x2, y2] = [x1, y1, x2, y2].map(number);
+        self.element(format_args!(
+            r#"<line x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}" {style}/>"#
+        ));
+    }
+
+    /// A circle.
+    pub fn circle(&mut self, [x, y]: Pixel, radius: f64, style: &str) {
+        let [x, y, radius] = [x, y, radius].map(number);
+        self.element(format_args!(
+            r#"<circle cx="{x}" cy="{y}" r="{radius}" {style}/>"#
+        ));
+    }
+
+    /// A path; `data` as by [`polyline`].
+    pub fn path(&mut self, data: &str, style: &str) {
+        self.element(format_args!(r#"<path d="{data}" {style}/>"#));
+    }
+
+    /// A rectangle with rounded corners.
+    pub fn rectangle(&mut self, frame: Frame, radius: f64, style: &str) {
+        let [x, y, width, height] = [frame.x, frame.y, frame.width, frame.height].map(number);
+        let radius = number(radius);
+        self.element(format_args!(
+            r#"<rect x="{x}" y="{y}" width="{width}" height="{height}" rx="{radius}" {style}/>"#
+        ));
+    }
+
+    /// A line of text.
+    pub fn text(&mut self, [x, y]: Pixel, style: &str, text: &str) {
+        let ([x, y], text) = ([x, y].map(number), escape(text));
+        self.element(format_args!(
+            r#"<text x="{x}" y="{y}" {style}>{text}</text>"#
+        ));
+    }
+
+    /// Any element that is not listed here.
+    pub fn raw(&mut self, element: &str) {
+        self.element(format_args!("{element}"));
+    }
+
+    /// The whole picture on a white sheet; `title` is read out by screen readers.
+    pub fn finish(self, frame: Frame, title: &str) -> String {
+        let [x, y, width, height] = [frame.x, frame.y, frame.width, frame.height].map(number);
+        let title = escape(title);
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{x} {y} {width} {height}\" width=\"{width}\" \
+             height=\"{height}\" font-family=\"{FONT}\" role=\"img\">\n<title>{title}</title>\n\
+             <rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" rx=\"6\" fill=\"#ffffff\"/>\n{}</svg>\n",
+            self.elements
+        )
+    }
+
+    fn element(&mut self, element: std::fmt::Arguments) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.elements, "{element}");
+    }
+}
+
+/// Path data of straight lines through the points.
+pub fn polyline(points: &[Pixel]) -> String {
+    let mut data = String::new();
+    for (index, point) in points.iter().enumerate() {
+        let [x, y] = point.map(number);
+        let _ = write!(data, "{}{x} {y}", if index == 0 { "M" } else { "L" });
+    }
+    data
+}
+
+/// A coordinate to a hundredth of a pixel.
+pub fn number(value: f64) -> String {
+    let text = format!("{value:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" {
+        "0".to_owned()
+    } else {
+        text.to_owned()
+    }
+}
+
+/// Text as it may stand in XML and HTML, also inside quotes.
+pub fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => escaped.push(' '),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+/// How wide a text will be, near enough for laying it out.
+pub fn text_width(text: &str, size: f64) -> f64 {
+    0.6 * size * text.chars().count() as f64
+}
