@@ -559,13 +559,7 @@ impl Mechanism {
     /// The user's name of a variable, such as `crank.angle`.
     pub fn variable_name(&self, variable: Variable) -> String {
         let owner = match variable.owner {
-            Owner::Place(Place::Origin) => "ground".to_string(),
-            Owner::Place(Place::Ground(point)) => format!("ground.{}", self.ground[point].name),
-            Owner::Place(Place::Centre(body)) => self.bodies[body.0].name.clone(),
-            Owner::Place(Place::Point(body, point)) => {
-                let body = &self.bodies[body.0];
-                format!("{}.{}", body.name, body.points[point].name)
-            }
+            Owner::Place(place) => self.place_name(place),
             Owner::Joint(joint) => self.joints[joint.0].name.clone(),
             Owner::Driver(driver) => self.drivers[driver.0].name.clone(),
             Owner::Load(load) => self.loads[load.0].name.clone(),
@@ -627,5 +621,20 @@ impl Unit {
             None => format!("{}/s", self.si),
         };
         Unit { exponents: [kg, m, s - 1, rad], si, display: None }
+    }
+}
+
+impl Mechanism {
+    /// The user's name of a point.
+    pub fn place_name(&self, place: Place) -> String {
+        match place {
+            Place::Origin => "ground".to_string(),
+            Place::Ground(point) => format!("ground.{}", self.ground[point].name),
+            Place::Centre(body) => self.bodies[body.0].name.clone(),
+            Place::Point(body, point) => {
+                let body = &self.bodies[body.0];
+                format!("{}.{}", body.name, body.points[point].name)
+            }
+        }
     }
 }

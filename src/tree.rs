@@ -7,7 +7,7 @@
 use std::collections::{HashMap, VecDeque};
 
 use crate::element::{Origin, System};
-use crate::graph::{ElementId, LinearGraph, Rotation, Tree, Translation};
+use crate::graph::{ElementId, LinearGraph, Rotation, Translation, Tree};
 use crate::mechanism::{Coordinates, Mechanism};
 use crate::scene::{Fault, Span};
 
@@ -30,7 +30,9 @@ impl Trees {
             Coordinates::Recommended => Ok(recommended(system)),
             Coordinates::Absolute => Ok(absolute(system)),
             Coordinates::Joint => Ok(joint(system)),
-            Coordinates::Chosen { translation, rotation } => chosen(system, translation.as_deref(), rotation.as_deref()),
+            Coordinates::Chosen { translation, rotation } => {
+                chosen(system, translation.as_deref(), rotation.as_deref())
+            }
         }
     }
 }
@@ -45,7 +47,8 @@ fn recommended(system: &System) -> Trees {
     let t_order = ordered(&system.translation, |id| {
         (system.element(*id).translation.as_ref().map_or(u8::MAX, |row| row.priority), key(id))
     });
-    let r_order = ordered(&system.rotation, |id| system.element(*id).rotation.as_ref().map_or(u8::MAX, |row| row.priority));
+    let r_order =
+        ordered(&system.rotation, |id| system.element(*id).rotation.as_ref().map_or(u8::MAX, |row| row.priority));
     Trees { translation: system.translation.tree(t_order), rotation: system.rotation.tree(r_order) }
 }
 
@@ -121,10 +124,12 @@ fn chosen(system: &System, translation: Names, rotation: Names) -> Result<Trees,
     let t_branches = translation.map_or(Some(default.translation.branches), |names| {
         obey(branches(system, &system.translation, names, "translation"))
     });
-    let r_branches =
-        rotation.map_or(Some(default.rotation.branches), |names| obey(branches(system, &system.rotation, names, "rotation")));
+    let r_branches = rotation
+        .map_or(Some(default.rotation.branches), |names| obey(branches(system, &system.rotation, names, "rotation")));
     match (t_branches, r_branches) {
-        (Some(t), Some(r)) => Ok(Trees { translation: system.translation.tree_of(t), rotation: system.rotation.tree_of(r) }),
+        (Some(t), Some(r)) => {
+            Ok(Trees { translation: system.translation.tree_of(t), rotation: system.rotation.tree_of(r) })
+        }
         _ => Err(faults),
     }
 }
@@ -173,7 +178,9 @@ fn not_in_graph(system: &System, name: &str, span: Span, list: &str) -> Fault {
     };
     let help = match (known, list) {
         (true, "rotation") => "the rotational tree is made of bodies, joints, angle drivers and torque loads",
-        (true, _) => "the translational tree is made of bodies, joints, position drivers and force loads; rigid arms are always in it",
+        (true, _) => {
+            "the translational tree is made of bodies, joints, position drivers and force loads; rigid arms are always in it"
+        }
         (false, _) => "name a body, joint, driver or load of the scene",
     };
     Fault::new("coordinates::unknown_branch", message, span).label("not an element of this graph").help(help)
@@ -192,7 +199,12 @@ fn loop_fault(name: &str, span: Span, list: &str, others: &[String]) -> Fault {
 }
 
 /// The named elements with which a further branch would form a loop, if it would.
-fn closes_loop<D>(system: &System, graph: &LinearGraph<D>, branches: &[ElementId], id: ElementId) -> Option<Vec<String>> {
+fn closes_loop<D>(
+    system: &System,
+    graph: &LinearGraph<D>,
+    branches: &[ElementId],
+    id: ElementId,
+) -> Option<Vec<String>> {
     let with: Vec<ElementId> = branches.iter().copied().chain([id]).collect();
     if graph.tree(with).branches.len() == branches.len() + 1 {
         return None;
@@ -210,7 +222,13 @@ fn closes_loop<D>(system: &System, graph: &LinearGraph<D>, branches: &[ElementId
             index += 1;
         }
     }
-    Some(circle.into_iter().filter(|&other| !is_arm(system, other)).map(|other| system.element(other).name.clone()).collect())
+    Some(
+        circle
+            .into_iter()
+            .filter(|&other| !is_arm(system, other))
+            .map(|other| system.element(other).name.clone())
+            .collect(),
+    )
 }
 
 fn list_names(names: &[&str]) -> String {

@@ -12,10 +12,7 @@ fn scenes() -> Vec<PathBuf> {
         .read_dir()
         .unwrap()
         .map(|entry| entry.unwrap().path())
-        .filter(|path| {
-            path.extension()
-                .is_some_and(|extension| extension == "toml" || extension == "json")
-        })
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml" || extension == "json"))
         .collect();
     paths.sort();
     paths
@@ -44,8 +41,8 @@ fn each_wrong_scene_is_told_what_to_do() {
     for path in scenes() {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         let text = std::fs::read_to_string(&path).unwrap();
-        let faults = faults(Source::new(&name, text), name.ends_with("json"))
-            .unwrap_or_else(|| panic!("{name} has no fault"));
+        let faults =
+            faults(Source::new(&name, text), name.ends_with("json")).unwrap_or_else(|| panic!("{name} has no fault"));
         settings.bind(|| insta::assert_snapshot!(name, faults.render(false, 100)));
     }
 }
@@ -53,28 +50,17 @@ fn each_wrong_scene_is_told_what_to_do() {
 #[test]
 fn editors_get_lines_and_columns() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faults/unknown_point.toml");
-    let scene = Scene::from_source(
-        Source::new("scene.toml", std::fs::read_to_string(path).unwrap()),
-        false,
-    )
-    .unwrap();
+    let scene = Scene::from_source(Source::new("scene.toml", std::fs::read_to_string(path).unwrap()), false).unwrap();
     let json = scene.resolve().unwrap_err().to_json();
     insta::assert_snapshot!(serde_json::to_string_pretty(&json).unwrap());
 }
 
 #[test]
 fn a_scene_built_in_rust_has_faults_without_places() {
-    let faults = Scene::new("empty")
-        .gravity([0.0, f64::NAN])
-        .resolve()
-        .unwrap_err();
+    let faults = Scene::new("empty").gravity([0.0, f64::NAN]).resolve().unwrap_err();
     let codes: Vec<&str> = faults.list.iter().map(|fault| fault.code).collect();
     assert_eq!(codes, ["scene::not_finite", "scene::no_bodies"]);
-    assert!(
-        faults
-            .render(false, 80)
-            .contains("`gravity` is not a finite number")
-    );
+    assert!(faults.render(false, 80).contains("`gravity` is not a finite number"));
 }
 
 #[test]
@@ -82,17 +68,8 @@ fn files_that_are_no_text_are_faults() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, b"name = \"a\"\n# \xff").unwrap();
-    assert_eq!(
-        Scene::read(&path).unwrap_err().list[0].code,
-        "scene::not_utf8"
-    );
-    assert_eq!(
-        Scene::read(folder.path().join("none.toml"))
-            .unwrap_err()
-            .list[0]
-            .code,
-        "scene::unreadable"
-    );
+    assert_eq!(Scene::read(&path).unwrap_err().list[0].code, "scene::not_utf8");
+    assert_eq!(Scene::read(folder.path().join("none.toml")).unwrap_err().list[0].code, "scene::unreadable");
 }
 
 /// One body with ten uses of a name that is not there.
@@ -100,8 +77,7 @@ fn files_that_are_no_text_are_faults() {
 fn a_missing_name_is_one_fault() {
     let mut text = String::from("name = \"x\"\n[bodies.a]\nmass = 1\n");
     for index in 0..10 {
-        text +=
-            &format!("[joints.j{index}]\ntype = \"revolute\"\nbetween = [\"a\", \"missing\"]\n");
+        text += &format!("[joints.j{index}]\ntype = \"revolute\"\nbetween = [\"a\", \"missing\"]\n");
     }
     let faults = faults(Source::new("", text), false).unwrap();
     let codes: Vec<&str> = faults.list.iter().map(|fault: &Fault| fault.code).collect();
@@ -132,14 +108,8 @@ fn deep_nesting_does_not_exhaust_the_stack() {
         format!("a = {}", "{a=".repeat(depth)),
         format!("{{\"a\": {}", "[".repeat(depth)),
         "{\"a\":".repeat(depth),
-        format!(
-            "name = \"a\"\n[bodies.b]\nmass = \"{}1\"",
-            "1+".repeat(depth)
-        ),
-        format!(
-            "name = \"a\"\n[bodies.b]\nmass = \"{}1\"",
-            "(".repeat(depth)
-        ),
+        format!("name = \"a\"\n[bodies.b]\nmass = \"{}1\"", "1+".repeat(depth)),
+        format!("name = \"a\"\n[bodies.b]\nmass = \"{}1\"", "(".repeat(depth)),
     ];
     for text in texts {
         assert!(faults(Source::new("deep", text), false).is_some());
@@ -155,10 +125,7 @@ fn never_panics(text: String) {
     }
 }
 
-const SLIDER_CRANK: [&str; 2] = [
-    include_str!("scenes/slider_crank.toml"),
-    include_str!("scenes/slider_crank.json"),
-];
+const SLIDER_CRANK: [&str; 2] = [include_str!("scenes/slider_crank.toml"), include_str!("scenes/slider_crank.json")];
 
 /// Words that are likely to mean something somewhere.
 const WORDS: [&str; 24] = [

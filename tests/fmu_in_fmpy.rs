@@ -25,9 +25,7 @@ fn every_model_runs_in_fmpy() {
     });
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut check = Command::new(python);
-    check
-        .arg(root.join("tests/fmpy/check.py"))
-        .arg(env!("CARGO_BIN_EXE_cotree"));
+    check.arg(root.join("tests/fmpy/check.py")).arg(env!("CARGO_BIN_EXE_cotree"));
     check.arg(root.join("models")).arg(&work);
     if let Err(report) = run(&mut check) {
         panic!("{report}");
@@ -37,26 +35,14 @@ fn every_model_runs_in_fmpy() {
 /// The Python of an environment that holds the pinned requirements; made anew when they change.
 fn environment(work: &Path) -> Result<PathBuf, String> {
     let folder = work.join("environment");
-    let python = folder.join(if cfg!(windows) {
-        "Scripts/python.exe"
-    } else {
-        "bin/python"
-    });
+    let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
     let installed = folder.join("requirements.txt");
     if fs::read_to_string(&installed).is_ok_and(|text| text == REQUIREMENTS) {
         return Ok(python);
     }
     let system = env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    run(Command::new(system)
-        .args(["-m", "venv", "--clear"])
-        .arg(&folder))?;
-    let pip = [
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-    ];
+    run(Command::new(system).args(["-m", "venv", "--clear"]).arg(&folder))?;
+    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
     run(Command::new(&python).args(pip).args(REQUIREMENTS.lines()))?;
     fs::write(installed, REQUIREMENTS).map_err(|fault| fault.to_string())?;
     Ok(python)

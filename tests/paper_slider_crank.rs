@@ -94,7 +94,8 @@ impl Point {
 }
 
 fn check(pick: impl Fn(&mut Equations) -> Expr, printed: impl Fn(&Point) -> f64) {
-    let mechanism = Scene::from_toml(SCENE).and_then(|scene| scene.resolve()).map_err(|f| f.to_string()).unwrap().mechanism;
+    let mechanism =
+        Scene::from_toml(SCENE).and_then(|scene| scene.resolve()).map_err(|f| f.to_string()).unwrap().mechanism;
     let system = System::new(&mechanism);
     let trees = Trees::select(&system, &mechanism.coordinates).unwrap();
     let mut equations = Equations::new(system, trees);
@@ -182,8 +183,7 @@ fn eq61_load_1() {
             // The paper's F13 points along -x; here the force input is along +x.
             let [c1, s1, c2, s2] = point.trigonometry();
             let w2 = point.w[1];
-            -point.force * (l5 + l6) * s1
-                + (M[1] * l7 + M[2] * (l7 + l8)) * (l5 + l6) * w2 * w2 * (c1 * c2 + s1 * s2)
+            -point.force * (l5 + l6) * s1 + (M[1] * l7 + M[2] * (l7 + l8)) * (l5 + l6) * w2 * w2 * (c1 * c2 + s1 * s2)
         },
     );
 }
@@ -196,8 +196,7 @@ fn eq62_load_2() {
         |point| {
             let [c1, s1, c2, s2] = point.trigonometry();
             let w1 = point.w[0];
-            -point.force * (l7 + l8) * c2
-                - (M[1] * l7 + M[2] * (l7 + l8)) * (l5 + l6) * w1 * w1 * (c1 * c2 + s1 * s2)
+            -point.force * (l7 + l8) * c2 - (M[1] * l7 + M[2] * (l7 + l8)) * (l5 + l6) * w1 * w1 * (c1 * c2 + s1 * s2)
         },
     );
 }

@@ -8,53 +8,25 @@ use support::absolute::{At, Body, Joint, JointKind, Load, State, System};
 use support::loads::cross;
 use support::random::{Family, random_case};
 
-const FAMILIES: [Family; 5] = [
-    Family::Chain,
-    Family::Tree,
-    Family::Loops,
-    Family::Driven,
-    Family::Redundant,
-];
+const FAMILIES: [Family; 5] = [Family::Chain, Family::Tree, Family::Loops, Family::Driven, Family::Redundant];
 
 fn at(body: Option<usize>, x: f64) -> At {
-    At {
-        body,
-        local: Vector2::new(x, 0.0),
-    }
+    At { body, local: Vector2::new(x, 0.0) }
 }
 
 /// Two bars of length 2a and 2b hanging from each other.
 fn double_pendulum(a: f64, b: f64) -> System {
-    let pin = |between| Joint {
-        between,
-        kind: JointKind::Revolute,
-        damping: 0.0,
-    };
+    let pin = |between| Joint { between, kind: JointKind::Revolute, damping: 0.0 };
     System {
         gravity: Vector2::new(0.0, -9.81),
-        bodies: vec![
-            Body {
-                mass: 1.5,
-                inertia: 0.2,
-            },
-            Body {
-                mass: 0.7,
-                inertia: 0.1,
-            },
-        ],
-        joints: vec![
-            pin([at(None, 0.0), at(Some(0), -a)]),
-            pin([at(Some(0), a), at(Some(1), -b)]),
-        ],
+        bodies: vec![Body { mass: 1.5, inertia: 0.2 }, Body { mass: 0.7, inertia: 0.1 }],
+        joints: vec![pin([at(None, 0.0), at(Some(0), -a)]), pin([at(Some(0), a), at(Some(1), -b)])],
         ..System::default()
     }
 }
 
 fn close(name: &str, value: f64, expected: f64, tolerance: f64) {
-    assert!(
-        (value - expected).abs() <= tolerance * (1.0 + expected.abs()),
-        "{name}: {value} instead of {expected}"
-    );
+    assert!((value - expected).abs() <= tolerance * (1.0 + expected.abs()), "{name}: {value} instead of {expected}");
 }
 
 #[test]
@@ -89,89 +61,48 @@ fn double_pendulum_agrees_with_lagrange() {
     close("alpha 1", solution.acceleration[2], expected[0], 1e-13);
     close("alpha 2", solution.acceleration[5], expected[1], 1e-13);
     // The elbow carries the lower bar: m2 (a2 - g).
-    close(
-        "elbow fx",
-        solution.joints[1][0],
-        m2 * solution.acceleration[3],
-        1e-13,
-    );
-    close(
-        "elbow fy",
-        solution.joints[1][1],
-        m2 * (solution.acceleration[4] + g),
-        1e-13,
-    );
+    close("elbow fx", solution.joints[1][0], m2 * solution.acceleration[3], 1e-13);
+    close("elbow fy", solution.joints[1][1], m2 * (solution.acceleration[4] + g), 1e-13);
 }
 
 #[test]
 fn random_states_close_and_move_as_joints_and_drivers_permit() {
-    for (family, seed) in FAMILIES
-        .into_iter()
-        .flat_map(|family| (0..40).map(move |seed| (family, seed)))
-    {
+    for (family, seed) in FAMILIES.into_iter().flat_map(|family| (0..40).map(move |seed| (family, seed))) {
         let case = random_case(seed, family);
         let constraints = case.system.constraints(&case.state, 0.0);
         let rate = &constraints.jacobian * &case.state.v + &constraints.rate;
-        assert!(
-            constraints.residual.amax() < 1e-13,
-            "{family:?} {seed}: gap {}",
-            constraints.residual.amax()
-        );
-        assert!(
-            rate.amax() < 1e-12,
-            "{family:?} {seed}: gap rate {}",
-            rate.amax()
-        );
+        assert!(constraints.residual.amax() < 1e-13, "{family:?} {seed}: gap {}", constraints.residual.amax());
+        assert!(rate.amax() < 1e-12, "{family:?} {seed}: gap rate {}", rate.amax());
     }
 }
 
 /// Along q + v h + a h^2/2 the constraints must stay closed up to the third order of h: a check of J and gamma without either.
 #[test]
 fn accelerations_keep_the_joints_closed() {
-    for (family, seed) in FAMILIES
-        .into_iter()
-        .flat_map(|family| (0..40).map(move |seed| (family, seed)))
-    {
+    for (family, seed) in FAMILIES.into_iter().flat_map(|family| (0..40).map(move |seed| (family, seed))) {
         let case = random_case(seed, family);
         let acceleration = case.system.solve(&case.state, 0.0).acceleration;
         let gap = |h: f64| {
             let q = &case.state.q + &case.state.v * h + &acceleration * (h * h / 2.0);
-            let constraints = case.system.constraints(
-                &State {
-                    q,
-                    v: case.state.v.clone(),
-                },
-                h,
-            );
+            let constraints = case.system.constraints(&State { q, v: case.state.v.clone() }, h);
             constraints.residual.amax()
         };
         let (h, floor) = (1e-3, 1e-12);
-        assert!(
-            gap(h / 4.0) <= gap(h) / 40.0 + floor,
-            "{family:?} {seed}: {} {}",
-            gap(h),
-            gap(h / 4.0)
-        );
+        assert!(gap(h / 4.0) <= gap(h) / 40.0 + floor, "{family:?} {seed}: {} {}", gap(h), gap(h / 4.0));
     }
 }
 
 /// Newton and Euler for each body, with the named reactions as plain forces on its points.
 #[test]
 fn named_reactions_balance_every_body() {
-    for (family, seed) in [Family::Chain, Family::Tree, Family::Loops]
-        .into_iter()
-        .flat_map(|f| (0..40).map(move |s| (f, s)))
+    for (family, seed) in
+        [Family::Chain, Family::Tree, Family::Loops].into_iter().flat_map(|f| (0..40).map(move |s| (f, s)))
     {
         let case = random_case(seed, family);
         let (system, state, values) = (&case.system, &case.state, &case.expected);
         let mut load = system.applied(state);
         for (i, joint) in system.joints.iter().enumerate() {
-            let value = |quantity: &str| {
-                values
-                    .get(&format!("j{i}.{quantity}"))
-                    .copied()
-                    .unwrap_or(0.0)
-            };
+            let value = |quantity: &str| values.get(&format!("j{i}.{quantity}")).copied().unwrap_or(0.0);
             let force = match joint.kind {
                 JointKind::Prismatic { axis, .. } => {
                     state.world(joint.between[0].body, Vector2::new(-axis.y, axis.x)) * value("fn")
@@ -207,27 +138,16 @@ fn named_reactions_balance_every_body() {
 /// Classical Runge-Kutta steps, without projection.
 fn advance(system: &System, state: &State, h: f64, steps: usize) -> State {
     let rate = |s: &State| (s.v.clone(), system.solve(s, 0.0).acceleration);
-    let moved = |s: &State, (q, v): &(DVector<f64>, DVector<f64>), h: f64| State {
-        q: &s.q + q * h,
-        v: &s.v + v * h,
-    };
+    let moved = |s: &State, (q, v): &(DVector<f64>, DVector<f64>), h: f64| State { q: &s.q + q * h, v: &s.v + v * h };
     let mut now = state.clone();
     for _ in 0..steps {
         let k1 = rate(&now);
         let k2 = rate(&moved(&now, &k1, h / 2.0));
         let k3 = rate(&moved(&now, &k2, h / 2.0));
         let k4 = rate(&moved(&now, &k3, h));
-        let mean = |a: &DVector<f64>, b: &DVector<f64>, c: &DVector<f64>, d: &DVector<f64>| {
-            (a + (b + c) * 2.0 + d) / 6.0
-        };
-        now = moved(
-            &now,
-            &(
-                mean(&k1.0, &k2.0, &k3.0, &k4.0),
-                mean(&k1.1, &k2.1, &k3.1, &k4.1),
-            ),
-            h,
-        );
+        let mean =
+            |a: &DVector<f64>, b: &DVector<f64>, c: &DVector<f64>, d: &DVector<f64>| (a + (b + c) * 2.0 + d) / 6.0;
+        now = moved(&now, &(mean(&k1.0, &k2.0, &k3.0, &k4.0), mean(&k1.1, &k2.1, &k3.1, &k4.1)), h);
     }
     now
 }
@@ -239,23 +159,15 @@ fn energy_stays_without_damping_and_external_loads() {
         for joint in &mut case.system.joints {
             joint.damping = 0.0;
         }
-        case.system
-            .loads
-            .retain(|load| !matches!(load, Load::Force { .. } | Load::Torque { .. }));
+        case.system.loads.retain(|load| !matches!(load, Load::Force { .. } | Load::Torque { .. }));
         for load in &mut case.system.loads {
             if let Load::Spring { damping, .. } | Load::TorsionSpring { damping, .. } = load {
                 *damping = 0.0;
             }
         }
-        let energy =
-            |state: &State| case.system.kinetic_energy(state) + case.system.potential_energy(state);
+        let energy = |state: &State| case.system.kinetic_energy(state) + case.system.potential_energy(state);
         let later = advance(&case.system, &case.state, 1e-4, 100);
-        close(
-            &format!("energy, seed {seed}"),
-            energy(&later),
-            energy(&case.state),
-            1e-9,
-        );
+        close(&format!("energy, seed {seed}"), energy(&later), energy(&case.state), 1e-9);
     }
 }
 
@@ -265,12 +177,8 @@ fn a_damped_joint_takes_out_its_power() {
         let mut case = random_case(seed, Family::Loops);
         case.system.loads.clear();
         case.system.gravity = Vector2::zeros();
-        let power = case.state.v.dot(
-            &case
-                .system
-                .masses()
-                .component_mul(&case.system.solve(&case.state, 0.0).acceleration),
-        );
+        let power =
+            case.state.v.dot(&case.system.masses().component_mul(&case.system.solve(&case.state, 0.0).acceleration));
         let values: BTreeMap<_, _> = support::variables::variables(&case.system, &case.state, 0.0);
         let lost: f64 = case
             .system
@@ -278,11 +186,8 @@ fn a_damped_joint_takes_out_its_power() {
             .iter()
             .enumerate()
             .map(|(i, joint)| {
-                let rate = values
-                    .get(&format!("j{i}.omega"))
-                    .or(values.get(&format!("j{i}.v")))
-                    .copied()
-                    .unwrap_or(0.0);
+                let rate =
+                    values.get(&format!("j{i}.omega")).or(values.get(&format!("j{i}.v"))).copied().unwrap_or(0.0);
                 joint.damping * rate * rate
             })
             .sum();
@@ -292,21 +197,11 @@ fn a_damped_joint_takes_out_its_power() {
 
 #[test]
 fn scene_texts_are_complete_and_repeatable() {
-    for (family, seed) in FAMILIES
-        .into_iter()
-        .flat_map(|family| (0..20).map(move |seed| (family, seed)))
-    {
+    for (family, seed) in FAMILIES.into_iter().flat_map(|family| (0..20).map(move |seed| (family, seed))) {
         let case = random_case(seed, family);
-        let table: toml::Table = case
-            .scene
-            .parse()
-            .unwrap_or_else(|fault| panic!("{family:?} {seed}: {fault}\n{}", case.scene));
-        let count = |key: &str| {
-            table
-                .get(key)
-                .and_then(|t| t.as_table())
-                .map_or(0, |t| t.len())
-        };
+        let table: toml::Table =
+            case.scene.parse().unwrap_or_else(|fault| panic!("{family:?} {seed}: {fault}\n{}", case.scene));
+        let count = |key: &str| table.get(key).and_then(|t| t.as_table()).map_or(0, |t| t.len());
         assert_eq!(count("bodies"), case.system.bodies.len());
         assert_eq!(count("joints"), case.system.joints.len());
         assert_eq!(count("drivers"), case.system.drivers.len());

@@ -1,8 +1,8 @@
 //! Rigid body (m): datum -> mass centre; F = -m a, T = -I alpha - sum r x F (Eqs 5, 6).
 
 use super::{
-    Angle, CoordinateName, Direction, Element, Force, Known, Origin, RotationalRow, System, Torque, TranslationalRow, table2,
-    table3,
+    Angle, CoordinateName, Direction, Element, Force, Known, Origin, RotationalRow, System, Torque, TranslationalRow,
+    table2, table3,
 };
 use crate::graph::{RNode, TNode};
 use crate::mechanism::{BodyId, Dimension, Place};

@@ -4,7 +4,13 @@
 use super::{Direction, Element, Force, Known, Origin, System, TranslationalRow, table2};
 use crate::mechanism::{DriverId, Formula, JointId, Motion};
 
-pub(super) fn element(system: &mut System, id: DriverId, joint: JointId, axis: &[Formula; 2], motion: &Motion) -> Element {
+pub(super) fn element(
+    system: &mut System,
+    id: DriverId,
+    joint: JointId,
+    axis: &[Formula; 2],
+    motion: &Motion,
+) -> Element {
     let signal = system.signal(id, motion);
     let between = system.mechanism.joints[joint.0].between;
     let axis = system.values(axis);

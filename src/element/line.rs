@@ -26,7 +26,13 @@ pub(super) fn element(system: &mut System, id: LoadId, between: [Place; 2], forc
 }
 
 /// The linear law -k (x - x0) - c v of a spring (or torsion spring), which pushes apart (or turns on) its second end.
-pub(super) fn linear_law(id: LoadId, [x, v]: [Quantity; 2], stiffness: &Formula, free: &Formula, damping: &Formula) -> Formula {
+pub(super) fn linear_law(
+    id: LoadId,
+    [x, v]: [Quantity; 2],
+    stiffness: &Formula,
+    free: &Formula,
+    damping: &Formula,
+) -> Formula {
     let own = |quantity| Formula::Variable(Variable { owner: Owner::Load(id), quantity });
     let binary = |op, a, b| Formula::Binary(op, Box::new([a, b]));
     let stretch = binary(BinaryOperator::Subtract, own(x), free.clone());

@@ -1,13 +1,19 @@
 //! Prismatic joint (s): r = s u with u fixed in the first body, F . u = -c v (Eqs 3, 4); the angle is held.
 
 use super::{
-    Angle, CoordinateName, Direction, Element, Force, Known, Origin, RotationalRow, System, Torque, TranslationalRow, table2,
-    table3,
+    Angle, CoordinateName, Direction, Element, Force, Known, Origin, RotationalRow, System, Torque, TranslationalRow,
+    table2, table3,
 };
 use crate::expr::Expr;
 use crate::mechanism::{Formula, JointId};
 
-pub(super) fn element(system: &mut System, id: JointId, axis: &[Formula; 2], angle: &Formula, damping: &Formula) -> Element {
+pub(super) fn element(
+    system: &mut System,
+    id: JointId,
+    axis: &[Formula; 2],
+    angle: &Formula,
+    damping: &Formula,
+) -> Element {
     let joint = &system.mechanism.joints[id.0];
     let [ux, uy] = system.values(axis);
     let normal = [system.arena.negate(uy), ux];

@@ -1,8 +1,8 @@
 //! Revolute joint (h): r = 0, T = -c omega.
 
 use super::{
-    Angle, CoordinateName, Direction, Element, Force, Known, Origin, RotationalRow, System, Torque, TranslationalRow, table2,
-    table3,
+    Angle, CoordinateName, Direction, Element, Force, Known, Origin, RotationalRow, System, Torque, TranslationalRow,
+    table2, table3,
 };
 use crate::expr::Expr;
 use crate::mechanism::{Formula, JointId};

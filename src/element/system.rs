@@ -5,12 +5,14 @@ use std::collections::{BTreeSet, HashMap};
 use petgraph::unionfind::UnionFind;
 
 use super::{
-    Angle, Element, RotationalRow, Signal, arm, body, displacement_driver, force, line, position_driver, prismatic, revolute, rotation_driver, torque, weld,
+    Angle, Element, RotationalRow, Signal, arm, body, displacement_driver, force, line, position_driver, prismatic,
+    revolute, rotation_driver, torque, weld,
 };
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
 use crate::mechanism::{
-    BodyId, DriverId, DriverKind, Formula, InputId, JointId, JointKind, LoadId, LoadKind, Mechanism, Motion, Place, Quantity,
+    BodyId, DriverId, DriverKind, Formula, InputId, JointId, JointKind, LoadId, LoadKind, Mechanism, Motion, Place,
+    Quantity,
 };
 use crate::translate::translate;
 

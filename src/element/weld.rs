@@ -1,6 +1,8 @@
 //! Weld: r = 0 and the angle is held. A revolute joint in the translational graph, a prismatic one in the rotational.
 
-use super::{Angle, Direction, Element, Force, Known, Origin, RotationalRow, System, Torque, TranslationalRow, table2, table3};
+use super::{
+    Angle, Direction, Element, Force, Known, Origin, RotationalRow, System, Torque, TranslationalRow, table2, table3,
+};
 use crate::mechanism::{Dimension, Formula, JointId};
 
 pub(super) fn element(system: &mut System, id: JointId, angle: &Formula) -> Element {

@@ -71,8 +71,8 @@ pub fn constraints(
         let minus = arena.constant(-1.0);
         gap.accumulate(arena, minus, &own);
         let value = gap.position.total(arena);
-        let [velocity, acceleration] =
-            [&gap.velocity, &gap.acceleration].map(|form| form.map(arena, |_, &coefficient| Scalar::plain(coefficient)));
+        let [velocity, acceleration] = [&gap.velocity, &gap.acceleration]
+            .map(|form| form.map(arena, |_, &coefficient| Scalar::plain(coefficient)));
         rows.push(assemble(arena, kinematics, (chord, None), value, &velocity, &acceleration));
     }
     rows
@@ -94,7 +94,12 @@ fn assemble(
 }
 
 /// Splits a form into its coefficients by the coordinates' derivatives of one order, and the rest.
-pub fn split(arena: &mut Arena, kinematics: &Kinematics, form: &Form<Scalar>, order: Order) -> (Vec<(usize, Expr)>, Expr) {
+pub fn split(
+    arena: &mut Arena,
+    kinematics: &Kinematics,
+    form: &Form<Scalar>,
+    order: Order,
+) -> (Vec<(usize, Expr)>, Expr) {
     let mut entries = Vec::new();
     let mut rest: Form<Expr> = Form::default();
     for (key, coefficient) in form.terms() {

@@ -133,7 +133,8 @@ impl Dynamics {
         for index in 0..system.elements.len() {
             let element = &system.elements[index];
             let Some(row) = &element.translation else { continue };
-            let (Some(body), Some(force)) = (carrier(system, element.origin), self.forces.get(&ElementId(index))) else {
+            let (Some(body), Some(force)) = (carrier(system, element.origin), self.forces.get(&ElementId(index)))
+            else {
                 continue;
             };
             let arm = kinematics.across(&mut system.arena, row.ends).position;
@@ -234,7 +235,9 @@ fn add_reactions(
     force: &mut Form<Vector>,
 ) {
     for (index, constraint) in constraints.iter().enumerate() {
-        let (true, Some(direction), false) = (constraint.element == chord, constraint.direction, constraint.is_trivial()) else {
+        let (true, Some(direction), false) =
+            (constraint.element == chord, constraint.direction, constraint.is_trivial())
+        else {
             continue;
         };
         let (_, along) = kinematics.direction(system, direction);
@@ -270,7 +273,12 @@ fn inertia_force(system: &mut System, kinematics: &Kinematics, row: &Translation
 }
 
 /// F = -c (v . u) u
-fn damping_force(system: &mut System, kinematics: &Kinematics, row: &TranslationalRow, coefficient: Expr) -> Form<Vector> {
+fn damping_force(
+    system: &mut System,
+    kinematics: &Kinematics,
+    row: &TranslationalRow,
+    coefficient: Expr,
+) -> Form<Vector> {
     let direction = row.motion.first().map_or(Direction::X, |(direction, _)| *direction);
     let speed = kinematics.speed_along(system, row.ends, direction);
     let (_, along) = kinematics.direction(system, direction);

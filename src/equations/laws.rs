@@ -40,7 +40,9 @@ impl Equations<'_> {
             self.variable(variable);
         }
         let known = &self.known;
-        translate(&mut self.system.arena, formula, &mut |_, variable| known.get(&variable).copied().unwrap_or(Expr::ZERO))
+        translate(&mut self.system.arena, formula, &mut |_, variable| {
+            known.get(&variable).copied().unwrap_or(Expr::ZERO)
+        })
     }
 
     fn components(&mut self, body: Option<crate::mechanism::BodyId>, vector: &[Formula; 2]) -> Form<Vector> {

@@ -108,7 +108,10 @@ impl<'m> Equations<'m> {
 }
 
 /// Numbers the coordinates and notes the first of each branch.
-fn coordinates(system: &System, trees: &Trees) -> (Vec<Coordinate>, BTreeMap<ElementId, usize>, BTreeMap<ElementId, usize>) {
+fn coordinates(
+    system: &System,
+    trees: &Trees,
+) -> (Vec<Coordinate>, BTreeMap<ElementId, usize>, BTreeMap<ElementId, usize>) {
     let mut coordinates = Vec::new();
     let (mut t_first, mut r_first) = (BTreeMap::new(), BTreeMap::new());
     for &branch in &trees.translation.branches {

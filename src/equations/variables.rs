@@ -70,7 +70,9 @@ impl Equations<'_> {
         let Some(id) = self.find(Origin::Joint(joint)) else { return Expr::ZERO };
         match quantity {
             Quantity::Angle | Quantity::Omega | Quantity::Alpha => {
-                let Some(ends) = self.system.element(id).rotation.as_ref().map(|row| row.ends) else { return Expr::ZERO };
+                let Some(ends) = self.system.element(id).rotation.as_ref().map(|row| row.ends) else {
+                    return Expr::ZERO;
+                };
                 let angle = self.kinematics.angle_across(&mut self.system.arena, ends);
                 self.of_angle(&angle, quantity)
             }
@@ -127,10 +129,12 @@ impl Equations<'_> {
             (Quantity::Torque, _) => self.torque_of(id),
             (Quantity::Fx, _) => self.force_along(id, Direction::X),
             (Quantity::Fy, _) => self.force_along(id, Direction::Y),
-            (Quantity::Force, _) => match self.system.element(id).translation.as_ref().and_then(|row| row.reaction.first()) {
-                Some(&axis) => self.force_along(id, axis),
-                None => Expr::ZERO,
-            },
+            (Quantity::Force, _) => {
+                match self.system.element(id).translation.as_ref().and_then(|row| row.reaction.first()) {
+                    Some(&axis) => self.force_along(id, axis),
+                    None => Expr::ZERO,
+                }
+            }
             (Quantity::Power, DriverKind::Angle { .. }) => {
                 let Some(row) = self.system.element(id).rotation.clone() else { return Expr::ZERO };
                 let torque = self.torque_of(id);
@@ -141,13 +145,15 @@ impl Equations<'_> {
             (Quantity::Power, DriverKind::Displacement { .. }) => {
                 let Some(row) = self.system.element(id).translation.clone() else { return Expr::ZERO };
                 let Some(&axis) = row.reaction.first() else { return Expr::ZERO };
-                let (force, speed) = (self.force_along(id, axis), self.kinematics.speed_along(&mut self.system, row.ends, axis));
+                let (force, speed) =
+                    (self.force_along(id, axis), self.kinematics.speed_along(&mut self.system, row.ends, axis));
                 self.system.arena.multiply(force, speed)
             }
             (Quantity::Power, DriverKind::Position { .. }) => {
                 let Some(row) = self.system.element(id).translation.clone() else { return Expr::ZERO };
                 let powers = [Direction::X, Direction::Y].map(|axis| {
-                    let (force, speed) = (self.force_along(id, axis), self.kinematics.speed_along(&mut self.system, row.ends, axis));
+                    let (force, speed) =
+                        (self.force_along(id, axis), self.kinematics.speed_along(&mut self.system, row.ends, axis));
                     self.system.arena.multiply(force, speed)
                 });
                 self.system.arena.sum(powers)
@@ -160,13 +166,17 @@ impl Equations<'_> {
         let Some(id) = self.find(Origin::Load(load)) else { return Expr::ZERO };
         match quantity {
             Quantity::Angle | Quantity::Omega => {
-                let Some(ends) = self.system.element(id).rotation.as_ref().map(|row| row.ends) else { return Expr::ZERO };
+                let Some(ends) = self.system.element(id).rotation.as_ref().map(|row| row.ends) else {
+                    return Expr::ZERO;
+                };
                 let angle = self.kinematics.angle_across(&mut self.system.arena, ends);
                 self.of_angle(&angle, quantity)
             }
             Quantity::Torque => self.laws.torques.get(&id).copied().unwrap_or(Expr::ZERO),
             Quantity::Length | Quantity::Rate => {
-                let Some(ends) = self.system.element(id).translation.as_ref().map(|row| row.ends) else { return Expr::ZERO };
+                let Some(ends) = self.system.element(id).translation.as_ref().map(|row| row.ends) else {
+                    return Expr::ZERO;
+                };
                 self.line(ends, quantity)
             }
             Quantity::Force => self.line_law(load, id),
@@ -197,7 +207,8 @@ impl Equations<'_> {
             let pulls = matches!(self.system.mechanism.loads[load.0].kind, LoadKind::Spring { .. });
             return if pulls { self.system.arena.negate(along) } else { along };
         }
-        let Some(crate::element::Force::Line(law)) = self.system.element(id).translation.as_ref().map(|row| row.through.clone())
+        let Some(crate::element::Force::Line(law)) =
+            self.system.element(id).translation.as_ref().map(|row| row.through.clone())
         else {
             return Expr::ZERO;
         };

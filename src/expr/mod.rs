@@ -4,7 +4,6 @@ mod derivative;
 mod evaluate;
 mod simplify;
 
-
 use std::collections::HashMap;
 
 pub use evaluate::Values;

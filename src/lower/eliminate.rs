@@ -49,7 +49,8 @@ impl Factor {
     pub fn new(arena: &mut Arena, system: &System) -> Result<Factor, Undetermined> {
         let coordinates = system.mass.len();
         let size = coordinates + system.jacobian.len();
-        let mut elimination = Elimination { rows: rows(system), left: (0..size).collect(), light: system.light, coordinates };
+        let mut elimination =
+            Elimination { rows: rows(system), left: (0..size).collect(), light: system.light, coordinates };
         let mut steps = Vec::with_capacity(size);
         while !elimination.left.is_empty() {
             let step = match elimination.choose(arena, system) {
@@ -290,7 +291,11 @@ mod tests {
 
     #[test]
     fn coordinates_before_their_multipliers() {
-        check(&[&[4.0, 1.0, 0.0], &[1.0, 3.0, 0.5], &[0.0, 0.5, 2.0]], &[&[1.0, 2.0, 0.0], &[0.0, 1.0, -1.0]], &[false; 3]);
+        check(
+            &[&[4.0, 1.0, 0.0], &[1.0, 3.0, 0.5], &[0.0, 0.5, 2.0]],
+            &[&[1.0, 2.0, 0.0], &[0.0, 1.0, -1.0]],
+            &[false; 3],
+        );
     }
 
     #[test]

@@ -40,7 +40,13 @@ pub(super) fn conditions(equations: &mut Equations, order: Order, length: f64) -
     result
 }
 
-fn differentiate(equations: &mut Equations, value: Expr, order: Order, row: usize, jacobian: &mut Vec<((u32, u32), Expr)>) {
+fn differentiate(
+    equations: &mut Equations,
+    value: Expr,
+    order: Order,
+    row: usize,
+    jacobian: &mut Vec<((u32, u32), Expr)>,
+) {
     let coordinates = equations.coordinates.len();
     for symbol in equations.system.arena.symbols([value]) {
         let column = match symbol {

@@ -123,7 +123,8 @@ impl MotionKernels {
         let dynamics = equations.dynamics().clone();
         let light = light(equations, &dynamics.mass, pose);
         let rows: Vec<usize> = (0..active.len()).filter(|&row| active[row]).collect();
-        let jacobian: Vec<Vec<(usize, Expr)>> = rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
+        let jacobian: Vec<Vec<(usize, Expr)>> =
+            rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
         let arena = &mut equations.system.arena;
         let factor = Factor::new(arena, &System { mass: &dynamics.mass, jacobian: &jacobian, light: &light })?;
         let coordinates = dynamics.load.len();
@@ -243,10 +244,16 @@ fn assemble(
     let initial = Initial {
         positions: position.positions.conditions.clone(),
         position: assembler.tape(&position.positions.results),
-        position_jacobian: SparseTape { entries: places(&position.positions.jacobian), tape: assembler.tape(&q_jacobian) },
+        position_jacobian: SparseTape {
+            entries: places(&position.positions.jacobian),
+            tape: assembler.tape(&q_jacobian),
+        },
         velocities: position.velocities.conditions.clone(),
         velocity: assembler.tape(&position.velocities.results),
-        velocity_jacobian: SparseTape { entries: places(&position.velocities.jacobian), tape: assembler.tape(&v_jacobian) },
+        velocity_jacobian: SparseTape {
+            entries: places(&position.velocities.jacobian),
+            tape: assembler.tape(&v_jacobian),
+        },
     };
     Program {
         name: mechanism.name.clone(),

@@ -58,7 +58,11 @@ impl Table {
         let mechanism = equations.system.mechanism;
         for (index, parameter) in mechanism.parameters.iter().enumerate() {
             let value = equations.system.arena.symbol(Symbol::Parameter(index));
-            self.push((&parameter.name, &parameter.description, &parameter.unit), Source::Parameter(index as u32), value);
+            self.push(
+                (&parameter.name, &parameter.description, &parameter.unit),
+                Source::Parameter(index as u32),
+                value,
+            );
         }
         for (index, input) in mechanism.inputs.iter().enumerate() {
             let value = equations.system.arena.symbol(Symbol::Input(index, Order::Position));
@@ -76,7 +80,13 @@ impl Table {
             let members = [
                 (coordinate.name.position, "coordinate", kind, Source::Coordinate(place), Order::Position),
                 (coordinate.name.rate, "rate of the coordinate", rate, Source::Rate(place), Order::Velocity),
-                (coordinate.name.acceleration, "acceleration of the coordinate", acceleration, Source::Acceleration(place), Order::Acceleration),
+                (
+                    coordinate.name.acceleration,
+                    "acceleration of the coordinate",
+                    acceleration,
+                    Source::Acceleration(place),
+                    Order::Acceleration,
+                ),
             ];
             for (name, what, unit, source, order) in members {
                 let value = equations.system.arena.symbol(Symbol::Coordinate(index, order));
@@ -92,7 +102,8 @@ impl Table {
     }
 
     fn add_outputs(&mut self, equations: &mut Equations) {
-        let places: HashMap<String, usize> = self.rows.iter().enumerate().map(|(i, row)| (row.name.clone(), i)).collect();
+        let places: HashMap<String, usize> =
+            self.rows.iter().enumerate().map(|(i, row)| (row.name.clone(), i)).collect();
         let mut results: HashMap<Expr, u32> = HashMap::new();
         for output in &equations.system.mechanism.outputs {
             if let Some(&place) = places.get(&output.name) {
@@ -136,7 +147,9 @@ impl Table {
             .enumerate()
             .filter_map(|(place, row)| match (row.source, motion) {
                 (Source::Input(i), _) => Some((Symbol::Input(i as usize, Order::Position), place)),
-                (Source::Coordinate(i), Motion::Dynamic) => Some((Symbol::Coordinate(i as usize, Order::Position), place)),
+                (Source::Coordinate(i), Motion::Dynamic) => {
+                    Some((Symbol::Coordinate(i as usize, Order::Position), place))
+                }
                 (Source::Rate(i), Motion::Dynamic) => Some((Symbol::Coordinate(i as usize, Order::Velocity), place)),
                 _ => None,
             })
@@ -154,7 +167,8 @@ impl Table {
             let symbols = arena.symbols([row.value]);
             let mut found: BTreeSet<usize> = symbols.iter().filter_map(place).copied().collect();
             let of_coordinates = symbols.iter().any(|symbol| matches!(symbol, Symbol::Coordinate(..)));
-            let through = symbols.iter().any(|symbol| symbol.is_solved()) || (motion == Motion::Kinematic && of_coordinates);
+            let through =
+                symbols.iter().any(|symbol| symbol.is_solved()) || (motion == Motion::Kinematic && of_coordinates);
             if through {
                 found.extend(&direct);
             }

@@ -63,7 +63,10 @@ impl<'a> Assembler<'a> {
             .collect();
         let mut writer = Writer::new(self, &order, results);
         writer.write(&order);
-        let tape = Tape { results: results.iter().map(|&result| writer.register(result)).collect(), instructions: writer.tape };
+        let tape = Tape {
+            results: results.iter().map(|&result| writer.register(result)).collect(),
+            instructions: writer.tape,
+        };
         self.registers = self.registers.max(writer.highest);
         tape
     }
@@ -89,7 +92,8 @@ impl<'a> Assembler<'a> {
 
     /// Every fixed expression that something moving (or a result) needs gets a register for good.
     fn place_stage(&mut self, used: &[Expr], kernels: &[&[Expr]]) {
-        let needed_by_moving = used.iter().filter(|e| !self.fixed[e.index()]).flat_map(|&e| self.arena.node(e).operands());
+        let needed_by_moving =
+            used.iter().filter(|e| !self.fixed[e.index()]).flat_map(|&e| self.arena.node(e).operands());
         let results = kernels.iter().flat_map(|kernel| kernel.iter().copied());
         let frontier: HashSet<Expr> =
             needed_by_moving.chain(results).filter(|&e| self.fixed[e.index()] && self.home(e).is_none()).collect();
@@ -225,7 +229,8 @@ impl<'w, 'a> Writer<'w, 'a> {
     /// Sine and cosine come together; one that nobody uses dies at once.
     fn write_sin_cos(&mut self, expr: Expr, function: Unary, angle: Expr) {
         let other = if function == Unary::Sin { Unary::Cos } else { Unary::Sin };
-        let partner = self.assembler.arena.existing(Node::Unary(other, angle)).filter(|p| self.last_use.contains_key(p));
+        let partner =
+            self.assembler.arena.existing(Node::Unary(other, angle)).filter(|p| self.last_use.contains_key(p));
         let a = self.register(angle);
         let (own, beside) = (self.allocate(), self.allocate());
         self.places.insert(expr, own);

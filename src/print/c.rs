@@ -32,7 +32,8 @@ pub fn c_code(equations: &mut Equations, solved: &[Expr]) -> String {
     }];
     if !solved.is_empty() {
         let count = equations.coordinates.len();
-        let place = |index: usize| if index < count { format!("a[{index}]") } else { format!("lambda[{}]", index - count) };
+        let place =
+            |index: usize| if index < count { format!("a[{index}]") } else { format!("lambda[{}]", index - count) };
         functions.push(Function {
             name: format!("{name}_accelerations"),
             about: "Accelerations a: n, and reactions lambda: m.",
@@ -40,7 +41,10 @@ pub fn c_code(equations: &mut Equations, solved: &[Expr]) -> String {
             outputs: "double *a, double *lambda",
         });
     }
-    let mut text = format!("/* Equations of motion of `{name}`. Compile without contraction: -ffp-contract=off.\n{} */\n", legend(equations));
+    let mut text = format!(
+        "/* Equations of motion of `{name}`. Compile without contraction: -ffp-contract=off.\n{} */\n",
+        legend(equations)
+    );
     text.push_str(PRELUDE);
     for function in functions {
         write_function(&mut text, &equations.system.arena, &function);

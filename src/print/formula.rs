@@ -87,7 +87,8 @@ impl<'a> Printer<'a> {
 
     fn binary(&self, function: Binary, a: Expr, b: Expr) -> (String, Binding) {
         let call = |name| (format!("{name}({}, {})", self.print(a), self.print(b)), Binding::Atom);
-        let infix = |sign, left, right, binding| (format!("{}{sign}{}", self.bound(a, left), self.bound(b, right)), binding);
+        let infix =
+            |sign, left, right, binding| (format!("{}{sign}{}", self.bound(a, left), self.bound(b, right)), binding);
         match function {
             Binary::Add => infix(" + ", Binding::Sum, Binding::Sum, Binding::Sum),
             Binary::Subtract => infix(" - ", Binding::Sum, Binding::Product, Binding::Sum),

@@ -105,4 +105,3 @@ fn section(text: &mut String, title: &str, rows: impl Iterator<Item = (String, S
         let _ = writeln!(text, "  {name:width$} = {value}");
     }
 }
-

@@ -41,43 +41,17 @@ pub struct Joint {
 /// What a driver prescribes; `motion` holds value, rate and acceleration at time zero, the acceleration being constant.
 #[derive(Clone, Debug)]
 pub enum Driver {
-    Angle {
-        between: [Option<usize>; 2],
-        motion: [f64; 3],
-    },
-    Displacement {
-        joint: usize,
-        motion: [f64; 3],
-    },
-    Position {
-        on: At,
-        motion: [Vector2<f64>; 3],
-    },
+    Angle { between: [Option<usize>; 2], motion: [f64; 3] },
+    Displacement { joint: usize, motion: [f64; 3] },
+    Position { on: At, motion: [Vector2<f64>; 3] },
 }
 
 #[derive(Clone, Debug)]
 pub enum Load {
-    Force {
-        on: At,
-        vector: Vector2<f64>,
-        in_body: bool,
-    },
-    Torque {
-        between: [Option<usize>; 2],
-        value: f64,
-    },
-    Spring {
-        between: [At; 2],
-        stiffness: f64,
-        length: f64,
-        damping: f64,
-    },
-    TorsionSpring {
-        between: [Option<usize>; 2],
-        stiffness: f64,
-        angle: f64,
-        damping: f64,
-    },
+    Force { on: At, vector: Vector2<f64>, in_body: bool },
+    Torque { between: [Option<usize>; 2], value: f64 },
+    Spring { between: [At; 2], stiffness: f64, length: f64, damping: f64 },
+    TorsionSpring { between: [Option<usize>; 2], stiffness: f64, angle: f64, damping: f64 },
 }
 
 #[derive(Clone, Debug, Default)]
@@ -150,16 +124,12 @@ impl State {
     }
 
     pub fn position(&self, at: At) -> Vector2<f64> {
-        let centre = at
-            .body
-            .map_or(Vector2::zeros(), |b| Self::vector(&self.q, b));
+        let centre = at.body.map_or(Vector2::zeros(), |b| Self::vector(&self.q, b));
         centre + self.world(at.body, at.local)
     }
 
     pub fn velocity(&self, at: At) -> Vector2<f64> {
-        let centre = at
-            .body
-            .map_or(Vector2::zeros(), |b| Self::vector(&self.v, b));
+        let centre = at.body.map_or(Vector2::zeros(), |b| Self::vector(&self.v, b));
         centre + self.omega(at.body) * turned(self.world(at.body, at.local))
     }
 
@@ -180,24 +150,14 @@ impl State {
     pub fn line(&self, between: [At; 2]) -> (Vector2<f64>, f64, f64) {
         let line = self.position(between[1]) - self.position(between[0]);
         let (along, length) = (line.normalize(), line.norm());
-        (
-            along,
-            length,
-            along.dot(&(self.velocity(between[1]) - self.velocity(between[0]))),
-        )
+        (along, length, along.dot(&(self.velocity(between[1]) - self.velocity(between[0]))))
     }
 }
 
 /// How the world component `direction` of a point moves with its body's coordinates, times `sign`.
-fn point_partials(
-    state: &State,
-    at: At,
-    direction: Vector2<f64>,
-    sign: f64,
-) -> Option<(usize, [f64; 3])> {
+fn point_partials(state: &State, at: At, direction: Vector2<f64>, sign: f64) -> Option<(usize, [f64; 3])> {
     let turn = direction.dot(&turned(state.world(at.body, at.local)));
-    at.body
-        .map(|b| (b, [sign * direction.x, sign * direction.y, sign * turn]))
+    at.body.map(|b| (b, [sign * direction.x, sign * direction.y, sign * turn]))
 }
 
 /// The second point minus the first along `direction`, which turns with the first body if `turns`.
@@ -205,52 +165,28 @@ fn relative_row(state: &State, between: [At; 2], direction: Vector2<f64>, turns:
     let [a, b] = between;
     let gap = state.position(b) - state.position(a);
     let gap_rate = state.velocity(b) - state.velocity(a);
-    let mut partials: Vec<_> = point_partials(state, b, direction, 1.0)
-        .into_iter()
-        .collect();
+    let mut partials: Vec<_> = point_partials(state, b, direction, 1.0).into_iter().collect();
     partials.extend(point_partials(state, a, direction, -1.0));
     let mut gamma = -direction.dot(&(state.centripetal(b) - state.centripetal(a)));
     if turns {
         let omega = state.omega(a.body);
-        partials.extend(
-            a.body
-                .map(|body| (body, [0.0, 0.0, turned(direction).dot(&gap)])),
-        );
-        gamma +=
-            omega * omega * direction.dot(&gap) - 2.0 * omega * turned(direction).dot(&gap_rate);
+        partials.extend(a.body.map(|body| (body, [0.0, 0.0, turned(direction).dot(&gap)])));
+        gamma += omega * omega * direction.dot(&gap) - 2.0 * omega * turned(direction).dot(&gap_rate);
     }
-    Row {
-        residual: direction.dot(&gap),
-        partials,
-        rate: 0.0,
-        gamma,
-    }
+    Row { residual: direction.dot(&gap), partials, rate: 0.0, gamma }
 }
 
 fn angle_row(state: &State, between: [Option<usize>; 2], motion: [f64; 3]) -> Row {
-    let mut partials: Vec<_> = between[1]
-        .map(|b| (b, [0.0, 0.0, 1.0]))
-        .into_iter()
-        .collect();
+    let mut partials: Vec<_> = between[1].map(|b| (b, [0.0, 0.0, 1.0])).into_iter().collect();
     partials.extend(between[0].map(|b| (b, [0.0, 0.0, -1.0])));
     let residual = state.angle(between[1]) - state.angle(between[0]) - motion[0];
-    Row {
-        residual,
-        partials,
-        rate: -motion[1],
-        gamma: motion[2],
-    }
+    Row { residual, partials, rate: -motion[1], gamma: motion[2] }
 }
 
 impl Row {
     fn driven(self, motion: [f64; 3]) -> Row {
         let (residual, gamma) = (self.residual - motion[0], self.gamma + motion[2]);
-        Row {
-            residual,
-            rate: -motion[1],
-            gamma,
-            ..self
-        }
+        Row { residual, rate: -motion[1], gamma, ..self }
     }
 }
 
@@ -282,25 +218,16 @@ impl System {
                 vec![angle_row(state, between, at_time(motion, t))]
             }
             Driver::Displacement { joint, motion } => {
-                let Joint {
-                    between,
-                    kind: JointKind::Prismatic { axis, .. },
-                    ..
-                } = self.joints[joint]
-                else {
+                let Joint { between, kind: JointKind::Prismatic { axis, .. }, .. } = self.joints[joint] else {
                     panic!("a displacement driver needs a prismatic joint")
                 };
                 let along = state.world(between[0].body, axis);
                 vec![relative_row(state, between, along, true).driven(at_time(motion, t))]
             }
             Driver::Position { on, motion } => {
-                let origin = At {
-                    body: None,
-                    local: Vector2::zeros(),
-                };
+                let origin = At { body: None, local: Vector2::zeros() };
                 let component = |i: usize, direction| {
-                    relative_row(state, [origin, on], direction, false)
-                        .driven(at_time(motion.map(|m| m[i]), t))
+                    relative_row(state, [origin, on], direction, false).driven(at_time(motion.map(|m| m[i]), t))
                 };
                 vec![component(0, Vector2::x()), component(1, Vector2::y())]
             }
@@ -311,20 +238,12 @@ impl System {
     fn rows(&self, state: &State, t: f64) -> [Vec<Vec<Row>>; 2] {
         [
             self.joints.iter().map(|joint| joint.rows(state)).collect(),
-            self.drivers
-                .iter()
-                .map(|driver| self.driver_rows(driver, state, t))
-                .collect(),
+            self.drivers.iter().map(|driver| self.driver_rows(driver, state, t)).collect(),
         ]
     }
 
     pub fn constraints(&self, state: &State, t: f64) -> Constraints {
-        let rows: Vec<Row> = self
-            .rows(state, t)
-            .into_iter()
-            .flatten()
-            .flatten()
-            .collect();
+        let rows: Vec<Row> = self.rows(state, t).into_iter().flatten().flatten().collect();
         let mut jacobian = DMatrix::zeros(rows.len(), 3 * self.bodies.len());
         for (r, row) in rows.iter().enumerate() {
             for (body, partials) in &row.partials {
@@ -333,66 +252,38 @@ impl System {
                 }
             }
         }
-        let column =
-            |value: fn(&Row) -> f64| DVector::from_iterator(rows.len(), rows.iter().map(value));
-        Constraints {
-            residual: column(|r| r.residual),
-            jacobian,
-            rate: column(|r| r.rate),
-            gamma: column(|r| r.gamma),
-        }
+        let column = |value: fn(&Row) -> f64| DVector::from_iterator(rows.len(), rows.iter().map(value));
+        Constraints { residual: column(|r| r.residual), jacobian, rate: column(|r| r.rate), gamma: column(|r| r.gamma) }
     }
 
     /// The diagonal of the mass matrix.
     pub fn masses(&self) -> DVector<f64> {
-        DVector::from_vec(
-            self.bodies
-                .iter()
-                .flat_map(|b| [b.mass, b.mass, b.inertia])
-                .collect(),
-        )
+        DVector::from_vec(self.bodies.iter().flat_map(|b| [b.mass, b.mass, b.inertia]).collect())
     }
 
     /// Accelerations and reactions; of all possible reactions those of the smallest norm.
     pub fn solve(&self, state: &State, t: f64) -> Solution {
-        let Constraints {
-            jacobian, gamma, ..
-        } = self.constraints(state, t);
+        let Constraints { jacobian, gamma, .. } = self.constraints(state, t);
         let (n, m) = (3 * self.bodies.len(), gamma.len());
         let mut matrix = DMatrix::zeros(n + m, n + m);
         matrix.view_mut((0, 0), (n, n)).set_diagonal(&self.masses());
         matrix.view_mut((n, 0), (m, n)).copy_from(&jacobian);
-        matrix
-            .view_mut((0, n), (n, m))
-            .copy_from(&jacobian.transpose());
+        matrix.view_mut((0, n), (n, m)).copy_from(&jacobian.transpose());
         let mut right = DVector::zeros(n + m);
         right.rows_mut(0, n).copy_from(&self.applied(state));
         right.rows_mut(n, m).copy_from(&gamma);
         let svd = matrix.clone().svd(true, true);
         let cutoff = 1e-11 * svd.singular_values.max();
-        let solve = |right: &DVector<f64>| {
-            svd.solve(right, cutoff)
-                .expect("both factors were asked for")
-        };
+        let solve = |right: &DVector<f64>| svd.solve(right, cutoff).expect("both factors were asked for");
         let first = solve(&right);
         let refined = &first + solve(&(&right - &matrix * &first));
         let mut multipliers = refined.iter().skip(n);
         let [joints, drivers] = self.rows(state, t).map(|groups| {
             // M a + J^T lambda = Q: the constraint pulls the second body with -lambda.
-            let loads = |group: Vec<Row>| {
-                multipliers
-                    .by_ref()
-                    .take(group.len())
-                    .map(|lambda| -lambda)
-                    .collect()
-            };
+            let loads = |group: Vec<Row>| multipliers.by_ref().take(group.len()).map(|lambda| -lambda).collect();
             groups.into_iter().map(loads).collect()
         });
-        Solution {
-            acceleration: refined.rows(0, n).into_owned(),
-            joints,
-            drivers,
-        }
+        Solution { acceleration: refined.rows(0, n).into_owned(), joints, drivers }
     }
 
     /// The velocity nearest to `v` that joints and drivers permit.
@@ -405,9 +296,7 @@ impl System {
         let cutoff = 1e-11 * svd.singular_values.max();
         let correct = |v: DVector<f64>| {
             let excess = &jacobian * &v + &rate;
-            v - svd
-                .solve(&excess, cutoff)
-                .expect("both factors were asked for")
+            v - svd.solve(&excess, cutoff).expect("both factors were asked for")
         };
         correct(correct(state.v.clone()))
     }

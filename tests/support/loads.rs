@@ -10,18 +10,9 @@ pub fn cross(a: Vector2<f64>, b: Vector2<f64>) -> f64 {
 impl System {
     /// All given loads on the bodies' coordinates: gravity, loads and damping in joints.
     pub fn applied(&self, state: &State) -> DVector<f64> {
-        let mut sum = Loads {
-            state,
-            on: DVector::zeros(3 * self.bodies.len()),
-        };
+        let mut sum = Loads { state, on: DVector::zeros(3 * self.bodies.len()) };
         for (i, body) in self.bodies.iter().enumerate() {
-            sum.force(
-                At {
-                    body: Some(i),
-                    local: Vector2::zeros(),
-                },
-                body.mass * self.gravity,
-            );
+            sum.force(At { body: Some(i), local: Vector2::zeros() }, body.mass * self.gravity);
         }
         for joint in &self.joints {
             sum.damp(joint);
@@ -38,28 +29,17 @@ impl System {
 
     /// Gravity (zero at the origin) and springs.
     pub fn potential_energy(&self, state: &State) -> f64 {
-        let weight =
-            |(i, body): (usize, &Body)| -body.mass * self.gravity.dot(&State::vector(&state.q, i));
+        let weight = |(i, body): (usize, &Body)| -body.mass * self.gravity.dot(&State::vector(&state.q, i));
         let spring = |load: &Load| match *load {
-            Load::Spring {
-                between,
-                stiffness,
-                length,
-                ..
-            } => stiffness * (state.line(between).1 - length).powi(2) / 2.0,
-            Load::TorsionSpring {
-                between,
-                stiffness,
-                angle,
-                ..
-            } => {
-                stiffness * (state.angle(between[1]) - state.angle(between[0]) - angle).powi(2)
-                    / 2.0
+            Load::Spring { between, stiffness, length, .. } => {
+                stiffness * (state.line(between).1 - length).powi(2) / 2.0
+            }
+            Load::TorsionSpring { between, stiffness, angle, .. } => {
+                stiffness * (state.angle(between[1]) - state.angle(between[0]) - angle).powi(2) / 2.0
             }
             Load::Force { .. } | Load::Torque { .. } => 0.0,
         };
-        self.bodies.iter().enumerate().map(weight).sum::<f64>()
-            + self.loads.iter().map(spring).sum::<f64>()
+        self.bodies.iter().enumerate().map(weight).sum::<f64>() + self.loads.iter().map(spring).sum::<f64>()
     }
 }
 
@@ -112,24 +92,11 @@ impl Loads<'_> {
     fn load(&mut self, load: &Load) {
         let state = self.state;
         match *load {
-            Load::Force {
-                on,
-                vector,
-                in_body,
-            } => {
-                self.force(
-                    on,
-                    if in_body {
-                        state.world(on.body, vector)
-                    } else {
-                        vector
-                    },
-                );
+            Load::Force { on, vector, in_body } => {
+                self.force(on, if in_body { state.world(on.body, vector) } else { vector });
             }
             Load::Torque { between, value } => self.torque(between, value),
-            Load::Spring { between, .. } => {
-                self.pair(between, line_force(load, state) * state.line(between).0)
-            }
+            Load::Spring { between, .. } => self.pair(between, line_force(load, state) * state.line(between).0),
             Load::TorsionSpring { between, .. } => self.torque(between, torsion(load, state)),
         }
     }
@@ -146,21 +113,12 @@ pub fn slide(joint: &Joint, axis: Vector2<f64>, state: &State) -> (f64, f64) {
     let along = state.world(a.body, axis);
     let gap = state.position(b) - state.position(a);
     let gap_rate = state.velocity(b) - state.velocity(a);
-    (
-        along.dot(&gap),
-        along.dot(&gap_rate) + state.omega(a.body) * turned(along).dot(&gap),
-    )
+    (along.dot(&gap), along.dot(&gap_rate) + state.omega(a.body) * turned(along).dot(&gap))
 }
 
 /// What a spring pushes its points apart with.
 pub fn line_force(load: &Load, state: &State) -> f64 {
-    let &Load::Spring {
-        between,
-        stiffness,
-        length,
-        damping,
-    } = load
-    else {
+    let &Load::Spring { between, stiffness, length, damping } = load else {
         return 0.0;
     };
     let (_, now, rate) = state.line(between);
@@ -169,15 +127,8 @@ pub fn line_force(load: &Load, state: &State) -> f64 {
 
 /// What a torsion spring turns its second body with.
 pub fn torsion(load: &Load, state: &State) -> f64 {
-    let &Load::TorsionSpring {
-        between: [a, b],
-        stiffness,
-        angle,
-        damping,
-    } = load
-    else {
+    let &Load::TorsionSpring { between: [a, b], stiffness, angle, damping } = load else {
         return 0.0;
     };
-    -stiffness * (state.angle(b) - state.angle(a) - angle)
-        - damping * (state.omega(b) - state.omega(a))
+    -stiffness * (state.angle(b) - state.angle(a) - angle) - damping * (state.omega(b) - state.omega(a))
 }

@@ -39,12 +39,7 @@ pub fn random_case(seed: u64, family: Family) -> Case {
         if well_posed(&system, &state, family) {
             let expected = variables(&system, &state, 0.0);
             let scene = scene_text(&format!("random_{seed}"), &system, &state, &expected);
-            return Case {
-                scene,
-                expected,
-                system,
-                state,
-            };
+            return Case { scene, expected, system, state };
         }
     }
 }
@@ -60,8 +55,7 @@ fn well_posed(system: &System, state: &State, family: Family) -> bool {
     let clear = |s: &f64| *s > 0.05;
     let vague = values.iter().any(|s| !clear(s) && *s > 1e-10);
     let rank = values.iter().filter(|s| clear(s)).count();
-    let looped = !matches!(family, Family::Loops | Family::Driven)
-        || system.joints.len() > system.bodies.len();
+    let looped = !matches!(family, Family::Loops | Family::Driven) || system.joints.len() > system.bodies.len();
     let free = rank < columns || family == Family::Driven;
     looped && free && !vague && (rank < rows) == (family == Family::Redundant)
 }
@@ -107,15 +101,9 @@ struct Draft<'a> {
 impl<'a> Draft<'a> {
     /// Bodies anywhere, joined as the family says, with a few loads.
     fn new(random: &'a mut Random, family: Family) -> Self {
-        let count = if family == Family::Chain || family == Family::Tree {
-            1 + random.below(6)
-        } else {
-            3 + random.below(4)
-        };
-        let body = |random: &mut Random| Body {
-            mass: random.number(0.5, 3.0),
-            inertia: random.number(0.05, 0.5),
-        };
+        let count =
+            if family == Family::Chain || family == Family::Tree { 1 + random.below(6) } else { 3 + random.below(4) };
+        let body = |random: &mut Random| Body { mass: random.number(0.5, 3.0), inertia: random.number(0.05, 0.5) };
         let system = System {
             gravity: random.vector(10.0),
             bodies: (0..count).map(|_| body(random)).collect(),
@@ -124,11 +112,7 @@ impl<'a> Draft<'a> {
         let size = [1.0, 1.0, PI];
         let q = DVector::from_fn(3 * count, |i, _| random.number(-size[i % 3], size[i % 3]));
         let v = DVector::from_fn(3 * count, |_, _| random.number(-2.0, 2.0));
-        let mut draft = Draft {
-            random,
-            system,
-            state: State { q, v },
-        };
+        let mut draft = Draft { random, system, state: State { q, v } };
         for child in 0..count {
             draft.hang(child, family);
         }
@@ -156,17 +140,10 @@ impl<'a> Draft<'a> {
         if family == Family::Tree && self.random.chance(0.1) {
             return;
         }
-        let parent = if family == Family::Chain {
-            child.checked_sub(1)
-        } else {
-            self.random.below(child + 1).checked_sub(1)
-        };
+        let parent =
+            if family == Family::Chain { child.checked_sub(1) } else { self.random.below(child + 1).checked_sub(1) };
         let kind = self.random.number(0.0, 1.0);
-        let weld = if family == Family::Loops || family == Family::Driven {
-            0.05
-        } else {
-            0.15
-        };
+        let weld = if family == Family::Loops || family == Family::Driven { 0.05 } else { 0.15 };
         if kind < weld {
             self.weld(parent, Some(child));
         } else if kind < 0.35 {
@@ -180,20 +157,12 @@ impl<'a> Draft<'a> {
     fn close_loops(&mut self) {
         for _ in 0..1 + self.random.below(2) {
             let [a, b] = self.two_bodies();
-            let joined = self
-                .system
-                .joints
-                .iter()
-                .any(|j| j.bodies() == [a, b] || j.bodies() == [b, a]);
+            let joined = self.system.joints.iter().any(|j| j.bodies() == [a, b] || j.bodies() == [b, a]);
             let held = self.system.constraints(&self.state, 0.0).gamma.len();
             if joined || held + 2 >= 3 * self.system.bodies.len() {
                 continue;
             }
-            if self.random.chance(0.3) {
-                self.prismatic(a, b)
-            } else {
-                self.revolute(a, b)
-            }
+            if self.random.chance(0.3) { self.prismatic(a, b) } else { self.revolute(a, b) }
         }
     }
 
@@ -217,13 +186,8 @@ impl<'a> Draft<'a> {
 
     /// The body's own name for a place in the world.
     fn at(&self, body: Option<usize>, world: Vector2<f64>) -> At {
-        let centre = body.map_or(Vector2::zeros(), |b| {
-            Vector2::new(self.state.q[3 * b], self.state.q[3 * b + 1])
-        });
-        At {
-            body,
-            local: Rotation2::new(-self.state.angle(body)) * (world - centre),
-        }
+        let centre = body.map_or(Vector2::zeros(), |b| Vector2::new(self.state.q[3 * b], self.state.q[3 * b + 1]));
+        At { body, local: Rotation2::new(-self.state.angle(body)) * (world - centre) }
     }
 
     fn relative_angle(&self, a: Option<usize>, b: Option<usize>) -> f64 {
@@ -232,24 +196,12 @@ impl<'a> Draft<'a> {
 
     /// Half of all joints name the child first.
     fn shuffled(&mut self, a: Option<usize>, b: Option<usize>) -> [Option<usize>; 2] {
-        if self.random.chance(0.5) {
-            [a, b]
-        } else {
-            [b, a]
-        }
+        if self.random.chance(0.5) { [a, b] } else { [b, a] }
     }
 
     fn join(&mut self, between: [At; 2], kind: JointKind) {
-        let damping = if self.random.chance(0.3) {
-            self.random.number(0.0, 1.0)
-        } else {
-            0.0
-        };
-        self.system.joints.push(Joint {
-            between,
-            kind,
-            damping,
-        });
+        let damping = if self.random.chance(0.3) { self.random.number(0.0, 1.0) } else { 0.0 };
+        self.system.joints.push(Joint { between, kind, damping });
     }
 
     fn revolute(&mut self, a: Option<usize>, b: Option<usize>) {
@@ -262,25 +214,16 @@ impl<'a> Draft<'a> {
         let spot = self.random.vector(1.0);
         let [a, b] = self.shuffled(a, b);
         let angle = self.relative_angle(a, b);
-        self.join(
-            [self.at(a, spot), self.at(b, spot)],
-            JointKind::Weld { angle },
-        );
+        self.join([self.at(a, spot), self.at(b, spot)], JointKind::Weld { angle });
     }
 
     fn prismatic(&mut self, a: Option<usize>, b: Option<usize>) {
         let [a, b] = self.shuffled(a, b);
-        let (start, direction) = (
-            self.random.vector(1.0),
-            Rotation2::new(self.random.number(-PI, PI)),
-        );
+        let (start, direction) = (self.random.vector(1.0), Rotation2::new(self.random.number(-PI, PI)));
         let end = start + self.random.number(-1.0, 1.0) * (direction * Vector2::x());
         let axis = Rotation2::new(-self.state.angle(a)) * (direction * Vector2::x());
         let angle = self.relative_angle(a, b);
-        self.join(
-            [self.at(a, start), self.at(b, end)],
-            JointKind::Prismatic { axis, angle },
-        );
+        self.join([self.at(a, start), self.at(b, end)], JointKind::Prismatic { axis, angle });
     }
 
     fn load(&mut self) {
@@ -292,17 +235,11 @@ impl<'a> Draft<'a> {
         let on = self.random.below(self.system.bodies.len());
         let load = match self.random.below(4) {
             0 => Load::Force {
-                on: At {
-                    body: Some(on),
-                    ..ends[0]
-                },
+                on: At { body: Some(on), ..ends[0] },
                 vector: self.random.vector(5.0),
                 in_body: self.random.chance(0.5),
             },
-            1 => Load::Torque {
-                between,
-                value: self.random.number(-5.0, 5.0),
-            },
+            1 => Load::Torque { between, value: self.random.number(-5.0, 5.0) },
             2 => Load::TorsionSpring {
                 between,
                 stiffness: self.random.number(0.0, 20.0),
@@ -316,8 +253,7 @@ impl<'a> Draft<'a> {
                 damping: self.random.number(0.0, 2.0),
             },
         };
-        let too_short =
-            matches!(load, Load::Spring { between, .. } if self.state.line(between).1 < 0.3);
+        let too_short = matches!(load, Load::Spring { between, .. } if self.state.line(between).1 < 0.3);
         if !too_short {
             self.system.loads.push(load);
         }
@@ -332,32 +268,16 @@ impl<'a> Draft<'a> {
         let driver = match joint.kind {
             JointKind::Revolute if self.random.chance(0.8) => {
                 let start = state.angle(between[1]) - state.angle(between[0]);
-                Driver::Angle {
-                    between,
-                    motion: [start, rate, acceleration],
-                }
+                Driver::Angle { between, motion: [start, rate, acceleration] }
             }
             JointKind::Prismatic { axis, .. } if self.random.chance(0.8) => {
                 let start = slide(joint, axis, state).0;
-                Driver::Displacement {
-                    joint: driven,
-                    motion: [start, rate, acceleration],
-                }
+                Driver::Displacement { joint: driven, motion: [start, rate, acceleration] }
             }
             _ => {
                 let body = self.random.below(self.system.bodies.len());
-                let on = At {
-                    body: Some(body),
-                    local: self.random.vector(0.5),
-                };
-                Driver::Position {
-                    on,
-                    motion: [
-                        state.position(on),
-                        self.random.vector(1.0),
-                        self.random.vector(2.0),
-                    ],
-                }
+                let on = At { body: Some(body), local: self.random.vector(0.5) };
+                Driver::Position { on, motion: [state.position(on), self.random.vector(1.0), self.random.vector(2.0)] }
             }
         };
         self.system.drivers.push(driver);

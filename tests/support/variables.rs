@@ -12,38 +12,20 @@ pub type Variables = BTreeMap<String, f64>;
 
 /// Every point that an element uses, with its name within its body or the ground.
 pub fn points(system: &System) -> Vec<(String, At)> {
-    let joints = system
-        .joints
-        .iter()
-        .enumerate()
-        .map(|(i, joint)| (format!("j{i}"), joint.between));
-    let springs = system
-        .loads
-        .iter()
-        .enumerate()
-        .filter_map(|(i, load)| match *load {
-            Load::Spring { between, .. } => Some((format!("l{i}"), between)),
-            _ => None,
-        });
-    let pairs = joints
-        .chain(springs)
-        .flat_map(|(name, [a, b])| [(format!("{name}a"), a), (format!("{name}b"), b)]);
-    let forces = system
-        .loads
-        .iter()
-        .enumerate()
-        .filter_map(|(i, load)| match *load {
-            Load::Force { on, .. } => Some((format!("l{i}"), on)),
-            _ => None,
-        });
-    let paths = system
-        .drivers
-        .iter()
-        .enumerate()
-        .filter_map(|(i, driver)| match *driver {
-            Driver::Position { on, .. } => Some((format!("d{i}"), on)),
-            _ => None,
-        });
+    let joints = system.joints.iter().enumerate().map(|(i, joint)| (format!("j{i}"), joint.between));
+    let springs = system.loads.iter().enumerate().filter_map(|(i, load)| match *load {
+        Load::Spring { between, .. } => Some((format!("l{i}"), between)),
+        _ => None,
+    });
+    let pairs = joints.chain(springs).flat_map(|(name, [a, b])| [(format!("{name}a"), a), (format!("{name}b"), b)]);
+    let forces = system.loads.iter().enumerate().filter_map(|(i, load)| match *load {
+        Load::Force { on, .. } => Some((format!("l{i}"), on)),
+        _ => None,
+    });
+    let paths = system.drivers.iter().enumerate().filter_map(|(i, driver)| match *driver {
+        Driver::Position { on, .. } => Some((format!("d{i}"), on)),
+        _ => None,
+    });
     pairs.chain(forces).chain(paths).collect()
 }
 
@@ -59,31 +41,12 @@ pub fn variables(system: &System, state: &State, t: f64) -> Variables {
     let mut values = Named::default();
     for i in 0..system.bodies.len() {
         let k = 3 * i;
-        values.add(
-            &format!("b{i}"),
-            &["x", "y", "angle"],
-            &[state.q[k], state.q[k + 1], state.q[k + 2]],
-        );
-        values.add(
-            &format!("b{i}"),
-            &["vx", "vy", "omega"],
-            &[state.v[k], state.v[k + 1], state.v[k + 2]],
-        );
-        values.add(
-            &format!("b{i}"),
-            &["ax", "ay", "alpha"],
-            &[a[k], a[k + 1], a[k + 2]],
-        );
+        values.add(&format!("b{i}"), &["x", "y", "angle"], &[state.q[k], state.q[k + 1], state.q[k + 2]]);
+        values.add(&format!("b{i}"), &["vx", "vy", "omega"], &[state.v[k], state.v[k + 1], state.v[k + 2]]);
+        values.add(&format!("b{i}"), &["ax", "ay", "alpha"], &[a[k], a[k + 1], a[k + 2]]);
     }
-    for (name, at) in points(system)
-        .into_iter()
-        .filter(|(_, at)| at.body.is_some())
-    {
-        let (p, v, a) = (
-            state.position(at),
-            state.velocity(at),
-            state.acceleration(at, a),
-        );
+    for (name, at) in points(system).into_iter().filter(|(_, at)| at.body.is_some()) {
+        let (p, v, a) = (state.position(at), state.velocity(at), state.acceleration(at, a));
         values.add(
             &format!("{}.{name}", owner(at.body)),
             &["x", "y", "vx", "vy", "ax", "ay"],
@@ -94,11 +57,7 @@ pub fn variables(system: &System, state: &State, t: f64) -> Variables {
     values.drivers(system, &solution.drivers);
     values.loads(system, state);
     let (kinetic, potential) = (system.kinetic_energy(state), system.potential_energy(state));
-    values.add(
-        "energy",
-        &["kinetic", "potential", "total"],
-        &[kinetic, potential, kinetic + potential],
-    );
+    values.add("energy", &["kinetic", "potential", "total"], &[kinetic, potential, kinetic + potential]);
     values.0
 }
 
@@ -112,36 +71,21 @@ impl Named {
         }
     }
 
-    fn joints(
-        &mut self,
-        system: &System,
-        state: &State,
-        a: &nalgebra::DVector<f64>,
-        loads: &[Vec<f64>],
-    ) {
+    fn joints(&mut self, system: &System, state: &State, a: &nalgebra::DVector<f64>, loads: &[Vec<f64>]) {
         for (i, (joint, loads)) in system.joints.iter().zip(loads).enumerate() {
             let name = format!("j{i}");
             match joint.kind {
                 JointKind::Revolute => {
                     let [first, second] = joint.bodies();
                     let alpha = |body: Option<usize>| body.map_or(0.0, |b| a[3 * b + 2]);
-                    let relative =
-                        |value: &dyn Fn(Option<usize>) -> f64| value(second) - value(first);
-                    let motion = [
-                        relative(&|b| state.angle(b)),
-                        relative(&|b| state.omega(b)),
-                        relative(&alpha),
-                    ];
+                    let relative = |value: &dyn Fn(Option<usize>) -> f64| value(second) - value(first);
+                    let motion = [relative(&|b| state.angle(b)), relative(&|b| state.omega(b)), relative(&alpha)];
                     self.add(&name, &["angle", "omega", "alpha"], &motion);
                     self.add(&name, &["fx", "fy"], loads);
                 }
                 JointKind::Prismatic { axis, .. } => {
                     let (s, v) = slide(joint, axis, state);
-                    self.add(
-                        &name,
-                        &["s", "v", "a"],
-                        &[s, v, slide_acceleration(joint.between, axis, state, a)],
-                    );
+                    self.add(&name, &["s", "v", "a"], &[s, v, slide_acceleration(joint.between, axis, state, a)]);
                     self.add(&name, &["fn", "torque"], loads);
                 }
                 JointKind::Weld { .. } => self.add(&name, &["fx", "fy", "torque"], loads),
@@ -155,10 +99,7 @@ impl Named {
             let (quantities, power): (&[&str], f64) = match driver {
                 Driver::Angle { motion, .. } => (&["torque"], effort[0] * motion[1]),
                 Driver::Displacement { motion, .. } => (&["force"], effort[0] * motion[1]),
-                Driver::Position { motion, .. } => (
-                    &["fx", "fy"],
-                    effort[0] * motion[1].x + effort[1] * motion[1].y,
-                ),
+                Driver::Position { motion, .. } => (&["fx", "fy"], effort[0] * motion[1].x + effort[1] * motion[1].y),
             };
             self.add(&format!("d{i}"), quantities, effort);
             self.add(&format!("d{i}"), &["power"], &[power]);
@@ -171,24 +112,11 @@ impl Named {
             match *load {
                 Load::Spring { between, .. } => {
                     let (_, length, rate) = state.line(between);
-                    self.add(
-                        &name,
-                        &["length", "rate", "force"],
-                        &[length, rate, line_force(load, state)],
-                    );
+                    self.add(&name, &["length", "rate", "force"], &[length, rate, line_force(load, state)]);
                 }
-                Load::TorsionSpring {
-                    between: [a, b], ..
-                } => {
-                    let (angle, omega) = (
-                        state.angle(b) - state.angle(a),
-                        state.omega(b) - state.omega(a),
-                    );
-                    self.add(
-                        &name,
-                        &["angle", "omega", "torque"],
-                        &[angle, omega, torsion(load, state)],
-                    );
+                Load::TorsionSpring { between: [a, b], .. } => {
+                    let (angle, omega) = (state.angle(b) - state.angle(a), state.omega(b) - state.omega(a));
+                    self.add(&name, &["angle", "omega", "torque"], &[angle, omega, torsion(load, state)]);
                 }
                 Load::Force { .. } | Load::Torque { .. } => {}
             }
@@ -197,18 +125,10 @@ impl Named {
 }
 
 /// Second derivative of a prismatic joint's displacement, as the first body sees it.
-fn slide_acceleration(
-    [first, second]: [At; 2],
-    axis: Vector2<f64>,
-    state: &State,
-    a: &nalgebra::DVector<f64>,
-) -> f64 {
+fn slide_acceleration([first, second]: [At; 2], axis: Vector2<f64>, state: &State, a: &nalgebra::DVector<f64>) -> f64 {
     let along = state.world(first.body, axis);
     let normal = turned(along);
-    let (omega, alpha) = (
-        state.omega(first.body),
-        first.body.map_or(0.0, |b| a[3 * b + 2]),
-    );
+    let (omega, alpha) = (state.omega(first.body), first.body.map_or(0.0, |b| a[3 * b + 2]));
     let gap = state.position(second) - state.position(first);
     let rate = state.velocity(second) - state.velocity(first);
     let acceleration = state.acceleration(second, a) - state.acceleration(first, a);
