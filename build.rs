@@ -44,14 +44,8 @@ fn dependency_folders(out: &Path) -> Vec<PathBuf> {
     let Some(profile) = out.ancestors().nth(3) else {
         return Vec::new();
     };
-    let host = profile
-        .file_name()
-        .and_then(|name| Some(profile.ancestors().nth(2)?.join(name)));
-    [Some(profile.to_path_buf()), host]
-        .into_iter()
-        .flatten()
-        .map(|folder| folder.join("deps"))
-        .collect()
+    let host = profile.file_name().and_then(|name| Some(profile.ancestors().nth(2)?.join(name)));
+    [Some(profile.to_path_buf()), host].into_iter().flatten().map(|folder| folder.join("deps")).collect()
 }
 
 /// The newest shared library of the runtime in these folders; a folder that does not exist has none.
@@ -61,22 +55,14 @@ fn newest_runtime(folders: &[PathBuf]) -> Option<PathBuf> {
         .filter_map(|folder| fs::read_dir(folder).ok())
         .flat_map(|entries| entries.flatten())
         .filter(|entry| is_runtime(&entry.file_name().to_string_lossy()))
-        .max_by_key(|entry| {
-            entry
-                .metadata()
-                .and_then(|data| data.modified())
-                .unwrap_or(SystemTime::UNIX_EPOCH)
-        })
+        .max_by_key(|entry| entry.metadata().and_then(|data| data.modified()).unwrap_or(SystemTime::UNIX_EPOCH))
         .map(|entry| entry.path())
 }
 
 /// Is it `libcotree_runtime*.so`, `libcotree_runtime*.dylib` or `cotree_runtime*.dll`?
 fn is_runtime(file: &str) -> bool {
     let stem = file.strip_prefix("lib").unwrap_or(file);
-    stem.starts_with("cotree_runtime")
-        && [".so", ".dylib", ".dll"]
-            .iter()
-            .any(|suffix| file.ends_with(suffix))
+    stem.starts_with("cotree_runtime") && [".so", ".dylib", ".dll"].iter().any(|suffix| file.ends_with(suffix))
 }
 
 /// A variable that cargo sets.

@@ -22,36 +22,20 @@ impl Draft {
         if special {
             // A pipe or a device such as /dev/stdout is written to, not replaced.
             let file = OpenOptions::new().write(true).open(&place)?;
-            return Ok(Self {
-                writer: Some(BufWriter::new(file)),
-                place,
-                temporary: None,
-            });
+            return Ok(Self { writer: Some(BufWriter::new(file)), place, temporary: None });
         }
         if place.is_dir() {
-            return Err(io::Error::new(
-                io::ErrorKind::IsADirectory,
-                "is a directory",
-            ));
+            return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a directory"));
         }
         let temporary = beside(&place)?;
-        let file = OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(&temporary)?;
-        Ok(Self {
-            writer: Some(BufWriter::new(file)),
-            place,
-            temporary: Some(temporary),
-        })
+        let file = OpenOptions::new().write(true).create_new(true).open(&temporary)?;
+        Ok(Self { writer: Some(BufWriter::new(file)), place, temporary: Some(temporary) })
     }
 
     /// Puts the finished file in its place.
     pub fn commit(mut self) -> io::Result<()> {
         if let Some(writer) = self.writer.take() {
-            let file = writer
-                .into_inner()
-                .map_err(io::IntoInnerError::into_error)?;
+            let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
             if self.temporary.is_some() {
                 file.sync_all()?;
             }
@@ -69,9 +53,7 @@ impl Draft {
 
 impl Write for Draft {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.writer
-            .as_mut()
-            .map_or(Ok(0), |writer| writer.write(bytes))
+        self.writer.as_mut().map_or(Ok(0), |writer| writer.write(bytes))
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -97,9 +79,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// A name in the same folder, so that renaming does not copy.
 fn beside(place: &Path) -> io::Result<PathBuf> {
-    let name = place
-        .file_name()
-        .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "is not a file name"))?;
+    let name = place.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "is not a file name"))?;
     let mut temporary = OsString::from(".");
     temporary.push(name);
     temporary.push(format!(".{}.part", std::process::id()));

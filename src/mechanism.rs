@@ -540,3 +540,101 @@ pub enum Function {
     Max,
     Floor,
 }
+
+impl Formula {
+    /// Calls `visit` with every variable that occurs.
+    pub fn visit_variables(&self, visit: &mut dyn FnMut(Variable)) {
+        match self {
+            Formula::Number(_) | Formula::Time | Formula::Parameter(_) | Formula::Input(_) => {}
+            Formula::Variable(variable) => visit(*variable),
+            Formula::Negate(inner) => inner.visit_variables(visit),
+            Formula::Binary(_, operands) => operands.iter().for_each(|operand| operand.visit_variables(visit)),
+            Formula::Call(_, arguments) => arguments.iter().for_each(|argument| argument.visit_variables(visit)),
+            Formula::If(_, parts) => parts.iter().for_each(|part| part.visit_variables(visit)),
+        }
+    }
+}
+
+impl Mechanism {
+    /// The user's name of a variable, such as `crank.angle`.
+    pub fn variable_name(&self, variable: Variable) -> String {
+        let owner = match variable.owner {
+            Owner::Place(place) => self.place_name(place),
+            Owner::Joint(joint) => self.joints[joint.0].name.clone(),
+            Owner::Driver(driver) => self.drivers[driver.0].name.clone(),
+            Owner::Load(load) => self.loads[load.0].name.clone(),
+            Owner::System => return variable.quantity.word().to_string(),
+        };
+        format!("{owner}.{}", variable.quantity.word())
+    }
+}
+
+impl Quantity {
+    /// The last word of a variable's name; the whole name for those of the system.
+    pub fn word(self) -> &'static str {
+        match self {
+            Quantity::X => "x",
+            Quantity::Y => "y",
+            Quantity::Angle => "angle",
+            Quantity::Vx => "vx",
+            Quantity::Vy => "vy",
+            Quantity::Omega => "omega",
+            Quantity::Ax => "ax",
+            Quantity::Ay => "ay",
+            Quantity::Alpha => "alpha",
+            Quantity::S => "s",
+            Quantity::V => "v",
+            Quantity::A => "a",
+            Quantity::Fx => "fx",
+            Quantity::Fy => "fy",
+            Quantity::Fn => "fn",
+            Quantity::Force => "force",
+            Quantity::Torque => "torque",
+            Quantity::Power => "power",
+            Quantity::Length => "length",
+            Quantity::Rate => "rate",
+            Quantity::KineticEnergy => "energy.kinetic",
+            Quantity::PotentialEnergy => "energy.potential",
+            Quantity::TotalEnergy => "energy.total",
+            Quantity::PositionResidual => "constraint.position",
+            Quantity::VelocityResidual => "constraint.velocity",
+        }
+    }
+}
+
+impl Unit {
+    /// rad
+    pub fn angle() -> Unit {
+        Unit { exponents: [0, 0, 0, 1], si: "rad".to_string(), display: None }
+    }
+
+    /// m
+    pub fn length() -> Unit {
+        Unit { exponents: [0, 1, 0, 0], si: "m".to_string(), display: None }
+    }
+
+    /// This unit divided by the second: rad/s, m/s2.
+    pub fn per_second(&self) -> Unit {
+        let [kg, m, s, rad] = self.exponents;
+        let si = match self.si.strip_suffix("/s") {
+            Some(base) => format!("{base}/s2"),
+            None => format!("{}/s", self.si),
+        };
+        Unit { exponents: [kg, m, s - 1, rad], si, display: None }
+    }
+}
+
+impl Mechanism {
+    /// The user's name of a point.
+    pub fn place_name(&self, place: Place) -> String {
+        match place {
+            Place::Origin => "ground".to_string(),
+            Place::Ground(point) => format!("ground.{}", self.ground[point].name),
+            Place::Centre(body) => self.bodies[body.0].name.clone(),
+            Place::Point(body, point) => {
+                let body = &self.bodies[body.0];
+                format!("{}.{}", body.name, body.points[point].name)
+            }
+        }
+    }
+}

@@ -4,12 +4,19 @@ use std::path::Path;
 
 use cotree_fmu::program::Program;
 
-use crate::export::archive::{Package, SceneText};
+use crate::export::ExportError;
+use crate::export::archive::{self, Package, SceneText};
+use crate::export::describe::describe;
 use crate::export::description::Description;
+use crate::formulate::{Formulated, formulate};
 use crate::mechanism::Unit;
+use crate::print;
+use crate::report::assumptions::assumptions;
 use crate::report::drawing::Drawing;
+use crate::report::figures::summarise;
+use crate::report::pose::draw;
 use crate::report::summary::Summary;
-use crate::scene::{Fault, Faults, Reading, Scene, Source, Span, Text, read};
+use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, read};
 
 /// A scene, compiled.
 #[derive(Clone, Debug)]
@@ -45,24 +52,56 @@ pub fn load(path: &Path) -> Result<Scene, Faults> {
 }
 
 /// Formulates the equations of a scene and lowers them.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
 pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
-    let resolved = scene.resolve()?;
-    Err(Faults::new(
-        scene.source.clone(),
-        vec![Fault::new(
-            "pipeline::compile",
-            format!(
-                "the equations of `{}` are not formulated yet",
-                resolved.mechanism.name
-            ),
-            Span::default(),
-        )],
-    ))
+    let Resolved { mechanism, mut warnings } = scene.resolve()?;
+    let faults = |list: Vec<Fault>| Faults::new(scene.source.clone(), list);
+    let mut formulated = formulate(&mechanism).map_err(faults)?;
+    warnings.append(&mut formulated.warnings);
+    let mut program = formulated.lowered.program.clone();
+    let bytes = program.to_bytes().map_err(|error| faults(vec![internal(&error.to_string())]))?;
+    program.guid = guid(&bytes);
+    Ok(Compiled {
+        description: describe(&formulated, &program.guid),
+        drawing: draw(&mut formulated),
+        summary: summarise(&formulated),
+        assumptions: assumptions(&mut formulated),
+        warnings: (!warnings.is_empty()).then(|| faults(warnings)),
+        source: scene.source.clone(),
+        program,
+    })
 }
 
 /// The equations of a scene.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
 pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
-    compile(scene).map(|compiled| format!("{notation:?} {}", compiled.summary.name))
+    let mechanism = scene.resolve()?.mechanism;
+    let formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    let Formulated { mut equations, lowered, .. } = formulated;
+    Ok(match notation {
+        Notation::Text => print::text(&mut equations),
+        Notation::C => print::c_code(&mut equations, &lowered.solved),
+    })
+}
+
+/// A name for these very bytes: their 128-bit FNV-1a hash, written as a GUID.
+fn guid(bytes: &[u8]) -> String {
+    const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
+    const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
+    let hash = bytes.iter().fold(OFFSET, |hash, &byte| (hash ^ u128::from(byte)).wrapping_mul(PRIME));
+    let digits = format!("{hash:032x}");
+    let parts = [&digits[..8], &digits[8..12], &digits[12..16], &digits[16..20], &digits[20..]];
+    format!("{{{}}}", parts.join("-"))
+}
+
+/// Something that no scene should be able to cause.
+fn internal(what: &str) -> Fault {
+    Fault::new("cotree::internal", format!("the program cannot be written: {what}"), Span::default())
+        .help("this is a fault of cotree, not of the scene: please report it with the scene file")
 }
 
 /// Reads a number, alone (SI) or with a unit, for a variable of the given unit; the empty unit takes any.
@@ -70,17 +109,33 @@ pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
     let reading = read(&Text::from(text)).map_err(|fault| fault.message)?;
     match reading {
         Reading::Number(value) => Ok(value),
-        Reading::Measure(value, given)
-            if given.exponents == unit.exponents || unit.si.is_empty() =>
-        {
-            Ok(value)
-        }
-        Reading::Measure(..) => Err(format!(
-            "`{text}` is not in {} or a unit of the same kind",
-            unit.si
-        )),
+        Reading::Measure(value, given) if given.exponents == unit.exponents || unit.si.is_empty() => Ok(value),
+        Reading::Measure(..) => Err(format!("`{text}` is not in {} or a unit of the same kind", unit.si)),
         Reading::Expression => Err(format!("`{text}` is not a number, alone or with a unit")),
     }
+}
+
+impl Scene {
+    /// Writes the scene as a self-contained FMU.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the scene, or a file that cannot be written.
+    pub fn export_fmu(&self, path: impl AsRef<Path>) -> Result<(), ExportFailure> {
+        let compiled = compile(self)?;
+        let program = compiled.program.to_bytes().map_err(ExportError::from)?;
+        Ok(archive::write(&compiled.package(&program), path.as_ref())?)
+    }
+}
+
+/// Why there is no FMU.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportFailure {
+    /// The scene is at fault.
+    #[error(transparent)]
+    Scene(#[from] Faults),
+    /// The file is.
+    #[error(transparent)]
+    File(#[from] ExportError),
 }
 
 impl Compiled {
@@ -88,16 +143,8 @@ impl Compiled {
     pub fn package<'a>(&'a self, program: &'a [u8]) -> Package<'a> {
         let is_json = self.source.text.trim_start().starts_with('{');
         let extension = if is_json { "json" } else { "toml" };
-        let scene = (!self.source.text.is_empty()).then_some(SceneText {
-            extension,
-            text: &self.source.text,
-        });
-        Package {
-            description: &self.description,
-            program,
-            scene,
-            drawing: &self.drawing,
-        }
+        let scene = (!self.source.text.is_empty()).then_some(SceneText { extension, text: &self.source.text });
+        Package { description: &self.description, program, scene, drawing: &self.drawing }
     }
 }
 
@@ -106,23 +153,16 @@ mod tests {
     use super::*;
 
     fn metre() -> Unit {
-        Unit {
-            exponents: [0, 1, 0, 0],
-            si: "m".into(),
-            display: None,
-        }
+        Unit { exponents: [0, 1, 0, 0], si: "m".into(), display: None }
     }
 
     #[test]
     fn quantities_are_numbers_with_the_right_unit() {
         assert_eq!(quantity("1.5", &metre()), Ok(1.5));
         assert_eq!(quantity("120 mm", &metre()), Ok(0.12));
-        for (text, message) in [
-            ("3 kg", "not in m"),
-            ("2*l", "not a number"),
-            ("", "not a number"),
-            ("2 furlong", "furlong"),
-        ] {
+        for (text, message) in
+            [("3 kg", "not in m"), ("2*l", "not a number"), ("", "not a number"), ("2 furlong", "furlong")]
+        {
             let error = quantity(text, &metre()).unwrap_err();
             assert!(error.contains(message), "{text}: {error}");
         }

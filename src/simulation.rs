@@ -42,12 +42,7 @@ impl Run<'_> {
         model: Arc<Model>,
         mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
     ) -> Result<(), RunError> {
-        let Experiment {
-            start,
-            stop,
-            tolerance,
-            ..
-        } = self.experiment;
+        let Experiment { start, stop, tolerance, .. } = self.experiment;
         let mut instance = Instance::new(model);
         instance.setup(start, Some(stop), Some(tolerance))?;
         for &(variable, value) in &self.settings {
@@ -89,10 +84,7 @@ impl Run<'_> {
 
     /// Times of the table's rows within the run, each once.
     fn knots(&self) -> Vec<f64> {
-        let times = self
-            .inputs
-            .iter()
-            .flat_map(|(table, _)| table.times().iter().copied());
+        let times = self.inputs.iter().flat_map(|(table, _)| table.times().iter().copied());
         let Experiment { start, stop, .. } = self.experiment;
         let mut knots: Vec<f64> = times.filter(|&time| time > start && time <= stop).collect();
         knots.dedup();
@@ -107,35 +99,21 @@ pub fn reported(description: &Description) -> Vec<usize> {
         return outputs;
     }
     let variables = description.variables.iter().enumerate();
-    variables
-        .filter(|(_, variable)| variable.causality == Causality::Local)
-        .map(|(index, _)| index)
-        .collect()
+    variables.filter(|(_, variable)| variable.causality == Causality::Local).map(|(index, _)| index).collect()
 }
 
 /// Start, every full step, and stop; computed from the start, so that rounding does not add up.
 pub fn points(experiment: Experiment) -> impl Iterator<Item = f64> {
-    let Experiment {
-        start, stop, step, ..
-    } = experiment;
+    let Experiment { start, stop, step, .. } = experiment;
     // A last step that is short only by rounding is no step of its own.
-    let full = ((stop - start) / step * (1.0 - 1e-12) - 1e-9)
-        .ceil()
-        .max(0.0) as u64;
-    (0..full)
-        .map(move |index| start + index as f64 * step)
-        .chain([stop])
+    let full = ((stop - start) / step * (1.0 - 1e-12) - 1e-9).ceil().max(0.0) as u64;
+    (0..full).map(move |index| start + index as f64 * step).chain([stop])
 }
 
 /// How many points [`points`] gives.
 pub fn count(experiment: Experiment) -> u64 {
-    let Experiment {
-        start, stop, step, ..
-    } = experiment;
-    ((stop - start) / step * (1.0 - 1e-12) - 1e-9)
-        .ceil()
-        .max(0.0) as u64
-        + 1
+    let Experiment { start, stop, step, .. } = experiment;
+    ((stop - start) / step * (1.0 - 1e-12) - 1e-9).ceil().max(0.0) as u64 + 1
 }
 
 #[cfg(test)]
@@ -143,12 +121,7 @@ mod tests {
     use super::*;
 
     fn times(start: f64, stop: f64, step: f64) -> Vec<f64> {
-        let experiment = Experiment {
-            start,
-            stop,
-            step,
-            tolerance: 1e-6,
-        };
+        let experiment = Experiment { start, stop, step, tolerance: 1e-6 };
         let times: Vec<f64> = points(experiment).collect();
         assert_eq!(times.len() as u64, count(experiment));
         times

@@ -12,15 +12,8 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
 fn unit(si: &str, exponents: [i8; 4], display: Option<(&str, f64)>) -> Unit {
-    let display = display.map(|(name, factor)| DisplayUnit {
-        name: name.into(),
-        factor,
-    });
-    Unit {
-        exponents,
-        si: si.into(),
-        display,
-    }
+    let display = display.map(|(name, factor)| DisplayUnit { name: name.into(), factor });
+    Unit { exponents, si: si.into(), display }
 }
 
 fn variable(name: &str, unit: Unit, causality: Causality) -> ScalarVariable {
@@ -38,33 +31,15 @@ fn variable(name: &str, unit: Unit, causality: Causality) -> ScalarVariable {
 /// A pendulum: states angle and omega, an input torque, two parameters.
 fn pendulum() -> Description {
     let rad = |si, s| unit(si, [0, 0, s, 1], None);
-    let length = Causality::Parameter {
-        tunable: false,
-        start: 0.5,
-        min: Some(0.1),
-        max: None,
-    };
-    let damping = Causality::Parameter {
-        tunable: true,
-        start: 1e-7,
-        min: None,
-        max: Some(3.0),
-    };
-    let torque = Causality::Input {
-        start: 0.0,
-        min: None,
-        max: None,
-    };
+    let length = Causality::Parameter { tunable: false, start: 0.5, min: Some(0.1), max: None };
+    let damping = Causality::Parameter { tunable: true, start: 1e-7, min: None, max: Some(3.0) };
+    let torque = Causality::Input { start: 0.0, min: None, max: None };
     let angle = ScalarVariable {
         initial_dependencies: vec![1],
         dependencies: vec![4],
         ..variable(
             "arm.angle",
-            unit(
-                "rad",
-                [0, 0, 0, 1],
-                Some(("deg", std::f64::consts::PI / 180.0)),
-            ),
+            unit("rad", [0, 0, 0, 1], Some(("deg", std::f64::consts::PI / 180.0))),
             Causality::Output,
         )
     };
@@ -84,23 +59,10 @@ fn pendulum() -> Description {
         identifier: "pendulum".into(),
         guid: "{0123}".into(),
         description: "A \"pendulum\" & its <arm>".into(),
-        experiment: Experiment {
-            start: 0.0,
-            stop: 10.0,
-            step: 1e-3,
-            tolerance: 1e-6,
-        },
+        experiment: Experiment { start: 0.0, stop: 10.0, step: 1e-3, tolerance: 1e-6 },
         variables: vec![
-            variable(
-                "time",
-                unit("s", [0, 0, 1, 0], None),
-                Causality::Independent,
-            ),
-            variable(
-                "length",
-                unit("m", [0, 1, 0, 0], Some(("mm", 1e-3))),
-                length,
-            ),
+            variable("time", unit("s", [0, 0, 1, 0], None), Causality::Independent),
+            variable("length", unit("m", [0, 1, 0, 0], Some(("mm", 1e-3))), length),
             variable("damping", unit("N.m.s", [1, 2, -1, 0], None), damping),
             variable("torque", unit("N.m", [1, 2, -2, 0], None), torque),
             angle,
@@ -120,10 +82,7 @@ fn tags(document: &[u8]) -> Vec<(String, Vec<(String, String)>)> {
                 path.push(name(&tag));
                 tags.push((path.join("/"), attributes(&tag)));
             }
-            Event::Empty(tag) => tags.push((
-                format!("{}/{}", path.join("/"), name(&tag)),
-                attributes(&tag),
-            )),
+            Event::Empty(tag) => tags.push((format!("{}/{}", path.join("/"), name(&tag)), attributes(&tag))),
             Event::End(_) => drop(path.pop()),
             Event::Eof => return tags,
             _ => {}
@@ -140,28 +99,19 @@ fn attributes(tag: &BytesStart) -> Vec<(String, String)> {
     tag.attributes()
         .map(|attribute| {
             let attribute = attribute.unwrap();
-            let value = quick_xml::escape::unescape(&attribute.value)
-                .unwrap()
-                .into_owned();
+            let value = quick_xml::escape::unescape(&attribute.value).unwrap().into_owned();
             (attribute.key.as_ref().to_owned(), value)
         })
         .collect()
 }
 
 fn get<'a>(attributes: &'a [(String, String)], key: &str) -> Option<&'a str> {
-    attributes
-        .iter()
-        .find(|(name, _)| name == key)
-        .map(|(_, value)| value.as_str())
+    attributes.iter().find(|(name, _)| name == key).map(|(_, value)| value.as_str())
 }
 
 /// The tags whose path ends like this.
 fn below(document: &[u8], end: &str) -> Vec<Vec<(String, String)>> {
-    tags(document)
-        .into_iter()
-        .filter(|(path, _)| path.ends_with(end))
-        .map(|(_, attributes)| attributes)
-        .collect()
+    tags(document).into_iter().filter(|(path, _)| path.ends_with(end)).map(|(_, attributes)| attributes).collect()
 }
 
 fn document() -> Vec<u8> {
@@ -174,10 +124,7 @@ fn header_and_capabilities() {
     let header = &below(&document, "fmiModelDescription")[0];
     assert_eq!(get(header, "fmiVersion"), Some("2.0"));
     assert_eq!(get(header, "guid"), Some("{0123}"));
-    assert_eq!(
-        get(header, "description"),
-        Some("A \"pendulum\" & its <arm>")
-    );
+    assert_eq!(get(header, "description"), Some("A \"pendulum\" & its <arm>"));
     assert_eq!(get(header, "variableNamingConvention"), Some("structured"));
     assert_eq!(get(header, "generationDateAndTime"), None);
     let flags = &below(&document, "/CoSimulation")[0];
@@ -196,14 +143,8 @@ fn sections_stand_in_the_order_of_the_schema() {
         .filter_map(|(path, _)| path.strip_prefix("fmiModelDescription/").map(str::to_owned))
         .filter(|path| !path.contains('/'))
         .collect();
-    let wanted = [
-        "CoSimulation",
-        "UnitDefinitions",
-        "LogCategories",
-        "DefaultExperiment",
-        "ModelVariables",
-        "ModelStructure",
-    ];
+    let wanted =
+        ["CoSimulation", "UnitDefinitions", "LogCategories", "DefaultExperiment", "ModelVariables", "ModelStructure"];
     assert_eq!(order, wanted);
 }
 
@@ -214,10 +155,7 @@ fn start_values_exactly_where_they_belong() {
     let reals = below(&document, "/ScalarVariable/Real");
     assert_eq!(scalars.len(), reals.len());
     for (index, (scalar, real)) in scalars.iter().zip(&reals).enumerate() {
-        assert_eq!(
-            get(scalar, "valueReference"),
-            Some(index.to_string().as_str())
-        );
+        assert_eq!(get(scalar, "valueReference"), Some(index.to_string().as_str()));
         let settable = matches!(get(scalar, "causality"), Some("parameter" | "input"));
         assert_eq!(get(real, "start").is_some(), settable, "{scalar:?}");
         let initial = match get(scalar, "causality") {
@@ -237,27 +175,15 @@ fn start_values_exactly_where_they_belong() {
 fn every_unit_used_is_defined() {
     let document = document();
     let names = |end: &str| -> BTreeSet<String> {
-        below(&document, end)
-            .iter()
-            .filter_map(|tag| get(tag, "name").map(str::to_owned))
-            .collect()
+        below(&document, end).iter().filter_map(|tag| get(tag, "name").map(str::to_owned)).collect()
     };
     for real in below(&document, "/Real") {
-        assert!(
-            names("/Unit").contains(get(&real, "unit").unwrap()),
-            "{real:?}"
-        );
-        assert!(
-            get(&real, "displayUnit").is_none_or(|unit| names("/DisplayUnit").contains(unit)),
-            "{real:?}"
-        );
+        assert!(names("/Unit").contains(get(&real, "unit").unwrap()), "{real:?}");
+        assert!(get(&real, "displayUnit").is_none_or(|unit| names("/DisplayUnit").contains(unit)), "{real:?}");
     }
     let factor = |name: &str| {
         let displays = below(&document, "/DisplayUnit");
-        let display = displays
-            .iter()
-            .find(|tag| get(tag, "name") == Some(name))
-            .unwrap();
+        let display = displays.iter().find(|tag| get(tag, "name") == Some(name)).unwrap();
         get(display, "factor").unwrap().parse::<f64>().unwrap()
     };
     assert_eq!(factor("mm"), 1000.0); // 1 m is 1000 mm
@@ -269,11 +195,7 @@ fn unknowns(document: &[u8], list: &str) -> Vec<(usize, Vec<usize>)> {
     below(document, &format!("/{list}/Unknown"))
         .iter()
         .map(|unknown| {
-            let on = get(unknown, "dependencies")
-                .unwrap()
-                .split_whitespace()
-                .map(|on| on.parse().unwrap())
-                .collect();
+            let on = get(unknown, "dependencies").unwrap().split_whitespace().map(|on| on.parse().unwrap()).collect();
             (get(unknown, "index").unwrap().parse().unwrap(), on)
         })
         .collect()
@@ -282,34 +204,16 @@ fn unknowns(document: &[u8], list: &str) -> Vec<(usize, Vec<usize>)> {
 #[test]
 fn model_structure_lists_what_the_standard_wants() {
     let document = document();
-    assert_eq!(
-        unknowns(&document, "Outputs"),
-        [(5, vec![5]), (7, vec![4, 5, 6])]
-    );
-    assert_eq!(
-        unknowns(&document, "Derivatives"),
-        [(6, vec![6]), (7, vec![4, 5, 6])]
-    );
-    assert_eq!(
-        unknowns(&document, "InitialUnknowns"),
-        [(5, vec![2]), (6, vec![]), (7, vec![2, 3, 4])]
-    );
+    assert_eq!(unknowns(&document, "Outputs"), [(5, vec![5]), (7, vec![4, 5, 6])]);
+    assert_eq!(unknowns(&document, "Derivatives"), [(6, vec![6]), (7, vec![4, 5, 6])]);
+    assert_eq!(unknowns(&document, "InitialUnknowns"), [(5, vec![2]), (6, vec![]), (7, vec![2, 3, 4])]);
 }
 
 #[test]
 fn empty_lists_are_left_out() {
     let variables = vec![variable("time", Unit::default(), Causality::Independent)];
-    let document = xml::model_description(&Description {
-        variables,
-        ..pendulum()
-    })
-    .unwrap();
-    for list in [
-        "Outputs",
-        "Derivatives",
-        "InitialUnknowns",
-        "UnitDefinitions",
-    ] {
+    let document = xml::model_description(&Description { variables, ..pendulum() }).unwrap();
+    for list in ["Outputs", "Derivatives", "InitialUnknowns", "UnitDefinitions"] {
         assert!(below(&document, &format!("/{list}")).is_empty(), "{list}");
     }
 }
@@ -319,26 +223,12 @@ fn names_outside_the_structured_convention_are_called_flat() {
     let mut description = pendulum();
     description.variables[1].name = "länge".into();
     let document = xml::model_description(&description).unwrap();
-    assert_eq!(
-        get(
-            &below(&document, "fmiModelDescription")[0],
-            "variableNamingConvention"
-        ),
-        Some("flat")
-    );
+    assert_eq!(get(&below(&document, "fmiModelDescription")[0], "variableNamingConvention"), Some("flat"));
 }
 
 fn package<'a>(description: &'a Description, drawing: &'a Drawing) -> Package<'a> {
-    let scene = Some(SceneText {
-        extension: "toml",
-        text: "format = 1\n",
-    });
-    Package {
-        description,
-        program: b"program",
-        scene,
-        drawing,
-    }
+    let scene = Some(SceneText { extension: "toml", text: "format = 1\n" });
+    Package { description, program: b"program", scene, drawing }
 }
 
 #[test]
@@ -354,14 +244,8 @@ fn the_archive_is_plain_and_complete() {
     let bytes = pack(&package(&description, &drawing)).unwrap();
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
     let platform = runtime::platform().unwrap();
-    let library = format!(
-        "binaries/{}/pendulum.{}",
-        platform.folder, platform.extension
-    );
-    let names: Vec<String> = archive
-        .file_names()
-        .map(|name| name.unwrap().into_owned())
-        .collect();
+    let library = format!("binaries/{}/pendulum.{}", platform.folder, platform.extension);
+    let names: Vec<String> = archive.file_names().map(|name| name.unwrap().into_owned()).collect();
     let wanted = [
         library.as_str(),
         "documentation/index.html",
@@ -378,25 +262,14 @@ fn the_archive_is_plain_and_complete() {
         assert!(!file.is_symlink() && !file.encrypted());
     }
     let mut embedded = vec![];
-    archive
-        .by_name(&library)
-        .unwrap()
-        .read_to_end(&mut embedded)
-        .unwrap();
+    archive.by_name(&library).unwrap().read_to_end(&mut embedded).unwrap();
     assert!(embedded == runtime::LIBRARY);
 }
 
 #[test]
 fn the_page_names_every_parameter() {
     let page = cotree::export::page::html(&pendulum(), &Drawing::default());
-    for text in [
-        "<code>length</code>",
-        "at least 0.1",
-        "at most 3.0",
-        "any time",
-        "&lt;arm&gt;",
-        "<svg",
-    ] {
+    for text in ["<code>length</code>", "at least 0.1", "at most 3.0", "any time", "&lt;arm&gt;", "<svg"] {
         assert!(page.contains(text), "{text}");
     }
     assert!(!page.contains("<script") && !page.contains("href="));

@@ -15,35 +15,14 @@ const PUSH: usize = 2;
 
 fn program() -> data::Program {
     // Registers: time, stiffness, push, its rate, its acceleration, q, v, a, scratch.
-    let instruction = |operation, target, a, b| Instruction {
-        operation,
-        target,
-        a,
-        b,
-        c: 0,
-    };
-    let instructions = vec![
-        instruction(Operation::Multiply, 8, 1, 5),
-        instruction(Operation::Subtract, 9, 2, 8),
-    ];
-    let acceleration = Tape {
-        instructions,
-        results: vec![9],
-    };
-    let variable = |name: &str, source| data::Variable {
-        name: name.into(),
-        source,
-    };
+    let instruction = |operation, target, a, b| Instruction { operation, target, a, b, c: 0 };
+    let instructions = vec![instruction(Operation::Multiply, 8, 1, 5), instruction(Operation::Subtract, 9, 2, 8)];
+    let acceleration = Tape { instructions, results: vec![9] };
+    let variable = |name: &str, source| data::Variable { name: name.into(), source };
     data::Program {
         name: "mass".into(),
         guid: "mass".into(),
-        experiment: data::Experiment {
-            start: 0.0,
-            stop: 1.0,
-            step: 0.1,
-            tolerance: 1e-9,
-            max_step: f64::INFINITY,
-        },
+        experiment: data::Experiment { start: 0.0, stop: 1.0, step: 0.1, tolerance: 1e-9, max_step: f64::INFINITY },
         parameters: vec![data::Parameter {
             name: "stiffness".into(),
             start: 1.0,
@@ -51,17 +30,9 @@ fn program() -> data::Program {
             max: None,
             tunable: false,
         }],
-        inputs: vec![data::Input {
-            name: "push".into(),
-            start: 0.0,
-            min: None,
-            max: None,
-        }],
+        inputs: vec![data::Input { name: "push".into(), start: 0.0, min: None, max: None }],
         followers: vec![],
-        coordinates: vec![data::Coordinate {
-            name: "mass.x".into(),
-            scale: 1.0,
-        }],
+        coordinates: vec![data::Coordinate { name: "mass.x".into(), scale: 1.0 }],
         constraints: vec![],
         motion: data::Motion::Dynamic,
         length: 1.0,
@@ -74,10 +45,7 @@ fn program() -> data::Program {
         ],
         constants: vec![],
         registers: 10,
-        tapes: data::Tapes {
-            acceleration,
-            ..data::Tapes::default()
-        },
+        tapes: data::Tapes { acceleration, ..data::Tapes::default() },
         initial: data::Initial::default(),
     }
 }
@@ -85,62 +53,36 @@ fn program() -> data::Program {
 fn description() -> Description {
     let causalities = [
         Causality::Independent,
-        Causality::Parameter {
-            tunable: false,
-            start: 1.0,
-            min: Some(0.0),
-            max: None,
-        },
-        Causality::Input {
-            start: 0.0,
-            min: None,
-            max: None,
-        },
+        Causality::Parameter { tunable: false, start: 1.0, min: Some(0.0), max: None },
+        Causality::Input { start: 0.0, min: None, max: None },
         Causality::Output,
         Causality::Output,
     ];
-    let variables =
-        program()
-            .variables
-            .into_iter()
-            .zip(causalities)
-            .map(|(variable, causality)| ScalarVariable {
-                name: variable.name,
-                description: String::new(),
-                unit: Unit::default(),
-                causality,
-                derivative_of: None,
-                dependencies: vec![],
-                initial_dependencies: vec![],
-            });
+    let variables = program().variables.into_iter().zip(causalities).map(|(variable, causality)| ScalarVariable {
+        name: variable.name,
+        description: String::new(),
+        unit: Unit::default(),
+        causality,
+        derivative_of: None,
+        dependencies: vec![],
+        initial_dependencies: vec![],
+    });
     Description {
         model_name: "mass".into(),
         identifier: "mass".into(),
         guid: "mass".into(),
         description: String::new(),
-        experiment: Experiment {
-            start: 0.0,
-            stop: 1.0,
-            step: 0.1,
-            tolerance: 1e-9,
-        },
+        experiment: Experiment { start: 0.0, stop: 1.0, step: 0.1, tolerance: 1e-9 },
         variables: variables.collect(),
     }
 }
 
 /// Time, position, acceleration at every communication point.
-fn simulate(
-    settings: Vec<(usize, f64)>,
-    table: Option<&Table>,
-    step: f64,
-) -> Result<Vec<[f64; 3]>, RunError> {
+fn simulate(settings: Vec<(usize, f64)>, table: Option<&Table>, step: f64) -> Result<Vec<[f64; 3]>, RunError> {
     let description = description();
     let run = Run {
         description: &description,
-        experiment: Experiment {
-            step,
-            ..description.experiment
-        },
+        experiment: Experiment { step, ..description.experiment },
         settings,
         inputs: table.map(|table| (table, vec![PUSH])),
         reported: cotree::simulation::reported(&description),
@@ -159,10 +101,7 @@ fn a_constant_push_swings() {
     assert_eq!(rows.len(), 11);
     for [time, x, a] in rows {
         let exact = 0.5 * (1.0 - (2.0 * time).cos());
-        assert!(
-            (x - exact).abs() < 1e-8,
-            "at {time}: {x} instead of {exact}"
-        );
+        assert!((x - exact).abs() < 1e-8, "at {time}: {x} instead of {exact}");
         assert!((a - (2.0 - 4.0 * x)).abs() < 1e-12);
     }
 }
@@ -182,10 +121,7 @@ fn rows_of_the_table_need_not_be_communication_points() {
                 let after = time - corner;
                 corner.powi(3) / 3.0 + corner.powi(2) * after + 1.5 * after.powi(2)
             };
-            assert!(
-                (x - exact).abs() < 1e-8,
-                "step {step}, at {time}: {x} instead of {exact}"
-            );
+            assert!((x - exact).abs() < 1e-8, "step {step}, at {time}: {x} instead of {exact}");
         }
     }
 }

@@ -133,7 +133,9 @@ fn bounds(min: Option<f64>, max: Option<f64>) -> String {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Phase {
     /// Values may still change; is the state consistent with them?
-    Initial { solved: bool },
+    Initial {
+        solved: bool,
+    },
     Running,
 }
 
@@ -471,7 +473,10 @@ impl Instance {
         if value.is_finite() {
             Ok(value)
         } else {
-            Err(InstanceError::Undefined { name: self.model.program().variables[variable].name.clone(), time: self.time() })
+            Err(InstanceError::Undefined {
+                name: self.model.program().variables[variable].name.clone(),
+                time: self.time(),
+            })
         }
     }
 

@@ -26,13 +26,8 @@ pub struct Export {
 impl Export {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let compiled = output::compile(&self.scene, format)?;
-        let path = self
-            .output
-            .unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
-        let program = compiled
-            .program
-            .to_bytes()
-            .map_err(|error| Failure::file("write", &path, error))?;
+        let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
+        let program = compiled.program.to_bytes().map_err(|error| Failure::file("write", &path, error))?;
         archive::write(&compiled.package(&program), &path)?;
         output::print(&format!("{}\n", path.display()))
     }

@@ -85,9 +85,9 @@ impl From<io::Error> for Failure {
 impl From<RunError> for Failure {
     fn from(error: RunError) -> Self {
         match error {
-            RunError::Instance(
-                error @ (InstanceError::Solver(_) | InstanceError::Undefined { .. }),
-            ) => Failure::Numerical(error.to_string()),
+            RunError::Instance(error @ (InstanceError::Solver(_) | InstanceError::Undefined { .. })) => {
+                Failure::Numerical(error.to_string())
+            }
             RunError::Instance(error) => Failure::Usage(error.to_string()),
             RunError::Output(error) => error.into(),
         }

@@ -35,13 +35,7 @@ struct Cli {
 #[derive(Args)]
 struct Global {
     /// How faults of the scene are reported: for people, or as JSON on standard output for editors and scripts
-    #[arg(
-        long,
-        global = true,
-        value_name = "FORMAT",
-        default_value = "human",
-        display_order = 100
-    )]
+    #[arg(long, global = true, value_name = "FORMAT", default_value = "human", display_order = 100)]
     message_format: MessageFormat,
 }
 
@@ -69,11 +63,7 @@ pub fn run() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => {
             let _ = error.print(); // a closed pipe is no error
-            return ExitCode::from(if error.use_stderr() {
-                failure::USAGE
-            } else {
-                0
-            });
+            return ExitCode::from(if error.use_stderr() { failure::USAGE } else { 0 });
         }
     };
     let format = cli.global.message_format;

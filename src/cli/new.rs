@@ -30,10 +30,9 @@ impl New {
             name.into()
         };
         create(&path, &scene(&path)).map_err(|error| match error.kind() {
-            std::io::ErrorKind::AlreadyExists => Failure::Usage(format!(
-                "`{}` exists already; choose another name",
-                path.display()
-            )),
+            std::io::ErrorKind::AlreadyExists => {
+                Failure::Usage(format!("`{}` exists already; choose another name", path.display()))
+            }
             _ => Failure::file("write", &path, error),
         })?;
         let path = path.display();
@@ -43,10 +42,7 @@ impl New {
 
 /// The template under the file's own name.
 fn scene(path: &Path) -> String {
-    let stem = path
-        .file_stem()
-        .map(|stem| identifier(&stem.to_string_lossy()))
-        .unwrap_or_default();
+    let stem = path.file_stem().map(|stem| identifier(&stem.to_string_lossy())).unwrap_or_default();
     TEMPLATE.replacen("slider_crank", &stem, 1)
 }
 
@@ -73,18 +69,13 @@ mod tests {
 
     #[test]
     fn what_the_template_comments_out_works_too() {
-        let text: String = TEMPLATE
-            .lines()
-            .map(|line| format!("{}\n", uncommented(line)))
-            .collect();
+        let text: String = TEMPLATE.lines().map(|line| format!("{}\n", uncommented(line))).collect();
         let resolved = Scene::from_toml(&text).unwrap().resolve().unwrap();
         assert_eq!(resolved.mechanism.loads.len(), 2);
     }
 
     /// A line of TOML that is commented out; prose stays a comment.
     fn uncommented(line: &str) -> &str {
-        line.strip_prefix("# ")
-            .filter(|rest| rest.starts_with('[') || rest.contains(" = "))
-            .unwrap_or(line)
+        line.strip_prefix("# ").filter(|rest| rest.starts_with('[') || rest.contains(" = ")).unwrap_or(line)
     }
 }

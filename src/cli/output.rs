@@ -21,13 +21,8 @@ impl Output {
     /// A file if a path is given, otherwise standard output.
     pub fn new(path: Option<&Path>) -> Result<Self, Failure> {
         match path {
-            Some(path) => Ok(Output::File(
-                Draft::new(path).map_err(|error| Failure::file("write", path, error))?,
-            )),
-            None => Ok(Output::Standard(BufWriter::with_capacity(
-                1 << 16,
-                io::stdout().lock(),
-            ))),
+            Some(path) => Ok(Output::File(Draft::new(path).map_err(|error| Failure::file("write", path, error))?)),
+            None => Ok(Output::Standard(BufWriter::with_capacity(1 << 16, io::stdout().lock()))),
         }
     }
 

@@ -58,8 +58,7 @@ impl Show {
         }
         match self.json {
             true => {
-                let json = serde_json::to_string_pretty(&compiled.summary)
-                    .map_err(std::io::Error::from)?;
+                let json = serde_json::to_string_pretty(&compiled.summary).map_err(std::io::Error::from)?;
                 output::print(&format!("{json}\n"))
             }
             false => output::print(&compiled.summary.to_string()),

@@ -23,12 +23,10 @@ use progress::Progress;
 /// Runs exactly the code that the FMU runs. The table is CSV: `time` [s] first, then the outputs of the scene in SI
 /// units.
 #[derive(Args)]
-#[command(
-    after_help = "Examples:\n  cotree simulate slider_crank.toml -o result.csv --plot result.svg\n  \
+#[command(after_help = "Examples:\n  cotree simulate slider_crank.toml -o result.csv --plot result.svg\n  \
                   cotree simulate slider_crank.toml --set rod_length=\"1.2 m\" --stop \"2 s\" --step \"1 ms\"\n  \
                   cotree simulate slider_crank.toml --input gas.csv | head\n\n\
-                  An input table begins with a line such as `time,gas_force`; values between its rows are interpolated."
-)]
+                  An input table begins with a line such as `time,gas_force`; values between its rows are interpolated.")]
 pub struct Simulate {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
@@ -60,17 +58,10 @@ impl Simulate {
         let compiled = output::compile(&self.scene, format)?;
         let table = self.input.as_deref().map(request::table).transpose()?;
         let run = request::run(&self, &compiled.description, table.as_ref())?;
-        let model = Model::new(compiled.program.clone())
-            .map_err(|error| Failure::Numerical(error.to_string()))?;
-        let columns = run
-            .reported
-            .iter()
-            .map(|&index| compiled.description.variables[index].name.as_str());
+        let model = Model::new(compiled.program.clone()).map_err(|error| Failure::Numerical(error.to_string()))?;
+        let columns = run.reported.iter().map(|&index| compiled.description.variables[index].name.as_str());
         let mut writer = Writer::new(Output::new(self.output.as_deref())?, columns)?;
-        let mut plot = self
-            .plot
-            .is_some()
-            .then(|| empty_plot(&compiled.description, &run.reported));
+        let mut plot = self.plot.is_some().then(|| empty_plot(&compiled.description, &run.reported));
         let mut progress = Progress::new(simulation::count(run.experiment));
         run.start(Arc::new(model), |time, values| {
             progress.step(time);
@@ -98,11 +89,7 @@ fn empty_plot(description: &Description, reported: &[usize]) -> Plot {
         unit: variable.unit.si.clone(),
         values: Vec::new(),
     });
-    Plot {
-        title: description.model_name.clone(),
-        time: Vec::new(),
-        series: series.collect(),
-    }
+    Plot { title: description.model_name.clone(), time: Vec::new(), series: series.collect() }
 }
 
 fn extend(plot: &mut Plot, time: f64, values: &[f64]) {

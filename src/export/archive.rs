@@ -40,10 +40,7 @@ pub struct SceneText<'a> {
 /// Packs an FMU and writes it to a file: all of it or nothing.
 pub fn write(package: &Package, path: &Path) -> Result<(), ExportError> {
     let bytes = pack(package)?;
-    files::write(path, &bytes).map_err(|error| ExportError::Write {
-        path: path.display().to_string(),
-        error,
-    })
+    files::write(path, &bytes).map_err(|error| ExportError::Write { path: path.display().to_string(), error })
 }
 
 /// The bytes of an FMU.
@@ -53,14 +50,9 @@ pub fn pack(package: &Package) -> Result<Vec<u8>, ExportError> {
         .last_modified_time(DateTime::DEFAULT);
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, content) in entries(package)? {
-        let permissions = if name.starts_with("binaries/") {
-            0o755
-        } else {
-            0o644
-        };
+        let permissions = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
         zip.start_file(name, options.unix_permissions(permissions))?;
-        zip.write_all(&content)
-            .map_err(zip::result::ZipError::from)?;
+        zip.write_all(&content).map_err(zip::result::ZipError::from)?;
     }
     Ok(zip.finish()?.into_inner())
 }
@@ -68,34 +60,18 @@ pub fn pack(package: &Package) -> Result<Vec<u8>, ExportError> {
 /// Every file of the FMU, by name.
 fn entries(package: &Package) -> Result<BTreeMap<String, Vec<u8>>, ExportError> {
     let platform = runtime::platform().ok_or(ExportError::Platform)?;
-    let library = format!(
-        "binaries/{}/{}.{}",
-        platform.folder, package.description.identifier, platform.extension
-    );
-    let description =
-        xml::model_description(package.description).map_err(ExportError::Description)?;
+    let library = format!("binaries/{}/{}.{}", platform.folder, package.description.identifier, platform.extension);
+    let description = xml::model_description(package.description).map_err(ExportError::Description)?;
     let mut entries = BTreeMap::from([
         ("modelDescription.xml".to_owned(), description),
         (library, runtime::LIBRARY.to_vec()),
         ("resources/program.bin".to_owned(), package.program.to_vec()),
-        (
-            "documentation/index.html".to_owned(),
-            page::html(package.description, package.drawing).into_bytes(),
-        ),
-        (
-            "documentation/licenses/license.txt".to_owned(),
-            LICENSE.into(),
-        ),
-        (
-            "documentation/licenses/apache-2.0.txt".to_owned(),
-            APACHE.into(),
-        ),
+        ("documentation/index.html".to_owned(), page::html(package.description, package.drawing).into_bytes()),
+        ("documentation/licenses/license.txt".to_owned(), LICENSE.into()),
+        ("documentation/licenses/apache-2.0.txt".to_owned(), APACHE.into()),
     ]);
     if let Some(scene) = package.scene {
-        entries.insert(
-            format!("resources/scene.{}", scene.extension),
-            scene.text.into(),
-        );
+        entries.insert(format!("resources/scene.{}", scene.extension), scene.text.into());
     }
     Ok(entries)
 }

@@ -121,22 +121,14 @@ impl Description {
     }
 
     fn indices(&self, wanted: impl Fn(&ScalarVariable) -> bool) -> Vec<usize> {
-        self.variables
-            .iter()
-            .enumerate()
-            .filter(|(_, variable)| wanted(variable))
-            .map(|(index, _)| index)
-            .collect()
+        self.variables.iter().enumerate().filter(|(_, variable)| wanted(variable)).map(|(index, _)| index).collect()
     }
 }
 
 /// A C identifier made from a scene's name: letters, digits and underscores are kept, anything else becomes an
 /// underscore.
 pub fn identifier(name: &str) -> String {
-    let mut text: String = name
-        .chars()
-        .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
-        .collect();
+    let mut text: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if text.is_empty() || text.starts_with(|c: char| c.is_ascii_digit()) {
         text.insert(0, '_');
     }

@@ -1,6 +1,7 @@
 //! From a compiled mechanism to an FMU file.
 
 pub mod archive;
+pub mod describe;
 pub mod description;
 pub mod page;
 pub mod runtime;
@@ -10,15 +11,14 @@ pub mod xml;
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// FMI has no name for the platform, so no importer would find the shared library.
-    #[error(
-        "FMI has no folder name for this platform ({} on {})",
-        std::env::consts::OS,
-        std::env::consts::ARCH
-    )]
+    #[error("FMI has no folder name for this platform ({} on {})", std::env::consts::OS, std::env::consts::ARCH)]
     Platform,
     /// The model description could not be written.
     #[error("cannot write the model description: {0}")]
     Description(std::io::Error),
+    /// The program could not be written.
+    #[error("cannot write the program: {0}")]
+    Program(#[from] cotree_fmu::storage::LoadError),
     /// The archive could not be packed.
     #[error("cannot pack the FMU: {0}")]
     Archive(#[from] zip::result::ZipError),

@@ -21,22 +21,12 @@ pub fn html(description: &Description, drawing: &Drawing) -> String {
          <style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n"
     );
     if !description.description.is_empty() {
-        add(
-            &mut page,
-            format_args!("<p>{}</p>\n", escape(&description.description)),
-        );
+        add(&mut page, format_args!("<p>{}</p>\n", escape(&description.description)));
     }
     page.push_str(&drawing.svg());
     page.push_str(&about(description));
     for (title, wanted) in SECTIONS {
-        table(
-            &mut page,
-            title,
-            description
-                .variables
-                .iter()
-                .filter(|variable| wanted(variable.causality)),
-        );
+        table(&mut page, title, description.variables.iter().filter(|variable| wanted(variable.causality)));
     }
     page.push_str("</body>\n</html>\n");
     page
@@ -45,12 +35,8 @@ pub fn html(description: &Description, drawing: &Drawing) -> String {
 type Section = (&'static str, fn(Causality) -> bool);
 
 const SECTIONS: [Section; 4] = [
-    ("Parameters", |causality| {
-        matches!(causality, Causality::Parameter { .. })
-    }),
-    ("Inputs", |causality| {
-        matches!(causality, Causality::Input { .. })
-    }),
+    ("Parameters", |causality| matches!(causality, Causality::Parameter { .. })),
+    ("Inputs", |causality| matches!(causality, Causality::Input { .. })),
     ("Outputs", |causality| causality == Causality::Output),
     ("Other variables", |causality| causality == Causality::Local),
 ];
@@ -80,33 +66,18 @@ fn table<'a>(page: &mut String, title: &str, variables: impl Iterator<Item = &'a
         return;
     };
     let range = range(first.causality).is_some();
-    let columns = if range {
-        "<th>default</th><th>permitted</th><th>may change</th>"
-    } else {
-        ""
-    };
+    let columns = if range { "<th>default</th><th>permitted</th><th>may change</th>" } else { "" };
     add(
         page,
-        format_args!(
-            "<h2>{title}</h2>\n<table>\n<tr><th>name</th><th>unit</th>{columns}<th>meaning</th></tr>\n"
-        ),
+        format_args!("<h2>{title}</h2>\n<table>\n<tr><th>name</th><th>unit</th>{columns}<th>meaning</th></tr>\n"),
     );
     for variable in variables {
         let (name, unit) = (escape(&variable.name), escape(&variable.unit.si));
-        add(
-            page,
-            format_args!("<tr><td><code>{name}</code></td><td>{unit}</td>"),
-        );
+        add(page, format_args!("<tr><td><code>{name}</code></td><td>{unit}</td>"));
         if let Some((start, permitted, change)) = self::range(variable.causality) {
-            add(
-                page,
-                format_args!("<td class=\"n\">{start:?}</td><td>{permitted}</td><td>{change}</td>"),
-            );
+            add(page, format_args!("<td class=\"n\">{start:?}</td><td>{permitted}</td><td>{change}</td>"));
         }
-        add(
-            page,
-            format_args!("<td>{}</td></tr>\n", escape(&variable.description)),
-        );
+        add(page, format_args!("<td>{}</td></tr>\n", escape(&variable.description)));
     }
     page.push_str("</table>\n");
 }
@@ -114,18 +85,8 @@ fn table<'a>(page: &mut String, title: &str, variables: impl Iterator<Item = &'a
 /// Default, permitted values, and when it may be set, of what can be set.
 fn range(causality: Causality) -> Option<(f64, String, &'static str)> {
     let (start, min, max, change) = match causality {
-        Causality::Parameter {
-            tunable: false,
-            start,
-            min,
-            max,
-        } => (start, min, max, "before start"),
-        Causality::Parameter {
-            tunable: true,
-            start,
-            min,
-            max,
-        } => (start, min, max, "any time"),
+        Causality::Parameter { tunable: false, start, min, max } => (start, min, max, "before start"),
+        Causality::Parameter { tunable: true, start, min, max } => (start, min, max, "any time"),
         Causality::Input { start, min, max } => (start, min, max, "any time"),
         Causality::Output | Causality::Local | Causality::Independent => return None,
     };

@@ -10,11 +10,8 @@ use super::description::{Causality, Description, ScalarVariable, is_structured};
 use crate::mechanism::Unit;
 
 /// Names of the log categories that the runtime uses, and what is logged under them.
-const LOG_CATEGORIES: [(&str, &str); 3] = [
-    ("events", "calls that the importer makes"),
-    ("solver", "what the solver does"),
-    ("errors", "why a call failed"),
-];
+const LOG_CATEGORIES: [(&str, &str); 3] =
+    [("events", "calls that the importer makes"), ("solver", "what the solver does"), ("errors", "why a call failed")];
 
 type Out = Writer<Vec<u8>>;
 type Attributes = Vec<(&'static str, String)>;
@@ -23,57 +20,35 @@ type Attributes = Vec<(&'static str, String)>;
 pub fn model_description(description: &Description) -> io::Result<Vec<u8>> {
     let mut out = Writer::new_with_indent(Vec::new(), b' ', 2);
     out.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    element(
-        &mut out,
-        "fmiModelDescription",
-        header(description),
-        |out| {
-            leaf(out, "CoSimulation", capabilities(description))?;
-            units(out, description)?;
-            element(out, "LogCategories", vec![], |out| {
-                LOG_CATEGORIES.iter().try_for_each(|(name, about)| {
-                    leaf(
-                        out,
-                        "Category",
-                        vec![("name", (*name).into()), ("description", (*about).into())],
-                    )
-                })
-            })?;
-            leaf(out, "DefaultExperiment", experiment(description))?;
-            element(out, "ModelVariables", vec![], |out| {
-                description
-                    .variables
-                    .iter()
-                    .enumerate()
-                    .try_for_each(|(index, variable)| scalar(out, index, variable))
-            })?;
-            structure(out, description)
-        },
-    )?;
+    element(&mut out, "fmiModelDescription", header(description), |out| {
+        leaf(out, "CoSimulation", capabilities(description))?;
+        units(out, description)?;
+        element(out, "LogCategories", vec![], |out| {
+            LOG_CATEGORIES.iter().try_for_each(|(name, about)| {
+                leaf(out, "Category", vec![("name", (*name).into()), ("description", (*about).into())])
+            })
+        })?;
+        leaf(out, "DefaultExperiment", experiment(description))?;
+        element(out, "ModelVariables", vec![], |out| {
+            description.variables.iter().enumerate().try_for_each(|(index, variable)| scalar(out, index, variable))
+        })?;
+        structure(out, description)
+    })?;
     let mut bytes = out.into_inner();
     bytes.push(b'\n');
     Ok(bytes)
 }
 
 fn header(description: &Description) -> Attributes {
-    let structured = description
-        .variables
-        .iter()
-        .all(|variable| is_structured(&variable.name));
+    let structured = description.variables.iter().all(|variable| is_structured(&variable.name));
     let mut attributes: Attributes = vec![
         ("fmiVersion", "2.0".into()),
         ("modelName", description.model_name.clone()),
         ("guid", description.guid.clone()),
     ];
     attributes.extend(about(&description.description));
-    attributes.push((
-        "generationTool",
-        concat!("cotree ", env!("CARGO_PKG_VERSION")).into(),
-    ));
-    attributes.push((
-        "variableNamingConvention",
-        if structured { "structured" } else { "flat" }.into(),
-    ));
+    attributes.push(("generationTool", concat!("cotree ", env!("CARGO_PKG_VERSION")).into()));
+    attributes.push(("variableNamingConvention", if structured { "structured" } else { "flat" }.into()));
     attributes
 }
 
@@ -109,20 +84,9 @@ fn experiment(description: &Description) -> Attributes {
 /// wants at least one.
 fn units(out: &mut Out, description: &Description) -> io::Result<()> {
     let mut used: BTreeMap<&str, (&Unit, BTreeMap<&str, f64>)> = BTreeMap::new();
-    for unit in description
-        .variables
-        .iter()
-        .map(|variable| &variable.unit)
-        .filter(|unit| !unit.si.is_empty())
-    {
-        let (_, displays) = used
-            .entry(&unit.si)
-            .or_insert_with(|| (unit, BTreeMap::new()));
-        displays.extend(
-            unit.display
-                .iter()
-                .map(|display| (display.name.as_str(), display.factor)),
-        );
+    for unit in description.variables.iter().map(|variable| &variable.unit).filter(|unit| !unit.si.is_empty()) {
+        let (_, displays) = used.entry(&unit.si).or_insert_with(|| (unit, BTreeMap::new()));
+        displays.extend(unit.display.iter().map(|display| (display.name.as_str(), display.factor)));
     }
     if used.is_empty() {
         return Ok(());
@@ -133,11 +97,7 @@ fn units(out: &mut Out, description: &Description) -> io::Result<()> {
                 leaf(out, "BaseUnit", exponents(unit))?;
                 displays.iter().try_for_each(|(name, si)| {
                     // The standard's factor goes the other way: display value = factor * SI value.
-                    leaf(
-                        out,
-                        "DisplayUnit",
-                        vec![("name", (*name).into()), ("factor", number(1.0 / si))],
-                    )
+                    leaf(out, "DisplayUnit", vec![("name", (*name).into()), ("factor", number(1.0 / si))])
                 })
             })
         })
@@ -146,20 +106,12 @@ fn units(out: &mut Out, description: &Description) -> io::Result<()> {
 
 fn exponents(unit: &Unit) -> Attributes {
     let names = ["kg", "m", "s", "rad"];
-    let powers = names
-        .into_iter()
-        .zip(unit.exponents)
-        .filter(|(_, power)| *power != 0);
-    powers
-        .map(|(name, power)| (name, power.to_string()))
-        .collect()
+    let powers = names.into_iter().zip(unit.exponents).filter(|(_, power)| *power != 0);
+    powers.map(|(name, power)| (name, power.to_string())).collect()
 }
 
 fn scalar(out: &mut Out, index: usize, variable: &ScalarVariable) -> io::Result<()> {
-    let mut attributes: Attributes = vec![
-        ("name", variable.name.clone()),
-        ("valueReference", index.to_string()),
-    ];
+    let mut attributes: Attributes = vec![("name", variable.name.clone()), ("valueReference", index.to_string())];
     attributes.extend(about(&variable.description));
     attributes.push(("causality", variable.causality.name().into()));
     attributes.push(("variability", variable.causality.variability().into()));
@@ -168,9 +120,7 @@ fn scalar(out: &mut Out, index: usize, variable: &ScalarVariable) -> io::Result<
         Causality::Output | Causality::Local => attributes.push(("initial", "calculated".into())),
         Causality::Input { .. } | Causality::Independent => {} // the standard permits none
     }
-    element(out, "ScalarVariable", attributes, |out| {
-        leaf(out, "Real", real(variable))
-    })
+    element(out, "ScalarVariable", attributes, |out| leaf(out, "Real", real(variable)))
 }
 
 /// Attributes of a variable's `Real` element.
@@ -178,28 +128,14 @@ fn real(variable: &ScalarVariable) -> Attributes {
     let mut attributes = Attributes::new();
     if !variable.unit.si.is_empty() {
         attributes.push(("unit", variable.unit.si.clone()));
-        attributes.extend(
-            variable
-                .unit
-                .display
-                .iter()
-                .map(|display| ("displayUnit", display.name.clone())),
-        );
+        attributes.extend(variable.unit.display.iter().map(|display| ("displayUnit", display.name.clone())));
     }
-    if let Causality::Parameter {
-        start, min, max, ..
-    }
-    | Causality::Input { start, min, max } = variable.causality
-    {
+    if let Causality::Parameter { start, min, max, .. } | Causality::Input { start, min, max } = variable.causality {
         attributes.extend(min.map(|value| ("min", number(value))));
         attributes.extend(max.map(|value| ("max", number(value))));
         attributes.push(("start", number(start)));
     }
-    attributes.extend(
-        variable
-            .derivative_of
-            .map(|state| ("derivative", ordinal(state))),
-    );
+    attributes.extend(variable.derivative_of.map(|state| ("derivative", ordinal(state))));
     attributes
 }
 
@@ -208,20 +144,8 @@ fn structure(out: &mut Out, description: &Description) -> io::Result<()> {
     let initial = |variable: &ScalarVariable| variable.initial_dependencies.clone();
     element(out, "ModelStructure", vec![], |out| {
         unknowns(out, "Outputs", description, &description.outputs(), running)?;
-        unknowns(
-            out,
-            "Derivatives",
-            description,
-            &description.derivatives(),
-            running,
-        )?;
-        unknowns(
-            out,
-            "InitialUnknowns",
-            description,
-            &description.initial_unknowns(),
-            initial,
-        )
+        unknowns(out, "Derivatives", description, &description.derivatives(), running)?;
+        unknowns(out, "InitialUnknowns", description, &description.initial_unknowns(), initial)
     })
 }
 
@@ -242,11 +166,7 @@ fn unknowns(
             on.sort_unstable();
             on.dedup();
             let on: Vec<String> = on.into_iter().map(ordinal).collect();
-            leaf(
-                out,
-                "Unknown",
-                vec![("index", ordinal(index)), ("dependencies", on.join(" "))],
-            )
+            leaf(out, "Unknown", vec![("index", ordinal(index)), ("dependencies", on.join(" "))])
         })
     })
 }
@@ -267,27 +187,13 @@ fn about(description: &str) -> Option<(&'static str, String)> {
 
 /// What XML cannot hold, line breaks among them, becomes a space.
 fn printable(text: &str) -> String {
-    text.chars()
-        .map(|c| {
-            if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') {
-                ' '
-            } else {
-                c
-            }
-        })
-        .collect()
+    text.chars().map(|c| if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') { ' ' } else { c }).collect()
 }
 
 fn leaf(out: &mut Out, name: &str, attributes: Attributes) -> io::Result<()> {
-    let attributes: Vec<_> = attributes
-        .into_iter()
-        .map(|(key, value)| (key, printable(&value)))
-        .collect();
+    let attributes: Vec<_> = attributes.into_iter().map(|(key, value)| (key, printable(&value))).collect();
     let attributes = attributes.iter().map(|(key, value)| (*key, value.as_str()));
-    out.create_element(name)
-        .with_attributes(attributes)
-        .write_empty()
-        .map(|_| ())
+    out.create_element(name).with_attributes(attributes).write_empty().map(|_| ())
 }
 
 fn element(
@@ -296,13 +202,7 @@ fn element(
     attributes: Attributes,
     content: impl FnOnce(&mut Out) -> io::Result<()>,
 ) -> io::Result<()> {
-    let attributes: Vec<_> = attributes
-        .into_iter()
-        .map(|(key, value)| (key, printable(&value)))
-        .collect();
+    let attributes: Vec<_> = attributes.into_iter().map(|(key, value)| (key, printable(&value))).collect();
     let attributes = attributes.iter().map(|(key, value)| (*key, value.as_str()));
-    out.create_element(name)
-        .with_attributes(attributes)
-        .write_inner_content(content)
-        .map(|_| ())
+    out.create_element(name).with_attributes(attributes).write_inner_content(content).map(|_| ())
 }

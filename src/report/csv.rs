@@ -42,11 +42,7 @@ impl<W: Write> Writer<W> {
 
 /// A text as a field: quoted if it must be.
 fn field(text: &str) -> String {
-    if text.contains(['"', ',', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
+    if text.contains(['"', ',', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 
 #[cfg(test)]
@@ -55,22 +51,13 @@ mod tests {
 
     #[test]
     fn what_is_written_reads_back() {
-        let rows = [
-            (0.0, [1.0 / 3.0, -0.0]),
-            (1e-7, [f64::MIN_POSITIVE, 1e300]),
-            (2.0, [0.1 + 0.2, -5.0]),
-        ];
+        let rows = [(0.0, [1.0 / 3.0, -0.0]), (1e-7, [f64::MIN_POSITIVE, 1e300]), (2.0, [0.1 + 0.2, -5.0])];
         let mut writer = Writer::new(Vec::new(), ["crank.angle", "odd, \"name\""]).unwrap();
         for (time, values) in &rows {
             writer.row(*time, values).unwrap();
         }
         let text = String::from_utf8(writer.finish().unwrap()).unwrap();
-        assert!(
-            text.starts_with(
-                "time,crank.angle,\"odd, \"\"name\"\"\"\n0.0,0.3333333333333333,-0.0\n"
-            ),
-            "{text}"
-        );
+        assert!(text.starts_with("time,crank.angle,\"odd, \"\"name\"\"\"\n0.0,0.3333333333333333,-0.0\n"), "{text}");
         let table = Table::parse(&text).unwrap();
         assert_eq!(table.names(), ["crank.angle", "odd, \"name\""]);
         for (time, values) in rows {

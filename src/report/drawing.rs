@@ -115,19 +115,12 @@ impl Drawing {
     }
 
     fn draw_ground(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
-        for joint in self
-            .joints
-            .iter()
-            .filter(|joint| joint.is_grounded() && joint.is_finite())
-        {
+        for joint in self.joints.iter().filter(|joint| joint.is_grounded() && joint.is_finite()) {
             let at = view.pixel(joint.moving().1);
             match joint.kind {
                 JointKind::Revolute => {
                     symbols::pedestal(svg, view, at);
-                    labels.cover(
-                        shapes::along(at, 2.5 * view.pin, [0.0, 1.0]),
-                        3.0 * view.pin,
-                    );
+                    labels.cover(shapes::along(at, 2.5 * view.pin, [0.0, 1.0]), 3.0 * view.pin);
                 }
                 JointKind::Prismatic(axis) => {
                     let ends = symbols::guide(svg, view, at, view.direction(axis));
@@ -136,28 +129,12 @@ impl Drawing {
                 JointKind::Weld => symbols::wall(svg, view, at, [0.0, -1.0]),
             }
         }
-        let anchors = self
-            .ground
-            .iter()
-            .filter(|at| is_finite(at) && !self.is_jointed_to_ground(at, view));
+        let anchors = self.ground.iter().filter(|at| is_finite(at) && !self.is_jointed_to_ground(at, view));
         for anchor in anchors {
             let at = view.pixel(*anchor);
-            if let Some(spring) = self
-                .springs
-                .iter()
-                .find(|spring| spring.ends.iter().any(|end| end == anchor))
-            {
-                let other = if spring.ends[0] == *anchor {
-                    spring.ends[1]
-                } else {
-                    spring.ends[0]
-                };
-                symbols::wall(
-                    svg,
-                    view,
-                    at,
-                    shapes::unit(shapes::difference(view.pixel(other), at)),
-                );
+            if let Some(spring) = self.springs.iter().find(|spring| spring.ends.iter().any(|end| end == anchor)) {
+                let other = if spring.ends[0] == *anchor { spring.ends[1] } else { spring.ends[0] };
+                symbols::wall(svg, view, at, shapes::unit(shapes::difference(view.pixel(other), at)));
                 labels.cover(at, 2.5 * view.pin);
             }
         }
@@ -169,9 +146,7 @@ impl Drawing {
         }
         for index in self.drawing_order(view) {
             let outline = self.outline(index, view);
-            let block = self
-                .slider(index)
-                .map(|(at, axis)| (view.pixel(at), view.direction(axis)));
+            let block = self.slider(index).map(|(at, axis)| (view.pixel(at), view.direction(axis)));
             symbols::body(svg, view, index, &outline, block);
             self.draw_centre(index, view, svg);
             labels.obstruct(&outline, 1.5 * view.pin);
@@ -181,12 +156,7 @@ impl Drawing {
             }
             if self.bodies.len() <= NAMED_BODIES {
                 let anchor = shapes::middle(&outline);
-                labels.body(
-                    &self.bodies[index].name,
-                    anchor,
-                    view.pin,
-                    symbols::colour(index).1,
-                );
+                labels.body(&self.bodies[index].name, anchor, view.pin, symbols::colour(index).1);
             }
         }
     }
@@ -195,10 +165,7 @@ impl Drawing {
     /// first.
     fn drawing_order(&self, view: &View) -> Vec<usize> {
         let layer = |body: usize| {
-            let prismatic = self
-                .joints
-                .iter()
-                .filter(|joint| matches!(joint.kind, JointKind::Prismatic(_)));
+            let prismatic = self.joints.iter().filter(|joint| matches!(joint.kind, JointKind::Prismatic(_)));
             prismatic
                 .filter_map(|joint| match joint.between {
                     [Some(first), Some(_)] if first == body => Some(1),
@@ -231,44 +198,20 @@ impl Drawing {
 
     fn draw_loads(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
         let named = self.joints.len() <= NAMED_JOINTS;
-        for spring in self
-            .springs
-            .iter()
-            .filter(|spring| spring.ends.iter().all(is_finite))
-        {
+        for spring in self.springs.iter().filter(|spring| spring.ends.iter().all(is_finite)) {
             let ends = self.spring_ends(spring, view);
             symbols::spring(svg, view, ends);
             labels.obstruct(&ends, 1.3 * view.pin);
             if named {
-                labels.load(
-                    &spring.name,
-                    shapes::middle(&ends),
-                    1.8 * view.pin,
-                    symbols::SPRING,
-                );
+                labels.load(&spring.name, shapes::middle(&ends), 1.8 * view.pin, symbols::SPRING);
             }
         }
-        for force in self
-            .forces
-            .iter()
-            .filter(|force| is_finite(&force.at) && is_finite(&force.direction))
-        {
+        for force in self.forces.iter().filter(|force| is_finite(&force.at) && is_finite(&force.direction)) {
             let (at, direction) = (view.pixel(force.at), view.direction(force.direction));
-            let ends = symbols::force(
-                svg,
-                view,
-                at,
-                direction,
-                self.is_crowded(at, direction, view),
-            );
+            let ends = symbols::force(svg, view, at, direction, self.is_crowded(at, direction, view));
             labels.obstruct(&ends, view.pin);
             if named {
-                labels.load(
-                    &force.name,
-                    shapes::middle(&ends),
-                    1.4 * view.pin,
-                    symbols::FORCE,
-                );
+                labels.load(&force.name, shapes::middle(&ends), 1.4 * view.pin, symbols::FORCE);
             }
         }
         for turn in self.turns.iter().filter(|turn| is_finite(&turn.at)) {
@@ -295,20 +238,10 @@ impl Drawing {
             joint.moving().1 == end && level
         };
         let retreat = |side: usize| {
-            let block = self
-                .joints
-                .iter()
-                .any(|joint| is_face(joint, spring.ends[side]));
-            if block {
-                symbols::block_length(view).min(0.3 * length)
-            } else {
-                0.0
-            }
+            let block = self.joints.iter().any(|joint| is_face(joint, spring.ends[side]));
+            if block { symbols::block_length(view).min(0.3 * length) } else { 0.0 }
         };
-        [
-            shapes::along(ends[0], retreat(0), axis),
-            shapes::along(ends[1], -retreat(1), axis),
-        ]
+        [shapes::along(ends[0], retreat(0), axis), shapes::along(ends[1], -retreat(1), axis)]
     }
 
     fn draw_joints(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
@@ -328,17 +261,11 @@ impl Drawing {
 
     /// Does a body lead away from a point in about this direction?
     fn is_crowded(&self, at: Pixel, direction: Pixel, view: &View) -> bool {
-        (0..self.bodies.len())
-            .map(|body| self.outline(body, view))
-            .any(|outline| {
-                let touches = outline
-                    .iter()
-                    .any(|&corner| shapes::norm(shapes::difference(corner, at)) < view.pin);
-                let away = shapes::unit(shapes::difference(shapes::middle(&outline), at));
-                touches
-                    && outline.len() > 1
-                    && away[0] * direction[0] + away[1] * direction[1] > 0.7
-            })
+        (0..self.bodies.len()).map(|body| self.outline(body, view)).any(|outline| {
+            let touches = outline.iter().any(|&corner| shapes::norm(shapes::difference(corner, at)) < view.pin);
+            let away = shapes::unit(shapes::difference(shapes::middle(&outline), at));
+            touches && outline.len() > 1 && away[0] * direction[0] + away[1] * direction[1] > 0.7
+        })
     }
 
     /// The corners of a body in the picture, in order.
@@ -353,27 +280,17 @@ impl Drawing {
 
     /// Where and along what a body slides, if it does.
     fn slider(&self, body: usize) -> Option<([f64; 2], [f64; 2])> {
-        self.joints
-            .iter()
-            .filter(|joint| joint.is_finite())
-            .find_map(|joint| match joint.kind {
-                JointKind::Prismatic(axis) if joint.moving().0 == Some(body) => {
-                    Some((joint.moving().1, axis))
-                }
-                _ => None,
-            })
+        self.joints.iter().filter(|joint| joint.is_finite()).find_map(|joint| match joint.kind {
+            JointKind::Prismatic(axis) if joint.moving().0 == Some(body) => Some((joint.moving().1, axis)),
+            _ => None,
+        })
     }
 
     fn is_jointed_to_ground(&self, point: &[f64; 2], view: &View) -> bool {
         self.joints
             .iter()
             .filter(|joint| joint.is_grounded() && joint.kind == JointKind::Revolute)
-            .any(|joint| {
-                shapes::norm(shapes::difference(
-                    view.pixel(joint.at[0]),
-                    view.pixel(*point),
-                )) < view.pin
-            })
+            .any(|joint| shapes::norm(shapes::difference(view.pixel(joint.at[0]), view.pixel(*point))) < view.pin)
     }
 }
 
@@ -395,11 +312,7 @@ impl Joint {
     }
 
     fn is_finite(&self) -> bool {
-        let axis = if let JointKind::Prismatic(axis) = self.kind {
-            axis
-        } else {
-            [0.0, 0.0]
-        };
+        let axis = if let JointKind::Prismatic(axis) = self.kind { axis } else { [0.0, 0.0] };
         self.at.iter().all(is_finite) && is_finite(&axis)
     }
 }
@@ -415,17 +328,9 @@ mod tests {
     /// A slider-crank with everything that can be drawn.
     fn slider_crank() -> Drawing {
         let (bearing, pin, wrist, wall) = ([0.0, 0.0], [0.3, 0.4], [1.5, 0.0], [2.5, 0.0]);
-        let body = |name: &str, points: &[[f64; 2]], centre| Body {
-            name: name.into(),
-            points: points.to_vec(),
-            centre,
-        };
-        let joint = |name: &str, kind, between, at| Joint {
-            name: name.into(),
-            kind,
-            between,
-            at,
-        };
+        let body =
+            |name: &str, points: &[[f64; 2]], centre| Body { name: name.into(), points: points.to_vec(), centre };
+        let joint = |name: &str, kind, between, at| Joint { name: name.into(), kind, between, at };
         Drawing {
             title: "slider & crank".into(),
             bodies: vec![
@@ -435,39 +340,14 @@ mod tests {
             ],
             ground: vec![bearing, wall],
             joints: vec![
-                joint(
-                    "main_bearing",
-                    JointKind::Revolute,
-                    [None, Some(0)],
-                    [bearing; 2],
-                ),
-                joint(
-                    "crank_pin",
-                    JointKind::Revolute,
-                    [Some(0), Some(1)],
-                    [pin; 2],
-                ),
+                joint("main_bearing", JointKind::Revolute, [None, Some(0)], [bearing; 2]),
+                joint("crank_pin", JointKind::Revolute, [Some(0), Some(1)], [pin; 2]),
                 joint("wrist_pin", JointKind::Weld, [Some(1), Some(2)], [wrist; 2]),
-                joint(
-                    "cylinder",
-                    JointKind::Prismatic([1.0, 0.0]),
-                    [None, Some(2)],
-                    [bearing, wrist],
-                ),
+                joint("cylinder", JointKind::Prismatic([1.0, 0.0]), [None, Some(2)], [bearing, wrist]),
             ],
-            springs: vec![Spring {
-                name: "return_spring".into(),
-                ends: [wrist, wall],
-            }],
-            forces: vec![Force {
-                name: "gas".into(),
-                at: wrist,
-                direction: [-5.0, 0.0],
-            }],
-            turns: vec![Turn {
-                name: "motor".into(),
-                at: bearing,
-            }],
+            springs: vec![Spring { name: "return_spring".into(), ends: [wrist, wall] }],
+            forces: vec![Force { name: "gas".into(), at: wrist, direction: [-5.0, 0.0] }],
+            turns: vec![Turn { name: "motor".into(), at: bearing }],
         }
     }
 
@@ -487,16 +367,7 @@ mod tests {
     fn every_part_is_drawn_and_named() {
         let svg = slider_crank().svg();
         assert!(elements(&svg) > 50);
-        for name in [
-            "crank",
-            "rod",
-            "slider",
-            "main_bearing",
-            "cylinder",
-            "return_spring",
-            "gas",
-            "motor",
-        ] {
+        for name in ["crank", "rod", "slider", "main_bearing", "cylinder", "return_spring", "gas", "motor"] {
             assert!(svg.contains(&format!(">{name}</text>")), "{name}");
         }
         assert_eq!(svg, slider_crank().svg());
@@ -518,35 +389,17 @@ mod tests {
     #[test]
     fn nothing_is_still_a_picture() {
         elements(&Drawing::default().svg());
-        let body = Body {
-            name: "mass".into(),
-            points: vec![],
-            centre: [3.0, 3.0],
-        };
-        elements(
-            &Drawing {
-                bodies: vec![body],
-                ..Drawing::default()
-            }
-            .svg(),
-        );
+        let body = Body { name: "mass".into(), points: vec![], centre: [3.0, 3.0] };
+        elements(&Drawing { bodies: vec![body], ..Drawing::default() }.svg());
     }
 
     #[test]
     fn a_crowd_is_drawn_without_names() {
         let body = |index: usize| {
             let x = index as f64;
-            Body {
-                name: format!("body{index}"),
-                points: vec![[x, 0.0], [x + 1.0, 1.0]],
-                centre: [x, 0.5],
-            }
+            Body { name: format!("body{index}"), points: vec![[x, 0.0], [x + 1.0, 1.0]], centre: [x, 0.5] }
         };
-        let svg = Drawing {
-            bodies: (0..1000).map(body).collect(),
-            ..Drawing::default()
-        }
-        .svg();
+        let svg = Drawing { bodies: (0..1000).map(body).collect(), ..Drawing::default() }.svg();
         assert!(!svg.contains("<text"));
     }
 }

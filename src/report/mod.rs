@@ -1,8 +1,10 @@
 //! What cotree shows: drawings, plots, tables, summaries.
 
+pub mod assumptions;
 pub mod csv;
 pub mod drawing;
+pub mod figures;
 pub mod plot;
-pub mod sketch;
+pub mod pose;
 pub mod summary;
 pub mod svg;

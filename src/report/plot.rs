@@ -52,27 +52,14 @@ impl Plot {
         let mut svg = Svg::default();
         let title = r##"font-size="15" font-weight="600" fill="#1f2933""##;
         svg.text([LEFT, 27.0], title, &self.title);
-        let mut frame = Frame {
-            x: LEFT,
-            y: TOP,
-            width: WIDTH - LEFT - RIGHT,
-            height: HEIGHT,
-        };
+        let mut frame = Frame { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT };
         for (index, panel) in panels.iter().enumerate() {
             frame.y = TOP + (HEIGHT + GAP) * index as f64;
             panel.draw(&mut svg, frame, &self.time, &ticks);
         }
         panel::time_axis(&mut svg, frame, &ticks);
         let height = frame.y + frame.height + BOTTOM;
-        svg.finish(
-            Frame {
-                x: 0.0,
-                y: 0.0,
-                width: WIDTH,
-                height,
-            },
-            &self.title,
-        )
+        svg.finish(Frame { x: 0.0, y: 0.0, width: WIDTH, height }, &self.title)
     }
 
     /// Curves by unit, in the order in which the units occur.
@@ -81,10 +68,7 @@ impl Plot {
         for series in &self.series {
             match panels.iter_mut().find(|panel| panel.unit == series.unit) {
                 Some(panel) => panel.series.push(series),
-                None => panels.push(Panel {
-                    unit: &series.unit,
-                    series: vec![series],
-                }),
+                None => panels.push(Panel { unit: &series.unit, series: vec![series] }),
             }
         }
         panels
@@ -96,11 +80,7 @@ mod tests {
     use super::*;
 
     fn series(name: &str, unit: &str, values: Vec<f64>) -> Series {
-        Series {
-            name: name.into(),
-            unit: unit.into(),
-            values,
-        }
+        Series { name: name.into(), unit: unit.into(), values }
     }
 
     #[test]
@@ -110,16 +90,8 @@ mod tests {
             series("slider.x", "m", vec![0.0, 1.0]),
             series("rod.angle", "rad", vec![1.0, 0.0]),
         ];
-        let plot = Plot {
-            title: "a < b".into(),
-            time: vec![0.0, 1.0],
-            series,
-        };
-        let units: Vec<_> = plot
-            .panels()
-            .iter()
-            .map(|panel| (panel.unit, panel.series.len()))
-            .collect();
+        let plot = Plot { title: "a < b".into(), time: vec![0.0, 1.0], series };
+        let units: Vec<_> = plot.panels().iter().map(|panel| (panel.unit, panel.series.len())).collect();
         assert_eq!(units, [("rad", 2), ("m", 1)]);
         assert!(plot.svg().contains("<title>a &lt; b</title>"));
     }
@@ -128,22 +100,14 @@ mod tests {
     fn values_that_are_no_numbers_leave_gaps() {
         let time = (0..6).map(f64::from).collect();
         let values = vec![0.0, f64::NAN, 1.0, 2.0, f64::INFINITY, 3.0];
-        let svg = Plot {
-            title: String::new(),
-            time,
-            series: vec![series("x", "m", values)],
-        }
-        .svg();
+        let svg = Plot { title: String::new(), time, series: vec![series("x", "m", values)] }.svg();
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
 
     #[test]
     fn nothing_to_plot_is_still_a_picture() {
         assert!(Plot::default().svg().ends_with("</svg>\n"));
-        let empty = Plot {
-            series: vec![series("x", "m", vec![])],
-            ..Plot::default()
-        };
+        let empty = Plot { series: vec![series("x", "m", vec![])], ..Plot::default() };
         assert!(!empty.svg().contains("NaN"));
     }
 }

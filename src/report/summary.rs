@@ -4,8 +4,6 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::mechanism::{self, JointKind, Mechanism, Place};
-
 /// A mechanism in figures and names.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
@@ -105,67 +103,6 @@ pub struct Count {
     pub constraints: usize,
 }
 
-impl Summary {
-    /// The names of a mechanism's parts; what follows from its equations is left empty.
-    pub fn of_parts(mechanism: &Mechanism) -> Summary {
-        let place = |place: Place| match place {
-            Place::Origin => "ground".to_owned(),
-            Place::Ground(point) => format!("ground.{}", mechanism.ground[point].name),
-            Place::Centre(body) => mechanism.bodies[body.0].name.clone(),
-            Place::Point(body, point) => {
-                let body = &mechanism.bodies[body.0];
-                format!("{}.{}", body.name, body.points[point].name)
-            }
-        };
-        let joint = |joint: &mechanism::Joint| Joint {
-            name: joint.name.clone(),
-            kind: match joint.kind {
-                JointKind::Revolute { .. } => "revolute",
-                JointKind::Prismatic { .. } => "prismatic",
-                JointKind::Weld { .. } => "weld",
-            }
-            .to_owned(),
-            between: joint.between.map(place),
-        };
-        Summary {
-            name: mechanism.name.clone(),
-            description: mechanism.description.clone(),
-            bodies: mechanism
-                .bodies
-                .iter()
-                .map(|body| body.name.clone())
-                .collect(),
-            joints: mechanism.joints.iter().map(joint).collect(),
-            drivers: mechanism
-                .drivers
-                .iter()
-                .map(|driver| driver.name.clone())
-                .collect(),
-            loads: mechanism
-                .loads
-                .iter()
-                .map(|load| load.name.clone())
-                .collect(),
-            parameters: mechanism
-                .parameters
-                .iter()
-                .map(|parameter| parameter.name.clone())
-                .collect(),
-            inputs: mechanism
-                .inputs
-                .iter()
-                .map(|input| input.name.clone())
-                .collect(),
-            outputs: mechanism
-                .outputs
-                .iter()
-                .map(|output| output.name.clone())
-                .collect(),
-            ..Summary::default()
-        }
-    }
-}
-
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.name)?;
@@ -193,60 +130,30 @@ impl fmt::Display for Summary {
 
 impl Summary {
     fn write_joints(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let width = self
-            .joints
-            .iter()
-            .map(|joint| joint.name.chars().count())
-            .max()
-            .unwrap_or(0);
+        let width = self.joints.iter().map(|joint| joint.name.chars().count()).max().unwrap_or(0);
         for (index, joint) in self.joints.iter().enumerate() {
             match index {
                 0 => write!(f, "  {:<12}{:>4}  ", "joints", self.joints.len())?,
                 _ => write!(f, "{:20}", "")?,
             }
             let [first, second] = &joint.between;
-            writeln!(
-                f,
-                "{:<width$}  {:<9}  {first} - {second}",
-                joint.name, joint.kind
-            )?;
+            writeln!(f, "{:<width$}  {:<9}  {first} - {second}", joint.name, joint.kind)?;
         }
         Ok(())
     }
 
     fn write_equations(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (tree, title) in [
-            (Tree::Translation, "translation"),
-            (Tree::Rotation, "rotation"),
-        ] {
-            let names: Vec<&str> = self
-                .coordinates
-                .iter()
-                .filter(|q| q.tree == tree)
-                .map(|q| q.name.as_str())
-                .collect();
+        for (tree, title) in [(Tree::Translation, "translation"), (Tree::Rotation, "rotation")] {
+            let names: Vec<&str> =
+                self.coordinates.iter().filter(|q| q.tree == tree).map(|q| q.name.as_str()).collect();
             list(f, title, &names)?;
         }
-        counted(
-            f,
-            "loops",
-            self.constraints.len(),
-            &tally(&self.constraints),
-        )?;
-        counted(
-            f,
-            "redundant",
-            self.redundant.len(),
-            &tally(&self.redundant),
-        )
+        counted(f, "loops", self.constraints.len(), &tally(&self.constraints))?;
+        counted(f, "redundant", self.redundant.len(), &tally(&self.redundant))
     }
 
     fn write_counts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "\n  {:<14}{:>12}{:>17}",
-            "choice", "coordinates", "loop equations"
-        )?;
+        writeln!(f, "\n  {:<14}{:>12}{:>17}", "choice", "coordinates", "loop equations")?;
         let choices = [
             ("recommended", self.counts.recommended),
             ("absolute", self.counts.absolute),
@@ -255,11 +162,7 @@ impl Summary {
         ];
         for (name, count) in choices {
             match count {
-                Some(count) => writeln!(
-                    f,
-                    "  {name:<14}{:>12}{:>17}",
-                    count.coordinates, count.constraints
-                )?,
+                Some(count) => writeln!(f, "  {name:<14}{:>12}{:>17}", count.coordinates, count.constraints)?,
                 None => writeln!(f, "  {name:<14}{:>12}{:>17}", "-", "-")?,
             }
         }
@@ -273,22 +176,13 @@ fn list<S: AsRef<str>>(f: &mut fmt::Formatter<'_>, title: &str, names: &[S]) -> 
 }
 
 /// The same for names that stand for `count` things.
-fn counted<S: AsRef<str>>(
-    f: &mut fmt::Formatter<'_>,
-    title: &str,
-    count: usize,
-    names: &[S],
-) -> fmt::Result {
+fn counted<S: AsRef<str>>(f: &mut fmt::Formatter<'_>, title: &str, count: usize, names: &[S]) -> fmt::Result {
     const MOST: usize = 24;
     if names.is_empty() {
         return Ok(());
     }
     let shown: Vec<&str> = names.iter().take(MOST).map(AsRef::as_ref).collect();
-    let more = if names.len() > MOST {
-        format!(", and {} more", names.len() - MOST)
-    } else {
-        String::new()
-    };
+    let more = if names.len() > MOST { format!(", and {} more", names.len() - MOST) } else { String::new() };
     writeln!(f, "  {title:<12}{count:>4}  {}{more}", shown.join(", "))
 }
 
@@ -301,16 +195,7 @@ fn tally(names: &[String]) -> Vec<String> {
             None => counts.push((name, 1)),
         }
     }
-    counts
-        .into_iter()
-        .map(|(name, n)| {
-            if n > 1 {
-                format!("{name} ({n})")
-            } else {
-                name.to_owned()
-            }
-        })
-        .collect()
+    counts.into_iter().map(|(name, n)| if n > 1 { format!("{name} ({n})") } else { name.to_owned() }).collect()
 }
 
 #[cfg(test)]
@@ -318,21 +203,13 @@ mod tests {
     use super::*;
 
     fn slider_crank() -> Summary {
-        let names = |names: &[&str]| {
-            names
-                .iter()
-                .map(|name| (*name).to_owned())
-                .collect::<Vec<_>>()
-        };
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
         let joint = |name: &str, kind: &str, first: &str, second: &str| Joint {
             name: name.into(),
             kind: kind.into(),
             between: [first.into(), second.into()],
         };
-        let coordinate = |name: &str| Coordinate {
-            name: name.into(),
-            tree: Tree::Rotation,
-        };
+        let coordinate = |name: &str| Coordinate { name: name.into(), tree: Tree::Rotation };
         Summary {
             name: "slider_crank".into(),
             description: "McPhee 1998, Fig. 1".into(),
@@ -346,18 +223,9 @@ mod tests {
             coordinates: vec![coordinate("crank.angle"), coordinate("rod.angle")],
             constraints: names(&["cylinder", "cylinder"]),
             counts: Counts {
-                used: Count {
-                    coordinates: 2,
-                    constraints: 1,
-                },
-                recommended: Some(Count {
-                    coordinates: 2,
-                    constraints: 1,
-                }),
-                absolute: Some(Count {
-                    coordinates: 9,
-                    constraints: 8,
-                }),
+                used: Count { coordinates: 2, constraints: 1 },
+                recommended: Some(Count { coordinates: 2, constraints: 1 }),
+                absolute: Some(Count { coordinates: 9, constraints: 8 }),
                 joint: None,
             },
             ..Summary::default()
@@ -384,20 +252,6 @@ mod tests {
           joint                    -                -
           this scene               2                1
         ");
-    }
-
-    #[test]
-    fn parts_are_named_as_in_the_scene() {
-        let template = include_str!("../cli/template.toml");
-        let mechanism = crate::scene::Scene::from_toml(template)
-            .unwrap()
-            .resolve()
-            .unwrap()
-            .mechanism;
-        let summary = Summary::of_parts(&mechanism);
-        assert_eq!(summary.bodies, ["crank", "rod", "slider"]);
-        assert_eq!(summary.joints[2].between, ["rod.small_end", "slider"]);
-        assert_eq!(summary.inputs, ["gas_force"]);
     }
 
     #[test]

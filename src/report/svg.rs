@@ -31,17 +31,13 @@ impl Svg {
     /// A straight line.
     pub fn line(&mut self, [x1, y1]: Pixel, [x2, y2]: Pixel, style: &str) {
         let [x1, y1, x2, y2] = [x1, y1, x2, y2].map(number);
-        self.element(format_args!(
-            r#"<line x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}" {style}/>"#
-        ));
+        self.element(format_args!(r#"<line x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}" {style}/>"#));
     }
 
     /// A circle.
     pub fn circle(&mut self, [x, y]: Pixel, radius: f64, style: &str) {
         let [x, y, radius] = [x, y, radius].map(number);
-        self.element(format_args!(
-            r#"<circle cx="{x}" cy="{y}" r="{radius}" {style}/>"#
-        ));
+        self.element(format_args!(r#"<circle cx="{x}" cy="{y}" r="{radius}" {style}/>"#));
     }
 
     /// A path; `data` as by [`polyline`].
@@ -61,9 +57,7 @@ impl Svg {
     /// A line of text.
     pub fn text(&mut self, [x, y]: Pixel, style: &str, text: &str) {
         let ([x, y], text) = ([x, y].map(number), escape(text));
-        self.element(format_args!(
-            r#"<text x="{x}" y="{y}" {style}>{text}</text>"#
-        ));
+        self.element(format_args!(r#"<text x="{x}" y="{y}" {style}>{text}</text>"#));
     }
 
     /// Any element that is not listed here.
@@ -103,11 +97,7 @@ pub fn polyline(points: &[Pixel]) -> String {
 pub fn number(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" {
-        "0".to_owned()
-    } else {
-        text.to_owned()
-    }
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
 /// Text as it may stand in XML and HTML, also inside quotes.

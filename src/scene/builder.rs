@@ -1,8 +1,8 @@
 //! Builds scenes in Rust, with the words of the scene file.
 
 use super::model::{
-    Body, Coordinates, Driver, DriverKind, Experiment, Initial, Input, InputAs, Joint, JointKind,
-    Load, LoadKind, Motion, Outputs, Parameter, Point, Scene, Solver, Turning, Vector,
+    Body, Coordinates, Driver, DriverKind, Experiment, Initial, Input, InputAs, Joint, JointKind, Load, LoadKind,
+    Motion, Outputs, Parameter, Point, Scene, Solver, Turning, Vector,
 };
 use super::quantity::Quantity;
 use super::span::{Source, Span, Text};
@@ -57,50 +57,35 @@ impl Scene {
     /// Adds a parameter: a value, or a [`Parameter`] with unit, limits and description.
     #[must_use]
     pub fn parameter(mut self, name: &str, parameter: impl Into<Parameter>) -> Scene {
-        self.parameters.push(Parameter {
-            name: Text::from(name),
-            ..parameter.into()
-        });
+        self.parameters.push(Parameter { name: Text::from(name), ..parameter.into() });
         self
     }
 
     /// Adds an input: its start value, or an [`Input`] with unit, limits and description.
     #[must_use]
     pub fn input(mut self, name: &str, input: impl Into<Input>) -> Scene {
-        self.inputs.push(Input {
-            name: Text::from(name),
-            ..input.into()
-        });
+        self.inputs.push(Input { name: Text::from(name), ..input.into() });
         self
     }
 
     /// Adds a point of the ground [m].
     #[must_use]
     pub fn ground_point(mut self, name: &str, at: impl Into<Vector>) -> Scene {
-        self.ground.push(Point {
-            name: Text::from(name),
-            at: at.into(),
-        });
+        self.ground.push(Point { name: Text::from(name), at: at.into() });
         self
     }
 
     /// Adds a body.
     #[must_use]
     pub fn body(mut self, name: &str, body: Body) -> Scene {
-        self.bodies.push(Body {
-            name: Text::from(name),
-            ..body
-        });
+        self.bodies.push(Body { name: Text::from(name), ..body });
         self
     }
 
     /// Adds a joint.
     #[must_use]
     pub fn joint(mut self, name: &str, joint: Joint) -> Scene {
-        self.joints.push(Joint {
-            name: Text::from(name),
-            ..joint
-        });
+        self.joints.push(Joint { name: Text::from(name), ..joint });
         self
     }
 
@@ -112,13 +97,7 @@ impl Scene {
 
     /// Adds a prismatic joint between two points along an axis in the first body's frame.
     #[must_use]
-    pub fn prismatic(
-        self,
-        name: &str,
-        first: &str,
-        second: &str,
-        axis: impl Into<Vector>,
-    ) -> Scene {
+    pub fn prismatic(self, name: &str, first: &str, second: &str, axis: impl Into<Vector>) -> Scene {
         self.joint(name, Joint::prismatic(first, second, axis))
     }
 
@@ -131,42 +110,28 @@ impl Scene {
     /// Adds a prescribed motion.
     #[must_use]
     pub fn driver(mut self, name: &str, driver: Driver) -> Scene {
-        self.drivers.push(Driver {
-            name: Text::from(name),
-            ..driver
-        });
+        self.drivers.push(Driver { name: Text::from(name), ..driver });
         self
     }
 
     /// Adds a load.
     #[must_use]
     pub fn load(mut self, name: &str, load: Load) -> Scene {
-        self.loads.push(Load {
-            name: Text::from(name),
-            ..load
-        });
+        self.loads.push(Load { name: Text::from(name), ..load });
         self
     }
 
     /// Gives a known initial position or velocity, such as `crank.angle`.
     #[must_use]
     pub fn initial(mut self, variable: &str, value: impl Into<Quantity>) -> Scene {
-        self.initial.push(Initial {
-            variable: Text::from(variable),
-            value: value.into(),
-            known: true,
-        });
+        self.initial.push(Initial { variable: Text::from(variable), value: value.into(), known: true });
         self
     }
 
     /// Gives a guess that picks the assembly.
     #[must_use]
     pub fn guess(mut self, variable: &str, value: impl Into<Quantity>) -> Scene {
-        self.initial.push(Initial {
-            variable: Text::from(variable),
-            value: value.into(),
-            known: false,
-        });
+        self.initial.push(Initial { variable: Text::from(variable), value: value.into(), known: false });
         self
     }
 
@@ -180,9 +145,7 @@ impl Scene {
     /// Reports an expression under a name of its own.
     #[must_use]
     pub fn output_expression(mut self, name: &str, expression: impl Into<Quantity>) -> Scene {
-        self.outputs
-            .expressions
-            .push((Text::from(name), expression.into()));
+        self.outputs.expressions.push((Text::from(name), expression.into()));
         self
     }
 
@@ -245,39 +208,27 @@ impl Scene {
 
 impl<T: Into<Quantity>> From<[T; 2]> for Vector {
     fn from(components: [T; 2]) -> Vector {
-        Vector {
-            components: components.into_iter().map(Into::into).collect(),
-            span: Span::default(),
-        }
+        Vector { components: components.into_iter().map(Into::into).collect(), span: Span::default() }
     }
 }
 
 /// One component, in one dimension.
 impl<T: Into<Quantity>> From<[T; 1]> for Vector {
     fn from([x]: [T; 1]) -> Vector {
-        Vector {
-            components: vec![x.into()],
-            span: Span::default(),
-        }
+        Vector { components: vec![x.into()], span: Span::default() }
     }
 }
 
 /// Components of different types: `("crank_length/2", 0)`.
 impl<X: Into<Quantity>, Y: Into<Quantity>> From<(X, Y)> for Vector {
     fn from((x, y): (X, Y)) -> Vector {
-        Vector {
-            components: vec![x.into(), y.into()],
-            span: Span::default(),
-        }
+        Vector { components: vec![x.into(), y.into()], span: Span::default() }
     }
 }
 
 impl<T: Into<Quantity>> From<T> for Parameter {
     fn from(value: T) -> Parameter {
-        Parameter {
-            value: value.into(),
-            ..Parameter::default()
-        }
+        Parameter { value: value.into(), ..Parameter::default() }
     }
 }
 
@@ -325,10 +276,7 @@ impl Parameter {
 
 impl<T: Into<Quantity>> From<T> for Input {
     fn from(start: T) -> Input {
-        Input {
-            start: Some(start.into()),
-            ..Input::default()
-        }
+        Input { start: Some(start.into()), ..Input::default() }
     }
 }
 
@@ -397,10 +345,7 @@ impl Body {
     /// Adds a point [m].
     #[must_use]
     pub fn point(mut self, name: &str, at: impl Into<Vector>) -> Body {
-        self.points.push(Point {
-            name: Text::from(name),
-            at: at.into(),
-        });
+        self.points.push(Point { name: Text::from(name), at: at.into() });
         self
     }
 }
@@ -411,11 +356,7 @@ fn pair(first: &str, second: &str) -> [Text; 2] {
 
 impl Joint {
     fn of(kind: JointKind, first: &str, second: &str) -> Joint {
-        Joint {
-            name: Text::default(),
-            between: pair(first, second),
-            kind,
-        }
+        Joint { name: Text::default(), between: pair(first, second), kind }
     }
 
     /// Turning about the common point.
@@ -425,15 +366,7 @@ impl Joint {
 
     /// Sliding along an axis in the first body's frame.
     pub fn prismatic(first: &str, second: &str, axis: impl Into<Vector>) -> Joint {
-        Joint::of(
-            JointKind::Prismatic {
-                axis: axis.into(),
-                angle: None,
-                damping: None,
-            },
-            first,
-            second,
-        )
+        Joint::of(JointKind::Prismatic { axis: axis.into(), angle: None, damping: None }, first, second)
     }
 
     /// No motion.
@@ -444,9 +377,7 @@ impl Joint {
     /// Viscous friction of a revolute [N.m.s] or prismatic [N.s/m] joint; a weld has none.
     #[must_use]
     pub fn damping(mut self, value: impl Into<Quantity>) -> Joint {
-        if let JointKind::Revolute { damping } | JointKind::Prismatic { damping, .. } =
-            &mut self.kind
-        {
+        if let JointKind::Revolute { damping } | JointKind::Prismatic { damping, .. } = &mut self.kind {
             *damping = Some(value.into());
         }
         self
@@ -471,132 +402,82 @@ impl<T: Into<Quantity>> From<T> for Motion {
 impl Motion {
     /// Follows an FMU input.
     pub fn follows(input: &str, r#as: InputAs) -> Motion {
-        Motion::Follows {
-            input: Text::from(input),
-            r#as,
-        }
+        Motion::Follows { input: Text::from(input), r#as }
     }
 }
 
 impl Driver {
     fn of(kind: DriverKind) -> Driver {
-        Driver {
-            name: Text::default(),
-            kind,
-        }
+        Driver { name: Text::default(), kind }
     }
 
     /// The angle of a revolute joint.
     pub fn angle(joint: &str, motion: impl Into<Motion>) -> Driver {
-        Driver::of(DriverKind::Angle {
-            of: Turning::Joint(Text::from(joint)),
-            motion: motion.into(),
-        })
+        Driver::of(DriverKind::Angle { of: Turning::Joint(Text::from(joint)), motion: motion.into() })
     }
 
     /// The angle of the second body relative to the first.
     pub fn angle_between(first: &str, second: &str, motion: impl Into<Motion>) -> Driver {
-        Driver::of(DriverKind::Angle {
-            of: Turning::Between(pair(first, second)),
-            motion: motion.into(),
-        })
+        Driver::of(DriverKind::Angle { of: Turning::Between(pair(first, second)), motion: motion.into() })
     }
 
     /// The displacement of a prismatic joint.
     pub fn displacement(joint: &str, motion: impl Into<Motion>) -> Driver {
-        Driver::of(DriverKind::Displacement {
-            joint: Text::from(joint),
-            motion: motion.into(),
-        })
+        Driver::of(DriverKind::Displacement { joint: Text::from(joint), motion: motion.into() })
     }
 
     /// The position of a point in the world.
     pub fn position(on: &str, position: impl Into<Vector>) -> Driver {
-        Driver::of(DriverKind::Position {
-            on: Text::from(on),
-            position: position.into(),
-        })
+        Driver::of(DriverKind::Position { on: Text::from(on), position: position.into() })
     }
 }
 
 impl Load {
     fn of(kind: LoadKind) -> Load {
-        Load {
-            name: Text::default(),
-            kind,
-        }
+        Load { name: Text::default(), kind }
     }
 
     /// A force on a point, in the world frame.
     pub fn force(on: &str, vector: impl Into<Vector>) -> Load {
-        Load::of(LoadKind::Force {
-            on: Text::from(on),
-            vector: vector.into(),
-            in_body: false,
-        })
+        Load::of(LoadKind::Force { on: Text::from(on), vector: vector.into(), in_body: false })
     }
 
     /// A force on a point, in the body's frame.
     pub fn body_force(on: &str, vector: impl Into<Vector>) -> Load {
-        Load::of(LoadKind::Force {
-            on: Text::from(on),
-            vector: vector.into(),
-            in_body: true,
-        })
+        Load::of(LoadKind::Force { on: Text::from(on), vector: vector.into(), in_body: true })
     }
 
     /// A torque on the second body, its opposite on the first.
     pub fn torque(first: &str, second: &str, value: impl Into<Quantity>) -> Load {
-        Load::of(LoadKind::Torque {
-            between: pair(first, second),
-            value: value.into(),
-        })
+        Load::of(LoadKind::Torque { between: pair(first, second), value: value.into() })
     }
 
     /// A spring between two points.
     pub fn spring(first: &str, second: &str, stiffness: impl Into<Quantity>) -> Load {
         let between = pair(first, second);
-        Load::of(LoadKind::Spring {
-            between,
-            stiffness: stiffness.into(),
-            length: None,
-            damping: None,
-        })
+        Load::of(LoadKind::Spring { between, stiffness: stiffness.into(), length: None, damping: None })
     }
 
     /// A spring that resists turning.
     pub fn torsion_spring(first: &str, second: &str, stiffness: impl Into<Quantity>) -> Load {
         let between = pair(first, second);
-        Load::of(LoadKind::TorsionSpring {
-            between,
-            stiffness: stiffness.into(),
-            angle: None,
-            damping: None,
-        })
+        Load::of(LoadKind::TorsionSpring { between, stiffness: stiffness.into(), angle: None, damping: None })
     }
 
     /// A force law between two points.
     pub fn actuator(first: &str, second: &str, force: impl Into<Quantity>) -> Load {
-        Load::of(LoadKind::Actuator {
-            between: pair(first, second),
-            force: force.into(),
-        })
+        Load::of(LoadKind::Actuator { between: pair(first, second), force: force.into() })
     }
 
     /// A torque law between two bodies.
     pub fn torsion_actuator(first: &str, second: &str, torque: impl Into<Quantity>) -> Load {
-        Load::of(LoadKind::TorsionActuator {
-            between: pair(first, second),
-            torque: torque.into(),
-        })
+        Load::of(LoadKind::TorsionActuator { between: pair(first, second), torque: torque.into() })
     }
 
     /// The free length of a spring [m], the free angle of a torsion spring [rad]; other loads have none.
     #[must_use]
     pub fn free(mut self, value: impl Into<Quantity>) -> Load {
-        if let LoadKind::Spring { length: free, .. } | LoadKind::TorsionSpring { angle: free, .. } =
-            &mut self.kind
-        {
+        if let LoadKind::Spring { length: free, .. } | LoadKind::TorsionSpring { angle: free, .. } = &mut self.kind {
             *free = Some(value.into());
         }
         self
@@ -605,9 +486,7 @@ impl Load {
     /// The damping of a spring [N.s/m] or torsion spring [N.m.s]; other loads have none.
     #[must_use]
     pub fn damping(mut self, value: impl Into<Quantity>) -> Load {
-        if let LoadKind::Spring { damping, .. } | LoadKind::TorsionSpring { damping, .. } =
-            &mut self.kind
-        {
+        if let LoadKind::Spring { damping, .. } | LoadKind::TorsionSpring { damping, .. } = &mut self.kind {
             *damping = Some(value.into());
         }
         self

@@ -92,9 +92,7 @@ pub(crate) fn combine(operator: BinaryOperator, a: Formula, b: Formula) -> Formu
 pub(crate) fn apply(function: Function, arguments: Vec<Formula>) -> Formula {
     let formula = Formula::Call(function, arguments);
     match &formula {
-        Formula::Call(_, arguments)
-            if arguments.iter().all(|argument| number(argument).is_some()) =>
-        {
+        Formula::Call(_, arguments) if arguments.iter().all(|argument| number(argument).is_some()) => {
             Formula::Number(evaluate(&formula, &[]))
         }
         _ => formula,

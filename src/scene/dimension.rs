@@ -25,18 +25,10 @@ pub(crate) struct Wanted {
 }
 
 const fn wanted(what: &'static str, si: &'static str, exponents: Exponents) -> Wanted {
-    Wanted {
-        what,
-        si,
-        exponents: Some(exponents),
-    }
+    Wanted { what, si, exponents: Some(exponents) }
 }
 
-pub(crate) const ANYTHING: Wanted = Wanted {
-    what: "a number",
-    si: "",
-    exponents: None,
-};
+pub(crate) const ANYTHING: Wanted = Wanted { what: "a number", si: "", exponents: None };
 pub(crate) const NUMBER: Wanted = wanted("a pure number", "", PURE);
 pub(crate) const TIME: Wanted = wanted("a time", "s", SECOND);
 pub(crate) const MASS: Wanted = wanted("a mass", "kg", [1, 0, 0, 0]);
@@ -46,18 +38,15 @@ pub(crate) const VELOCITY: Wanted = wanted("a velocity", "m/s", [0, 1, -1, 0]);
 pub(crate) const ACCELERATION: Wanted = wanted("an acceleration", "m/s2", [0, 1, -2, 0]);
 pub(crate) const ANGLE: Wanted = wanted("an angle", "rad", RADIAN);
 pub(crate) const ANGULAR_VELOCITY: Wanted = wanted("an angular velocity", "rad/s", [0, 0, -1, 1]);
-pub(crate) const ANGULAR_ACCELERATION: Wanted =
-    wanted("an angular acceleration", "rad/s2", [0, 0, -2, 1]);
+pub(crate) const ANGULAR_ACCELERATION: Wanted = wanted("an angular acceleration", "rad/s2", [0, 0, -2, 1]);
 pub(crate) const FORCE: Wanted = wanted("a force", "N", [1, 1, -2, 0]);
 pub(crate) const TORQUE: Wanted = wanted("a torque", "N.m", [1, 2, -2, 0]);
 pub(crate) const ENERGY: Wanted = wanted("an energy", "J", [1, 2, -2, 0]);
 pub(crate) const POWER: Wanted = wanted("a power", "W", [1, 2, -3, 0]);
 pub(crate) const STIFFNESS: Wanted = wanted("a stiffness", "N/m", [1, 0, -2, 0]);
-pub(crate) const TORSION_STIFFNESS: Wanted =
-    wanted("a torsional stiffness", "N.m/rad", [1, 2, -2, -1]);
+pub(crate) const TORSION_STIFFNESS: Wanted = wanted("a torsional stiffness", "N.m/rad", [1, 2, -2, -1]);
 pub(crate) const DAMPING: Wanted = wanted("a damping coefficient", "N.s/m", [1, 0, -1, 0]);
-pub(crate) const TORSION_DAMPING: Wanted =
-    wanted("a torsional damping coefficient", "N.m.s", [1, 2, -1, 0]);
+pub(crate) const TORSION_DAMPING: Wanted = wanted("a torsional damping coefficient", "N.m.s", [1, 2, -1, 0]);
 
 /// The unit of a sum, a comparison, or of either of two values; the two units if they cannot be combined.
 pub(crate) fn join(a: Known, b: Known) -> Result<Known, (Exponents, Exponents)> {
@@ -103,9 +92,7 @@ pub(crate) fn returned(function: Function, argument: Known) -> Known {
     match function {
         Function::Abs | Function::Min | Function::Max | Function::Floor => argument,
         Function::Asin | Function::Acos | Function::Atan | Function::Atan2 => Some(RADIAN),
-        Function::Sqrt => argument
-            .filter(|e| e.iter().all(|e| e % 2 == 0))
-            .map(|e| e.map(|e| e / 2)),
+        Function::Sqrt => argument.filter(|e| e.iter().all(|e| e % 2 == 0)).map(|e| e.map(|e| e / 2)),
         Function::Sin
         | Function::Cos
         | Function::Tan

@@ -48,11 +48,7 @@ pub(crate) fn from_toml(text: &str, faults: &mut Sink) -> Option<Node> {
     let (table, errors) = DeTable::parse_recoverable(text);
     let mut usable = true;
     for error in errors {
-        let span = error
-            .span()
-            .map_or(Span::new(0, text.len().min(1)), |range| {
-                Span::new(range.start, range.end)
-            });
+        let span = error.span().map_or(Span::new(0, text.len().min(1)), |range| Span::new(range.start, range.end));
         if error.message().starts_with("duplicate key") {
             let name = text.get(span.start..span.end).unwrap_or_default();
             faults.push(duplicate_key(name, span));
@@ -62,10 +58,7 @@ pub(crate) fn from_toml(text: &str, faults: &mut Sink) -> Option<Node> {
         }
     }
     let span = Span::new(table.span().start, table.span().end);
-    usable.then(|| Node {
-        span,
-        kind: table_of(text, table.into_inner()),
-    })
+    usable.then(|| Node { span, kind: table_of(text, table.into_inner()) })
 }
 
 /// Reads JSON, likewise.
@@ -75,23 +68,14 @@ pub(crate) fn from_json(text: &str, faults: &mut Sink) -> Option<Node> {
 
 /// A fault of the file's syntax.
 pub(crate) fn syntax(message: &str, span: Span) -> Fault {
-    Fault::new(
-        "scene::syntax",
-        format!("the file cannot be read: {message}"),
-        span,
-    )
-    .label("here")
+    Fault::new("scene::syntax", format!("the file cannot be read: {message}"), span).label("here")
 }
 
 /// The same key twice in one table.
 pub(crate) fn duplicate_key(name: &str, span: Span) -> Fault {
-    Fault::new(
-        "scene::duplicate_name",
-        format!("`{name}` is there twice"),
-        span,
-    )
-    .label("second time")
-    .help("give each its own name, or remove one")
+    Fault::new("scene::duplicate_name", format!("`{name}` is there twice"), span)
+        .label("second time")
+        .help("give each its own name, or remove one")
 }
 
 /// The span of a text's content between its quotes if it is written there verbatim, else `whole`.
@@ -99,9 +83,7 @@ pub(crate) fn inside_quotes(source: &str, whole: Span, text: &str) -> Span {
     [1, 3, 4]
         .into_iter()
         .map(|quotes| whole.start + quotes)
-        .find(|&start| {
-            start + text.len() < whole.end && source.get(start..start + text.len()) == Some(text)
-        })
+        .find(|&start| start + text.len() < whole.end && source.get(start..start + text.len()) == Some(text))
         .map_or(whole, |start| Span::new(start, start + text.len()))
 }
 
@@ -124,10 +106,7 @@ fn node_of(source: &str, span: Span, value: DeValue<'_>) -> Node {
     let kind = match value {
         DeValue::String(text) => {
             let span = inside_quotes(source, span, &text);
-            return Node {
-                span,
-                kind: Kind::Text(text.into_owned()),
-            };
+            return Node { span, kind: Kind::Text(text.into_owned()) };
         }
         DeValue::Integer(integer) => Kind::Number(integer_of(integer.as_str(), integer.radix())),
         // A number beyond the largest float parses as infinite, which is refused where it is used.

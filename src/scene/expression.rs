@@ -61,21 +61,13 @@ pub(crate) const FUNCTIONS: [(&str, Function, usize); 16] = [
 
 /// A function's name.
 pub(crate) fn function_name(function: Function) -> &'static str {
-    FUNCTIONS
-        .iter()
-        .find(|entry| entry.1 == function)
-        .map_or("", |entry| entry.0)
+    FUNCTIONS.iter().find(|entry| entry.1 == function).map_or("", |entry| entry.0)
 }
 
 /// Parses an expression.
 pub(crate) fn parse(text: &Text) -> Result<Tree, Fault> {
     let tokens = tokens(text)?;
-    let mut parser = Parser {
-        text,
-        tokens,
-        at: 0,
-        nesting: 0,
-    };
+    let mut parser = Parser { text, tokens, at: 0, nesting: 0 };
     let tree = parser.sum()?;
     match parser.peek() {
         Token::End => Ok(tree),
@@ -135,9 +127,7 @@ fn token(rest: &str) -> Option<(Token<'_>, usize)> {
         '<' => or_equal(Comparison::Less, Comparison::LessEqual),
         '>' => or_equal(Comparison::Greater, Comparison::GreaterEqual),
         'a'..='z' | 'A'..='Z' | '_' => {
-            let length = rest
-                .find(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != '.')
-                .unwrap_or(rest.len());
+            let length = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != '.').unwrap_or(rest.len());
             (Token::Name(&rest[..length]), length)
         }
         _ => {
@@ -150,19 +140,13 @@ fn token(rest: &str) -> Option<(Token<'_>, usize)> {
 fn unexpected(text: &Text, at: usize) -> Fault {
     let character = text.text[at..].chars().next().unwrap_or(' ');
     let help = match character {
-        '=' | '!' | '&' | '|' => {
-            "the comparisons are `<`, `<=`, `>`, `>=`, and only inside `if(a < b, x, y)`"
-        }
+        '=' | '!' | '&' | '|' => "the comparisons are `<`, `<=`, `>`, `>=`, and only inside `if(a < b, x, y)`",
         _ => "expressions are made of numbers, names, `+ - * / ^`, parentheses and functions",
     };
     let span = text.part(at, at + character.len_utf8());
-    Fault::new(
-        "scene::bad_expression",
-        format!("`{character}` has no meaning in an expression"),
-        span,
-    )
-    .label("not understood")
-    .help(help)
+    Fault::new("scene::bad_expression", format!("`{character}` has no meaning in an expression"), span)
+        .label("not understood")
+        .help(help)
 }
 
 struct Parser<'t> {
@@ -175,9 +159,7 @@ struct Parser<'t> {
 impl<'t> Parser<'t> {
     fn sum(&mut self) -> Result<Tree, Fault> {
         let mut left = self.product()?;
-        while let Token::Operator(operator @ (BinaryOperator::Add | BinaryOperator::Subtract)) =
-            self.peek()
-        {
+        while let Token::Operator(operator @ (BinaryOperator::Add | BinaryOperator::Subtract)) = self.peek() {
             self.at += 1;
             left = self.binary(operator, left, Parser::product)?;
         }
@@ -186,9 +168,7 @@ impl<'t> Parser<'t> {
 
     fn product(&mut self) -> Result<Tree, Fault> {
         let mut left = self.sign()?;
-        while let Token::Operator(operator @ (BinaryOperator::Multiply | BinaryOperator::Divide)) =
-            self.peek()
-        {
+        while let Token::Operator(operator @ (BinaryOperator::Multiply | BinaryOperator::Divide)) = self.peek() {
             self.at += 1;
             left = self.binary(operator, left, Parser::sign)?;
         }
@@ -263,11 +243,7 @@ impl<'t> Parser<'t> {
         self.comma()?;
         let otherwise = self.sum()?;
         let end = self.close()?;
-        self.tree(
-            TreeKind::If(comparison, Box::new([left, right, then, otherwise])),
-            start,
-            end,
-        )
+        self.tree(TreeKind::If(comparison, Box::new([left, right, then, otherwise])), start, end)
     }
 
     /// The name of a function has been read, `(` is next.
@@ -275,17 +251,11 @@ impl<'t> Parser<'t> {
         let span = self.text.part(start, name_end);
         let Some(&(_, function, wanted)) = FUNCTIONS.iter().find(|entry| entry.0 == name) else {
             let names = || FUNCTIONS.iter().map(|entry| entry.0);
-            let otherwise = format!(
-                "the functions are {} and `if(a < b, x, y)`",
-                names().collect::<Vec<_>>().join(", ")
-            );
-            return Err(Fault::new(
-                "scene::unknown_function",
-                format!("there is no function `{name}`"),
-                span,
-            )
-            .label("not a function")
-            .help(suggest::hint(name, names(), otherwise)));
+            let otherwise =
+                format!("the functions are {} and `if(a < b, x, y)`", names().collect::<Vec<_>>().join(", "));
+            return Err(Fault::new("scene::unknown_function", format!("there is no function `{name}`"), span)
+                .label("not a function")
+                .help(suggest::hint(name, names(), otherwise)));
         };
         self.at += 1;
         let mut arguments = Vec::new();
@@ -299,10 +269,8 @@ impl<'t> Parser<'t> {
         let end = self.close()?;
         if arguments.len() != wanted {
             let message = format!("`{name}` takes {}, not {}", count(wanted), arguments.len());
-            return Err(
-                Fault::new("scene::bad_expression", message, self.text.part(start, end))
-                    .label(format!("{} given", count(arguments.len()))),
-            );
+            return Err(Fault::new("scene::bad_expression", message, self.text.part(start, end))
+                .label(format!("{} given", count(arguments.len()))));
         }
         self.tree(TreeKind::Call(function, arguments), start, end)
     }
@@ -315,11 +283,7 @@ impl<'t> Parser<'t> {
     ) -> Result<Tree, Fault> {
         let right = right(self)?;
         let (start, end) = (left.start, right.end);
-        self.tree(
-            TreeKind::Binary(operator, Box::new([left, right])),
-            start,
-            end,
-        )
+        self.tree(TreeKind::Binary(operator, Box::new([left, right])), start, end)
     }
 
     /// A tree that is not too deep.
@@ -335,35 +299,23 @@ impl<'t> Parser<'t> {
         if depth > DEEPEST {
             return Err(self.too_deep());
         }
-        Ok(Tree {
-            kind,
-            start,
-            end,
-            depth,
-        })
+        Ok(Tree { kind, start, end, depth })
     }
 
     fn nested(&mut self, parse: impl Fn(&mut Self) -> Result<Tree, Fault>) -> Result<Tree, Fault> {
         self.nesting += 1;
-        let tree = if self.nesting > DEEPEST {
-            Err(self.too_deep())
-        } else {
-            parse(self)
-        };
+        let tree = if self.nesting > DEEPEST { Err(self.too_deep()) } else { parse(self) };
         self.nesting -= 1;
         tree
     }
 
     fn too_deep(&self) -> Fault {
-        self.fault("the expression is too long or nested too deeply")
-            .label("too deep from here")
+        self.fault("the expression is too long or nested too deeply").label("too deep from here")
     }
 
     fn comma(&mut self) -> Result<(), Fault> {
         if self.peek() != Token::Comma {
-            return Err(self
-                .expected("`,`")
-                .help("`if` has three places: `if(a < b, value, otherwise)`"));
+            return Err(self.expected("`,`").help("`if` has three places: `if(a < b, value, otherwise)`"));
         }
         self.at += 1;
         Ok(())
@@ -403,16 +355,10 @@ impl<'t> Parser<'t> {
         }
         let found = match self.peek() {
             Token::End => "ends too early".to_string(),
-            _ => format!(
-                "cannot be read at `{}`",
-                &self.text.text[self.place().0..self.place().1]
-            ),
+            _ => format!("cannot be read at `{}`", &self.text.text[self.place().0..self.place().1]),
         };
-        self.fault(&format!(
-            "the expression `{}` {found}",
-            shortened(&self.text.text)
-        ))
-        .label(format!("expected {what}"))
+        self.fault(&format!("the expression `{}` {found}", shortened(&self.text.text)))
+            .label(format!("expected {what}"))
     }
 }
 
@@ -427,11 +373,7 @@ fn count(arguments: usize) -> String {
 /// A text that fits into a message.
 pub(crate) fn shortened(text: &str) -> String {
     const MOST: usize = 60;
-    if text.chars().count() <= MOST {
-        text.to_string()
-    } else {
-        text.chars().take(MOST).chain("...".chars()).collect()
-    }
+    if text.chars().count() <= MOST { text.to_string() } else { text.chars().take(MOST).chain("...".chars()).collect() }
 }
 
 #[cfg(test)]
@@ -472,28 +414,15 @@ mod tests {
             ("(1 + 2", "scene::bad_expression", (6, 6)),
         ];
         for (text, code, (start, end)) in cases {
-            let fault =
-                parse(&Text::new(text, crate::scene::Span::new(0, text.len()))).unwrap_err();
-            assert_eq!(
-                (fault.code, fault.span.start, fault.span.end),
-                (code, start, end),
-                "{text}: {fault:?}"
-            );
+            let fault = parse(&Text::new(text, crate::scene::Span::new(0, text.len()))).unwrap_err();
+            assert_eq!((fault.code, fault.span.start, fault.span.end), (code, start, end), "{text}: {fault:?}");
         }
     }
 
     #[test]
     fn depth_is_limited() {
-        for text in [
-            "(".repeat(100_000),
-            "-".repeat(100_000),
-            "2^".repeat(100_000),
-            "1+".repeat(100_000) + "1",
-        ] {
-            assert_eq!(
-                parse(&Text::from(text)).unwrap_err().code,
-                "scene::bad_expression"
-            );
+        for text in ["(".repeat(100_000), "-".repeat(100_000), "2^".repeat(100_000), "1+".repeat(100_000) + "1"] {
+            assert_eq!(parse(&Text::from(text)).unwrap_err().code, "scene::bad_expression");
         }
     }
 }

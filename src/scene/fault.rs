@@ -50,10 +50,7 @@ impl Fault {
 
     /// A warning.
     pub fn warning(code: &'static str, message: impl Into<String>, span: Span) -> Fault {
-        Fault {
-            severity: Severity::Warning,
-            ..Fault::new(code, message, span)
-        }
+        Fault { severity: Severity::Warning, ..Fault::new(code, message, span) }
     }
 
     /// Says something at the place.
@@ -85,11 +82,7 @@ pub struct Faults {
 impl Faults {
     /// Faults found in a text.
     pub fn new(source: Source, list: Vec<Fault>) -> Faults {
-        Faults {
-            list,
-            omitted: 0,
-            source,
-        }
+        Faults { list, omitted: 0, source }
     }
 }
 
@@ -157,26 +150,18 @@ impl Sink {
     }
 
     pub fn has_errors(&self) -> bool {
-        self.list
-            .iter()
-            .any(|fault| fault.severity == Severity::Error)
+        self.list.iter().any(|fault| fault.severity == Severity::Error)
     }
 
     /// The faults in the order of the text.
     pub fn into_faults(mut self, source: Source) -> Faults {
-        self.list
-            .sort_by_key(|fault| (fault.span.start, fault.span.end));
-        Faults {
-            list: self.list,
-            omitted: self.omitted,
-            source,
-        }
+        self.list.sort_by_key(|fault| (fault.span.start, fault.span.end));
+        Faults { list: self.list, omitted: self.omitted, source }
     }
 
     /// What was found, if nothing worse than warnings.
     pub fn into_warnings(mut self) -> Vec<Fault> {
-        self.list
-            .sort_by_key(|fault| (fault.span.start, fault.span.end));
+        self.list.sort_by_key(|fault| (fault.span.start, fault.span.end));
         self.list
     }
 }

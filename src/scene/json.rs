@@ -10,18 +10,10 @@ const DEEPEST: usize = 80;
 
 /// Reads one JSON value; the first syntax error ends the reading.
 pub(crate) fn read(text: &str, faults: &mut Sink) -> Option<Node> {
-    let mut reader = Reader {
-        text,
-        at: 0,
-        faults,
-    };
+    let mut reader = Reader { text, at: 0, faults };
     let result = reader.value(0).and_then(|node| {
         reader.skip_space();
-        if reader.at == text.len() {
-            Ok(node)
-        } else {
-            Err(reader.expected("the end of the file"))
-        }
+        if reader.at == text.len() { Ok(node) } else { Err(reader.expected("the end of the file")) }
     });
     match result {
         Ok(node) => Some(node),
@@ -50,19 +42,13 @@ impl Reader<'_, '_> {
             Some('[') => self.array(depth)?,
             Some('"') => {
                 let Text { text, span } = self.string()?;
-                return Ok(Node {
-                    span,
-                    kind: Kind::Text(text),
-                });
+                return Ok(Node { span, kind: Kind::Text(text) });
             }
             Some('-' | '0'..='9') => self.number()?,
             Some('a'..='z' | 'A'..='Z') => self.word()?,
             _ => return Err(self.expected("a value")),
         };
-        Ok(Node {
-            span: Span::new(start, self.at),
-            kind,
-        })
+        Ok(Node { span: Span::new(start, self.at), kind })
     }
 
     fn table(&mut self, depth: usize) -> Result<Kind, Fault> {
@@ -128,10 +114,7 @@ impl Reader<'_, '_> {
                 Some('\\') => text.push(self.escape()?),
                 Some(c) if c >= ' ' => text.push(c),
                 _ => {
-                    return Err(syntax(
-                        "this text is not closed by `\"` on its line",
-                        Span::new(start, start + 1),
-                    ));
+                    return Err(syntax("this text is not closed by `\"` on its line", Span::new(start, start + 1)));
                 }
             }
         }
@@ -163,9 +146,7 @@ impl Reader<'_, '_> {
         if !(self.take('\\') && self.take('u')) {
             return None;
         }
-        let second = self
-            .hexadecimal()
-            .filter(|second| (0xdc00..0xe000).contains(second))?;
+        let second = self.hexadecimal().filter(|second| (0xdc00..0xe000).contains(second))?;
         char::from_u32(0x10000 + ((first - 0xd800) << 10) + (second - 0xdc00))
     }
 
@@ -175,23 +156,16 @@ impl Reader<'_, '_> {
 
     fn number(&mut self) -> Result<Kind, Fault> {
         let rest = &self.text[self.at..];
-        let length = rest
-            .find(|c: char| !matches!(c, '0'..='9' | '+' | '-' | '.' | 'e' | 'E'))
-            .unwrap_or(rest.len());
+        let length = rest.find(|c: char| !matches!(c, '0'..='9' | '+' | '-' | '.' | 'e' | 'E')).unwrap_or(rest.len());
         let digits = &rest[..length];
         let span = Span::new(self.at, self.at + length);
         self.at += length;
-        digits
-            .parse()
-            .map(Kind::Number)
-            .map_err(|_| syntax("not a number", span).label("not a number"))
+        digits.parse().map(Kind::Number).map_err(|_| syntax("not a number", span).label("not a number"))
     }
 
     fn word(&mut self) -> Result<Kind, Fault> {
         let rest = &self.text[self.at..];
-        let length = rest
-            .find(|c: char| !c.is_ascii_alphanumeric())
-            .unwrap_or(rest.len());
+        let length = rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(rest.len());
         let kind = match &rest[..length] {
             "true" => Kind::Boolean(true),
             "false" => Kind::Boolean(false),
@@ -207,8 +181,7 @@ impl Reader<'_, '_> {
 
     fn expected(&self, what: &str) -> Fault {
         let end = self.at + self.peek().map_or(0, char::len_utf8);
-        syntax(&format!("expected {what}"), Span::new(self.at, end))
-            .label(format!("expected {what}"))
+        syntax(&format!("expected {what}"), Span::new(self.at, end)).label(format!("expected {what}"))
     }
 
     fn peek(&self) -> Option<char> {

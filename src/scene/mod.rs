@@ -21,8 +21,8 @@ mod unit;
 
 pub use fault::{Fault, Faults, Severity};
 pub use model::{
-    Body, Coordinates, Driver, DriverKind, Experiment, Initial, Input, InputAs, Joint, JointKind,
-    Load, LoadKind, Motion, Outputs, Parameter, Point, Scene, Solver, Turning, Vector,
+    Body, Coordinates, Driver, DriverKind, Experiment, Initial, Input, InputAs, Joint, JointKind, Load, LoadKind,
+    Motion, Outputs, Parameter, Point, Scene, Solver, Turning, Vector,
 };
 pub use quantity::{Quantity, Value};
 pub(crate) use quantity::{Reading, read};

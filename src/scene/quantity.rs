@@ -31,10 +31,7 @@ impl Default for Value {
 
 impl From<f64> for Quantity {
     fn from(number: f64) -> Quantity {
-        Quantity {
-            value: Value::Number(number),
-            span: Span::default(),
-        }
+        Quantity { value: Value::Number(number), span: Span::default() }
     }
 }
 
@@ -52,10 +49,7 @@ impl From<&str> for Quantity {
 
 impl From<String> for Quantity {
     fn from(text: String) -> Quantity {
-        Quantity {
-            value: Value::Text(text),
-            span: Span::default(),
-        }
+        Quantity { value: Value::Text(text), span: Span::default() }
     }
 }
 
@@ -79,24 +73,16 @@ pub(crate) fn read(text: &Text) -> Result<Reading, Fault> {
     if rest.is_empty() {
         return Ok(Reading::Number(number));
     }
-    if !rest.starts_with(|c: char| c.is_alphabetic() || c == '°' || c == '%')
-        && !rest.starts_with("1/")
-    {
+    if !rest.starts_with(|c: char| c.is_alphabetic() || c == '°' || c == '%') && !rest.starts_with("1/") {
         return Ok(Reading::Expression);
     }
     let begin = at + (text.text[at..].len() - text.text[at..].trim_start().len());
     let unit_text = Text::new(rest, text.part(begin, begin + rest.len()));
-    if unit_text
-        .text
-        .contains(|c: char| "+-() ,<>".contains(c) && !unit_text.text.contains("^-"))
-    {
+    if unit_text.text.contains(|c: char| "+-() ,<>".contains(c) && !unit_text.text.contains("^-")) {
         return Err(unit_in_expression(unit_text.span));
     }
     let unit = unit::parse(&unit_text)?;
-    Ok(Reading::Measure(
-        number * unit.display.as_ref().map_or(1.0, |display| display.factor),
-        unit,
-    ))
+    Ok(Reading::Measure(number * unit.display.as_ref().map_or(1.0, |display| display.factor), unit))
 }
 
 /// `"2 m + x"` and the like.
@@ -110,28 +96,17 @@ pub(crate) fn unit_in_expression(span: Span) -> Fault {
 fn leading_number(text: &str) -> Option<(f64, usize)> {
     let start = text.len() - text.trim_start().len();
     let sign = usize::from(text[start..].starts_with(['+', '-']));
-    let after_sign = start
-        + sign
-        + (text[start + sign..].len() - text[start + sign..].trim_start_matches(' ').len());
+    let after_sign = start + sign + (text[start + sign..].len() - text[start + sign..].trim_start_matches(' ').len());
     let length = number_length(&text[after_sign..])?;
     let magnitude: f64 = text[after_sign..after_sign + length].parse().ok()?;
-    let number = if text[start..].starts_with('-') {
-        -magnitude
-    } else {
-        magnitude
-    };
+    let number = if text[start..].starts_with('-') { -magnitude } else { magnitude };
     Some((number, after_sign + length))
 }
 
 /// How many bytes at the start of a text are an unsigned decimal number, if any.
 pub(crate) fn number_length(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
-    let digits = |from: usize| {
-        bytes[from..]
-            .iter()
-            .take_while(|byte| byte.is_ascii_digit())
-            .count()
-    };
+    let digits = |from: usize| bytes[from..].iter().take_while(|byte| byte.is_ascii_digit()).count();
     let whole = digits(0);
     let mut end = whole;
     let mut any = whole > 0;
@@ -145,11 +120,7 @@ pub(crate) fn number_length(text: &str) -> Option<usize> {
     }
     if matches!(bytes.get(end), Some(b'e' | b'E')) {
         let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
-        let exponent = if end + 1 + sign < bytes.len() {
-            digits(end + 1 + sign)
-        } else {
-            0
-        };
+        let exponent = if end + 1 + sign < bytes.len() { digits(end + 1 + sign) } else { 0 };
         if exponent > 0 {
             end += 1 + sign + exponent;
         }
@@ -200,10 +171,7 @@ mod tests {
         ];
         for (text, value, name) in cases {
             let (read, unit) = si(text);
-            assert!(
-                (read - value).abs() <= 1e-14 * value.abs(),
-                "{text}: {read} is not {value}"
-            );
+            assert!((read - value).abs() <= 1e-14 * value.abs(), "{text}: {read} is not {value}");
             assert_eq!(unit, name, "{text}");
         }
     }
@@ -211,23 +179,11 @@ mod tests {
     #[test]
     fn a_unit_follows_a_number_and_nothing_else() {
         assert_eq!(read(&Text::from("2*m")).unwrap(), Reading::Expression);
-        assert_eq!(
-            read(&Text::from("crank_length")).unwrap(),
-            Reading::Expression
-        );
+        assert_eq!(read(&Text::from("crank_length")).unwrap(), Reading::Expression);
         assert_eq!(read(&Text::from("-2")).unwrap(), Reading::Number(-2.0));
         assert_eq!(read(&Text::from(" 2e3 ")).unwrap(), Reading::Number(2000.0));
-        assert_eq!(
-            read(&Text::from("2 m + x")).unwrap_err().code,
-            "scene::unit_in_expression"
-        );
-        assert_eq!(
-            read(&Text::from("2 furlong")).unwrap_err().code,
-            "scene::unknown_unit"
-        );
-        assert_eq!(
-            read(&Text::from("2 t")).unwrap_err().code,
-            "scene::unknown_unit"
-        );
+        assert_eq!(read(&Text::from("2 m + x")).unwrap_err().code, "scene::unit_in_expression");
+        assert_eq!(read(&Text::from("2 furlong")).unwrap_err().code, "scene::unknown_unit");
+        assert_eq!(read(&Text::from("2 t")).unwrap_err().code, "scene::unknown_unit");
     }
 }

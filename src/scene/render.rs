@@ -3,8 +3,8 @@
 use std::fmt;
 
 use miette::{
-    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError,
-    MietteSpanContents, SourceCode, SourceSpan, SpanContents,
+    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents, SourceCode,
+    SourceSpan, SpanContents,
 };
 use serde_json::{Value, json};
 
@@ -19,20 +19,11 @@ const LONGEST_LINE: usize = 400;
 impl Faults {
     /// All faults with the lines they are about, for the terminal; `width` in characters.
     pub fn render(&self, colour: bool, width: usize) -> String {
-        let theme = if colour {
-            GraphicalTheme::unicode()
-        } else {
-            GraphicalTheme::unicode_nocolor()
-        };
-        let handler = GraphicalReportHandler::new_themed(theme)
-            .with_width(width)
-            .with_links(false);
+        let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+        let handler = GraphicalReportHandler::new_themed(theme).with_width(width).with_links(false);
         let mut text = String::new();
         for fault in self.list.iter().take(MOST_RENDERED) {
-            let report = Report {
-                fault,
-                source: &self.source,
-            };
+            let report = Report { fault, source: &self.source };
             if handler.render_report(&mut text, &report).is_err() {
                 // The layout failed: the message alone is better than nothing.
                 text.push_str(&fault.message);
@@ -50,8 +41,7 @@ impl Faults {
     pub fn to_json(&self) -> Value {
         let lines = Lines::new(&self.source.text);
         let place = |span: Span| {
-            let ((line, column), (end_line, end_column)) =
-                (lines.position(span.start), lines.position(span.end));
+            let ((line, column), (end_line, end_column)) = (lines.position(span.start), lines.position(span.end));
             json!({ "line": line, "column": column, "end_line": end_line, "end_column": end_column,
                     "start": span.start, "end": span.end })
         };
@@ -82,20 +72,14 @@ struct Lines<'t> {
 
 impl<'t> Lines<'t> {
     fn new(text: &'t str) -> Lines<'t> {
-        let starts = std::iter::once(0)
-            .chain(text.match_indices('\n').map(|(at, _)| at + 1))
-            .collect();
+        let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
         Lines { text, starts }
     }
 
     /// Line and column, from 1.
     fn position(&self, offset: usize) -> (usize, usize) {
         let line = self.starts.partition_point(|&start| start <= offset).max(1);
-        let before = self
-            .starts
-            .get(line - 1)
-            .and_then(|&start| self.text.get(start..offset))
-            .unwrap_or("");
+        let before = self.starts.get(line - 1).and_then(|&start| self.text.get(start..offset)).unwrap_or("");
         (line, before.chars().count() + 1)
     }
 }
@@ -148,14 +132,8 @@ impl Diagnostic for Report<'_> {
                 LabeledSpan::new_with_span(text, range)
             }
         };
-        let also = self
-            .fault
-            .also
-            .iter()
-            .map(move |&span| label("here too", span, false));
-        Some(Box::new(
-            std::iter::once(label(&self.fault.label, self.fault.span, true)).chain(also),
-        ))
+        let also = self.fault.also.iter().map(move |&span| label("here too", span, false));
+        Some(Box::new(std::iter::once(label(&self.fault.label, self.fault.span, true)).chain(also)))
     }
 }
 
@@ -173,15 +151,11 @@ impl SourceCode for Source {
             return Err(MietteError::OutOfBounds);
         }
         let bytes = text.as_bytes();
-        let first =
-            line_start(bytes, start, before).max(floor(text, start.saturating_sub(LONGEST_LINE)));
+        let first = line_start(bytes, start, before).max(floor(text, start.saturating_sub(LONGEST_LINE)));
         let last = line_end(bytes, end, after).min(ceil(text, end + LONGEST_LINE));
         let preceding = &text[..first];
         let line = preceding.matches('\n').count();
-        let column = preceding
-            .rsplit('\n')
-            .next()
-            .map_or(0, |start_of_line| start_of_line.chars().count());
+        let column = preceding.rsplit('\n').next().map_or(0, |start_of_line| start_of_line.chars().count());
         Ok(Box::new(MietteSpanContents::new_named(
             self.name.clone(),
             &bytes[first..last],
@@ -195,19 +169,12 @@ impl SourceCode for Source {
 
 /// The start of the line that is `lines` lines above the one with `offset`.
 fn line_start(bytes: &[u8], offset: usize, lines: usize) -> usize {
-    (0..offset)
-        .rev()
-        .filter(|&at| bytes[at] == b'\n')
-        .nth(lines)
-        .map_or(0, |at| at + 1)
+    (0..offset).rev().filter(|&at| bytes[at] == b'\n').nth(lines).map_or(0, |at| at + 1)
 }
 
 /// The end of the line that is `lines` lines below the one with `offset`, with its line break.
 fn line_end(bytes: &[u8], offset: usize, lines: usize) -> usize {
-    (offset..bytes.len())
-        .filter(|&at| bytes[at] == b'\n')
-        .nth(lines)
-        .map_or(bytes.len(), |at| at + 1)
+    (offset..bytes.len()).filter(|&at| bytes[at] == b'\n').nth(lines).map_or(bytes.len(), |at| at + 1)
 }
 
 /// The nearest character boundary at or below.

@@ -31,11 +31,7 @@ impl Span {
     /// The part of a text's span that its bytes `start..end` take. A text that is not written verbatim in the file (it
     /// has escapes) cannot be divided: the whole is its own part.
     pub fn part(self, text: &str, start: usize, end: usize) -> Span {
-        if self.end - self.start == text.len() {
-            Span::new(self.start + start, self.start + end)
-        } else {
-            self
-        }
+        if self.end - self.start == text.len() { Span::new(self.start + start, self.start + end) } else { self }
     }
 
     /// Is this the span of something that no file contains?
@@ -68,10 +64,7 @@ impl PartialEq for Source {
 impl Source {
     /// A text with a name.
     pub fn new(name: impl Into<String>, text: impl Into<Arc<str>>) -> Source {
-        Source {
-            name: name.into(),
-            text: text.into(),
-        }
+        Source { name: name.into(), text: text.into() }
     }
 }
 
@@ -87,10 +80,7 @@ pub struct Text {
 impl Text {
     /// A text in a file.
     pub fn new(text: impl Into<String>, span: Span) -> Text {
-        Text {
-            text: text.into(),
-            span,
-        }
+        Text { text: text.into(), span }
     }
 
     /// Where the bytes `start..end` of the text are written.

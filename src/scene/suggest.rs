@@ -1,20 +1,12 @@
 //! "Did you mean": the nearest of the names that would have been right.
 
 /// The candidate nearest to `name`, if any is near.
-pub(crate) fn nearest<'a>(
-    name: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let limit = (name.chars().count() / 3).max(1);
     candidates
         .into_iter()
         .filter(|candidate| candidate.len().abs_diff(name.len()) <= limit && candidate.len() < 64)
-        .map(|candidate| {
-            (
-                strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase()),
-                candidate,
-            )
-        })
+        .map(|candidate| (strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase()), candidate))
         .filter(|(distance, _)| *distance <= limit)
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
@@ -24,11 +16,7 @@ pub(crate) fn nearest<'a>(
 pub(crate) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     const MOST: usize = 12;
     let mut names = names.into_iter();
-    let mut shown: Vec<String> = names
-        .by_ref()
-        .take(MOST)
-        .map(|name| format!("`{name}`"))
-        .collect();
+    let mut shown: Vec<String> = names.by_ref().take(MOST).map(|name| format!("`{name}`")).collect();
     let further = names.count();
     if further > 0 {
         shown.push(format!("and {further} more"));
@@ -37,11 +25,7 @@ pub(crate) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
 }
 
 /// "did you mean `x`?", or else the sentence `otherwise`.
-pub(crate) fn hint<'a>(
-    name: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-    otherwise: String,
-) -> String {
+pub(crate) fn hint<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>, otherwise: String) -> String {
     match nearest(name, candidates) {
         Some(candidate) => format!("did you mean `{candidate}`?"),
         None => otherwise,
@@ -54,10 +38,7 @@ mod tests {
 
     #[test]
     fn a_near_name_is_found_and_a_far_one_is_not() {
-        assert_eq!(
-            nearest("smal_end", ["big_end", "small_end"]),
-            Some("small_end")
-        );
+        assert_eq!(nearest("smal_end", ["big_end", "small_end"]), Some("small_end"));
         assert_eq!(nearest("Mass", ["mass", "points"]), Some("mass"));
         assert_eq!(nearest("zebra", ["mass", "points"]), None);
     }

@@ -18,18 +18,8 @@ struct Symbol {
     prefixed: bool,
 }
 
-const fn symbol(
-    name: &'static str,
-    factor: f64,
-    si: &'static [(&'static str, i8)],
-    prefixed: bool,
-) -> Symbol {
-    Symbol {
-        name,
-        factor,
-        si,
-        prefixed,
-    }
+const fn symbol(name: &'static str, factor: f64, si: &'static [(&'static str, i8)], prefixed: bool) -> Symbol {
+    Symbol { name, factor, si, prefixed }
 }
 
 const POUND: f64 = 0.453_592_37;
@@ -59,22 +49,11 @@ const SYMBOLS: [Symbol; 21] = [
     symbol("1", 1.0, &[], false),
 ];
 
-const PREFIXES: [(char, f64); 9] = [
-    ('n', 1e-9),
-    ('u', 1e-6),
-    ('µ', 1e-6),
-    ('μ', 1e-6),
-    ('m', 1e-3),
-    ('c', 1e-2),
-    ('k', 1e3),
-    ('M', 1e6),
-    ('G', 1e9),
-];
+const PREFIXES: [(char, f64); 9] =
+    [('n', 1e-9), ('u', 1e-6), ('µ', 1e-6), ('μ', 1e-6), ('m', 1e-3), ('c', 1e-2), ('k', 1e3), ('M', 1e6), ('G', 1e9)];
 
 /// The units that "did you mean" knows beside the symbols.
-const USUAL: [&str; 14] = [
-    "mm", "cm", "km", "kg", "mg", "ms", "us", "kN", "mN", "kJ", "kW", "N.m", "kg.m2", "rad/s",
-];
+const USUAL: [&str; 14] = ["mm", "cm", "km", "kg", "mg", "ms", "us", "kN", "mN", "kJ", "kW", "N.m", "kg.m2", "rad/s"];
 
 /// Exponents of a unit of which SI names are made.
 fn exponents_of(si: &str) -> Exponents {
@@ -98,9 +77,7 @@ pub(crate) fn parse(text: &Text) -> Result<Unit, Fault> {
     let mut sign = 1;
     let mut at = 0;
     loop {
-        let end = text.text[at..]
-            .find(['.', '*', '/'])
-            .map_or(text.text.len(), |length| at + length);
+        let end = text.text[at..].find(['.', '*', '/']).map_or(text.text.len(), |length| at + length);
         let (symbol, size, exponent) = parse_factor(text, at, end)?;
         let exponent = sign * exponent;
         factor *= size.powi(exponent);
@@ -115,35 +92,15 @@ pub(crate) fn parse(text: &Text) -> Result<Unit, Fault> {
     }
     let exponents = total(&parts).ok_or_else(|| unknown(text, 0, text.text.len()))?;
     let si = name(&parts);
-    let display = (factor != 1.0).then(|| DisplayUnit {
-        name: text.text.clone(),
-        factor,
-    });
-    Ok(Unit {
-        exponents,
-        si,
-        display,
-    })
+    let display = (factor != 1.0).then(|| DisplayUnit { name: text.text.clone(), factor });
+    Ok(Unit { exponents, si, display })
 }
 
-fn parse_factor(
-    text: &Text,
-    start: usize,
-    end: usize,
-) -> Result<(&'static Symbol, f64, i32), Fault> {
+fn parse_factor(text: &Text, start: usize, end: usize) -> Result<(&'static Symbol, f64, i32), Fault> {
     let word = text.text[start..end].trim();
-    let letters = if word.starts_with('1') {
-        1
-    } else {
-        word.find(|c: char| !c.is_alphabetic())
-            .unwrap_or(word.len())
-    };
+    let letters = if word.starts_with('1') { 1 } else { word.find(|c: char| !c.is_alphabetic()).unwrap_or(word.len()) };
     let exponent = word[letters..].trim_start_matches('^');
-    let exponent = if letters == word.len() {
-        Some(1)
-    } else {
-        exponent.parse().ok().filter(|e: &i32| e.abs() <= 9)
-    };
+    let exponent = if letters == word.len() { Some(1) } else { exponent.parse().ok().filter(|e: &i32| e.abs() <= 9) };
     match (find(&word[..letters]), exponent) {
         (Some((symbol, size)), Some(exponent)) => Ok((symbol, size, exponent)),
         _ => Err(unknown(text, start, end)),
@@ -155,24 +112,16 @@ fn find(word: &str) -> Option<(&'static Symbol, f64)> {
     if let Some(symbol) = SYMBOLS.iter().find(|symbol| symbol.name == word) {
         return Some((symbol, symbol.factor));
     }
-    let (prefix, scale) = PREFIXES
-        .iter()
-        .find(|(prefix, _)| word.starts_with(*prefix))?;
+    let (prefix, scale) = PREFIXES.iter().find(|(prefix, _)| word.starts_with(*prefix))?;
     let rest = &word[prefix.len_utf8()..];
-    let symbol = SYMBOLS
-        .iter()
-        .find(|symbol| symbol.prefixed && symbol.name == rest)?;
+    let symbol = SYMBOLS.iter().find(|symbol| symbol.prefixed && symbol.name == rest)?;
     // `kg` is exactly one: 1e3 * 1e-3 is 1.
     Some((symbol, scale * symbol.factor))
 }
 
 fn unknown(text: &Text, start: usize, end: usize) -> Fault {
     let word = text.text[start..end].trim();
-    let known = SYMBOLS
-        .iter()
-        .map(|symbol| symbol.name)
-        .filter(|name| *name != "1")
-        .chain(USUAL);
+    let known = SYMBOLS.iter().map(|symbol| symbol.name).filter(|name| *name != "1").chain(USUAL);
     let help = match word {
         "t" => "`t` is the time; the unit of 1000 kg is `tonne`".to_string(),
         "°" | "degree" | "degrees" => "write `deg`".to_string(),
@@ -182,13 +131,9 @@ fn unknown(text: &Text, start: usize, end: usize) -> Fault {
             "units are written like `mm`, `kg.m2`, `N.s/m`, `deg`, `rpm`; the prefixes are n u m c k M G".to_string(),
         ),
     };
-    Fault::new(
-        "scene::unknown_unit",
-        format!("`{}` is not a unit that cotree knows", text.text),
-        text.part(start, end),
-    )
-    .label("no such unit")
-    .help(help)
+    Fault::new("scene::unknown_unit", format!("`{}` is not a unit that cotree knows", text.text), text.part(start, end))
+        .label("no such unit")
+        .help(help)
 }
 
 fn add(parts: &mut Vec<(&'static str, i32)>, name: &'static str, exponent: i32) {
@@ -216,22 +161,11 @@ fn total(parts: &[(&'static str, i32)]) -> Option<Exponents> {
 /// `N.m/rad`, `1/s2`; empty for a pure number.
 fn name(parts: &[(&'static str, i32)]) -> String {
     let power = |name: &str, exponent: i32| {
-        if exponent == 1 {
-            name.to_string()
-        } else {
-            format!("{name}{exponent}")
-        }
+        if exponent == 1 { name.to_string() } else { format!("{name}{exponent}") }
     };
-    let above: Vec<String> = parts
-        .iter()
-        .filter(|part| part.1 > 0)
-        .map(|(name, e)| power(name, *e))
-        .collect();
-    let below: String = parts
-        .iter()
-        .filter(|part| part.1 < 0)
-        .map(|(name, e)| format!("/{}", power(name, -e)))
-        .collect();
+    let above: Vec<String> = parts.iter().filter(|part| part.1 > 0).map(|(name, e)| power(name, *e)).collect();
+    let below: String =
+        parts.iter().filter(|part| part.1 < 0).map(|(name, e)| format!("/{}", power(name, -e))).collect();
     match (above.is_empty(), below.is_empty()) {
         (true, true) => String::new(),
         (true, false) => format!("1{below}"),
@@ -251,18 +185,9 @@ pub(crate) fn from_exponents(exponents: Exponents) -> Unit {
         [1, 2, -1, 0] => "N.m.s".to_string(),
         [1, 2, -1, -1] => "N.m.s/rad".to_string(),
         // The radian first: rad/s, rad/s2.
-        [kg, m, s, rad] => name(&[
-            ("rad", rad.into()),
-            ("kg", kg.into()),
-            ("m", m.into()),
-            ("s", s.into()),
-        ]),
+        [kg, m, s, rad] => name(&[("rad", rad.into()), ("kg", kg.into()), ("m", m.into()), ("s", s.into())]),
     };
-    Unit {
-        exponents,
-        si,
-        display: None,
-    }
+    Unit { exponents, si, display: None }
 }
 
 /// May the two stand for the same thing? The radian counts as a pure number.

@@ -118,7 +118,8 @@ mod tests {
         let mut lu = Lu::new(3);
         lu.matrix().copy_from_slice(&MATRIX);
         lu.factor().expect("regular");
-        let mut b: [f64; 3] = std::array::from_fn(|row| (0..3).map(|column| MATRIX[3 * row + column] * X[column]).sum());
+        let mut b: [f64; 3] =
+            std::array::from_fn(|row| (0..3).map(|column| MATRIX[3 * row + column] * X[column]).sum());
         lu.solve(&mut b);
         let mut c: [f64; 3] = std::array::from_fn(|column| (0..3).map(|row| MATRIX[3 * row + column] * X[row]).sum());
         lu.solve_transposed(&mut c);

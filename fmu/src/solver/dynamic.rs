@@ -60,12 +60,7 @@ impl Dynamic {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
         let size = 2 * model.coordinates();
-        Self {
-            explicit: Explicit::new(size),
-            next: vec![0.0; size],
-            tolerances: vec![0.0; size],
-            known: false,
-        }
+        Self { explicit: Explicit::new(size), next: vec![0.0; size], tolerances: vec![0.0; size], known: false }
     }
 
     /// To be called when the front is not the one that the last step left.
@@ -74,12 +69,7 @@ impl Dynamic {
     }
 
     /// Takes steps until the front has reached the target.
-    pub fn advance(
-        &mut self,
-        context: &mut Context,
-        run: &mut Continuation,
-        horizon: Horizon,
-    ) -> Result<(), Failure> {
+    pub fn advance(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
         while run.front_time < horizon.target {
             self.begin(context, run)?;
             self.step(context, run, horizon)?;
@@ -107,7 +97,10 @@ impl Dynamic {
         }
         let n = context.model.coordinates();
         if let Some(index) = self.explicit.first()[n..].iter().position(|value| !value.is_finite()) {
-            return Err(Failure::NotFinite { time, coordinate: context.model.program().coordinates[index].name.clone() });
+            return Err(Failure::NotFinite {
+                time,
+                coordinate: context.model.program().coordinates[index].name.clone(),
+            });
         }
         if run.step == 0.0 {
             self.tolerate(context, &run.front, false);

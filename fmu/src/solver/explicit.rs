@@ -2,9 +2,7 @@
 //!
 //! The caller owns the policy: which step to try, what to do with a rejected one, when to ask for dense output.
 
-use super::dop853::{
-    DENSE, DENSE_ROWS, DENSE_STAGES, ERROR_5, NODES, Row, STAGE, STAGES, WEIGHTS_3,
-};
+use super::dop853::{DENSE, DENSE_ROWS, DENSE_STAGES, ERROR_5, NODES, Row, STAGE, STAGES, WEIGHTS_3};
 
 /// Safety factor of the step size.
 const SAFETY: f64 = 0.9;
@@ -143,8 +141,7 @@ impl Explicit {
         change.for_each(|(after, before)| *after -= before);
         let curvature = norm(&self.sum) / guess;
         let steepest = slope.max(curvature);
-        let step =
-            if steepest <= 1e-15 { (1e-3 * guess).max(1e-6) } else { libm::pow(0.01 / steepest, 1.0 / ORDER) };
+        let step = if steepest <= 1e-15 { (1e-3 * guess).max(1e-6) } else { libm::pow(0.01 / steepest, 1.0 / ORDER) };
         // Written so that NaN falls back to the guess.
         if step < 100.0 * guess { step } else { 100.0 * guess }
     }

@@ -26,7 +26,9 @@ impl fmt::Display for Gap {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Failure {
     /// No assembly exists, or none was found.
-    #[error("the loops cannot be closed: the largest gap is {gap}; check the lengths, or give a better guess of the initial pose")]
+    #[error(
+        "the loops cannot be closed: the largest gap is {gap}; check the lengths, or give a better guess of the initial pose"
+    )]
     LoopsOpen {
         /// The largest gap.
         gap: Gap,
@@ -60,7 +62,9 @@ pub enum Failure {
         gap: Gap,
     },
     /// Numbers left the range of numbers.
-    #[error("at t = {time} s the accelerations are not finite, first that of `{coordinate}`; check masses, inertias and load laws")]
+    #[error(
+        "at t = {time} s the accelerations are not finite, first that of `{coordinate}`; check masses, inertias and load laws"
+    )]
     NotFinite {
         /// When [s].
         time: f64,

@@ -224,8 +224,7 @@ impl<'a> Positions<'a> {
 
     /// Why the loops do not close: because of known values, or anyway?
     fn explain(&mut self, guess: &[f64], best: &[f64]) -> Failure {
-        let known: Vec<usize> =
-            (0..self.conditions().len()).filter(|&index| self.conditions()[index].known).collect();
+        let known: Vec<usize> = (0..self.conditions().len()).filter(|&index| self.conditions()[index].known).collect();
         if known.is_empty() || !self.close(Wanted::LOOPS, &mut guess.to_vec()) {
             return Failure::LoopsOpen { gap: self.gap(best) };
         }
@@ -300,7 +299,8 @@ impl<'a> Positions<'a> {
 
     /// Sign of the determinant of the active loop equations and known conditions; 0 if it has none.
     fn orientation(&mut self, x: &[f64]) -> f64 {
-        let inactive: Vec<bool> = self.model.program().constraints.iter().map(|constraint| !constraint.active).collect();
+        let inactive: Vec<bool> =
+            self.model.program().constraints.iter().map(|constraint| !constraint.active).collect();
         let known = self.conditions().iter().filter(|condition| condition.known).count();
         let size = x.len();
         if self.model.active().len() + known != size || size > 500 || known == size {

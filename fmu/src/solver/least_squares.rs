@@ -41,7 +41,8 @@ pub(crate) fn solve(equations: &mut impl Equations, x: &mut Vec<f64>, reach: f64
         equations.jacobian(x, &mut entries);
         let blocks = decompose(r.len(), x.len(), &entries);
         let improved = DAMPING.iter().any(|&damping| {
-            let trial: Vec<f64> = x.iter().zip(step(&blocks, &r, x.len(), damping, reach)).map(|(x, d)| x - d).collect();
+            let trial: Vec<f64> =
+                x.iter().zip(step(&blocks, &r, x.len(), damping, reach)).map(|(x, d)| x - d).collect();
             equations.residuals(&trial, &mut trial_r);
             let improves = sum_of_squares(&trial_r) < before;
             if improves {
@@ -142,7 +143,8 @@ fn decompose(rows: usize, columns: usize, entries: &[Entry]) -> Vec<Block> {
             set.push(row);
         }
     }
-    let mut matrices: Vec<_> = members.iter().map(|(rows, columns)| DMatrix::zeros(rows.len(), columns.len())).collect();
+    let mut matrices: Vec<_> =
+        members.iter().map(|(rows, columns)| DMatrix::zeros(rows.len(), columns.len())).collect();
     for &(row, column, value) in entries.iter().filter(|entry| entry.2 != 0.0) {
         matrices[sets.root(column)][(row_place[row], column_place[column])] += value;
     }

@@ -43,9 +43,8 @@ pub fn consistent_poses(model: &Model, state: &State, samples: usize, reach: f64
         let time = state.time() + reach * random.symmetric().abs();
         model.advance_signals(state, time, pose.registers_mut());
         let scales = model.program().coordinates.iter().map(|coordinate| coordinate.scale);
-        let mut x: Vec<f64> = (state.positions().iter().zip(scales))
-            .map(|(q, scale)| q / scale + reach * random.symmetric())
-            .collect();
+        let mut x: Vec<f64> =
+            (state.positions().iter().zip(scales)).map(|(q, scale)| q / scale + reach * random.symmetric()).collect();
         let mut loops = Loops { model, machine: &mut machine, state: &mut pose };
         let r = solve(&mut loops, &mut x, reach.min(0.5));
         if r.iter().all(|r| r.abs() <= FULFILLED) {

@@ -211,9 +211,10 @@ pub(crate) fn largest_gap(model: &Model, rows: &[usize], residuals: &[f64]) -> G
 
 fn largest(model: &Model, values: &[f64]) -> f64 {
     let coordinates = &model.program().coordinates;
-    values.iter().zip(coordinates).fold(0.0, |largest, (value, coordinate)| {
-        crate::math::maximum(largest, value.abs() / coordinate.scale)
-    })
+    values
+        .iter()
+        .zip(coordinates)
+        .fold(0.0, |largest, (value, coordinate)| crate::math::maximum(largest, value.abs() / coordinate.scale))
 }
 
 fn time(model: &Model, machine: &Machine) -> f64 {

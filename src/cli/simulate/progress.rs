@@ -21,13 +21,7 @@ impl Progress {
     /// For so many steps.
     pub fn new(all: u64) -> Self {
         let wanted = std::io::stderr().is_terminal() && !std::io::stdout().is_terminal();
-        Self {
-            begin: Instant::now(),
-            done: 0,
-            all,
-            wanted,
-            bar: None,
-        }
+        Self { begin: Instant::now(), done: 0, all, wanted, bar: None }
     }
 
     /// One step is done; the simulated time is shown.
@@ -38,8 +32,7 @@ impl Progress {
         }
         let bar = self.bar.get_or_insert_with(|| {
             let style = ProgressStyle::with_template("{wide_bar} {msg}  {eta} left");
-            ProgressBar::new(self.all)
-                .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+            ProgressBar::new(self.all).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
         bar.set_message(format!("t = {time:.3} s"));
         bar.set_position(self.done);

@@ -20,63 +20,37 @@ pub fn table(path: &Path) -> Result<Table, Failure> {
 }
 
 /// The run that is asked for.
-pub fn run<'a>(
-    options: &Simulate,
-    description: &'a Description,
-    table: Option<&'a Table>,
-) -> Result<Run<'a>, Failure> {
+pub fn run<'a>(options: &Simulate, description: &'a Description, table: Option<&'a Table>) -> Result<Run<'a>, Failure> {
     let inputs = match table {
         Some(table) => Some((table, columns(description, table)?)),
         None => None,
     };
-    let settings: Vec<(usize, f64)> = options
-        .settings
-        .iter()
-        .map(|setting| set(description, setting))
-        .collect::<Result<_, _>>()?;
+    let settings: Vec<(usize, f64)> =
+        options.settings.iter().map(|setting| set(description, setting)).collect::<Result<_, _>>()?;
     if let Some((_, columns)) = &inputs
         && let Some((index, _)) = settings.iter().find(|(index, _)| columns.contains(index))
     {
         let name = &description.variables[*index].name;
-        return Err(Failure::Usage(format!(
-            "`{name}` is given by --set and by the input table"
-        )));
+        return Err(Failure::Usage(format!("`{name}` is given by --set and by the input table")));
     }
     let experiment = experiment(options, description.experiment)?;
-    Ok(Run {
-        description,
-        experiment,
-        settings,
-        inputs,
-        reported: simulation::reported(description),
-    })
+    Ok(Run { description, experiment, settings, inputs, reported: simulation::reported(description) })
 }
 
 fn experiment(options: &Simulate, scene: Experiment) -> Result<Experiment, Failure> {
-    let second = Unit {
-        exponents: [0, 0, 1, 0],
-        si: "s".to_owned(),
-        display: None,
-    };
+    let second = Unit { exponents: [0, 0, 1, 0], si: "s".to_owned(), display: None };
     let time = |name: &str, text: &Option<String>, default: f64| match text {
-        Some(text) => pipeline::quantity(text, &second)
-            .map_err(|message| Failure::Usage(format!("--{name}: {message}"))),
+        Some(text) => {
+            pipeline::quantity(text, &second).map_err(|message| Failure::Usage(format!("--{name}: {message}")))
+        }
         None => Ok(default),
     };
     let stop = time("stop", &options.stop, scene.stop)?;
     let step = time("step", &options.step, scene.step)?;
     let tolerance = options.tolerance.unwrap_or(scene.tolerance);
-    let experiment = Experiment {
-        stop,
-        step,
-        tolerance,
-        ..scene
-    };
+    let experiment = Experiment { stop, step, tolerance, ..scene };
     let wrong = if !stop.is_finite() || stop < scene.start {
-        format!(
-            "--stop: {stop:?} s is before the start, {:?} s",
-            scene.start
-        )
+        format!("--stop: {stop:?} s is before the start, {:?} s", scene.start)
     } else if !(step > 0.0 && step.is_finite()) {
         format!("--step: {step:?} s is not above zero")
     } else if simulation::count(experiment) > MOST_POINTS {
@@ -92,16 +66,10 @@ fn experiment(options: &Simulate, scene: Experiment) -> Result<Experiment, Failu
 /// `name=value` as variable and SI value.
 fn set(description: &Description, setting: &str) -> Result<(usize, f64), Failure> {
     let wrong = |message: String| Failure::Usage(format!("--set {setting}: {message}"));
-    let (name, value) = setting
-        .split_once('=')
-        .ok_or_else(|| wrong("write name=value".to_owned()))?;
+    let (name, value) = setting.split_once('=').ok_or_else(|| wrong("write name=value".to_owned()))?;
     let (name, value) = (name.trim(), value.trim());
-    let settable = |variable: &ScalarVariable| {
-        matches!(
-            variable.causality,
-            Causality::Parameter { .. } | Causality::Input { .. }
-        )
-    };
+    let settable =
+        |variable: &ScalarVariable| matches!(variable.causality, Causality::Parameter { .. } | Causality::Input { .. });
     let index = find(description, name, settable)
         .ok_or_else(|| wrong(unknown(description, name, "parameter or input", settable)))?;
     let variable = &description.variables[index];
@@ -111,9 +79,7 @@ fn set(description: &Description, setting: &str) -> Result<(usize, f64), Failure
 }
 
 fn permitted(variable: &ScalarVariable, value: f64) -> Result<(), String> {
-    let (Causality::Parameter { min, max, .. } | Causality::Input { min, max, .. }) =
-        variable.causality
-    else {
+    let (Causality::Parameter { min, max, .. } | Causality::Input { min, max, .. }) = variable.causality else {
         return Ok(());
     };
     let unit = &variable.unit.si;
@@ -129,44 +95,24 @@ fn permitted(variable: &ScalarVariable, value: f64) -> Result<(), String> {
 fn columns(description: &Description, table: &Table) -> Result<Vec<usize>, Failure> {
     let input = |variable: &ScalarVariable| matches!(variable.causality, Causality::Input { .. });
     let column = |name: &String| {
-        find(description, name, input).ok_or_else(|| {
-            Failure::Usage(format!(
-                "input table: {}",
-                unknown(description, name, "input", input)
-            ))
-        })
+        find(description, name, input)
+            .ok_or_else(|| Failure::Usage(format!("input table: {}", unknown(description, name, "input", input))))
     };
     table.names().iter().map(column).collect()
 }
 
-fn find(
-    description: &Description,
-    name: &str,
-    wanted: impl Fn(&ScalarVariable) -> bool,
-) -> Option<usize> {
-    description
-        .variables
-        .iter()
-        .position(|variable| variable.name == name && wanted(variable))
+fn find(description: &Description, name: &str, wanted: impl Fn(&ScalarVariable) -> bool) -> Option<usize> {
+    description.variables.iter().position(|variable| variable.name == name && wanted(variable))
 }
 
 /// No such name; the names that there are.
-fn unknown(
-    description: &Description,
-    name: &str,
-    kind: &str,
-    wanted: impl Fn(&ScalarVariable) -> bool,
-) -> String {
+fn unknown(description: &Description, name: &str, kind: &str, wanted: impl Fn(&ScalarVariable) -> bool) -> String {
     let names: Vec<String> = description
         .variables
         .iter()
         .filter(|variable| wanted(variable))
         .map(|variable| format!("`{}`", variable.name))
         .collect();
-    let known = if names.is_empty() {
-        "none".to_owned()
-    } else {
-        names.join(", ")
-    };
+    let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
     format!("the scene has no {kind} `{name}`; there are: {known}")
 }

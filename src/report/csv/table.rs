@@ -26,15 +26,9 @@ impl Table {
     /// Reads `time,name,...` and rows of numbers whose times do not decrease. Two rows with the same time are a jump.
     pub fn parse(text: &str) -> Result<Self, TableError> {
         let mut rows = rows(text.strip_prefix('\u{feff}').unwrap_or(text))?.into_iter();
-        let header = rows
-            .next()
-            .ok_or_else(|| fault(1, 1, "the table is empty; begin with `time,name`"))?;
+        let header = rows.next().ok_or_else(|| fault(1, 1, "the table is empty; begin with `time,name`"))?;
         let names = names(header)?;
-        let mut table = Self {
-            columns: vec![Vec::new(); names.len()],
-            names,
-            time: Vec::new(),
-        };
+        let mut table = Self { columns: vec![Vec::new(); names.len()], names, time: Vec::new() };
         for row in rows {
             table.push(row)?;
         }
@@ -75,22 +69,14 @@ impl Table {
     fn push(&mut self, (line, fields): Row) -> Result<(), TableError> {
         if fields.len() != self.names.len() + 1 {
             let (found, wanted) = (fields.len(), self.names.len() + 1);
-            return Err(fault(
-                line,
-                found.min(wanted),
-                format!("{found} fields, but the header has {wanted}"),
-            ));
+            return Err(fault(line, found.min(wanted), format!("{found} fields, but the header has {wanted}")));
         }
         for (index, field) in fields.iter().enumerate() {
             let value = number(line, index + 1, field)?;
             match index.checked_sub(1) {
                 Some(column) => self.columns[column].push(value),
                 None if self.time.last().is_some_and(|&last| value < last) => {
-                    return Err(fault(
-                        line,
-                        1,
-                        format!("time {value:?} is earlier than in the row before"),
-                    ));
+                    return Err(fault(line, 1, format!("time {value:?} is earlier than in the row before")));
                 }
                 None => self.time.push(value),
             }
@@ -103,69 +89,38 @@ impl Table {
 fn names((line, fields): Row) -> Result<Vec<String>, TableError> {
     let names: Vec<String> = fields.iter().map(|field| field.trim().to_owned()).collect();
     if names[0] != "time" {
-        let hint = if names[0].contains([';', '\t']) {
-            "; separate the columns with commas"
-        } else {
-            ""
-        };
-        return Err(fault(
-            line,
-            1,
-            format!("the first column is `{}`, not `time`{hint}", names[0]),
-        ));
+        let hint = if names[0].contains([';', '\t']) { "; separate the columns with commas" } else { "" };
+        return Err(fault(line, 1, format!("the first column is `{}`, not `time`{hint}", names[0])));
     }
     for (index, name) in names.iter().enumerate() {
         if name.is_empty() {
             return Err(fault(line, index + 1, "the column has no name"));
         }
         if names[..index].contains(name) {
-            return Err(fault(
-                line,
-                index + 1,
-                format!("there are two columns `{name}`"),
-            ));
+            return Err(fault(line, index + 1, format!("there are two columns `{name}`")));
         }
     }
     Ok(names[1..].to_vec())
 }
 
 fn number(line: usize, column: usize, field: &str) -> Result<f64, TableError> {
-    let value = field
-        .trim()
-        .parse::<f64>()
-        .ok()
-        .filter(|value| value.is_finite());
-    value.ok_or_else(|| {
-        fault(
-            line,
-            column,
-            format!("`{}` is not a finite number", field.trim()),
-        )
-    })
+    let value = field.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+    value.ok_or_else(|| fault(line, column, format!("`{}` is not a finite number", field.trim())))
 }
 
 fn fault(line: usize, column: usize, message: impl Into<String>) -> TableError {
-    TableError {
-        line,
-        column,
-        message: message.into(),
-    }
+    TableError { line, column, message: message.into() }
 }
 
 /// The rows of a text, each with the line it begins on; empty lines are skipped.
 fn rows(text: &str) -> Result<Vec<Row>, TableError> {
     let mut rows = Vec::new();
-    let mut lines = text
-        .split('\n')
-        .enumerate()
-        .map(|(index, line)| (index + 1, line));
+    let mut lines = text.split('\n').enumerate().map(|(index, line)| (index + 1, line));
     while let Some((line, first)) = lines.next() {
         let mut record = first.to_owned();
         // A line break inside quotes belongs to the field.
         while record.matches('"').count() % 2 == 1 {
-            let (_, next) = lines
-                .next()
-                .ok_or_else(|| fault(line, 1, "a quote is not closed"))?;
+            let (_, next) = lines.next().ok_or_else(|| fault(line, 1, "a quote is not closed"))?;
             record.push('\n');
             record.push_str(next);
         }
@@ -229,8 +184,7 @@ mod tests {
 
     #[test]
     fn spreadsheets_are_read() {
-        let table =
-            Table::parse("\u{feff}time, \"gas, force\"\r\n0, 1e3\r\n\r\n1,\"-2\"\r\n").unwrap();
+        let table = Table::parse("\u{feff}time, \"gas, force\"\r\n0, 1e3\r\n\r\n1,\"-2\"\r\n").unwrap();
         assert_eq!(table.names(), ["gas, force"]);
         assert_eq!(table.at(0, 1.0).0, -2.0);
     }
@@ -254,11 +208,7 @@ mod tests {
         ];
         for (text, line, column, message) in cases {
             let error = Table::parse(text).unwrap_err();
-            assert_eq!(
-                (error.line, error.column),
-                (line, column),
-                "{text:?}: {error}"
-            );
+            assert_eq!((error.line, error.column), (line, column), "{text:?}: {error}");
             assert!(error.message.contains(message), "{text:?}: {error}");
         }
     }

@@ -25,45 +25,22 @@ pub struct Labels {
 impl Labels {
     /// Names a body.
     pub fn body(&mut self, name: &str, anchor: Pixel, pin: f64, colour: &str) {
-        self.add(
-            name,
-            anchor,
-            1.7 * pin,
-            13.5,
-            format!(r#"fill="{colour}" font-weight="600""#),
-        );
+        self.add(name, anchor, 1.7 * pin, 13.5, format!(r#"fill="{colour}" font-weight="600""#));
     }
 
     /// Names a joint.
     pub fn joint(&mut self, name: &str, anchor: Pixel, clearance: f64) {
-        self.add(
-            name,
-            anchor,
-            clearance,
-            11.0,
-            r##"fill="#5b6673""##.to_owned(),
-        );
+        self.add(name, anchor, clearance, 11.0, r##"fill="#5b6673""##.to_owned());
     }
 
     /// Names a load.
     pub fn load(&mut self, name: &str, anchor: Pixel, clearance: f64, colour: &str) {
-        self.add(
-            name,
-            anchor,
-            clearance,
-            11.5,
-            format!(r#"fill="{colour}" font-style="italic""#),
-        );
+        self.add(name, anchor, clearance, 11.5, format!(r#"fill="{colour}" font-style="italic""#));
     }
 
     /// Keeps names away from a symbol.
     pub fn cover(&mut self, at: Pixel, radius: f64) {
-        let frame = Frame {
-            x: at[0] - radius,
-            y: at[1] - radius,
-            width: 2.0 * radius,
-            height: 2.0 * radius,
-        };
+        let frame = Frame { x: at[0] - radius, y: at[1] - radius, width: 2.0 * radius, height: 2.0 * radius };
         self.obstacles.push((frame, 3.0));
     }
 
@@ -75,12 +52,7 @@ impl Labels {
             let steps = (norm(side) / (2.0 * pin)).ceil().clamp(1.0, 200.0);
             for step in 0..=steps as usize {
                 let at = along(from, step as f64 / steps, side);
-                let frame = Frame {
-                    x: at[0] - pin,
-                    y: at[1] - pin,
-                    width: 2.0 * pin,
-                    height: 2.0 * pin,
-                };
+                let frame = Frame { x: at[0] - pin, y: at[1] - pin, width: 2.0 * pin, height: 2.0 * pin };
                 self.obstacles.push((frame, 1.5));
             }
         }
@@ -95,18 +67,9 @@ impl Labels {
             let at = [frame.x + 0.5 * frame.width, frame.y + 0.78 * frame.height];
             let style = format!(r#"font-size="{}" text-anchor="middle""#, label.size);
             // A white halo, as a text of its own: not every viewer knows `paint-order`.
-            let halo =
-                r##"fill="none" stroke="#ffffff" stroke-width="3.2" stroke-linejoin="round""##;
-            let weight = if label.style.contains("600") {
-                r#" font-weight="600""#
-            } else {
-                ""
-            };
-            let slant = if label.style.contains("italic") {
-                r#" font-style="italic""#
-            } else {
-                ""
-            };
+            let halo = r##"fill="none" stroke="#ffffff" stroke-width="3.2" stroke-linejoin="round""##;
+            let weight = if label.style.contains("600") { r#" font-weight="600""# } else { "" };
+            let slant = if label.style.contains("italic") { r#" font-style="italic""# } else { "" };
             svg.text(at, &format!("{style} {halo}{weight}{slant}"), &label.text);
             svg.text(at, &format!("{style} {}", label.style), &label.text);
             self.placed.push(frame);
@@ -115,32 +78,15 @@ impl Labels {
 
     /// The box around everything.
     pub fn frame(&self, margin: f64) -> Frame {
-        let frames = || {
-            self.placed
-                .iter()
-                .chain(self.obstacles.iter().map(|(frame, _)| frame))
-        };
-        let low =
-            |pick: fn(&Frame) -> f64| frames().map(pick).reduce(f64::min).unwrap_or(0.0) - margin;
-        let high =
-            |pick: fn(&Frame) -> f64| frames().map(pick).reduce(f64::max).unwrap_or(0.0) + margin;
+        let frames = || self.placed.iter().chain(self.obstacles.iter().map(|(frame, _)| frame));
+        let low = |pick: fn(&Frame) -> f64| frames().map(pick).reduce(f64::min).unwrap_or(0.0) - margin;
+        let high = |pick: fn(&Frame) -> f64| frames().map(pick).reduce(f64::max).unwrap_or(0.0) + margin;
         let (x, y) = (low(|frame| frame.x), low(|frame| frame.y));
-        Frame {
-            x,
-            y,
-            width: high(|f| f.x + f.width) - x,
-            height: high(|f| f.y + f.height) - y,
-        }
+        Frame { x, y, width: high(|f| f.x + f.width) - x, height: high(|f| f.y + f.height) - y }
     }
 
     fn add(&mut self, text: &str, anchor: Pixel, clearance: f64, size: f64, style: String) {
-        self.waiting.push(Label {
-            text: text.to_owned(),
-            anchor,
-            clearance,
-            size,
-            style,
-        });
+        self.waiting.push(Label { text: text.to_owned(), anchor, clearance, size, style });
     }
 
     /// Of sixteen directions and three distances, the place that covers least and is nearest.
@@ -148,10 +94,7 @@ impl Labels {
         let places = (0..3).flat_map(|ring| (0..16).map(move |turn| (ring, turn)));
         let frames = places.map(|(ring, turn)| {
             let gap = label.clearance + 11.0 * f64::from(ring);
-            (
-                label.frame(gap, f64::from(turn) * std::f64::consts::TAU / 16.0),
-                gap,
-            )
+            (label.frame(gap, f64::from(turn) * std::f64::consts::TAU / 16.0), gap)
         });
         let cost = |(frame, gap): &(Frame, f64)| self.covered(frame) + 1.2 * gap;
         let best = frames.min_by(|a, b| cost(a).total_cmp(&cost(b)));
@@ -159,16 +102,8 @@ impl Labels {
     }
 
     fn covered(&self, frame: &Frame) -> f64 {
-        let obstacles = self
-            .obstacles
-            .iter()
-            .map(|(other, weight)| weight * overlap(frame, other))
-            .sum::<f64>();
-        let names = self
-            .placed
-            .iter()
-            .map(|other| 8.0 * overlap(frame, other))
-            .sum::<f64>();
+        let obstacles = self.obstacles.iter().map(|(other, weight)| weight * overlap(frame, other)).sum::<f64>();
+        let names = self.placed.iter().map(|other| 8.0 * overlap(frame, other)).sum::<f64>();
         0.25 * obstacles + names
     }
 }
@@ -181,12 +116,7 @@ impl Label {
         let touching = along(self.anchor, gap, [cos, -sin]);
         let lean = |part: f64| (1.5 * part).clamp(-0.5, 0.5); // sideways texts touch with a side, others with a corner
         let centre = along(touching, 1.0, [lean(cos) * width, -lean(sin) * height]);
-        Frame {
-            x: centre[0] - 0.5 * width,
-            y: centre[1] - 0.5 * height,
-            width,
-            height,
-        }
+        Frame { x: centre[0] - 0.5 * width, y: centre[1] - 0.5 * height, width, height }
     }
 }
 

@@ -20,11 +20,7 @@ pub fn norm([x, y]: Pixel) -> f64 {
 /// The same direction with length 1; to the right if there is none.
 pub fn unit(a: Pixel) -> Pixel {
     let length = norm(a);
-    if length > 0.0 {
-        [a[0] / length, a[1] / length]
-    } else {
-        [1.0, 0.0]
-    }
+    if length > 0.0 { [a[0] / length, a[1] / length] } else { [1.0, 0.0] }
 }
 
 /// Turned by a right angle.
@@ -35,9 +31,7 @@ pub fn normal([x, y]: Pixel) -> Pixel {
 /// The mean of some points.
 pub fn middle(points: &[Pixel]) -> Pixel {
     let count = points.len().max(1) as f64;
-    let sum = points
-        .iter()
-        .fold([0.0, 0.0], |sum, &point| along(sum, 1.0, point));
+    let sum = points.iter().fold([0.0, 0.0], |sum, &point| along(sum, 1.0, point));
     sum.map(|x| x / count)
 }
 
@@ -47,11 +41,7 @@ pub fn extent(points: &[Pixel]) -> f64 {
         let values = points.iter().map(|point| point[axis]);
         values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
     };
-    if points.is_empty() {
-        0.0
-    } else {
-        span(0).hypot(span(1))
-    }
+    if points.is_empty() { 0.0 } else { span(0).hypot(span(1)) }
 }
 
 /// Corners of the convex hull, in order (Andrew's monotone chain).
@@ -90,22 +80,13 @@ mod tests {
 
     #[test]
     fn the_hull_drops_inner_points() {
-        let hull = hull(vec![
-            [0.0, 0.0],
-            [2.0, 0.0],
-            [1.0, 0.5],
-            [1.0, 2.0],
-            [1.0, 0.0],
-        ]);
+        let hull = hull(vec![[0.0, 0.0], [2.0, 0.0], [1.0, 0.5], [1.0, 2.0], [1.0, 0.0]]);
         assert_eq!(hull, [[0.0, 0.0], [2.0, 0.0], [1.0, 2.0]]);
     }
 
     #[test]
     fn the_hull_of_a_line_is_its_ends() {
-        assert_eq!(
-            hull(vec![[0.1, 0.1], [0.3, 0.3], [0.2, 0.2], [0.1, 0.1]]),
-            [[0.1, 0.1], [0.3, 0.3]]
-        );
+        assert_eq!(hull(vec![[0.1, 0.1], [0.3, 0.3], [0.2, 0.2], [0.1, 0.1]]), [[0.1, 0.1], [0.3, 0.3]]);
         assert_eq!(hull(vec![[1.0, 1.0]; 4]), [[1.0, 1.0]]);
         assert!(hull(vec![]).is_empty());
     }

@@ -32,21 +32,11 @@ pub fn colour(body: usize) -> (&'static str, &'static str) {
 }
 
 /// A body: the rounded hull of its corners, or a block if it slides and is no longer than that.
-pub fn body(
-    svg: &mut Svg,
-    view: &View,
-    index: usize,
-    outline: &[Pixel],
-    block: Option<(Pixel, Pixel)>,
-) {
+pub fn body(svg: &mut Svg, view: &View, index: usize, outline: &[Pixel], block: Option<(Pixel, Pixel)>) {
     let (fill, edge) = colour(index);
     let length = extent(outline);
     if length > 2.0 * view.pin || block.is_none() {
-        let width = if length > 2.0 * view.pin {
-            2.9 * view.pin
-        } else {
-            5.0 * view.pin
-        };
+        let width = if length > 2.0 * view.pin { 2.9 * view.pin } else { 5.0 * view.pin };
         let data = match outline {
             [point] => format!("{}l0 0", polyline(&[*point])), // a dot
             [_, _] => polyline(outline),
@@ -54,20 +44,13 @@ pub fn body(
         };
         let round = r#"stroke-linejoin="round" stroke-linecap="round""#;
         let outer = number(width + 2.6);
-        svg.path(
-            &data,
-            &format!(r#"fill="{edge}" stroke="{edge}" stroke-width="{outer}" {round}"#),
-        );
+        svg.path(&data, &format!(r#"fill="{edge}" stroke="{edge}" stroke-width="{outer}" {round}"#));
         let inner = number(width);
-        svg.path(
-            &data,
-            &format!(r#"fill="{fill}" stroke="{fill}" stroke-width="{inner}" {round}"#),
-        );
+        svg.path(&data, &format!(r#"fill="{fill}" stroke="{fill}" stroke-width="{inner}" {round}"#));
     }
     if let Some((at, axis)) = block {
         let corners = block_corners(view, at, axis);
-        let style =
-            format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.4" stroke-linejoin="round""#);
+        let style = format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.4" stroke-linejoin="round""#);
         svg.path(&format!("{}Z", polyline(&corners)), &style);
     }
 }
@@ -92,30 +75,16 @@ fn block_corners(view: &View, at: Pixel, axis: Pixel) -> [Pixel; 4] {
 pub fn centre(svg: &mut Svg, view: &View, index: usize, at: Pixel) {
     let (_, edge) = colour(index);
     let radius = 0.72 * view.pin;
-    svg.circle(
-        at,
-        radius,
-        &format!(r##"fill="#ffffff" stroke="{edge}" stroke-width="1.1""##),
-    );
+    svg.circle(at, radius, &format!(r##"fill="#ffffff" stroke="{edge}" stroke-width="1.1""##));
     let ([x, y], r) = (at.map(number), number(radius));
     let quarter = |sweep: &str| format!("M{x} {y}{sweep}Z");
-    svg.path(
-        &quarter(&format!("v-{r}a{r} {r} 0 0 1 {r} {r}")),
-        &format!(r#"fill="{edge}""#),
-    );
-    svg.path(
-        &quarter(&format!("v{r}a{r} {r} 0 0 1 -{r} -{r}")),
-        &format!(r#"fill="{edge}""#),
-    );
+    svg.path(&quarter(&format!("v-{r}a{r} {r} 0 0 1 {r} {r}")), &format!(r#"fill="{edge}""#));
+    svg.path(&quarter(&format!("v{r}a{r} {r} 0 0 1 -{r} -{r}")), &format!(r#"fill="{edge}""#));
 }
 
 /// A revolute joint.
 pub fn pin(svg: &mut Svg, view: &View, at: Pixel) {
-    svg.circle(
-        at,
-        0.85 * view.pin,
-        &format!(r##"fill="#ffffff" stroke="{INK}" stroke-width="1.7""##),
-    );
+    svg.circle(at, 0.85 * view.pin, &format!(r##"fill="#ffffff" stroke="{INK}" stroke-width="1.7""##));
     svg.circle(at, 0.2 * view.pin, &format!(r#"fill="{INK}""#));
 }
 
@@ -123,10 +92,7 @@ pub fn pin(svg: &mut Svg, view: &View, at: Pixel) {
 pub fn weld(svg: &mut Svg, view: &View, at: Pixel) {
     let s = 0.8 * view.pin;
     let corners = [[-s, -s], [s, -s], [s, s], [-s, s]].map(|corner| along(at, 1.0, corner));
-    svg.path(
-        &format!("{}Z", polyline(&corners)),
-        &format!(r#"fill="{INK}""#),
-    );
+    svg.path(&format!("{}Z", polyline(&corners)), &format!(r#"fill="{INK}""#));
 }
 
 /// A support below a revolute joint that is fixed to the ground.
@@ -134,16 +100,10 @@ pub fn pedestal(svg: &mut Svg, view: &View, at: Pixel) {
     let p = view.pin;
     let (x, y) = (at[0], at[1]);
     let base = y + 3.6 * p;
-    let [left, right, foot_left, foot_right] =
-        [x - 1.7 * p, x + 1.7 * p, x - 2.7 * p, x + 2.7 * p].map(number);
+    let [left, right, foot_left, foot_right] = [x - 1.7 * p, x + 1.7 * p, x - 2.7 * p, x + 2.7 * p].map(number);
     let (top, bottom, round) = (number(y), number(base), number(1.7 * p));
-    let data = format!(
-        "M{foot_left} {bottom}L{left} {top}A{round} {round} 0 0 1 {right} {top}L{foot_right} {bottom}Z"
-    );
-    svg.path(
-        &data,
-        &format!(r#"fill="{GROUND}" stroke="{INK}" stroke-width="1.4" stroke-linejoin="round""#),
-    );
+    let data = format!("M{foot_left} {bottom}L{left} {top}A{round} {round} 0 0 1 {right} {top}L{foot_right} {bottom}Z");
+    svg.path(&data, &format!(r#"fill="{GROUND}" stroke="{INK}" stroke-width="1.4" stroke-linejoin="round""#));
     hatch(svg, view, [x, base], [0.0, -1.0], 4.2 * p);
 }
 
@@ -176,16 +136,9 @@ fn hatch(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel, half: f64) {
         let end = along(along(start, -depth, outward), -depth, tangent);
         data += &polyline(&[start, end]);
     }
-    svg.path(
-        &data,
-        r##"stroke="#7c8794" stroke-width="1.1" stroke-linecap="round""##,
-    );
+    svg.path(&data, r##"stroke="#7c8794" stroke-width="1.1" stroke-linecap="round""##);
     let ends = [along(at, -half, tangent), along(at, half, tangent)];
-    svg.line(
-        ends[0],
-        ends[1],
-        &format!(r#"stroke="{INK}" stroke-width="1.8" stroke-linecap="round""#),
-    );
+    svg.line(ends[0], ends[1], &format!(r#"stroke="{INK}" stroke-width="1.8" stroke-linecap="round""#));
 }
 
 /// The rod that a body slides on if the other is not the ground.
@@ -193,10 +146,7 @@ pub fn rod(svg: &mut Svg, view: &View, joint: &Joint) {
     let (JointKind::Prismatic(axis), [Some(first), Some(_)]) = (joint.kind, joint.between) else {
         return;
     };
-    let (axis, [base, at]) = (
-        view.direction(axis),
-        joint.at.map(|point| view.pixel(point)),
-    );
+    let (axis, [base, at]) = (view.direction(axis), joint.at.map(|point| view.pixel(point)));
     let away = difference(at, base);
     let distance = away[0] * axis[0] + away[1] * axis[1];
     let beyond = distance + 7.0 * view.pin * if distance < 0.0 { -1.0 } else { 1.0 };
@@ -204,11 +154,7 @@ pub fn rod(svg: &mut Svg, view: &View, joint: &Joint) {
     let (fill, edge) = colour(first);
     for (width, stroke) in [(1.5 * view.pin + 2.6, edge), (1.5 * view.pin, fill)] {
         let width = number(width);
-        svg.line(
-            ends[0],
-            ends[1],
-            &format!(r#"stroke="{stroke}" stroke-width="{width}" stroke-linecap="round""#),
-        );
+        svg.line(ends[0], ends[1], &format!(r#"stroke="{stroke}" stroke-width="{width}" stroke-linecap="round""#));
     }
 }
 
@@ -217,9 +163,7 @@ pub fn spring(svg: &mut Svg, view: &View, ends: [Pixel; 2]) {
     let length = norm(difference(ends[1], ends[0]));
     let axis = unit(difference(ends[1], ends[0]));
     let straight = (0.18 * length).min(4.0 * view.pin);
-    let coils = ((length - 2.0 * straight) / (1.5 * view.pin))
-        .round()
-        .clamp(4.0, 24.0);
+    let coils = ((length - 2.0 * straight) / (1.5 * view.pin)).round().clamp(4.0, 24.0);
     let pitch = (length - 2.0 * straight) / coils;
     let mut points = vec![ends[0], along(ends[0], straight, axis)];
     for coil in 0..coils as usize {
@@ -229,25 +173,15 @@ pub fn spring(svg: &mut Svg, view: &View, ends: [Pixel; 2]) {
     }
     points.extend([along(ends[1], -straight, axis), ends[1]]);
     let line = r#"fill="none" stroke-linejoin="round" stroke-linecap="round""#;
-    svg.path(
-        &polyline(&points),
-        &format!(r##"{line} stroke="#ffffff" stroke-width="4" stroke-opacity="0.8""##),
-    );
-    svg.path(
-        &polyline(&points),
-        &format!(r#"{line} stroke="{SPRING}" stroke-width="1.7""#),
-    );
+    svg.path(&polyline(&points), &format!(r##"{line} stroke="#ffffff" stroke-width="4" stroke-opacity="0.8""##));
+    svg.path(&polyline(&points), &format!(r#"{line} stroke="{SPRING}" stroke-width="1.7""#));
 }
 
 /// A force: an arrow that starts at its point, or ends there if it `pushes`. Returns its ends.
 pub fn force(svg: &mut Svg, view: &View, at: Pixel, direction: Pixel, pushes: bool) -> [Pixel; 2] {
     let (from, to) = if pushes { (-12.5, -4.2) } else { (1.2, 9.5) };
     let [start, tip] = [from, to].map(|pins| along(at, pins * view.pin, direction));
-    svg.line(
-        start,
-        along(tip, -1.4 * view.pin, direction),
-        &format!(r#"stroke="{FORCE}" stroke-width="2.2""#),
-    );
+    svg.line(start, along(tip, -1.4 * view.pin, direction), &format!(r#"stroke="{FORCE}" stroke-width="2.2""#));
     arrow_head(svg, view, tip, direction);
     [start, tip]
 }
@@ -257,33 +191,17 @@ pub fn turn(svg: &mut Svg, view: &View, at: Pixel) {
     let radius = 2.9 * view.pin;
     let start = along(at, radius, [0.0, 1.0]);
     let tip = along(at, radius, [-1.0, 0.0]);
-    let ([x, y], [u, v], r) = (
-        start.map(number),
-        along(tip, -0.7 * view.pin, [0.0, 1.0]).map(number),
-        number(radius),
-    );
+    let ([x, y], [u, v], r) = (start.map(number), along(tip, -0.7 * view.pin, [0.0, 1.0]).map(number), number(radius));
     let style = format!(r#"fill="none" stroke="{FORCE}" stroke-width="1.8""#);
     svg.path(&format!("M{x} {y}A{r} {r} 0 1 0 {u} {v}"), &style);
-    arrow_head(
-        svg,
-        view,
-        along(tip, 1.0 * view.pin, [0.0, 1.0]),
-        [0.0, 1.0],
-    );
+    arrow_head(svg, view, along(tip, 1.0 * view.pin, [0.0, 1.0]), [0.0, 1.0]);
 }
 
 fn arrow_head(svg: &mut Svg, view: &View, tip: Pixel, direction: Pixel) {
     let base = along(tip, -2.0 * view.pin, direction);
     let side = normal(direction);
-    let corners = [
-        tip,
-        along(base, 0.8 * view.pin, side),
-        along(base, -0.8 * view.pin, side),
-    ];
-    svg.path(
-        &format!("{}Z", polyline(&corners)),
-        &format!(r#"fill="{FORCE}""#),
-    );
+    let corners = [tip, along(base, 0.8 * view.pin, side), along(base, -0.8 * view.pin, side)];
+    svg.path(&format!("{}Z", polyline(&corners)), &format!(r#"fill="{FORCE}""#));
 }
 
 #[cfg(test)]

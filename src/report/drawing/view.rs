@@ -24,24 +24,13 @@ impl View {
         let [low, high] = bounds(&points);
         let span = [high[0] - low[0], high[1] - low[1]];
         let scale = (SIZE[0] / span[0]).min(SIZE[1] / span[1]);
-        let scale = if scale.is_finite() && scale > 0.0 {
-            scale
-        } else {
-            1.0
-        };
-        Self {
-            scale,
-            origin: [low[0], high[1]],
-            pin: pin_radius(drawing, scale),
-        }
+        let scale = if scale.is_finite() && scale > 0.0 { scale } else { 1.0 };
+        Self { scale, origin: [low[0], high[1]], pin: pin_radius(drawing, scale) }
     }
 
     /// A point of the world in the picture.
     pub fn pixel(&self, [x, y]: [f64; 2]) -> Pixel {
-        [
-            (x - self.origin[0]) * self.scale,
-            (self.origin[1] - y) * self.scale,
-        ]
+        [(x - self.origin[0]) * self.scale, (self.origin[1] - y) * self.scale]
     }
 
     /// A direction of the world in the picture, of length 1.
@@ -51,44 +40,23 @@ impl View {
 }
 
 fn points(drawing: &Drawing) -> Vec<[f64; 2]> {
-    let bodies = drawing
-        .bodies
-        .iter()
-        .flat_map(|body| body.points.iter().copied().chain([body.centre]));
+    let bodies = drawing.bodies.iter().flat_map(|body| body.points.iter().copied().chain([body.centre]));
     let joints = drawing.joints.iter().map(|joint| joint.moving().1);
     let springs = drawing.springs.iter().flat_map(|spring| spring.ends);
-    bodies
-        .chain(joints)
-        .chain(springs)
-        .filter(is_finite)
-        .collect()
+    bodies.chain(joints).chain(springs).filter(is_finite).collect()
 }
 
 /// Lowest and highest coordinates.
 fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
-    let fold = |axis: usize, pick: fn(f64, f64) -> f64| {
-        points
-            .iter()
-            .map(|point| point[axis])
-            .reduce(pick)
-            .unwrap_or(0.0)
-    };
-    [
-        [fold(0, f64::min), fold(1, f64::min)],
-        [fold(0, f64::max), fold(1, f64::max)],
-    ]
+    let fold =
+        |axis: usize, pick: fn(f64, f64) -> f64| points.iter().map(|point| point[axis]).reduce(pick).unwrap_or(0.0);
+    [[fold(0, f64::min), fold(1, f64::min)], [fold(0, f64::max), fold(1, f64::max)]]
 }
 
 /// Small enough that a short body is still longer than its pins are wide.
 fn pin_radius(drawing: &Drawing, scale: f64) -> f64 {
-    let mut lengths: Vec<f64> = drawing
-        .bodies
-        .iter()
-        .map(|body| scale * shapes::extent(&body.points))
-        .collect();
+    let mut lengths: Vec<f64> = drawing.bodies.iter().map(|body| scale * shapes::extent(&body.points)).collect();
     lengths.retain(|length| length.is_finite() && *length > 1.0);
     lengths.sort_by(f64::total_cmp);
-    lengths
-        .get(lengths.len() / 5)
-        .map_or(7.0, |length| (0.12 * length).clamp(3.5, 7.0))
+    lengths.get(lengths.len() / 5).map_or(7.0, |length| (0.12 * length).clamp(3.5, 7.0))
 }

@@ -28,10 +28,7 @@ impl Ticks {
         let rough = (high - low) / count.max(1) as f64;
         let mut exponent = rough.log10().floor() as i32;
         let mantissa = rough / 10f64.powi(exponent);
-        let mantissa = [1.0, 2.0, 5.0]
-            .into_iter()
-            .find(|&round| mantissa <= round * 1.0001)
-            .unwrap_or(10.0);
+        let mantissa = [1.0, 2.0, 5.0].into_iter().find(|&round| mantissa <= round * 1.0001).unwrap_or(10.0);
         let step = mantissa * 10f64.powi(exponent);
         if mantissa == 10.0 {
             exponent += 1;
@@ -39,14 +36,8 @@ impl Ticks {
         let slack = 1e-9 * (high - low) / step;
         let (first, last) = ((low / step - slack).ceil(), (high / step + slack).floor());
         let steps = (last - first).clamp(0.0, 50.0) as usize;
-        let at = (0..=steps)
-            .map(|index| (first + index as f64) * step)
-            .collect();
-        Self {
-            range: [low, high],
-            at,
-            exponent,
-        }
+        let at = (0..=steps).map(|index| (first + index as f64) * step).collect();
+        Self { range: [low, high], at, exponent }
     }
 
     /// Where a value is on the axis: 0 at its beginning, 1 at its end.
@@ -63,15 +54,7 @@ impl Ticks {
             return if value == 0.0 { "0".to_owned() } else { text };
         }
         let text = format!("{value:.*}", usize::try_from(-self.exponent).unwrap_or(0));
-        if text
-            .trim_start_matches('-')
-            .chars()
-            .all(|c| matches!(c, '0' | '.'))
-        {
-            text.replace('-', "")
-        } else {
-            text
-        }
+        if text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.')) { text.replace('-', "") } else { text }
     }
 }
 
@@ -104,10 +87,7 @@ mod tests {
     #[test]
     fn ticks_are_round() {
         assert_eq!(labels(0.0, 10.0), ["0", "2", "4", "6", "8", "10"]);
-        assert_eq!(
-            labels(-0.031, 0.012),
-            ["-0.03", "-0.02", "-0.01", "0.00", "0.01"]
-        );
+        assert_eq!(labels(-0.031, 0.012), ["-0.03", "-0.02", "-0.01", "0.00", "0.01"]);
         assert_eq!(labels(0.0, 0.5), ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5"]);
         assert_eq!(labels(0.0, 3e7), ["0", "1e7", "2e7", "3e7"]);
         assert_eq!(labels(0.0, 9.9), ["0", "2", "4", "6", "8"]);
@@ -115,20 +95,10 @@ mod tests {
 
     #[test]
     fn any_values_give_an_axis() {
-        for values in [
-            vec![],
-            vec![0.0],
-            vec![3.0, 3.0],
-            vec![f64::NAN],
-            vec![-1e308, 1e308],
-            vec![1e-300, 2e-300],
-        ] {
+        for values in [vec![], vec![0.0], vec![3.0, 3.0], vec![f64::NAN], vec![-1e308, 1e308], vec![1e-300, 2e-300]] {
             let ticks = Ticks::around(values.iter().copied(), 5);
             assert!(ticks.range[0] < ticks.range[1], "{values:?} {ticks:?}");
-            assert!(
-                ticks.at.iter().all(|&at| ticks.part(at).is_finite()),
-                "{values:?} {ticks:?}"
-            );
+            assert!(ticks.at.iter().all(|&at| ticks.part(at).is_finite()), "{values:?} {ticks:?}");
         }
     }
 }

@@ -5,8 +5,7 @@ use super::fields::Fields;
 use crate::scene::document::{Kind, Node};
 use crate::scene::fault::Fault;
 use crate::scene::model::{
-    Body, Driver, DriverKind, Input, InputAs, Joint, JointKind, Load, LoadKind, Motion, Parameter,
-    Point, Turning,
+    Body, Driver, DriverKind, Input, InputAs, Joint, JointKind, Load, LoadKind, Motion, Parameter, Point, Turning,
 };
 use crate::scene::span::Text;
 use crate::scene::suggest;
@@ -16,33 +15,19 @@ const TWO_BODIES: &str = "give two bodies: `between = [\"ground\", \"crank\"]`";
 const ONE_POINT: &str = "give a point: `on = \"slider\"` or `on = \"crank.outer\"`";
 const TWO_COMPONENTS: &str = "give two components, such as `[\"-gas_force\", 0.0]`";
 const JOINT_TYPES: [&str; 3] = ["revolute", "prismatic", "weld"];
-const LOAD_TYPES: [&str; 6] = [
-    "force",
-    "torque",
-    "spring",
-    "torsion_spring",
-    "actuator",
-    "torsion_actuator",
-];
+const LOAD_TYPES: [&str; 6] = ["force", "torque", "spring", "torsion_spring", "actuator", "torsion_actuator"];
 const MOTIONS: [&str; 3] = ["angle", "displacement", "position"];
 
 impl Decoder {
     pub(super) fn parameter(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Parameter> {
         if !matches!(node.kind, Kind::Table(_)) {
             let value = self.quantity(node, owner)?;
-            return Some(Parameter {
-                name: name.clone(),
-                value,
-                ..Parameter::default()
-            });
+            return Some(Parameter { name: name.clone(), value, ..Parameter::default() });
         }
         let keys = ["value", "unit", "description", "min", "max", "tunable"];
         let fields = Fields::open(node, owner, name.span, &keys, &mut self.faults)?;
-        let value =
-            self.required_quantity(&fields, "value", "give its default: `value = \"0.5 m\"`");
-        let tunable = fields
-            .get("tunable")
-            .and_then(|node| self.boolean(node, &fields.name_of("tunable")));
+        let value = self.required_quantity(&fields, "value", "give its default: `value = \"0.5 m\"`");
+        let tunable = fields.get("tunable").and_then(|node| self.boolean(node, &fields.name_of("tunable")));
         Some(Parameter {
             name: name.clone(),
             unit: self.optional_text(&fields, "unit"),
@@ -57,11 +42,7 @@ impl Decoder {
     pub(super) fn input(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Input> {
         if !matches!(node.kind, Kind::Table(_)) {
             let start = Some(self.quantity(node, owner)?);
-            return Some(Input {
-                name: name.clone(),
-                start,
-                ..Input::default()
-            });
+            return Some(Input { name: name.clone(), start, ..Input::default() });
         }
         let keys = ["start", "unit", "description", "min", "max"];
         let fields = Fields::open(node, owner, name.span, &keys, &mut self.faults)?;
@@ -80,9 +61,7 @@ impl Decoder {
             return Vec::new();
         };
         let fields = Fields::open(node, "the ground", span, &["points"], &mut self.faults);
-        fields
-            .map(|fields| self.points(&fields, "ground"))
-            .unwrap_or_default()
+        fields.map(|fields| self.points(&fields, "ground")).unwrap_or_default()
     }
 
     fn points(&mut self, fields: &Fields<'_>, body: &str) -> Vec<Point> {
@@ -96,10 +75,7 @@ impl Decoder {
         for (name, node) in entries {
             let what = format!("point `{body}.{}`", name.text);
             match self.vector(node, &what) {
-                Some(at) => points.push(Point {
-                    name: name.clone(),
-                    at,
-                }),
+                Some(at) => points.push(Point { name: name.clone(), at }),
                 None => self.broken.push(format!("{body}.{}", name.text)),
             }
         }
@@ -113,9 +89,7 @@ impl Decoder {
             name: name.clone(),
             mass: self.optional_quantity(&fields, "mass"),
             inertia: self.optional_quantity(&fields, "inertia"),
-            com: fields
-                .get("com")
-                .and_then(|node| self.vector(node, &fields.name_of("com"))),
+            com: fields.get("com").and_then(|node| self.vector(node, &fields.name_of("com"))),
             points: self.points(&fields, &name.text),
         })
     }
@@ -130,30 +104,18 @@ impl Decoder {
         let known = suggest::list(types.iter().copied());
         let Some((_, value)) = entries.iter().find(|(key, _)| key.text == "type") else {
             self.faults.push(
-                Fault::new(
-                    "scene::missing_key",
-                    format!("{owner} has no `type`"),
-                    name.span,
-                )
-                .label("`type` is missing")
-                .help(format!("the types are {known}")),
+                Fault::new("scene::missing_key", format!("{owner} has no `type`"), name.span)
+                    .label("`type` is missing")
+                    .help(format!("the types are {known}")),
             );
             return None;
         };
         let kind = self.text(value, &format!("`type` of {owner}"))?;
         if !types.contains(&kind.text.as_str()) {
             self.faults.push(
-                Fault::new(
-                    "scene::unknown_type",
-                    format!("{owner} has an unknown type: `{}`", kind.text),
-                    kind.span,
-                )
-                .label("no such type")
-                .help(suggest::hint(
-                    &kind.text,
-                    types.iter().copied(),
-                    format!("the types are {known}"),
-                )),
+                Fault::new("scene::unknown_type", format!("{owner} has an unknown type: `{}`", kind.text), kind.span)
+                    .label("no such type")
+                    .help(suggest::hint(&kind.text, types.iter().copied(), format!("the types are {known}"))),
             );
             return None;
         }
@@ -180,49 +142,31 @@ impl Decoder {
                     "axis",
                     "give the direction in the first body's frame: `axis = [1.0, 0.0]`",
                 );
-                JointKind::Prismatic {
-                    axis: axis?,
-                    angle,
-                    damping,
-                }
+                JointKind::Prismatic { axis: axis?, angle, damping }
             }
             _ => JointKind::Weld { angle },
         };
-        Some(Joint {
-            name: name.clone(),
-            between: between?,
-            kind,
-        })
+        Some(Joint { name: name.clone(), between: between?, kind })
     }
 
     pub(super) fn driver(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Driver> {
-        let keys = [
-            "joint",
-            "between",
-            "on",
-            "angle",
-            "displacement",
-            "position",
-        ];
+        let keys = ["joint", "between", "on", "angle", "displacement", "position"];
         let fields = Fields::open(node, owner, name.span, &keys, &mut self.faults)?;
-        let given: Vec<&str> = MOTIONS
-            .into_iter()
-            .filter(|key| fields.get(key).is_some())
-            .collect();
+        let given: Vec<&str> = MOTIONS.into_iter().filter(|key| fields.get(key).is_some()).collect();
         let [motion] = given[..] else {
-            let found = if given.is_empty() {
-                "none of them".to_string()
-            } else {
-                suggest::list(given.iter().copied())
-            };
-            let span = given
-                .get(1)
-                .and_then(|key| fields.key_span(key))
-                .unwrap_or(name.span);
+            let found =
+                if given.is_empty() { "none of them".to_string() } else { suggest::list(given.iter().copied()) };
+            let span = given.get(1).and_then(|key| fields.key_span(key)).unwrap_or(name.span);
             self.faults.push(
-                Fault::new("scene::driver_motion", format!("{owner} must have exactly one of `angle`, `displacement`, `position`, but has {found}"), span)
-                    .label("exactly one is wanted")
-                    .help("`angle` turns a revolute joint, `displacement` slides a prismatic joint, `position` moves a point"),
+                Fault::new(
+                    "scene::driver_motion",
+                    format!("{owner} must have exactly one of `angle`, `displacement`, `position`, but has {found}"),
+                    span,
+                )
+                .label("exactly one is wanted")
+                .help(
+                    "`angle` turns a revolute joint, `displacement` slides a prismatic joint, `position` moves a point",
+                ),
             );
             return None;
         };
@@ -232,36 +176,16 @@ impl Decoder {
             _ => &["on"],
         };
         let kind = self.driven(&fields, motion, permitted)?;
-        Some(Driver {
-            name: name.clone(),
-            kind,
-        })
+        Some(Driver { name: name.clone(), kind })
     }
 
     /// A driver's kind, given which motion it has and which keys may say of what.
-    fn driven(
-        &mut self,
-        fields: &Fields<'_>,
-        motion: &str,
-        permitted: &[&str],
-    ) -> Option<DriverKind> {
-        let given: Vec<&str> = ["joint", "between", "on"]
-            .into_iter()
-            .filter(|key| fields.get(key).is_some())
-            .collect();
-        let wanted = permitted
-            .iter()
-            .map(|key| format!("`{key}`"))
-            .collect::<Vec<_>>()
-            .join(" or ");
+    fn driven(&mut self, fields: &Fields<'_>, motion: &str, permitted: &[&str]) -> Option<DriverKind> {
+        let given: Vec<&str> = ["joint", "between", "on"].into_iter().filter(|key| fields.get(key).is_some()).collect();
+        let wanted = permitted.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(" or ");
         if given.len() != 1 || !permitted.contains(&given[0]) {
-            let wrong = given
-                .iter()
-                .rev()
-                .find(|key| given.len() > 1 || !permitted.contains(key));
-            let span = wrong
-                .and_then(|key| fields.key_span(key))
-                .unwrap_or(fields.span);
+            let wrong = given.iter().rev().find(|key| given.len() > 1 || !permitted.contains(key));
+            let span = wrong.and_then(|key| fields.key_span(key)).unwrap_or(fields.span);
             self.faults.push(
                 Fault::new("scene::driver_target", format!("{} has `{motion}`, so it needs {wanted} and nothing else", fields.owner), span)
                     .label(format!("{wanted} is wanted"))
@@ -272,18 +196,12 @@ impl Decoder {
         if motion == "position" {
             let on = self.required_text(fields, "on", ONE_POINT);
             let position = self.required_vector(fields, "position", TWO_COMPONENTS);
-            return Some(DriverKind::Position {
-                on: on?,
-                position: position?,
-            });
+            return Some(DriverKind::Position { on: on?, position: position? });
         }
         let law = self.motion(fields, motion);
         let joint = self.optional_text(fields, "joint");
         if motion == "displacement" {
-            return Some(DriverKind::Displacement {
-                joint: joint?,
-                motion: law?,
-            });
+            return Some(DriverKind::Displacement { joint: joint?, motion: law? });
         }
         let of = match fields.get("between") {
             Some(_) => Turning::Between(self.required_pair(fields, TWO_BODIES)?),
@@ -311,21 +229,14 @@ impl Decoder {
                 let choices = ["position", "velocity", "acceleration"];
                 let otherwise = format!("an input can be {}", suggest::list(choices));
                 self.faults.push(
-                    Fault::new(
-                        "scene::wrong_value",
-                        format!("{what} follows an input as `{other}`"),
-                        r#as.span,
-                    )
-                    .label("not a kind of motion")
-                    .help(suggest::hint(other, choices, otherwise)),
+                    Fault::new("scene::wrong_value", format!("{what} follows an input as `{other}`"), r#as.span)
+                        .label("not a kind of motion")
+                        .help(suggest::hint(other, choices, otherwise)),
                 );
                 return None;
             }
         };
-        Some(Motion::Follows {
-            input: input?,
-            r#as,
-        })
+        Some(Motion::Follows { input: input?, r#as })
     }
 
     pub(super) fn load(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Load> {
@@ -347,37 +258,16 @@ impl Decoder {
             "torsion_spring" => self.torsion_spring(&fields),
             "actuator" => {
                 let between = self.required_pair(&fields, TWO_POINTS);
-                let force = self.required_quantity(
-                    &fields,
-                    "force",
-                    "give the law: `force = \"-k*(length - l0)\"`",
-                );
-                (|| {
-                    Some(LoadKind::Actuator {
-                        between: between?,
-                        force: force?,
-                    })
-                })()
+                let force = self.required_quantity(&fields, "force", "give the law: `force = \"-k*(length - l0)\"`");
+                (|| Some(LoadKind::Actuator { between: between?, force: force? }))()
             }
             _ => {
                 let between = self.required_pair(&fields, TWO_BODIES);
-                let torque = self.required_quantity(
-                    &fields,
-                    "torque",
-                    "give the law: `torque = \"-c*omega\"`",
-                );
-                (|| {
-                    Some(LoadKind::TorsionActuator {
-                        between: between?,
-                        torque: torque?,
-                    })
-                })()
+                let torque = self.required_quantity(&fields, "torque", "give the law: `torque = \"-c*omega\"`");
+                (|| Some(LoadKind::TorsionActuator { between: between?, torque: torque? }))()
             }
         }?;
-        Some(Load {
-            name: name.clone(),
-            kind,
-        })
+        Some(Load { name: name.clone(), kind })
     }
 
     fn force(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
@@ -390,27 +280,18 @@ impl Decoder {
             Some(other) => {
                 let span = frame.as_ref().map_or(fields.span, |frame| frame.span);
                 self.faults.push(
-                    Fault::new(
-                        "scene::wrong_value",
-                        format!("`frame` of {} is `{other}`", fields.owner),
-                        span,
-                    )
-                    .label("no such frame")
-                    .help("`frame` is \"world\" (the default) or \"body\""),
+                    Fault::new("scene::wrong_value", format!("`frame` of {} is `{other}`", fields.owner), span)
+                        .label("no such frame")
+                        .help("`frame` is \"world\" (the default) or \"body\""),
                 );
                 false
             }
         };
-        Some(LoadKind::Force {
-            on: on?,
-            vector: vector?,
-            in_body,
-        })
+        Some(LoadKind::Force { on: on?, vector: vector?, in_body })
     }
 
     fn torque(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
-        let value =
-            self.required_quantity(fields, "value", "give the torque [N.m]: `value = \"tau\"`");
+        let value = self.required_quantity(fields, "value", "give the torque [N.m]: `value = \"tau\"`");
         let between = match (fields.get("on"), fields.get("between")) {
             (Some(on), None) => {
                 let on = self.text(on, &fields.name_of("on"));
@@ -418,11 +299,7 @@ impl Decoder {
             }
             (None, Some(_)) => self.required_pair(fields, TWO_BODIES),
             (on, _) => {
-                let problem = if on.is_some() {
-                    "both `on` and `between`"
-                } else {
-                    "neither `on` nor `between`"
-                };
+                let problem = if on.is_some() { "both `on` and `between`" } else { "neither `on` nor `between`" };
                 self.faults.push(
                     Fault::new("scene::torque_target", format!("{} has {problem}", fields.owner), fields.span)
                         .label("exactly one is wanted")
@@ -431,43 +308,23 @@ impl Decoder {
                 None
             }
         };
-        Some(LoadKind::Torque {
-            between: between?,
-            value: value?,
-        })
+        Some(LoadKind::Torque { between: between?, value: value? })
     }
 
     fn spring(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
         let between = self.required_pair(fields, TWO_POINTS);
-        let stiffness = self.required_quantity(
-            fields,
-            "stiffness",
-            "give the stiffness [N/m]; 0 makes it a damper",
-        );
+        let stiffness = self.required_quantity(fields, "stiffness", "give the stiffness [N/m]; 0 makes it a damper");
         let length = self.optional_quantity(fields, "length");
         let damping = self.optional_quantity(fields, "damping");
-        Some(LoadKind::Spring {
-            between: between?,
-            stiffness: stiffness?,
-            length,
-            damping,
-        })
+        Some(LoadKind::Spring { between: between?, stiffness: stiffness?, length, damping })
     }
 
     fn torsion_spring(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
         let between = self.required_pair(fields, TWO_BODIES);
-        let stiffness = self.required_quantity(
-            fields,
-            "stiffness",
-            "give the stiffness [N.m/rad]; 0 makes it a damper",
-        );
+        let stiffness =
+            self.required_quantity(fields, "stiffness", "give the stiffness [N.m/rad]; 0 makes it a damper");
         let angle = self.optional_quantity(fields, "angle");
         let damping = self.optional_quantity(fields, "damping");
-        Some(LoadKind::TorsionSpring {
-            between: between?,
-            stiffness: stiffness?,
-            angle,
-            damping,
-        })
+        Some(LoadKind::TorsionSpring { between: between?, stiffness: stiffness?, angle, damping })
     }
 }

@@ -19,13 +19,7 @@ pub(super) struct Fields<'n> {
 
 impl<'n> Fields<'n> {
     /// The fields of a table; unknown keys and what is no table are faults.
-    pub fn open(
-        node: &'n Node,
-        owner: &str,
-        span: Span,
-        keys: &[&str],
-        faults: &mut Sink,
-    ) -> Option<Fields<'n>> {
+    pub fn open(node: &'n Node, owner: &str, span: Span, keys: &[&str], faults: &mut Sink) -> Option<Fields<'n>> {
         let Kind::Table(entries) = &node.kind else {
             faults.push(wrong_type(node, owner, "a table"));
             return None;
@@ -33,46 +27,25 @@ impl<'n> Fields<'n> {
         for (key, _) in entries {
             // Editors find the schema of a JSON file by this key.
             if !keys.contains(&key.text.as_str()) && key.text != "$schema" {
-                let otherwise = format!(
-                    "the keys of {owner} are {}",
-                    suggest::list(keys.iter().copied())
-                );
+                let otherwise = format!("the keys of {owner} are {}", suggest::list(keys.iter().copied()));
                 faults.push(
-                    Fault::new(
-                        "scene::unknown_key",
-                        format!("{owner} has no key `{}`", key.text),
-                        key.span,
-                    )
-                    .label("unknown key")
-                    .help(suggest::hint(
-                        &key.text,
-                        keys.iter().copied(),
-                        otherwise,
-                    )),
+                    Fault::new("scene::unknown_key", format!("{owner} has no key `{}`", key.text), key.span)
+                        .label("unknown key")
+                        .help(suggest::hint(&key.text, keys.iter().copied(), otherwise)),
                 );
             }
         }
-        Some(Fields {
-            owner: owner.to_string(),
-            span,
-            entries,
-        })
+        Some(Fields { owner: owner.to_string(), span, entries })
     }
 
     /// The value of a key, if it is there.
     pub fn get(&self, key: &str) -> Option<&'n Node> {
-        self.entries
-            .iter()
-            .find(|(other, _)| other.text == key)
-            .map(|(_, node)| node)
+        self.entries.iter().find(|(other, _)| other.text == key).map(|(_, node)| node)
     }
 
     /// Where a key is written, if it is there.
     pub fn key_span(&self, key: &str) -> Option<Span> {
-        self.entries
-            .iter()
-            .find(|(other, _)| other.text == key)
-            .map(|(other, _)| other.span)
+        self.entries.iter().find(|(other, _)| other.text == key).map(|(other, _)| other.span)
     }
 
     /// The value of a key; a fault with the advice `help` if it is not there.
@@ -80,13 +53,9 @@ impl<'n> Fields<'n> {
         let node = self.get(key);
         if node.is_none() {
             faults.push(
-                Fault::new(
-                    "scene::missing_key",
-                    format!("{} has no `{key}`", self.owner),
-                    self.span,
-                )
-                .label(format!("`{key}` is missing"))
-                .help(help),
+                Fault::new("scene::missing_key", format!("{} has no `{key}`", self.owner), self.span)
+                    .label(format!("`{key}` is missing"))
+                    .help(help),
             );
         }
         node
@@ -99,12 +68,8 @@ impl<'n> Fields<'n> {
 }
 
 fn wrong_type(node: &Node, what: &str, wanted: &str) -> Fault {
-    Fault::new(
-        "scene::wrong_type",
-        format!("{what} is {}, but must be {wanted}", node.kind.name()),
-        node.span,
-    )
-    .label(format!("not {wanted}"))
+    Fault::new("scene::wrong_type", format!("{what} is {}, but must be {wanted}", node.kind.name()), node.span)
+        .label(format!("not {wanted}"))
 }
 
 impl Decoder {
@@ -149,42 +114,26 @@ impl Decoder {
                 return None;
             }
         };
-        Some(Quantity {
-            value,
-            span: node.span,
-        })
+        Some(Quantity { value, span: node.span })
     }
 
     /// One or two components; `resolve` knows how many there must be.
     pub(super) fn vector(&mut self, node: &Node, what: &str) -> Option<Vector> {
         let Kind::Array(items) = &node.kind else {
-            self.faults.push(
-                wrong_type(node, what, "a list of two numbers").help("such as `[0.0, -9.81]`"),
-            );
+            self.faults.push(wrong_type(node, what, "a list of two numbers").help("such as `[0.0, -9.81]`"));
             return None;
         };
-        let components: Option<Vec<Quantity>> =
-            items.iter().map(|item| self.quantity(item, what)).collect();
-        components.map(|components| Vector {
-            components,
-            span: node.span,
-        })
+        let components: Option<Vec<Quantity>> = items.iter().map(|item| self.quantity(item, what)).collect();
+        components.map(|components| Vector { components, span: node.span })
     }
 
     pub(super) fn texts(&mut self, node: &Node, what: &str) -> Option<Vec<Text>> {
         let Kind::Array(items) = &node.kind else {
-            self.faults.push(
-                wrong_type(node, what, "a list of names").help("such as `[\"crank\", \"rod\"]`"),
-            );
+            self.faults.push(wrong_type(node, what, "a list of names").help("such as `[\"crank\", \"rod\"]`"));
             return None;
         };
         let item = format!("an entry of {what}");
-        Some(
-            items
-                .iter()
-                .filter_map(|node| self.text(node, &item))
-                .collect(),
-        )
+        Some(items.iter().filter_map(|node| self.text(node, &item)).collect())
     }
 
     pub(super) fn pair(&mut self, node: &Node, what: &str, help: &str) -> Option<[Text; 2]> {
@@ -193,56 +142,33 @@ impl Decoder {
         let pair: Option<[Text; 2]> = names.try_into().ok();
         if pair.is_none() && matches!(&node.kind, Kind::Array(items) if items.len() == count) {
             self.faults.push(
-                Fault::new(
-                    "scene::wrong_value",
-                    format!("{what} names {count} instead of two"),
-                    node.span,
-                )
-                .label("two are wanted")
-                .help(help),
+                Fault::new("scene::wrong_value", format!("{what} names {count} instead of two"), node.span)
+                    .label("two are wanted")
+                    .help(help),
             );
         }
         pair
     }
 
     pub(super) fn optional_quantity(&mut self, fields: &Fields<'_>, key: &str) -> Option<Quantity> {
-        fields
-            .get(key)
-            .and_then(|node| self.quantity(node, &fields.name_of(key)))
+        fields.get(key).and_then(|node| self.quantity(node, &fields.name_of(key)))
     }
 
     pub(super) fn optional_text(&mut self, fields: &Fields<'_>, key: &str) -> Option<Text> {
-        fields
-            .get(key)
-            .and_then(|node| self.text(node, &fields.name_of(key)))
+        fields.get(key).and_then(|node| self.text(node, &fields.name_of(key)))
     }
 
-    pub(super) fn required_quantity(
-        &mut self,
-        fields: &Fields<'_>,
-        key: &str,
-        help: &str,
-    ) -> Option<Quantity> {
+    pub(super) fn required_quantity(&mut self, fields: &Fields<'_>, key: &str, help: &str) -> Option<Quantity> {
         let node = fields.required(key, help, &mut self.faults)?;
         self.quantity(node, &fields.name_of(key))
     }
 
-    pub(super) fn required_text(
-        &mut self,
-        fields: &Fields<'_>,
-        key: &str,
-        help: &str,
-    ) -> Option<Text> {
+    pub(super) fn required_text(&mut self, fields: &Fields<'_>, key: &str, help: &str) -> Option<Text> {
         let node = fields.required(key, help, &mut self.faults)?;
         self.text(node, &fields.name_of(key))
     }
 
-    pub(super) fn required_vector(
-        &mut self,
-        fields: &Fields<'_>,
-        key: &str,
-        help: &str,
-    ) -> Option<Vector> {
+    pub(super) fn required_vector(&mut self, fields: &Fields<'_>, key: &str, help: &str) -> Option<Vector> {
         let node = fields.required(key, help, &mut self.faults)?;
         self.vector(node, &fields.name_of(key))
     }

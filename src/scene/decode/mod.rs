@@ -40,32 +40,19 @@ impl Scene {
         let path = path.as_ref();
         let name = path.display().to_string();
         let unreadable = |code, message: String| {
-            Faults::new(
-                Source::new(&name, ""),
-                vec![Fault::new(code, message, Span::default())],
-            )
+            Faults::new(Source::new(&name, ""), vec![Fault::new(code, message, Span::default())])
         };
-        let bytes = std::fs::read(path).map_err(|error| {
-            unreadable(
-                "scene::unreadable",
-                format!("`{name}` cannot be read: {error}"),
-            )
-        })?;
+        let bytes = std::fs::read(path)
+            .map_err(|error| unreadable("scene::unreadable", format!("`{name}` cannot be read: {error}")))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let at = error.utf8_error().valid_up_to();
-            let line = error.as_bytes()[..at]
-                .iter()
-                .filter(|byte| **byte == b'\n')
-                .count()
-                + 1;
+            let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
             unreadable(
                 "scene::not_utf8",
                 format!("`{name}` is not UTF-8 text: line {line} has bytes that are no character"),
             )
         })?;
-        let json = path
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
+        let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
         Scene::from_source(Source::new(name, text), json)
     }
 
@@ -83,10 +70,7 @@ impl Scene {
     /// same, as far as it goes, so that all faults are reported at once.
     pub fn from_source(source: Source, json: bool) -> Result<Scene, Faults> {
         let mut decoder = Decoder::default();
-        let text = source
-            .text
-            .strip_prefix('\u{feff}')
-            .map_or(&*source.text, |_| &source.text);
+        let text = source.text.strip_prefix('\u{feff}').map_or(&*source.text, |_| &source.text);
         let json = json || text.trim_start().starts_with('{');
         let document = if json {
             document::from_json(text, &mut decoder.faults)
@@ -119,22 +103,12 @@ struct Decoder {
 impl Decoder {
     fn scene(&mut self, document: &Node) -> Scene {
         let mut scene = Scene::new("");
-        let Some(top) = Fields::open(
-            document,
-            "the scene",
-            Span::new(0, 0),
-            &KEYS,
-            &mut self.faults,
-        ) else {
+        let Some(top) = Fields::open(document, "the scene", Span::new(0, 0), &KEYS, &mut self.faults) else {
             return scene;
         };
         self.format(&top);
         match top.get("name") {
-            Some(node) => {
-                scene.name = self
-                    .text(node, "`name`")
-                    .unwrap_or_else(|| Text::new("unreadable", node.span))
-            }
+            Some(node) => scene.name = self.text(node, "`name`").unwrap_or_else(|| Text::new("unreadable", node.span)),
             None => {
                 scene.name = Text::from("missing");
                 self.faults.push(
@@ -143,15 +117,9 @@ impl Decoder {
                 );
             }
         }
-        scene.description = top
-            .get("description")
-            .and_then(|node| self.text(node, "`description`"));
-        scene.dimension = top
-            .get("dimension")
-            .map_or(Dimension::Two, |node| self.dimension(node));
-        scene.gravity = top
-            .get("gravity")
-            .and_then(|node| self.vector(node, "`gravity`"));
+        scene.description = top.get("description").and_then(|node| self.text(node, "`description`"));
+        scene.dimension = top.get("dimension").map_or(Dimension::Two, |node| self.dimension(node));
+        scene.gravity = top.get("gravity").and_then(|node| self.vector(node, "`gravity`"));
         scene.parameters = self.section(&top, "parameters", "parameter", Decoder::parameter);
         scene.inputs = self.section(&top, "inputs", "input", Decoder::input);
         scene.ground = self.ground(&top);
@@ -169,13 +137,9 @@ impl Decoder {
         };
         if !matches!(node.kind, Kind::Number(1.0)) {
             self.faults.push(
-                Fault::new(
-                    "scene::format",
-                    "this version of cotree reads format 1",
-                    node.span,
-                )
-                .label("another format")
-                .help("write `format = 1`"),
+                Fault::new("scene::format", "this version of cotree reads format 1", node.span)
+                    .label("another format")
+                    .help("write `format = 1`"),
             );
         }
     }
@@ -186,13 +150,9 @@ impl Decoder {
             Kind::Number(2.0) => Dimension::Two,
             _ => {
                 self.faults.push(
-                    Fault::new(
-                        "scene::wrong_value",
-                        "`dimension` is neither 1 nor 2",
-                        node.span,
-                    )
-                    .label("1 or 2")
-                    .help("2 is the plane, the default; 1 is masses on a line"),
+                    Fault::new("scene::wrong_value", "`dimension` is neither 1 nor 2", node.span)
+                        .label("1 or 2")
+                        .help("2 is the plane, the default; 1 is masses on a line"),
                 );
                 Dimension::Two
             }

@@ -18,8 +18,7 @@ impl Decoder {
         if let Some(node) = top.get("outputs") {
             scene.outputs = self.outputs(node);
         }
-        if let Some(fields) = self.table(top, "experiment", &["start", "stop", "step", "tolerance"])
-        {
+        if let Some(fields) = self.table(top, "experiment", &["start", "stop", "step", "tolerance"]) {
             scene.experiment = Experiment {
                 start: self.optional_quantity(&fields, "start"),
                 stop: self.optional_quantity(&fields, "stop"),
@@ -35,19 +34,10 @@ impl Decoder {
                 max_step: self.optional_quantity(&fields, "max_step"),
             };
         }
-        if let Some(fields) = self.table(top, "coordinates", &["preset", "translation", "rotation"])
-        {
-            let mut tree = |key| {
-                fields
-                    .get(key)
-                    .and_then(|node| self.texts(node, &fields.name_of(key)))
-            };
+        if let Some(fields) = self.table(top, "coordinates", &["preset", "translation", "rotation"]) {
+            let mut tree = |key| fields.get(key).and_then(|node| self.texts(node, &fields.name_of(key)));
             let (translation, rotation) = (tree("translation"), tree("rotation"));
-            scene.coordinates = Coordinates {
-                preset: self.optional_text(&fields, "preset"),
-                translation,
-                rotation,
-            };
+            scene.coordinates = Coordinates { preset: self.optional_text(&fields, "preset"), translation, rotation };
         }
     }
 
@@ -61,11 +51,7 @@ impl Decoder {
         let what = format!("the initial value of `{}`", key.text);
         let Kind::Table(entries) = &node.kind else {
             if let Some(value) = self.quantity(node, &what) {
-                values.push(Initial {
-                    variable: key,
-                    value,
-                    known: true,
-                });
+                values.push(Initial { variable: key, value, known: true });
             }
             return;
         };
@@ -79,11 +65,7 @@ impl Decoder {
         if let Some(fields) = Fields::open(node, &what, key.span, &["guess"], &mut self.faults)
             && let Some(value) = self.optional_quantity(&fields, "guess")
         {
-            values.push(Initial {
-                variable: key,
-                value,
-                known: false,
-            });
+            values.push(Initial { variable: key, value, known: false });
         }
     }
 
@@ -94,9 +76,7 @@ impl Decoder {
         };
         for (key, node) in entries {
             if key.text == "variables" {
-                outputs.variables = self
-                    .texts(node, "`variables` of `[outputs]`")
-                    .unwrap_or_default();
+                outputs.variables = self.texts(node, "`variables` of `[outputs]`").unwrap_or_default();
             } else if let Some(value) = self.quantity(node, &format!("output `{}`", key.text)) {
                 outputs.expressions.push((key.clone(), value));
             }

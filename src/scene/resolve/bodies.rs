@@ -25,30 +25,20 @@ impl Resolver<'_> {
         let scene = self.scene;
         if scene.bodies.is_empty() && scene.broken.is_empty() {
             self.faults.push(
-                Fault::new(
-                    "scene::no_bodies",
-                    "the scene has no bodies",
-                    scene.name.span,
-                )
-                .help("give at least one: `[bodies.crank]` with `mass`, `inertia` and `points`"),
+                Fault::new("scene::no_bodies", "the scene has no bodies", scene.name.span)
+                    .help("give at least one: `[bodies.crank]` with `mass`, `inertia` and `points`"),
             );
         }
-        scene
-            .bodies
-            .iter()
-            .map(|body| self.one_body(body))
-            .collect()
+        scene.bodies.iter().map(|body| self.one_body(body)).collect()
     }
 
     fn one_body(&mut self, body: &model::Body) -> Body {
         let name = &body.name.text;
-        let mass = body
-            .mass
+        let mass = body.mass.as_ref().map(|mass| self.not_negative(mass, &format!("`mass` of body `{name}`"), &MASS));
+        let inertia = body
+            .inertia
             .as_ref()
-            .map(|mass| self.not_negative(mass, &format!("`mass` of body `{name}`"), &MASS));
-        let inertia = body.inertia.as_ref().map(|inertia| {
-            self.not_negative(inertia, &format!("`inertia` of body `{name}`"), &INERTIA)
-        });
+            .map(|inertia| self.not_negative(inertia, &format!("`inertia` of body `{name}`"), &INERTIA));
         if let (true, Some(given)) = (self.one_dimensional(), &body.inertia) {
             self.faults.push(
                 Fault::warning(
@@ -61,45 +51,23 @@ impl Resolver<'_> {
             );
         }
         let centre = match &body.com {
-            Some(com) => self.vector(
-                com,
-                &format!("`com` of body `{name}`"),
-                &LENGTH,
-                Context::Constant,
-            ),
+            Some(com) => self.vector(com, &format!("`com` of body `{name}`"), &LENGTH, Context::Constant),
             None => [Formula::Number(0.0), Formula::Number(0.0)],
         };
         let points = self.points(&body.points, name, &centre);
-        Body {
-            name: name.clone(),
-            mass,
-            inertia,
-            points,
-            span: body.name.span,
-        }
+        Body { name: name.clone(), mass, inertia, points, span: body.name.span }
     }
 
     /// Points relative to a centre.
-    fn points(
-        &mut self,
-        points: &[model::Point],
-        owner: &str,
-        centre: &[Formula; 2],
-    ) -> Vec<Point> {
+    fn points(&mut self, points: &[model::Point], owner: &str, centre: &[Formula; 2]) -> Vec<Point> {
         points
             .iter()
             .map(|point| {
                 let what = format!("point `{owner}.{}`", point.name.text);
                 let [x, y] = self.vector(&point.at, &what, &LENGTH, Context::Constant);
-                let from = |at, centre: &Formula| {
-                    constant::combine(BinaryOperator::Subtract, at, centre.clone())
-                };
+                let from = |at, centre: &Formula| constant::combine(BinaryOperator::Subtract, at, centre.clone());
                 let at = [from(x, &centre[0]), from(y, &centre[1])];
-                Point {
-                    name: point.name.text.clone(),
-                    at,
-                    span: point.name.span,
-                }
+                Point { name: point.name.text.clone(), at, span: point.name.span }
             })
             .collect()
     }

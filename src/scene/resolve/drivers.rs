@@ -4,9 +4,7 @@ use super::Resolver;
 use super::lower::Context;
 use super::names::Named;
 use crate::mechanism::{Driver, DriverKind, Formula, InputId, JointId, Motion};
-use crate::scene::dimension::{
-    ACCELERATION, ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, LENGTH, VELOCITY, Wanted,
-};
+use crate::scene::dimension::{ACCELERATION, ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, LENGTH, VELOCITY, Wanted};
 use crate::scene::fault::Fault;
 use crate::scene::model::{self, InputAs, Turning};
 use crate::scene::span::{Span, Text};
@@ -20,47 +18,28 @@ const SLIDING: [Wanted; 3] = [LENGTH, VELOCITY, ACCELERATION];
 impl Resolver<'_> {
     pub(super) fn drivers(&mut self) -> Vec<Driver> {
         let scene = self.scene;
-        scene
-            .drivers
-            .iter()
-            .filter_map(|driver| self.driver(driver))
-            .collect()
+        scene.drivers.iter().filter_map(|driver| self.driver(driver)).collect()
     }
 
     fn driver(&mut self, driver: &model::Driver) -> Option<Driver> {
         let user = format!("driver `{}`", driver.name.text);
         let kind = match &driver.kind {
-            model::DriverKind::Angle { of, motion } => {
-                self.angle(of, motion, &user, driver.name.span)
-            }
+            model::DriverKind::Angle { of, motion } => self.angle(of, motion, &user, driver.name.span),
             model::DriverKind::Displacement { joint, motion } => {
                 let motion = self.motion(motion, &format!("`displacement` of {user}"), &SLIDING);
                 let joint = self.joint_named(joint, &user, "displacement");
-                joint
-                    .zip(motion)
-                    .map(|(joint, motion)| DriverKind::Displacement { joint, motion })
+                joint.zip(motion).map(|(joint, motion)| DriverKind::Displacement { joint, motion })
             }
             model::DriverKind::Position { on, position } => {
                 let what = format!("`position` of {user}");
                 let position = self.vector(position, &what, &LENGTH, Context::Driver);
-                self.moving_place(on, &user)
-                    .map(|on| DriverKind::Position { on, position })
+                self.moving_place(on, &user).map(|on| DriverKind::Position { on, position })
             }
         };
-        Some(Driver {
-            name: driver.name.text.clone(),
-            kind: kind?,
-            span: driver.name.span,
-        })
+        Some(Driver { name: driver.name.text.clone(), kind: kind?, span: driver.name.span })
     }
 
-    fn angle(
-        &mut self,
-        of: &Turning,
-        motion: &model::Motion,
-        user: &str,
-        span: Span,
-    ) -> Option<DriverKind> {
+    fn angle(&mut self, of: &Turning, motion: &model::Motion, user: &str, span: Span) -> Option<DriverKind> {
         self.must_not_turn(user, span);
         let motion = self.motion(motion, &format!("`angle` of {user}"), &TURNING);
         let (between, joint) = match of {
@@ -79,11 +58,7 @@ impl Resolver<'_> {
                 ([body(self, &first)?, body(self, &second)?], Some(joint))
             }
         };
-        Some(DriverKind::Angle {
-            between,
-            joint,
-            motion: motion?,
-        })
+        Some(DriverKind::Angle { between, joint, motion: motion? })
     }
 
     /// The joint that a driver names; it must permit the motion.
@@ -93,26 +68,19 @@ impl Resolver<'_> {
             return None;
         };
         let (found, help) = match (&self.scene.joints[id.0].kind, motion) {
-            (model::JointKind::Revolute { .. }, "angle")
-            | (model::JointKind::Prismatic { .. }, "displacement") => return Some(id),
-            (model::JointKind::Revolute { .. }, _) => {
-                ("revolute", "give `angle = ...` instead of `displacement`")
+            (model::JointKind::Revolute { .. }, "angle") | (model::JointKind::Prismatic { .. }, "displacement") => {
+                return Some(id);
             }
-            (model::JointKind::Prismatic { .. }, _) => {
-                ("prismatic", "give `displacement = ...` instead of `angle`")
+            (model::JointKind::Revolute { .. }, _) => ("revolute", "give `angle = ...` instead of `displacement`"),
+            (model::JointKind::Prismatic { .. }, _) => ("prismatic", "give `displacement = ...` instead of `angle`"),
+            (model::JointKind::Weld { .. }, _) => {
+                ("a weld", "a weld permits no motion: name a revolute or a prismatic joint")
             }
-            (model::JointKind::Weld { .. }, _) => (
-                "a weld",
-                "a weld permits no motion: name a revolute or a prismatic joint",
-            ),
         };
         self.faults.push(
             Fault::new(
                 "scene::driver_joint",
-                format!(
-                    "{user} prescribes `{motion}`, but joint `{}` is {found}",
-                    name.text
-                ),
+                format!("{user} prescribes `{motion}`, but joint `{}` is {found}", name.text),
                 name.span,
             )
             .label(format!("this joint is {found}"))
@@ -127,35 +95,22 @@ impl Resolver<'_> {
         }
         let joints = self.names.all(|named| matches!(named, Named::Joint(_)));
         let otherwise = match joints.is_empty() {
-            true => "the scene has no joints; a driver between bodies takes `between = [\"ground\", \"crank\"]`".to_string(),
+            true => {
+                "the scene has no joints; a driver between bodies takes `between = [\"ground\", \"crank\"]`".to_string()
+            }
             false => format!("the joints are {}", suggest::list(joints.iter().copied())),
         };
         let help = suggest::hint(&name.text, joints.iter().copied(), otherwise);
-        let message = format!(
-            "{user} uses a joint that is not in the scene: `{}`",
-            name.text
-        );
+        let message = format!("{user} uses a joint that is not in the scene: `{}`", name.text);
         self.faults.push_about(
             &name.text,
-            Fault::new("scene::unknown_joint", message, name.span)
-                .label("no such joint")
-                .help(help),
+            Fault::new("scene::unknown_joint", message, name.span).label("no such joint").help(help),
         );
     }
 
-    fn motion(
-        &mut self,
-        motion: &model::Motion,
-        what: &str,
-        wanted: &[Wanted; 3],
-    ) -> Option<Motion> {
+    fn motion(&mut self, motion: &model::Motion, what: &str, wanted: &[Wanted; 3]) -> Option<Motion> {
         match motion {
-            model::Motion::Given(law) => Some(Motion::Given(self.formula(
-                law,
-                what,
-                &wanted[0],
-                Context::Driver,
-            ))),
+            model::Motion::Given(law) => Some(Motion::Given(self.formula(law, what, &wanted[0], Context::Driver))),
             model::Motion::Follows { input, r#as } => {
                 let id = self.input_named(input, what)?;
                 let (wanted, motion) = match r#as {
@@ -179,17 +134,11 @@ impl Resolver<'_> {
             self.faults.push(
                 Fault::new(
                     "scene::wrong_unit",
-                    format!(
-                        "{what} follows an input as {}, but the input is in `{found}`",
-                        wanted.what
-                    ),
+                    format!("{what} follows an input as {}, but the input is in `{found}`", wanted.what),
                     span,
                 )
                 .label(format!("not {}", wanted.what))
-                .help(format!(
-                    "declare the input with a unit such as `{}`, or change `as`",
-                    wanted.si
-                )),
+                .help(format!("declare the input with a unit such as `{}`, or change `as`", wanted.si)),
             );
         }
     }
@@ -205,15 +154,10 @@ impl Resolver<'_> {
                 false => format!("the inputs are {}", suggest::list(inputs.iter().copied())),
             };
             let help = suggest::hint(&name.text, inputs.iter().copied(), otherwise);
-            let message = format!(
-                "{what} follows an input that is not in the scene: `{}`",
-                name.text
-            );
+            let message = format!("{what} follows an input that is not in the scene: `{}`", name.text);
             self.faults.push_about(
                 &name.text,
-                Fault::new("scene::unknown_input", message, name.span)
-                    .label("no such input")
-                    .help(help),
+                Fault::new("scene::unknown_input", message, name.span).label("no such input").help(help),
             );
         }
         None

@@ -20,32 +20,16 @@ impl Resolver<'_> {
     }
 
     /// The same with a default for what is absent.
-    pub(super) fn constant_or_zero(
-        &mut self,
-        quantity: Option<&Quantity>,
-        what: &str,
-        wanted: &Wanted,
-    ) -> Formula {
-        quantity.map_or(Formula::Number(0.0), |quantity| {
-            self.constant(quantity, what, wanted)
-        })
+    pub(super) fn constant_or_zero(&mut self, quantity: Option<&Quantity>, what: &str, wanted: &Wanted) -> Formula {
+        quantity.map_or(Formula::Number(0.0), |quantity| self.constant(quantity, what, wanted))
     }
 
     /// A constant that is zero or more.
-    pub(super) fn not_negative(
-        &mut self,
-        quantity: &Quantity,
-        what: &str,
-        wanted: &Wanted,
-    ) -> Formula {
+    pub(super) fn not_negative(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
         let formula = self.constant(quantity, what, wanted);
         let value = self.value(&formula);
         if value < 0.0 {
-            let by_default = if constant::number(&formula).is_some() {
-                ""
-            } else {
-                " with the default parameters"
-            };
+            let by_default = if constant::number(&formula).is_some() { "" } else { " with the default parameters" };
             self.faults.push(
                 Fault::new(
                     "scene::negative",
@@ -70,13 +54,7 @@ impl Resolver<'_> {
     }
 
     /// A formula of what the context permits.
-    pub(super) fn formula(
-        &mut self,
-        quantity: &Quantity,
-        what: &str,
-        wanted: &Wanted,
-        context: Context,
-    ) -> Formula {
+    pub(super) fn formula(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted, context: Context) -> Formula {
         self.formula_and_unit(quantity, what, wanted, context).0
     }
 
@@ -94,12 +72,8 @@ impl Resolver<'_> {
         };
         if text.text.trim().is_empty() {
             self.faults.push(
-                Fault::new(
-                    "scene::bad_expression",
-                    format!("{what} is empty"),
-                    quantity.span,
-                )
-                .label("a number, a number with a unit, or an expression is wanted"),
+                Fault::new("scene::bad_expression", format!("{what} is empty"), quantity.span)
+                    .label("a number, a number with a unit, or an expression is wanted"),
             );
             return (UNKNOWN, None);
         }
@@ -132,12 +106,8 @@ impl Resolver<'_> {
             return Formula::Number(number);
         }
         self.faults.push(
-            Fault::new(
-                "scene::not_finite",
-                format!("{what} is not a finite number"),
-                span,
-            )
-            .label(format!("this is {number}")),
+            Fault::new("scene::not_finite", format!("{what} is not a finite number"), span)
+                .label(format!("this is {number}")),
         );
         UNKNOWN
     }
@@ -169,39 +139,21 @@ impl Resolver<'_> {
         let Some(exponents) = wanted.exponents else {
             return;
         };
-        let name = unit
-            .display
-            .as_ref()
-            .map_or(unit.si.as_str(), |display| display.name.as_str());
+        let name = unit.display.as_ref().map_or(unit.si.as_str(), |display| display.name.as_str());
         if !compatible(unit.exponents, exponents) {
             self.wrong_unit(name, what, wanted, span);
-        } else if exponents[3] == 1
-            && unit.exponents[3] == 0
-            && exponents[2] != 0
-            && name.contains("Hz")
-        {
+        } else if exponents[3] == 1 && unit.exponents[3] == 0 && exponents[2] != 0 && name.contains("Hz") {
             // 1 Hz is one turn per second to some and one radian per second to others.
             self.faults.push(
-                Fault::new(
-                    "scene::wrong_unit",
-                    format!("{what} is {}, which `{name}` leaves open", wanted.what),
-                    span,
-                )
-                .label("turns or radians?")
-                .help("write `rev/s`, `rpm` or `rad/s`"),
+                Fault::new("scene::wrong_unit", format!("{what} is {}, which `{name}` leaves open", wanted.what), span)
+                    .label("turns or radians?")
+                    .help("write `rev/s`, `rpm` or `rad/s`"),
             );
         }
     }
 
     /// The unit of an expression against the wanted one. Where the time may occur, seconds pass: an angle of `t`.
-    pub(super) fn check_unit(
-        &mut self,
-        known: Known,
-        what: &str,
-        wanted: &Wanted,
-        span: Span,
-        context: Context,
-    ) {
+    pub(super) fn check_unit(&mut self, known: Known, what: &str, wanted: &Wanted, span: Span, context: Context) {
         let (Some(exponents), Some(unit)) = (wanted.exponents, known) else {
             return;
         };
@@ -212,58 +164,34 @@ impl Resolver<'_> {
     }
 
     fn wrong_unit(&mut self, found: &str, what: &str, wanted: &Wanted, span: Span) {
-        let found = if found.is_empty() {
-            "a pure number".to_string()
-        } else {
-            format!("in `{found}`")
-        };
+        let found = if found.is_empty() { "a pure number".to_string() } else { format!("in `{found}`") };
         let help = match wanted.si {
             "" => "leave the unit away".to_string(),
-            si => format!(
-                "give {} (SI: `{si}`); a bare number is taken as SI",
-                wanted.what
-            ),
+            si => format!("give {} (SI: `{si}`); a bare number is taken as SI", wanted.what),
         };
         self.faults.push(
-            Fault::new(
-                "scene::wrong_unit",
-                format!("{what} must be {}, but is {found}", wanted.what),
-                span,
-            )
-            .label(format!("not {}", wanted.what))
-            .help(help),
+            Fault::new("scene::wrong_unit", format!("{what} must be {}, but is {found}", wanted.what), span)
+                .label(format!("not {}", wanted.what))
+                .help(help),
         );
     }
 
     /// The components of a vector; in one dimension the second is absent or zero.
-    pub(super) fn vector(
-        &mut self,
-        vector: &Vector,
-        what: &str,
-        wanted: &Wanted,
-        context: Context,
-    ) -> [Formula; 2] {
+    pub(super) fn vector(&mut self, vector: &Vector, what: &str, wanted: &Wanted, context: Context) -> [Formula; 2] {
         let formulas: Vec<Formula> = vector
             .components
             .iter()
             .take(2)
             .map(|component| {
                 let formula = self.formula(component, what, wanted, context);
-                if context == Context::Constant {
-                    self.check_finite(&formula, component, what)
-                } else {
-                    formula
-                }
+                if context == Context::Constant { self.check_finite(&formula, component, what) } else { formula }
             })
             .collect();
         let count = vector.components.len();
         let mut formulas = formulas.into_iter();
         let (x, y) = (formulas.next().unwrap_or(UNKNOWN), formulas.next());
         if self.one_dimensional() {
-            if count == 0
-                || count > 2
-                || y.is_some_and(|y| constant::number(&y).is_none_or(|y| y != 0.0))
-            {
+            if count == 0 || count > 2 || y.is_some_and(|y| constant::number(&y).is_none_or(|y| y != 0.0)) {
                 self.faults.push(
                     Fault::new(
                         "scene::one_dimension",
@@ -277,19 +205,11 @@ impl Resolver<'_> {
             return [x, Formula::Number(0.0)];
         }
         if count != 2 {
-            let components = if count == 1 {
-                "1 component".to_string()
-            } else {
-                format!("{count} components")
-            };
+            let components = if count == 1 { "1 component".to_string() } else { format!("{count} components") };
             self.faults.push(
-                Fault::new(
-                    "scene::wrong_value",
-                    format!("{what} has {components} instead of two"),
-                    vector.span,
-                )
-                .label("x and y are wanted")
-                .help("such as `[0.5, 0.0]`"),
+                Fault::new("scene::wrong_value", format!("{what} has {components} instead of two"), vector.span)
+                    .label("x and y are wanted")
+                    .help("such as `[0.5, 0.0]`"),
             );
         }
         [x, y.unwrap_or(UNKNOWN)]

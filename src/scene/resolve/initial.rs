@@ -46,26 +46,15 @@ impl Resolver<'_> {
                     .help("give positions or velocities of bodies (`crank.angle`, `crank.vx`), revolute joints (`pin.angle`, `pin.omega`) or prismatic joints (`guide.s`, `guide.v`)"),
             );
         }
-        Some(Initial {
-            variable,
-            value,
-            known: line.known,
-            span: line.variable.span,
-        })
+        Some(Initial { variable, value, known: line.known, span: line.variable.span })
     }
 
     fn may_be_initial(&self, variable: Variable) -> bool {
-        let moving = matches!(
-            Class::of(variable.quantity),
-            Class::Position | Class::Velocity
-        );
+        let moving = matches!(Class::of(variable.quantity), Class::Position | Class::Velocity);
         let owner = match variable.owner {
             Owner::Place(Place::Centre(_)) => true,
             Owner::Joint(id) => !matches!(self.scene.joints[id.0].kind, JointKind::Weld { .. }),
-            Owner::Load(id) => {
-                self.one_dimensional()
-                    && matches!(self.scene.loads[id.0].kind, LoadKind::Spring { .. })
-            }
+            Owner::Load(id) => self.one_dimensional() && matches!(self.scene.loads[id.0].kind, LoadKind::Spring { .. }),
             _ => false,
         };
         moving && owner

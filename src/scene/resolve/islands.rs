@@ -20,10 +20,7 @@ impl Resolver<'_> {
             islands.join(a.unwrap_or(ground), b.unwrap_or(ground));
         };
         for joint in &scene.joints {
-            connect(
-                self.owner_index(&joint.between[0]),
-                self.owner_index(&joint.between[1]),
-            );
+            connect(self.owner_index(&joint.between[0]), self.owner_index(&joint.between[1]));
         }
         for driver in &scene.drivers {
             if let DriverKind::Position { on, .. } = &driver.kind {
@@ -49,11 +46,7 @@ impl Resolver<'_> {
 
     fn floating(&mut self, first: &Body, island: &[&Body]) {
         let names = suggest::list(island.iter().map(|body| body.name.text.as_str()));
-        let (whose, have) = if island.len() == 1 {
-            ("body", "has")
-        } else {
-            ("bodies", "have")
-        };
+        let (whose, have) = if island.len() == 1 { ("body", "has") } else { ("bodies", "have") };
         self.faults.push(
             Fault::new(
                 "scene::floating",
@@ -66,10 +59,7 @@ impl Resolver<'_> {
     }
 
     fn owner_index(&self, point: &Text) -> Option<usize> {
-        match self
-            .names
-            .get(point.text.split('.').next().unwrap_or_default())
-        {
+        match self.names.get(point.text.split('.').next().unwrap_or_default()) {
             Some(Named::Body(id)) => Some(id.0),
             _ => None,
         }
@@ -77,9 +67,7 @@ impl Resolver<'_> {
 }
 
 fn is_massless(body: &Body) -> bool {
-    body.mass
-        .as_ref()
-        .is_none_or(|mass| mass.value == Value::Number(0.0))
+    body.mass.as_ref().is_none_or(|mass| mass.value == Value::Number(0.0))
 }
 
 /// Disjoint sets.
@@ -89,9 +77,7 @@ struct Islands {
 
 impl Islands {
     fn new(count: usize) -> Islands {
-        Islands {
-            parent: (0..count).collect(),
-        }
+        Islands { parent: (0..count).collect() }
     }
 
     fn root(&mut self, mut index: usize) -> usize {

@@ -11,11 +11,7 @@ use crate::scene::model::{self, Vector};
 impl Resolver<'_> {
     pub(super) fn joints(&mut self) -> Vec<Joint> {
         let scene = self.scene;
-        scene
-            .joints
-            .iter()
-            .filter_map(|joint| self.joint(joint))
-            .collect()
+        scene.joints.iter().filter_map(|joint| self.joint(joint)).collect()
     }
 
     fn joint(&mut self, joint: &model::Joint) -> Option<Joint> {
@@ -26,18 +22,10 @@ impl Resolver<'_> {
             model::JointKind::Revolute { damping } => {
                 self.must_not_turn(&format!("revolute {user}"), joint.name.span);
                 JointKind::Revolute {
-                    damping: self.constant_or_zero(
-                        damping.as_ref(),
-                        &of("damping"),
-                        &TORSION_DAMPING,
-                    ),
+                    damping: self.constant_or_zero(damping.as_ref(), &of("damping"), &TORSION_DAMPING),
                 }
             }
-            model::JointKind::Prismatic {
-                axis,
-                angle,
-                damping,
-            } => {
+            model::JointKind::Prismatic { axis, angle, damping } => {
                 if self.one_dimensional() {
                     self.faults.push(
                         Fault::new(
@@ -60,17 +48,10 @@ impl Resolver<'_> {
                 if let (true, Some(angle)) = (self.one_dimensional(), angle) {
                     self.must_not_turn(&of("angle"), angle.span);
                 }
-                JointKind::Weld {
-                    angle: self.constant_or_zero(angle.as_ref(), &of("angle"), &ANGLE),
-                }
+                JointKind::Weld { angle: self.constant_or_zero(angle.as_ref(), &of("angle"), &ANGLE) }
             }
         };
-        Some(Joint {
-            name: joint.name.text.clone(),
-            between: between?,
-            kind,
-            span: joint.name.span,
-        })
+        Some(Joint { name: joint.name.text.clone(), between: between?, kind, span: joint.name.span })
     }
 
     /// The unit vector along an axis.
@@ -87,14 +68,10 @@ impl Resolver<'_> {
         match (constant::number(&x), constant::number(&y)) {
             (Some(x), Some(y)) => [Formula::Number(x / length), Formula::Number(y / length)],
             _ => {
-                let squared = |a: &Formula| {
-                    constant::combine(BinaryOperator::Power, a.clone(), Formula::Number(2.0))
-                };
+                let squared = |a: &Formula| constant::combine(BinaryOperator::Power, a.clone(), Formula::Number(2.0));
                 let sum = constant::combine(BinaryOperator::Add, squared(&x), squared(&y));
                 let norm = constant::apply(Function::Sqrt, vec![sum]);
-                [x, y].map(|component| {
-                    constant::combine(BinaryOperator::Divide, component, norm.clone())
-                })
+                [x, y].map(|component| constant::combine(BinaryOperator::Divide, component, norm.clone()))
             }
         }
     }

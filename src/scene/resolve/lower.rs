@@ -38,21 +38,9 @@ struct Site<'a> {
 
 impl Resolver<'_> {
     /// Parses and resolves an expression; faults are reported.
-    pub(super) fn expression(
-        &mut self,
-        text: &Text,
-        what: &str,
-        context: Context,
-    ) -> Option<(Formula, Known)> {
+    pub(super) fn expression(&mut self, text: &Text, what: &str, context: Context) -> Option<(Formula, Known)> {
         match expression::parse(text) {
-            Ok(tree) => self.lower(
-                &tree,
-                Site {
-                    text,
-                    what,
-                    context,
-                },
-            ),
+            Ok(tree) => self.lower(&tree, Site { text, what, context }),
             Err(fault) => {
                 self.faults.push(fault);
                 None
@@ -61,50 +49,27 @@ impl Resolver<'_> {
     }
 
     /// Resolves an expression that has been parsed.
-    pub(super) fn constant_tree(
-        &mut self,
-        tree: &Tree,
-        text: &Text,
-        what: &str,
-    ) -> Option<(Formula, Known)> {
-        self.lower(
-            tree,
-            Site {
-                text,
-                what,
-                context: Context::Constant,
-            },
-        )
+    pub(super) fn constant_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
+        self.lower(tree, Site { text, what, context: Context::Constant })
     }
 
     fn lower(&mut self, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
         match &tree.kind {
             TreeKind::Number(number) => Some((Formula::Number(*number), None)),
             TreeKind::Name(name) => self.lower_name(name, tree, site),
-            TreeKind::Negate(inner) => self
-                .lower(inner, site)
-                .map(|(inner, known)| (constant::negate(inner), known)),
+            TreeKind::Negate(inner) => self.lower(inner, site).map(|(inner, known)| (constant::negate(inner), known)),
             TreeKind::Binary(operator, sides) => self.lower_binary(*operator, sides, tree, site),
-            TreeKind::Call(function, arguments) => {
-                self.lower_call(*function, arguments, tree, site)
-            }
+            TreeKind::Call(function, arguments) => self.lower_call(*function, arguments, tree, site),
             TreeKind::If(comparison, parts) => {
                 let lowered = [0, 1, 2, 3].map(|index| self.lower(&parts[index], site));
-                let [
-                    Some((a, a_unit)),
-                    Some((b, b_unit)),
-                    Some((then, then_unit)),
-                    Some((other, other_unit)),
-                ] = lowered
+                let [Some((a, a_unit)), Some((b, b_unit)), Some((then, then_unit)), Some((other, other_unit))] =
+                    lowered
                 else {
                     return None;
                 };
                 self.join(a_unit, b_unit, "compared with", tree, site);
                 let known = self.join(then_unit, other_unit, "an alternative to", tree, site);
-                Some((
-                    Formula::If(*comparison, Box::new([a, b, then, other])),
-                    known,
-                ))
+                Some((Formula::If(*comparison, Box::new([a, b, then, other])), known))
             }
         }
     }
@@ -120,9 +85,7 @@ impl Resolver<'_> {
         let ((left, left_unit), (right, right_unit)) = (left?, right?);
         let known = match operator {
             BinaryOperator::Add => self.join(left_unit, right_unit, "added to", tree, site),
-            BinaryOperator::Subtract => {
-                self.join(left_unit, right_unit, "subtracted from", tree, site)
-            }
+            BinaryOperator::Subtract => self.join(left_unit, right_unit, "subtracted from", tree, site),
             _ => dimension::multiply(operator, left_unit, right_unit, &right),
         };
         Some((constant::combine(operator, left, right), known))
@@ -135,50 +98,33 @@ impl Resolver<'_> {
         tree: &Tree,
         site: Site<'_>,
     ) -> Option<(Formula, Known)> {
-        let lowered: Vec<Option<(Formula, Known)>> = arguments
-            .iter()
-            .map(|argument| self.lower(argument, site))
-            .collect();
+        let lowered: Vec<Option<(Formula, Known)>> =
+            arguments.iter().map(|argument| self.lower(argument, site)).collect();
         let lowered: Vec<(Formula, Known)> = lowered.into_iter().collect::<Option<_>>()?;
         let mut known = None;
         for (_, unit) in &lowered {
             known = self.join(known, *unit, "used together with", tree, site);
         }
         if !dimension::accepts(function, known) {
-            let (name, unit) = (
-                function_name(function),
-                known.map(unit_name).unwrap_or_default(),
-            );
+            let (name, unit) = (function_name(function), known.map(unit_name).unwrap_or_default());
             self.faults.push(
                 Fault::new(
                     "scene::wrong_unit",
-                    format!(
-                        "in {}, `{name}` takes a pure number or an angle, not a value in {unit}",
-                        site.what
-                    ),
+                    format!("in {}, `{name}` takes a pure number or an angle, not a value in {unit}", site.what),
                     site.text.part(tree.start, tree.end),
                 )
                 .label(format!("in {unit}"))
-                .help(format!(
-                    "divide by a number or parameter of the same unit: `{name}(x/0.01)`"
-                )),
+                .help(format!("divide by a number or parameter of the same unit: `{name}(x/0.01)`")),
             );
         }
         let formulas = lowered.into_iter().map(|(formula, _)| formula).collect();
-        Some((
-            constant::apply(function, formulas),
-            dimension::returned(function, known),
-        ))
+        Some((constant::apply(function, formulas), dimension::returned(function, known)))
     }
 
     /// The common unit of two values; a fault if they have none.
     fn join(&mut self, a: Known, b: Known, how: &str, tree: &Tree, site: Site<'_>) -> Known {
         dimension::join(a, b).unwrap_or_else(|(a, b)| {
-            let (first, second) = if how == "added to" || how == "subtracted from" {
-                (b, a)
-            } else {
-                (a, b)
-            };
+            let (first, second) = if how == "added to" || how == "subtracted from" { (b, a) } else { (a, b) };
             self.faults.push(
                 Fault::new(
                     "scene::wrong_unit",
@@ -209,7 +155,9 @@ impl Resolver<'_> {
             Some(Named::Parameter(id)) => {
                 Some((Formula::Parameter(id), self.parameter_units.get(id.0).copied().flatten()))
             }
-            Some(Named::Input(_)) if site.context == Context::Constant => self.not_constant(&format!("the input `{name}`"), tree, site),
+            Some(Named::Input(_)) if site.context == Context::Constant => {
+                self.not_constant(&format!("the input `{name}`"), tree, site)
+            }
             Some(Named::Input(id)) => Some((Formula::Input(id), self.input_units.get(id.0).copied().flatten())),
             _ => match (name, own) {
                 ("pi", _) => Some((Formula::Number(PI), None)),
@@ -234,18 +182,10 @@ impl Resolver<'_> {
             (LoadKind::TorsionActuator { .. }, "omega") => Quantity::Omega,
             _ => return None,
         };
-        Some(Variable {
-            owner: Owner::Load(load),
-            quantity,
-        })
+        Some(Variable { owner: Owner::Load(load), quantity })
     }
 
-    fn lower_variable(
-        &mut self,
-        name: &str,
-        tree: &Tree,
-        site: Site<'_>,
-    ) -> Option<(Formula, Known)> {
+    fn lower_variable(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
         let text = Text::new(name, site.text.part(tree.start, tree.end));
         let variable = self.variable(&text, site.what, "scene::unknown_variable")?;
         let class = Class::of(variable.quantity);
@@ -255,10 +195,8 @@ impl Resolver<'_> {
                 return self.not_constant(&format!("the variable `{name}`"), tree, site);
             }
             (Context::Driver, ..) => {
-                let message = format!(
-                    "{} depends on `{name}`, but a prescribed motion cannot depend on the motion",
-                    site.what
-                );
+                let message =
+                    format!("{} depends on `{name}`, but a prescribed motion cannot depend on the motion", site.what);
                 return self.refuse(
                     "scene::driver_depends",
                     message,
@@ -284,17 +222,22 @@ impl Resolver<'_> {
             (Context::Law(_), _, Class::System) => "a sum over the whole system",
         };
         let message = format!("{} depends on `{name}`, {refused}", site.what);
-        self.refuse("scene::load_depends", message, "a load may use positions and velocities of the scene, the time `t`, parameters and inputs", (tree, site))
+        self.refuse(
+            "scene::load_depends",
+            message,
+            "a load may use positions and velocities of the scene, the time `t`, parameters and inputs",
+            (tree, site),
+        )
     }
 
-    fn not_constant(
-        &mut self,
-        used: &str,
-        tree: &Tree,
-        site: Site<'_>,
-    ) -> Option<(Formula, Known)> {
+    fn not_constant(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
         let message = format!("{} must be constant, but uses {used}", site.what);
-        self.refuse("scene::not_constant", message, "use numbers and parameters; for what varies there are drivers, force, torque and actuators", (tree, site))
+        self.refuse(
+            "scene::not_constant",
+            message,
+            "use numbers and parameters; for what varies there are drivers, force, torque and actuators",
+            (tree, site),
+        )
     }
 
     fn refuse(
@@ -306,42 +249,27 @@ impl Resolver<'_> {
     ) -> Option<(Formula, Known)> {
         let (tree, site) = at;
         let span = site.text.part(tree.start, tree.end);
-        self.faults
-            .push(Fault::new(code, message, span).label("not here").help(help));
+        self.faults.push(Fault::new(code, message, span).label("not here").help(help));
         None
     }
 
-    fn unknown_name(
-        &mut self,
-        name: &str,
-        tree: &Tree,
-        site: Site<'_>,
-    ) -> Option<(Formula, Known)> {
+    fn unknown_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
         if self.names.is_broken(name) {
             return None;
         }
         let span = site.text.part(tree.start, tree.end);
         if let Some(named) = self.names.get(name) {
             let has = suggest::list(self.variables_of(name).iter().copied());
-            let message = format!(
-                "{} uses `{name}` as a number, but it is a {}",
-                site.what,
-                named.word()
-            );
+            let message = format!("{} uses `{name}` as a number, but it is a {}", site.what, named.word());
             let help = format!(
                 "its variables are {has}, to be used like `{name}.{}`",
                 self.variables_of(name).first().unwrap_or(&"")
             );
-            self.faults.push(
-                Fault::new("scene::not_a_number", message, span)
-                    .label(format!("a {}", named.word()))
-                    .help(help),
-            );
+            self.faults
+                .push(Fault::new("scene::not_a_number", message, span).label(format!("a {}", named.word())).help(help));
             return None;
         }
-        let mut known = self
-            .names
-            .all(|named| matches!(named, Named::Parameter(_) | Named::Input(_)));
+        let mut known = self.names.all(|named| matches!(named, Named::Parameter(_) | Named::Input(_)));
         let given = suggest::list(known.iter().copied());
         known.extend(["pi", "t"]);
         known.extend(
@@ -353,32 +281,20 @@ impl Resolver<'_> {
             true => format!("give it in `[parameters]`: `{name} = 1.0`"),
             false => format!("the scene has {given}; a new one goes into `[parameters]`"),
         };
-        let message = format!(
-            "{} uses a name that is not in the scene: `{name}`",
-            site.what
-        );
-        let fault =
-            Fault::new("scene::unknown_name", message, span).label("no such parameter or input");
-        self.faults
-            .push_about(name, fault.help(suggest::hint(name, known, otherwise)));
+        let message = format!("{} uses a name that is not in the scene: `{name}`", site.what);
+        let fault = Fault::new("scene::unknown_name", message, span).label("no such parameter or input");
+        self.faults.push_about(name, fault.help(suggest::hint(name, known, otherwise)));
         None
     }
 }
 
 fn formula_of(variable: Variable) -> (Formula, Known) {
-    (
-        Formula::Variable(variable),
-        super::variables::wanted(variable.quantity).exponents,
-    )
+    (Formula::Variable(variable), super::variables::wanted(variable.quantity).exponents)
 }
 
 fn unit_name(exponents: Exponents) -> String {
     let name = from_exponents(exponents).si;
-    if name.is_empty() {
-        "no unit".to_string()
-    } else {
-        format!("`{name}`")
-    }
+    if name.is_empty() { "no unit".to_string() } else { format!("`{name}`") }
 }
 
 /// The formula of an expression without names.
@@ -395,7 +311,5 @@ pub(crate) fn formula_of_numbers(text: &str) -> Option<Formula> {
         parameter_units: Vec::new(),
         input_units: Vec::new(),
     };
-    resolver
-        .expression(&Text::from(text), "test", Context::Constant)
-        .map(|(formula, _)| formula)
+    resolver.expression(&Text::from(text), "test", Context::Constant).map(|(formula, _)| formula)
 }

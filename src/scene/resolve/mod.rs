@@ -46,10 +46,7 @@ impl Scene {
         if faults.has_errors() {
             return Err(faults.into_faults(self.source.clone()));
         }
-        Ok(Resolved {
-            mechanism,
-            warnings: faults.into_warnings(),
-        })
+        Ok(Resolved { mechanism, warnings: faults.into_warnings() })
     }
 
     /// The mechanism as far as it can be resolved; complete if there are no errors.
@@ -68,11 +65,7 @@ impl Scene {
         let inputs = resolver.inputs();
         let mechanism = Mechanism {
             name: self.name.text.clone(),
-            description: self
-                .description
-                .as_ref()
-                .map(|text| text.text.clone())
-                .unwrap_or_default(),
+            description: self.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
             dimension: self.dimension,
             gravity: resolver.gravity(),
             parameters,
@@ -113,13 +106,9 @@ impl Resolver<'_> {
     fn name(&mut self) {
         if self.scene.name.text.trim().is_empty() {
             self.faults.push(
-                Fault::new(
-                    "scene::missing_key",
-                    "the scene's name is empty",
-                    self.scene.name.span,
-                )
-                .label("empty")
-                .help("the FMU takes its name from it: `name = \"my_mechanism\"`"),
+                Fault::new("scene::missing_key", "the scene's name is empty", self.scene.name.span)
+                    .label("empty")
+                    .help("the FMU takes its name from it: `name = \"my_mechanism\"`"),
             );
         }
     }

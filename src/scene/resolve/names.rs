@@ -47,58 +47,19 @@ pub(super) struct Names<'s> {
 impl<'s> Names<'s> {
     pub fn collect(scene: &'s Scene, faults: &mut Sink) -> Names<'s> {
         let broken = scene.broken.iter().map(String::as_str).collect();
-        let mut names = Names {
-            named: HashMap::new(),
-            ground: HashMap::new(),
-            points: Vec::new(),
-            broken,
-        };
+        let mut names = Names { named: HashMap::new(), ground: HashMap::new(), points: Vec::new(), broken };
         names.ground = points(&scene.ground, "the ground", faults);
         names.points = scene
             .bodies
             .iter()
             .map(|body| points(&body.points, &format!("body `{}`", body.name.text), faults))
             .collect();
-        let all = (scene
-            .parameters
-            .iter()
-            .enumerate()
-            .map(|(i, item)| (&item.name, Named::Parameter(ParameterId(i)))))
-        .chain(
-            scene
-                .inputs
-                .iter()
-                .enumerate()
-                .map(|(i, item)| (&item.name, Named::Input(InputId(i)))),
-        )
-        .chain(
-            scene
-                .bodies
-                .iter()
-                .enumerate()
-                .map(|(i, item)| (&item.name, Named::Body(BodyId(i)))),
-        )
-        .chain(
-            scene
-                .joints
-                .iter()
-                .enumerate()
-                .map(|(i, item)| (&item.name, Named::Joint(JointId(i)))),
-        )
-        .chain(
-            scene
-                .drivers
-                .iter()
-                .enumerate()
-                .map(|(i, item)| (&item.name, Named::Driver(DriverId(i)))),
-        )
-        .chain(
-            scene
-                .loads
-                .iter()
-                .enumerate()
-                .map(|(i, item)| (&item.name, Named::Load(LoadId(i)))),
-        );
+        let all = (scene.parameters.iter().enumerate().map(|(i, item)| (&item.name, Named::Parameter(ParameterId(i)))))
+            .chain(scene.inputs.iter().enumerate().map(|(i, item)| (&item.name, Named::Input(InputId(i)))))
+            .chain(scene.bodies.iter().enumerate().map(|(i, item)| (&item.name, Named::Body(BodyId(i)))))
+            .chain(scene.joints.iter().enumerate().map(|(i, item)| (&item.name, Named::Joint(JointId(i)))))
+            .chain(scene.drivers.iter().enumerate().map(|(i, item)| (&item.name, Named::Driver(DriverId(i)))))
+            .chain(scene.loads.iter().enumerate().map(|(i, item)| (&item.name, Named::Load(LoadId(i)))));
         for (name, named) in all {
             names.add(name, named, faults);
         }
@@ -132,19 +93,13 @@ impl<'s> Names<'s> {
     pub fn is_broken(&self, name: &str) -> bool {
         !self.broken.is_empty()
             && (self.broken.contains(name)
-                || name
-                    .match_indices('.')
-                    .any(|(dot, _)| self.broken.contains(&name[..dot])))
+                || name.match_indices('.').any(|(dot, _)| self.broken.contains(&name[..dot])))
     }
 
     /// The names that stand for something that `select` selects, in alphabetical order.
     pub fn all(&self, select: impl Fn(Named) -> bool) -> Vec<&'s str> {
-        let mut names: Vec<&str> = self
-            .named
-            .iter()
-            .filter(|(_, (named, _))| select(*named))
-            .map(|(name, _)| *name)
-            .collect();
+        let mut names: Vec<&str> =
+            self.named.iter().filter(|(_, (named, _))| select(*named)).map(|(name, _)| *name).collect();
         names.sort_unstable();
         names
     }
@@ -156,9 +111,7 @@ fn points<'s>(points: &'s [Point], owner: &str, faults: &mut Sink) -> HashMap<&'
         check_word(&point.name, "point", faults);
         if map.insert(point.name.text.as_str(), index).is_some() {
             let message = format!("{owner} has two points with the name `{}`", point.name.text);
-            faults.push(
-                Fault::new("scene::duplicate_name", message, point.name.span).label("second time"),
-            );
+            faults.push(Fault::new("scene::duplicate_name", message, point.name.span).label("second time"));
         }
     }
     map
@@ -167,10 +120,7 @@ fn points<'s>(points: &'s [Point], owner: &str, faults: &mut Sink) -> HashMap<&'
 /// A name must be a word and must not mean something already.
 pub(super) fn check_identifier(name: &Text, what: &str, faults: &mut Sink) {
     check_word(name, what, faults);
-    let function = FUNCTIONS
-        .iter()
-        .any(|(function, ..)| *function == name.text)
-        || name.text == "if";
+    let function = FUNCTIONS.iter().any(|(function, ..)| *function == name.text) || name.text == "if";
     let meaning = match name.text.as_str() {
         "ground" => "the ground",
         "t" | "time" => "the time",
@@ -179,22 +129,13 @@ pub(super) fn check_identifier(name: &Text, what: &str, faults: &mut Sink) {
         _ if function => "a function",
         _ => return,
     };
-    let message = format!(
-        "a {what} cannot be called `{}`: that is {meaning}",
-        name.text
-    );
-    faults.push(
-        Fault::new("scene::reserved_name", message, name.span)
-            .label("reserved")
-            .help("choose another name"),
-    );
+    let message = format!("a {what} cannot be called `{}`: that is {meaning}", name.text);
+    faults.push(Fault::new("scene::reserved_name", message, name.span).label("reserved").help("choose another name"));
 }
 
 fn check_word(name: &Text, what: &str, faults: &mut Sink) {
     let mut characters = name.text.chars();
-    let first = characters
-        .next()
-        .is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
+    let first = characters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
     if !first || !characters.all(|c| c.is_ascii_alphanumeric() || c == '_') {
         faults.push(
             Fault::new("scene::bad_name", format!("`{}` cannot be the name of a {what}", name.text), name.span)

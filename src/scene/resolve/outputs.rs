@@ -35,11 +35,7 @@ impl Resolver<'_> {
         Some(Output {
             name: name.text.clone(),
             description: Resolver::describe(variable, &name.text),
-            unit: Unit {
-                exponents: wanted.exponents.unwrap_or_default(),
-                si: wanted.si.to_string(),
-                display: None,
-            },
+            unit: Unit { exponents: wanted.exponents.unwrap_or_default(), si: wanted.si.to_string(), display: None },
             value: Formula::Variable(variable),
             span: name.span,
         })
@@ -58,12 +54,9 @@ impl Resolver<'_> {
     }
 
     fn check_once<'s>(&mut self, seen: &mut HashSet<&'s str>, name: &'s Text) {
-        let other = self
-            .names
-            .get(&name.text)
-            .map(|named| format!("the {} `{}` has this name", named.word(), name.text));
-        let other = other
-            .or_else(|| (!seen.insert(&name.text)).then(|| "it is listed already".to_string()));
+        let other =
+            self.names.get(&name.text).map(|named| format!("the {} `{}` has this name", named.word(), name.text));
+        let other = other.or_else(|| (!seen.insert(&name.text)).then(|| "it is listed already".to_string()));
         if let Some(other) = other {
             self.faults.push(
                 Fault::new(

@@ -25,15 +25,9 @@ impl Resolver<'_> {
     pub(super) fn parameters(&mut self) -> Vec<Parameter> {
         let scene = self.scene;
         let count = scene.parameters.len();
-        let units: Vec<Option<Unit>> = scene
-            .parameters
-            .iter()
-            .map(|parameter| self.unit(parameter.unit.as_ref()))
-            .collect();
-        self.parameter_units = units
-            .iter()
-            .map(|unit| unit.as_ref().map(|unit| unit.exponents))
-            .collect();
+        let units: Vec<Option<Unit>> =
+            scene.parameters.iter().map(|parameter| self.unit(parameter.unit.as_ref())).collect();
+        self.parameter_units = units.iter().map(|unit| unit.as_ref().map(|unit| unit.exponents)).collect();
         self.values = vec![f64::NAN; count];
         let mut found = units.clone();
         let mut pending = HashMap::new();
@@ -58,15 +52,10 @@ impl Resolver<'_> {
                 let what = format!("parameter `{}`", parameter.name.text);
                 let value = self.values[index];
                 let limits = [&parameter.min, &parameter.max];
-                let [min, max] =
-                    self.limits(limits, value, units[index].as_ref(), unit.as_ref(), &what);
+                let [min, max] = self.limits(limits, value, units[index].as_ref(), unit.as_ref(), &what);
                 Parameter {
                     name: parameter.name.text.clone(),
-                    description: parameter
-                        .description
-                        .as_ref()
-                        .map(|text| text.text.clone())
-                        .unwrap_or_default(),
+                    description: parameter.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
                     unit: unit.unwrap_or_default(),
                     value,
                     min,
@@ -85,27 +74,12 @@ impl Resolver<'_> {
             let what = format!("input `{}`", input.name.text);
             let declared = self.unit(input.unit.as_ref());
             let zero = Quantity::from(0.0);
-            let (start, unit) = self.declared(
-                input.start.as_ref().unwrap_or(&zero),
-                declared.as_ref(),
-                &what,
-            );
-            let [min, max] = self.limits(
-                [&input.min, &input.max],
-                start,
-                declared.as_ref(),
-                unit.as_ref(),
-                &what,
-            );
-            self.input_units
-                .push(unit.as_ref().map(|unit| unit.exponents));
+            let (start, unit) = self.declared(input.start.as_ref().unwrap_or(&zero), declared.as_ref(), &what);
+            let [min, max] = self.limits([&input.min, &input.max], start, declared.as_ref(), unit.as_ref(), &what);
+            self.input_units.push(unit.as_ref().map(|unit| unit.exponents));
             inputs.push(Input {
                 name: input.name.text.clone(),
-                description: input
-                    .description
-                    .as_ref()
-                    .map(|text| text.text.clone())
-                    .unwrap_or_default(),
+                description: input.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
                 unit: unit.unwrap_or_default(),
                 start,
                 min,
@@ -127,23 +101,10 @@ impl Resolver<'_> {
     }
 
     /// A value in a declared unit: a bare number is in that unit, everything else is SI or says its own.
-    fn declared(
-        &mut self,
-        quantity: &Quantity,
-        declared: Option<&Unit>,
-        what: &str,
-    ) -> (f64, Option<Unit>) {
-        let name = declared.map(|unit| {
-            unit.display
-                .as_ref()
-                .map_or(unit.si.clone(), |display| display.name.clone())
-        });
+    fn declared(&mut self, quantity: &Quantity, declared: Option<&Unit>, what: &str) -> (f64, Option<Unit>) {
+        let name = declared.map(|unit| unit.display.as_ref().map_or(unit.si.clone(), |display| display.name.clone()));
         let wanted = match declared {
-            Some(unit) => Wanted {
-                what: "of its declared unit",
-                si: "",
-                exponents: Some(unit.exponents),
-            },
+            Some(unit) => Wanted { what: "of its declared unit", si: "", exponents: Some(unit.exponents) },
             None => ANYTHING,
         };
         let faults_before = self.faults.has_errors();
@@ -152,18 +113,12 @@ impl Resolver<'_> {
             _ => self.formula_and_unit(quantity, what, &ANYTHING, super::lower::Context::Constant),
         };
         let bare = own.is_none() && constant::number(&formula).is_some() && is_bare(quantity);
-        let factor = declared
-            .and_then(|unit| unit.display.as_ref())
-            .map_or(1.0, |display| display.factor);
+        let factor = declared.and_then(|unit| unit.display.as_ref()).map_or(1.0, |display| display.factor);
         let value = self.value(&formula) * if bare { factor } else { 1.0 };
         if !value.is_finite() && !faults_before && !self.faults.has_errors() {
             self.faults.push(
-                Fault::new(
-                    "scene::not_finite",
-                    format!("{what} is not a finite number"),
-                    quantity.span,
-                )
-                .label(format!("this is {value}")),
+                Fault::new("scene::not_finite", format!("{what} is not a finite number"), quantity.span)
+                    .label(format!("this is {value}")),
             );
         }
         (value, declared.cloned().or(own))
@@ -177,8 +132,7 @@ impl Resolver<'_> {
         name: &str,
         wanted: &Wanted,
     ) -> (crate::mechanism::Formula, Option<Unit>) {
-        let (formula, own) =
-            self.formula_and_unit(quantity, what, &ANYTHING, super::lower::Context::Constant);
+        let (formula, own) = self.formula_and_unit(quantity, what, &ANYTHING, super::lower::Context::Constant);
         if let (Some(own), Some(exponents)) = (&own, wanted.exponents)
             && !unit::compatible(own.exponents, exponents)
         {
@@ -188,10 +142,7 @@ impl Resolver<'_> {
     }
 
     fn declared_mismatch(&mut self, what: &str, declared: &str, own: &Unit, span: Span) {
-        let own = own
-            .display
-            .as_ref()
-            .map_or(own.si.as_str(), |display| display.name.as_str());
+        let own = own.display.as_ref().map_or(own.si.as_str(), |display| display.name.as_str());
         self.faults.push(
             Fault::new(
                 "scene::wrong_unit",
@@ -199,9 +150,7 @@ impl Resolver<'_> {
                 span,
             )
             .label(format!("not in `{declared}`"))
-            .help(format!(
-                "give a bare number (it is taken in `{declared}`) or a unit of the same kind"
-            )),
+            .help(format!("give a bare number (it is taken in `{declared}`) or a unit of the same kind")),
         );
     }
 
@@ -223,11 +172,7 @@ impl Resolver<'_> {
             {
                 self.declared_mismatch(&format!("`{name}` of {what}"), &unit.si, own, limit.span);
             }
-            let outside = if name == "min" {
-                value < bound
-            } else {
-                value > bound
-            };
+            let outside = if name == "min" { value < bound } else { value > bound };
             if outside {
                 self.faults.push(
                     Fault::new(
@@ -268,12 +213,8 @@ impl Resolver<'_> {
                 }
             }
             TreeKind::Negate(inner) => self.parameters_in(inner, uses),
-            TreeKind::Binary(_, sides) => {
-                sides.iter().for_each(|side| self.parameters_in(side, uses))
-            }
-            TreeKind::Call(_, arguments) => arguments
-                .iter()
-                .for_each(|argument| self.parameters_in(argument, uses)),
+            TreeKind::Binary(_, sides) => sides.iter().for_each(|side| self.parameters_in(side, uses)),
+            TreeKind::Call(_, arguments) => arguments.iter().for_each(|argument| self.parameters_in(argument, uses)),
             TreeKind::If(_, parts) => parts.iter().for_each(|part| self.parameters_in(part, uses)),
         }
     }
@@ -283,18 +224,11 @@ impl Resolver<'_> {
         let mut waiting: HashMap<usize, usize> = HashMap::new();
         let mut users: HashMap<usize, Vec<usize>> = HashMap::new();
         for (&index, expression) in &pending {
-            let uses = expression
-                .uses
-                .iter()
-                .filter(|used| pending.contains_key(used));
+            let uses = expression.uses.iter().filter(|used| pending.contains_key(used));
             waiting.insert(index, uses.clone().count());
             uses.for_each(|&used| users.entry(used).or_default().push(index));
         }
-        let mut ready: Vec<usize> = waiting
-            .iter()
-            .filter(|(_, count)| **count == 0)
-            .map(|(index, _)| *index)
-            .collect();
+        let mut ready: Vec<usize> = waiting.iter().filter(|(_, count)| **count == 0).map(|(index, _)| *index).collect();
         ready.sort_unstable();
         let mut done = 0;
         while let Some(&index) = ready.get(done) {
@@ -326,15 +260,11 @@ impl Resolver<'_> {
             self.declared_mismatch(&what, &name, found, pending.text.span);
         }
         self.values[index] = self.value(&formula);
-        let spoiled = pending
-            .uses
-            .iter()
-            .any(|used| !self.values[*used].is_finite());
+        let spoiled = pending.uses.iter().any(|used| !self.values[*used].is_finite());
         if !self.values[index].is_finite() && !spoiled {
             let message = format!("{what} is not a finite number");
             let label = format!("this is {}", self.values[index]);
-            self.faults
-                .push(Fault::new("scene::not_finite", message, pending.text.span).label(label));
+            self.faults.push(Fault::new("scene::not_finite", message, pending.text.span).label(label));
         }
         if units[index].is_none() {
             self.parameter_units[index] = known;
@@ -350,23 +280,16 @@ impl Resolver<'_> {
         let mut path = vec![first];
         let mut at = HashMap::from([(first, 0)]);
         // Each waiting parameter uses another waiting one, so the walk returns to where it was.
-        while let Some(next) = path.last().and_then(|last| {
-            pending[last]
-                .uses
-                .iter()
-                .filter(|used| waiting.contains_key(used))
-                .min()
-        }) {
+        while let Some(next) =
+            path.last().and_then(|last| pending[last].uses.iter().filter(|used| waiting.contains_key(used)).min())
+        {
             if let Some(&start) = at.get(next) {
                 let names: Vec<String> = path[start..]
                     .iter()
                     .chain([next])
                     .map(|index| format!("`{}`", self.scene.parameters[*index].name.text))
                     .collect();
-                let message = format!(
-                    "parameters depend on each other in a circle: {}",
-                    names.join(" -> ")
-                );
+                let message = format!("parameters depend on each other in a circle: {}", names.join(" -> "));
                 self.faults.push(
                     Fault::new("scene::cycle", message, pending[next].text.span)
                         .label("part of the circle")

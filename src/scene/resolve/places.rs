@@ -43,42 +43,21 @@ impl Resolver<'_> {
         };
         let mut points: Vec<&str> = map.keys().copied().collect();
         points.sort_unstable();
-        let whose = if owner == "ground" {
-            "the ground".to_string()
-        } else {
-            format!("body `{owner}`")
-        };
+        let whose = if owner == "ground" { "the ground".to_string() } else { format!("body `{owner}`") };
         let has = match points.len() {
             0 => format!(
                 "{whose} has no points; its bare name `{owner}` is its {}",
-                if owner == "ground" {
-                    "origin"
-                } else {
-                    "mass centre"
-                }
+                if owner == "ground" { "origin" } else { "mass centre" }
             ),
-            1 => format!(
-                "{whose} has the point {}",
-                suggest::list(points.iter().copied())
-            ),
-            _ => format!(
-                "{whose} has the points {}",
-                suggest::list(points.iter().copied())
-            ),
+            1 => format!("{whose} has the point {}", suggest::list(points.iter().copied())),
+            _ => format!("{whose} has the points {}", suggest::list(points.iter().copied())),
         };
         let near = suggest::nearest(point, points.iter().copied());
-        let help = near.map_or(has.clone(), |near| {
-            format!("did you mean `{owner}.{near}`? {has}")
-        });
-        let message = format!(
-            "{user} uses a point that is not in the scene: `{}`",
-            name.text
-        );
+        let help = near.map_or(has.clone(), |near| format!("did you mean `{owner}.{near}`? {has}"));
+        let message = format!("{user} uses a point that is not in the scene: `{}`", name.text);
         self.faults.push_about(
             &name.text,
-            Fault::new("scene::unknown_point", message, name.span)
-                .label("no such point")
-                .help(help),
+            Fault::new("scene::unknown_point", message, name.span).label("no such point").help(help),
         );
     }
 
@@ -95,12 +74,8 @@ impl Resolver<'_> {
         let span = name.part(0, body.len());
         let fault = match named {
             Some(other) => {
-                let message = format!(
-                    "{user} uses `{body}` as a body, but it is a {}",
-                    other.word()
-                );
-                Fault::new("scene::unknown_body", message, span)
-                    .label(format!("a {}", other.word()))
+                let message = format!("{user} uses `{body}` as a body, but it is a {}", other.word());
+                Fault::new("scene::unknown_body", message, span).label(format!("a {}", other.word()))
             }
             None => {
                 let message = format!("{user} uses a body that is not in the scene: `{body}`");
@@ -109,10 +84,7 @@ impl Resolver<'_> {
         };
         let otherwise = match bodies.is_empty() {
             true => "the scene has no bodies; give one as `[bodies.crank]`".to_string(),
-            false => format!(
-                "the bodies are {}; `ground` is always there",
-                suggest::list(bodies.iter().copied())
-            ),
+            false => format!("the bodies are {}; `ground` is always there", suggest::list(bodies.iter().copied())),
         };
         let help = suggest::hint(body, bodies.iter().copied().chain(["ground"]), otherwise);
         self.faults.push_about(body, fault.help(help));
@@ -122,11 +94,7 @@ impl Resolver<'_> {
     /// A whole body; the outer `None` is a fault, the inner the ground.
     fn body(&mut self, name: &Text, user: &str) -> Option<Option<BodyId>> {
         let (owner, point) = name.text.split_once('.').unwrap_or((&name.text, ""));
-        let body = if owner == "ground" {
-            None
-        } else {
-            Some(self.body_of(owner, name, user)?)
-        };
+        let body = if owner == "ground" { None } else { Some(self.body_of(owner, name, user)?) };
         if !point.is_empty() {
             self.faults.push(
                 Fault::new(
@@ -151,24 +119,14 @@ impl Resolver<'_> {
     }
 
     /// Two different bodies.
-    pub(super) fn body_pair(
-        &mut self,
-        between: &[Text; 2],
-        user: &str,
-    ) -> Option<[Option<BodyId>; 2]> {
+    pub(super) fn body_pair(&mut self, between: &[Text; 2], user: &str) -> Option<[Option<BodyId>; 2]> {
         let (first, second) = (self.body(&between[0], user), self.body(&between[1], user));
         let (first, second) = (first?, second?);
         self.different(first, second, between, user)?;
         Some([first, second])
     }
 
-    fn different(
-        &mut self,
-        a: Option<BodyId>,
-        b: Option<BodyId>,
-        between: &[Text; 2],
-        user: &str,
-    ) -> Option<()> {
+    fn different(&mut self, a: Option<BodyId>, b: Option<BodyId>, between: &[Text; 2], user: &str) -> Option<()> {
         if a != b {
             return Some(());
         }
@@ -179,19 +137,12 @@ impl Resolver<'_> {
         let span = if between[0].span.is_nowhere() {
             between[1].span
         } else {
-            Span::new(
-                between[0].span.start,
-                between[1].span.end.max(between[0].span.end),
-            )
+            Span::new(between[0].span.start, between[1].span.end.max(between[0].span.end))
         };
         self.faults.push(
-            Fault::new(
-                "scene::self_connection",
-                format!("{user} connects {whom} to itself"),
-                span,
-            )
-            .label("both are the same body")
-            .help("name two different bodies, or `ground`"),
+            Fault::new("scene::self_connection", format!("{user} connects {whom} to itself"), span)
+                .label("both are the same body")
+                .help("name two different bodies, or `ground`"),
         );
         None
     }
@@ -201,13 +152,9 @@ impl Resolver<'_> {
         let place = self.place(name, user)?;
         if place.body().is_none() {
             self.faults.push(
-                Fault::new(
-                    "scene::on_ground",
-                    format!("{user} acts on the ground, which cannot move"),
-                    name.span,
-                )
-                .label("the ground")
-                .help("name a body or a point of a body"),
+                Fault::new("scene::on_ground", format!("{user} acts on the ground, which cannot move"), name.span)
+                    .label("the ground")
+                    .help("name a body or a point of a body"),
             );
             return None;
         }

@@ -20,18 +20,10 @@ const TOLERANCE: f64 = 1e-6;
 impl Resolver<'_> {
     pub(super) fn experiment(&mut self) -> Experiment {
         let given = &self.scene.experiment;
-        let start = self
-            .setting(given.start.as_ref(), "`start` of `[experiment]`", &TIME)
-            .unwrap_or(START);
-        let stop = self
-            .setting(given.stop.as_ref(), "`stop` of `[experiment]`", &TIME)
-            .unwrap_or(start + DURATION);
+        let start = self.setting(given.start.as_ref(), "`start` of `[experiment]`", &TIME).unwrap_or(START);
+        let stop = self.setting(given.stop.as_ref(), "`stop` of `[experiment]`", &TIME).unwrap_or(start + DURATION);
         if stop <= start {
-            let span = given
-                .stop
-                .as_ref()
-                .or(given.start.as_ref())
-                .map_or(Span::default(), |stop| stop.span);
+            let span = given.stop.as_ref().or(given.start.as_ref()).map_or(Span::default(), |stop| stop.span);
             self.faults.push(
                 Fault::new(
                     "scene::experiment",
@@ -43,11 +35,7 @@ impl Resolver<'_> {
             );
         }
         let step = self.positive(given.step.as_ref(), "`step` of `[experiment]`", &TIME);
-        let tolerance = self.positive(
-            given.tolerance.as_ref(),
-            "`tolerance` of `[experiment]`",
-            &NUMBER,
-        );
+        let tolerance = self.positive(given.tolerance.as_ref(), "`tolerance` of `[experiment]`", &NUMBER);
         Experiment {
             start,
             stop,
@@ -60,18 +48,12 @@ impl Resolver<'_> {
         quantity.map(|quantity| self.number(quantity, what, wanted))
     }
 
-    fn positive(
-        &mut self,
-        quantity: Option<&Quantity>,
-        what: &str,
-        wanted: &Wanted,
-    ) -> Option<f64> {
+    fn positive(&mut self, quantity: Option<&Quantity>, what: &str, wanted: &Wanted) -> Option<f64> {
         let value = self.setting(quantity, what, wanted)?;
         if value <= 0.0 {
             let span = quantity.map_or(Span::default(), |quantity| quantity.span);
             self.faults.push(
-                Fault::new("scene::experiment", format!("{what} is {value}"), span)
-                    .label("must be greater than zero"),
+                Fault::new("scene::experiment", format!("{what} is {value}"), span).label("must be greater than zero"),
             );
         }
         Some(value)
@@ -94,11 +76,7 @@ impl Resolver<'_> {
         match name.text.as_str() {
             "auto" => return Method::Auto,
             "explicit" => return Method::Explicit,
-            "implicit" => self.unavailable(
-                "the solver method `implicit`",
-                name.span,
-                "write `method = \"auto\"`",
-            ),
+            "implicit" => self.unavailable("the solver method `implicit`", name.span, "write `method = \"auto\"`"),
             other => self.unknown_choice("solver method", other, &["auto", "explicit"], name.span),
         }
         Method::Auto
@@ -106,18 +84,9 @@ impl Resolver<'_> {
 
     pub(super) fn coordinates(&mut self) -> Coordinates {
         let given = &self.scene.coordinates;
-        let preset = given
-            .preset
-            .as_ref()
-            .map_or(Coordinates::Recommended, |preset| self.preset(preset));
-        let translation = given
-            .translation
-            .as_ref()
-            .map(|names| self.branches(names, "translation"));
-        let rotation = given
-            .rotation
-            .as_ref()
-            .map(|names| self.branches(names, "rotation"));
+        let preset = given.preset.as_ref().map_or(Coordinates::Recommended, |preset| self.preset(preset));
+        let translation = given.translation.as_ref().map(|names| self.branches(names, "translation"));
+        let rotation = given.rotation.as_ref().map(|names| self.branches(names, "rotation"));
         if let (true, Some(names)) = (self.one_dimensional(), &given.rotation) {
             self.must_not_turn(
                 "the tree `rotation` of `[coordinates]`",
@@ -131,20 +100,14 @@ impl Resolver<'_> {
             self.faults.push(
                 Fault::new(
                     "scene::coordinates",
-                    format!(
-                        "`[coordinates]` has the preset `{}` and trees of its own",
-                        name.text
-                    ),
+                    format!("`[coordinates]` has the preset `{}` and trees of its own", name.text),
                     name.span,
                 )
                 .label("one or the other")
                 .help("remove `preset`, or remove `translation` and `rotation`"),
             );
         }
-        Coordinates::Chosen {
-            translation,
-            rotation,
-        }
+        Coordinates::Chosen { translation, rotation }
     }
 
     fn preset(&mut self, name: &Text) -> Coordinates {
@@ -152,43 +115,26 @@ impl Resolver<'_> {
             "recommended" => return Coordinates::Recommended,
             "absolute" => return Coordinates::Absolute,
             "joint" => return Coordinates::Joint,
-            "cheapest" => self.unavailable(
-                "the preset `cheapest`",
-                name.span,
-                "write `preset = \"recommended\"`",
-            ),
-            other => self.unknown_choice(
-                "preset",
-                other,
-                &["recommended", "absolute", "joint"],
-                name.span,
-            ),
+            "cheapest" => self.unavailable("the preset `cheapest`", name.span, "write `preset = \"recommended\"`"),
+            other => self.unknown_choice("preset", other, &["recommended", "absolute", "joint"], name.span),
         }
         Coordinates::Recommended
     }
 
     fn unavailable(&mut self, what: &str, span: Span, help: &str) {
         self.faults.push(
-            Fault::new(
-                "scene::unavailable",
-                format!("{what} is not available in this version"),
-                span,
-            )
-            .label("not yet")
-            .help(help),
+            Fault::new("scene::unavailable", format!("{what} is not available in this version"), span)
+                .label("not yet")
+                .help(help),
         );
     }
 
     fn unknown_choice(&mut self, what: &str, name: &str, choices: &[&str], span: Span) {
         let otherwise = format!("the choices are {}", suggest::list(choices.iter().copied()));
         self.faults.push(
-            Fault::new(
-                "scene::wrong_value",
-                format!("there is no {what} `{name}`"),
-                span,
-            )
-            .label(format!("no such {what}"))
-            .help(suggest::hint(name, choices.iter().copied(), otherwise)),
+            Fault::new("scene::wrong_value", format!("there is no {what} `{name}`"), span)
+                .label(format!("no such {what}"))
+                .help(suggest::hint(name, choices.iter().copied(), otherwise)),
         );
     }
 
@@ -202,36 +148,24 @@ impl Resolver<'_> {
             } else if !seen.insert(&name.text) {
                 let message = format!("`{}` is listed twice in `{tree}`", name.text);
                 self.faults.push(
-                    Fault::new("scene::duplicate_name", message, name.span)
-                        .label("second time")
-                        .help("remove it"),
+                    Fault::new("scene::duplicate_name", message, name.span).label("second time").help("remove it"),
                 );
             }
         }
-        names
-            .iter()
-            .map(|name| (name.text.clone(), name.span))
-            .collect()
+        names.iter().map(|name| (name.text.clone(), name.span)).collect()
     }
 
     fn unknown_branch(&mut self, name: &Text, tree: &str) {
         if self.names.is_broken(&name.text) {
             return;
         }
-        let known = self
-            .names
-            .all(|named| !matches!(named, Named::Parameter(_) | Named::Input(_)));
+        let known = self.names.all(|named| !matches!(named, Named::Parameter(_) | Named::Input(_)));
         let otherwise = "name bodies, joints, drivers or loads of the scene".to_string();
         let help = suggest::hint(&name.text, known, otherwise);
-        let message = format!(
-            "the tree `{tree}` names an element that is not in the scene: `{}`",
-            name.text
-        );
+        let message = format!("the tree `{tree}` names an element that is not in the scene: `{}`", name.text);
         self.faults.push_about(
             &name.text,
-            Fault::new("scene::unknown_element", message, name.span)
-                .label("no such element")
-                .help(help),
+            Fault::new("scene::unknown_element", message, name.span).label("no such element").help(help),
         );
     }
 }

@@ -4,8 +4,7 @@ use super::Resolver;
 use super::names::Named;
 use crate::mechanism::{Owner, Place, Quantity, Variable};
 use crate::scene::dimension::{
-    ACCELERATION, ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, ENERGY, FORCE, LENGTH, POWER,
-    TORQUE, VELOCITY, Wanted,
+    ACCELERATION, ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, ENERGY, FORCE, LENGTH, POWER, TORQUE, VELOCITY, Wanted,
 };
 use crate::scene::fault::Fault;
 use crate::scene::model::{DriverKind, JointKind, LoadKind};
@@ -13,8 +12,8 @@ use crate::scene::span::Text;
 use crate::scene::suggest;
 
 use Quantity::{
-    A, Alpha, Angle, Ax, Ay, Fn, Force, Fx, Fy, KineticEnergy, Length, Omega, PositionResidual,
-    PotentialEnergy, Power, Rate, S, Torque, TotalEnergy, V, VelocityResidual, Vx, Vy, X, Y,
+    A, Alpha, Angle, Ax, Ay, Fn, Force, Fx, Fy, KineticEnergy, Length, Omega, PositionResidual, PotentialEnergy, Power,
+    Rate, S, Torque, TotalEnergy, V, VelocityResidual, Vx, Vy, X, Y,
 };
 
 /// What kind of thing a variable is.
@@ -34,9 +33,7 @@ impl Class {
             Vx | Vy | Omega | V | Rate => Class::Velocity,
             Ax | Ay | Alpha | A => Class::Acceleration,
             Fx | Fy | Fn | Force | Torque | Power => Class::Effort,
-            KineticEnergy | PotentialEnergy | TotalEnergy | PositionResidual | VelocityResidual => {
-                Class::System
-            }
+            KineticEnergy | PotentialEnergy | TotalEnergy | PositionResidual | VelocityResidual => Class::System,
         }
     }
 }
@@ -68,10 +65,7 @@ fn words(quantity: Quantity) -> (&'static str, &'static str) {
         PotentialEnergy => ("potential", "potential energy"),
         TotalEnergy => ("total", "total energy"),
         PositionResidual => ("position", "largest residual of the loop equations"),
-        VelocityResidual => (
-            "velocity",
-            "largest residual of the rates of the loop equations",
-        ),
+        VelocityResidual => ("velocity", "largest residual of the rates of the loop equations"),
     }
 }
 
@@ -137,63 +131,31 @@ struct Found {
 
 impl Resolver<'_> {
     /// The variable with a name such as `crank.angle` or `rod.small_end.x`; a fault with this code if there is none.
-    pub(super) fn variable(
-        &mut self,
-        name: &Text,
-        user: &str,
-        code: &'static str,
-    ) -> Option<Variable> {
+    pub(super) fn variable(&mut self, name: &Text, user: &str, code: &'static str) -> Option<Variable> {
         let (owner, last) = name.text.rsplit_once('.').unwrap_or((&name.text, ""));
         let Some(found) = self.find_owner(owner) else {
             self.unknown_owner(name, user, code);
             return None;
         };
         let one_dimensional = self.one_dimensional();
-        let mut has = found
-            .has
-            .iter()
-            .copied()
-            .filter(|quantity| !one_dimensional || on_a_line(*quantity));
+        let mut has = found.has.iter().copied().filter(|quantity| !one_dimensional || on_a_line(*quantity));
         if let Some(quantity) = has.clone().find(|quantity| words(*quantity).0 == last) {
-            return Some(Variable {
-                owner: found.owner,
-                quantity,
-            });
+            return Some(Variable { owner: found.owner, quantity });
         }
         let names: Vec<&str> = has.by_ref().map(|quantity| words(quantity).0).collect();
         let has = match names.is_empty() {
             true => format!("{} has no variables", found.called),
-            false => format!(
-                "{} has {}",
-                found.called,
-                suggest::list(names.iter().copied())
-            ),
+            false => format!("{} has {}", found.called, suggest::list(names.iter().copied())),
         };
         let near = suggest::nearest(last, names.iter().copied());
-        let help = near.map_or(has.clone(), |near| {
-            format!("did you mean `{owner}.{near}`? {has}")
-        });
-        let message = format!(
-            "{user} names a variable that does not exist: `{}`",
-            name.text
-        );
-        self.faults.push_about(
-            &name.text,
-            Fault::new(code, message, name.span)
-                .label("no such variable")
-                .help(help),
-        );
+        let help = near.map_or(has.clone(), |near| format!("did you mean `{owner}.{near}`? {has}"));
+        let message = format!("{user} names a variable that does not exist: `{}`", name.text);
+        self.faults.push_about(&name.text, Fault::new(code, message, name.span).label("no such variable").help(help));
         None
     }
 
     fn find_owner(&self, owner: &str) -> Option<Found> {
-        let place = |place, called: String, has| {
-            Some(Found {
-                owner: Owner::Place(place),
-                called,
-                has,
-            })
-        };
+        let place = |place, called: String, has| Some(Found { owner: Owner::Place(place), called, has });
         if let Some((body, point)) = owner.split_once('.') {
             return match (body, self.names.get(body)) {
                 ("ground", _) => {
@@ -207,13 +169,7 @@ impl Resolver<'_> {
                 _ => None,
             };
         }
-        let system = |has| {
-            Some(Found {
-                owner: Owner::System,
-                called: format!("`{owner}`"),
-                has,
-            })
-        };
+        let system = |has| Some(Found { owner: Owner::System, called: format!("`{owner}`"), has });
         match owner {
             "energy" => return system(ENERGIES),
             "constraint" => return system(RESIDUALS),
@@ -223,27 +179,15 @@ impl Resolver<'_> {
             Named::Body(id) => place(Place::Centre(id), format!("body `{owner}`"), BODY),
             Named::Joint(id) => {
                 let (word, has) = of_joint(&self.scene.joints[id.0].kind);
-                Some(Found {
-                    owner: Owner::Joint(id),
-                    called: format!("{word} `{owner}`"),
-                    has,
-                })
+                Some(Found { owner: Owner::Joint(id), called: format!("{word} `{owner}`"), has })
             }
             Named::Driver(id) => {
                 let has = of_driver(&self.scene.drivers[id.0].kind);
-                Some(Found {
-                    owner: Owner::Driver(id),
-                    called: format!("driver `{owner}`"),
-                    has,
-                })
+                Some(Found { owner: Owner::Driver(id), called: format!("driver `{owner}`"), has })
             }
             Named::Load(id) => {
                 let (word, has) = of_load(&self.scene.loads[id.0].kind);
-                Some(Found {
-                    owner: Owner::Load(id),
-                    called: format!("{word} `{owner}`"),
-                    has,
-                })
+                Some(Found { owner: Owner::Load(id), called: format!("{word} `{owner}`"), has })
             }
             Named::Parameter(_) | Named::Input(_) => None,
         }
@@ -257,20 +201,10 @@ impl Resolver<'_> {
         let help = match self.names.get(first) {
             Some(Named::Body(_)) => {
                 let point = rest.split('.').next().unwrap_or_default();
-                let index = self
-                    .scene
-                    .bodies
-                    .iter()
-                    .find(|body| body.name.text == first);
-                let points: Vec<&str> = index
-                    .iter()
-                    .flat_map(|body| &body.points)
-                    .map(|point| point.name.text.as_str())
-                    .collect();
-                let has = format!(
-                    "body `{first}` has the points {}",
-                    suggest::list(points.iter().copied())
-                );
+                let index = self.scene.bodies.iter().find(|body| body.name.text == first);
+                let points: Vec<&str> =
+                    index.iter().flat_map(|body| &body.points).map(|point| point.name.text.as_str()).collect();
+                let has = format!("body `{first}` has the points {}", suggest::list(points.iter().copied()));
                 suggest::hint(point, points.iter().copied(), has)
             }
             Some(named @ (Named::Parameter(_) | Named::Input(_))) => {
@@ -281,27 +215,14 @@ impl Resolver<'_> {
                 )
             }
             _ => {
-                let known = self
-                    .names
-                    .all(|named| !matches!(named, Named::Parameter(_) | Named::Input(_)));
-                let otherwise = "variables are named like `crank.angle`, `rod.small_end.x`, `wrist_pin.fx`, `energy.total`";
-                suggest::hint(
-                    first,
-                    known.into_iter().chain(["energy", "constraint", "ground"]),
-                    otherwise.to_string(),
-                )
+                let known = self.names.all(|named| !matches!(named, Named::Parameter(_) | Named::Input(_)));
+                let otherwise =
+                    "variables are named like `crank.angle`, `rod.small_end.x`, `wrist_pin.fx`, `energy.total`";
+                suggest::hint(first, known.into_iter().chain(["energy", "constraint", "ground"]), otherwise.to_string())
             }
         };
-        let message = format!(
-            "{user} names a variable that does not exist: `{}`",
-            name.text
-        );
-        self.faults.push_about(
-            &name.text,
-            Fault::new(code, message, name.span)
-                .label("no such variable")
-                .help(help),
-        );
+        let message = format!("{user} names a variable that does not exist: `{}`", name.text);
+        self.faults.push_about(&name.text, Fault::new(code, message, name.span).label("no such variable").help(help));
     }
 
     /// The last words of the variables of what has this name.
@@ -319,10 +240,7 @@ impl Resolver<'_> {
         let (_, words) = words(variable.quantity);
         match variable.owner {
             Owner::System => words.to_string(),
-            _ => format!(
-                "{words} `{}`",
-                name.rsplit_once('.').map_or(name, |(owner, _)| owner)
-            ),
+            _ => format!("{words} `{}`", name.rsplit_once('.').map_or(name, |(owner, _)| owner)),
         }
     }
 }

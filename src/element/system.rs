@@ -1,0 +1,244 @@
+//! All elements of a mechanism and the two graphs that they form.
+
+use std::collections::{BTreeSet, HashMap};
+
+use petgraph::unionfind::UnionFind;
+
+use super::{
+    Angle, Element, RotationalRow, Signal, arm, body, displacement_driver, force, line, position_driver, prismatic,
+    revolute, rotation_driver, torque, weld,
+};
+use crate::expr::{Arena, Expr, Order, Symbol};
+use crate::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
+use crate::mechanism::{
+    BodyId, DriverId, DriverKind, Formula, InputId, JointId, JointKind, LoadId, LoadKind, Mechanism, Motion, Place,
+    Quantity,
+};
+use crate::translate::translate;
+
+/// The elements of a mechanism, its translational and its rotational graph, and the expressions in their terminal equations.
+#[derive(Clone, Debug)]
+pub struct System<'m> {
+    /// What the elements come from.
+    pub mechanism: &'m Mechanism,
+    /// Owns every expression of the equations.
+    pub arena: Arena,
+    /// Elements in the paper's order: bodies, ground vectors, arms, joints, drivers, loads.
+    pub elements: Vec<Element>,
+    /// Nodes are points.
+    pub translation: LinearGraph<Translation>,
+    /// Nodes are bodies.
+    pub rotation: LinearGraph<Rotation>,
+    /// Drivers that integrate an input: the driver, the input, and which derivative the input prescribes.
+    pub followers: Vec<(DriverId, InputId, Order)>,
+    pub(super) used: BTreeSet<Place>,
+    /// Classes of bodies that keep their relative angles.
+    held: UnionFind<usize>,
+    t_nodes: HashMap<Place, TNode>,
+    r_nodes: HashMap<BodyId, RNode>,
+}
+
+impl<'m> System<'m> {
+    /// Builds both graphs.
+    pub fn new(mechanism: &'m Mechanism) -> Self {
+        let mut system = System {
+            mechanism,
+            arena: Arena::default(),
+            elements: Vec::new(),
+            translation: LinearGraph::default(),
+            rotation: LinearGraph::default(),
+            followers: Vec::new(),
+            used: used_places(mechanism),
+            held: UnionFind::new(mechanism.bodies.len() + 1),
+            t_nodes: HashMap::from([(Place::Origin, TNode::DATUM)]),
+            r_nodes: HashMap::new(),
+        };
+        system.add_nodes();
+        system.add_bodies_and_arms();
+        for index in 0..mechanism.joints.len() {
+            let element = system.joint(JointId(index));
+            system.push(element);
+        }
+        for index in 0..mechanism.drivers.len() {
+            let element = system.driver(DriverId(index));
+            system.push(element);
+        }
+        for index in 0..mechanism.loads.len() {
+            let element = system.load(LoadId(index));
+            system.push(element);
+        }
+        system.find_held();
+        system
+    }
+
+    /// The element behind an index.
+    pub fn element(&self, id: ElementId) -> &Element {
+        &self.elements[id.0]
+    }
+
+    /// The node of a point.
+    pub fn t_node(&self, place: Place) -> TNode {
+        // Every used place has a node; an unused one is only asked for by its body's centre.
+        self.t_nodes.get(&place).copied().unwrap_or(TNode::DATUM)
+    }
+
+    /// Does a point have a node of its own?
+    pub fn has_node(&self, place: Place) -> bool {
+        self.t_nodes.contains_key(&place)
+    }
+
+    /// The node of a body, or of the ground.
+    pub fn r_node(&self, body: Option<BodyId>) -> RNode {
+        body.and_then(|body| self.r_nodes.get(&body).copied()).unwrap_or(RNode::DATUM)
+    }
+
+    /// A formula of time, parameters and inputs.
+    pub fn value(&mut self, formula: &Formula) -> Expr {
+        // The scene permits no variable where this is used: resolving refuses it with a fault.
+        translate(&mut self.arena, formula, &mut |_, _| Expr::ZERO)
+    }
+
+    pub(super) fn values(&mut self, formulas: &[Formula; 2]) -> [Expr; 2] {
+        formulas.each_ref().map(|formula| self.value(formula))
+    }
+
+    pub(super) fn label(&self, letter: &str) -> String {
+        format!("{letter}{}", self.elements.len() + 1)
+    }
+
+    /// A prescribed motion with its derivatives.
+    pub(super) fn signal(&mut self, driver: DriverId, motion: &Motion) -> Signal {
+        let value = match motion {
+            Motion::Given(formula) => self.value(formula),
+            Motion::Velocity(input) => self.follower(driver, *input, Order::Velocity),
+            Motion::Acceleration(input) => self.follower(driver, *input, Order::Acceleration),
+        };
+        let rate = self.arena.time_derivative(value);
+        let acceleration = self.arena.time_derivative(rate);
+        Signal { value, rate, acceleration }
+    }
+
+    fn follower(&mut self, driver: DriverId, input: InputId, order: Order) -> Expr {
+        self.followers.push((driver, input, order));
+        self.arena.symbol(Symbol::Follower(self.followers.len() - 1, Order::Position))
+    }
+
+    fn add_nodes(&mut self) {
+        for (index, body) in self.mechanism.bodies.iter().enumerate() {
+            let id = BodyId(index);
+            self.t_nodes.insert(Place::Centre(id), self.translation.add_node(&body.name));
+            if self.mechanism.dimension == crate::mechanism::Dimension::Two {
+                self.r_nodes.insert(id, self.rotation.add_node(&body.name));
+            }
+        }
+        for &place in &self.used {
+            let name = match place {
+                Place::Origin | Place::Centre(_) => continue,
+                Place::Ground(point) => format!("ground.{}", self.mechanism.ground[point].name),
+                Place::Point(body, point) => {
+                    let body = &self.mechanism.bodies[body.0];
+                    format!("{}.{}", body.name, body.points[point].name)
+                }
+            };
+            self.t_nodes.insert(place, self.translation.add_node(name));
+        }
+    }
+
+    fn add_bodies_and_arms(&mut self) {
+        for index in 0..self.mechanism.bodies.len() {
+            let element = body::element(self, BodyId(index));
+            self.push(element);
+        }
+        for place in self.used.clone() {
+            let element = match place {
+                Place::Ground(point) => arm::of_ground(self, point),
+                Place::Point(body, point) => arm::of_body(self, body, point),
+                Place::Origin | Place::Centre(_) => continue,
+            };
+            self.push(element);
+        }
+    }
+
+    fn joint(&mut self, id: JointId) -> Element {
+        match &self.mechanism.joints[id.0].kind {
+            JointKind::Revolute { damping } => revolute::element(self, id, damping),
+            JointKind::Prismatic { axis, angle, damping } => prismatic::element(self, id, axis, angle, damping),
+            JointKind::Weld { angle } => weld::element(self, id, angle),
+        }
+    }
+
+    fn driver(&mut self, id: DriverId) -> Element {
+        match &self.mechanism.drivers[id.0].kind {
+            DriverKind::Angle { between, motion, .. } => rotation_driver::element(self, id, *between, motion),
+            DriverKind::Position { on, position } => position_driver::element(self, id, *on, position),
+            DriverKind::Displacement { joint, motion } => {
+                let along_x = [Formula::Number(1.0), Formula::Number(0.0)];
+                let axis = match &self.mechanism.joints[joint.0].kind {
+                    JointKind::Prismatic { axis, .. } => axis,
+                    JointKind::Revolute { .. } | JointKind::Weld { .. } => &along_x,
+                };
+                displacement_driver::element(self, id, *joint, axis, motion)
+            }
+        }
+    }
+
+    fn load(&mut self, id: LoadId) -> Element {
+        let linear = [Quantity::Length, Quantity::Rate];
+        let turning = [Quantity::Angle, Quantity::Omega];
+        match &self.mechanism.loads[id.0].kind {
+            LoadKind::Force { on, vector, in_body } => force::element(self, id, *on, vector, *in_body),
+            LoadKind::Torque { between, value } => torque::element(self, id, *between, value.clone()),
+            LoadKind::Spring { between, stiffness, length, damping } => {
+                let law = line::linear_law(id, linear, stiffness, length, damping);
+                line::element(self, id, *between, law)
+            }
+            LoadKind::Actuator { between, force } => line::element(self, id, *between, force.clone()),
+            LoadKind::TorsionSpring { between, stiffness, angle, damping } => {
+                let law = line::linear_law(id, turning, stiffness, angle, damping);
+                torque::element(self, id, *between, law)
+            }
+            LoadKind::TorsionActuator { between, torque } => torque::element(self, id, *between, torque.clone()),
+        }
+    }
+
+    fn push(&mut self, element: Element) {
+        let id = ElementId(self.elements.len());
+        if let Some(row) = &element.translation {
+            self.translation.add_edge(id, row.ends);
+        }
+        if let Some(row) = &element.rotation {
+            self.rotation.add_edge(id, row.ends);
+        }
+        self.elements.push(element);
+    }
+}
+
+/// The points that joints, drivers and loads use.
+fn used_places(mechanism: &Mechanism) -> BTreeSet<Place> {
+    let joints = mechanism.joints.iter().flat_map(|joint| joint.between);
+    let drivers = mechanism.drivers.iter().filter_map(|driver| match driver.kind {
+        DriverKind::Position { on, .. } => Some(on),
+        DriverKind::Angle { .. } | DriverKind::Displacement { .. } => None,
+    });
+    let loads = mechanism.loads.iter().flat_map(|load| match load.kind {
+        LoadKind::Force { on, .. } => vec![on],
+        LoadKind::Spring { between, .. } | LoadKind::Actuator { between, .. } => between.to_vec(),
+        LoadKind::Torque { .. } | LoadKind::TorsionSpring { .. } | LoadKind::TorsionActuator { .. } => Vec::new(),
+    });
+    joints.chain(drivers).chain(loads).collect()
+}
+
+impl System<'_> {
+    /// Is a body's angle held to the ground's by prismatic joints and welds?
+    pub fn cannot_turn(&self, body: BodyId) -> bool {
+        self.held.equiv(RNode::DATUM.index(), self.r_node(Some(body)).index())
+    }
+
+    fn find_held(&mut self) {
+        for element in &self.elements {
+            if let Some(RotationalRow { ends: [a, b], angle: Angle::Constant(_), .. }) = &element.rotation {
+                self.held.union(a.index(), b.index());
+            }
+        }
+    }
+}

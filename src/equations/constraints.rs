@@ -1,0 +1,125 @@
+//! Step 2: the circuit equations of chords that hold something, projected on their reaction spaces.
+
+use std::collections::BTreeMap;
+
+use super::form::{Coefficient, Form};
+use super::kinematics::{Kinematics, known_angle, project};
+use super::vector::Scalar;
+use crate::element::{Angle, Direction, System};
+use crate::expr::{Arena, Expr, Node, Order, Symbol};
+use crate::graph::{ElementId, Rotation, Translation, Tree};
+
+/// One scalar loop equation Phi = 0 with its derivatives, and the reaction that belongs to it.
+#[derive(Clone, Debug)]
+pub struct Constraint {
+    /// The chord.
+    pub element: ElementId,
+    /// The direction that it holds; `None` for an angle.
+    pub direction: Option<Direction>,
+    /// Phi (Eq. 15): the projection of \[B_f\]{r}, so that the multiplier is the chord's through variable.
+    pub value: Expr,
+    /// Phi_q: (coordinate, entry).
+    pub jacobian: Vec<(usize, Expr)>,
+    /// Phi_t.
+    pub time_rate: Expr,
+    /// gamma of Eq. (21).
+    pub gamma: Expr,
+    /// d Phi / d position of each follower.
+    pub followers: Vec<(usize, Expr)>,
+}
+
+impl Constraint {
+    /// A row without coordinates: it holds, or two parts of the scene contradict each other.
+    pub fn is_trivial(&self) -> bool {
+        self.jacobian.is_empty()
+    }
+}
+
+/// The loop equations of both graphs.
+pub fn constraints(
+    system: &mut System,
+    kinematics: &Kinematics,
+    t_tree: &Tree<Translation>,
+    r_tree: &Tree<Rotation>,
+) -> Vec<Constraint> {
+    let mut rows = Vec::new();
+    for &chord in &t_tree.chords {
+        let Some(row) = system.elements[chord.0].translation.clone() else { continue };
+        if row.reaction.is_empty() {
+            continue;
+        }
+        let mut gap = kinematics.known(system, &row.known);
+        let own = kinematics.across(&mut system.arena, row.ends);
+        let minus = system.arena.constant(-1.0);
+        gap.accumulate(&mut system.arena, minus, &own);
+        for direction in row.reaction {
+            let along = kinematics.direction(system, direction);
+            let arena = &mut system.arena;
+            let (value, velocity, acceleration) = project(kinematics, arena, &gap, &along);
+            let value = value.total(arena, &kinematics.frames);
+            rows.push(assemble(arena, kinematics, (chord, Some(direction)), value, &velocity, &acceleration));
+        }
+    }
+    for &chord in &r_tree.chords {
+        let Some(row) = system.elements[chord.0].rotation.clone() else { continue };
+        if matches!(row.angle, Angle::Free(_)) {
+            continue;
+        }
+        let arena = &mut system.arena;
+        let mut gap = known_angle(arena, &row.angle);
+        let own = kinematics.angle_across(arena, row.ends);
+        let minus = arena.constant(-1.0);
+        gap.accumulate(arena, minus, &own);
+        let value = gap.position.total(arena);
+        let [velocity, acceleration] = [&gap.velocity, &gap.acceleration]
+            .map(|form| form.map(arena, |_, &coefficient| Scalar::plain(coefficient)));
+        rows.push(assemble(arena, kinematics, (chord, None), value, &velocity, &acceleration));
+    }
+    rows
+}
+
+fn assemble(
+    arena: &mut Arena,
+    kinematics: &Kinematics,
+    (element, direction): (ElementId, Option<Direction>),
+    value: Expr,
+    velocity: &Form<Scalar>,
+    acceleration: &Form<Scalar>,
+) -> Constraint {
+    let (rates, time_rate) = split(arena, kinematics, velocity, Order::Velocity);
+    let (_, rest) = split(arena, kinematics, acceleration, Order::Acceleration);
+    let gamma = arena.negate(rest);
+    let followers = follower_rates(arena, kinematics, velocity);
+    Constraint { element, direction, value, jacobian: rates, time_rate, gamma, followers }
+}
+
+/// Splits a form into its coefficients by the coordinates' derivatives of one order, and the rest.
+pub fn split(
+    arena: &mut Arena,
+    kinematics: &Kinematics,
+    form: &Form<Scalar>,
+    order: Order,
+) -> (Vec<(usize, Expr)>, Expr) {
+    let mut entries = Vec::new();
+    let mut rest: Form<Expr> = Form::default();
+    for (key, coefficient) in form.terms() {
+        let total = coefficient.total(arena, &kinematics.frames);
+        match arena.node(key) {
+            Node::Symbol(Symbol::Coordinate(index, of)) if of == order => entries.push((index, total)),
+            _ => rest.add_term(arena, key, &total),
+        }
+    }
+    entries.retain(|(_, entry)| !entry.is_zero());
+    entries.sort_unstable();
+    (entries, rest.total(arena))
+}
+
+fn follower_rates(arena: &mut Arena, kinematics: &Kinematics, velocity: &Form<Scalar>) -> Vec<(usize, Expr)> {
+    let mut entries: BTreeMap<usize, Expr> = BTreeMap::new();
+    for (key, coefficient) in velocity.terms() {
+        if let Node::Symbol(Symbol::Follower(index, Order::Velocity)) = arena.node(key) {
+            entries.insert(index, coefficient.total(arena, &kinematics.frames));
+        }
+    }
+    entries.into_iter().collect()
+}

@@ -1,0 +1,352 @@
+//! Through variables, and Step 1: the cutset equations of branches, projected on their motion spaces.
+//!
+//! Every force and torque is a linear form in the accelerations of the coordinates, the reactions, products of rates, and
+//! loads. The chord transformation (Eq. 9) is evaluated from the leaves of the tree inwards, which is the recursion that the paper
+//! finds in Eqs (49)-(55).
+
+use std::collections::HashMap;
+
+use super::constraints::{Constraint, split};
+use super::form::{Coefficient, Form};
+use super::kinematics::Kinematics;
+use super::vector::{Scalar, Vector};
+use crate::element::{Angle, Direction, Force, Origin, System, Torque, TranslationalRow};
+use crate::expr::{Arena, Expr, Node, Order, Property, Symbol};
+use crate::graph::{ElementId, Rotation, Topology, Translation, Tree};
+use crate::mechanism::{BodyId, JointKind};
+
+/// Forces and torques of all elements, and the projected cutset equations.
+#[derive(Clone, Debug)]
+pub struct Dynamics {
+    forces: HashMap<ElementId, Form<Vector>>,
+    torques: HashMap<ElementId, Form<Scalar>>,
+    /// \[M\], by rows: (column, entry).
+    pub mass: Vec<Vec<(usize, Expr)>>,
+    /// The coefficients of the reactions in the cutset equations, by rows: (constraint, entry). Equal to \[Phi_q\]^T.
+    pub reactions: Vec<Vec<(usize, Expr)>>,
+    /// {Q}
+    pub load: Vec<Expr>,
+}
+
+/// Constitutive loads, as expressions of positions and velocities: what the terminal equations of loads evaluate to.
+#[derive(Clone, Debug, Default)]
+pub struct Laws {
+    /// Force on the second node.
+    pub forces: HashMap<ElementId, Form<Vector>>,
+    /// Torque on the second body.
+    pub torques: HashMap<ElementId, Expr>,
+}
+
+impl Dynamics {
+    /// Evaluates both cotrees, then both trees, then the rows.
+    pub fn new(
+        system: &mut System,
+        kinematics: &Kinematics,
+        (t_tree, t_topology): (&Tree<Translation>, &Topology<Translation>),
+        (r_tree, r_topology): (&Tree<Rotation>, &Topology<Rotation>),
+        constraints: &[Constraint],
+        laws: &Laws,
+    ) -> Self {
+        let mut dynamics = Dynamics {
+            forces: HashMap::new(),
+            torques: HashMap::new(),
+            mass: Vec::new(),
+            reactions: Vec::new(),
+            load: Vec::new(),
+        };
+        for &chord in &t_tree.chords {
+            let mut force = constitutive_force(system, kinematics, laws, chord);
+            add_reactions(system, kinematics, constraints, chord, &mut force);
+            dynamics.forces.insert(chord, force);
+        }
+        dynamics.branch_forces(&mut system.arena, t_tree, t_topology);
+        let moments = dynamics.moments(system, kinematics);
+        for &chord in &r_tree.chords {
+            let mut torque = constitutive_torque(system, kinematics, laws, &moments, chord);
+            for (index, constraint) in constraints.iter().enumerate() {
+                if constraint.element == chord && constraint.direction.is_none() && !constraint.is_trivial() {
+                    let reaction = system.arena.symbol(Symbol::Reaction(index));
+                    torque.add_term(&mut system.arena, reaction, &Scalar::plain(Expr::ONE));
+                }
+            }
+            dynamics.torques.insert(chord, torque);
+        }
+        dynamics.branch_torques(&mut system.arena, r_tree, r_topology);
+        for &branch in &t_tree.branches {
+            dynamics.translational_rows(system, kinematics, laws, branch);
+        }
+        for &branch in &r_tree.branches {
+            dynamics.rotational_row(system, kinematics, laws, &moments, branch);
+        }
+        dynamics
+    }
+
+    /// Force that an element exerts on its second node: for a branch from its cutset.
+    pub fn force(&self, element: ElementId) -> Option<&Form<Vector>> {
+        self.forces.get(&element)
+    }
+
+    /// Torque that an element exerts on its second body: for a branch from its cutset.
+    pub fn torque(&self, element: ElementId) -> Option<&Form<Scalar>> {
+        self.torques.get(&element)
+    }
+
+    /// {F}_b = -\[A\]{F}_c, from the leaves inwards: what reaches a node from outside it must pass its branch.
+    fn branch_forces(&mut self, arena: &mut Arena, tree: &Tree<Translation>, topology: &Topology<Translation>) {
+        let mut sums: HashMap<usize, Form<Vector>> = HashMap::new();
+        let minus = arena.constant(-1.0);
+        for &chord in &tree.chords {
+            let [a, b] = topology.ends(chord);
+            let force = self.forces[&chord].clone();
+            sums.entry(b.index()).or_default().accumulate(arena, Expr::ONE, &force);
+            sums.entry(a.index()).or_default().accumulate(arena, minus, &force);
+        }
+        for (node, parent, branch, sign) in topology.outward().rev() {
+            let sum = sums.remove(&node.index()).unwrap_or_default();
+            let through = arena.constant(-f64::from(sign));
+            self.forces.insert(branch, sum.scaled(arena, through));
+            sums.entry(parent.index()).or_default().accumulate(arena, Expr::ONE, &sum);
+        }
+    }
+
+    /// {T}_b = -\[A\]{T}_c
+    fn branch_torques(&mut self, arena: &mut Arena, tree: &Tree<Rotation>, topology: &Topology<Rotation>) {
+        let mut sums: HashMap<usize, Form<Scalar>> = HashMap::new();
+        let minus = arena.constant(-1.0);
+        for &chord in &tree.chords {
+            let [a, b] = topology.ends(chord);
+            let torque = self.torques[&chord].clone();
+            sums.entry(b.index()).or_default().accumulate(arena, Expr::ONE, &torque);
+            sums.entry(a.index()).or_default().accumulate(arena, minus, &torque);
+        }
+        for (node, parent, branch, sign) in topology.outward().rev() {
+            let sum = sums.remove(&node.index()).unwrap_or_default();
+            let through = arena.constant(-f64::from(sign));
+            self.torques.insert(branch, sum.scaled(arena, through));
+            sums.entry(parent.index()).or_default().accumulate(arena, Expr::ONE, &sum);
+        }
+    }
+
+    /// sum r x F over the arms of each body and the slides whose axis is fixed in it (Eq. 6).
+    fn moments(&self, system: &mut System, kinematics: &Kinematics) -> HashMap<BodyId, Form<Scalar>> {
+        let mut moments: HashMap<BodyId, Form<Scalar>> = HashMap::new();
+        for index in 0..system.elements.len() {
+            let element = &system.elements[index];
+            let Some(row) = &element.translation else { continue };
+            let (Some(body), Some(force)) = (carrier(system, element.origin), self.forces.get(&ElementId(index)))
+            else {
+                continue;
+            };
+            let arm = kinematics.across(&mut system.arena, row.ends).position;
+            let moment = force.map(&mut system.arena, |arena, f| arm.cross(arena, f));
+            moments.entry(body).or_default().accumulate(&mut system.arena, Expr::ONE, &moment);
+        }
+        moments
+    }
+
+    fn translational_rows(&mut self, system: &mut System, kinematics: &Kinematics, laws: &Laws, branch: ElementId) {
+        let Some(row) = system.elements[branch.0].translation.clone() else { return };
+        if row.motion.is_empty() {
+            return;
+        }
+        let mut balance = constitutive_force(system, kinematics, laws, branch);
+        let minus = system.arena.constant(-1.0);
+        balance.accumulate(&mut system.arena, minus, &self.forces[&branch]);
+        for (direction, _) in row.motion {
+            let (_, along) = kinematics.direction(system, direction);
+            let projected = balance.map(&mut system.arena, |arena, f| f.dot(arena, &along));
+            self.push_row(&mut system.arena, kinematics, &projected);
+        }
+    }
+
+    fn rotational_row(
+        &mut self,
+        system: &mut System,
+        kinematics: &Kinematics,
+        laws: &Laws,
+        moments: &HashMap<BodyId, Form<Scalar>>,
+        branch: ElementId,
+    ) {
+        let free = system.elements[branch.0].rotation.as_ref().is_some_and(|row| matches!(row.angle, Angle::Free(_)));
+        if free {
+            let mut balance = constitutive_torque(system, kinematics, laws, moments, branch);
+            let minus = system.arena.constant(-1.0);
+            balance.accumulate(&mut system.arena, minus, &self.torques[&branch]);
+            self.push_row(&mut system.arena, kinematics, &balance);
+        }
+    }
+
+    /// Splits 0 = -M a - Phi_q^T lambda + Q.
+    fn push_row(&mut self, arena: &mut Arena, kinematics: &Kinematics, balance: &Form<Scalar>) {
+        let (accelerations, rest) = split(arena, kinematics, balance, Order::Acceleration);
+        let mut reactions = Vec::new();
+        for (key, coefficient) in balance.terms() {
+            if let Node::Symbol(Symbol::Reaction(index)) = arena.node(key) {
+                let total = coefficient.total(arena, &kinematics.frames);
+                reactions.push((index, arena.negate(total)));
+            }
+        }
+        reactions.retain(|(_, entry)| !entry.is_zero());
+        self.mass.push(accelerations.into_iter().map(|(column, entry)| (column, arena.negate(entry))).collect());
+        self.load.push(without_reactions(arena, kinematics, balance, rest));
+        self.reactions.push(reactions);
+    }
+}
+
+/// The loads that are left when accelerations and reactions are taken out.
+fn without_reactions(arena: &mut Arena, kinematics: &Kinematics, balance: &Form<Scalar>, rest: Expr) -> Expr {
+    if !balance.terms().any(|(key, _)| matches!(arena.node(key), Node::Symbol(Symbol::Reaction(_)))) {
+        return rest;
+    }
+    let mut load: Form<Expr> = Form::default();
+    for (key, coefficient) in balance.terms() {
+        let solved = matches!(arena.node(key), Node::Symbol(symbol) if symbol.is_solved());
+        if !solved {
+            let total = coefficient.total(arena, &kinematics.frames);
+            load.add_term(arena, key, &total);
+        }
+    }
+    load.total(arena)
+}
+
+/// The body in whose torque equation an element's r x F appears.
+fn carrier(system: &System, origin: Origin) -> Option<BodyId> {
+    let slide = |joint: usize| system.mechanism.joints[joint].between[0].body();
+    match origin {
+        Origin::Arm(body, _) => Some(body),
+        Origin::Joint(joint) => match system.mechanism.joints[joint.0].kind {
+            JointKind::Prismatic { .. } => slide(joint.0),
+            JointKind::Revolute { .. } | JointKind::Weld { .. } => None,
+        },
+        Origin::Driver(driver) => match system.mechanism.drivers[driver.0].kind {
+            crate::mechanism::DriverKind::Displacement { joint, .. } => slide(joint.0),
+            _ => None,
+        },
+        Origin::Body(_) | Origin::GroundVector(_) | Origin::Load(_) => None,
+    }
+}
+
+/// lambda x direction for every loop equation of a chord.
+fn add_reactions(
+    system: &mut System,
+    kinematics: &Kinematics,
+    constraints: &[Constraint],
+    chord: ElementId,
+    force: &mut Form<Vector>,
+) {
+    for (index, constraint) in constraints.iter().enumerate() {
+        let (true, Some(direction), false) =
+            (constraint.element == chord, constraint.direction, constraint.is_trivial())
+        else {
+            continue;
+        };
+        let (_, along) = kinematics.direction(system, direction);
+        let reaction = system.arena.symbol(Symbol::Reaction(index));
+        force.add_term(&mut system.arena, reaction, &along);
+    }
+}
+
+/// The part of a force that the terminal equation gives.
+fn constitutive_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: ElementId) -> Form<Vector> {
+    let Some(row) = system.elements[id.0].translation.clone() else { return Form::default() };
+    match &row.through {
+        Force::None => Form::default(),
+        Force::Inertia(body) => inertia_force(system, kinematics, &row, *body),
+        Force::Damping(coefficient) => damping_force(system, kinematics, &row, *coefficient),
+        Force::World(_) | Force::InBody(..) | Force::Line(_) => laws.forces.get(&id).cloned().unwrap_or_default(),
+    }
+}
+
+/// F = -m (a - g) (Eq. 5; gravity is a force actuator beside the body).
+fn inertia_force(system: &mut System, kinematics: &Kinematics, row: &TranslationalRow, body: BodyId) -> Form<Vector> {
+    let mass = mass(system, body);
+    let gravity = system.mechanism.gravity.each_ref().map(|component| system.value(component));
+    let arena = &mut system.arena;
+    let minus_mass = arena.negate(mass);
+    let mut force = kinematics.node(row.ends[1]).acceleration.scaled(arena, minus_mass);
+    for (component, axis) in gravity.into_iter().zip([Vector::x(), Vector::y()]) {
+        let weight = arena.multiply(mass, component);
+        let along = axis.scaled(arena, weight);
+        force.add_term(arena, Expr::ONE, &along);
+    }
+    force
+}
+
+/// F = -c (v . u) u
+fn damping_force(
+    system: &mut System,
+    kinematics: &Kinematics,
+    row: &TranslationalRow,
+    coefficient: Expr,
+) -> Form<Vector> {
+    let direction = row.motion.first().map_or(Direction::X, |(direction, _)| *direction);
+    let speed = kinematics.speed_along(system, row.ends, direction);
+    let (_, along) = kinematics.direction(system, direction);
+    let force = system.arena.multiply(coefficient, speed);
+    let resisting = system.arena.negate(force);
+    Form::term(&mut system.arena, resisting, &along)
+}
+
+/// The part of a torque that the terminal equation gives.
+fn constitutive_torque(
+    system: &mut System,
+    kinematics: &Kinematics,
+    laws: &Laws,
+    moments: &HashMap<BodyId, Form<Scalar>>,
+    id: ElementId,
+) -> Form<Scalar> {
+    let Some(row) = system.elements[id.0].rotation.clone() else { return Form::default() };
+    let plain = |arena: &mut Arena, value: Expr| Form::term(arena, value, &Scalar::plain(Expr::ONE));
+    match row.through {
+        Torque::None => Form::default(),
+        Torque::Inertia(body) => inertia_torque(system, kinematics, row.ends[1], body, moments),
+        Torque::Damping(coefficient) => {
+            let arena = &mut system.arena;
+            let omega = kinematics.angle_across(arena, row.ends).velocity.total(arena);
+            let torque = arena.multiply(coefficient, omega);
+            let resisting = arena.negate(torque);
+            plain(arena, resisting)
+        }
+        Torque::Law(_) => {
+            let torque = laws.torques.get(&id).copied().unwrap_or(Expr::ZERO);
+            plain(&mut system.arena, torque)
+        }
+    }
+}
+
+/// T = -I alpha - sum r x F (Eq. 6).
+fn inertia_torque(
+    system: &mut System,
+    kinematics: &Kinematics,
+    node: crate::graph::RNode,
+    body: BodyId,
+    moments: &HashMap<BodyId, Form<Scalar>>,
+) -> Form<Scalar> {
+    let inertia = inertia(system, body);
+    let arena = &mut system.arena;
+    let minus_inertia = arena.negate(inertia);
+    let mut torque =
+        kinematics.angle(node).acceleration.map(arena, |arena, &c| Scalar::plain(arena.multiply(minus_inertia, c)));
+    if let Some(moment) = moments.get(&body) {
+        let minus = arena.constant(-1.0);
+        torque.accumulate(arena, minus, moment);
+    }
+    torque
+}
+
+/// The mass of a body, or the mark that it is missing.
+pub fn mass(system: &mut System, body: BodyId) -> Expr {
+    match &system.mechanism.bodies[body.0].mass {
+        Some(mass) => system.value(mass),
+        None => system.arena.symbol(Symbol::Missing(body.0, Property::Mass)),
+    }
+}
+
+/// The inertia of a body, or the mark that it is missing; a body that cannot turn needs none.
+pub fn inertia(system: &mut System, body: BodyId) -> Expr {
+    match &system.mechanism.bodies[body.0].inertia {
+        Some(inertia) => system.value(inertia),
+        None if system.cannot_turn(body) => Expr::ZERO,
+        None => system.arena.symbol(Symbol::Missing(body.0, Property::Inertia)),
+    }
+}

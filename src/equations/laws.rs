@@ -1,0 +1,74 @@
+//! Loads as functions of positions, velocities, inputs and time.
+
+use super::Equations;
+use super::form::{Coefficient, Form};
+use super::vector::Vector;
+use crate::element::{Direction, Force, Torque};
+use crate::expr::Expr;
+use crate::graph::ElementId;
+use crate::mechanism::Formula;
+use crate::translate::translate;
+
+impl Equations<'_> {
+    /// Evaluates the terminal equations of all force and torque actuators.
+    pub(super) fn evaluate_laws(&mut self) {
+        for index in 0..self.system.elements.len() {
+            let id = ElementId(index);
+            let element = &self.system.elements[index];
+            if let Some(row) = &element.translation {
+                let (through, ends) = (row.through.clone(), row.ends);
+                let force = match through {
+                    Force::World(vector) => self.components(None, &vector),
+                    Force::InBody(body, vector) => self.components(Some(body), &vector),
+                    Force::Line(law) => self.line_force(ends, &law),
+                    Force::None | Force::Inertia(_) | Force::Damping(_) => continue,
+                };
+                self.laws.forces.insert(id, force);
+            } else if let Some(Torque::Law(law)) = element.rotation.as_ref().map(|row| row.through.clone()) {
+                let torque = self.formula(&law);
+                self.laws.torques.insert(id, torque);
+            }
+        }
+    }
+
+    /// The expression of a formula.
+    pub fn formula(&mut self, formula: &Formula) -> Expr {
+        // Variables need the whole formulation, not the arena alone: they are expressed first, then looked up.
+        let mut variables = Vec::new();
+        formula.visit_variables(&mut |variable| variables.push(variable));
+        for variable in variables {
+            self.variable(variable);
+        }
+        let known = &self.known;
+        translate(&mut self.system.arena, formula, &mut |_, variable| {
+            known.get(&variable).copied().unwrap_or(Expr::ZERO)
+        })
+    }
+
+    fn components(&mut self, body: Option<crate::mechanism::BodyId>, vector: &[Formula; 2]) -> Form<Vector> {
+        let mut force = Form::default();
+        let axes = [[Expr::ONE, Expr::ZERO], [Expr::ZERO, Expr::ONE]];
+        for (component, axis) in vector.iter().zip(axes) {
+            let value = self.formula(component);
+            let (_, along) = self.kinematics.direction(&mut self.system, Direction::Fixed(body, axis));
+            force.add_term(&mut self.system.arena, value, &along);
+        }
+        force
+    }
+
+    /// F = f d / |d|
+    fn line_force(&mut self, ends: [crate::graph::TNode; 2], law: &Formula) -> Form<Vector> {
+        let value = self.formula(law);
+        let across = self.kinematics.across(&mut self.system.arena, ends).position;
+        let length = self.length(&across);
+        let density = self.system.arena.divide(value, length);
+        Form::term(&mut self.system.arena, density, &across)
+    }
+
+    /// |d|
+    pub(super) fn length(&mut self, across: &Vector) -> Expr {
+        let arena = &mut self.system.arena;
+        let square = across.dot(arena, across).total(arena, &self.kinematics.frames);
+        if square.is_zero() { Expr::ZERO } else { arena.unary(crate::expr::Unary::Sqrt, square) }
+    }
+}

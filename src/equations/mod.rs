@@ -1,0 +1,132 @@
+//! The equations of motion in branch coordinates (McPhee 1998, section 4):
+//!
+//! M qdd + Phi_q^T lambda = Q,  Phi(q, t) = 0   (22)
+
+mod constraints;
+mod dynamics;
+mod form;
+mod kinematics;
+mod laws;
+mod variables;
+mod vector;
+
+use std::collections::{BTreeMap, HashMap};
+
+pub use constraints::Constraint;
+pub use dynamics::Dynamics;
+use dynamics::Laws;
+use kinematics::Kinematics;
+
+use crate::element::{Angle, CoordinateName, System};
+use crate::expr::{Expr, Order, Symbol};
+use crate::graph::{ElementId, Topology};
+use crate::mechanism::Variable;
+use crate::tree::Trees;
+
+/// A branch coordinate.
+#[derive(Clone, Debug)]
+pub struct Coordinate {
+    /// The branch.
+    pub element: ElementId,
+    /// What the user calls it.
+    pub name: CoordinateName,
+    /// An angle [rad]? Otherwise a displacement [m].
+    pub angular: bool,
+}
+
+/// The equations of one mechanism for one pair of trees.
+#[derive(Clone, Debug)]
+pub struct Equations<'m> {
+    /// Elements, graphs and the arena of all expressions.
+    pub system: System<'m>,
+    /// The trees.
+    pub trees: Trees,
+    /// {q}: those of the translational tree first.
+    pub coordinates: Vec<Coordinate>,
+    /// {Phi}, with its derivatives.
+    pub constraints: Vec<Constraint>,
+    kinematics: Kinematics,
+    laws: Laws,
+    dynamics: Option<Dynamics>,
+    known: HashMap<Variable, Expr>,
+}
+
+impl<'m> Equations<'m> {
+    /// Steps 2 and 3: the kinematics. Step 1 is left until something needs it ([`Equations::dynamics`]).
+    pub fn new(mut system: System<'m>, trees: Trees) -> Self {
+        let translation = Topology::new(&system.translation, &trees.translation);
+        let rotation = Topology::new(&system.rotation, &trees.rotation);
+        let (coordinates, t_first, r_first) = coordinates(&system, &trees);
+        let kinematics = Kinematics::new(&mut system, &translation, &rotation, &t_first, &r_first);
+        let constraints = constraints::constraints(&mut system, &kinematics, &trees.translation, &trees.rotation);
+        let mut equations = Equations {
+            system,
+            trees,
+            coordinates,
+            constraints,
+            kinematics,
+            laws: Laws::default(),
+            dynamics: None,
+            known: HashMap::new(),
+        };
+        equations.evaluate_laws();
+        equations
+    }
+
+    /// Steps 1 and 4: \[M\], \[Phi_q\]^T and {Q}; formulated when first asked for.
+    pub fn dynamics(&mut self) -> &Dynamics {
+        let dynamics = match self.dynamics.take() {
+            Some(dynamics) => dynamics,
+            None => {
+                let translation = Topology::new(&self.system.translation, &self.trees.translation);
+                let rotation = Topology::new(&self.system.rotation, &self.trees.rotation);
+                Dynamics::new(
+                    &mut self.system,
+                    &self.kinematics,
+                    (&self.trees.translation, &translation),
+                    (&self.trees.rotation, &rotation),
+                    &self.constraints,
+                    &self.laws,
+                )
+            }
+        };
+        self.dynamics.insert(dynamics)
+    }
+
+    /// {Phi_t} + \[Phi_q\]{v} of one constraint.
+    pub fn constraint_rate(&mut self, index: usize) -> Expr {
+        let Constraint { jacobian, time_rate, .. } = self.constraints[index].clone();
+        let arena = &mut self.system.arena;
+        let mut rate = time_rate;
+        for (column, entry) in jacobian {
+            let speed = arena.symbol(Symbol::Coordinate(column, Order::Velocity));
+            let term = arena.multiply(entry, speed);
+            rate = arena.add(rate, term);
+        }
+        rate
+    }
+}
+
+/// Numbers the coordinates and notes the first of each branch.
+fn coordinates(
+    system: &System,
+    trees: &Trees,
+) -> (Vec<Coordinate>, BTreeMap<ElementId, usize>, BTreeMap<ElementId, usize>) {
+    let mut coordinates = Vec::new();
+    let (mut t_first, mut r_first) = (BTreeMap::new(), BTreeMap::new());
+    for &branch in &trees.translation.branches {
+        if let Some(row) = &system.element(branch).translation {
+            t_first.insert(branch, coordinates.len());
+            for (_, name) in &row.motion {
+                coordinates.push(Coordinate { element: branch, name: name.clone(), angular: false });
+            }
+        }
+    }
+    for &branch in &trees.rotation.branches {
+        if let Some(Angle::Free(name)) = system.element(branch).rotation.as_ref().map(|row| &row.angle) {
+            r_first.insert(branch, coordinates.len());
+            coordinates.push(Coordinate { element: branch, name: name.clone(), angular: true });
+        }
+    }
+    (coordinates, t_first, r_first)
+}

@@ -1,0 +1,345 @@
+//! Every variable of the naming table as an expression of time, inputs, coordinates, rates, accelerations and reactions.
+
+use super::Equations;
+use super::dynamics::{inertia, mass};
+use super::form::{Coefficient, Form};
+use super::kinematics::{Kinematics, Motion, ScalarMotion};
+use super::vector::Vector;
+use crate::element::{Direction, Origin, System};
+use crate::expr::{Binary, Expr, Unary};
+use crate::graph::{ElementId, TNode};
+use crate::mechanism::{
+    BodyId, Dimension, DriverId, DriverKind, JointId, LoadId, LoadKind, Owner, Place, Quantity, Variable,
+};
+
+impl Equations<'_> {
+    /// The expression of a variable; zero if its owner has no such quantity (the scene refuses that).
+    pub fn variable(&mut self, variable: Variable) -> Expr {
+        if let Some(&expr) = self.known.get(&variable) {
+            return expr;
+        }
+        let expr = match variable.owner {
+            Owner::Place(place) => self.of_place(place, variable.quantity),
+            Owner::Joint(joint) => self.of_joint(joint, variable.quantity),
+            Owner::Driver(driver) => self.of_driver(driver, variable.quantity),
+            Owner::Load(load) => self.of_load(load, variable.quantity),
+            Owner::System => self.of_system(variable.quantity),
+        };
+        self.known.insert(variable, expr);
+        expr
+    }
+
+    fn of_place(&mut self, place: Place, quantity: Quantity) -> Expr {
+        match quantity {
+            Quantity::Angle | Quantity::Omega | Quantity::Alpha => {
+                let node = self.system.r_node(place.body());
+                let angle = self.kinematics.angle(node).clone();
+                self.of_angle(&angle, quantity)
+            }
+            _ => {
+                let motion = self.kinematics.place(&mut self.system, place);
+                self.of_motion(&motion, quantity)
+            }
+        }
+    }
+
+    fn of_motion(&mut self, motion: &Motion, quantity: Quantity) -> Expr {
+        let (x, y) = (Vector::x(), Vector::y());
+        match quantity {
+            Quantity::X => self.dot(&motion.position, &x),
+            Quantity::Y => self.dot(&motion.position, &y),
+            Quantity::Vx => self.component(&motion.velocity, &x),
+            Quantity::Vy => self.component(&motion.velocity, &y),
+            Quantity::Ax => self.component(&motion.acceleration, &x),
+            Quantity::Ay => self.component(&motion.acceleration, &y),
+            _ => Expr::ZERO,
+        }
+    }
+
+    fn of_angle(&mut self, angle: &ScalarMotion, quantity: Quantity) -> Expr {
+        let arena = &mut self.system.arena;
+        match quantity {
+            Quantity::Angle => angle.position.total(arena),
+            Quantity::Omega => angle.velocity.total(arena),
+            Quantity::Alpha => angle.acceleration.total(arena),
+            _ => Expr::ZERO,
+        }
+    }
+
+    fn of_joint(&mut self, joint: JointId, quantity: Quantity) -> Expr {
+        let Some(id) = self.find(Origin::Joint(joint)) else { return Expr::ZERO };
+        match quantity {
+            Quantity::Angle | Quantity::Omega | Quantity::Alpha => {
+                let Some(ends) = self.system.element(id).rotation.as_ref().map(|row| row.ends) else {
+                    return Expr::ZERO;
+                };
+                let angle = self.kinematics.angle_across(&mut self.system.arena, ends);
+                self.of_angle(&angle, quantity)
+            }
+            Quantity::S | Quantity::V | Quantity::A => self.slide(id, quantity),
+            Quantity::Fx => self.force_along(id, Direction::X),
+            Quantity::Fy => self.force_along(id, Direction::Y),
+            Quantity::Fn => self.normal_force(joint, id),
+            Quantity::Torque => self.torque_of(id),
+            _ => Expr::ZERO,
+        }
+    }
+
+    /// s = r . u, s' = v . u, s'' = a . u + s omega^2
+    fn slide(&mut self, id: ElementId, quantity: Quantity) -> Expr {
+        let Some(row) = self.system.element(id).translation.clone() else { return Expr::ZERO };
+        let Some(&(direction, _)) = row.motion.first() else { return Expr::ZERO };
+        let across = self.kinematics.across(&mut self.system.arena, row.ends);
+        let (frame, axis) = self.kinematics.direction(&mut self.system, direction);
+        match quantity {
+            Quantity::S => self.dot(&across.position, &axis),
+            Quantity::V => self.component(&across.velocity, &axis),
+            _ => {
+                let along = self.component(&across.acceleration, &axis);
+                let displacement = self.dot(&across.position, &axis);
+                let omega = self.kinematics.frames.get(frame).omega;
+                let arena = &mut self.system.arena;
+                let square = arena.square(omega);
+                let centrifugal = arena.multiply(displacement, square);
+                arena.add(along, centrifugal)
+            }
+        }
+    }
+
+    /// A displacement driver as a branch carries the joint's normal force too: the two lie side by side.
+    fn normal_force(&mut self, joint: JointId, id: ElementId) -> Expr {
+        let Some(&normal) = self.system.element(id).translation.as_ref().and_then(|row| row.reaction.first()) else {
+            return Expr::ZERO;
+        };
+        let mut total = self.force_along(id, normal);
+        for (index, driver) in self.system.mechanism.drivers.iter().enumerate() {
+            if matches!(driver.kind, DriverKind::Displacement { joint: driven, .. } if driven == joint)
+                && let Some(beside) = self.find(Origin::Driver(DriverId(index)))
+            {
+                let share = self.force_along(beside, normal);
+                total = self.system.arena.add(total, share);
+            }
+        }
+        total
+    }
+
+    fn of_driver(&mut self, driver: DriverId, quantity: Quantity) -> Expr {
+        let Some(id) = self.find(Origin::Driver(driver)) else { return Expr::ZERO };
+        match (quantity, &self.system.mechanism.drivers[driver.0].kind) {
+            (Quantity::Torque, _) => self.torque_of(id),
+            (Quantity::Fx, _) => self.force_along(id, Direction::X),
+            (Quantity::Fy, _) => self.force_along(id, Direction::Y),
+            (Quantity::Force, _) => {
+                match self.system.element(id).translation.as_ref().and_then(|row| row.reaction.first()) {
+                    Some(&axis) => self.force_along(id, axis),
+                    None => Expr::ZERO,
+                }
+            }
+            (Quantity::Power, DriverKind::Angle { .. }) => {
+                let Some(row) = self.system.element(id).rotation.clone() else { return Expr::ZERO };
+                let torque = self.torque_of(id);
+                let arena = &mut self.system.arena;
+                let rate = self.kinematics.angle_across(arena, row.ends).velocity.total(arena);
+                arena.multiply(torque, rate)
+            }
+            (Quantity::Power, DriverKind::Displacement { .. }) => {
+                let Some(row) = self.system.element(id).translation.clone() else { return Expr::ZERO };
+                let Some(&axis) = row.reaction.first() else { return Expr::ZERO };
+                let (force, speed) =
+                    (self.force_along(id, axis), self.kinematics.speed_along(&mut self.system, row.ends, axis));
+                self.system.arena.multiply(force, speed)
+            }
+            (Quantity::Power, DriverKind::Position { .. }) => {
+                let Some(row) = self.system.element(id).translation.clone() else { return Expr::ZERO };
+                let powers = [Direction::X, Direction::Y].map(|axis| {
+                    let (force, speed) =
+                        (self.force_along(id, axis), self.kinematics.speed_along(&mut self.system, row.ends, axis));
+                    self.system.arena.multiply(force, speed)
+                });
+                self.system.arena.sum(powers)
+            }
+            _ => Expr::ZERO,
+        }
+    }
+
+    fn of_load(&mut self, load: LoadId, quantity: Quantity) -> Expr {
+        let Some(id) = self.find(Origin::Load(load)) else { return Expr::ZERO };
+        match quantity {
+            Quantity::Angle | Quantity::Omega => {
+                let Some(ends) = self.system.element(id).rotation.as_ref().map(|row| row.ends) else {
+                    return Expr::ZERO;
+                };
+                let angle = self.kinematics.angle_across(&mut self.system.arena, ends);
+                self.of_angle(&angle, quantity)
+            }
+            Quantity::Torque => self.laws.torques.get(&id).copied().unwrap_or(Expr::ZERO),
+            Quantity::Length | Quantity::Rate => {
+                let Some(ends) = self.system.element(id).translation.as_ref().map(|row| row.ends) else {
+                    return Expr::ZERO;
+                };
+                self.line(ends, quantity)
+            }
+            Quantity::Force => self.line_law(load, id),
+            _ => Expr::ZERO,
+        }
+    }
+
+    /// |d| and d|d|/dt in the plane; x_b - x_a and its rate on a line.
+    fn line(&mut self, ends: [TNode; 2], quantity: Quantity) -> Expr {
+        let across = self.kinematics.across(&mut self.system.arena, ends);
+        if self.system.mechanism.dimension == Dimension::One {
+            let of = if quantity == Quantity::Length { Quantity::X } else { Quantity::Vx };
+            return self.of_motion(&across, of);
+        }
+        let length = self.length(&across.position);
+        if quantity == Quantity::Length || length.is_zero() {
+            return length;
+        }
+        let product = self.component(&across.velocity, &across.position);
+        self.system.arena.divide(product, length)
+    }
+
+    /// Force as the user counts it: pushing apart in the plane; on a line a spring's pulls and an actuator's pushes.
+    fn line_law(&mut self, load: LoadId, id: ElementId) -> Expr {
+        let Some(force) = self.laws.forces.get(&id).cloned() else { return Expr::ZERO };
+        if self.system.mechanism.dimension == Dimension::One {
+            let along = self.component(&force, &Vector::x());
+            let pulls = matches!(self.system.mechanism.loads[load.0].kind, LoadKind::Spring { .. });
+            return if pulls { self.system.arena.negate(along) } else { along };
+        }
+        let Some(crate::element::Force::Line(law)) =
+            self.system.element(id).translation.as_ref().map(|row| row.through.clone())
+        else {
+            return Expr::ZERO;
+        };
+        self.formula(&law)
+    }
+
+    fn of_system(&mut self, quantity: Quantity) -> Expr {
+        match quantity {
+            Quantity::KineticEnergy => self.kinetic_energy(),
+            Quantity::PotentialEnergy => self.potential_energy(),
+            Quantity::TotalEnergy => {
+                let (kinetic, potential) = (self.kinetic_energy(), self.potential_energy());
+                self.system.arena.add(kinetic, potential)
+            }
+            Quantity::PositionResidual => {
+                let rows: Vec<Expr> = self.constraints.iter().map(|row| row.value).collect();
+                self.largest(&rows)
+            }
+            Quantity::VelocityResidual => {
+                let rows: Vec<Expr> = (0..self.constraints.len()).map(|index| self.constraint_rate(index)).collect();
+                self.largest(&rows)
+            }
+            _ => Expr::ZERO,
+        }
+    }
+
+    /// 1/2 sum (m v^2 + I omega^2)
+    fn kinetic_energy(&mut self) -> Expr {
+        let half = self.system.arena.constant(0.5);
+        let mut total = Expr::ZERO;
+        for index in 0..self.system.mechanism.bodies.len() {
+            let body = BodyId(index);
+            let [vx, vy, omega] = [Quantity::Vx, Quantity::Vy, Quantity::Omega]
+                .map(|quantity| self.variable(Variable { owner: Owner::Place(Place::Centre(body)), quantity }));
+            let (mass, inertia) = (mass(&mut self.system, body), inertia(&mut self.system, body));
+            let arena = &mut self.system.arena;
+            let [vx, vy, omega] = [vx, vy, omega].map(|rate| arena.square(rate));
+            let speed = arena.add(vx, vy);
+            let (moving, turning) = (arena.multiply(mass, speed), arena.multiply(inertia, omega));
+            total = arena.sum([total, moving, turning]);
+        }
+        self.system.arena.multiply(half, total)
+    }
+
+    /// Gravity (zero at the origin), springs and torsion springs.
+    fn potential_energy(&mut self) -> Expr {
+        let mechanism = self.system.mechanism;
+        let gravity = mechanism.gravity.each_ref().map(|component| self.system.value(component));
+        let mut total = Expr::ZERO;
+        for index in 0..mechanism.bodies.len() {
+            let body = BodyId(index);
+            for (quantity, component) in [Quantity::X, Quantity::Y].into_iter().zip(gravity) {
+                if component.is_zero() {
+                    continue;
+                }
+                let position = self.variable(Variable { owner: Owner::Place(Place::Centre(body)), quantity });
+                let mass = mass(&mut self.system, body);
+                let arena = &mut self.system.arena;
+                let weight = arena.multiply(mass, component);
+                let work = arena.multiply(weight, position);
+                total = arena.subtract(total, work);
+            }
+        }
+        for (index, load) in mechanism.loads.iter().enumerate() {
+            let (quantity, stiffness, free) = match &load.kind {
+                LoadKind::Spring { stiffness, length, .. } => (Quantity::Length, stiffness, length),
+                LoadKind::TorsionSpring { stiffness, angle, .. } => (Quantity::Angle, stiffness, angle),
+                _ => continue,
+            };
+            let value = self.variable(Variable { owner: Owner::Load(LoadId(index)), quantity });
+            let (stiffness, free) = (self.formula(stiffness), self.formula(free));
+            let arena = &mut self.system.arena;
+            let half = arena.constant(0.5);
+            let stretch = arena.subtract(value, free);
+            let square = arena.square(stretch);
+            let double = arena.multiply(stiffness, square);
+            let energy = arena.multiply(half, double);
+            total = arena.add(total, energy);
+        }
+        total
+    }
+
+    fn largest(&mut self, rows: &[Expr]) -> Expr {
+        let arena = &mut self.system.arena;
+        rows.iter().fold(Expr::ZERO, |largest, &row| {
+            let size = arena.unary(Unary::Abs, row);
+            if largest.is_zero() { size } else { arena.binary(Binary::Max, largest, size) }
+        })
+    }
+
+    fn find(&self, origin: Origin) -> Option<ElementId> {
+        self.system.elements.iter().position(|element| element.origin == origin).map(ElementId)
+    }
+
+    fn dot(&mut self, vector: &Vector, direction: &Vector) -> Expr {
+        let arena = &mut self.system.arena;
+        vector.dot(arena, direction).total(arena, &self.kinematics.frames)
+    }
+
+    fn component(&mut self, form: &Form<Vector>, direction: &Vector) -> Expr {
+        self.kinematics.component(&mut self.system, form, direction)
+    }
+
+    fn force_along(&mut self, id: ElementId, direction: Direction) -> Expr {
+        let (_, along) = self.kinematics.direction(&mut self.system, direction);
+        match self.dynamics().force(id).cloned() {
+            Some(force) => self.component(&force, &along),
+            None => Expr::ZERO,
+        }
+    }
+
+    fn torque_of(&mut self, id: ElementId) -> Expr {
+        let Some(torque) = self.dynamics().torque(id).cloned() else { return Expr::ZERO };
+        let arena = &mut self.system.arena;
+        let frames = &self.kinematics.frames;
+        torque.map(arena, |arena, scalar| scalar.total(arena, frames)).total(arena)
+    }
+}
+
+impl Kinematics {
+    /// The component of a linear form along a direction, as one expression.
+    pub(super) fn component(&self, system: &mut System, form: &Form<Vector>, direction: &Vector) -> Expr {
+        let arena = &mut system.arena;
+        let projected = form.map(arena, |arena, vector| vector.dot(arena, direction));
+        projected.map(arena, |arena, scalar| scalar.total(arena, &self.frames)).total(arena)
+    }
+
+    /// v . u across an element.
+    pub(super) fn speed_along(&self, system: &mut System, ends: [TNode; 2], direction: Direction) -> Expr {
+        let across = self.across(&mut system.arena, ends);
+        let (_, along) = self.direction(system, direction);
+        self.component(system, &across.velocity, &along)
+    }
+}

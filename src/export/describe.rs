@@ -1,0 +1,57 @@
+//! The description of an FMU from the table of variables.
+
+use cotree_fmu::program::Source;
+
+use super::description::{Causality, Description, ScalarVariable, identifier};
+use crate::formulate::Formulated;
+use crate::lower::Row;
+use crate::mechanism::Mechanism;
+
+/// What an importer is told.
+pub fn describe(formulated: &Formulated, guid: &str) -> Description {
+    let mechanism = formulated.equations.system.mechanism;
+    let rows = &formulated.lowered.table.rows;
+    let settable: Vec<usize> = (0..rows.len()).filter(|&place| is_settable(&rows[place])).collect();
+    Description {
+        model_name: mechanism.name.clone(),
+        identifier: identifier(&mechanism.name),
+        guid: guid.to_string(),
+        description: mechanism.description.clone(),
+        experiment: mechanism.experiment,
+        variables: rows.iter().map(|row| variable(mechanism, row, &settable)).collect(),
+    }
+}
+
+fn is_settable(row: &Row) -> bool {
+    matches!(row.source, Source::Parameter(_) | Source::Input(_))
+}
+
+fn variable(mechanism: &Mechanism, row: &Row, settable: &[usize]) -> ScalarVariable {
+    let causality = match row.source {
+        Source::Parameter(index) => {
+            let parameter = &mechanism.parameters[index as usize];
+            Causality::Parameter {
+                tunable: parameter.tunable,
+                start: parameter.value,
+                min: parameter.min,
+                max: parameter.max,
+            }
+        }
+        Source::Input(index) => {
+            let input = &mechanism.inputs[index as usize];
+            Causality::Input { start: input.start, min: input.min, max: input.max }
+        }
+        Source::Time => Causality::Independent,
+        _ if row.output => Causality::Output,
+        _ => Causality::Local,
+    };
+    ScalarVariable {
+        name: row.name.clone(),
+        description: row.description.clone(),
+        unit: row.unit.clone(),
+        causality,
+        derivative_of: row.derivative_of,
+        dependencies: row.dependencies.clone(),
+        initial_dependencies: if is_settable(row) { Vec::new() } else { settable.to_vec() },
+    }
+}

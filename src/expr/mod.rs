@@ -1,0 +1,242 @@
+//! Hash-consed expressions: equal expressions are the same handle, so sharing is free and equality is identity.
+
+mod derivative;
+mod evaluate;
+mod simplify;
+
+use std::collections::HashMap;
+
+pub use evaluate::Values;
+
+/// Handle of an expression in an [`Arena`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Expr(u32);
+
+impl Expr {
+    /// The number 0, the same in every arena.
+    pub const ZERO: Expr = Expr(0);
+    /// The number 1, the same in every arena.
+    pub const ONE: Expr = Expr(1);
+
+    pub(crate) fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// How often a signal is differentiated by time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Order {
+    /// The value itself.
+    Position,
+    /// Its first derivative.
+    Velocity,
+    /// Its second derivative.
+    Acceleration,
+}
+
+impl Order {
+    /// The next derivative, if the equations ever need it.
+    pub fn next(self) -> Option<Order> {
+        match self {
+            Order::Position => Some(Order::Velocity),
+            Order::Velocity => Some(Order::Acceleration),
+            Order::Acceleration => None,
+        }
+    }
+}
+
+/// What a body may lack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Property {
+    /// Mass.
+    Mass,
+    /// Inertia about the mass centre.
+    Inertia,
+}
+
+/// A quantity that has no expression of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Symbol {
+    /// t
+    Time,
+    /// A parameter of the scene.
+    Parameter(usize),
+    /// An input of the scene or one of its time derivatives.
+    Input(usize, Order),
+    /// The position, rate or acceleration of a driver that integrates an input.
+    Follower(usize, Order),
+    /// Branch coordinate q, its rate v or its acceleration a.
+    Coordinate(usize, Order),
+    /// Multiplier lambda.
+    Reaction(usize),
+    /// A mass or inertia that the scene does not give: an error if anything needs it.
+    Missing(usize, Property),
+}
+
+/// Functions of one argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Unary {
+    Negate,
+    Sqrt,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Exp,
+    Log,
+    Tanh,
+    Abs,
+    Sign,
+    Floor,
+}
+
+/// Functions of two arguments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Binary {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Power,
+    Atan2,
+    Min,
+    Max,
+    Less,
+    LessEqual,
+}
+
+/// One operation on expressions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Node {
+    /// A number, by its bits.
+    Constant(u64),
+    /// A quantity without an expression.
+    Symbol(Symbol),
+    /// f(a)
+    Unary(Unary, Expr),
+    /// f(a, b)
+    Binary(Binary, Expr, Expr),
+    /// b if a is not zero, else c
+    Select(Expr, Expr, Expr),
+}
+
+impl Node {
+    /// The operands, in order.
+    pub fn operands(self) -> impl Iterator<Item = Expr> {
+        let operands = match self {
+            Node::Constant(_) | Node::Symbol(_) => [None; 3],
+            Node::Unary(_, a) => [Some(a), None, None],
+            Node::Binary(_, a, b) => [Some(a), Some(b), None],
+            Node::Select(a, b, c) => [Some(a), Some(b), Some(c)],
+        };
+        operands.into_iter().flatten()
+    }
+}
+
+/// Owns expressions. An operand always has a smaller index than what uses it.
+#[derive(Clone, Debug)]
+pub struct Arena {
+    nodes: Vec<Node>,
+    known: HashMap<Node, Expr>,
+}
+
+impl Default for Arena {
+    fn default() -> Self {
+        let mut arena = Arena { nodes: Vec::new(), known: HashMap::new() };
+        arena.intern(Node::Constant(0.0_f64.to_bits()));
+        arena.intern(Node::Constant(1.0_f64.to_bits()));
+        arena
+    }
+}
+
+impl Arena {
+    /// The operation behind a handle.
+    pub fn node(&self, expr: Expr) -> Node {
+        self.nodes[expr.index()]
+    }
+
+    /// How many different expressions there are.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// False: 0 and 1 are always there.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// The number behind a handle, if it is one.
+    pub fn as_constant(&self, expr: Expr) -> Option<f64> {
+        match self.node(expr) {
+            Node::Constant(bits) => Some(f64::from_bits(bits)),
+            _ => None,
+        }
+    }
+
+    /// A number.
+    pub fn constant(&mut self, value: f64) -> Expr {
+        // One zero: -0 and 0 must be the same handle.
+        let value = if value == 0.0 { 0.0 } else { value };
+        self.intern(Node::Constant(value.to_bits()))
+    }
+
+    /// A quantity without an expression.
+    pub fn symbol(&mut self, symbol: Symbol) -> Expr {
+        self.intern(Node::Symbol(symbol))
+    }
+
+    /// The sum of several expressions.
+    pub fn sum(&mut self, terms: impl IntoIterator<Item = Expr>) -> Expr {
+        terms.into_iter().fold(Expr::ZERO, |sum, term| self.add(sum, term))
+    }
+
+    /// All expressions that the given ones are made of, operands first.
+    pub fn reachable(&self, roots: impl IntoIterator<Item = Expr>) -> Vec<Expr> {
+        let mut seen = vec![false; self.nodes.len()];
+        let mut stack: Vec<Expr> = roots.into_iter().collect();
+        while let Some(expr) = stack.pop() {
+            if !std::mem::replace(&mut seen[expr.index()], true) {
+                stack.extend(self.node(expr).operands());
+            }
+        }
+        (0..self.nodes.len()).filter(|&i| seen[i]).map(|i| Expr(i as u32)).collect()
+    }
+
+    /// The symbols that the given expressions depend on, in order.
+    pub fn symbols(&self, roots: impl IntoIterator<Item = Expr>) -> Vec<Symbol> {
+        let mut symbols: Vec<Symbol> = self
+            .reachable(roots)
+            .into_iter()
+            .filter_map(|expr| match self.node(expr) {
+                Node::Symbol(symbol) => Some(symbol),
+                _ => None,
+            })
+            .collect();
+        symbols.sort_unstable();
+        symbols
+    }
+
+    /// All expressions, operands first.
+    pub fn all(&self) -> impl Iterator<Item = Expr> + use<> {
+        (0..self.nodes.len()).map(|i| Expr(i as u32))
+    }
+
+    /// The handle of an operation that was made before.
+    pub fn existing(&self, node: Node) -> Option<Expr> {
+        self.known.get(&node).copied()
+    }
+
+    fn intern(&mut self, node: Node) -> Expr {
+        if let Some(&expr) = self.known.get(&node) {
+            return expr;
+        }
+        let expr = Expr(self.nodes.len() as u32);
+        self.nodes.push(node);
+        self.known.insert(node, expr);
+        expr
+    }
+}

@@ -1,0 +1,256 @@
+//! Building expressions: constants are folded and neutral elements dropped as they are made, and sums and products have
+//! one order of operands, so that equal things meet.
+
+use super::evaluate::{apply_binary, apply_unary};
+use super::{Arena, Binary, Expr, Node, Unary};
+
+impl Arena {
+    /// a + b
+    pub fn add(&mut self, a: Expr, b: Expr) -> Expr {
+        if a == Expr::ZERO {
+            return b;
+        }
+        if b == Expr::ZERO {
+            return a;
+        }
+        if let Some(b) = self.negated(b) {
+            return self.subtract(a, b);
+        }
+        if let Some(a) = self.negated(a) {
+            return self.subtract(b, a);
+        }
+        if let Some((x, y, term)) = self.like_terms(a, b) {
+            let factor = self.constant(x + y);
+            return self.multiply(factor, term);
+        }
+        self.commutative(Binary::Add, a, b)
+    }
+
+    /// a - b
+    pub fn subtract(&mut self, a: Expr, b: Expr) -> Expr {
+        if a == b {
+            return Expr::ZERO;
+        }
+        if b == Expr::ZERO {
+            return a;
+        }
+        if a == Expr::ZERO {
+            return self.negate(b);
+        }
+        if let Some(b) = self.negated(b) {
+            return self.add(a, b);
+        }
+        if let Some(a) = self.negated(a) {
+            let sum = self.add(a, b);
+            return self.negate(sum);
+        }
+        if let Some((x, y, term)) = self.like_terms(a, b) {
+            let factor = self.constant(x - y);
+            return self.multiply(factor, term);
+        }
+        if let Some(opposite) = self.existing(Node::Binary(Binary::Subtract, b, a)) {
+            return self.negate(opposite);
+        }
+        self.binary(Binary::Subtract, a, b)
+    }
+
+    /// -a
+    pub fn negate(&mut self, a: Expr) -> Expr {
+        if let Some(value) = self.as_constant(a) {
+            return self.constant(-value);
+        }
+        match self.node(a) {
+            Node::Unary(Unary::Negate, inner) => inner,
+            _ => self.intern(Node::Unary(Unary::Negate, a)),
+        }
+    }
+
+    /// a b
+    pub fn multiply(&mut self, a: Expr, b: Expr) -> Expr {
+        if a == Expr::ZERO || b == Expr::ZERO {
+            return Expr::ZERO;
+        }
+        if a == Expr::ONE {
+            return b;
+        }
+        if b == Expr::ONE {
+            return a;
+        }
+        if let Some(product) = self.multiply_signed(a, b) {
+            return product;
+        }
+        if let Some(product) = self.multiply_scaled(a, b) {
+            return product;
+        }
+        self.commutative(Binary::Multiply, a, b)
+    }
+
+    /// a / b
+    pub fn divide(&mut self, a: Expr, b: Expr) -> Expr {
+        if a == Expr::ZERO || b == Expr::ONE {
+            return a;
+        }
+        if a == b {
+            return Expr::ONE;
+        }
+        if let Some(a) = self.negated(a) {
+            let quotient = self.divide(a, b);
+            return self.negate(quotient);
+        }
+        if let Some(inverse) = self.exact_inverse(b) {
+            return self.multiply(a, inverse);
+        }
+        if let Node::Binary(Binary::Multiply, x, y) = self.node(a) {
+            if x == b {
+                return y;
+            }
+            if y == b {
+                return x;
+            }
+        }
+        self.binary(Binary::Divide, a, b)
+    }
+
+    /// a squared
+    pub fn square(&mut self, a: Expr) -> Expr {
+        match self.negated(a) {
+            Some(a) => self.multiply(a, a),
+            None => self.multiply(a, a),
+        }
+    }
+
+    /// a^b; small whole exponents become products.
+    pub fn power(&mut self, a: Expr, b: Expr) -> Expr {
+        match self.as_constant(b) {
+            Some(exponent) if exponent.fract() == 0.0 && exponent.abs() <= 16.0 => {
+                let product = self.whole_power(a, exponent.abs() as u32);
+                if exponent < 0.0 { self.divide(Expr::ONE, product) } else { product }
+            }
+            Some(0.5) => self.unary(Unary::Sqrt, a),
+            _ => self.binary(Binary::Power, a, b),
+        }
+    }
+
+    fn whole_power(&mut self, base: Expr, exponent: u32) -> Expr {
+        match exponent {
+            0 => Expr::ONE,
+            1 => base,
+            _ => {
+                let half = self.whole_power(base, exponent / 2);
+                let even = self.square(half);
+                if exponent % 2 == 0 { even } else { self.multiply(even, base) }
+            }
+        }
+    }
+
+    /// sin a
+    pub fn sin(&mut self, a: Expr) -> Expr {
+        match self.negated(a) {
+            Some(a) => {
+                let sine = self.unary(Unary::Sin, a);
+                self.negate(sine)
+            }
+            None => self.unary(Unary::Sin, a),
+        }
+    }
+
+    /// cos a
+    pub fn cos(&mut self, a: Expr) -> Expr {
+        let a = self.negated(a).unwrap_or(a);
+        self.unary(Unary::Cos, a)
+    }
+
+    /// Any function of one argument.
+    pub fn unary(&mut self, function: Unary, a: Expr) -> Expr {
+        if function == Unary::Negate {
+            return self.negate(a);
+        }
+        match self.as_constant(a) {
+            Some(value) => self.constant(apply_unary(function, value)),
+            None => self.intern(Node::Unary(function, a)),
+        }
+    }
+
+    /// Any function of two arguments, without the rules of [`Arena::add`] and its kin.
+    pub fn binary(&mut self, function: Binary, a: Expr, b: Expr) -> Expr {
+        match (self.as_constant(a), self.as_constant(b)) {
+            (Some(x), Some(y)) => self.constant(apply_binary(function, x, y)),
+            _ => self.intern(Node::Binary(function, a, b)),
+        }
+    }
+
+    /// b if a is not zero, else c
+    pub fn select(&mut self, condition: Expr, then: Expr, otherwise: Expr) -> Expr {
+        if then == otherwise {
+            return then;
+        }
+        match self.as_constant(condition) {
+            Some(0.0) => otherwise,
+            Some(_) => then,
+            None => self.intern(Node::Select(condition, then, otherwise)),
+        }
+    }
+
+    /// x, if the expression is -x (a negative number counts as one).
+    fn negated(&mut self, expr: Expr) -> Option<Expr> {
+        match self.node(expr) {
+            Node::Unary(Unary::Negate, inner) => Some(inner),
+            Node::Constant(bits) if f64::from_bits(bits) < 0.0 => Some(self.constant(-f64::from_bits(bits))),
+            _ => None,
+        }
+    }
+
+    /// (x, y, e) if the operands are x e and y e with numbers x and y.
+    fn like_terms(&self, a: Expr, b: Expr) -> Option<(f64, f64, Expr)> {
+        let ((x, left), (y, right)) = (self.scaled_term(a), self.scaled_term(b));
+        (left == right).then_some((x, y, left))
+    }
+
+    /// An expression as number x rest.
+    fn scaled_term(&self, expr: Expr) -> (f64, Expr) {
+        let Node::Binary(Binary::Multiply, a, b) = self.node(expr) else { return (1.0, expr) };
+        match (self.as_constant(a), self.as_constant(b)) {
+            (Some(factor), None) => (factor, b),
+            (None, Some(factor)) => (factor, a),
+            _ => (1.0, expr),
+        }
+    }
+
+    /// 1/b, if b is a number whose inverse is exact: a power of two.
+    fn exact_inverse(&mut self, b: Expr) -> Option<Expr> {
+        let value = self.as_constant(b)?;
+        let exact = value.is_normal() && value.to_bits().trailing_zeros() >= 52 && value.recip().is_normal();
+        exact.then(|| self.constant(value.recip()))
+    }
+
+    fn commutative(&mut self, function: Binary, a: Expr, b: Expr) -> Expr {
+        self.binary(function, a.min(b), a.max(b))
+    }
+
+    fn multiply_signed(&mut self, a: Expr, b: Expr) -> Option<Expr> {
+        let (unsigned_a, unsigned_b) = (self.negated(a), self.negated(b));
+        if unsigned_a.is_none() && unsigned_b.is_none() {
+            return None;
+        }
+        let product = self.multiply(unsigned_a.unwrap_or(a), unsigned_b.unwrap_or(b));
+        let positive = unsigned_a.is_some() == unsigned_b.is_some();
+        Some(if positive { product } else { self.negate(product) })
+    }
+
+    /// Gathers numeric factors in front: (x d) (y e) = (x y) (d e).
+    fn multiply_scaled(&mut self, a: Expr, b: Expr) -> Option<Expr> {
+        let ((x, left), (y, right)) = (self.split_factor(a), self.split_factor(b));
+        // One number stays with its factor, where it may be part of a constant of the motion.
+        if left == a || right == b {
+            return None;
+        }
+        let number = self.constant(x * y);
+        let rest = self.multiply(left, right);
+        Some(self.multiply(number, rest))
+    }
+
+    /// As [`Arena::scaled_term`]; a number is itself x 1.
+    fn split_factor(&self, expr: Expr) -> (f64, Expr) {
+        self.as_constant(expr).map_or_else(|| self.scaled_term(expr), |value| (value, Expr::ONE))
+    }
+}

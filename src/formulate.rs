@@ -1,0 +1,281 @@
+//! From a mechanism to its equations and its program: formulate, assemble once, find what is redundant, lower.
+
+use std::collections::BTreeSet;
+
+use cotree_fmu::model::{Model, State};
+use cotree_fmu::solver::Failure;
+use cotree_fmu::solver::initial::solve_initial;
+use cotree_fmu::solver::redundancy::redundancy;
+
+use crate::element::{Origin, System};
+use crate::equations::{Constraint, Equations};
+use crate::expr::{Expr, Property, Symbol};
+use crate::graph::ElementId;
+use crate::lower::{self, Lowered, Pose};
+use crate::mechanism::{Coordinates, Formula, Mechanism, Output};
+use crate::print::symbol_name;
+use crate::scene::{Fault, Span};
+use crate::tree::Trees;
+
+/// How many poses are examined for redundant loop equations.
+const POSES: usize = 6;
+
+/// A mechanism with its equations, assembled at its initial state and lowered.
+#[derive(Clone, Debug)]
+pub struct Formulated<'m> {
+    /// The equations.
+    pub equations: Equations<'m>,
+    /// The program and the table of variables.
+    pub lowered: Lowered,
+    /// The consistent initial state at default parameters and inputs.
+    pub state: State,
+    /// Loop equations that repeat others, by index.
+    pub redundant: Vec<usize>,
+    /// Redundant joints and the like.
+    pub warnings: Vec<Fault>,
+}
+
+impl Formulated<'_> {
+    /// Degrees of freedom that the loops leave.
+    pub fn mobility(&self) -> usize {
+        let independent = self.equations.constraints.len() - self.redundant.len();
+        self.equations.coordinates.len().saturating_sub(independent)
+    }
+}
+
+/// Formulates, assembles and lowers.
+///
+/// # Errors
+/// Wrong trees, contradictions, loops that cannot be closed, masses that are missing where motion needs them.
+pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
+    let mut equations = equations(mechanism, &mechanism.coordinates)?;
+    check_trivial(&equations)?;
+    let length = typical_length(&mut equations);
+    let draft = lower::positions(&mut equations, length);
+    let model = Model::of_positions(draft).map_err(|fault| vec![internal(mechanism, &fault.to_string())])?;
+    let mut state = model.default_state(mechanism.experiment.start);
+    solve_initial(&model, &mut state).map_err(|failure| vec![assembly_fault(&equations, &failure)])?;
+    let independent: BTreeSet<usize> = redundancy(&model, &state, POSES).independent.into_iter().collect();
+    let active: Vec<bool> = (0..equations.constraints.len()).map(|index| independent.contains(&index)).collect();
+    let redundant: Vec<usize> = (0..active.len()).filter(|&index| !active[index]).collect();
+    let pose = Pose {
+        time: state.time(),
+        positions: state.positions().to_vec(),
+        followers: state.follower_positions().to_vec(),
+    };
+    let lowered = lower::program(&mut equations, length, &active, &pose)
+        .map_err(|lower::Undetermined(index)| vec![massless(&equations, index)])?;
+    check_masses(&mut equations, &lowered)?;
+    let warnings = redundancy_warnings(&equations, &redundant);
+    Ok(Formulated { equations, lowered, state, redundant, warnings })
+}
+
+/// The equations for a choice of trees.
+///
+/// # Errors
+/// The user's own trees are not spanning trees.
+pub fn equations<'m>(mechanism: &'m Mechanism, choice: &Coordinates) -> Result<Equations<'m>, Vec<Fault>> {
+    let system = System::new(mechanism);
+    let trees = Trees::select(&system, choice)?;
+    Ok(Equations::new(system, trees))
+}
+
+/// The longest arm, for tolerances relative to the size of the mechanism; 1 m for masses without arms.
+fn typical_length(equations: &mut Equations) -> f64 {
+    let mechanism = equations.system.mechanism;
+    let points = mechanism.bodies.iter().flat_map(|body| &body.points).chain(&mechanism.ground);
+    let components: Vec<&Formula> = points.flat_map(|point| &point.at).collect();
+    let exprs: Vec<Expr> = components.into_iter().map(|formula| equations.system.value(formula)).collect();
+    let values = equations.system.arena.evaluate(&exprs, &|symbol: Symbol| default_value(mechanism, symbol));
+    let longest = values.chunks(2).map(|point| point.iter().map(|x| x * x).sum::<f64>().sqrt()).fold(0.0, f64::max);
+    if longest > 0.0 && longest.is_finite() { longest } else { 1.0 }
+}
+
+fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
+    match symbol {
+        Symbol::Parameter(i) => mechanism.parameters[i].value,
+        Symbol::Input(i, crate::expr::Order::Position) => mechanism.inputs[i].start,
+        Symbol::Time => mechanism.experiment.start,
+        _ => 0.0,
+    }
+}
+
+/// Loop equations without coordinates must hold by themselves: two drivers of the same angle must agree.
+fn check_trivial(equations: &Equations) -> Result<(), Vec<Fault>> {
+    let mechanism = equations.system.mechanism;
+    let experiment = mechanism.experiment;
+    let mut faults = Vec::new();
+    for constraint in equations.constraints.iter().filter(|c| c.is_trivial() && c.followers.is_empty()) {
+        for share in [0.0, 0.137, 0.619, 1.0] {
+            let time = experiment.start + share * (experiment.stop - experiment.start);
+            let at = |symbol: Symbol| if symbol == Symbol::Time { time } else { default_value(mechanism, symbol) };
+            let gap = equations.system.arena.evaluate(&[constraint.value], &at)[0];
+            if gap.abs() > 1e-9 {
+                faults.push(conflict(equations, constraint, time, gap));
+                break;
+            }
+        }
+    }
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64) -> Fault {
+    let own = &equations.system.element(constraint.element).name;
+    let others = circuit_names(equations, constraint);
+    let with = others.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let amount = if constraint.direction.is_none() { format!("{gap:.4} rad") } else { format!("{:.4} mm", 1e3 * gap) };
+    Fault::new(
+        "scene::conflict",
+        format!("`{own}` conflicts with {with}: at t = {time} s they differ by {amount}"),
+        span_of(equations, constraint.element),
+    )
+    .label("prescribes what is prescribed already")
+    .help(format!("remove `{own}` or one of the others, or make them agree"))
+}
+
+/// Names of the branches that close the loop of a chord, arms left out.
+fn circuit_names(equations: &Equations, constraint: &Constraint) -> Vec<String> {
+    let (system, trees) = (&equations.system, &equations.trees);
+    let row = if constraint.direction.is_some() {
+        crate::graph::Topology::new(&system.translation, &trees.translation).circuit(constraint.element)
+    } else {
+        crate::graph::Topology::new(&system.rotation, &trees.rotation).circuit(constraint.element)
+    };
+    let named = row.into_iter().map(|(element, _)| system.element(element));
+    named
+        .filter(|element| !matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)))
+        .map(|element| element.name.clone())
+        .collect()
+}
+
+fn span_of(equations: &Equations, element: ElementId) -> Span {
+    let mechanism = equations.system.mechanism;
+    match equations.system.element(element).origin {
+        Origin::Body(body) => mechanism.bodies[body.0].span,
+        Origin::Arm(body, point) => mechanism.bodies[body.0].points[point].span,
+        Origin::GroundVector(point) => mechanism.ground[point].span,
+        Origin::Joint(joint) => mechanism.joints[joint.0].span,
+        Origin::Driver(driver) => mechanism.drivers[driver.0].span,
+        Origin::Load(load) => mechanism.loads[load.0].span,
+    }
+}
+
+/// The place in the scene that a failure of the assembly speaks of.
+fn assembly_fault(equations: &Equations, failure: &Failure) -> Fault {
+    let mechanism = equations.system.mechanism;
+    let owner = |name: &str| {
+        let element = equations.system.elements.iter().position(|element| element.name == name);
+        element.map_or_else(Span::default, |index| span_of(equations, ElementId(index)))
+    };
+    let condition = |name: &str| {
+        let initial = mechanism.initial.iter().find(|initial| mechanism.variable_name(initial.variable) == name);
+        initial.map_or_else(Span::default, |initial| initial.span)
+    };
+    let message = failure.to_string();
+    let (message, help) = message.split_once("; ").unwrap_or((&message, ""));
+    let (code, span, label) = match failure {
+        Failure::LoopsOpen { gap } => ("assembly::open_loop", owner(&gap.owner), "this does not meet"),
+        Failure::Contradiction { conditions, .. } => (
+            "assembly::contradiction",
+            conditions.first().map_or_else(Span::default, |name| condition(name)),
+            "cannot hold together with the others",
+        ),
+        Failure::OtherBranch { condition: name, .. } => ("assembly::other_branch", condition(name), "the guess"),
+        Failure::Redundant { gap, .. } | Failure::Drift { gap, .. } | Failure::LockUp { gap, .. } => {
+            ("assembly::conflict", owner(&gap.owner), "contradicts the others")
+        }
+        Failure::NotFinite { .. } | Failure::StepUnderflow { .. } => ("assembly::not_finite", Span::default(), ""),
+    };
+    Fault::new(code, message, span).label(label).help(help)
+}
+
+/// What the kernels and the outputs need must be there.
+fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Result<(), Vec<Fault>> {
+    let mut faults = Vec::new();
+    let mut said = BTreeSet::new();
+    for missing in missing(equations, &lowered.solved) {
+        said.insert(missing);
+        faults.push(missing_mass(equations, missing, None));
+    }
+    let mechanism = equations.system.mechanism;
+    for output in &mechanism.outputs {
+        let value = equations.formula(&output.value);
+        let mut roots = vec![value];
+        if equations.system.arena.symbols([value]).iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
+            roots.extend(equations.dynamics().load.clone());
+            roots.extend(equations.dynamics().mass.iter().flatten().map(|(_, entry)| *entry));
+        }
+        for missing in missing(equations, &roots) {
+            if said.insert(missing) {
+                faults.push(missing_mass(equations, missing, Some(output)));
+            }
+        }
+    }
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+fn missing(equations: &Equations, roots: &[Expr]) -> Vec<Symbol> {
+    let mut symbols = equations.system.arena.symbols(roots.iter().copied());
+    symbols.retain(|symbol| matches!(symbol, Symbol::Missing(..)));
+    symbols
+}
+
+fn missing_mass(equations: &Equations, symbol: Symbol, output: Option<&Output>) -> Fault {
+    let mechanism = equations.system.mechanism;
+    let name = symbol_name(equations, symbol);
+    let (body, key) = match symbol {
+        Symbol::Missing(body, Property::Inertia) => (body, "inertia"),
+        Symbol::Missing(body, Property::Mass) => (body, "mass"),
+        _ => return internal(mechanism, &name),
+    };
+    let owner = &mechanism.bodies[body];
+    let (why, label) = match output {
+        Some(output) => (format!("the output `{}` needs it", output.name), "has no mass properties for it"),
+        None => ("its motion is not prescribed".to_string(), "moves under forces"),
+    };
+    Fault::new("scene::missing_mass", format!("body `{}` has no `{key}`: {why}", owner.name), owner.span)
+        .label(label)
+        .help(format!("add `{key} = ...` to `[bodies.{}]`", owner.name))
+}
+
+fn massless(equations: &Equations, index: usize) -> Fault {
+    let coordinate = &equations.coordinates[index];
+    let element = equations.system.element(coordinate.element);
+    Fault::new(
+        "scene::massless",
+        format!("nothing determines how `{}` accelerates: it moves no mass", coordinate.name.position),
+        span_of(equations, coordinate.element),
+    )
+    .label("moves no mass")
+    .help(format!("give `{}` or what it moves a mass and an inertia, or hold it by a joint or driver", element.name))
+}
+
+fn redundancy_warnings(equations: &Equations, redundant: &[usize]) -> Vec<Fault> {
+    let mut said = BTreeSet::new();
+    let mut warnings = Vec::new();
+    for constraint in redundant.iter().map(|&index| &equations.constraints[index]) {
+        // What is empty for every pose is how the trees are, not a fault of the scene, unless a driver repeats another.
+        let driver = matches!(equations.system.element(constraint.element).origin, Origin::Driver(_));
+        if (constraint.is_trivial() && !driver) || !said.insert(constraint.element) {
+            continue;
+        }
+        let name = &equations.system.element(constraint.element).name;
+        let message = format!("`{name}` is redundant: other joints or drivers already hold part of what it holds");
+        warnings.push(
+            Fault::warning("scene::redundant", message, span_of(equations, constraint.element))
+                .label("holds what is held already")
+                .help("the motion is right; the loads that share the work are not unique, and this one's part is reported as zero"),
+        );
+    }
+    warnings
+}
+
+/// Something that no scene should be able to cause.
+fn internal(mechanism: &Mechanism, what: &str) -> Fault {
+    Fault::new(
+        "cotree::internal",
+        format!("the program of `{}` does not pass its own check: {what}", mechanism.name),
+        Span::default(),
+    )
+    .help("this is a fault of cotree, not of the scene: please report it with the scene file")
+}

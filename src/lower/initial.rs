@@ -1,0 +1,69 @@
+//! The known and guessed initial values as kernels: values, targets, and the derivatives of the values.
+
+use cotree_fmu::program::Condition;
+
+use crate::equations::Equations;
+use crate::expr::{Expr, Order, Symbol};
+use crate::mechanism::{Initial, Quantity};
+
+/// Conditions of one order with their expressions.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Conditions {
+    pub conditions: Vec<Condition>,
+    /// Values, then targets.
+    pub results: Vec<Expr>,
+    /// (row, column) and derivative; columns are coordinates, then followers.
+    pub jacobian: Vec<((u32, u32), Expr)>,
+}
+
+/// The conditions on positions (`Order::Position`) or on velocities.
+pub(super) fn conditions(equations: &mut Equations, order: Order, length: f64) -> Conditions {
+    let mechanism = equations.system.mechanism;
+    let chosen: Vec<&Initial> =
+        mechanism.initial.iter().filter(|initial| order_of(initial.variable.quantity) == order).collect();
+    let mut result = Conditions::default();
+    let mut targets = Vec::new();
+    for (row, initial) in chosen.into_iter().enumerate() {
+        let value = equations.variable(initial.variable);
+        let angular = matches!(initial.variable.quantity, Quantity::Angle | Quantity::Omega);
+        result.conditions.push(Condition {
+            name: mechanism.variable_name(initial.variable),
+            known: initial.known,
+            angular,
+            scale: if angular { 1.0 } else { length },
+        });
+        result.results.push(value);
+        targets.push(equations.formula(&initial.value));
+        differentiate(equations, value, order, row, &mut result.jacobian);
+    }
+    result.results.extend(targets);
+    result
+}
+
+fn differentiate(
+    equations: &mut Equations,
+    value: Expr,
+    order: Order,
+    row: usize,
+    jacobian: &mut Vec<((u32, u32), Expr)>,
+) {
+    let coordinates = equations.coordinates.len();
+    for symbol in equations.system.arena.symbols([value]) {
+        let column = match symbol {
+            Symbol::Coordinate(index, of) if of == order => index,
+            Symbol::Follower(index, of) if of == order => coordinates + index,
+            _ => continue,
+        };
+        let entry = equations.system.arena.derivative(value, symbol);
+        if entry != Expr::ZERO {
+            jacobian.push(((row as u32, column as u32), entry));
+        }
+    }
+}
+
+fn order_of(quantity: Quantity) -> Order {
+    match quantity {
+        Quantity::Vx | Quantity::Vy | Quantity::Omega | Quantity::V | Quantity::Rate => Order::Velocity,
+        _ => Order::Position,
+    }
+}

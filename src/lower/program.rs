@@ -1,0 +1,345 @@
+//! The kernels of a program.
+
+use cotree_fmu::program::{
+    Constraint, Coordinate, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion, Parameter, Program,
+    SparseTape, Tapes,
+};
+
+use super::eliminate::{Factor, System, Undetermined};
+use super::initial::{Conditions, conditions};
+use super::table::Table;
+use super::tape::Assembler;
+use crate::equations::Equations;
+use crate::expr::{Expr, Order, Symbol};
+
+/// Everything there is to know about a mechanism that has been formulated and assembled.
+#[derive(Clone, Debug)]
+pub struct Lowered {
+    /// What the runtime moves; its GUID is still to be set.
+    pub program: Program,
+    /// What the outside world is told about each variable.
+    pub table: Table,
+    /// Accelerations and reactions as expressions; empty for a kinematic model.
+    pub solved: Vec<Expr>,
+}
+
+/// A consistent pose at default parameters: where the weight of pivots is judged.
+#[derive(Clone, Debug, Default)]
+pub struct Pose {
+    /// Time [s].
+    pub time: f64,
+    /// Coordinates.
+    pub positions: Vec<f64>,
+    /// Follower positions.
+    pub followers: Vec<f64>,
+}
+
+/// The results of all kernels that positions and velocities need.
+#[derive(Clone, Debug, Default)]
+struct PositionKernels {
+    constraint: Vec<Expr>,
+    jacobian: Vec<((u32, u32), Expr)>,
+    constraint_rate: Vec<Expr>,
+    gamma: Vec<Expr>,
+    positions: Conditions,
+    velocities: Conditions,
+}
+
+/// The results of the kernels that the motion needs.
+#[derive(Clone, Debug, Default)]
+struct MotionKernels {
+    acceleration: Vec<Expr>,
+    project_position: Vec<Expr>,
+    project_velocity: Vec<Expr>,
+    inverse: Option<Vec<Expr>>,
+    outputs: Vec<Expr>,
+}
+
+/// A program with which the mechanism can be assembled, but not moved.
+pub fn positions(equations: &mut Equations, length: f64) -> Program {
+    let active: Vec<bool> = equations.constraints.iter().map(|constraint| !constraint.is_trivial()).collect();
+    let kernels = PositionKernels::new(equations, length);
+    assemble(equations, (length, &active), &kernels, &MotionKernels::default(), Motion::Dynamic, &Table::default())
+}
+
+/// The whole program. `active`: the independent loop equations; as many as coordinates make the motion kinematic.
+///
+/// # Errors
+/// A coordinate that moves no mass and is not held.
+pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &Pose) -> Result<Lowered, Undetermined> {
+    let rank = active.iter().filter(|active| **active).count();
+    let motion = if rank == equations.coordinates.len() { Motion::Kinematic } else { Motion::Dynamic };
+    let kernels = PositionKernels::new(equations, length);
+    let mut moving = MotionKernels::default();
+    if motion == Motion::Dynamic {
+        moving.eliminate(equations, &kernels, active, pose)?;
+    }
+    let solved = if motion == Motion::Dynamic { moving.acceleration.clone() } else { driving(&kernels) };
+    let table = Table::new(equations, motion, &solved);
+    moving.outputs.clone_from(&table.results);
+    let reacting = equations.system.arena.symbols(table.results.iter().copied());
+    if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
+        moving.inverse = Some(inverse(equations));
+    }
+    let program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
+    Ok(Lowered { program, table, solved: moving.acceleration })
+}
+
+/// What the motion of a kinematic model depends on.
+fn driving(kernels: &PositionKernels) -> Vec<Expr> {
+    kernels.constraint.iter().chain(&kernels.gamma).copied().collect()
+}
+
+impl PositionKernels {
+    fn new(equations: &mut Equations, length: f64) -> Self {
+        let coordinates = equations.coordinates.len();
+        let mut jacobian = Vec::new();
+        for (row, constraint) in equations.constraints.iter().enumerate() {
+            let followers = constraint.followers.iter().map(|&(index, entry)| (coordinates + index, entry));
+            for (column, entry) in constraint.jacobian.iter().copied().chain(followers) {
+                jacobian.push(((row as u32, column as u32), entry));
+            }
+        }
+        PositionKernels {
+            constraint: equations.constraints.iter().map(|constraint| constraint.value).collect(),
+            jacobian,
+            constraint_rate: (0..equations.constraints.len()).map(|index| equations.constraint_rate(index)).collect(),
+            gamma: equations.constraints.iter().map(|constraint| constraint.gamma).collect(),
+            positions: conditions(equations, Order::Position, length),
+            velocities: conditions(equations, Order::Velocity, length),
+        }
+    }
+}
+
+impl MotionKernels {
+    /// Accelerations, reactions and both projections from one factorisation.
+    fn eliminate(
+        &mut self,
+        equations: &mut Equations,
+        kernels: &PositionKernels,
+        active: &[bool],
+        pose: &Pose,
+    ) -> Result<(), Undetermined> {
+        let dynamics = equations.dynamics().clone();
+        let light = light(equations, &dynamics.mass, pose);
+        let rows: Vec<usize> = (0..active.len()).filter(|&row| active[row]).collect();
+        let jacobian: Vec<Vec<(usize, Expr)>> =
+            rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
+        let arena = &mut equations.system.arena;
+        let factor = Factor::new(arena, &System { mass: &dynamics.mass, jacobian: &jacobian, light: &light })?;
+        let coordinates = dynamics.load.len();
+
+        let mut right = dynamics.load;
+        right.extend(rows.iter().map(|&row| kernels.gamma[row]));
+        let solution = factor.solve(arena, &right);
+        self.acceleration = solution[..coordinates].to_vec();
+        let mut reactions = vec![Expr::ZERO; active.len()];
+        for (&row, &reaction) in rows.iter().zip(&solution[coordinates..]) {
+            reactions[row] = reaction;
+        }
+        self.acceleration.extend(reactions);
+        if rows.is_empty() {
+            return Ok(());
+        }
+        for (residuals, kernel) in
+            [(&kernels.constraint, &mut self.project_position), (&kernels.constraint_rate, &mut self.project_velocity)]
+        {
+            let mut right = vec![Expr::ZERO; coordinates];
+            right.extend(rows.iter().map(|&row| arena.negate(residuals[row])));
+            kernel.clone_from(residuals);
+            kernel.extend(&factor.solve(arena, &right)[..coordinates]);
+        }
+        Ok(())
+    }
+}
+
+/// Q - M a
+fn inverse(equations: &mut Equations) -> Vec<Expr> {
+    let dynamics = equations.dynamics().clone();
+    let arena = &mut equations.system.arena;
+    let rows = dynamics.load.into_iter().zip(dynamics.mass);
+    rows.map(|(load, mass)| {
+        mass.into_iter().fold(load, |rest, (column, entry)| {
+            let acceleration = arena.symbol(Symbol::Coordinate(column, Order::Acceleration));
+            let product = arena.multiply(entry, acceleration);
+            arena.subtract(rest, product)
+        })
+    })
+    .collect()
+}
+
+/// Coordinates whose mass is under 1e-4 of the largest at the pose: their pivots wait until nothing better is left.
+fn light(equations: &Equations, mass: &[Vec<(usize, Expr)>], pose: &Pose) -> Vec<bool> {
+    let diagonal: Vec<Expr> = mass
+        .iter()
+        .enumerate()
+        .map(|(index, row)| row.iter().find(|(column, _)| *column == index).map_or(Expr::ZERO, |(_, entry)| *entry))
+        .collect();
+    let mechanism = equations.system.mechanism;
+    let values = |symbol: Symbol| match symbol {
+        Symbol::Time => pose.time,
+        Symbol::Parameter(i) => mechanism.parameters[i].value,
+        Symbol::Input(i, Order::Position) => mechanism.inputs[i].start,
+        Symbol::Coordinate(i, Order::Position) => pose.positions.get(i).copied().unwrap_or_default(),
+        Symbol::Follower(i, Order::Position) => pose.followers.get(i).copied().unwrap_or_default(),
+        _ => 0.0,
+    };
+    let weights = equations.system.arena.evaluate(&diagonal, &values);
+    let heaviest = weights.iter().copied().fold(0.0, f64::max);
+    weights.iter().map(|weight| *weight <= 1e-4 * heaviest).collect()
+}
+
+fn assemble(
+    equations: &Equations,
+    (length, active): (f64, &[bool]),
+    position: &PositionKernels,
+    moving: &MotionKernels,
+    motion: Motion,
+    table: &Table,
+) -> Program {
+    let mechanism = equations.system.mechanism;
+    let layout = Layout::new(
+        mechanism.parameters.len(),
+        mechanism.inputs.len(),
+        equations.system.followers.len(),
+        equations.coordinates.len(),
+        equations.constraints.len(),
+    );
+    let sparse = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
+    let (jacobian, q_jacobian, v_jacobian) =
+        (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
+    let inverse = moving.inverse.as_deref().unwrap_or_default();
+    let mut assembler = Assembler::new(
+        &equations.system.arena,
+        layout,
+        &[
+            &position.constraint,
+            &jacobian,
+            &position.constraint_rate,
+            &position.gamma,
+            &position.positions.results,
+            &q_jacobian,
+            &position.velocities.results,
+            &v_jacobian,
+            &moving.acceleration,
+            &moving.project_position,
+            &moving.project_velocity,
+            inverse,
+            &moving.outputs,
+        ],
+    );
+    let places = |entries: &[((u32, u32), Expr)]| entries.iter().map(|(place, _)| *place).collect();
+    let tapes = Tapes {
+        parameters: assembler.stage.clone(),
+        constraint: assembler.tape(&position.constraint),
+        jacobian: SparseTape { entries: places(&position.jacobian), tape: assembler.tape(&jacobian) },
+        constraint_rate: assembler.tape(&position.constraint_rate),
+        gamma: assembler.tape(&position.gamma),
+        acceleration: assembler.tape(&moving.acceleration),
+        project_position: assembler.tape(&moving.project_position),
+        project_velocity: assembler.tape(&moving.project_velocity),
+        inverse: moving.inverse.as_ref().map(|results| assembler.tape(results)),
+        outputs: assembler.tape(&moving.outputs),
+    };
+    let initial = Initial {
+        positions: position.positions.conditions.clone(),
+        position: assembler.tape(&position.positions.results),
+        position_jacobian: SparseTape {
+            entries: places(&position.positions.jacobian),
+            tape: assembler.tape(&q_jacobian),
+        },
+        velocities: position.velocities.conditions.clone(),
+        velocity: assembler.tape(&position.velocities.results),
+        velocity_jacobian: SparseTape {
+            entries: places(&position.velocities.jacobian),
+            tape: assembler.tape(&v_jacobian),
+        },
+    };
+    Program {
+        name: mechanism.name.clone(),
+        guid: String::from("draft"),
+        experiment: experiment(equations),
+        parameters: parameters(equations),
+        inputs: inputs(equations),
+        followers: followers(equations, length),
+        coordinates: coordinates(equations, length),
+        constraints: constraints(equations, length, active),
+        motion,
+        length,
+        variables: table.variables(),
+        constants: assembler.constants.clone(),
+        registers: assembler.registers,
+        tapes,
+        initial,
+    }
+}
+
+fn experiment(equations: &Equations) -> Experiment {
+    let mechanism = equations.system.mechanism;
+    let experiment = mechanism.experiment;
+    Experiment {
+        start: experiment.start,
+        stop: experiment.stop,
+        step: experiment.step,
+        tolerance: mechanism.solver.rtol.unwrap_or(experiment.tolerance),
+        max_step: mechanism.solver.max_step.unwrap_or(f64::INFINITY),
+    }
+}
+
+fn parameters(equations: &Equations) -> Vec<Parameter> {
+    let of = |parameter: &crate::mechanism::Parameter| Parameter {
+        name: parameter.name.clone(),
+        start: parameter.value,
+        min: parameter.min,
+        max: parameter.max,
+        tunable: parameter.tunable,
+    };
+    equations.system.mechanism.parameters.iter().map(of).collect()
+}
+
+fn inputs(equations: &Equations) -> Vec<Input> {
+    let of = |input: &crate::mechanism::Input| Input {
+        name: input.name.clone(),
+        start: input.start,
+        min: input.min,
+        max: input.max,
+    };
+    equations.system.mechanism.inputs.iter().map(of).collect()
+}
+
+fn followers(equations: &Equations, length: f64) -> Vec<Follower> {
+    let system = &equations.system;
+    let of = |&(driver, input, order): &(crate::mechanism::DriverId, crate::mechanism::InputId, Order)| {
+        let driver = &system.mechanism.drivers[driver.0];
+        let angular = matches!(driver.kind, crate::mechanism::DriverKind::Angle { .. });
+        Follower {
+            name: driver.name.clone(),
+            input: input.0 as u32,
+            order: if order == Order::Velocity { FollowerOrder::Velocity } else { FollowerOrder::Acceleration },
+            scale: if angular { 1.0 } else { length },
+        }
+    };
+    system.followers.iter().map(of).collect()
+}
+
+fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
+    let of = |coordinate: &crate::equations::Coordinate| Coordinate {
+        name: coordinate.name.position.clone(),
+        scale: if coordinate.angular { 1.0 } else { length },
+    };
+    equations.coordinates.iter().map(of).collect()
+}
+
+fn constraints(equations: &Equations, length: f64, active: &[bool]) -> Vec<Constraint> {
+    let rows = equations.constraints.iter().zip(active);
+    rows.map(|(constraint, &active)| {
+        let angular = constraint.direction.is_none();
+        Constraint {
+            owner: equations.system.element(constraint.element).name.clone(),
+            scale: if angular { 1.0 } else { length },
+            angular,
+            active,
+        }
+    })
+    .collect()
+}

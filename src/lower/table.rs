@@ -1,0 +1,178 @@
+//! The variables of the FMU: parameters, inputs, coordinates with their derivatives, and what the scene asks for.
+
+use std::collections::{BTreeSet, HashMap};
+
+use cotree_fmu::program::{Motion, Source, Variable};
+
+use crate::equations::Equations;
+use crate::expr::{Expr, Order, Symbol};
+use crate::mechanism::Unit;
+
+/// A variable with what the outside world is told about it.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Structured name.
+    pub name: String,
+    /// One line.
+    pub description: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Where its value comes from.
+    pub source: Source,
+    /// Did the scene ask for it?
+    pub output: bool,
+    /// Its row's derivative, if it is one: the place of what it is the derivative of.
+    pub derivative_of: Option<usize>,
+    /// Its value as an expression.
+    pub value: Expr,
+    /// Places of the inputs and states that it depends on.
+    pub dependencies: Vec<usize>,
+}
+
+/// All variables, and the expressions of those that need a kernel.
+#[derive(Clone, Debug, Default)]
+pub struct Table {
+    /// In the order of the value references.
+    pub rows: Vec<Row>,
+    /// Results of the output kernel.
+    pub results: Vec<Expr>,
+}
+
+impl Table {
+    /// Collects the variables. `solved`: accelerations and reactions as expressions, for the dependencies.
+    pub fn new(equations: &mut Equations, motion: Motion, solved: &[Expr]) -> Table {
+        let mut table = Table::default();
+        table.add_parameters_and_inputs(equations);
+        table.add_coordinates(equations, motion);
+        table.add_outputs(equations);
+        table.find_dependencies(equations, motion, solved);
+        table
+    }
+
+    /// What the runtime needs to know.
+    pub fn variables(&self) -> Vec<Variable> {
+        self.rows.iter().map(|row| Variable { name: row.name.clone(), source: row.source }).collect()
+    }
+
+    fn add_parameters_and_inputs(&mut self, equations: &mut Equations) {
+        let mechanism = equations.system.mechanism;
+        for (index, parameter) in mechanism.parameters.iter().enumerate() {
+            let value = equations.system.arena.symbol(Symbol::Parameter(index));
+            self.push(
+                (&parameter.name, &parameter.description, &parameter.unit),
+                Source::Parameter(index as u32),
+                value,
+            );
+        }
+        for (index, input) in mechanism.inputs.iter().enumerate() {
+            let value = equations.system.arena.symbol(Symbol::Input(index, Order::Position));
+            self.push((&input.name, &input.description, &input.unit), Source::Input(index as u32), value);
+        }
+    }
+
+    /// q, v and a of every coordinate; in a dynamic model v is the derivative of q and a that of v.
+    fn add_coordinates(&mut self, equations: &mut Equations, motion: Motion) {
+        for (index, coordinate) in equations.coordinates.clone().into_iter().enumerate() {
+            let kind = if coordinate.angular { Unit::angle() } else { Unit::length() };
+            let [rate, acceleration] = [kind.per_second(), kind.per_second().per_second()];
+            let about = equations.system.element(coordinate.element).name.clone();
+            let place = index as u32;
+            let members = [
+                (coordinate.name.position, "coordinate", kind, Source::Coordinate(place), Order::Position),
+                (coordinate.name.rate, "rate of the coordinate", rate, Source::Rate(place), Order::Velocity),
+                (
+                    coordinate.name.acceleration,
+                    "acceleration of the coordinate",
+                    acceleration,
+                    Source::Acceleration(place),
+                    Order::Acceleration,
+                ),
+            ];
+            for (name, what, unit, source, order) in members {
+                let value = equations.system.arena.symbol(Symbol::Coordinate(index, order));
+                self.push((&name, &format!("{what} of `{about}`"), &unit), source, value);
+                if motion == Motion::Dynamic && order != Order::Position {
+                    let before = self.rows.len() - 2;
+                    if let Some(row) = self.rows.last_mut() {
+                        row.derivative_of = Some(before);
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_outputs(&mut self, equations: &mut Equations) {
+        let places: HashMap<String, usize> =
+            self.rows.iter().enumerate().map(|(i, row)| (row.name.clone(), i)).collect();
+        let mut results: HashMap<Expr, u32> = HashMap::new();
+        for output in &equations.system.mechanism.outputs {
+            if let Some(&place) = places.get(&output.name) {
+                let row = &mut self.rows[place];
+                row.output = true;
+                row.description.clone_from(&output.description);
+                continue;
+            }
+            let value = equations.formula(&output.value);
+            let result = *results.entry(value).or_insert_with(|| {
+                self.results.push(value);
+                self.results.len() as u32 - 1
+            });
+            let accelerated = equations.system.arena.symbols([value]).into_iter().any(Symbol::is_solved);
+            self.push((&output.name, &output.description, &output.unit), Source::Output { result, accelerated }, value);
+            if let Some(row) = self.rows.last_mut() {
+                row.output = true;
+            }
+        }
+    }
+
+    fn push(&mut self, (name, description, unit): (&str, &str, &Unit), source: Source, value: Expr) {
+        self.rows.push(Row {
+            name: name.to_string(),
+            description: description.to_string(),
+            unit: unit.clone(),
+            source,
+            output: false,
+            derivative_of: None,
+            value,
+            dependencies: Vec::new(),
+        });
+    }
+
+    /// Exact dependencies: through accelerations and reactions to the states and inputs that these depend on.
+    fn find_dependencies(&mut self, equations: &Equations, motion: Motion, solved: &[Expr]) {
+        let arena = &equations.system.arena;
+        let places: HashMap<Symbol, usize> = self
+            .rows
+            .iter()
+            .enumerate()
+            .filter_map(|(place, row)| match (row.source, motion) {
+                (Source::Input(i), _) => Some((Symbol::Input(i as usize, Order::Position), place)),
+                (Source::Coordinate(i), Motion::Dynamic) => {
+                    Some((Symbol::Coordinate(i as usize, Order::Position), place))
+                }
+                (Source::Rate(i), Motion::Dynamic) => Some((Symbol::Coordinate(i as usize, Order::Velocity), place)),
+                _ => None,
+            })
+            .collect();
+        let place = |symbol: &Symbol| match *symbol {
+            Symbol::Input(i, _) => places.get(&Symbol::Input(i, Order::Position)),
+            Symbol::Follower(i, _) => places.get(&Symbol::Input(equations.system.followers[i].1.0, Order::Position)),
+            other => places.get(&other),
+        };
+        let direct: BTreeSet<usize> = arena.symbols(solved.iter().copied()).iter().filter_map(place).copied().collect();
+        for row in &mut self.rows {
+            if matches!(row.source, Source::Parameter(_) | Source::Input(_)) {
+                continue;
+            }
+            let symbols = arena.symbols([row.value]);
+            let mut found: BTreeSet<usize> = symbols.iter().filter_map(place).copied().collect();
+            let of_coordinates = symbols.iter().any(|symbol| matches!(symbol, Symbol::Coordinate(..)));
+            let through =
+                symbols.iter().any(|symbol| symbol.is_solved()) || (motion == Motion::Kinematic && of_coordinates);
+            if through {
+                found.extend(&direct);
+            }
+            row.dependencies = found.into_iter().collect();
+        }
+    }
+}

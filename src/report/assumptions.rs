@@ -1,0 +1,29 @@
+//! What the scene leaves open about its initial state, and what was assumed.
+
+use crate::expr::{Order, Symbol};
+use crate::formulate::Formulated;
+
+/// One sentence for each assumption.
+pub fn assumptions(formulated: &mut Formulated) -> Vec<String> {
+    let mobility = formulated.mobility();
+    let state = formulated.state.clone();
+    let equations = &mut formulated.equations;
+    let mechanism = equations.system.mechanism;
+    let values: Vec<_> = mechanism.initial.iter().map(|initial| equations.variable(initial.variable)).collect();
+    let said = equations.system.arena.symbols(values);
+    let mut sentences = Vec::new();
+    for (index, coordinate) in equations.coordinates.iter().enumerate() {
+        if said.contains(&Symbol::Coordinate(index, Order::Position)) {
+            continue;
+        }
+        let unit = if coordinate.angular { "rad" } else { "m" };
+        let name = &coordinate.name.position;
+        let value = state.positions()[index];
+        sentences.push(format!("`{name}` is neither given nor guessed: searched from 0, found at {value:.6} {unit}"));
+    }
+    let known = said.iter().filter(|symbol| matches!(symbol, Symbol::Coordinate(_, Order::Velocity))).count();
+    if known < mobility {
+        sentences.push("velocities that are not given are zero as far as the loops and drivers allow".to_string());
+    }
+    sentences
+}

@@ -1,0 +1,84 @@
+//! The figures of `cotree show`.
+
+use super::summary::{Coordinate, Count, Counts, Joint, Summary, Tree, Trees};
+use crate::element::{Angle, Origin};
+use crate::equations::Equations;
+use crate::formulate::{Formulated, equations};
+use crate::graph::ElementId;
+use crate::mechanism::{Coordinates, JointKind, Mechanism};
+
+/// A mechanism in figures and names.
+pub fn summarise(formulated: &Formulated) -> Summary {
+    let own = &formulated.equations;
+    let mechanism = own.system.mechanism;
+    let owner = |index: usize| own.system.element(own.constraints[index].element).name.clone();
+    let real: Vec<usize> = (0..own.constraints.len()).filter(|&index| !own.constraints[index].is_trivial()).collect();
+    Summary {
+        name: mechanism.name.clone(),
+        description: mechanism.description.clone(),
+        bodies: mechanism.bodies.iter().map(|body| body.name.clone()).collect(),
+        joints: mechanism.joints.iter().map(|joint| describe_joint(mechanism, joint)).collect(),
+        drivers: mechanism.drivers.iter().map(|driver| driver.name.clone()).collect(),
+        loads: mechanism.loads.iter().map(|load| load.name.clone()).collect(),
+        parameters: mechanism.parameters.iter().map(|parameter| parameter.name.clone()).collect(),
+        inputs: mechanism.inputs.iter().map(|input| input.name.clone()).collect(),
+        outputs: mechanism.outputs.iter().map(|output| output.name.clone()).collect(),
+        mobility: formulated.mobility(),
+        kinematic: formulated.lowered.program.motion == cotree_fmu::program::Motion::Kinematic,
+        coordinates: coordinates(own),
+        constraints: real.iter().map(|&index| owner(index)).collect(),
+        redundant: formulated
+            .redundant
+            .iter()
+            .filter(|index| real.contains(index))
+            .map(|&index| owner(index))
+            .collect(),
+        trees: Trees {
+            translation: names(own, &own.trees.translation.branches),
+            rotation: names(own, &own.trees.rotation.branches),
+        },
+        counts: counts(own),
+    }
+}
+
+fn describe_joint(mechanism: &Mechanism, joint: &crate::mechanism::Joint) -> Joint {
+    let kind = match joint.kind {
+        JointKind::Revolute { .. } => "revolute",
+        JointKind::Prismatic { .. } => "prismatic",
+        JointKind::Weld { .. } => "weld",
+    };
+    let between = joint.between.map(|place| mechanism.place_name(place));
+    Joint { name: joint.name.clone(), kind: kind.to_string(), between }
+}
+
+fn coordinates(equations: &Equations) -> Vec<Coordinate> {
+    let tree = |element: ElementId, angular: bool| {
+        let rotation = equations.system.element(element).rotation.as_ref();
+        let turns = angular && rotation.is_some_and(|row| matches!(row.angle, Angle::Free(_)));
+        if turns { Tree::Rotation } else { Tree::Translation }
+    };
+    let all = equations.coordinates.iter();
+    all.map(|q| Coordinate { name: q.name.position.clone(), tree: tree(q.element, q.angular) }).collect()
+}
+
+fn names(equations: &Equations, branches: &[ElementId]) -> Vec<String> {
+    let elements = branches.iter().map(|&id| equations.system.element(id));
+    let named = elements.filter(|element| !matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)));
+    named.map(|element| element.name.clone()).collect()
+}
+
+/// Coordinates and loop equations for the presets, and for the scene's own trees.
+fn counts(own: &Equations) -> Counts {
+    let of = |choice: &Coordinates| equations(own.system.mechanism, choice).ok().map(|other| count(&other));
+    Counts {
+        used: count(own),
+        recommended: of(&Coordinates::Recommended),
+        absolute: of(&Coordinates::Absolute),
+        joint: of(&Coordinates::Joint),
+    }
+}
+
+fn count(equations: &Equations) -> Count {
+    let constraints = equations.constraints.iter().filter(|constraint| !constraint.is_trivial()).count();
+    Count { coordinates: equations.coordinates.len(), constraints }
+}

@@ -1,0 +1,193 @@
+//! The drawing of a mechanism at its start.
+
+use cotree_fmu::model::State;
+
+use super::drawing::{Body, Drawing, Force, Joint, JointKind, Spring, Turn};
+use crate::equations::Equations;
+use crate::expr::{Expr, Order, Symbol};
+use crate::formulate::Formulated;
+use crate::mechanism::{self, BodyId, Dimension, DriverKind, LoadKind, Mechanism, Owner, Place, Quantity, Variable};
+
+/// Draws the initial pose.
+pub fn draw(formulated: &mut Formulated) -> Drawing {
+    let mechanism = formulated.equations.system.mechanism;
+    let mut pose = Pose { equations: &mut formulated.equations, state: &formulated.state };
+    let ground = fixed_points(mechanism).into_iter().map(|place| pose.at(place)).collect();
+    let mut drawing = Drawing {
+        title: mechanism.name.clone(),
+        bodies: (0..mechanism.bodies.len()).map(|index| pose.body(BodyId(index))).collect(),
+        ground,
+        joints: mechanism.joints.iter().map(|joint| pose.joint(joint)).collect(),
+        springs: pose.springs(),
+        forces: pose.forces(),
+        turns: pose.turns(),
+    };
+    drawing.forces.extend(pushes(mechanism, &drawing.joints));
+    if mechanism.dimension == Dimension::One {
+        put_on_rails(&mut drawing);
+    }
+    drawing
+}
+
+/// Drivers of prismatic joints, as arrows along the joint.
+fn pushes(mechanism: &Mechanism, joints: &[Joint]) -> Vec<Force> {
+    let drivers = mechanism.drivers.iter().filter_map(|driver| match driver.kind {
+        DriverKind::Displacement { joint, .. } => joints.get(joint.0).map(|joint| (driver, joint)),
+        DriverKind::Angle { .. } | DriverKind::Position { .. } => None,
+    });
+    let arrows = drivers.filter_map(|(driver, joint)| match joint.kind {
+        JointKind::Prismatic(direction) => Some(Force { name: driver.name.clone(), at: joint.at[1], direction }),
+        JointKind::Revolute | JointKind::Weld => None,
+    });
+    arrows.collect()
+}
+
+/// Masses on a line are drawn as blocks that slide on the ground.
+fn put_on_rails(drawing: &mut Drawing) {
+    let rail = |(index, body): (usize, &Body)| Joint {
+        name: String::new(),
+        kind: JointKind::Prismatic([1.0, 0.0]),
+        between: [None, Some(index)],
+        at: [body.centre; 2],
+    };
+    drawing.joints.extend(drawing.bodies.iter().enumerate().map(rail));
+}
+
+/// Where joints and springs meet the ground.
+fn fixed_points(mechanism: &Mechanism) -> Vec<Place> {
+    let joints = mechanism.joints.iter().flat_map(|joint| joint.between);
+    let springs = mechanism.loads.iter().flat_map(|load| match load.kind {
+        LoadKind::Spring { between, .. } | LoadKind::Actuator { between, .. } => between.to_vec(),
+        _ => Vec::new(),
+    });
+    let mut places: Vec<Place> = joints.chain(springs).filter(|place| place.body().is_none()).collect();
+    places.sort_unstable();
+    places.dedup();
+    places
+}
+
+struct Pose<'a, 'm> {
+    equations: &'a mut Equations<'m>,
+    state: &'a State,
+}
+
+impl Pose<'_, '_> {
+    fn values(&self, exprs: &[Expr]) -> Vec<f64> {
+        self.values_with(exprs, &|input| input)
+    }
+
+    /// The values if the inputs were changed like this.
+    fn values_with(&self, exprs: &[Expr], changed: &dyn Fn(f64) -> f64) -> Vec<f64> {
+        let state = self.state;
+        let value = |symbol: Symbol| match symbol {
+            Symbol::Time => state.time(),
+            Symbol::Parameter(i) => state.parameters()[i],
+            Symbol::Input(i, Order::Position) => changed(state.inputs()[i]),
+            Symbol::Coordinate(i, Order::Position) => state.positions()[i],
+            Symbol::Follower(i, Order::Position) => state.follower_positions()[i],
+            _ => 0.0,
+        };
+        self.equations.system.arena.evaluate(exprs, &value)
+    }
+
+    fn at(&mut self, place: Place) -> [f64; 2] {
+        let of = |quantity| Variable { owner: Owner::Place(place), quantity };
+        let exprs = [Quantity::X, Quantity::Y].map(|quantity| self.equations.variable(of(quantity)));
+        let values = self.values(&exprs);
+        [values[0], values[1]]
+    }
+
+    fn angle(&mut self, body: Option<BodyId>) -> f64 {
+        let Some(body) = body else { return 0.0 };
+        let angle = Variable { owner: Owner::Place(Place::Centre(body)), quantity: Quantity::Angle };
+        let expr = self.equations.variable(angle);
+        self.values(&[expr])[0]
+    }
+
+    fn body(&mut self, id: BodyId) -> Body {
+        let body = &self.equations.system.mechanism.bodies[id.0];
+        Body {
+            name: body.name.clone(),
+            points: (0..body.points.len()).map(|point| self.at(Place::Point(id, point))).collect(),
+            centre: self.at(Place::Centre(id)),
+        }
+    }
+
+    fn joint(&mut self, joint: &mechanism::Joint) -> Joint {
+        let kind = match &joint.kind {
+            mechanism::JointKind::Revolute { .. } => JointKind::Revolute,
+            mechanism::JointKind::Weld { .. } => JointKind::Weld,
+            mechanism::JointKind::Prismatic { axis, .. } => {
+                let axis = axis.each_ref().map(|component| self.equations.formula(component));
+                let axis = self.values(&axis);
+                let (sine, cosine) = self.angle(joint.between[0].body()).sin_cos();
+                JointKind::Prismatic([cosine * axis[0] - sine * axis[1], sine * axis[0] + cosine * axis[1]])
+            }
+        };
+        Joint {
+            name: joint.name.clone(),
+            kind,
+            between: joint.between.map(|place| place.body().map(|body| body.0)),
+            at: joint.between.map(|place| self.at(place)),
+        }
+    }
+
+    fn springs(&mut self) -> Vec<Spring> {
+        let loads = &self.equations.system.mechanism.loads;
+        let lines = loads.iter().filter_map(|load| match load.kind {
+            LoadKind::Spring { between, .. } | LoadKind::Actuator { between, .. } => Some((load.name.clone(), between)),
+            _ => None,
+        });
+        lines.map(|(name, between)| Spring { name, ends: between.map(|place| self.at(place)) }).collect()
+    }
+
+    /// A force that is zero at the start is drawn as if its inputs were positive; if that does not help, along the
+    /// components that can have another value.
+    fn forces(&mut self) -> Vec<Force> {
+        let mut forces = Vec::new();
+        for load in &self.equations.system.mechanism.loads {
+            let LoadKind::Force { on, vector, in_body } = &load.kind else { continue };
+            let exprs = vector.each_ref().map(|component| self.equations.formula(component));
+            let values = self.values_with(&exprs, &|input| if input == 0.0 { 1.0 } else { input });
+            let mut direction = [values[0], values[1]];
+            if direction == [0.0; 2] {
+                direction = exprs.map(|expr| f64::from(u8::from(expr != Expr::ZERO)));
+            }
+            if *in_body {
+                let (sine, cosine) = self.angle(on.body()).sin_cos();
+                let [x, y] = direction;
+                direction = [cosine * x - sine * y, sine * x + cosine * y];
+            }
+            forces.push(Force { name: load.name.clone(), at: self.at(*on), direction });
+        }
+        forces
+    }
+
+    /// Torques, torsion springs and motors, at a joint between the bodies or at the second body.
+    fn turns(&mut self) -> Vec<Turn> {
+        let mechanism = self.equations.system.mechanism;
+        let loads = mechanism.loads.iter().filter_map(|load| match load.kind {
+            LoadKind::Torque { between, .. }
+            | LoadKind::TorsionSpring { between, .. }
+            | LoadKind::TorsionActuator { between, .. } => Some((&load.name, between)),
+            _ => None,
+        });
+        let drivers = mechanism.drivers.iter().filter_map(|driver| match driver.kind {
+            DriverKind::Angle { between, .. } => Some((&driver.name, between)),
+            DriverKind::Displacement { .. } | DriverKind::Position { .. } => None,
+        });
+        let turning: Vec<(&String, [Option<BodyId>; 2])> = loads.chain(drivers).collect();
+        turning
+            .into_iter()
+            .map(|(name, between)| {
+                let joint = mechanism.joints.iter().find(|joint| {
+                    let bodies = joint.between.map(Place::body);
+                    bodies == between || bodies == [between[1], between[0]]
+                });
+                let place =
+                    joint.map_or_else(|| between[1].map_or(Place::Origin, Place::Centre), |joint| joint.between[1]);
+                Turn { name: name.clone(), at: self.at(place) }
+            })
+            .collect()
+    }
+}

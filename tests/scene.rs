@@ -1,0 +1,278 @@
+//! Scenes that are right: the three ways to write one, and what they resolve to.
+
+use cotree::mechanism::{
+    BinaryOperator, BodyId, Coordinates, Dimension, DriverKind, Formula, InputId, JointKind, LoadId, LoadKind,
+    Mechanism, Motion, Owner, ParameterId, Place, Quantity, Variable,
+};
+use cotree::scene::{Body, Driver, InputAs, Joint, Load, Parameter, Scene};
+
+const SLIDER_CRANK: &str = include_str!("scenes/slider_crank.toml");
+
+fn resolve(text: &str) -> Mechanism {
+    let scene = Scene::from_toml(text).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
+    scene.resolve().unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))).mechanism
+}
+
+fn built() -> Scene {
+    Scene::new("slider_crank")
+        .description("In-line slider-crank, McPhee 1998, Fig. 1")
+        .gravity([0.0, -9.81])
+        .parameter("crank_length", "0.5 m")
+        .parameter("rod_length", Parameter::new("1.5 m").min("0.6 m").description("between the pins"))
+        .parameter("load_stiffness", Parameter::new(0.0).unit("N/m").tunable())
+        .input("gas_force", cotree::scene::Input::new("0 N").description("along -x"))
+        .ground_point("bearing", [0.0, 0.0])
+        .ground_point("guide", [0.0, 0.0])
+        .body(
+            "crank",
+            Body::new()
+                .mass(2.0)
+                .inertia(0.0416667)
+                .point("inner", ("-crank_length/2", 0))
+                .point("outer", ("crank_length/2", 0)),
+        )
+        .body(
+            "rod",
+            Body::new()
+                .mass(3.0)
+                .inertia(0.5625)
+                .point("big_end", ("-rod_length/2", 0))
+                .point("small_end", ("rod_length/2", 0)),
+        )
+        .body("slider", Body::new().mass(1.0))
+        .revolute("main_bearing", "ground.bearing", "crank.inner")
+        .revolute("crank_pin", "crank.outer", "rod.big_end")
+        .revolute("wrist_pin", "rod.small_end", "slider")
+        .joint("cylinder", Joint::prismatic("ground.guide", "slider", [1.0, 0.0]).angle(0.0))
+        .load("gas", Load::force("slider", ("-gas_force", 0.0)))
+        .load("return_spring", Load::spring("ground.bearing", "slider", "load_stiffness").free(1.0).damping(0.0))
+        .initial("crank.angle", "0.6 rad")
+        .guess("rod.angle", "-0.19 rad")
+        .initial("crank.omega", 0.0)
+        .output("crank.angle")
+        .output("rod.angle")
+        .output("cylinder.s")
+        .output("cylinder.fn")
+        .output("energy.total")
+        .output_expression("tip", "rod.small_end.x - 0.1")
+        .start(0.0)
+        .stop("10 s")
+        .step("1 ms")
+        .tolerance(1e-6)
+}
+
+#[test]
+fn toml_json_and_rust_give_the_same_scene() {
+    let toml = Scene::from_toml(SLIDER_CRANK).unwrap();
+    assert_eq!(toml, Scene::from_json(include_str!("scenes/slider_crank.json")).unwrap());
+    assert_eq!(toml, built());
+    assert_eq!(toml.resolve().unwrap(), built().resolve().unwrap());
+    assert_ne!(toml, built().output("rod.omega"));
+}
+
+#[test]
+fn the_slider_crank_resolves() {
+    let mechanism = resolve(SLIDER_CRANK);
+    assert_eq!(mechanism.dimension, Dimension::Two);
+    assert_eq!(mechanism.gravity, [Formula::Number(0.0), Formula::Number(-9.81)]);
+    assert_eq!(mechanism.bodies.iter().map(|body| body.name.as_str()).collect::<Vec<_>>(), ["crank", "rod", "slider"]);
+    let half = |negative: bool, index| {
+        let parameter = Formula::Parameter(ParameterId(index));
+        let length = if negative { Formula::Negate(Box::new(parameter)) } else { parameter };
+        Formula::Binary(BinaryOperator::Divide, Box::new([length, Formula::Number(2.0)]))
+    };
+    assert_eq!(mechanism.bodies[0].points[0].at, [half(true, 0), Formula::Number(0.0)]);
+    assert_eq!(mechanism.bodies[1].points[1].at, [half(false, 1), Formula::Number(0.0)]);
+    assert_eq!(mechanism.joints[2].between, [Place::Point(BodyId(1), 1), Place::Centre(BodyId(2))]);
+    assert_eq!(mechanism.joints[0].between, [Place::Ground(0), Place::Point(BodyId(0), 0)]);
+    let rod = &mechanism.parameters[1];
+    assert_eq!((rod.value, rod.min, rod.unit.si.as_str(), rod.tunable), (1.5, Some(0.6), "m", false));
+    assert!(mechanism.parameters[2].tunable);
+    let LoadKind::Force { on, vector, in_body } = &mechanism.loads[0].kind else { panic!() };
+    assert_eq!((on, in_body), (&Place::Centre(BodyId(2)), &false));
+    assert_eq!(vector[0], Formula::Negate(Box::new(Formula::Input(InputId(0)))));
+    assert!(!mechanism.initial[1].known && mechanism.initial[0].known);
+    let outputs: Vec<_> = mechanism
+        .outputs
+        .iter()
+        .map(|output| (output.name.as_str(), output.unit.si.as_str(), output.description.as_str()))
+        .collect();
+    assert_eq!(
+        outputs,
+        [
+            ("crank.angle", "rad", "angle of `crank`"),
+            ("rod.angle", "rad", "angle of `rod`"),
+            ("cylinder.s", "m", "displacement of `cylinder`"),
+            ("cylinder.fn", "N", "normal force of `cylinder`"),
+            ("energy.total", "J", "total energy"),
+            ("tip", "m", "rod.small_end.x - 0.1"),
+        ]
+    );
+    let experiment = mechanism.experiment;
+    assert_eq!((experiment.start, experiment.stop, experiment.step, experiment.tolerance), (0.0, 10.0, 1e-3, 1e-6));
+}
+
+/// A crank on the ground, with more to come.
+fn crank(more: &str) -> String {
+    format!(
+        "name = \"crank\"\n[parameters]\na = \"3 mm\"\nb = \"4 mm\"\nc = \"2*a + b\"\nratio = 0.5\n[inputs]\nu = 0.0\n\
+         [ground.points]\npin = [0, 0]\n[bodies.crank]\nmass = 1\ninertia = 1\ncom = [0.1, 0]\n\
+         points = {{ pin = [0, 0], end = [\"a\", \"b\"] }}\n[bodies.block]\nmass = 1\ninertia = 1\n\
+         [joints.pin]\ntype = \"revolute\"\nbetween = [\"ground.pin\", \"crank.pin\"]\n{more}"
+    )
+}
+
+#[test]
+fn points_are_relative_to_the_mass_centre() {
+    let mechanism = resolve(&crank(""));
+    let crank = &mechanism.bodies[0];
+    assert_eq!(crank.points[0].at, [Formula::Number(-0.1), Formula::Number(0.0)]);
+    let a = Formula::Parameter(ParameterId(0));
+    assert_eq!(crank.points[1].at[0], Formula::Binary(BinaryOperator::Subtract, Box::new([a, Formula::Number(0.1)])));
+}
+
+#[test]
+fn parameters_may_be_expressions_of_parameters() {
+    let mechanism = resolve(&crank(""));
+    assert!((mechanism.parameters[2].value - 0.01).abs() < 1e-15);
+    let display = mechanism.parameters[0].unit.display.as_ref().unwrap();
+    assert_eq!((display.name.as_str(), display.factor), ("mm", 1e-3));
+}
+
+#[test]
+fn a_bare_number_is_in_the_declared_unit() {
+    let text = "name = \"x\"\n[parameters]\nl = { value = 120, unit = \"mm\", min = 100, max = \"1 m\" }\n\
+                [inputs]\nspeed = { start = 60, unit = \"rpm\" }\n[bodies.m]\nmass = 1\n";
+    let mechanism = resolve(text);
+    let length = &mechanism.parameters[0];
+    assert_eq!((length.value, length.min, length.max), (0.12, Some(0.1), Some(1.0)));
+    assert!((mechanism.inputs[0].start - std::f64::consts::TAU).abs() < 1e-12);
+}
+
+#[test]
+fn an_axis_becomes_a_unit_vector() {
+    let slide = |axis: &str| {
+        crank(&format!("[joints.slide]\ntype = \"prismatic\"\nbetween = [\"crank.end\", \"block\"]\naxis = {axis}\n"))
+    };
+    let axis = |mechanism: &Mechanism| match &mechanism.joints[1].kind {
+        JointKind::Prismatic { axis, .. } => axis.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(axis(&resolve(&slide("[3, 4]"))), [Formula::Number(0.6), Formula::Number(0.8)]);
+    assert!(matches!(&axis(&resolve(&slide("[\"a\", \"b\"]")))[0], Formula::Binary(BinaryOperator::Divide, _)));
+}
+
+#[test]
+fn drivers_follow_inputs_and_laws() {
+    let mechanism = resolve(&crank(
+        "[drivers.motor]\njoint = \"pin\"\nangle = { input = \"u\", as = \"velocity\" }\n\
+         [drivers.path]\non = \"block\"\nposition = [\"0.1*sin(t)\", \"0\"]\n\
+         [drivers.turn]\nbetween = [\"ground\", \"block\"]\nangle = \"0.4356 + 4*pi*t\"\n",
+    ));
+    let DriverKind::Angle { between, joint, motion } = &mechanism.drivers[0].kind else { panic!() };
+    assert_eq!((between, motion), (&[None, Some(BodyId(0))], &Motion::Velocity(InputId(0))));
+    assert!(joint.is_some());
+    assert!(matches!(&mechanism.drivers[1].kind, DriverKind::Position { on: Place::Centre(BodyId(1)), .. }));
+    let built = Driver::angle("pin", cotree::scene::Motion::follows("u", InputAs::Velocity));
+    let scene =
+        Scene::from_toml(&crank("[drivers.motor]\njoint = \"pin\"\nangle = { input = \"u\", as = \"velocity\" }\n"))
+            .unwrap();
+    assert_eq!(scene.drivers[0].kind, built.kind);
+}
+
+#[test]
+fn laws_know_their_own_variables_and_those_of_the_scene() {
+    let mechanism = resolve(&crank(
+        "[loads.muscle]\ntype = \"actuator\"\nbetween = [\"ground.pin\", \"block\"]\nforce = \"-10*(length - a) - 3*rate^3 + 2*block.x\"\n\
+         [loads.law]\ntype = \"torsion_actuator\"\nbetween = [\"ground\", \"crank\"]\ntorque = \"-ratio*tanh(omega/0.01) + 4*pin.angle*muscle.rate\"\n\
+         [loads.motor]\ntype = \"torque\"\non = \"crank\"\nvalue = \"if(t < 1, u, -u)\"\n",
+    ));
+    let LoadKind::Actuator { force, .. } = &mechanism.loads[0].kind else { panic!() };
+    let own = Variable { owner: Owner::Load(LoadId(0)), quantity: Quantity::Length };
+    assert!(format!("{force:?}").contains(&format!("{own:?}")));
+    let LoadKind::Torque { between, .. } = &mechanism.loads[2].kind else { panic!() };
+    assert_eq!(between, &[None, Some(BodyId(0))]);
+}
+
+#[test]
+fn initial_values_may_be_nested_tables() {
+    let nested = resolve(&crank("[initial]\ncrank.angle = 0.6\npin.omega = { guess = \"1 rad/s\" }\n"));
+    let quoted = resolve(&crank("[initial]\n\"crank.angle\" = 0.6\n\"pin.omega\" = { guess = \"1 rad/s\" }\n"));
+    assert_eq!(nested, quoted);
+    assert_eq!(nested.initial.len(), 2);
+}
+
+#[test]
+fn one_dimension_has_springs_masses_and_no_turning() {
+    let mechanism = resolve(
+        "name = \"chain\"\ndimension = 1\ngravity = [-9.81]\n[ground.points]\nwall = [0]\n\
+         [bodies.a]\nmass = 1\ninertia = 5\npoints = { end = [0.1, 0] }\n[bodies.b]\nmass = 1\n\
+         [loads.k]\ntype = \"spring\"\nbetween = [\"ground.wall\", \"a.end\"]\nstiffness = 10\n\
+         [loads.f]\ntype = \"force\"\non = \"b\"\nvector = [\"sin(t)\"]\n\
+         [drivers.d]\non = \"b\"\nposition = [\"0.1*t\"]\n\
+         [initial]\n\"a.x\" = 0.1\n\"k.length\" = 0.2\n\
+         [outputs]\nvariables = [\"a.x\", \"a.vx\", \"k.force\", \"d.fx\"]\n",
+    );
+    assert_eq!(mechanism.dimension, Dimension::One);
+    assert_eq!(mechanism.gravity, [Formula::Number(-9.81), Formula::Number(0.0)]);
+    assert_eq!(mechanism.outputs.len(), 4);
+}
+
+#[test]
+fn every_variable_of_the_naming_table_exists() {
+    let text = crank(
+        "[bodies.tip]\nmass = 1\ninertia = 1\n\
+         [joints.slide]\ntype = \"prismatic\"\nbetween = [\"crank.end\", \"block\"]\naxis = [1, 0]\n\
+         [joints.glue]\ntype = \"weld\"\nbetween = [\"block\", \"tip\"]\n\
+         [drivers.motor]\njoint = \"pin\"\nangle = \"t\"\n[drivers.push]\njoint = \"slide\"\ndisplacement = \"t\"\n\
+         [drivers.path]\non = \"tip\"\nposition = [0, 0]\n\
+         [loads.k]\ntype = \"spring\"\nbetween = [\"ground\", \"block\"]\nstiffness = 1\n\
+         [loads.h]\ntype = \"torsion_spring\"\nbetween = [\"ground\", \"crank\"]\nstiffness = 1\n\
+         [loads.m]\ntype = \"actuator\"\nbetween = [\"ground\", \"block\"]\nforce = 1\n\
+         [loads.l]\ntype = \"torsion_actuator\"\nbetween = [\"ground\", \"crank\"]\ntorque = 1\n",
+    );
+    let table = [
+        ("crank", "x y angle vx vy omega ax ay alpha"),
+        ("crank.end", "x y vx vy ax ay"),
+        ("ground.pin", "x y vx vy ax ay"),
+        ("pin", "angle omega alpha fx fy"),
+        ("slide", "s v a fn torque"),
+        ("glue", "fx fy torque"),
+        ("motor", "torque power"),
+        ("push", "force power"),
+        ("path", "fx fy power"),
+        ("k", "length rate force"),
+        ("m", "length rate force"),
+        ("h", "angle omega torque"),
+        ("l", "angle omega torque"),
+        ("energy", "kinetic potential total"),
+        ("constraint", "position velocity"),
+    ];
+    let names: Vec<String> = table
+        .iter()
+        .flat_map(|(owner, words)| words.split(' ').map(move |word| format!("\"{owner}.{word}\"")))
+        .collect();
+    let mechanism = resolve(&format!("{text}[outputs]\nvariables = [{}]\n", names.join(", ")));
+    assert_eq!(mechanism.outputs.len(), names.len());
+}
+
+#[test]
+fn trees_can_be_chosen() {
+    let chosen = resolve(&crank("[coordinates]\ntranslation = [\"pin\", \"block\"]\n"));
+    let Coordinates::Chosen { translation: Some(translation), rotation: None } = chosen.coordinates else { panic!() };
+    assert_eq!(translation.len(), 2);
+    assert_eq!(resolve(&crank("[coordinates]\npreset = \"absolute\"\n")).coordinates, Coordinates::Absolute);
+}
+
+#[test]
+fn five_thousand_bodies_resolve() {
+    let mut text = String::from("name = \"chain\"\n[ground.points]\np = [0, 0]\n");
+    for body in 0..5000 {
+        let before = if body == 0 { "ground.p".to_string() } else { format!("b{}.q", body - 1) };
+        text += &format!(
+            "[bodies.b{body}]\nmass = 1\ninertia = 1\npoints = {{ p = [0, 0], q = [\"1 mm\", 0] }}\n\
+             [joints.j{body}]\ntype = \"revolute\"\nbetween = [\"{before}\", \"b{body}.p\"]\n"
+        );
+    }
+    assert_eq!(resolve(&text).joints.len(), 5000);
+}

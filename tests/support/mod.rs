@@ -1,0 +1,8 @@
+//! What several test files share: an independent formulation in absolute coordinates and random mechanisms for it.
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+pub mod absolute;
+pub mod loads;
+pub mod random;
+pub mod scene_text;
+pub mod variables;
