@@ -148,7 +148,7 @@ impl Drawing {
             let outline = self.outline(index, view);
             let block = self.slider(index).map(|(at, axis)| (view.pixel(at), view.direction(axis)));
             symbols::body(svg, view, index, &outline, block);
-            self.draw_centre(index, view, svg);
+            self.draw_centre(index, view, svg, labels);
             labels.obstruct(&outline, 1.5 * view.pin);
             if let Some((at, axis)) = block {
                 let ends = [-1.0, 1.0].map(|side| shapes::along(at, 2.0 * side * view.pin, axis));
@@ -185,7 +185,7 @@ impl Drawing {
     }
 
     /// The mass centre, unless a joint covers it.
-    fn draw_centre(&self, index: usize, view: &View, svg: &mut Svg) {
+    fn draw_centre(&self, index: usize, view: &View, svg: &mut Svg, labels: &mut Labels) {
         let centre = view.pixel(self.bodies[index].centre);
         let covered = self.joints.iter().flat_map(|joint| joint.at).any(|at| {
             let away = shapes::norm(shapes::difference(view.pixel(at), centre));
@@ -193,6 +193,7 @@ impl Drawing {
         });
         if !covered {
             symbols::centre(svg, view, index, centre);
+            labels.cover(centre, view.pin);
         }
     }
 

@@ -4,6 +4,7 @@ pub mod assumptions;
 pub mod csv;
 pub mod drawing;
 pub mod figures;
+pub mod line;
 pub mod plot;
 pub mod pose;
 pub mod summary;

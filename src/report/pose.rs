@@ -3,6 +3,7 @@
 use cotree_fmu::model::State;
 
 use super::drawing::{Body, Drawing, Force, Joint, JointKind, Spring, Turn};
+use super::line;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
@@ -24,7 +25,7 @@ pub fn draw(formulated: &mut Formulated) -> Drawing {
     };
     drawing.forces.extend(pushes(mechanism, &drawing.joints));
     if mechanism.dimension == Dimension::One {
-        put_on_rails(&mut drawing);
+        line::lay_out(&mut drawing);
     }
     drawing
 }
@@ -40,17 +41,6 @@ fn pushes(mechanism: &Mechanism, joints: &[Joint]) -> Vec<Force> {
         JointKind::Revolute | JointKind::Weld => None,
     });
     arrows.collect()
-}
-
-/// Masses on a line are drawn as blocks that slide on the ground.
-fn put_on_rails(drawing: &mut Drawing) {
-    let rail = |(index, body): (usize, &Body)| Joint {
-        name: String::new(),
-        kind: JointKind::Prismatic([1.0, 0.0]),
-        between: [None, Some(index)],
-        at: [body.centre; 2],
-    };
-    drawing.joints.extend(drawing.bodies.iter().enumerate().map(rail));
 }
 
 /// Where joints and springs meet the ground.

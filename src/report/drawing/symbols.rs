@@ -161,6 +161,9 @@ pub fn rod(svg: &mut Svg, view: &View, joint: &Joint) {
 /// A spring: a zigzag between straight ends.
 pub fn spring(svg: &mut Svg, view: &View, ends: [Pixel; 2]) {
     let length = norm(difference(ends[1], ends[0]));
+    if length < view.pin {
+        return; // its ends coincide: nothing to see
+    }
     let axis = unit(difference(ends[1], ends[0]));
     let straight = (0.18 * length).min(4.0 * view.pin);
     let coils = ((length - 2.0 * straight) / (1.5 * view.pin)).round().clamp(4.0, 24.0);
