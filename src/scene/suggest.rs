@@ -15,7 +15,10 @@ pub(crate) fn nearest<'a>(
                 candidate,
             )
         })
-        .filter(|(distance, _)| *distance <= limit)
+        // A name of one letter is not near to every other letter.
+        .filter(|(distance, candidate)| {
+            *distance <= limit && *distance < candidate.len().min(name.len())
+        })
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
 }

@@ -215,7 +215,7 @@ impl Resolver<'_> {
     }
 
     fn unknown_branch(&mut self, name: &Text, tree: &str) {
-        if self.names.is_broken(&name.text) {
+        if self.is_reported(name, &name.text) {
             return;
         }
         let known = self
