@@ -229,9 +229,9 @@ fn a_lock_up_names_the_joint_and_leaves_the_state_alone() {
 #[test]
 fn a_redundant_joint_that_does_not_fit_is_named() {
     let mut program = four_bar(Drive::Time, true);
-    // The spare equation becomes that of y, displaced by one registered constant.
-    let results = &mut program.tapes.constraint.results;
-    results[2] = program.layout().parameters() as u32;
+    // The spare equation becomes one that never holds: a length is zero.
+    let length = program.layout().parameters() as u32;
+    program.tapes.constraint.results[2] = length;
     let mut instance = unstarted(program);
     let failure = instance.initialise().expect_err("cannot be closed");
     assert!(matches!(&failure, InstanceError::Solver(Failure::LoopsOpen { gap }) if gap.owner == "spare_pin"), "{failure}");
