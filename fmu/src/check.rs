@@ -96,9 +96,16 @@ impl Program {
     /// Checks the whole program.
     pub fn check(&self) -> Result<(), Fault> {
         self.check_positions()?;
-        let active = self.constraints.iter().filter(|constraint| constraint.active).count();
+        let active = self
+            .constraints
+            .iter()
+            .filter(|constraint| constraint.active)
+            .count();
         if self.motion == Motion::Kinematic && active != self.coordinates.len() {
-            return Err(Fault::Kinematic { coordinates: self.coordinates.len(), equations: active });
+            return Err(Fault::Kinematic {
+                coordinates: self.coordinates.len(),
+                equations: active,
+            });
         }
         self.check_motion_counts(active > 0)
     }
@@ -115,42 +122,92 @@ impl Program {
 
     fn check_names(&self) -> Result<(), Fault> {
         let named = |what, name: &String| match name.is_empty() {
-            true => Err(Fault::Name { what, name: name.clone() }),
+            true => Err(Fault::Name {
+                what,
+                name: name.clone(),
+            }),
             false => Ok(()),
         };
         named("scene", &self.name)?;
         named("GUID", &self.guid)?;
-        self.followers.iter().try_for_each(|follower| named("driver", &follower.name))?;
-        self.constraints.iter().try_for_each(|constraint| named("joint", &constraint.owner))?;
-        self.initial.positions.iter().try_for_each(|condition| named("initial value", &condition.name))?;
-        self.initial.velocities.iter().try_for_each(|condition| named("initial value", &condition.name))?;
-        unique("parameter", self.parameters.iter().map(|parameter| &parameter.name))?;
+        self.followers
+            .iter()
+            .try_for_each(|follower| named("driver", &follower.name))?;
+        self.constraints
+            .iter()
+            .try_for_each(|constraint| named("joint", &constraint.owner))?;
+        self.initial
+            .positions
+            .iter()
+            .try_for_each(|condition| named("initial value", &condition.name))?;
+        self.initial
+            .velocities
+            .iter()
+            .try_for_each(|condition| named("initial value", &condition.name))?;
+        unique(
+            "parameter",
+            self.parameters.iter().map(|parameter| &parameter.name),
+        )?;
         unique("input", self.inputs.iter().map(|input| &input.name))?;
-        unique("coordinate", self.coordinates.iter().map(|coordinate| &coordinate.name))?;
-        unique("variable", self.variables.iter().map(|variable| &variable.name))
+        unique(
+            "coordinate",
+            self.coordinates.iter().map(|coordinate| &coordinate.name),
+        )?;
+        unique(
+            "variable",
+            self.variables.iter().map(|variable| &variable.name),
+        )
     }
 
     fn check_values(&self) -> Result<(), Fault> {
         let value = |holds: bool, what: &str| match holds {
             true => Ok(()),
-            false => Err(Fault::Value { what: what.to_owned() }),
+            false => Err(Fault::Value {
+                what: what.to_owned(),
+            }),
         };
         let positive = |number: f64| number > 0.0 && number.is_finite();
         let times = &self.experiment;
-        value(times.start.is_finite() && times.stop.is_finite() && times.stop >= times.start, "the experiment")?;
-        value(positive(times.step) && positive(times.tolerance) && times.max_step > 0.0, "the experiment")?;
+        value(
+            times.start.is_finite() && times.stop.is_finite() && times.stop >= times.start,
+            "the experiment",
+        )?;
+        value(
+            positive(times.step) && positive(times.tolerance) && times.max_step > 0.0,
+            "the experiment",
+        )?;
         value(positive(self.length), "the length of the mechanism")?;
-        value(self.constants.iter().all(|constant| constant.is_finite()), "a constant")?;
+        value(
+            self.constants.iter().all(|constant| constant.is_finite()),
+            "a constant",
+        )?;
         for parameter in &self.parameters {
-            value(within(parameter.start, parameter.min, parameter.max), &parameter.name)?;
+            value(
+                within(parameter.start, parameter.min, parameter.max),
+                &parameter.name,
+            )?;
         }
         for input in &self.inputs {
             value(within(input.start, input.min, input.max), &input.name)?;
         }
-        let scales = (self.coordinates.iter().map(|coordinate| (coordinate.scale, &coordinate.name)))
-            .chain(self.followers.iter().map(|follower| (follower.scale, &follower.name)))
-            .chain(self.constraints.iter().map(|constraint| (constraint.scale, &constraint.owner)))
-            .chain(self.conditions().map(|condition| (condition.scale, &condition.name)));
+        let scales = (self
+            .coordinates
+            .iter()
+            .map(|coordinate| (coordinate.scale, &coordinate.name)))
+        .chain(
+            self.followers
+                .iter()
+                .map(|follower| (follower.scale, &follower.name)),
+        )
+        .chain(
+            self.constraints
+                .iter()
+                .map(|constraint| (constraint.scale, &constraint.owner)),
+        )
+        .chain(
+            self.conditions()
+                .map(|condition| (condition.scale, &condition.name)),
+        );
         for (scale, name) in scales {
             value(positive(scale), name)?;
         }
@@ -158,13 +215,18 @@ impl Program {
     }
 
     fn conditions(&self) -> impl Iterator<Item = &Condition> {
-        self.initial.positions.iter().chain(&self.initial.velocities)
+        self.initial
+            .positions
+            .iter()
+            .chain(&self.initial.velocities)
     }
 
     fn check_references(&self) -> Result<(), Fault> {
         for follower in &self.followers {
             if follower.input as usize >= self.inputs.len() {
-                return Err(Fault::Reference { name: follower.name.clone() });
+                return Err(Fault::Reference {
+                    name: follower.name.clone(),
+                });
             }
         }
         for variable in &self.variables {
@@ -178,7 +240,9 @@ impl Program {
                 }
             };
             if index as usize >= count {
-                return Err(Fault::Reference { name: variable.name.clone() });
+                return Err(Fault::Reference {
+                    name: variable.name.clone(),
+                });
             }
         }
         Ok(())
@@ -188,10 +252,15 @@ impl Program {
         let layout = self.layout();
         let tapes = &self.tapes;
         let smallest = layout.constants() + self.constants.len();
-        let written = self.every_tape().map(|tape| 2 * tape.instructions.len()).sum::<usize>();
+        let written = self
+            .every_tape()
+            .map(|tape| 2 * tape.instructions.len())
+            .sum::<usize>();
         // The upper bound keeps a damaged file from asking for all of the memory.
         if (self.registers as usize) < smallest || self.registers as usize > smallest + written {
-            return Err(Fault::RegisterFile { found: self.registers });
+            return Err(Fault::RegisterFile {
+                found: self.registers,
+            });
         }
         let mut registers = RegisterCheck::new(self, &layout);
         registers.parameters(&tapes.parameters, &layout)?;
@@ -208,9 +277,17 @@ impl Program {
         }
         registers.kernel("outputs", &tapes.outputs, layout.constants())?;
         registers.kernel("initial position", &self.initial.position, positions)?;
-        registers.kernel("initial position jacobian", &self.initial.position_jacobian.tape, positions)?;
+        registers.kernel(
+            "initial position jacobian",
+            &self.initial.position_jacobian.tape,
+            positions,
+        )?;
         registers.kernel("initial velocity", &self.initial.velocity, rates)?;
-        registers.kernel("initial velocity jacobian", &self.initial.velocity_jacobian.tape, rates)?;
+        registers.kernel(
+            "initial velocity jacobian",
+            &self.initial.velocity_jacobian.tape,
+            rates,
+        )?;
         registers.stage_survives()
     }
 
@@ -236,16 +313,29 @@ impl Program {
     }
 
     fn check_position_counts(&self) -> Result<(), Fault> {
-        let (m, columns) = (self.constraints.len(), self.coordinates.len() + self.followers.len());
+        let (m, columns) = (
+            self.constraints.len(),
+            self.coordinates.len() + self.followers.len(),
+        );
         let (tapes, initial) = (&self.tapes, &self.initial);
         let (positions, velocities) = (initial.positions.len(), initial.velocities.len());
         results("constraint", &tapes.constraint, m)?;
         sparse("jacobian", &tapes.jacobian, m, columns)?;
         results("constraint_rate", &tapes.constraint_rate, m)?;
         results("initial position", &initial.position, 2 * positions)?;
-        sparse("initial position jacobian", &initial.position_jacobian, positions, columns)?;
+        sparse(
+            "initial position jacobian",
+            &initial.position_jacobian,
+            positions,
+            columns,
+        )?;
         results("initial velocity", &initial.velocity, 2 * velocities)?;
-        sparse("initial velocity jacobian", &initial.velocity_jacobian, velocities, columns)
+        sparse(
+            "initial velocity jacobian",
+            &initial.velocity_jacobian,
+            velocities,
+            columns,
+        )
     }
 
     fn check_motion_counts(&self, constrained: bool) -> Result<(), Fault> {
@@ -254,7 +344,10 @@ impl Program {
         match self.motion {
             Motion::Kinematic => {
                 results("gamma", &tapes.gamma, m)?;
-                tapes.inverse.as_ref().map_or(Ok(()), |inverse| results("inverse", inverse, n))
+                tapes
+                    .inverse
+                    .as_ref()
+                    .map_or(Ok(()), |inverse| results("inverse", inverse, n))
             }
             Motion::Dynamic => {
                 results("acceleration", &tapes.acceleration, n + m)?;
@@ -269,7 +362,10 @@ impl Program {
 }
 
 fn within(value: f64, min: Option<f64>, max: Option<f64>) -> bool {
-    let finite = [Some(value), min, max].into_iter().flatten().all(f64::is_finite);
+    let finite = [Some(value), min, max]
+        .into_iter()
+        .flatten()
+        .all(f64::is_finite);
     finite && min.is_none_or(|min| min <= value) && max.is_none_or(|max| value <= max)
 }
 
@@ -277,7 +373,10 @@ fn unique<'a>(what: &'static str, names: impl Iterator<Item = &'a String>) -> Re
     let mut seen = HashSet::new();
     for name in names {
         if name.is_empty() || !seen.insert(name) {
-            return Err(Fault::Name { what, name: name.clone() });
+            return Err(Fault::Name {
+                what,
+                name: name.clone(),
+            });
         }
     }
     Ok(())
@@ -285,10 +384,23 @@ fn unique<'a>(what: &'static str, names: impl Iterator<Item = &'a String>) -> Re
 
 fn results(tape: &'static str, content: &Tape, expected: usize) -> Result<(), Fault> {
     let found = content.results.len();
-    if found == expected { Ok(()) } else { Err(Fault::Results { tape, found, expected }) }
+    if found == expected {
+        Ok(())
+    } else {
+        Err(Fault::Results {
+            tape,
+            found,
+            expected,
+        })
+    }
 }
 
-fn sparse(tape: &'static str, content: &SparseTape, rows: usize, columns: usize) -> Result<(), Fault> {
+fn sparse(
+    tape: &'static str,
+    content: &SparseTape,
+    rows: usize,
+    columns: usize,
+) -> Result<(), Fault> {
     results(tape, &content.tape, content.entries.len())?;
     let mut seen = HashSet::new();
     for &(row, column) in &content.entries {
@@ -324,7 +436,12 @@ impl RegisterCheck {
     /// The parameter stage reads parameters and constants only.
     fn parameters(&mut self, tape: &Tape, layout: &Layout) -> Result<(), Fault> {
         let readable = layout.parameters()..layout.inputs();
-        self.stage = self.follow("parameters", tape, |register| readable.contains(&register), |_| {})?;
+        self.stage = self.follow(
+            "parameters",
+            tape,
+            |register| readable.contains(&register),
+            |_| {},
+        )?;
         Ok(())
     }
 
@@ -334,7 +451,10 @@ impl RegisterCheck {
         let provided = |register: usize| register < limit || self.stage[register];
         let written = self.follow(name, tape, provided, |register| needed[register] = true)?;
         self.needed = needed;
-        self.overwritten.iter_mut().zip(written).for_each(|(all, here)| *all |= here);
+        self.overwritten
+            .iter_mut()
+            .zip(written)
+            .for_each(|(all, here)| *all |= here);
         Ok(())
     }
 
@@ -357,11 +477,20 @@ impl RegisterCheck {
                 return Ok(());
             }
             reads(index);
-            if provided(index) { Ok(()) } else { Err(Fault::Undefined { tape, register }) }
+            if provided(index) {
+                Ok(())
+            } else {
+                Err(Fault::Undefined { tape, register })
+            }
         };
         for instruction in &content.instructions {
             // Every field must name a register: the interpreter fetches operands before it looks at the operation.
-            for register in [instruction.target, instruction.a, instruction.b, instruction.c] {
+            for register in [
+                instruction.target,
+                instruction.a,
+                instruction.b,
+                instruction.c,
+            ] {
                 if register as usize >= size {
                     return Err(Fault::Register { tape, register });
                 }
@@ -385,9 +514,13 @@ impl RegisterCheck {
     }
 
     fn stage_survives(&self) -> Result<(), Fault> {
-        let lost = |&register: &usize| self.stage[register] && self.needed[register] && self.overwritten[register];
+        let lost = |&register: &usize| {
+            self.stage[register] && self.needed[register] && self.overwritten[register]
+        };
         match (0..self.stage.len()).find(lost) {
-            Some(register) => Err(Fault::Stage { register: register as u32 }),
+            Some(register) => Err(Fault::Stage {
+                register: register as u32,
+            }),
             None => Ok(()),
         }
     }

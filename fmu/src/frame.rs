@@ -60,7 +60,9 @@ impl Mark {
 
     /// The payload, if nothing about the envelope is wrong.
     pub fn open<'a>(&self, bytes: &'a [u8]) -> Result<&'a [u8], FrameError> {
-        let foreign = FrameError::Foreign { expected: self.name };
+        let foreign = FrameError::Foreign {
+            expected: self.name,
+        };
         let (magic, rest) = bytes.split_first_chunk::<4>().ok_or(foreign)?;
         let (version, rest) = rest.split_first_chunk::<4>().ok_or(foreign)?;
         let (length, rest) = rest.split_first_chunk::<8>().ok_or(foreign)?;
@@ -70,11 +72,17 @@ impl Mark {
         }
         let found = u32::from_le_bytes(*version);
         if found != self.version {
-            return Err(FrameError::Version { found, expected: self.version });
+            return Err(FrameError::Version {
+                found,
+                expected: self.version,
+            });
         }
         let expected = u64::from_le_bytes(*length);
         if payload.len() as u64 != expected {
-            return Err(FrameError::Length { found: payload.len() as u64, expected });
+            return Err(FrameError::Length {
+                found: payload.len() as u64,
+                expected,
+            });
         }
         if checksum(payload) != u64::from_le_bytes(*sum) {
             return Err(FrameError::Checksum);
@@ -85,5 +93,7 @@ impl Mark {
 
 /// FNV-1a, 64 bits. Each byte enters by a bijection, so that a single changed byte always shows.
 pub(crate) fn checksum(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xCBF2_9CE4_8422_2325, |sum, &byte| (sum ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3))
+    bytes.iter().fold(0xCBF2_9CE4_8422_2325, |sum, &byte| {
+        (sum ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3)
+    })
 }

@@ -18,7 +18,11 @@ use crate::solver::initial::solve_initial;
 use crate::solver::stepping::{Continuation, Stepper};
 use crate::solver::{Engine, Failure, Settings, Statistics};
 
-const MARK: Mark = Mark { magic: *b"cotS", version: 1, name: "a saved cotree state" };
+const MARK: Mark = Mark {
+    magic: *b"cotS",
+    version: 1,
+    name: "a saved cotree state",
+};
 /// The finest and the coarsest tolerance that mean something in double precision.
 const TOLERANCES: [f64; 2] = [1e-13, 1e-2];
 /// How far a last step may overrun the stop time by rounding, relative to the step.
@@ -133,7 +137,9 @@ fn bounds(min: Option<f64>, max: Option<f64>) -> String {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Phase {
     /// Values may still change; is the state consistent with them?
-    Initial { solved: bool },
+    Initial {
+        solved: bool,
+    },
     Running,
 }
 
@@ -268,11 +274,20 @@ impl Instance {
 
     /// Index of the variable with that name.
     pub fn variable(&self, name: &str) -> Option<usize> {
-        self.model.program().variables.iter().position(|variable| variable.name == name)
+        self.model
+            .program()
+            .variables
+            .iter()
+            .position(|variable| variable.name == name)
     }
 
     /// Start time, stop time if there is one, tolerance if it is not the default.
-    pub fn setup(&mut self, start: f64, stop: Option<f64>, tolerance: Option<f64>) -> Result<(), InstanceError> {
+    pub fn setup(
+        &mut self,
+        start: f64,
+        stop: Option<f64>,
+        tolerance: Option<f64>,
+    ) -> Result<(), InstanceError> {
         if self.now.phase == Phase::Running {
             return Err(InstanceError::Phase { running: true });
         }
@@ -300,7 +315,9 @@ impl Instance {
             Settable::Parameter(index) => {
                 let parameter = &self.model.program().parameters[index];
                 if self.now.phase == Phase::Running && !parameter.tunable {
-                    return Err(InstanceError::Fixed { name: parameter.name.clone() });
+                    return Err(InstanceError::Fixed {
+                        name: parameter.name.clone(),
+                    });
                 }
                 (&parameter.name, parameter.min, parameter.max)
             }
@@ -310,10 +327,18 @@ impl Instance {
             }
         };
         if !value.is_finite() {
-            return Err(InstanceError::NotANumber { name: name.clone(), value });
+            return Err(InstanceError::NotANumber {
+                name: name.clone(),
+                value,
+            });
         }
         if min.is_some_and(|min| value < min) || max.is_some_and(|max| value > max) {
-            return Err(InstanceError::OutOfRange { name: name.clone(), value, min, max });
+            return Err(InstanceError::OutOfRange {
+                name: name.clone(),
+                value,
+                min,
+                max,
+            });
         }
         Ok(())
     }
@@ -337,21 +362,37 @@ impl Instance {
     }
 
     /// Would [`Instance::set_derivative`] accept this?
-    pub fn check_set_derivative(&self, variable: usize, order: i32, value: f64) -> Result<(), InstanceError> {
+    pub fn check_set_derivative(
+        &self,
+        variable: usize,
+        order: i32,
+        value: f64,
+    ) -> Result<(), InstanceError> {
         let name = || self.model.program().variables[variable].name.clone();
         match self.settable(variable) {
             Err(unknown @ InstanceError::UnknownVariable { .. }) => Err(unknown),
             Ok(Settable::Input(_)) if (1..=2).contains(&order) => match value.is_finite() {
                 true => Ok(()),
-                false => Err(InstanceError::NotANumber { name: name(), value }),
+                false => Err(InstanceError::NotANumber {
+                    name: name(),
+                    value,
+                }),
             },
-            _ => Err(InstanceError::Derivative { name: name(), order }),
+            _ => Err(InstanceError::Derivative {
+                name: name(),
+                order,
+            }),
         }
     }
 
     /// Sets the first or second time derivative of an input. It holds from this communication point on, until the input is set again at
     /// a later one.
-    pub fn set_derivative(&mut self, variable: usize, order: i32, value: f64) -> Result<(), InstanceError> {
+    pub fn set_derivative(
+        &mut self,
+        variable: usize,
+        order: i32,
+        value: f64,
+    ) -> Result<(), InstanceError> {
         self.check_set_derivative(variable, order, value)?;
         if let Settable::Input(index) = self.settable(variable)? {
             let mut polynomial = self.kept_polynomial(index);
@@ -365,11 +406,16 @@ impl Instance {
     /// An input's value, and its derivatives if they were set at this communication point.
     fn kept_polynomial(&self, index: usize) -> [f64; 3] {
         let polynomial = self.now.state.input_polynomial(index);
-        if self.now.derivatives[index] { polynomial } else { [polynomial[0], 0.0, 0.0] }
+        if self.now.derivatives[index] {
+            polynomial
+        } else {
+            [polynomial[0], 0.0, 0.0]
+        }
     }
 
     fn set_polynomial(&mut self, index: usize, polynomial: [f64; 3]) {
-        if self.now.state.input_polynomial(index).map(f64::to_bits) != polynomial.map(f64::to_bits) {
+        if self.now.state.input_polynomial(index).map(f64::to_bits) != polynomial.map(f64::to_bits)
+        {
             self.touch();
             self.now.state.set_input_polynomial(index, polynomial);
             self.model.follow(self.now.state.registers_mut());
@@ -391,7 +437,9 @@ impl Instance {
         match found.source {
             Source::Parameter(index) => Ok(Settable::Parameter(index as usize)),
             Source::Input(index) => Ok(Settable::Input(index as usize)),
-            _ => Err(InstanceError::Calculated { name: found.name.clone() }),
+            _ => Err(InstanceError::Calculated {
+                name: found.name.clone(),
+            }),
         }
     }
 
@@ -440,7 +488,8 @@ impl Instance {
         };
         let Snapshot { state, run, .. } = &mut self.now;
         self.computed = Computed::Nothing;
-        self.stepper.step_to(&self.model, &mut self.machine, state, run, time, &settings)?;
+        self.stepper
+            .step_to(&self.model, &mut self.machine, state, run, time, &settings)?;
         self.now.derivatives.fill(false);
         Ok(())
     }
@@ -449,7 +498,9 @@ impl Instance {
     /// velocities from the next step on.
     pub fn get(&mut self, variable: usize) -> Result<f64, InstanceError> {
         let found = self.model.program().variables.get(variable);
-        let source = found.ok_or(InstanceError::UnknownVariable { index: variable })?.source;
+        let source = found
+            .ok_or(InstanceError::UnknownVariable { index: variable })?
+            .source;
         let state = &self.now.state;
         let value = match source {
             Source::Time => return Ok(state.time()),
@@ -467,15 +518,25 @@ impl Instance {
                 self.compute(Computed::AcceleratedOutputs)?;
                 self.accelerations.accelerations()[index as usize]
             }
-            Source::Output { result, accelerated } => {
-                self.compute(if accelerated { Computed::AcceleratedOutputs } else { Computed::Outputs })?;
+            Source::Output {
+                result,
+                accelerated,
+            } => {
+                self.compute(if accelerated {
+                    Computed::AcceleratedOutputs
+                } else {
+                    Computed::Outputs
+                })?;
                 self.outputs[result as usize]
             }
         };
         if value.is_finite() {
             Ok(value)
         } else {
-            Err(InstanceError::Undefined { name: self.model.program().variables[variable].name.clone(), time: self.time() })
+            Err(InstanceError::Undefined {
+                name: self.model.program().variables[variable].name.clone(),
+                time: self.time(),
+            })
         }
     }
 
@@ -485,9 +546,11 @@ impl Instance {
         if self.computed < wanted {
             self.machine.load(&self.model, &self.now.state);
             if wanted == Computed::AcceleratedOutputs {
-                self.accelerations.evaluate(&self.model, &mut self.machine)?;
+                self.accelerations
+                    .evaluate(&self.model, &mut self.machine)?;
             }
-            self.machine.evaluate(&self.model.program().tapes.outputs, &mut self.outputs);
+            self.machine
+                .evaluate(&self.model.program().tapes.outputs, &mut self.outputs);
             self.computed = wanted;
         }
         Ok(())

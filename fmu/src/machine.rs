@@ -18,7 +18,10 @@ impl Machine {
         let mut registers = vec![0.0; program.registers as usize];
         let first = model.layout().constants();
         registers[first..first + program.constants.len()].copy_from_slice(&program.constants);
-        Self { registers, staged: false }
+        Self {
+            registers,
+            staged: false,
+        }
     }
 
     /// Brings a state into the registers, and the parameter stage up to date.
@@ -76,7 +79,10 @@ impl Machine {
     /// Runs a tape and copies its first results out.
     pub fn evaluate(&mut self, tape: &Tape, results: &mut [f64]) {
         self.run(tape);
-        results.iter_mut().zip(tape.results(&self.registers)).for_each(|(place, value)| *place = value);
+        results
+            .iter_mut()
+            .zip(tape.results(&self.registers))
+            .for_each(|(place, value)| *place = value);
     }
 
     /// One result of a tape that has just run.

@@ -32,8 +32,15 @@ impl Model {
     fn prepare(program: Program) -> Self {
         let layout = program.layout();
         let constraints = program.constraints.iter().enumerate();
-        let active = constraints.filter(|(_, constraint)| constraint.active).map(|(row, _)| row).collect();
-        Self { program, layout, active }
+        let active = constraints
+            .filter(|(_, constraint)| constraint.active)
+            .map(|(row, _)| row)
+            .collect();
+        Self {
+            program,
+            layout,
+            active,
+        }
     }
 
     /// The program.
@@ -58,9 +65,16 @@ impl Model {
 
     /// The state before anything is solved: everything zero but the defaults of parameters and inputs.
     pub fn default_state(&self, time: f64) -> State {
-        let mut state = State { layout: self.layout, registers: vec![0.0; self.layout.accelerations()] };
+        let mut state = State {
+            layout: self.layout,
+            registers: vec![0.0; self.layout.accelerations()],
+        };
         state.registers[self.layout.time()] = time;
-        for (value, parameter) in state.parameters_mut().iter_mut().zip(&self.program.parameters) {
+        for (value, parameter) in state
+            .parameters_mut()
+            .iter_mut()
+            .zip(&self.program.parameters)
+        {
             *value = parameter.start;
         }
         for (value, input) in state.inputs_mut().iter_mut().zip(&self.program.inputs) {
@@ -109,9 +123,12 @@ impl Model {
             match follower.order {
                 FollowerOrder::Velocity => {
                     registers[layout.follower_rates() + index] = value;
-                    registers[layout.follower_accelerations() + index] = registers[layout.input_rates() + input];
+                    registers[layout.follower_accelerations() + index] =
+                        registers[layout.input_rates() + input];
                 }
-                FollowerOrder::Acceleration => registers[layout.follower_accelerations() + index] = value,
+                FollowerOrder::Acceleration => {
+                    registers[layout.follower_accelerations() + index] = value
+                }
             }
         }
     }
@@ -154,13 +171,22 @@ impl State {
     /// Value, rate and acceleration of an input.
     pub fn input_polynomial(&self, index: usize) -> [f64; 3] {
         let layout = &self.layout;
-        [layout.inputs(), layout.input_rates(), layout.input_accelerations()].map(|first| self.registers[first + index])
+        [
+            layout.inputs(),
+            layout.input_rates(),
+            layout.input_accelerations(),
+        ]
+        .map(|first| self.registers[first + index])
     }
 
     /// Sets value, rate and acceleration of an input; followers then hear of it by [`Model::follow`].
     pub fn set_input_polynomial(&mut self, index: usize, polynomial: [f64; 3]) {
         let layout = &self.layout;
-        let firsts = [layout.inputs(), layout.input_rates(), layout.input_accelerations()];
+        let firsts = [
+            layout.inputs(),
+            layout.input_rates(),
+            layout.input_accelerations(),
+        ];
         for (first, value) in firsts.into_iter().zip(polynomial) {
             self.registers[first + index] = value;
         }

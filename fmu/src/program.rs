@@ -257,8 +257,20 @@ pub struct Layout {
 
 impl Layout {
     /// The layout for these counts.
-    pub fn new(parameters: usize, inputs: usize, followers: usize, coordinates: usize, constraints: usize) -> Self {
-        Self { parameters, inputs, followers, coordinates, constraints }
+    pub fn new(
+        parameters: usize,
+        inputs: usize,
+        followers: usize,
+        coordinates: usize,
+        constraints: usize,
+    ) -> Self {
+        Self {
+            parameters,
+            inputs,
+            followers,
+            coordinates,
+            constraints,
+        }
     }
 
     /// Register of time.

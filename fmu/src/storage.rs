@@ -6,7 +6,11 @@ use crate::check::Fault;
 use crate::frame::{FrameError, Mark};
 use crate::program::Program;
 
-const MARK: Mark = Mark { magic: *b"cotP", version: 1, name: "a cotree program" };
+const MARK: Mark = Mark {
+    magic: *b"cotP",
+    version: 1,
+    name: "a cotree program",
+};
 
 /// Why a program cannot be loaded.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -32,7 +36,8 @@ impl Program {
     /// Reads and checks a program.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
         let payload = MARK.open(bytes)?;
-        let (program, rest) = postcard::take_from_bytes::<Self>(payload).map_err(|_| LoadError::Encoding)?;
+        let (program, rest) =
+            postcard::take_from_bytes::<Self>(payload).map_err(|_| LoadError::Encoding)?;
         if !rest.is_empty() {
             return Err(LoadError::Encoding);
         }

@@ -11,11 +11,22 @@ fn final_state(mut instance: Instance, points: impl Iterator<Item = f64>) -> Ins
 }
 
 fn grid(stop: f64, steps: u32) -> impl Iterator<Item = f64> {
-    (1..=steps).map(move |step| if step == steps { stop } else { stop * f64::from(step) / f64::from(steps) })
+    (1..=steps).map(move |step| {
+        if step == steps {
+            stop
+        } else {
+            stop * f64::from(step) / f64::from(steps)
+        }
+    })
 }
 
 fn bits(instance: &Instance) -> Vec<u64> {
-    instance.state().registers().iter().map(|value| value.to_bits()).collect()
+    instance
+        .state()
+        .registers()
+        .iter()
+        .map(|value| value.to_bits())
+        .collect()
 }
 
 #[test]
@@ -24,7 +35,12 @@ fn results_do_not_depend_on_communication_points() {
         let reference = final_state(started(program.clone()), grid(2.0, 1));
         for steps in [3, 100, 2000] {
             let other = final_state(started(program.clone()), grid(2.0, steps));
-            for (a, b) in reference.state().positions().iter().zip(other.state().positions()) {
+            for (a, b) in reference
+                .state()
+                .positions()
+                .iter()
+                .zip(other.state().positions())
+            {
                 assert!((a - b).abs() < 1e-6, "{steps} steps: {a} and {b}");
             }
         }
@@ -36,7 +52,10 @@ fn fine_communication_points_cost_no_evaluations() {
     let coarse = final_state(started(pendulum()), grid(10.0, 10)).statistics();
     let fine = final_state(started(pendulum()), grid(10.0, 10_000)).statistics();
     assert!(fine.steps <= coarse.steps + 1);
-    assert!(fine.evaluations <= coarse.evaluations + 4 * fine.steps, "{fine:?} {coarse:?}");
+    assert!(
+        fine.evaluations <= coarse.evaluations + 4 * fine.steps,
+        "{fine:?} {coarse:?}"
+    );
 }
 
 #[test]
@@ -66,11 +85,17 @@ fn setting_the_same_value_changes_nothing() {
 /// A run with changes of inputs at some points.
 fn eventful(instance: &mut Instance, steps: std::ops::Range<u32>) {
     for step in steps {
-        let input = if instance.variable("torque").is_some() { "torque" } else { "force" };
+        let input = if instance.variable("torque").is_some() {
+            "torque"
+        } else {
+            "force"
+        };
         if step % 7 == 0 || (20..25).contains(&step) {
             set(instance, input, f64::from(step % 5));
         }
-        instance.step_to(f64::from(step + 1) * 0.01).expect("regular");
+        instance
+            .step_to(f64::from(step + 1) * 0.01)
+            .expect("regular");
     }
 }
 
@@ -127,7 +152,10 @@ fn damaged_and_foreign_states_are_refused() {
     }
     let mut other = started(pendulum());
     assert!(Snapshot::from_bytes(other.model(), &bytes).is_err());
-    assert_eq!(other.restore(&instance.save()), Err(InstanceError::ForeignState));
+    assert_eq!(
+        other.restore(&instance.save()),
+        Err(InstanceError::ForeignState)
+    );
 }
 
 #[test]
@@ -154,7 +182,10 @@ fn nothing_is_evaluated_after_the_stop_time() {
         t += 0.1;
         instance.step_to(t).expect("rounding is no overrun");
     }
-    assert!(matches!(instance.step_to(1.1), Err(InstanceError::Stop { .. })));
+    assert!(matches!(
+        instance.step_to(1.1),
+        Err(InstanceError::Stop { .. })
+    ));
     assert!((instance.time() - 1.0).abs() < 1e-12);
 }
 
@@ -162,27 +193,80 @@ fn nothing_is_evaluated_after_the_stop_time() {
 fn impossible_steps_values_and_experiments_are_refused() {
     let mut instance = started(pendulum());
     for t in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(matches!(instance.step_to(t), Err(InstanceError::Step { .. })));
+        assert!(matches!(
+            instance.step_to(t),
+            Err(InstanceError::Step { .. })
+        ));
     }
     let index = |name| instance.variable(name).expect("there");
-    let (gravity, length, torque, energy) = (index("gravity"), index("length"), index("torque"), index("energy"));
-    assert!(matches!(instance.set(gravity, f64::NAN), Err(InstanceError::NotANumber { .. })));
-    assert!(matches!(instance.set(length, 2.0), Err(InstanceError::Fixed { .. })));
-    assert!(matches!(instance.set(torque, 101.0), Err(InstanceError::OutOfRange { .. })));
-    assert!(matches!(instance.set(energy, 1.0), Err(InstanceError::Calculated { .. })));
-    assert!(matches!(instance.set(99, 1.0), Err(InstanceError::UnknownVariable { index: 99 })));
-    assert!(matches!(instance.get(99), Err(InstanceError::UnknownVariable { index: 99 })));
-    assert!(matches!(instance.set_derivative(torque, 0, 1.0), Err(InstanceError::Derivative { .. })));
-    assert!(matches!(instance.set_derivative(torque, 3, 1.0), Err(InstanceError::Derivative { .. })));
-    assert!(matches!(instance.set_derivative(gravity, 1, 1.0), Err(InstanceError::Derivative { .. })));
-    assert!(matches!(instance.set_derivative(torque, 1, f64::NAN), Err(InstanceError::NotANumber { .. })));
-    assert!(matches!(instance.setup(0.0, None, None), Err(InstanceError::Phase { running: true })));
+    let (gravity, length, torque, energy) = (
+        index("gravity"),
+        index("length"),
+        index("torque"),
+        index("energy"),
+    );
+    assert!(matches!(
+        instance.set(gravity, f64::NAN),
+        Err(InstanceError::NotANumber { .. })
+    ));
+    assert!(matches!(
+        instance.set(length, 2.0),
+        Err(InstanceError::Fixed { .. })
+    ));
+    assert!(matches!(
+        instance.set(torque, 101.0),
+        Err(InstanceError::OutOfRange { .. })
+    ));
+    assert!(matches!(
+        instance.set(energy, 1.0),
+        Err(InstanceError::Calculated { .. })
+    ));
+    assert!(matches!(
+        instance.set(99, 1.0),
+        Err(InstanceError::UnknownVariable { index: 99 })
+    ));
+    assert!(matches!(
+        instance.get(99),
+        Err(InstanceError::UnknownVariable { index: 99 })
+    ));
+    assert!(matches!(
+        instance.set_derivative(torque, 0, 1.0),
+        Err(InstanceError::Derivative { .. })
+    ));
+    assert!(matches!(
+        instance.set_derivative(torque, 3, 1.0),
+        Err(InstanceError::Derivative { .. })
+    ));
+    assert!(matches!(
+        instance.set_derivative(gravity, 1, 1.0),
+        Err(InstanceError::Derivative { .. })
+    ));
+    assert!(matches!(
+        instance.set_derivative(torque, 1, f64::NAN),
+        Err(InstanceError::NotANumber { .. })
+    ));
+    assert!(matches!(
+        instance.setup(0.0, None, None),
+        Err(InstanceError::Phase { running: true })
+    ));
     instance.reset();
-    assert!(matches!(instance.step_to(1.0), Err(InstanceError::Phase { running: false })));
-    assert!(matches!(instance.set(length, 0.05), Err(InstanceError::OutOfRange { .. })));
-    for (start, stop, tolerance) in
-        [(f64::NAN, None, None), (1.0, Some(0.0), None), (0.0, Some(f64::NAN), None), (0.0, None, Some(0.0))]
-    {
-        assert!(matches!(instance.setup(start, stop, tolerance), Err(InstanceError::Experiment { .. })));
+    assert!(matches!(
+        instance.step_to(1.0),
+        Err(InstanceError::Phase { running: false })
+    ));
+    assert!(matches!(
+        instance.set(length, 0.05),
+        Err(InstanceError::OutOfRange { .. })
+    ));
+    for (start, stop, tolerance) in [
+        (f64::NAN, None, None),
+        (1.0, Some(0.0), None),
+        (0.0, Some(f64::NAN), None),
+        (0.0, None, Some(0.0)),
+    ] {
+        assert!(matches!(
+            instance.setup(start, stop, tolerance),
+            Err(InstanceError::Experiment { .. })
+        ));
     }
 }

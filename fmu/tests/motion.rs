@@ -7,7 +7,13 @@ use cotree_fmu::solver::Failure;
 use support::*;
 
 /// The pendulum by the classical Runge-Kutta method with small steps.
-fn pendulum_reference(mut angle: f64, mut rate: f64, torque: impl Fn(f64) -> f64, from: f64, to: f64) -> [f64; 2] {
+fn pendulum_reference(
+    mut angle: f64,
+    mut rate: f64,
+    torque: impl Fn(f64) -> f64,
+    from: f64,
+    to: f64,
+) -> [f64; 2] {
     let steps = 20_000;
     let h = (to - from) / f64::from(steps);
     for step in 0..steps {
@@ -29,11 +35,21 @@ fn the_pendulum_swings_as_the_reference_does() {
     let [angle, rate] = pendulum_reference(1.0, 0.0, |_| 0.0, 0.0, 3.0);
     for tolerance in [1e-6, 1e-9, 1e-12] {
         let mut instance = unstarted(pendulum());
-        instance.setup(0.0, None, Some(tolerance)).expect("possible");
+        instance
+            .setup(0.0, None, Some(tolerance))
+            .expect("possible");
         instance.initialise().expect("consistent");
         instance.step_to(3.0).expect("regular");
-        let errors = [value(&mut instance, "arm.angle") - angle, value(&mut instance, "arm.omega") - rate];
-        assert!(errors.iter().all(|error| error.abs() < 100.0 * tolerance + 1e-12), "{errors:?} at {tolerance}");
+        let errors = [
+            value(&mut instance, "arm.angle") - angle,
+            value(&mut instance, "arm.omega") - rate,
+        ];
+        assert!(
+            errors
+                .iter()
+                .all(|error| error.abs() < 100.0 * tolerance + 1e-12),
+            "{errors:?} at {tolerance}"
+        );
     }
 }
 
@@ -82,7 +98,10 @@ fn the_slider_crank_keeps_its_energy_and_its_loop_closed() {
         let change = value(&mut instance, "energy.kinetic") / energy - 1.0;
         assert!(change.abs() < 1e-6, "{change} at step {step}");
         assert!(value(&mut instance, "constraint.position").abs() < 1e-10);
-        assert!(value(&mut instance, "slider.x") > 0.9, "on the branch of the guess");
+        assert!(
+            value(&mut instance, "slider.x") > 0.9,
+            "on the branch of the guess"
+        );
     }
     assert!(value(&mut instance, "crank.angle") > 10.0, "it turns");
 }
@@ -105,8 +124,12 @@ fn four_bar_pose(crank: f64) -> [f64; 2] {
     let [a, b, c, d] = FOUR_BAR;
     let (x, y) = (d - a * crank.cos(), -a * crank.sin());
     let diagonal = x.hypot(y);
-    let coupler = y.atan2(x) + ((b * b + diagonal * diagonal - c * c) / (2.0 * b * diagonal)).acos();
-    let (px, py) = (a * crank.cos() + b * coupler.cos() - d, a * crank.sin() + b * coupler.sin());
+    let coupler =
+        y.atan2(x) + ((b * b + diagonal * diagonal - c * c) / (2.0 * b * diagonal)).acos();
+    let (px, py) = (
+        a * crank.cos() + b * coupler.cos() - d,
+        a * crank.sin() + b * coupler.sin(),
+    );
     [coupler, py.atan2(px)]
 }
 
@@ -114,7 +137,10 @@ fn near_pose(instance: &mut cotree_fmu::instance::Instance, crank: f64) {
     let expected = four_bar_pose(crank);
     for (name, expected) in ["coupler.angle", "rocker.angle"].into_iter().zip(expected) {
         let difference = value(instance, name) - expected;
-        assert!(difference.sin().abs() < 1e-9 && difference.cos() > 0.0, "{name}: {difference} at crank {crank}");
+        assert!(
+            difference.sin().abs() < 1e-9 && difference.cos() > 0.0,
+            "{name}: {difference} at crank {crank}"
+        );
     }
 }
 
@@ -187,9 +213,14 @@ fn a_jump_of_a_prescribed_position_is_followed_on_the_branch() {
     let mut instance = started(four_bar(Drive::Position, false));
     for (step, crank) in [0.4, 1.9, -1.0, 3.0].into_iter().enumerate() {
         set(&mut instance, "crank_drive", crank);
-        instance.step_to(0.01 * (step as f64 + 1.0)).expect("reachable");
+        instance
+            .step_to(0.01 * (step as f64 + 1.0))
+            .expect("reachable");
         near_pose(&mut instance, crank);
-        assert!(value(&mut instance, "rocker.omega").abs() < 1e-12, "the crank stands still");
+        assert!(
+            value(&mut instance, "rocker.omega").abs() < 1e-12,
+            "the crank stands still"
+        );
     }
 }
 
@@ -217,7 +248,9 @@ fn a_lock_up_names_the_joint_and_leaves_the_state_alone() {
             Err(failure) => break failure,
         }
     };
-    let InstanceError::Solver(Failure::LockUp { time, gap }) = failure else { panic!("{failure:?}") };
+    let InstanceError::Solver(Failure::LockUp { time, gap }) = failure else {
+        panic!("{failure:?}")
+    };
     assert_eq!(gap.owner, "rocker_pin");
     // Locked when the distance between crank pin and ground pivot is coupler + rocker.
     let crank: f64 = ((1.0 + 5.8_f64.powi(2) - 5.5_f64.powi(2)) / (2.0 * 5.8)).acos();
@@ -234,7 +267,45 @@ fn a_redundant_joint_that_does_not_fit_is_named() {
     program.tapes.constraint.results[2] = length;
     let mut instance = unstarted(program);
     let failure = instance.initialise().expect_err("cannot be closed");
-    assert!(matches!(&failure, InstanceError::Solver(Failure::LoopsOpen { gap }) if gap.owner == "spare_pin"), "{failure}");
+    assert!(
+        matches!(&failure, InstanceError::Solver(Failure::LoopsOpen { gap }) if gap.owner == "spare_pin"),
+        "{failure}"
+    );
+}
+
+#[test]
+fn a_singular_pose_names_a_coordinate_that_is_free() {
+    // As long as they are: crank and rocker, coupler and ground. At crank angle 0 all bars lie in one line.
+    let mut program = four_bar(Drive::Time, false);
+    program.constants[..3].copy_from_slice(&[1.0, 3.0, 1.0]);
+    program.parameters[0].start = 3.0;
+    program.initial = cotree_fmu::program::Initial::default();
+    let failure = started(program).step_to(0.1).expect_err("not determined");
+    let InstanceError::Solver(Failure::Singular { time, coordinate }) = failure else {
+        panic!("{failure:?}")
+    };
+    assert_eq!((time, coordinate.as_str()), (0.0, "rocker.angle"));
+}
+
+#[test]
+fn mechanisms_without_coordinates_only_let_time_pass() {
+    for motion in [
+        cotree_fmu::program::Motion::Kinematic,
+        cotree_fmu::program::Motion::Dynamic,
+    ] {
+        let mut program = pendulum();
+        program.motion = motion;
+        program.coordinates.clear();
+        program.variables.truncate(4);
+        program.tapes = Default::default();
+        program.initial = Default::default();
+        program.registers = program.layout().constants() as u32 + program.constants.len() as u32;
+        let mut instance = started(program);
+        for step in 1..=10 {
+            instance.step_to(f64::from(step)).expect("nothing to solve");
+        }
+        assert_eq!(value(&mut instance, "time"), 10.0);
+    }
 }
 
 #[test]
@@ -246,7 +317,10 @@ fn accelerations_that_are_not_finite_are_an_error_with_a_name() {
     (first.a, first.b) = (first.b, first.a);
     let mut instance = started(program);
     let failure = instance.step_to(1.0).expect_err("infinite");
-    let expected = Failure::NotFinite { time: 0.0, coordinate: "arm.angle".into() };
+    let expected = Failure::NotFinite {
+        time: 0.0,
+        coordinate: "arm.angle".into(),
+    };
     assert_eq!(failure, InstanceError::Solver(expected));
     let omega = instance.variable("tangential").expect("there");
     assert!(instance.get(omega).is_err());

@@ -31,18 +31,28 @@ static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn stepping_setting_getting_and_saving_do_not_allocate() {
-    for program in [pendulum(), slider_crank(), four_bar(Drive::Velocity, true), four_bar(Drive::Position, false)] {
+    for program in [
+        pendulum(),
+        slider_crank(),
+        four_bar(Drive::Velocity, true),
+        four_bar(Drive::Position, false),
+    ] {
         let variables = program.variables.len();
         let mut instance = started(program);
-        let input = instance.model().program().variables.iter().position(|variable| {
-            matches!(variable.source, cotree_fmu::program::Source::Input(_))
-        });
+        let input = instance
+            .model()
+            .program()
+            .variables
+            .iter()
+            .position(|variable| matches!(variable.source, cotree_fmu::program::Source::Input(_)));
         let input = input.expect("all have one");
         let mut snapshot = instance.save();
         let before = COUNT.get();
         for step in 1..=200_u32 {
             if step % 3 == 0 {
-                instance.set(input, f64::from(step % 5) * 0.1).expect("input");
+                instance
+                    .set(input, f64::from(step % 5) * 0.1)
+                    .expect("input");
                 instance.set_derivative(input, 1, 0.1).expect("input");
             }
             instance.step_to(f64::from(step) * 0.01).expect("regular");

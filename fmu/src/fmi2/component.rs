@@ -55,11 +55,17 @@ pub struct SavedState {
 
 impl Component {
     pub fn new(logger: Logger, instance: Instance) -> Self {
-        Self { logger, mode: Mode::Instantiated, set_up: false, instance }
+        Self {
+            logger,
+            mode: Mode::Instantiated,
+            set_up: false,
+            instance,
+        }
     }
 
     pub fn refuse(&self, reason: &Refusal) {
-        self.logger.log(fmi2Status::fmi2Error, Category::Errors, &reason.0);
+        self.logger
+            .log(fmi2Status::fmi2Error, Category::Errors, &reason.0);
     }
 
     fn allow(&self, call: &str, modes: &[Mode]) -> Outcome {
@@ -77,11 +83,17 @@ impl Component {
 
     fn event(&self, message: impl FnOnce() -> String) {
         if self.logger.is_enabled(Category::Events) {
-            self.logger.log(fmi2Status::fmi2OK, Category::Events, &message());
+            self.logger
+                .log(fmi2Status::fmi2OK, Category::Events, &message());
         }
     }
 
-    pub fn setup_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Outcome {
+    pub fn setup_experiment(
+        &mut self,
+        tolerance: Option<f64>,
+        start: f64,
+        stop: Option<f64>,
+    ) -> Outcome {
         self.allow("fmi2SetupExperiment", &[Mode::Instantiated])?;
         self.instance.setup(start, stop, tolerance)?;
         self.set_up = true;
@@ -91,7 +103,9 @@ impl Component {
     pub fn enter_initialization(&mut self) -> Outcome {
         self.allow("fmi2EnterInitializationMode", &[Mode::Instantiated])?;
         if !self.set_up {
-            return Err("fmi2SetupExperiment must be called before fmi2EnterInitializationMode".into());
+            return Err(
+                "fmi2SetupExperiment must be called before fmi2EnterInitializationMode".into(),
+            );
         }
         self.mode = Mode::Initialization;
         Ok(())
@@ -120,7 +134,8 @@ impl Component {
                 "{} steps, {} rejected, {} evaluations, {} projections",
                 done.steps, done.rejected, done.evaluations, done.projections
             );
-            self.logger.log(fmi2Status::fmi2OK, Category::Solver, &message);
+            self.logger
+                .log(fmi2Status::fmi2OK, Category::Solver, &message);
         }
     }
 
@@ -132,7 +147,10 @@ impl Component {
     }
 
     pub fn get(&mut self, references: &[u32], values: &mut [f64]) -> Outcome {
-        self.allow("fmi2GetReal", &[Mode::Initialization, Mode::StepComplete, Mode::Terminated])?;
+        self.allow(
+            "fmi2GetReal",
+            &[Mode::Initialization, Mode::StepComplete, Mode::Terminated],
+        )?;
         for (value, &reference) in values.iter_mut().zip(references) {
             *value = self.instance.get(reference as usize)?;
         }
@@ -141,7 +159,10 @@ impl Component {
 
     /// All values or none.
     pub fn set(&mut self, references: &[u32], values: &[f64]) -> Outcome {
-        self.allow("fmi2SetReal", &[Mode::Instantiated, Mode::Initialization, Mode::StepComplete])?;
+        self.allow(
+            "fmi2SetReal",
+            &[Mode::Instantiated, Mode::Initialization, Mode::StepComplete],
+        )?;
         for (&value, &reference) in values.iter().zip(references) {
             self.instance.check_set(reference as usize, value)?;
         }
@@ -152,15 +173,22 @@ impl Component {
     }
 
     /// All derivatives or none.
-    pub fn set_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Outcome {
+    pub fn set_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &[f64],
+    ) -> Outcome {
         let modes = [Mode::Instantiated, Mode::Initialization, Mode::StepComplete];
         self.allow("fmi2SetRealInputDerivatives", &modes)?;
         let all = || references.iter().zip(orders).zip(values);
         for ((&reference, &order), &value) in all() {
-            self.instance.check_set_derivative(reference as usize, order, value)?;
+            self.instance
+                .check_set_derivative(reference as usize, order, value)?;
         }
         for ((&reference, &order), &value) in all() {
-            self.instance.set_derivative(reference as usize, order, value)?;
+            self.instance
+                .set_derivative(reference as usize, order, value)?;
         }
         Ok(())
     }
@@ -168,11 +196,15 @@ impl Component {
     pub fn do_step(&mut self, point: f64, step: f64) -> Outcome {
         self.allow("fmi2DoStep", &[Mode::StepComplete])?;
         if !(point.is_finite() && step.is_finite() && step > 0.0) {
-            return Err(Refusal(format!("a step of {step} s from t = {point} s is impossible")));
+            return Err(Refusal(format!(
+                "a step of {step} s from t = {point} s is impossible"
+            )));
         }
         let time = self.instance.time();
         if (point - time).abs() > OFFSET * step + ROUNDING * f64::EPSILON * time.abs() {
-            return Err(Refusal(format!("the step starts at t = {point} s, but the simulation is at t = {time} s")));
+            return Err(Refusal(format!(
+                "the step starts at t = {point} s, but the simulation is at t = {time} s"
+            )));
         }
         self.instance.step_to(point + step)?;
         Ok(())
@@ -185,7 +217,11 @@ impl Component {
     }
 
     pub fn save(&self) -> SavedState {
-        SavedState { mode: self.mode, set_up: self.set_up, snapshot: self.instance.save() }
+        SavedState {
+            mode: self.mode,
+            set_up: self.set_up,
+            snapshot: self.instance.save(),
+        }
     }
 
     pub fn save_into(&self, state: &mut SavedState) {
@@ -211,10 +247,17 @@ impl Component {
         };
         let snapshot = Snapshot::from_bytes(self.instance.model(), rest)?;
         let running = matches!(mode, Mode::StepComplete | Mode::Terminated);
-        if set_up > 1 || snapshot.is_running() != running || (mode != Mode::Instantiated && set_up == 0) {
+        if set_up > 1
+            || snapshot.is_running() != running
+            || (mode != Mode::Instantiated && set_up == 0)
+        {
             return Err("the saved state has been changed".into());
         }
-        Ok(SavedState { mode, set_up: set_up == 1, snapshot })
+        Ok(SavedState {
+            mode,
+            set_up: set_up == 1,
+            snapshot,
+        })
     }
 }
 

@@ -3,8 +3,15 @@
 //! The caller's part of the contract, which cannot be checked, is the same for all functions: a component is one that
 //! [`fmi2Instantiate`] returned and [`fmi2FreeInstance`] has not yet freed, used by one thread at a time; a state is one that this FMU handed
 //! out; arrays are as long as announced; strings end with a zero byte.
-#![allow(non_snake_case, non_upper_case_globals, reason = "the names of the standard")]
-#![allow(clippy::missing_safety_doc, reason = "the contract is the standard's, in short at the head of this file")]
+#![allow(
+    non_snake_case,
+    non_upper_case_globals,
+    reason = "the names of the standard"
+)]
+#![allow(
+    clippy::missing_safety_doc,
+    reason = "the contract is the standard's, in short at the head of this file"
+)]
 
 use std::cell::Cell;
 use std::ffi::{CStr, CString};
@@ -19,7 +26,10 @@ use super::types::*;
 use crate::instance::Instance;
 
 /// Runs a call on a component; refusals are logged.
-fn call(component: fmi2Component, run: impl FnOnce(&mut Component) -> Result<fmi2Status, Refusal>) -> fmi2Status {
+fn call(
+    component: fmi2Component,
+    run: impl FnOnce(&mut Component) -> Result<fmi2Status, Refusal>,
+) -> fmi2Status {
     let component = component.cast::<Component>();
     if component.is_null() {
         return fmi2Error;
@@ -34,13 +44,20 @@ fn call(component: fmi2Component, run: impl FnOnce(&mut Component) -> Result<fmi
         }
     })
     .unwrap_or_else(|| {
-        component.logger.log(fmi2Error, Category::Errors, "internal error: please report it with this FMU");
+        component.logger.log(
+            fmi2Error,
+            Category::Errors,
+            "internal error: please report it with this FMU",
+        );
         fmi2Error
     })
 }
 
 /// As [`call`], for calls that succeed or fail.
-fn plain(component: fmi2Component, run: impl FnOnce(&mut Component) -> Result<(), Refusal>) -> fmi2Status {
+fn plain(
+    component: fmi2Component,
+    run: impl FnOnce(&mut Component) -> Result<(), Refusal>,
+) -> fmi2Status {
     call(component, |component| run(component).map(|()| fmi2OK))
 }
 
@@ -71,7 +88,10 @@ fn array<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], Refusal> {
     if length == 0 {
         return Ok(&[]);
     }
-    if pointer.is_null() || !pointer.is_aligned() || length.saturating_mul(size_of::<T>()) > isize::MAX as usize {
+    if pointer.is_null()
+        || !pointer.is_aligned()
+        || length.saturating_mul(size_of::<T>()) > isize::MAX as usize
+    {
         return Err("an array is missing".into());
     }
     // SAFETY: neither null nor misaligned; by the contract it has this many elements and nobody writes to it during the call.
@@ -83,7 +103,10 @@ fn array_mut<'a, T>(pointer: *mut T, length: usize) -> Result<&'a mut [T], Refus
     if length == 0 {
         return Ok(&mut []);
     }
-    if pointer.is_null() || !pointer.is_aligned() || length.saturating_mul(size_of::<T>()) > isize::MAX as usize {
+    if pointer.is_null()
+        || !pointer.is_aligned()
+        || length.saturating_mul(size_of::<T>()) > isize::MAX as usize
+    {
         return Err("an array is missing".into());
     }
     // SAFETY: neither null nor misaligned; by the contract it has this many elements and nobody else uses it during the call.
@@ -125,9 +148,15 @@ pub unsafe extern "C" fn fmi2SetDebugLogging(
     categories: *const fmi2String,
 ) -> fmi2Status {
     plain(c, |component| {
-        let names: Option<Vec<&CStr>> = array(categories, nCategories)?.iter().map(|&name| string(name)).collect();
+        let names: Option<Vec<&CStr>> = array(categories, nCategories)?
+            .iter()
+            .map(|&name| string(name))
+            .collect();
         let names = names.ok_or("a log category is missing")?;
-        component.logger.switch(loggingOn != fmi2False, &names).map_err(Refusal)
+        component
+            .logger
+            .switch(loggingOn != fmi2False, &names)
+            .map_err(Refusal)
     })
 }
 
@@ -143,10 +172,17 @@ pub unsafe extern "C" fn fmi2Instantiate(
     loggingOn: fmi2Boolean,
 ) -> fmi2Component {
     let made = contain(|| {
-        let Ok([functions]) = array(functions, 1) else { return None };
+        let Ok([functions]) = array(functions, 1) else {
+            return None;
+        };
         let name = string(instanceName).unwrap_or_default();
         let (callback, environment) = (functions.logger, functions.componentEnvironment);
-        let logger = Logger::new(callback, environment, CString::from(name), loggingOn != fmi2False);
+        let logger = Logger::new(
+            callback,
+            environment,
+            CString::from(name),
+            loggingOn != fmi2False,
+        );
         match instantiate(name, fmuType, string(fmuGUID), string(fmuResourceLocation)) {
             Ok(instance) => Some(Component::new(logger, instance)),
             Err(refusal) => {
@@ -240,7 +276,9 @@ pub unsafe extern "C" fn fmi2GetReal(
     nvr: usize,
     value: *mut fmi2Real,
 ) -> fmi2Status {
-    plain(c, |component| component.get(array(vr, nvr)?, array_mut(value, nvr)?))
+    plain(c, |component| {
+        component.get(array(vr, nvr)?, array_mut(value, nvr)?)
+    })
 }
 
 /// Sets parameters and inputs.
@@ -251,14 +289,18 @@ pub unsafe extern "C" fn fmi2SetReal(
     nvr: usize,
     value: *const fmi2Real,
 ) -> fmi2Status {
-    plain(c, |component| component.set(array(vr, nvr)?, array(value, nvr)?))
+    plain(c, |component| {
+        component.set(array(vr, nvr)?, array(value, nvr)?)
+    })
 }
 
 /// There are only Real variables: any access of another type that is not empty is refused.
 fn wrong_type(c: fmi2Component, nvr: usize, name: &str) -> fmi2Status {
     plain(c, |_| match nvr {
         0 => Ok(()),
-        _ => Err(Refusal(format!("this FMU has no {name} variables: all its variables are Real"))),
+        _ => Err(Refusal(format!(
+            "this FMU has no {name} variables: all its variables are Real"
+        ))),
     })
 }
 
@@ -330,7 +372,10 @@ pub unsafe extern "C" fn fmi2SetString(
 
 /// Saves the state; into an existing one if there is one.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(c: fmi2Component, FMUstate: *mut fmi2FMUstate) -> fmi2Status {
+pub unsafe extern "C" fn fmi2GetFMUstate(
+    c: fmi2Component,
+    FMUstate: *mut fmi2FMUstate,
+) -> fmi2Status {
     plain(c, |component| {
         let place = place(FMUstate)?;
         let existing = place.cast::<SavedState>();
@@ -348,14 +393,19 @@ pub unsafe extern "C" fn fmi2GetFMUstate(c: fmi2Component, FMUstate: *mut fmi2FM
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetFMUstate(c: fmi2Component, FMUstate: fmi2FMUstate) -> fmi2Status {
     plain(c, |component| {
-        let [state] = array(FMUstate.cast::<SavedState>(), 1)? else { return Err("the state is missing".into()) };
+        let [state] = array(FMUstate.cast::<SavedState>(), 1)? else {
+            return Err("the state is missing".into());
+        };
         component.restore(state)
     })
 }
 
 /// Frees a saved state.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(c: fmi2Component, FMUstate: *mut fmi2FMUstate) -> fmi2Status {
+pub unsafe extern "C" fn fmi2FreeFMUstate(
+    c: fmi2Component,
+    FMUstate: *mut fmi2FMUstate,
+) -> fmi2Status {
     plain(c, |_| {
         if let Ok(place) = place(FMUstate)
             && !place.is_null()
@@ -376,7 +426,9 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
     size: *mut usize,
 ) -> fmi2Status {
     plain(c, |_| {
-        let [state] = array(FMUstate.cast::<SavedState>(), 1)? else { return Err("the state is missing".into()) };
+        let [state] = array(FMUstate.cast::<SavedState>(), 1)? else {
+            return Err("the state is missing".into());
+        };
         *place(size)? = state.to_bytes()?.len();
         Ok(())
     })
@@ -391,10 +443,14 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
     size: usize,
 ) -> fmi2Status {
     plain(c, |_| {
-        let [state] = array(FMUstate.cast::<SavedState>(), 1)? else { return Err("the state is missing".into()) };
+        let [state] = array(FMUstate.cast::<SavedState>(), 1)? else {
+            return Err("the state is missing".into());
+        };
         let bytes = state.to_bytes()?;
         let room = array_mut(serializedState.cast::<u8>(), size)?;
-        let room = room.get_mut(..bytes.len()).ok_or("the buffer is too small for the state")?;
+        let room = room
+            .get_mut(..bytes.len())
+            .ok_or("the buffer is too small for the state")?;
         room.copy_from_slice(&bytes);
         Ok(())
     })
@@ -433,7 +489,9 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     _dvKnown: *const fmi2Real,
     _dvUnknown: *mut fmi2Real,
 ) -> fmi2Status {
-    plain(c, |_| Err("this FMU does not provide directional derivatives".into()))
+    plain(c, |_| {
+        Err("this FMU does not provide directional derivatives".into())
+    })
 }
 
 /// Sets the first and second derivatives of inputs.
@@ -445,7 +503,9 @@ pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
     order: *const fmi2Integer,
     value: *const fmi2Real,
 ) -> fmi2Status {
-    plain(c, |component| component.set_derivatives(array(vr, nvr)?, array(order, nvr)?, array(value, nvr)?))
+    plain(c, |component| {
+        component.set_derivatives(array(vr, nvr)?, array(order, nvr)?, array(value, nvr)?)
+    })
 }
 
 /// Not provided: the largest order is 0.
@@ -471,24 +531,36 @@ pub unsafe extern "C" fn fmi2DoStep(
     communicationStepSize: fmi2Real,
     _noSetFMUStatePriorToCurrentPoint: fmi2Boolean,
 ) -> fmi2Status {
-    plain(c, |component| component.do_step(currentCommunicationPoint, communicationStepSize))
+    plain(c, |component| {
+        component.do_step(currentCommunicationPoint, communicationStepSize)
+    })
 }
 
 /// Steps are never pending.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2CancelStep(c: fmi2Component) -> fmi2Status {
-    plain(c, |_| Err("there is no step to cancel: steps are done when fmi2DoStep returns".into()))
+    plain(c, |_| {
+        Err("there is no step to cancel: steps are done when fmi2DoStep returns".into())
+    })
 }
 
 /// Steps are never pending.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetStatus(c: fmi2Component, _s: fmi2StatusKind, _value: *mut fmi2Status) -> fmi2Status {
+pub unsafe extern "C" fn fmi2GetStatus(
+    c: fmi2Component,
+    _s: fmi2StatusKind,
+    _value: *mut fmi2Status,
+) -> fmi2Status {
     call(c, |_| Ok(fmi2Discard))
 }
 
 /// The last communication point reached.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetRealStatus(c: fmi2Component, s: fmi2StatusKind, value: *mut fmi2Real) -> fmi2Status {
+pub unsafe extern "C" fn fmi2GetRealStatus(
+    c: fmi2Component,
+    s: fmi2StatusKind,
+    value: *mut fmi2Real,
+) -> fmi2Status {
     call(c, |component| match component.real_status(s) {
         Some(time) => {
             *place(value)? = time;
@@ -500,7 +572,11 @@ pub unsafe extern "C" fn fmi2GetRealStatus(c: fmi2Component, s: fmi2StatusKind, 
 
 /// There is no such status.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetIntegerStatus(c: fmi2Component, _s: fmi2StatusKind, _value: *mut fmi2Integer) -> fmi2Status {
+pub unsafe extern "C" fn fmi2GetIntegerStatus(
+    c: fmi2Component,
+    _s: fmi2StatusKind,
+    _value: *mut fmi2Integer,
+) -> fmi2Status {
     call(c, |_| Ok(fmi2Discard))
 }
 
@@ -522,6 +598,10 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(
 
 /// There is no such status.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetStringStatus(c: fmi2Component, _s: fmi2StatusKind, _value: *mut fmi2String) -> fmi2Status {
+pub unsafe extern "C" fn fmi2GetStringStatus(
+    c: fmi2Component,
+    _s: fmi2StatusKind,
+    _value: *mut fmi2String,
+) -> fmi2Status {
     call(c, |_| Ok(fmi2Discard))
 }

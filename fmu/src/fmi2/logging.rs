@@ -27,7 +27,9 @@ impl Category {
     }
 
     fn parse(name: &CStr) -> Option<Self> {
-        Self::ALL.into_iter().find(|category| category.name() == name)
+        Self::ALL
+            .into_iter()
+            .find(|category| category.name() == name)
     }
 }
 
@@ -46,7 +48,12 @@ impl Logger {
         instance: CString,
         all: bool,
     ) -> Self {
-        Self { callback, environment, instance, enabled: [all, all, true] }
+        Self {
+            callback,
+            environment,
+            instance,
+            enabled: [all, all, true],
+        }
     }
 
     /// Switches categories; all of them if none is named. An unknown name changes nothing.
@@ -55,11 +62,20 @@ impl Logger {
         for name in names {
             let category = Category::parse(name);
             categories.push(category.ok_or_else(|| {
-                format!("`{}` is not a log category; there are events, solver and errors", name.to_string_lossy())
+                format!(
+                    "`{}` is not a log category; there are events, solver and errors",
+                    name.to_string_lossy()
+                )
             })?);
         }
-        let chosen = if names.is_empty() { &Category::ALL[..] } else { &categories };
-        chosen.iter().for_each(|&category| self.enabled[category as usize] = on);
+        let chosen = if names.is_empty() {
+            &Category::ALL[..]
+        } else {
+            &categories
+        };
+        chosen
+            .iter()
+            .for_each(|&category| self.enabled[category as usize] = on);
         Ok(())
     }
 
@@ -69,10 +85,14 @@ impl Logger {
 
     /// Passes one finished message on.
     pub fn log(&self, status: fmi2Status, category: Category, message: &str) {
-        let (Some(callback), true) = (self.callback, self.is_enabled(category)) else { return };
+        let (Some(callback), true) = (self.callback, self.is_enabled(category)) else {
+            return;
+        };
         // The callback takes the message for a printf format, and C strings end at a zero byte.
         let finished = message.trim_end().replace('%', "%%").replace('\0', " ");
-        let Ok(finished) = CString::new(finished) else { return };
+        let Ok(finished) = CString::new(finished) else {
+            return;
+        };
         // SAFETY: the importer gave this function for this purpose and keeps it alive as long as the instance; all strings end with zero
         // and outlive the call; the format has no directive, so no further argument is read.
         unsafe {

@@ -1,5 +1,10 @@
 //! C types of `fmi2TypesPlatform.h` and `fmi2FunctionTypes.h`, under their names in the standard.
-#![allow(non_camel_case_types, non_snake_case, non_upper_case_globals, reason = "the names of the standard")]
+#![allow(
+    non_camel_case_types,
+    non_snake_case,
+    non_upper_case_globals,
+    reason = "the names of the standard"
+)]
 #![allow(missing_docs, reason = "documented by the standard")]
 
 use core::ffi::{c_char, c_int, c_uint, c_void};
@@ -43,7 +48,14 @@ pub const fmi2LastSuccessfulTime: fmi2StatusKind = 2;
 pub const fmi2Terminated: fmi2StatusKind = 3;
 
 pub type fmi2CallbackLogger = Option<
-    unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...),
+    unsafe extern "C" fn(
+        fmi2ComponentEnvironment,
+        fmi2String,
+        fmi2Status,
+        fmi2String,
+        fmi2String,
+        ...
+    ),
 >;
 pub type fmi2CallbackAllocateMemory = Option<unsafe extern "C" fn(usize, usize) -> *mut c_void>;
 pub type fmi2CallbackFreeMemory = Option<unsafe extern "C" fn(*mut c_void)>;

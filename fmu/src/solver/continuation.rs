@@ -64,7 +64,8 @@ impl Continuation {
     pub(super) fn restart(&mut self, model: &Model, state: &State) {
         self.origin.copy_from(state);
         self.front_time = state.time();
-        self.front.copy_from_slice(&state.registers()[motion(model.layout())]);
+        self.front
+            .copy_from_slice(&state.registers()[motion(model.layout())]);
     }
 
     /// Copies another continuation of the same model without allocating.
@@ -84,11 +85,19 @@ impl Continuation {
     pub fn belongs_to(&self, model: &Model) -> bool {
         let size = 2 * model.coordinates();
         let states = [&self.origin, &self.before];
-        states.into_iter().all(|state| state.belongs_to(model) && state.is_finite())
+        states
+            .into_iter()
+            .all(|state| state.belongs_to(model) && state.is_finite())
             && self.front.len() == size
             && self.dense.len() == Explicit::dense_length(size)
-            && self.front.iter().chain(&self.dense).all(|value| value.is_finite())
-            && [self.front_time, self.dense_from, self.step].into_iter().all(f64::is_finite)
+            && self
+                .front
+                .iter()
+                .chain(&self.dense)
+                .all(|value| value.is_finite())
+            && [self.front_time, self.dense_from, self.step]
+                .into_iter()
+                .all(f64::is_finite)
             && self.step >= 0.0
     }
 }

@@ -12,13 +12,17 @@ pub(crate) struct Lu {
     pivots: Vec<usize>,
 }
 
-/// The matrix has no inverse.
+/// The matrix has no inverse: this column depends on the columns before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Singular;
+pub(crate) struct Singular(pub usize);
 
 impl Lu {
     pub fn new(size: usize) -> Self {
-        Self { size, factors: vec![0.0; size * size], pivots: vec![0; size] }
+        Self {
+            size,
+            factors: vec![0.0; size * size],
+            pivots: vec![0; size],
+        }
     }
 
     /// The matrix to be factored, zeroed, row by row.
@@ -30,14 +34,19 @@ impl Lu {
     /// Replaces the matrix by its factors.
     pub fn factor(&mut self) -> Result<(), Singular> {
         let n = self.size;
-        let largest = self.factors.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+        let largest = self
+            .factors
+            .iter()
+            .fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
         for column in 0..n {
             let size = |row: &usize| self.factors[row * n + column].abs();
-            let pivot = (column..n).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(column);
+            let pivot = (column..n)
+                .max_by(|a, b| size(a).total_cmp(&size(b)))
+                .unwrap_or(column);
             // Written so that NaN is singular too.
             let regular = size(&pivot) > SINGULAR * largest;
             if !regular {
-                return Err(Singular);
+                return Err(Singular(column));
             }
             self.pivots[column] = pivot;
             self.swap_rows(column, pivot);
@@ -118,9 +127,14 @@ mod tests {
         let mut lu = Lu::new(3);
         lu.matrix().copy_from_slice(&MATRIX);
         lu.factor().expect("regular");
-        let mut b: [f64; 3] = std::array::from_fn(|row| (0..3).map(|column| MATRIX[3 * row + column] * X[column]).sum());
+        let mut b: [f64; 3] = std::array::from_fn(|row| {
+            (0..3)
+                .map(|column| MATRIX[3 * row + column] * X[column])
+                .sum()
+        });
         lu.solve(&mut b);
-        let mut c: [f64; 3] = std::array::from_fn(|column| (0..3).map(|row| MATRIX[3 * row + column] * X[row]).sum());
+        let mut c: [f64; 3] =
+            std::array::from_fn(|column| (0..3).map(|row| MATRIX[3 * row + column] * X[row]).sum());
         lu.solve_transposed(&mut c);
         for ((b, c), x) in b.iter().zip(c).zip(X) {
             assert!((b - x).abs() < 1e-14 && (c - x).abs() < 1e-14);
@@ -131,8 +145,8 @@ mod tests {
     fn says_that_a_matrix_is_singular() {
         let mut lu = Lu::new(2);
         lu.matrix().copy_from_slice(&[1.0, 2.0, 2.0, 4.0]);
-        assert_eq!(lu.factor(), Err(Singular));
+        assert_eq!(lu.factor(), Err(Singular(1)));
         lu.matrix().copy_from_slice(&[1.0, f64::NAN, 2.0, 4.0]);
-        assert_eq!(lu.factor(), Err(Singular));
+        assert!(lu.factor().is_err());
     }
 }

@@ -40,9 +40,7 @@ pub(super) const NODES: [f64; DENSE_STAGES] = [
 /// Coefficients of the stages; row 12 holds the weights of order 8.
 pub(super) const STAGE: [Row; DENSE_STAGES] = [
     &[],
-    &[
-        (0, 0.0526001519587677318785587544488),
-    ],
+    &[(0, 0.0526001519587677318785587544488)],
     &[
         (0, 0.0197250569845378994544595329183),
         (1, 0.0591751709536136983633785987549),

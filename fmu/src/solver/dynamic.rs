@@ -1,5 +1,6 @@
 //! Integration of Eqs. (22): steps of DOP853, each projected onto the loop equations.
 
+use super::accelerations::finite;
 use super::continuation::Continuation;
 use super::explicit::{Derivative, Explicit, interpolate, next_step};
 use super::{Context, Failure, Statistics};
@@ -47,13 +48,19 @@ impl Derivative for Motion<'_> {
         self.machine.load_motion(self.model, y);
         let (rates, accelerations) = derivative.split_at_mut(n);
         rates.copy_from_slice(&y[n..]);
-        self.machine.evaluate(&self.model.program().tapes.acceleration, accelerations);
+        self.machine
+            .evaluate(&self.model.program().tapes.acceleration, accelerations);
         self.statistics.evaluations += 1;
     }
 }
 
 fn motion<'a>(context: &'a mut Context<'_>, origin: &'a State) -> Motion<'a> {
-    Motion { model: context.model, machine: context.machine, statistics: context.statistics, origin }
+    Motion {
+        model: context.model,
+        machine: context.machine,
+        statistics: context.statistics,
+        origin,
+    }
 }
 
 impl Dynamic {
@@ -102,36 +109,50 @@ impl Dynamic {
     fn begin(&mut self, context: &mut Context, run: &mut Continuation) -> Result<(), Failure> {
         let time = run.front_time;
         if !self.known {
-            self.explicit.begin(&mut motion(context, &run.origin), time, &run.front);
+            self.explicit
+                .begin(&mut motion(context, &run.origin), time, &run.front);
             self.known = true;
         }
         let n = context.model.coordinates();
-        if let Some(index) = self.explicit.first()[n..].iter().position(|value| !value.is_finite()) {
-            return Err(Failure::NotFinite { time, coordinate: context.model.program().coordinates[index].name.clone() });
-        }
+        finite(context.model, time, &self.explicit.first()[n..])?;
         if run.step == 0.0 {
             self.tolerate(context, &run.front, false);
             let mut f = motion(context, &run.origin);
-            run.step = self.explicit.starting_step(&mut f, time, &run.front, &self.tolerances);
+            run.step = self
+                .explicit
+                .starting_step(&mut f, time, &run.front, &self.tolerances);
         }
         Ok(())
     }
 
     /// One accepted step from the front.
-    fn step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+    fn step(
+        &mut self,
+        context: &mut Context,
+        run: &mut Continuation,
+        horizon: Horizon,
+    ) -> Result<(), Failure> {
         let time = run.front_time;
         let shortest = SHORTEST * f64::EPSILON * time.abs().max(EARLY);
         let mut rejected = false;
         loop {
-            let natural = run.step.min(context.settings.max_step);
+            let natural = run.step.min(context.settings.max_step).max(shortest);
             let limited = time + STRETCH * natural >= horizon.limit;
-            let end = if limited { horizon.limit } else { time + natural };
+            let end = if limited {
+                horizon.limit
+            } else {
+                time + natural
+            };
             let h = end - time;
             let (error, failure) = self.attempt(context, run, end, horizon.target);
             let proposed = next_step(h, error, rejected);
             if error <= 1.0 && failure.is_none() {
                 // A step cut short by a limit says nothing against the natural length.
-                run.step = if limited && !rejected { proposed.max(natural) } else { proposed };
+                run.step = if limited && !rejected {
+                    proposed.max(natural)
+                } else {
+                    proposed
+                };
                 self.accept(run, end);
                 context.statistics.steps += 1;
                 return Ok(());
@@ -154,7 +175,13 @@ impl Dynamic {
         target: f64,
     ) -> (f64, Option<Failure>) {
         let (time, h) = (run.front_time, end - run.front_time);
-        self.explicit.attempt(&mut motion(context, &run.origin), time, &run.front, h, &mut self.next);
+        self.explicit.attempt(
+            &mut motion(context, &run.origin),
+            time,
+            &run.front,
+            h,
+            &mut self.next,
+        );
         self.tolerate(context, &run.front, true);
         let error = self.explicit.error(h, &self.tolerances);
         // Written so that NaN is rejected too.
@@ -169,7 +196,8 @@ impl Dynamic {
         self.explicit.finish(&mut f, end, &self.next);
         let mut finite = self.explicit.last().iter().all(|value| value.is_finite());
         if end > target {
-            self.explicit.dense(&mut f, time, &run.front, h, &self.next, &mut run.dense);
+            self.explicit
+                .dense(&mut f, time, &run.front, h, &self.next, &mut run.dense);
             run.dense_from = time;
             finite &= run.dense.iter().all(|value| value.is_finite());
         }
@@ -177,11 +205,22 @@ impl Dynamic {
     }
 
     /// Projects the end of the step onto the loop equations.
-    fn close(&mut self, context: &mut Context, run: &Continuation, end: f64) -> Result<(), Failure> {
+    fn close(
+        &mut self,
+        context: &mut Context,
+        run: &Continuation,
+        end: f64,
+    ) -> Result<(), Failure> {
         if context.model.active().is_empty() {
             return Ok(());
         }
-        let Context { model, machine, projection, settings, .. } = context;
+        let Context {
+            model,
+            machine,
+            projection,
+            settings,
+            ..
+        } = context;
         let (q, v) = self.next.split_at_mut(model.coordinates());
         machine.load_signals(model, &run.origin, end);
         projection.positions(model, machine, q, settings.tolerance, f64::INFINITY)?;
@@ -199,7 +238,11 @@ impl Dynamic {
         let n = context.model.coordinates();
         let tolerance = context.settings.tolerance;
         for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
-            let after = if next { self.next[n + index].abs() } else { 0.0 };
+            let after = if next {
+                self.next[n + index].abs()
+            } else {
+                0.0
+            };
             let rate = front[n + index].abs().max(after);
             self.tolerances[index] = tolerance * coordinate.scale;
             self.tolerances[n + index] = tolerance * coordinate.scale.max(rate);
@@ -211,10 +254,21 @@ impl Dynamic {
         let coordinates = &model.program().coordinates;
         let speed = |index: usize| {
             let size = self.explicit.first()[n + index].abs() / coordinates[index].scale;
-            if size.is_finite() { size } else { f64::INFINITY }
+            if size.is_finite() {
+                size
+            } else {
+                f64::INFINITY
+            }
         };
         let fastest = (0..n).max_by(|&a, &b| speed(a).total_cmp(&speed(b)));
-        let coordinate = fastest.map_or_else(|| model.program().name.clone(), |index| coordinates[index].name.clone());
-        Failure::StepUnderflow { time, coordinate, cause: cause.map(Box::new) }
+        let coordinate = fastest.map_or_else(
+            || model.program().name.clone(),
+            |index| coordinates[index].name.clone(),
+        );
+        Failure::StepUnderflow {
+            time,
+            coordinate,
+            cause: cause.map(Box::new),
+        }
     }
 }

@@ -38,7 +38,12 @@ pub struct Explicit {
 impl Explicit {
     /// Storage for y of that size.
     pub fn new(size: usize) -> Self {
-        Self { size, stages: vec![0.0; DENSE_STAGES * size], sum: vec![0.0; size], point: vec![0.0; size] }
+        Self {
+            size,
+            stages: vec![0.0; DENSE_STAGES * size],
+            sum: vec![0.0; size],
+            point: vec![0.0; size],
+        }
     }
 
     /// Length of a dense output for y of that size: y at the start, then the rows.
@@ -57,7 +62,14 @@ impl Explicit {
     }
 
     /// Tries a step from y; its end is written to `next`.
-    pub fn attempt(&mut self, f: &mut impl Derivative, time: f64, y: &[f64], h: f64, next: &mut [f64]) {
+    pub fn attempt(
+        &mut self,
+        f: &mut impl Derivative,
+        time: f64,
+        y: &[f64],
+        h: f64,
+        next: &mut [f64],
+    ) {
         for stage in 1..STAGES - 1 {
             self.evaluate_stage(f, stage, time, y, h);
         }
@@ -65,10 +77,21 @@ impl Explicit {
         advance(y, h, &self.sum, next);
     }
 
-    fn evaluate_stage(&mut self, f: &mut impl Derivative, stage: usize, time: f64, y: &[f64], h: f64) {
+    fn evaluate_stage(
+        &mut self,
+        f: &mut impl Derivative,
+        stage: usize,
+        time: f64,
+        y: &[f64],
+        h: f64,
+    ) {
         self.combine(STAGE[stage]);
         advance(y, h, &self.sum, &mut self.point);
-        f.evaluate(time + NODES[stage] * h, &self.point, &mut self.stages[stage * self.size..][..self.size]);
+        f.evaluate(
+            time + NODES[stage] * h,
+            &self.point,
+            &mut self.stages[stage * self.size..][..self.size],
+        );
     }
 
     /// sum = the row's combination of the stages.
@@ -79,23 +102,37 @@ impl Explicit {
     /// Error of the step just tried, in units of the tolerances: accept up to 1. NaN if a stage is not finite.
     pub fn error(&mut self, h: f64, tolerances: &[f64]) -> f64 {
         let mean_square = |values: &[f64]| {
-            let squares = values.iter().zip(tolerances).map(|(value, tolerance)| (value / tolerance).powi(2));
+            let squares = values
+                .iter()
+                .zip(tolerances)
+                .map(|(value, tolerance)| (value / tolerance).powi(2));
             squares.sum::<f64>() / values.len().max(1) as f64
         };
         self.combine(ERROR_5);
         let fifth = mean_square(&self.sum);
         combine(&self.stages, WEIGHTS_3, &mut self.point);
         combine(&self.stages, STAGE[STAGES - 1], &mut self.sum);
-        self.sum.iter_mut().zip(&self.point).for_each(|(eighth, third)| *eighth -= third);
+        self.sum
+            .iter_mut()
+            .zip(&self.point)
+            .for_each(|(eighth, third)| *eighth -= third);
         let third = mean_square(&self.sum);
         // Hairer, Norsett, Wanner (1993), Eq. (II.10.17): err5 * err5 / sqrt(err5^2 + 0.01 err3^2), of order 7.
         let denominator = fifth + 0.01 * third;
-        if denominator == 0.0 { 0.0 } else { h.abs() * fifth / denominator.sqrt() }
+        if denominator == 0.0 {
+            0.0
+        } else {
+            h.abs() * fifth / denominator.sqrt()
+        }
     }
 
     /// Evaluates the derivative at the end of an accepted step.
     pub fn finish(&mut self, f: &mut impl Derivative, time: f64, next: &[f64]) {
-        f.evaluate(time, next, &mut self.stages[(STAGES - 1) * self.size..][..self.size]);
+        f.evaluate(
+            time,
+            next,
+            &mut self.stages[(STAGES - 1) * self.size..][..self.size],
+        );
     }
 
     /// The derivative at the end of the step.
@@ -105,11 +142,20 @@ impl Explicit {
 
     /// Makes the end of this step the start of the next one.
     pub fn roll(&mut self) {
-        self.stages.copy_within((STAGES - 1) * self.size..STAGES * self.size, 0);
+        self.stages
+            .copy_within((STAGES - 1) * self.size..STAGES * self.size, 0);
     }
 
     /// Three more stages and the dense output of the step from y to next, after [`Explicit::finish`].
-    pub fn dense(&mut self, f: &mut impl Derivative, time: f64, y: &[f64], h: f64, next: &[f64], dense: &mut [f64]) {
+    pub fn dense(
+        &mut self,
+        f: &mut impl Derivative,
+        time: f64,
+        y: &[f64],
+        h: f64,
+        next: &[f64],
+        dense: &mut [f64],
+    ) {
         for stage in STAGES..DENSE_STAGES {
             self.evaluate_stage(f, stage, time, y, h);
         }
@@ -123,30 +169,53 @@ impl Explicit {
             rows[size + i] = first - difference;
             rows[2 * size + i] = 2.0 * difference - (first + last);
         }
-        for (row, place) in DENSE.into_iter().zip(rows[3 * size..].chunks_exact_mut(size.max(1))) {
+        for (row, place) in DENSE
+            .into_iter()
+            .zip(rows[3 * size..].chunks_exact_mut(size.max(1)))
+        {
             combine(&self.stages, row, place);
             place.iter_mut().for_each(|value| *value *= h);
         }
     }
 
     /// A first step size: Hairer, Norsett, Wanner (1993), section II.4, after [`Explicit::begin`].
-    pub fn starting_step(&mut self, f: &mut impl Derivative, time: f64, y: &[f64], tolerances: &[f64]) -> f64 {
+    pub fn starting_step(
+        &mut self,
+        f: &mut impl Derivative,
+        time: f64,
+        y: &[f64],
+        tolerances: &[f64],
+    ) -> f64 {
         let norm = |values: &[f64]| {
-            let squares = values.iter().zip(tolerances).map(|(value, tolerance)| (value / tolerance).powi(2));
+            let squares = values
+                .iter()
+                .zip(tolerances)
+                .map(|(value, tolerance)| (value / tolerance).powi(2));
             (squares.sum::<f64>() / values.len().max(1) as f64).sqrt()
         };
         let (size, slope) = (norm(y), norm(self.first()));
-        let guess = if size < 1e-5 || slope < 1e-5 { 1e-6 } else { 0.01 * size / slope };
+        let guess = if size < 1e-5 || slope < 1e-5 {
+            1e-6
+        } else {
+            0.01 * size / slope
+        };
         advance(y, guess, &self.stages[..self.size], &mut self.point);
         f.evaluate(time + guess, &self.point, &mut self.sum);
         let change = self.sum.iter_mut().zip(&self.stages[..self.size]);
         change.for_each(|(after, before)| *after -= before);
         let curvature = norm(&self.sum) / guess;
         let steepest = slope.max(curvature);
-        let step =
-            if steepest <= 1e-15 { (1e-3 * guess).max(1e-6) } else { libm::pow(0.01 / steepest, 1.0 / ORDER) };
+        let step = if steepest <= 1e-15 {
+            (1e-3 * guess).max(1e-6)
+        } else {
+            libm::pow(0.01 / steepest, 1.0 / ORDER)
+        };
         // Written so that NaN falls back to the guess.
-        if step < 100.0 * guess { step } else { 100.0 * guess }
+        if step < 100.0 * guess {
+            step
+        } else {
+            100.0 * guess
+        }
     }
 }
 
@@ -166,7 +235,11 @@ pub fn next_step(h: f64, error: f64, rejected: bool) -> f64 {
     let most = if rejected { 1.0 } else { GROW };
     let factor = SAFETY * libm::pow(error, -1.0 / ORDER);
     // The error may be 0 (infinite factor) or not finite (shrink).
-    h * if factor > SHRINK { factor.min(most) } else { SHRINK }
+    h * if factor > SHRINK {
+        factor.min(most)
+    } else {
+        SHRINK
+    }
 }
 
 fn combine(stages: &[f64], row: Row, sum: &mut [f64]) {
@@ -192,14 +265,17 @@ mod tests {
     /// Row of a method as a full vector.
     fn full(row: Row) -> [f64; DENSE_STAGES] {
         let mut values = [0.0; DENSE_STAGES];
-        row.iter().for_each(|&(stage, coefficient)| values[stage] = coefficient);
+        row.iter()
+            .for_each(|&(stage, coefficient)| values[stage] = coefficient);
         values
     }
 
     /// Elementary weights of all rooted trees up to some order, as (order, density, vector over the stages): a tree is a product of
     /// branches; its vector is the product of A applied to the vectors of the branches.
     fn trees(orders: usize) -> Vec<(usize, f64, [f64; DENSE_STAGES])> {
-        let apply = |v: &[f64; DENSE_STAGES]| std::array::from_fn(|i| STAGE[i].iter().map(|&(j, a)| a * v[j]).sum());
+        let apply = |v: &[f64; DENSE_STAGES]| {
+            std::array::from_fn(|i| STAGE[i].iter().map(|&(j, a)| a * v[j]).sum())
+        };
         let mut trees = vec![(1, 1.0, [1.0; DENSE_STAGES])];
         let mut branches: Vec<(usize, f64, [f64; DENSE_STAGES])> = Vec::new();
         for order in 2..=orders {
@@ -227,14 +303,25 @@ mod tests {
     #[test]
     fn order_conditions_hold_for_all_rooted_trees() {
         let trees = trees(8);
-        let counts: Vec<usize> = (1..=8).map(|order| trees.iter().filter(|tree| tree.0 == order).count()).collect();
+        let counts: Vec<usize> = (1..=8)
+            .map(|order| trees.iter().filter(|tree| tree.0 == order).count())
+            .collect();
         assert_eq!(counts, [1, 1, 2, 4, 9, 20, 48, 115]);
         let (weights, error, third) = (full(STAGE[STAGES - 1]), full(ERROR_5), full(WEIGHTS_3));
         for (order, gamma, vector) in trees {
             let sum = |row: &[f64]| row.iter().zip(vector).map(|(b, phi)| b * phi).sum::<f64>();
-            assert!((sum(&weights) - 1.0 / gamma).abs() < 2e-14, "order {order}, {gamma}");
-            assert!(order > 5 || sum(&error).abs() < 2e-14, "embedded order 5, {order}");
-            assert!(order > 3 || (sum(&third) - 1.0 / gamma).abs() < 2e-14, "embedded order 3, {order}");
+            assert!(
+                (sum(&weights) - 1.0 / gamma).abs() < 2e-14,
+                "order {order}, {gamma}"
+            );
+            assert!(
+                order > 5 || sum(&error).abs() < 2e-14,
+                "embedded order 5, {order}"
+            );
+            assert!(
+                order > 3 || (sum(&third) - 1.0 / gamma).abs() < 2e-14,
+                "embedded order 3, {order}"
+            );
         }
         for stage in 0..DENSE_STAGES {
             let sum: f64 = STAGE[stage].iter().map(|&(_, a)| a).sum();
@@ -260,7 +347,9 @@ mod tests {
         let mut dense = vec![0.0; Explicit::dense_length(3)];
         let h = 3.0 / f64::from(steps);
         let difference = |y: &[f64], time: f64| {
-            y.iter().zip(exact(time)).fold(0.0, |worst: f64, (y, exact)| worst.max((y - exact).abs()))
+            y.iter()
+                .zip(exact(time))
+                .fold(0.0, |worst: f64, (y, exact)| worst.max((y - exact).abs()))
         };
         let mut between: f64 = 0.0;
         for step in 0..steps {

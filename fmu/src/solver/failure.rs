@@ -17,7 +17,11 @@ pub struct Gap {
 
 impl fmt::Display for Gap {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (size, unit) = if self.angular { (self.size, "rad") } else { (1e3 * self.size, "mm") };
+        let (size, unit) = if self.angular {
+            (self.size, "rad")
+        } else {
+            (1e3 * self.size, "mm")
+        };
         write!(formatter, "{size:.3e} {unit} at `{}`", self.owner)
     }
 }
@@ -26,7 +30,9 @@ impl fmt::Display for Gap {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Failure {
     /// No assembly exists, or none was found.
-    #[error("the loops cannot be closed: the largest gap is {gap}; check the lengths, or give a better guess of the initial pose")]
+    #[error(
+        "the loops cannot be closed: the largest gap is {gap}; check the lengths, or give a better guess of the initial pose"
+    )]
     LoopsOpen {
         /// The largest gap.
         gap: Gap,
@@ -60,11 +66,23 @@ pub enum Failure {
         gap: Gap,
     },
     /// Numbers left the range of numbers.
-    #[error("at t = {time} s the accelerations are not finite, first that of `{coordinate}`; check masses, inertias and load laws")]
+    #[error(
+        "at t = {time} s the accelerations are not finite, first that of `{coordinate}`; check masses, inertias and load laws"
+    )]
     NotFinite {
         /// When [s].
         time: f64,
         /// The first coordinate concerned.
+        coordinate: String,
+    },
+    /// The drivers do not determine the motion in this pose.
+    #[error(
+        "at t = {time} s the mechanism is in a singular pose: the drivers do not determine the motion of `{coordinate}`"
+    )]
+    Singular {
+        /// When [s].
+        time: f64,
+        /// A coordinate that could move.
         coordinate: String,
     },
     /// The step became too small to go on.
@@ -96,13 +114,23 @@ pub enum Failure {
 }
 
 fn list(names: &[String]) -> String {
-    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+    names
+        .iter()
+        .map(|name| format!("`{name}`"))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 fn value(value: f64, angular: bool) -> String {
-    if angular { format!("{value:.4} rad ({:.2} deg)", value.to_degrees()) } else { format!("{value:.6} m") }
+    if angular {
+        format!("{value:.4} rad ({:.2} deg)", value.to_degrees())
+    } else {
+        format!("{value:.6} m")
+    }
 }
 
 fn because(cause: &Option<Box<Failure>>) -> String {
-    cause.as_ref().map_or_else(String::new, |cause| format!(": {cause}"))
+    cause
+        .as_ref()
+        .map_or_else(String::new, |cause| format!(": {cause}"))
 }

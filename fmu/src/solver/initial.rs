@@ -45,13 +45,33 @@ struct Wanted {
 }
 
 impl Wanted {
-    const ALL: Self = Self { loops: true, known: true, guesses: false, without: None };
-    const CONDITIONS: Self = Self { loops: false, guesses: true, ..Self::ALL };
-    const KNOWN: Self = Self { loops: false, ..Self::ALL };
-    const LOOPS: Self = Self { known: false, ..Self::ALL };
+    const ALL: Self = Self {
+        loops: true,
+        known: true,
+        guesses: false,
+        without: None,
+    };
+    const CONDITIONS: Self = Self {
+        loops: false,
+        guesses: true,
+        ..Self::ALL
+    };
+    const KNOWN: Self = Self {
+        loops: false,
+        ..Self::ALL
+    };
+    const LOOPS: Self = Self {
+        known: false,
+        ..Self::ALL
+    };
 
     fn includes(&self, index: usize, condition: &Condition) -> bool {
-        self.without != Some(index) && if condition.known { self.known } else { self.guesses }
+        self.without != Some(index)
+            && if condition.known {
+                self.known
+            } else {
+                self.guesses
+            }
     }
 }
 
@@ -66,20 +86,37 @@ impl Family<'_> {
         r.clear();
         if wanted.loops {
             machine.run(self.loops.0);
-            let scales = model.program().constraints.iter().map(|constraint| constraint.scale);
-            r.extend(self.loops.0.results(machine.registers()).zip(scales).map(|(phi, scale)| phi / scale));
+            let scales = model
+                .program()
+                .constraints
+                .iter()
+                .map(|constraint| constraint.scale);
+            r.extend(
+                self.loops
+                    .0
+                    .results(machine.registers())
+                    .zip(scales)
+                    .map(|(phi, scale)| phi / scale),
+            );
         }
         let (conditions, tape, _) = self.conditions;
         machine.run(tape);
         for (index, condition) in conditions.iter().enumerate() {
             if wanted.includes(index, condition) {
-                let [value, target] = [index, index + conditions.len()].map(|result| machine.result(tape, result));
+                let [value, target] =
+                    [index, index + conditions.len()].map(|result| machine.result(tape, result));
                 r.push((value - target) / condition.scale);
             }
         }
     }
 
-    fn jacobian(&self, model: &Model, machine: &mut Machine, wanted: Wanted, entries: &mut Vec<Entry>) {
+    fn jacobian(
+        &self,
+        model: &Model,
+        machine: &mut Machine,
+        wanted: Wanted,
+        entries: &mut Vec<Entry>,
+    ) {
         entries.clear();
         let mut rows = 0;
         if wanted.loops {
@@ -108,7 +145,11 @@ impl Family<'_> {
         entries: &mut Vec<Entry>,
     ) {
         machine.run(&sparse.tape);
-        for (&(row, column), value) in sparse.entries.iter().zip(sparse.tape.results(machine.registers())) {
+        for (&(row, column), value) in sparse
+            .entries
+            .iter()
+            .zip(sparse.tape.results(machine.registers()))
+        {
             if let Some((row, scale)) = place(row as usize) {
                 let column = column as usize;
                 entries.push((row, column, value * column_scale(model, column) / scale));
@@ -141,30 +182,48 @@ struct Positions<'a> {
 impl Equations for Positions<'_> {
     fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>) {
         self.load(x);
-        self.family().residuals(self.model, self.machine, self.wanted, r);
+        self.family()
+            .residuals(self.model, self.machine, self.wanted, r);
     }
 
     fn jacobian(&mut self, x: &[f64], entries: &mut Vec<Entry>) {
         self.load(x);
-        self.family().jacobian(self.model, self.machine, self.wanted, entries);
+        self.family()
+            .jacobian(self.model, self.machine, self.wanted, entries);
     }
 }
 
 impl<'a> Positions<'a> {
-    fn new(model: &'a Model, machine: &'a mut Machine, state: &'a mut State, wanted: Wanted) -> Self {
-        Self { model, machine, state, wanted }
+    fn new(
+        model: &'a Model,
+        machine: &'a mut Machine,
+        state: &'a mut State,
+        wanted: Wanted,
+    ) -> Self {
+        Self {
+            model,
+            machine,
+            state,
+            wanted,
+        }
     }
 
     fn family(&self) -> Family<'a> {
         let (tapes, initial) = (&self.model.program().tapes, &self.model.program().initial);
         Family {
             loops: (&tapes.constraint, &tapes.jacobian),
-            conditions: (&initial.positions, &initial.position, &initial.position_jacobian),
+            conditions: (
+                &initial.positions,
+                &initial.position,
+                &initial.position_jacobian,
+            ),
         }
     }
 
     fn load(&mut self, x: &[f64]) {
-        let (n, scale) = (self.model.coordinates(), |column| column_scale(self.model, column));
+        let (n, scale) = (self.model.coordinates(), |column| {
+            column_scale(self.model, column)
+        });
         let q = self.state.positions_mut().iter_mut().enumerate();
         q.for_each(|(column, place)| *place = x[column] * scale(column));
         let followers = self.state.follower_positions_mut().iter_mut().enumerate();
@@ -208,7 +267,10 @@ impl<'a> Positions<'a> {
         let mut random = Random::new(1);
         for size in DISTURBANCES {
             for _ in 0..TRIES {
-                let mut trial: Vec<f64> = start.iter().map(|x| x + size * random.symmetric()).collect();
+                let mut trial: Vec<f64> = start
+                    .iter()
+                    .map(|x| x + size * random.symmetric())
+                    .collect();
                 let r = self.attempt(wanted, &mut trial);
                 if norm(&r) < best || best.is_nan() {
                     best = norm(&r);
@@ -224,20 +286,32 @@ impl<'a> Positions<'a> {
 
     /// Why the loops do not close: because of known values, or anyway?
     fn explain(&mut self, guess: &[f64], best: &[f64]) -> Failure {
-        let known: Vec<usize> =
-            (0..self.conditions().len()).filter(|&index| self.conditions()[index].known).collect();
+        let known: Vec<usize> = (0..self.conditions().len())
+            .filter(|&index| self.conditions()[index].known)
+            .collect();
         let mut closed = guess.to_vec();
         if known.is_empty() || !self.close(Wanted::LOOPS, &mut closed) {
-            return Failure::LoopsOpen { gap: self.gap(best) };
+            return Failure::LoopsOpen {
+                gap: self.gap(best),
+            };
         }
         let frees = |index: &usize| {
-            let wanted = Wanted { without: Some(*index), ..Wanted::ALL };
+            let wanted = Wanted {
+                without: Some(*index),
+                ..Wanted::ALL
+            };
             fulfilled(&self.attempt(wanted, &mut closed.clone()))
         };
         let culprits: Vec<usize> = known.iter().copied().filter(frees).collect();
         let culprits = if culprits.is_empty() { known } else { culprits };
-        let conditions = culprits.into_iter().map(|index| self.conditions()[index].name.clone()).collect();
-        Failure::Contradiction { conditions, velocity: false }
+        let conditions = culprits
+            .into_iter()
+            .map(|index| self.conditions()[index].name.clone())
+            .collect();
+        Failure::Contradiction {
+            conditions,
+            velocity: false,
+        }
     }
 
     fn conditions(&self) -> &'a [Condition] {
@@ -245,13 +319,17 @@ impl<'a> Positions<'a> {
     }
 
     fn contradiction(&self, r: &[f64]) -> Failure {
-        Failure::Contradiction { conditions: names(self.conditions(), r), velocity: false }
+        Failure::Contradiction {
+            conditions: names(self.conditions(), r),
+            velocity: false,
+        }
     }
 
     fn gap(&mut self, x: &[f64]) -> Gap {
         self.load(x);
         let mut residuals = vec![0.0; self.model.program().constraints.len()];
-        self.machine.evaluate(&self.model.program().tapes.constraint, &mut residuals);
+        self.machine
+            .evaluate(&self.model.program().tapes.constraint, &mut residuals);
         let rows: Vec<usize> = (0..residuals.len()).collect();
         largest_gap(self.model, &rows, &residuals)
     }
@@ -279,13 +357,23 @@ impl<'a> Positions<'a> {
         let before = self.values(guess);
         let after = self.values(x);
         let k = self.conditions().len();
-        for (index, condition) in self.conditions().iter().enumerate().filter(|(_, condition)| !condition.known) {
+        for (index, condition) in self
+            .conditions()
+            .iter()
+            .enumerate()
+            .filter(|(_, condition)| !condition.known)
+        {
             let (target, found) = (after[k + index], after[index]);
             let far = condition.angular && wrapped(found - target).abs() > FRAC_PI_2;
             let moved = (found - before[index]).abs() / condition.scale > TURNED;
             if far || (turned_over && moved) {
                 let (condition, angular) = (condition.name.clone(), condition.angular);
-                return Err(Failure::OtherBranch { condition, guess: target, found, angular });
+                return Err(Failure::OtherBranch {
+                    condition,
+                    guess: target,
+                    found,
+                    angular,
+                });
             }
         }
         Ok(())
@@ -301,8 +389,18 @@ impl<'a> Positions<'a> {
 
     /// Sign of the determinant of the active loop equations and known conditions; 0 if it has none.
     fn orientation(&mut self, x: &[f64]) -> f64 {
-        let inactive: Vec<bool> = self.model.program().constraints.iter().map(|constraint| !constraint.active).collect();
-        let known = self.conditions().iter().filter(|condition| condition.known).count();
+        let inactive: Vec<bool> = self
+            .model
+            .program()
+            .constraints
+            .iter()
+            .map(|constraint| !constraint.active)
+            .collect();
+        let known = self
+            .conditions()
+            .iter()
+            .filter(|condition| condition.known)
+            .count();
         let size = x.len();
         if self.model.active().len() + known != size || size > 500 || known == size {
             return 0.0;
@@ -311,10 +409,16 @@ impl<'a> Positions<'a> {
         self.wanted = Wanted::ALL;
         self.jacobian(x, &mut entries);
         let mut matrix = nalgebra::DMatrix::zeros(inactive.len() + known, size);
-        entries.iter().for_each(|&(row, column, value)| matrix[(row, column)] += value);
+        entries
+            .iter()
+            .for_each(|&(row, column, value)| matrix[(row, column)] += value);
         let rows: Vec<usize> = (0..inactive.len()).filter(|&row| inactive[row]).collect();
         let determinant: f64 = matrix.remove_rows_at(&rows).lu().determinant();
-        if determinant.is_finite() { crate::math::sign(determinant) } else { 0.0 }
+        if determinant.is_finite() {
+            crate::math::sign(determinant)
+        } else {
+            0.0
+        }
     }
 }
 
@@ -326,7 +430,11 @@ fn wrapped(angle: f64) -> f64 {
 /// Names of the known conditions that do not hold.
 fn names(conditions: &[Condition], r: &[f64]) -> Vec<String> {
     let known = conditions.iter().filter(|condition| condition.known);
-    known.zip(r).filter(|(_, r)| !fulfilled(&[**r])).map(|(condition, _)| condition.name.clone()).collect()
+    known
+        .zip(r)
+        .filter(|(_, r)| !fulfilled(&[**r]))
+        .map(|(condition, _)| condition.name.clone())
+        .collect()
 }
 
 /// Rates as unknowns: v, and the rates of followers whose acceleration is prescribed.
@@ -340,12 +448,14 @@ struct Rates<'a> {
 impl Equations for Rates<'_> {
     fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>) {
         self.load(x);
-        self.family().residuals(self.model, self.machine, self.wanted, r);
+        self.family()
+            .residuals(self.model, self.machine, self.wanted, r);
     }
 
     fn jacobian(&mut self, x: &[f64], entries: &mut Vec<Entry>) {
         self.load(x);
-        self.family().jacobian(self.model, self.machine, self.wanted, entries);
+        self.family()
+            .jacobian(self.model, self.machine, self.wanted, entries);
         let n = self.model.coordinates();
         entries.retain(|&(_, column, _)| column < n || self.free(column - n));
     }
@@ -353,14 +463,23 @@ impl Equations for Rates<'_> {
 
 impl<'a> Rates<'a> {
     fn new(model: &'a Model, machine: &'a mut Machine, state: &'a mut State) -> Self {
-        Self { model, machine, state, wanted: Wanted::ALL }
+        Self {
+            model,
+            machine,
+            state,
+            wanted: Wanted::ALL,
+        }
     }
 
     fn family(&self) -> Family<'a> {
         let (tapes, initial) = (&self.model.program().tapes, &self.model.program().initial);
         Family {
             loops: (&tapes.constraint_rate, &tapes.jacobian),
-            conditions: (&initial.velocities, &initial.velocity, &initial.velocity_jacobian),
+            conditions: (
+                &initial.velocities,
+                &initial.velocity,
+                &initial.velocity_jacobian,
+            ),
         }
     }
 
@@ -378,7 +497,8 @@ impl<'a> Rates<'a> {
             if !self.free(index) {
                 continue;
             }
-            self.state.follower_rates_mut()[index] = x[n + index] * column_scale(self.model, n + index);
+            self.state.follower_rates_mut()[index] =
+                x[n + index] * column_scale(self.model, n + index);
         }
         self.machine.load(self.model, self.state);
     }
@@ -400,20 +520,41 @@ impl<'a> Rates<'a> {
         }
         let conditions = &self.model.program().initial.velocities;
         let frees = |index: &usize| {
-            self.wanted = Wanted { without: Some(*index), ..Wanted::ALL };
+            self.wanted = Wanted {
+                without: Some(*index),
+                ..Wanted::ALL
+            };
             holds(&solve(&mut self, &mut vec![0.0; size], f64::INFINITY))
         };
         let culprits: Vec<usize> = (0..conditions.len()).filter(frees).collect();
-        let culprits = if culprits.is_empty() { (0..conditions.len()).collect() } else { culprits };
-        let conditions = culprits.into_iter().map(|index| conditions[index].name.clone()).collect();
-        Err(Failure::Contradiction { conditions, velocity: true })
+        let culprits = if culprits.is_empty() {
+            (0..conditions.len()).collect()
+        } else {
+            culprits
+        };
+        let conditions = culprits
+            .into_iter()
+            .map(|index| conditions[index].name.clone())
+            .collect();
+        Err(Failure::Contradiction {
+            conditions,
+            velocity: true,
+        })
     }
 
     /// Drivers whose rates the loops cannot follow.
     fn conflict(&self, r: &[f64]) -> Failure {
-        let scales = self.model.program().constraints.iter().map(|constraint| constraint.scale);
+        let scales = self
+            .model
+            .program()
+            .constraints
+            .iter()
+            .map(|constraint| constraint.scale);
         let residuals: Vec<f64> = r.iter().zip(scales).map(|(r, scale)| r * scale).collect();
         let rows: Vec<usize> = (0..residuals.len()).collect();
-        Failure::LockUp { time: self.state.time(), gap: largest_gap(self.model, &rows, &residuals) }
+        Failure::LockUp {
+            time: self.state.time(),
+            gap: largest_gap(self.model, &rows, &residuals),
+        }
     }
 }

@@ -24,7 +24,10 @@ pub struct Kinematic {
 impl Kinematic {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
-        Self { work: model.default_state(0.0), accelerations: Accelerations::new(model) }
+        Self {
+            work: model.default_state(0.0),
+            accelerations: Accelerations::new(model),
+        }
     }
 
     /// Moves a state to a later time. `step` is the sub-step that served last; 0 if there is none.
@@ -38,18 +41,30 @@ impl Kinematic {
         while state.time() < target {
             let remaining = target - state.time();
             let natural = if *step > 0.0 { *step } else { remaining };
-            let h = natural.min(context.settings.max_step).min(remaining);
-            let time = if h < remaining { state.time() + h } else { target };
+            let shortest = SHORTEST.max(4.0 * f64::EPSILON * target.abs());
+            let h = natural
+                .min(context.settings.max_step)
+                .max(shortest)
+                .min(remaining);
+            let time = if h < remaining {
+                state.time() + h
+            } else {
+                target
+            };
             match self.attempt(context, state, time) {
                 Ok(moved) => {
                     state.copy_from(&self.work);
                     context.statistics.steps += 1;
-                    *step = if moved <= EASY { natural.max(2.0 * h) } else { natural };
+                    *step = if moved <= EASY {
+                        natural.max(2.0 * h)
+                    } else {
+                        natural
+                    };
                 }
                 Err(failure) => {
                     context.statistics.rejected += 1;
                     *step = 0.5 * h;
-                    if *step < SHORTEST.max(4.0 * f64::EPSILON * time.abs()) {
+                    if *step < shortest {
                         return Err(lock_up(failure));
                     }
                 }
@@ -60,7 +75,13 @@ impl Kinematic {
 
     /// One sub-step into `work`; returns how far the prediction was off.
     fn attempt(&mut self, context: &mut Context, state: &State, time: f64) -> Result<f64, Failure> {
-        let Context { model, machine, projection, statistics, settings } = context;
+        let Context {
+            model,
+            machine,
+            projection,
+            statistics,
+            settings,
+        } = context;
         machine.load(model, state);
         self.accelerations.evaluate(model, machine)?;
         statistics.evaluations += 1;
@@ -73,7 +94,13 @@ impl Kinematic {
             *q += h * (v + 0.5 * h * a);
         }
         machine.load(model, work);
-        let moved = projection.positions(model, machine, work.positions_mut(), settings.tolerance, REACH)?;
+        let moved = projection.positions(
+            model,
+            machine,
+            work.positions_mut(),
+            settings.tolerance,
+            REACH,
+        )?;
         projection.rates(model, machine, work.rates_mut(), settings.tolerance)?;
         Ok(moved)
     }

@@ -41,7 +41,11 @@ pub(crate) fn solve(equations: &mut impl Equations, x: &mut Vec<f64>, reach: f64
         equations.jacobian(x, &mut entries);
         let blocks = decompose(r.len(), x.len(), &entries);
         let improved = DAMPING.iter().any(|&damping| {
-            let trial: Vec<f64> = x.iter().zip(step(&blocks, &r, x.len(), damping, reach)).map(|(x, d)| x - d).collect();
+            let trial: Vec<f64> = x
+                .iter()
+                .zip(step(&blocks, &r, x.len(), damping, reach))
+                .map(|(x, d)| x - d)
+                .collect();
             equations.residuals(&trial, &mut trial_r);
             let improves = sum_of_squares(&trial_r) < before;
             if improves {
@@ -53,7 +57,11 @@ pub(crate) fn solve(equations: &mut impl Equations, x: &mut Vec<f64>, reach: f64
         if !improved {
             break;
         }
-        idle = if sum_of_squares(&r) < PROGRESS * before { 0 } else { idle + 1 };
+        idle = if sum_of_squares(&r) < PROGRESS * before {
+            0
+        } else {
+            idle + 1
+        };
     }
     r
 }
@@ -64,12 +72,17 @@ fn sum_of_squares(r: &[f64]) -> f64 {
 
 /// J^+ r over all blocks, no component longer than `reach`.
 fn step(blocks: &[Block], r: &[f64], unknowns: usize, damping: f64, reach: f64) -> Vec<f64> {
-    let largest = blocks.iter().map(|block| block.values.max()).fold(0.0, f64::max);
+    let largest = blocks
+        .iter()
+        .map(|block| block.values.max())
+        .fold(0.0, f64::max);
     let mut step = vec![0.0; unknowns];
     for block in blocks {
         block.apply(r, damping * largest, RANK * largest, &mut step);
     }
-    let longest = step.iter().fold(0.0, |longest: f64, d| longest.max(d.abs()));
+    let longest = step
+        .iter()
+        .fold(0.0, |longest: f64, d| longest.max(d.abs()));
     if longest > reach {
         step.iter_mut().for_each(|d| *d *= reach / longest);
     }
@@ -90,9 +103,17 @@ impl Block {
         let right = DVector::from_iterator(self.rows.len(), self.rows.iter().map(|&row| r[row]));
         let mut components = self.u.tr_mul(&right);
         for (component, &value) in components.iter_mut().zip(self.values.iter()) {
-            *component *= if value > smallest { value / (value * value + damping * damping) } else { 0.0 };
+            *component *= if value > smallest {
+                value / (value * value + damping * damping)
+            } else {
+                0.0
+            };
         }
-        for (&column, value) in self.columns.iter().zip(self.v_transposed.tr_mul(&components).iter()) {
+        for (&column, value) in self
+            .columns
+            .iter()
+            .zip(self.v_transposed.tr_mul(&components).iter())
+        {
             step[column] = *value;
         }
     }
@@ -106,13 +127,35 @@ impl Block {
         let unit = DMatrix::from_element(1, 1, 1.0);
         let values = DVector::from_element(1, norm);
         if matrix.nrows() == 1 {
-            return Some(Self { rows, columns, u: unit, values, v_transposed: matrix / norm });
+            return Some(Self {
+                rows,
+                columns,
+                u: unit,
+                values,
+                v_transposed: matrix / norm,
+            });
         }
         if matrix.ncols() == 1 {
-            return Some(Self { rows, columns, u: matrix / norm, values, v_transposed: unit });
+            return Some(Self {
+                rows,
+                columns,
+                u: matrix / norm,
+                values,
+                v_transposed: unit,
+            });
         }
-        let SVD { u, v_t, singular_values } = SVD::try_new(matrix, true, true, f64::EPSILON, 10_000)?;
-        Some(Self { rows, columns, u: u?, values: singular_values, v_transposed: v_t? })
+        let SVD {
+            u,
+            v_t,
+            singular_values,
+        } = SVD::try_new(matrix, true, true, f64::EPSILON, 10_000)?;
+        Some(Self {
+            rows,
+            columns,
+            u: u?,
+            values: singular_values,
+            v_transposed: v_t?,
+        })
     }
 }
 
@@ -142,12 +185,20 @@ fn decompose(rows: usize, columns: usize, entries: &[Entry]) -> Vec<Block> {
             set.push(row);
         }
     }
-    let mut matrices: Vec<_> = members.iter().map(|(rows, columns)| DMatrix::zeros(rows.len(), columns.len())).collect();
+    let mut matrices: Vec<_> = members
+        .iter()
+        .map(|(rows, columns)| DMatrix::zeros(rows.len(), columns.len()))
+        .collect();
     for &(row, column, value) in entries.iter().filter(|entry| entry.2 != 0.0) {
         matrices[sets.root(column)][(row_place[row], column_place[column])] += value;
     }
-    let blocks = members.into_iter().zip(matrices).filter(|((rows, _), _)| !rows.is_empty());
-    blocks.filter_map(|((rows, columns), matrix)| Block::new(rows, columns, matrix)).collect()
+    let blocks = members
+        .into_iter()
+        .zip(matrices)
+        .filter(|((rows, _), _)| !rows.is_empty());
+    blocks
+        .filter_map(|((rows, columns), matrix)| Block::new(rows, columns, matrix))
+        .collect()
 }
 
 /// Disjoint sets of columns.
@@ -185,7 +236,9 @@ mod tests {
     impl Equations for Linear {
         fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>) {
             *r = self.right.iter().map(|right| -right).collect();
-            self.entries.iter().for_each(|&(row, column, value)| r[row] += value * x[column]);
+            self.entries
+                .iter()
+                .for_each(|&(row, column, value)| r[row] += value * x[column]);
         }
         fn jacobian(&mut self, _: &[f64], entries: &mut Vec<Entry>) {
             entries.clone_from(&self.entries);
@@ -194,14 +247,20 @@ mod tests {
 
     fn solution(entries: &[Entry], right: &[f64], unknowns: usize) -> (Vec<f64>, f64) {
         let mut x = vec![0.0; unknowns];
-        let mut linear = Linear { entries: entries.to_vec(), right: right.to_vec() };
+        let mut linear = Linear {
+            entries: entries.to_vec(),
+            right: right.to_vec(),
+        };
         let r = solve(&mut linear, &mut x, f64::INFINITY);
         (x, r.iter().fold(0.0, |worst: f64, r| worst.max(r.abs())))
     }
 
     fn near(found: &[f64], expected: &[f64]) {
         assert_eq!(found.len(), expected.len());
-        found.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() < 1e-12, "{found:?} for {expected:?}"));
+        found
+            .iter()
+            .zip(expected)
+            .for_each(|(a, b)| assert!((a - b).abs() < 1e-12, "{found:?} for {expected:?}"));
     }
 
     #[test]
@@ -213,7 +272,15 @@ mod tests {
 
     #[test]
     fn solves_blocks_redundancy_and_contradiction_alike() {
-        let block = [(0, 0, 1.0), (0, 1, 1.0), (1, 0, 1.0), (1, 1, -1.0), (2, 0, 2.0), (2, 1, 2.0), (3, 3, 2.0)];
+        let block = [
+            (0, 0, 1.0),
+            (0, 1, 1.0),
+            (1, 0, 1.0),
+            (1, 1, -1.0),
+            (2, 0, 2.0),
+            (2, 1, 2.0),
+            (3, 3, 2.0),
+        ];
         let (x, residual) = solution(&block, &[3.0, 1.0, 6.0, 8.0], 4);
         near(&x, &[2.0, 1.0, 0.0, 4.0]);
         assert!(residual < 1e-13);

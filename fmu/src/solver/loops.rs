@@ -20,7 +20,11 @@ impl Loops {
             place[row] = Some(index);
         }
         let size = model.active().len();
-        Self { lu: Lu::new(size), place, right: vec![0.0; size] }
+        Self {
+            lu: Lu::new(size),
+            place,
+            right: vec![0.0; size],
+        }
     }
 
     /// Evaluates and factors Phi_q at the registers.
@@ -29,7 +33,11 @@ impl Loops {
         machine.run(&jacobian.tape);
         let n = model.coordinates();
         let matrix = self.lu.matrix();
-        for (&(row, column), value) in jacobian.entries.iter().zip(jacobian.tape.results(machine.registers())) {
+        for (&(row, column), value) in jacobian
+            .entries
+            .iter()
+            .zip(jacobian.tape.results(machine.registers()))
+        {
             if let Some(row) = self.place[row as usize]
                 && (column as usize) < n
             {

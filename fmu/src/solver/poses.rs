@@ -23,7 +23,11 @@ pub fn jacobian(model: &Model, state: &State) -> DMatrix<f64> {
     let jacobian = &model.program().tapes.jacobian;
     machine.run(&jacobian.tape);
     let mut matrix = DMatrix::zeros(model.program().constraints.len(), model.coordinates());
-    for (&(row, column), value) in jacobian.entries.iter().zip(jacobian.tape.results(machine.registers())) {
+    for (&(row, column), value) in jacobian
+        .entries
+        .iter()
+        .zip(jacobian.tape.results(machine.registers()))
+    {
         if (column as usize) < matrix.ncols() {
             matrix[(row as usize, column as usize)] = value;
         }
@@ -42,11 +46,19 @@ pub fn consistent_poses(model: &Model, state: &State, samples: usize, reach: f64
         let mut pose = state.clone();
         let time = state.time() + reach * random.symmetric().abs();
         model.advance_signals(state, time, pose.registers_mut());
-        let scales = model.program().coordinates.iter().map(|coordinate| coordinate.scale);
+        let scales = model
+            .program()
+            .coordinates
+            .iter()
+            .map(|coordinate| coordinate.scale);
         let mut x: Vec<f64> = (state.positions().iter().zip(scales))
             .map(|(q, scale)| q / scale + reach * random.symmetric())
             .collect();
-        let mut loops = Loops { model, machine: &mut machine, state: &mut pose };
+        let mut loops = Loops {
+            model,
+            machine: &mut machine,
+            state: &mut pose,
+        };
         let r = solve(&mut loops, &mut x, reach.min(0.5));
         if r.iter().all(|r| r.abs() <= FULFILLED) {
             loops.load(&x);
@@ -66,7 +78,13 @@ struct Loops<'a> {
 impl Loops<'_> {
     fn load(&mut self, x: &[f64]) {
         let coordinates = &self.model.program().coordinates;
-        for ((place, x), coordinate) in self.state.positions_mut().iter_mut().zip(x).zip(coordinates) {
+        for ((place, x), coordinate) in self
+            .state
+            .positions_mut()
+            .iter_mut()
+            .zip(x)
+            .zip(coordinates)
+        {
             *place = x * coordinate.scale;
         }
         self.machine.load(self.model, self.state);
@@ -78,9 +96,18 @@ impl Equations for Loops<'_> {
         self.load(x);
         let tape = &self.model.program().tapes.constraint;
         self.machine.run(tape);
-        let scales = self.model.program().constraints.iter().map(|constraint| constraint.scale);
+        let scales = self
+            .model
+            .program()
+            .constraints
+            .iter()
+            .map(|constraint| constraint.scale);
         r.clear();
-        r.extend(tape.results(self.machine.registers()).zip(scales).map(|(phi, scale)| phi / scale));
+        r.extend(
+            tape.results(self.machine.registers())
+                .zip(scales)
+                .map(|(phi, scale)| phi / scale),
+        );
     }
 
     fn jacobian(&mut self, x: &[f64], entries: &mut Vec<Entry>) {
@@ -89,10 +116,18 @@ impl Equations for Loops<'_> {
         let jacobian = &program.tapes.jacobian;
         self.machine.run(&jacobian.tape);
         entries.clear();
-        for (&(row, column), value) in jacobian.entries.iter().zip(jacobian.tape.results(self.machine.registers())) {
+        for (&(row, column), value) in jacobian
+            .entries
+            .iter()
+            .zip(jacobian.tape.results(self.machine.registers()))
+        {
             let (row, column) = (row as usize, column as usize);
             if let Some(coordinate) = program.coordinates.get(column) {
-                entries.push((row, column, value * coordinate.scale / program.constraints[row].scale));
+                entries.push((
+                    row,
+                    column,
+                    value * coordinate.scale / program.constraints[row].scale,
+                ));
             }
         }
     }

@@ -67,7 +67,11 @@ impl Projection {
     pub fn new(model: &Model) -> Self {
         let size = model.program().constraints.len() + model.coordinates();
         let loops = (model.program().motion == Motion::Kinematic).then(|| Loops::new(model));
-        Self { step: vec![0.0; size], loops, count: 0 }
+        Self {
+            step: vec![0.0; size],
+            loops,
+            count: 0,
+        }
     }
 
     /// Projections so far that moved something.
@@ -104,7 +108,15 @@ impl Projection {
     ) -> Result<(), Failure> {
         let size = 1.0 + largest(model, v);
         let goal = IDLE.max(SHARE_OF_TOLERANCE * tolerance) * size;
-        self.newton(model, machine, Level::Rate, v, IDLE * size, goal, f64::INFINITY)?;
+        self.newton(
+            model,
+            machine,
+            Level::Rate,
+            v,
+            IDLE * size,
+            goal,
+            f64::INFINITY,
+        )?;
         Ok(())
     }
 
@@ -132,7 +144,9 @@ impl Projection {
                 return Ok(moved);
             }
             self.count += u64::from(iteration == 0);
-            x.iter_mut().zip(&self.step[m..]).for_each(|(x, step)| *x += step);
+            x.iter_mut()
+                .zip(&self.step[m..])
+                .for_each(|(x, step)| *x += step);
             moved += largest(model, &self.step[m..]);
             level.load(model, machine, x);
             machine.evaluate(level.residual(model), &mut self.step[..m]);
@@ -160,7 +174,10 @@ impl Projection {
         machine.evaluate(level.residual(model), residuals);
         if regular {
             let solution = loops.solve(model, residuals);
-            corrections.iter_mut().zip(solution).for_each(|(correction, value)| *correction = -value);
+            corrections
+                .iter_mut()
+                .zip(solution)
+                .for_each(|(correction, value)| *correction = -value);
             Ok(())
         } else if self.residual(model) == 0.0 {
             self.step[model.program().constraints.len()..].fill(0.0);
@@ -173,22 +190,31 @@ impl Projection {
     /// The largest residual of the active equations, relative to their scales; NaN if one is.
     fn residual(&self, model: &Model) -> f64 {
         let constraints = &model.program().constraints;
-        let sizes = model.active().iter().map(|&row| self.step[row].abs() / constraints[row].scale);
+        let sizes = model
+            .active()
+            .iter()
+            .map(|&row| self.step[row].abs() / constraints[row].scale);
         sizes.fold(0.0, crate::math::maximum)
     }
 
     fn drift(&self, model: &Model, machine: &Machine) -> Failure {
-        Failure::Drift { time: time(model, machine), gap: largest_gap(model, model.active(), &self.step) }
+        Failure::Drift {
+            time: time(model, machine),
+            gap: largest_gap(model, model.active(), &self.step),
+        }
     }
 
     /// Redundant equations must hold by themselves.
     fn consistent(&mut self, model: &Model, machine: &mut Machine) -> Result<(), Failure> {
         let constraints = &model.program().constraints;
-        let holds = |row: usize| constraints[row].active || self.step[row].abs() <= CONSISTENT * constraints[row].scale;
+        let holds = |row: usize| {
+            constraints[row].active || self.step[row].abs() <= CONSISTENT * constraints[row].scale
+        };
         match (0..constraints.len()).find(|&row| !holds(row)) {
-            Some(row) if !model.active().is_empty() => {
-                Err(Failure::Redundant { time: time(model, machine), gap: largest_gap(model, &[row], &self.step) })
-            }
+            Some(row) if !model.active().is_empty() => Err(Failure::Redundant {
+                time: time(model, machine),
+                gap: largest_gap(model, &[row], &self.step),
+            }),
             _ => Ok(()),
         }
     }
@@ -198,9 +224,16 @@ impl Projection {
 pub(crate) fn largest_gap(model: &Model, rows: &[usize], residuals: &[f64]) -> Gap {
     let constraints = &model.program().constraints;
     let size = |row: usize| residuals[row].abs() / constraints[row].scale;
-    let row = rows.iter().copied().max_by(|&a, &b| size(a).total_cmp(&size(b)));
+    let row = rows
+        .iter()
+        .copied()
+        .max_by(|&a, &b| size(a).total_cmp(&size(b)));
     row.map_or_else(
-        || Gap { owner: model.program().name.clone(), size: 0.0, angular: false },
+        || Gap {
+            owner: model.program().name.clone(),
+            size: 0.0,
+            angular: false,
+        },
         |row| Gap {
             owner: constraints[row].owner.clone(),
             size: residuals[row].abs(),
@@ -211,9 +244,12 @@ pub(crate) fn largest_gap(model: &Model, rows: &[usize], residuals: &[f64]) -> G
 
 fn largest(model: &Model, values: &[f64]) -> f64 {
     let coordinates = &model.program().coordinates;
-    values.iter().zip(coordinates).fold(0.0, |largest, (value, coordinate)| {
-        crate::math::maximum(largest, value.abs() / coordinate.scale)
-    })
+    values
+        .iter()
+        .zip(coordinates)
+        .fold(0.0, |largest, (value, coordinate)| {
+            crate::math::maximum(largest, value.abs() / coordinate.scale)
+        })
 }
 
 fn time(model: &Model, machine: &Machine) -> f64 {

@@ -41,7 +41,10 @@ pub fn redundancy(model: &Model, state: &State, samples: usize) -> Redundancy {
             independent = rows;
         }
     }
-    Redundancy { rank: independent.len(), independent }
+    Redundancy {
+        rank: independent.len(),
+        independent,
+    }
 }
 
 /// Gram-Schmidt with reorthogonalisation, row by row.

@@ -43,7 +43,10 @@ impl Stepper {
             dynamic: Dynamic::new(model),
             kinematic: Kinematic::new(model),
             projection: Projection::new(model),
-            settling: Settling { reached: work.clone(), trial: work.clone() },
+            settling: Settling {
+                reached: work.clone(),
+                trial: work.clone(),
+            },
             work,
             statistics: Statistics::default(),
         }
@@ -51,7 +54,10 @@ impl Stepper {
 
     /// What has been done so far.
     pub fn statistics(&self) -> Statistics {
-        Statistics { projections: self.projection.count(), ..self.statistics }
+        Statistics {
+            projections: self.projection.count(),
+            ..self.statistics
+        }
     }
 
     /// To be called when the continuation was replaced by another one.
@@ -69,8 +75,21 @@ impl Stepper {
         target: f64,
         settings: &Settings,
     ) -> Result<(), Failure> {
-        let Self { dynamic, kinematic, projection, work, settling, statistics } = self;
-        let context = &mut Context { model, machine, projection, statistics, settings };
+        let Self {
+            dynamic,
+            kinematic,
+            projection,
+            work,
+            settling,
+            statistics,
+        } = self;
+        let context = &mut Context {
+            model,
+            machine,
+            projection,
+            statistics,
+            settings,
+        };
         let exact = run.changed && run.changed_before;
         work.copy_from(state);
         if run.changed {
@@ -105,13 +124,29 @@ fn read(
     target: f64,
     state: &mut State,
 ) -> Result<(), Failure> {
-    let Context { model, machine, projection, settings, .. } = context;
+    let Context {
+        model,
+        machine,
+        projection,
+        settings,
+        ..
+    } = context;
     state.copy_from(&run.origin);
     model.advance_signals(&run.origin, target, state.registers_mut());
-    let interpolated = dynamic.read(run, target, &mut state.registers_mut()[motion(model.layout())]);
+    let interpolated = dynamic.read(
+        run,
+        target,
+        &mut state.registers_mut()[motion(model.layout())],
+    );
     if interpolated && !model.active().is_empty() {
         machine.load(model, state);
-        projection.positions(model, machine, state.positions_mut(), settings.tolerance, f64::INFINITY)?;
+        projection.positions(
+            model,
+            machine,
+            state.positions_mut(),
+            settings.tolerance,
+            f64::INFINITY,
+        )?;
         projection.rates(model, machine, state.rates_mut(), settings.tolerance)?;
     }
     Ok(())
@@ -120,18 +155,35 @@ fn read(
 impl Settling {
     /// Closes the loops again after a change of parameters or inputs, in parts small enough to stay on the branch. `state` comes
     /// with the changes and the old motion.
-    fn close(&mut self, context: &mut Context, before: &State, state: &mut State) -> Result<(), Failure> {
+    fn close(
+        &mut self,
+        context: &mut Context,
+        before: &State,
+        state: &mut State,
+    ) -> Result<(), Failure> {
         if context.model.active().is_empty() {
             return Ok(());
         }
-        let Context { model, machine, projection, settings, .. } = context;
+        let Context {
+            model,
+            machine,
+            projection,
+            settings,
+            ..
+        } = context;
         self.reached.copy_from(before);
         let (mut done, mut part) = (0.0, 1.0_f64);
         while done < 1.0 {
             let share = f64::min(done + part, 1.0);
             self.change(model, before, state, share);
             machine.load(model, &self.trial);
-            match projection.positions(model, machine, self.trial.positions_mut(), settings.tolerance, REACH) {
+            match projection.positions(
+                model,
+                machine,
+                self.trial.positions_mut(),
+                settings.tolerance,
+                REACH,
+            ) {
                 Ok(_) => {
                     self.reached.copy_from(&self.trial);
                     (done, part) = (share, 2.0 * part);
@@ -153,9 +205,17 @@ impl Settling {
     fn change(&mut self, model: &Model, before: &State, after: &State, share: f64) {
         self.trial.copy_from(&self.reached);
         let signals = model.layout().positions();
-        let ends = before.registers().iter().zip(after.registers()).take(signals);
+        let ends = before
+            .registers()
+            .iter()
+            .zip(after.registers())
+            .take(signals);
         for (place, (from, to)) in self.trial.registers_mut().iter_mut().zip(ends) {
-            *place = if share < 1.0 { from + share * (to - from) } else { *to };
+            *place = if share < 1.0 {
+                from + share * (to - from)
+            } else {
+                *to
+            };
         }
     }
 }

@@ -16,14 +16,18 @@ impl Tape {
 
     /// The results, in order, after [`Tape::run`].
     pub fn results<'a>(&'a self, registers: &'a [f64]) -> impl ExactSizeIterator<Item = f64> + 'a {
-        self.results.iter().map(|&register| registers[register as usize])
+        self.results
+            .iter()
+            .map(|&register| registers[register as usize])
     }
 }
 
 impl Instruction {
     /// Registers read, as many of a, b, c as the operation uses.
     pub fn operands(&self) -> impl Iterator<Item = u32> {
-        [self.a, self.b, self.c].into_iter().take(self.operation.operands())
+        [self.a, self.b, self.c]
+            .into_iter()
+            .take(self.operation.operands())
     }
 
     /// Registers written.
@@ -118,9 +122,21 @@ mod tests {
     fn apply(operation: Operation, a: f64, b: f64, c: f64) -> [f64; 5] {
         let mut registers = [a, b, c, 0.0, 0.0];
         let c = if operation == Operation::SinCos { 4 } else { 2 };
-        let tape = Tape { instructions: vec![Instruction { operation, target: 3, a: 0, b: 1, c }], results: vec![3] };
+        let tape = Tape {
+            instructions: vec![Instruction {
+                operation,
+                target: 3,
+                a: 0,
+                b: 1,
+                c,
+            }],
+            results: vec![3],
+        };
         tape.run(&mut registers);
-        assert_eq!(tape.results(&registers).next().map(f64::to_bits), Some(registers[3].to_bits()));
+        assert_eq!(
+            tape.results(&registers).next().map(f64::to_bits),
+            Some(registers[3].to_bits())
+        );
         registers
     }
 
@@ -158,7 +174,10 @@ mod tests {
         ];
         for (operation, value) in expected {
             let found = apply(operation, a, b, c)[3];
-            assert!((found - value).abs() <= 4e-16 * value.abs().max(1.0), "{operation:?}: {found} for {value}");
+            assert!(
+                (found - value).abs() <= 4e-16 * value.abs().max(1.0),
+                "{operation:?}: {found} for {value}"
+            );
         }
         assert!((apply(SinCos, a, b, c)[4] - a.cos()).abs() <= 2e-16);
         assert_eq!(apply(Select, 0.0, b, c)[3], c);

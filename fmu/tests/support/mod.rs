@@ -22,7 +22,12 @@ pub struct Writer {
 impl Writer {
     pub fn new(layout: Layout) -> Self {
         let next = layout.constants() as u32 + CONSTANTS;
-        Self { layout, constants: Vec::new(), next, instructions: Vec::new() }
+        Self {
+            layout,
+            constants: Vec::new(),
+            next,
+            instructions: Vec::new(),
+        }
     }
 
     pub fn constant(&mut self, value: f64) -> u32 {
@@ -33,7 +38,13 @@ impl Writer {
 
     pub fn op(&mut self, operation: Operation, a: u32, b: u32) -> u32 {
         self.next += 1;
-        self.instructions.push(Instruction { operation, target: self.next - 1, a, b, c: 0 });
+        self.instructions.push(Instruction {
+            operation,
+            target: self.next - 1,
+            a,
+            b,
+            c: 0,
+        });
         self.next - 1
     }
     pub fn add(&mut self, a: u32, b: u32) -> u32 {
@@ -55,23 +66,33 @@ impl Writer {
     pub fn sin_cos(&mut self, a: u32) -> [u32; 2] {
         let (sine, cosine) = (self.next, self.next + 1);
         self.next += 2;
-        self.instructions.push(Instruction { operation: Operation::SinCos, target: sine, a, b: 0, c: cosine });
+        self.instructions.push(Instruction {
+            operation: Operation::SinCos,
+            target: sine,
+            a,
+            b: 0,
+            c: cosine,
+        });
         [sine, cosine]
     }
     /// Sum of products.
     pub fn dot(&mut self, pairs: &[(u32, u32)]) -> u32 {
         let products: Vec<u32> = pairs.iter().map(|&(a, b)| self.mul(a, b)).collect();
-        products.into_iter().reduce(|sum, product| self.add(sum, product)).expect("at least one product")
+        products
+            .into_iter()
+            .reduce(|sum, product| self.add(sum, product))
+            .expect("at least one product")
     }
     /// Solves a symmetric definite or saddle-point system by elimination without pivoting.
     pub fn solve(&mut self, mut matrix: Vec<Vec<u32>>, mut right: Vec<u32>) -> Vec<u32> {
         let n = right.len();
         for k in 0..n {
+            let pivot = matrix[k].clone();
             for i in k + 1..n {
-                let factor = self.div(matrix[i][k], matrix[k][k]);
-                for j in k + 1..n {
-                    let product = self.mul(factor, matrix[k][j]);
-                    matrix[i][j] = self.sub(matrix[i][j], product);
+                let factor = self.div(matrix[i][k], pivot[k]);
+                for (entry, &above) in matrix[i].iter_mut().zip(&pivot).skip(k + 1) {
+                    let product = self.mul(factor, above);
+                    *entry = self.sub(*entry, product);
                 }
                 let product = self.mul(factor, right[k]);
                 right[i] = self.sub(right[i], product);
@@ -87,7 +108,10 @@ impl Writer {
         right
     }
     pub fn tape(&mut self, results: Vec<u32>) -> Tape {
-        Tape { instructions: std::mem::take(&mut self.instructions), results }
+        Tape {
+            instructions: std::mem::take(&mut self.instructions),
+            results,
+        }
     }
     /// Completes a program.
     pub fn finish(mut self, mut program: Program) -> Program {
@@ -99,38 +123,74 @@ impl Writer {
 }
 
 pub fn parameter(name: &str, start: f64, tunable: bool) -> Parameter {
-    Parameter { name: name.into(), start, min: None, max: None, tunable }
+    Parameter {
+        name: name.into(),
+        start,
+        min: None,
+        max: None,
+        tunable,
+    }
 }
 
 pub fn input(name: &str, start: f64) -> Input {
-    Input { name: name.into(), start, min: None, max: None }
+    Input {
+        name: name.into(),
+        start,
+        min: None,
+        max: None,
+    }
 }
 
 fn coordinate(name: &str) -> Coordinate {
-    Coordinate { name: name.into(), scale: 1.0 }
+    Coordinate {
+        name: name.into(),
+        scale: 1.0,
+    }
 }
 
 fn constraint(owner: &str) -> Constraint {
-    Constraint { owner: owner.into(), scale: 1.0, angular: false, active: true }
+    Constraint {
+        owner: owner.into(),
+        scale: 1.0,
+        angular: false,
+        active: true,
+    }
 }
 
 pub fn condition(name: &str, known: bool) -> Condition {
-    Condition { name: name.into(), known, angular: true, scale: 1.0 }
+    Condition {
+        name: name.into(),
+        known,
+        angular: true,
+        scale: 1.0,
+    }
 }
 
 pub fn variable(name: &str, source: Source) -> Variable {
-    Variable { name: name.into(), source }
+    Variable {
+        name: name.into(),
+        source,
+    }
 }
 
 fn output(result: u32, accelerated: bool) -> Source {
-    Source::Output { result, accelerated }
+    Source::Output {
+        result,
+        accelerated,
+    }
 }
 
 fn empty(name: &str, motion: Motion) -> Program {
     Program {
         name: name.into(),
         guid: format!("{{{name}}}"),
-        experiment: Experiment { start: 0.0, stop: 10.0, step: 1e-3, tolerance: 1e-8, max_step: f64::INFINITY },
+        experiment: Experiment {
+            start: 0.0,
+            stop: 10.0,
+            step: 1e-3,
+            tolerance: 1e-8,
+            max_step: f64::INFINITY,
+        },
         parameters: Vec::new(),
         inputs: Vec::new(),
         followers: Vec::new(),
@@ -156,16 +216,30 @@ pub fn conditions(
     let targets: Vec<u32> = list.iter().map(|item| writer.constant(item.2)).collect();
     let one = writer.constant(1.0);
     let tape = writer.tape(values.chain(targets).collect());
-    let entries: Vec<_> = list.iter().enumerate().map(|(row, item)| (row as u32, column(item.1))).collect();
+    let entries: Vec<_> = list
+        .iter()
+        .enumerate()
+        .map(|(row, item)| (row as u32, column(item.1)))
+        .collect();
     let results = vec![one; entries.len()];
-    let sparse = SparseTape { entries, tape: writer.tape(results) };
-    (list.iter().map(|item| item.0.clone()).collect(), tape, sparse)
+    let sparse = SparseTape {
+        entries,
+        tape: writer.tape(results),
+    };
+    (
+        list.iter().map(|item| item.0.clone()).collect(),
+        tape,
+        sparse,
+    )
 }
 
 /// A mathematical pendulum of 1 kg: angle'' = -gravity / length sin(angle) + torque / length^2, from 1 rad at rest.
 pub fn pendulum() -> Program {
     let mut program = empty("pendulum", Motion::Dynamic);
-    program.parameters = vec![parameter("gravity", 9.81, true), parameter("length", 1.0, false)];
+    program.parameters = vec![
+        parameter("gravity", 9.81, true),
+        parameter("length", 1.0, false),
+    ];
     program.parameters[1].min = Some(0.1);
     program.inputs = vec![input("torque", 0.0)];
     program.inputs[0].max = Some(100.0);
@@ -173,8 +247,13 @@ pub fn pendulum() -> Program {
     let layout = program.layout();
     let mut w = Writer::new(layout);
     let [gravity, length] = [layout.parameters() as u32, layout.parameters() as u32 + 1];
-    let [torque, q, v, a] =
-        [layout.inputs(), layout.positions(), layout.rates(), layout.accelerations()].map(|place| place as u32);
+    let [torque, q, v, a] = [
+        layout.inputs(),
+        layout.positions(),
+        layout.rates(),
+        layout.accelerations(),
+    ]
+    .map(|place| place as u32);
 
     let stiffness = w.div(gravity, length);
     let inertia = w.mul(length, length);
@@ -205,8 +284,13 @@ pub fn pendulum() -> Program {
         variable("energy", output(0, false)),
         variable("tangential", output(1, true)),
     ];
-    let (list, tape, jacobian) = conditions(&mut w, &[(condition("arm.angle", true), q, 1.0)], |_| 0);
-    (program.initial.positions, program.initial.position, program.initial.position_jacobian) = (list, tape, jacobian);
+    let (list, tape, jacobian) =
+        conditions(&mut w, &[(condition("arm.angle", true), q, 1.0)], |_| 0);
+    (
+        program.initial.positions,
+        program.initial.position,
+        program.initial.position_jacobian,
+    ) = (list, tape, jacobian);
     w.finish(program)
 }
 
@@ -220,9 +304,15 @@ pub fn slider_crank() -> Program {
     program.constraints = vec![constraint("wrist_pin")];
     let layout = program.layout();
     let mut w = Writer::new(layout);
-    let [a, force, q, v] =
-        [layout.parameters(), layout.inputs(), layout.positions(), layout.rates()].map(|place| place as u32);
-    let [b, i1, m1, i2, m2, m3, l7] = [1.5, 0.04, 2.0, 0.6, 3.0, 1.0, 0.75].map(|value| w.constant(value));
+    let [a, force, q, v] = [
+        layout.parameters(),
+        layout.inputs(),
+        layout.positions(),
+        layout.rates(),
+    ]
+    .map(|place| place as u32);
+    let [b, i1, m1, i2, m2, m3, l7] =
+        [1.5, 0.04, 2.0, 0.6, 3.0, 1.0, 0.75].map(|value| w.constant(value));
     let zero = w.constant(0.0);
     let half = w.constant(0.5);
 
@@ -261,17 +351,30 @@ pub fn slider_crank() -> Program {
         let cosine = w.dot(&[(c1, c2), (s1, s2)]);
         let g1 = w.mul(a, s1);
         let g2 = w.mul(b, c2);
-        Pose { phi, phi_q: [j1, j2], m12, cosine, gradient: [g1, g2] }
+        Pose {
+            phi,
+            phi_q: [j1, j2],
+            m12,
+            cosine,
+            gradient: [g1, g2],
+        }
     };
     let system = |p: &Pose| {
         let [j1, j2] = p.phi_q;
-        vec![vec![m11, p.m12, j1], vec![p.m12, m22, j2], vec![j1, j2, zero]]
+        vec![
+            vec![m11, p.m12, j1],
+            vec![p.m12, m22, j2],
+            vec![j1, j2, zero],
+        ]
     };
 
     let p = pose(&mut w);
     program.tapes.constraint = w.tape(vec![p.phi]);
     let p = pose(&mut w);
-    program.tapes.jacobian = SparseTape { entries: vec![(0, 0), (0, 1)], tape: w.tape(p.phi_q.to_vec()) };
+    program.tapes.jacobian = SparseTape {
+        entries: vec![(0, 0), (0, 1)],
+        tape: w.tape(p.phi_q.to_vec()),
+    };
     let p = pose(&mut w);
     let rate = w.dot(&[(p.phi_q[0], v), (p.phi_q[1], v + 1)]);
     program.tapes.constraint_rate = w.tape(vec![rate]);
@@ -333,12 +436,25 @@ pub fn slider_crank() -> Program {
         variable("cylinder.fn", output(3, true)),
         variable("crank.alpha", Source::Acceleration(0)),
     ];
-    let positions = [(condition("crank.angle", true), q, 0.6), (condition("rod.angle", false), q + 1, -1.5)];
+    let positions = [
+        (condition("crank.angle", true), q, 0.6),
+        (condition("rod.angle", false), q + 1, -1.5),
+    ];
     let initial = &mut program.initial;
-    (initial.positions, initial.position, initial.position_jacobian) =
-        conditions(&mut w, &positions, |register| register - q);
-    (initial.velocities, initial.velocity, initial.velocity_jacobian) =
-        conditions(&mut w, &[(condition("crank.omega", true), v, 4.0)], |register| register - v);
+    (
+        initial.positions,
+        initial.position,
+        initial.position_jacobian,
+    ) = conditions(&mut w, &positions, |register| register - q);
+    (
+        initial.velocities,
+        initial.velocity,
+        initial.velocity_jacobian,
+    ) = conditions(
+        &mut w,
+        &[(condition("crank.omega", true), v, 4.0)],
+        |register| register - v,
+    );
     w.finish(program)
 }
 
@@ -367,14 +483,22 @@ pub fn four_bar(drive: Drive, redundant: bool) -> Program {
     program.coordinates = vec![coordinate("coupler.angle"), coordinate("rocker.angle")];
     program.constraints = vec![constraint("rocker_pin"), constraint("rocker_pin")];
     if redundant {
-        program.constraints.push(Constraint { active: false, ..constraint("spare_pin") });
+        program.constraints.push(Constraint {
+            active: false,
+            ..constraint("spare_pin")
+        });
     }
     let order = match drive {
         Drive::Velocity => Some(FollowerOrder::Velocity),
         Drive::Acceleration => Some(FollowerOrder::Acceleration),
         Drive::Time | Drive::Position => None,
     };
-    program.followers.extend(order.map(|order| Follower { name: "motor".into(), input: 1, order, scale: 1.0 }));
+    program.followers.extend(order.map(|order| Follower {
+        name: "motor".into(),
+        input: 1,
+        order,
+        scale: 1.0,
+    }));
     let layout = program.layout();
     let mut w = Writer::new(layout);
     let register = |place: usize| place as u32;
@@ -386,12 +510,18 @@ pub fn four_bar(drive: Drive, redundant: bool) -> Program {
     // Angle of the crank, its rate and its acceleration.
     let driven = |w: &mut Writer| match drive {
         Drive::Time => [w.mul(speed, 0), speed, zero],
-        Drive::Position => {
-            [layout.inputs(), layout.input_rates(), layout.input_accelerations()].map(|place| register(place) + 1)
-        }
-        Drive::Velocity | Drive::Acceleration => {
-            [layout.followers(), layout.follower_rates(), layout.follower_accelerations()].map(register)
-        }
+        Drive::Position => [
+            layout.inputs(),
+            layout.input_rates(),
+            layout.input_accelerations(),
+        ]
+        .map(|place| register(place) + 1),
+        Drive::Velocity | Drive::Acceleration => [
+            layout.followers(),
+            layout.follower_rates(),
+            layout.follower_accelerations(),
+        ]
+        .map(register),
     };
     // (sine, cosine) times length of the three moving bars.
     let bars = |w: &mut Writer, angle: u32| {
@@ -433,7 +563,10 @@ pub fn four_bar(drive: Drive, redundant: bool) -> Program {
             results.push(minus_s1);
         }
     }
-    program.tapes.jacobian = SparseTape { entries, tape: w.tape(results) };
+    program.tapes.jacobian = SparseTape {
+        entries,
+        tape: w.tape(results),
+    };
 
     let [angle, omega, _] = driven(&mut w);
     let [[s1, c1], [s2, c2], [s3, c3]] = bars(&mut w, angle);
@@ -483,13 +616,24 @@ pub fn four_bar(drive: Drive, redundant: bool) -> Program {
         variable("crank.omega", output(1, false)),
         variable("motor.torque", output(2, true)),
     ];
-    let mut positions = vec![(condition("coupler.angle", false), q, 0.6), (condition("rocker.angle", false), q + 1, 1.2)];
+    let mut positions = vec![
+        (condition("coupler.angle", false), q, 0.6),
+        (condition("rocker.angle", false), q + 1, 1.2),
+    ];
     if order.is_some() {
-        positions.push((condition("crank.angle", true), register(layout.followers()), 0.1));
+        positions.push((
+            condition("crank.angle", true),
+            register(layout.followers()),
+            0.1,
+        ));
     }
     let initial = &mut program.initial;
     let column = |r: u32| if r >= q { r - q } else { 2 };
-    (initial.positions, initial.position, initial.position_jacobian) = conditions(&mut w, &positions, column);
+    (
+        initial.positions,
+        initial.position,
+        initial.position_jacobian,
+    ) = conditions(&mut w, &positions, column);
     w.finish(program)
 }
 
@@ -503,7 +647,9 @@ pub fn started(program: Program) -> Instance {
 /// An instance that is set up for time 0.
 pub fn unstarted(program: Program) -> Instance {
     let mut instance = Instance::new(Arc::new(Model::new(program).expect("a sound program")));
-    instance.setup(0.0, None, None).expect("a possible experiment");
+    instance
+        .setup(0.0, None, None)
+        .expect("a possible experiment");
     instance
 }
 
