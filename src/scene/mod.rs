@@ -25,5 +25,6 @@ pub use model::{
     Motion, Outputs, Parameter, Point, Scene, Solver, Turning, Vector,
 };
 pub use quantity::{Quantity, Value};
+pub(crate) use quantity::{Reading, read};
 pub use resolve::Resolved;
 pub use span::{Source, Span, Text};
