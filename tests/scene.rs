@@ -204,15 +204,14 @@ fn initial_values_may_be_nested_tables() {
 
 #[test]
 fn one_dimension_has_springs_masses_and_no_turning() {
-    let mechanism = resolve(
-        "name = \"chain\"\ndimension = 1\ngravity = [-9.81]\n[ground.points]\nwall = [0]\n\
+    let text = "name = \"chain\"\ndimension = 1\ngravity = [-9.81]\n[ground.points]\nwall = [0]\n\
          [bodies.a]\nmass = 1\ninertia = 5\npoints = { end = [0.1, 0] }\n[bodies.b]\nmass = 1\n\
          [loads.k]\ntype = \"spring\"\nbetween = [\"ground.wall\", \"a.end\"]\nstiffness = 10\n\
          [loads.f]\ntype = \"force\"\non = \"b\"\nvector = [\"sin(t)\"]\n\
          [drivers.d]\non = \"b\"\nposition = [\"0.1*t\"]\n\
          [initial]\n\"a.x\" = 0.1\n\"k.length\" = 0.2\n\
-         [outputs]\nvariables = [\"a.x\", \"a.vx\", \"k.force\", \"d.fx\"]\n",
-    );
+         [outputs]\nvariables = [\"a.x\", \"a.vx\", \"k.force\", \"d.fx\"]\n";
+    let mechanism = resolve(text);
     assert_eq!(mechanism.dimension, Dimension::One);
     assert_eq!(mechanism.gravity, [Formula::Number(-9.81), Formula::Number(0.0)]);
     assert_eq!(mechanism.outputs.len(), 4);
@@ -262,6 +261,20 @@ fn trees_can_be_chosen() {
     let Coordinates::Chosen { translation: Some(translation), rotation: None } = chosen.coordinates else { panic!() };
     assert_eq!(translation.len(), 2);
     assert_eq!(resolve(&crank("[coordinates]\npreset = \"absolute\"\n")).coordinates, Coordinates::Absolute);
+}
+
+/// Time is a number of seconds, and bare numbers go with everything.
+#[test]
+fn units_are_checked_only_where_both_sides_are_known() {
+    for law in ["0.1*sin(t)", "sin(t)", "a + 0.1", "a*u", "a*sin(t/2) + 3*t", "a*ratio^2", "sqrt(a^2 + b^2)"] {
+        resolve(&crank(&format!("[drivers.path]\non = \"block\"\nposition = [\"{law}\", 0]\n")));
+    }
+    for law in ["a*b", "a^2", "a + crank_speed", "pin.angle", "sin(a)", "min(a, crank_speed)"] {
+        let text = crank("").replace("ratio = 0.5", "ratio = 0.5\ncrank_speed = \"1 rpm\"");
+        let scene = format!("{text}[loads.push]\ntype = \"force\"\non = \"block\"\nvector = [\"{law}\", 0]\n");
+        let faults = Scene::from_toml(&scene).unwrap().resolve().unwrap_err();
+        assert!(faults.list.iter().any(|fault| fault.code == "scene::wrong_unit"), "{law}");
+    }
 }
 
 #[test]

@@ -188,6 +188,11 @@ impl Snapshot {
             && (TOLERANCES[0]..=TOLERANCES[1]).contains(&self.tolerance)
     }
 
+    /// Was it saved after initialisation?
+    pub fn is_running(&self) -> bool {
+        self.phase == Phase::Running
+    }
+
     /// As bytes.
     pub fn to_bytes(&self) -> Result<Vec<u8>, InstanceError> {
         let payload = postcard::to_allocvec(self).map_err(|_| InstanceError::ForeignState)?;
@@ -398,7 +403,6 @@ impl Instance {
         self.now.phase = Phase::Running;
         self.now.run.start(&self.model, &self.now.state);
         self.stepper.forget();
-        self.now.derivatives.fill(false);
         Ok(())
     }
 

@@ -9,7 +9,7 @@
 //! * [`fmi2`]: the functions of FMI 2.0 for Co-Simulation.
 
 pub mod check;
-//FMI
+pub mod fmi2;
 mod frame;
 pub mod instance;
 pub mod machine;

@@ -176,7 +176,7 @@ mod tests {
 
     /// Angles that matter: small, near multiples of pi/2, and spread over the range of the reduction.
     fn angles() -> Vec<f64> {
-        let mut angles = vec![1e-300, 1e-9, 0.1, 0.785398, 0.7853982, 1.0];
+        let mut angles = vec![1e-300, 1e-9, 0.1, 1.0];
         for k in 1..400 {
             let multiple = f64::from(k * k) * core::f64::consts::FRAC_PI_4;
             angles.extend([multiple.next_down(), multiple, multiple.next_up()]);

@@ -47,14 +47,25 @@ impl Kind {
 pub(crate) fn from_toml(text: &str, faults: &mut Sink) -> Option<Node> {
     let (table, errors) = DeTable::parse_recoverable(text);
     let mut usable = true;
+    let mut last_line = None;
+    let mut repeated_table = 0;
     for error in errors {
         let span = error.span().map_or(Span::new(0, text.len().min(1)), |range| Span::new(range.start, range.end));
-        if error.message().starts_with("duplicate key") {
+        let line = text.get(..span.start).map_or(0, |before| before.rfind('\n').map_or(0, |at| at + 1));
+        if !error.message().starts_with("duplicate key") {
+            usable = false;
+            // What follows on the same line comes from the first error.
+            if last_line != Some(line) {
+                faults.push(syntax(error.message().trim_end_matches(", expected nothing"), span));
+            }
+            last_line = Some(line);
+        } else if span.start >= repeated_table {
             let name = text.get(span.start..span.end).unwrap_or_default();
             faults.push(duplicate_key(name, span));
-        } else {
-            usable = false;
-            faults.push(syntax(error.message(), span));
+            // The keys of a table that is there twice are there twice as well.
+            if text[line..].trim_start().starts_with('[') {
+                repeated_table = text[span.end..].find("\n[").map_or(text.len(), |length| span.end + length);
+            }
         }
     }
     let span = Span::new(table.span().start, table.span().end);

@@ -73,6 +73,7 @@ pub(crate) fn parse(text: &Text) -> Result<Tree, Fault> {
         Token::End => Ok(tree),
         Token::Compare(_) => Err(parser
             .fault("a comparison may only stand in the first place of `if`")
+            .label("not here")
             .help("write `if(a < b, value, otherwise)`")),
         _ => Err(parser.expected("an operator (+ - * / ^) or the end")),
     }

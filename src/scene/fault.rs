@@ -1,7 +1,6 @@
 //! What is wrong with a scene: collected first, reported together.
 
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::fmt;
 
 use super::span::{Source, Span};
@@ -27,9 +26,9 @@ pub struct Fault {
     /// Where.
     pub span: Span,
     /// What is said at that place; may be empty.
-    pub label: String,
+    pub label: Box<str>,
     /// What to do; may be empty.
-    pub help: String,
+    pub help: Box<str>,
     /// Further places with the same fault.
     pub also: Vec<Span>,
 }
@@ -42,8 +41,8 @@ impl Fault {
             severity: Severity::Error,
             message: message.into(),
             span,
-            label: String::new(),
-            help: String::new(),
+            label: Box::default(),
+            help: Box::default(),
             also: Vec::new(),
         }
     }
@@ -56,14 +55,14 @@ impl Fault {
     /// Says something at the place.
     #[must_use]
     pub fn label(mut self, label: impl Into<String>) -> Fault {
-        self.label = label.into();
+        self.label = label.into().into_boxed_str();
         self
     }
 
     /// Says what to do.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Fault {
-        self.help = help.into();
+        self.help = help.into().into_boxed_str();
         self
     }
 }
@@ -86,12 +85,6 @@ impl Faults {
     }
 }
 
-impl From<Faults> for Vec<Fault> {
-    fn from(faults: Faults) -> Vec<Fault> {
-        faults.list
-    }
-}
-
 /// One line per fault, for logs.
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -109,58 +102,62 @@ impl std::error::Error for Faults {}
 #[derive(Debug, Default)]
 pub(crate) struct Sink {
     list: Vec<Fault>,
+    errors: usize,
+    warnings: usize,
     omitted: usize,
-    /// Errors by what they are about, so that a name which is missing in ten places is one fault.
-    about: HashMap<(&'static str, String), usize>,
+    /// Errors by the name that they are about, so that a name which is missing in ten places is one fault.
+    about: HashMap<String, usize>,
 }
 
 impl Sink {
-    const MOST: usize = 200;
+    const MOST_ERRORS: usize = 200;
+    const MOST_WARNINGS: usize = 50;
     const MOST_PLACES: usize = 8;
 
     pub fn push(&mut self, fault: Fault) {
-        if self.is_full() {
-            self.omitted += 1;
-        } else {
+        let (count, most) = match fault.severity {
+            Severity::Error => (&mut self.errors, Sink::MOST_ERRORS),
+            Severity::Warning => (&mut self.warnings, Sink::MOST_WARNINGS),
+        };
+        *count += 1;
+        if *count <= most {
             self.list.push(fault);
+        } else {
+            self.omitted += 1;
         }
     }
 
-    /// Adds a fault about `subject`, or one more place to the fault of the same code about the same subject.
-    pub fn push_about(&mut self, subject: impl Into<String>, fault: Fault) {
-        match self.about.entry((fault.code, subject.into())) {
-            Entry::Vacant(entry) if self.list.len() < Sink::MOST => {
-                entry.insert(self.list.len());
-                self.list.push(fault);
-            }
-            Entry::Vacant(_) => self.omitted += 1,
-            Entry::Occupied(entry) => {
-                if let Some(first) = self.list.get_mut(*entry.get())
-                    && first.also.len() < Sink::MOST_PLACES
-                {
-                    first.also.push(fault.span);
-                }
-            }
-        }
+    /// Adds the first fault about `subject`.
+    pub fn push_about(&mut self, subject: &str, fault: Fault) {
+        self.about.insert(subject.to_string(), self.list.len());
+        self.push(fault);
     }
 
-    /// Are further faults only counted?
-    pub fn is_full(&self) -> bool {
-        self.list.len() >= Sink::MOST
+    /// Notes one more place of the fault about `subject`, if there is one. Says true as well when no further fault would
+    /// be kept, to spare the work of finding out what may have been meant.
+    pub fn again(&mut self, subject: &str, span: Span) -> bool {
+        if let Some(first) = self.about.get(subject).and_then(|index| self.list.get_mut(*index)) {
+            if first.also.len() < Sink::MOST_PLACES {
+                first.also.push(span);
+            }
+            return true;
+        }
+        let full = self.errors >= Sink::MOST_ERRORS;
+        self.omitted += usize::from(full);
+        full
     }
 
     pub fn has_errors(&self) -> bool {
-        self.list.iter().any(|fault| fault.severity == Severity::Error)
+        self.errors > 0
     }
 
     /// The faults in the order of the text.
-    pub fn into_faults(mut self, source: Source) -> Faults {
-        self.list.sort_by_key(|fault| (fault.span.start, fault.span.end));
-        Faults { list: self.list, omitted: self.omitted, source }
+    pub fn into_faults(self, source: Source) -> Faults {
+        Faults { omitted: self.omitted, list: self.into_list(), source }
     }
 
-    /// What was found, if nothing worse than warnings.
-    pub fn into_warnings(mut self) -> Vec<Fault> {
+    /// The same without their text.
+    pub fn into_list(mut self) -> Vec<Fault> {
         self.list.sort_by_key(|fault| (fault.span.start, fault.span.end));
         self.list
     }

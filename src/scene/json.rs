@@ -62,7 +62,7 @@ impl Reader<'_, '_> {
         loop {
             self.skip_space();
             if self.peek() != Some('"') {
-                return Err(self.expected("a key in double quotes"));
+                return Err(self.expected("a key in double quotes").help("JSON permits no comma before `}`"));
             }
             let key = self.string()?;
             self.skip_space();

@@ -151,7 +151,9 @@ impl SourceCode for Source {
             return Err(MietteError::OutOfBounds);
         }
         let bytes = text.as_bytes();
-        let first = line_start(bytes, start, before).max(floor(text, start.saturating_sub(LONGEST_LINE)));
+        // miette asks for no lines before when it only wants to know the column.
+        let from = if before == 0 { start } else { line_start(bytes, start, before) };
+        let first = from.max(floor(text, start.saturating_sub(LONGEST_LINE)));
         let last = line_end(bytes, end, after).min(ceil(text, end + LONGEST_LINE));
         let preceding = &text[..first];
         let line = preceding.matches('\n').count();

@@ -7,7 +7,8 @@ pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a s
         .into_iter()
         .filter(|candidate| candidate.len().abs_diff(name.len()) <= limit && candidate.len() < 64)
         .map(|candidate| (strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase()), candidate))
-        .filter(|(distance, _)| *distance <= limit)
+        // A name of one letter is not near to every other letter.
+        .filter(|(distance, candidate)| *distance <= limit && *distance < candidate.len().min(name.len()))
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
 }

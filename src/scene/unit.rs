@@ -190,6 +190,13 @@ pub(crate) fn from_exponents(exponents: Exponents) -> Unit {
     Unit { exponents, si, display: None }
 }
 
+impl Unit {
+    /// As the user writes it.
+    pub(crate) fn shown(&self) -> &str {
+        self.display.as_ref().map_or(&self.si, |display| &display.name)
+    }
+}
+
 /// May the two stand for the same thing? The radian counts as a pure number.
 pub(crate) fn compatible(a: Exponents, b: Exponents) -> bool {
     a[..3] == b[..3]

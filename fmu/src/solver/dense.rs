@@ -12,9 +12,9 @@ pub(crate) struct Lu {
     pivots: Vec<usize>,
 }
 
-/// The matrix has no inverse.
+/// The matrix has no inverse: this column depends on the columns before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Singular;
+pub(crate) struct Singular(pub usize);
 
 impl Lu {
     pub fn new(size: usize) -> Self {
@@ -37,7 +37,7 @@ impl Lu {
             // Written so that NaN is singular too.
             let regular = size(&pivot) > SINGULAR * largest;
             if !regular {
-                return Err(Singular);
+                return Err(Singular(column));
             }
             self.pivots[column] = pivot;
             self.swap_rows(column, pivot);
@@ -132,8 +132,8 @@ mod tests {
     fn says_that_a_matrix_is_singular() {
         let mut lu = Lu::new(2);
         lu.matrix().copy_from_slice(&[1.0, 2.0, 2.0, 4.0]);
-        assert_eq!(lu.factor(), Err(Singular));
+        assert_eq!(lu.factor(), Err(Singular(1)));
         lu.matrix().copy_from_slice(&[1.0, f64::NAN, 2.0, 4.0]);
-        assert_eq!(lu.factor(), Err(Singular));
+        assert!(lu.factor().is_err());
     }
 }

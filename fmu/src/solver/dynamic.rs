@@ -1,5 +1,6 @@
 //! Integration of Eqs. (22): steps of DOP853, each projected onto the loop equations.
 
+use super::accelerations::finite;
 use super::continuation::Continuation;
 use super::explicit::{Derivative, Explicit, interpolate, next_step};
 use super::{Context, Failure, Statistics};
@@ -96,12 +97,7 @@ impl Dynamic {
             self.known = true;
         }
         let n = context.model.coordinates();
-        if let Some(index) = self.explicit.first()[n..].iter().position(|value| !value.is_finite()) {
-            return Err(Failure::NotFinite {
-                time,
-                coordinate: context.model.program().coordinates[index].name.clone(),
-            });
-        }
+        finite(context.model, time, &self.explicit.first()[n..])?;
         if run.step == 0.0 {
             self.tolerate(context, &run.front, false);
             let mut f = motion(context, &run.origin);
@@ -116,7 +112,7 @@ impl Dynamic {
         let shortest = SHORTEST * f64::EPSILON * time.abs().max(EARLY);
         let mut rejected = false;
         loop {
-            let natural = run.step.min(context.settings.max_step);
+            let natural = run.step.min(context.settings.max_step).max(shortest);
             let limited = time + STRETCH * natural >= horizon.limit;
             let end = if limited { horizon.limit } else { time + natural };
             let h = end - time;

@@ -71,6 +71,16 @@ pub enum Failure {
         /// The first coordinate concerned.
         coordinate: String,
     },
+    /// The drivers do not determine the motion in this pose.
+    #[error(
+        "at t = {time} s the mechanism is in a singular pose: the drivers do not determine the motion of `{coordinate}`"
+    )]
+    Singular {
+        /// When [s].
+        time: f64,
+        /// A coordinate that could move.
+        coordinate: String,
+    },
     /// The step became too small to go on.
     #[error("at t = {time} s the motion cannot be followed any further, `{coordinate}` moves most{}", because(.cause))]
     StepUnderflow {

@@ -225,12 +225,13 @@ impl<'a> Positions<'a> {
     /// Why the loops do not close: because of known values, or anyway?
     fn explain(&mut self, guess: &[f64], best: &[f64]) -> Failure {
         let known: Vec<usize> = (0..self.conditions().len()).filter(|&index| self.conditions()[index].known).collect();
-        if known.is_empty() || !self.close(Wanted::LOOPS, &mut guess.to_vec()) {
+        let mut closed = guess.to_vec();
+        if known.is_empty() || !self.close(Wanted::LOOPS, &mut closed) {
             return Failure::LoopsOpen { gap: self.gap(best) };
         }
         let frees = |index: &usize| {
             let wanted = Wanted { without: Some(*index), ..Wanted::ALL };
-            fulfilled(&self.attempt(wanted, &mut guess.to_vec()))
+            fulfilled(&self.attempt(wanted, &mut closed.clone()))
         };
         let culprits: Vec<usize> = known.iter().copied().filter(frees).collect();
         let culprits = if culprits.is_empty() { known } else { culprits };

@@ -38,7 +38,8 @@ impl Kinematic {
         while state.time() < target {
             let remaining = target - state.time();
             let natural = if *step > 0.0 { *step } else { remaining };
-            let h = natural.min(context.settings.max_step).min(remaining);
+            let shortest = SHORTEST.max(4.0 * f64::EPSILON * target.abs());
+            let h = natural.min(context.settings.max_step).max(shortest).min(remaining);
             let time = if h < remaining { state.time() + h } else { target };
             match self.attempt(context, state, time) {
                 Ok(moved) => {
@@ -49,7 +50,7 @@ impl Kinematic {
                 Err(failure) => {
                     context.statistics.rejected += 1;
                     *step = 0.5 * h;
-                    if *step < SHORTEST.max(4.0 * f64::EPSILON * time.abs()) {
+                    if *step < shortest {
                         return Err(lock_up(failure));
                     }
                 }

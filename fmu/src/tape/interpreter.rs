@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn every_operation_computes_what_its_comment_says() {
         use Operation::*;
-        let (a, b, c) = (0.6, -1.7, 2.5);
+        let (a, b, c) = (0.6_f64, -1.7_f64, 2.5);
         let expected = [
             (Add, a + b),
             (Subtract, a - b),

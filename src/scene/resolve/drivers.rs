@@ -90,7 +90,7 @@ impl Resolver<'_> {
     }
 
     fn unknown_joint(&mut self, name: &Text, user: &str) {
-        if self.names.is_broken(&name.text) {
+        if self.is_reported(name, &name.text) {
             return;
         }
         let joints = self.names.all(|named| matches!(named, Named::Joint(_)));
@@ -147,7 +147,7 @@ impl Resolver<'_> {
         if let Some(Named::Input(id)) = self.names.get(&name.text) {
             return Some(id);
         }
-        if !self.names.is_broken(&name.text) {
+        if !self.is_reported(name, &name.text) {
             let inputs = self.names.all(|named| matches!(named, Named::Input(_)));
             let otherwise = match inputs.is_empty() {
                 true => format!("give it in `[inputs]`: `{} = 0.0`", name.text),

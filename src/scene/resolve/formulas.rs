@@ -4,7 +4,7 @@ use super::lower::Context;
 use super::{Resolver, UNKNOWN};
 use crate::mechanism::{Formula, Unit};
 use crate::scene::constant;
-use crate::scene::dimension::{Known, SECOND, Wanted};
+use crate::scene::dimension::{ANGULAR_VELOCITY, Known, SECOND, Wanted};
 use crate::scene::expression::shortened;
 use crate::scene::fault::Fault;
 use crate::scene::model::Vector;
@@ -16,7 +16,7 @@ impl Resolver<'_> {
     /// A formula of numbers and parameters, finite at their default values.
     pub(super) fn constant(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
         let formula = self.formula(quantity, what, wanted, Context::Constant);
-        self.check_finite(&formula, quantity, what)
+        self.check_finite(formula, quantity, what)
     }
 
     /// The same with a default for what is absent.
@@ -84,7 +84,7 @@ impl Resolver<'_> {
             }
             Ok(Reading::Number(number)) => (self.finite(number, what, quantity.span), None),
             Ok(Reading::Measure(value, unit)) => {
-                self.check_measure(&unit, what, wanted, quantity.span);
+                self.check_measure(&unit, &text, what, wanted);
                 (self.finite(value, what, quantity.span), Some(unit))
             }
             Ok(Reading::Expression) => {
@@ -113,12 +113,12 @@ impl Resolver<'_> {
     }
 
     /// A constant formula must have a value at the default parameters.
-    fn check_finite(&mut self, formula: &Formula, quantity: &Quantity, what: &str) -> Formula {
-        let is_number = constant::number(formula).is_some();
-        if is_number || !self.values_are_known() || self.value(formula).is_finite() {
-            return formula.clone();
+    pub(super) fn check_finite(&mut self, formula: Formula, quantity: &Quantity, what: &str) -> Formula {
+        let is_number = constant::number(&formula).is_some();
+        let value = self.value(&formula);
+        if is_number || !self.values_are_known() || value.is_finite() {
+            return formula;
         }
-        let value = self.value(formula);
         self.faults.push(
             Fault::new(
                 "scene::not_finite",
@@ -135,19 +135,22 @@ impl Resolver<'_> {
         self.values.iter().all(|value| value.is_finite())
     }
 
-    fn check_measure(&mut self, unit: &Unit, what: &str, wanted: &Wanted, span: Span) {
+    fn check_measure(&mut self, unit: &Unit, text: &Text, what: &str, wanted: &Wanted) {
         let Some(exponents) = wanted.exponents else {
             return;
         };
-        let name = unit.display.as_ref().map_or(unit.si.as_str(), |display| display.name.as_str());
         if !compatible(unit.exponents, exponents) {
-            self.wrong_unit(name, what, wanted, span);
-        } else if exponents[3] == 1 && unit.exponents[3] == 0 && exponents[2] != 0 && name.contains("Hz") {
+            self.wrong_unit(unit.shown(), what, wanted, text.span);
+        } else if exponents == ANGULAR_VELOCITY.exponents.unwrap_or_default() && text.text.contains("Hz") {
             // 1 Hz is one turn per second to some and one radian per second to others.
             self.faults.push(
-                Fault::new("scene::wrong_unit", format!("{what} is {}, which `{name}` leaves open", wanted.what), span)
-                    .label("turns or radians?")
-                    .help("write `rev/s`, `rpm` or `rad/s`"),
+                Fault::new(
+                    "scene::wrong_unit",
+                    format!("{what} is {}, which `Hz` leaves open", wanted.what),
+                    text.span,
+                )
+                .label("turns or radians?")
+                .help("write `rev/s`, `rpm` or `rad/s`"),
             );
         }
     }
@@ -184,7 +187,7 @@ impl Resolver<'_> {
             .take(2)
             .map(|component| {
                 let formula = self.formula(component, what, wanted, context);
-                if context == Context::Constant { self.check_finite(&formula, component, what) } else { formula }
+                if context == Context::Constant { self.check_finite(formula, component, what) } else { formula }
             })
             .collect();
         let count = vector.components.len();

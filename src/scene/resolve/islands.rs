@@ -46,6 +46,11 @@ impl Resolver<'_> {
 
     fn floating(&mut self, first: &Body, island: &[&Body]) {
         let names = suggest::list(island.iter().map(|body| body.name.text.as_str()));
+        let help = if island.len() == 1 {
+            "give it a mass, or join it to the ground"
+        } else {
+            "give one of them a mass, or join one of them to the ground"
+        };
         let (whose, have) = if island.len() == 1 { ("body", "has") } else { ("bodies", "have") };
         self.faults.push(
             Fault::new(
@@ -54,7 +59,7 @@ impl Resolver<'_> {
                 first.name.span,
             )
             .label("nothing says how it moves")
-            .help("give it a mass, or join it to the ground"),
+            .help(help),
         );
     }
 

@@ -254,10 +254,10 @@ impl Resolver<'_> {
     }
 
     fn unknown_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
-        if self.names.is_broken(name) {
+        let span = site.text.part(tree.start, tree.end);
+        if self.is_reported(&Text::new(name, span), name) {
             return None;
         }
-        let span = site.text.part(tree.start, tree.end);
         if let Some(named) = self.names.get(name) {
             let has = suggest::list(self.variables_of(name).iter().copied());
             let message = format!("{} uses `{name}` as a number, but it is a {}", site.what, named.word());

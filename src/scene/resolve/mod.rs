@@ -21,7 +21,7 @@ mod variables;
 use self::names::Names;
 use super::fault::{Fault, Faults, Sink};
 use super::model::Scene;
-use super::span::Span;
+use super::span::{Span, Text};
 use super::unit::Exponents;
 use crate::mechanism::{Dimension, Formula, Mechanism};
 
@@ -46,7 +46,7 @@ impl Scene {
         if faults.has_errors() {
             return Err(faults.into_faults(self.source.clone()));
         }
-        Ok(Resolved { mechanism, warnings: faults.into_warnings() })
+        Ok(Resolved { mechanism, warnings: faults.into_list() })
     }
 
     /// The mechanism as far as it can be resolved; complete if there are no errors.
@@ -111,6 +111,11 @@ impl Resolver<'_> {
                     .help("the FMU takes its name from it: `name = \"my_mechanism\"`"),
             );
         }
+    }
+
+    /// Is this use of a name no further fault, because one has been reported about the name or about `subject`?
+    fn is_reported(&mut self, name: &Text, subject: &str) -> bool {
+        self.names.is_broken(&name.text) || self.faults.again(subject, name.span)
     }
 
     fn one_dimensional(&self) -> bool {

@@ -10,7 +10,7 @@ use crate::mechanism::{Formula, Output, Unit};
 use crate::scene::dimension::ANYTHING;
 use crate::scene::fault::Fault;
 use crate::scene::quantity::Quantity;
-use crate::scene::span::Text;
+use crate::scene::span::{Span, Text};
 
 impl Resolver<'_> {
     pub(super) fn outputs(&mut self) -> Vec<Output> {
@@ -19,11 +19,18 @@ impl Resolver<'_> {
         let mut outputs = Vec::new();
         for name in &scene.outputs.variables {
             outputs.extend(self.variable_output(name));
-            self.check_once(&mut seen, name);
+            if !seen.insert(&name.text) {
+                self.duplicate_output(format!("output `{}` is listed twice", name.text), name.span);
+            }
         }
         for (name, value) in &scene.outputs.expressions {
             check_identifier(name, "output", self.faults);
-            self.check_once(&mut seen, name);
+            if let Some(named) = self.names.get(&name.text) {
+                let problem = format!("output `{}` has the name of a {}", name.text, named.word());
+                self.duplicate_output(problem, name.span);
+            } else if !seen.insert(&name.text) {
+                self.duplicate_output(format!("output `{}` is there twice", name.text), name.span);
+            }
             outputs.push(self.expression_output(name, value));
         }
         outputs
@@ -53,20 +60,11 @@ impl Resolver<'_> {
         }
     }
 
-    fn check_once<'s>(&mut self, seen: &mut HashSet<&'s str>, name: &'s Text) {
-        let other =
-            self.names.get(&name.text).map(|named| format!("the {} `{}` has this name", named.word(), name.text));
-        let other = other.or_else(|| (!seen.insert(&name.text)).then(|| "it is listed already".to_string()));
-        if let Some(other) = other {
-            self.faults.push(
-                Fault::new(
-                    "scene::duplicate_name",
-                    format!("output `{}` is there twice: {other}", name.text),
-                    name.span,
-                )
+    fn duplicate_output(&mut self, problem: String, span: Span) {
+        self.faults.push(
+            Fault::new("scene::duplicate_name", problem, span)
                 .label("second time")
                 .help("remove it or choose another name"),
-            );
-        }
+        );
     }
 }

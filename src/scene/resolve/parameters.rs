@@ -3,10 +3,10 @@
 use std::collections::{HashMap, HashSet};
 
 use super::Resolver;
+use super::lower::Context;
 use super::names::Named;
 use crate::mechanism::{Input, Parameter, Unit};
-use crate::scene::constant;
-use crate::scene::dimension::{ANYTHING, Wanted};
+use crate::scene::dimension::ANYTHING;
 use crate::scene::expression::{self, Tree, TreeKind};
 use crate::scene::fault::Fault;
 use crate::scene::quantity::{Quantity, Reading, Value, read};
@@ -102,47 +102,21 @@ impl Resolver<'_> {
 
     /// A value in a declared unit: a bare number is in that unit, everything else is SI or says its own.
     fn declared(&mut self, quantity: &Quantity, declared: Option<&Unit>, what: &str) -> (f64, Option<Unit>) {
-        let name = declared.map(|unit| unit.display.as_ref().map_or(unit.si.clone(), |display| display.name.clone()));
-        let wanted = match declared {
-            Some(unit) => Wanted { what: "of its declared unit", si: "", exponents: Some(unit.exponents) },
-            None => ANYTHING,
-        };
-        let faults_before = self.faults.has_errors();
-        let (formula, own) = match (&quantity.value, &name) {
-            (Value::Text(_), Some(name)) => self.in_declared_unit(quantity, what, name, &wanted),
-            _ => self.formula_and_unit(quantity, what, &ANYTHING, super::lower::Context::Constant),
-        };
-        let bare = own.is_none() && constant::number(&formula).is_some() && is_bare(quantity);
-        let factor = declared.and_then(|unit| unit.display.as_ref()).map_or(1.0, |display| display.factor);
-        let value = self.value(&formula) * if bare { factor } else { 1.0 };
-        if !value.is_finite() && !faults_before && !self.faults.has_errors() {
-            self.faults.push(
-                Fault::new("scene::not_finite", format!("{what} is not a finite number"), quantity.span)
-                    .label(format!("this is {value}")),
-            );
+        let (formula, own) = self.formula_and_unit(quantity, what, &ANYTHING, Context::Constant);
+        if let (Some(declared), Some(own)) = (declared, &own)
+            && !unit::compatible(declared.exponents, own.exponents)
+        {
+            self.declared_mismatch(what, declared, own, quantity.span);
         }
+        let formula = self.check_finite(formula, quantity, what);
+        let display = declared.and_then(|unit| unit.display.as_ref());
+        let factor = display.filter(|_| is_bare(quantity)).map_or(1.0, |display| display.factor);
+        let value = self.value(&formula) * factor;
         (value, declared.cloned().or(own))
     }
 
-    /// Reads a text whose unit must agree with the declared one.
-    fn in_declared_unit(
-        &mut self,
-        quantity: &Quantity,
-        what: &str,
-        name: &str,
-        wanted: &Wanted,
-    ) -> (crate::mechanism::Formula, Option<Unit>) {
-        let (formula, own) = self.formula_and_unit(quantity, what, &ANYTHING, super::lower::Context::Constant);
-        if let (Some(own), Some(exponents)) = (&own, wanted.exponents)
-            && !unit::compatible(own.exponents, exponents)
-        {
-            self.declared_mismatch(what, name, own, quantity.span);
-        }
-        (formula, own)
-    }
-
-    fn declared_mismatch(&mut self, what: &str, declared: &str, own: &Unit, span: Span) {
-        let own = own.display.as_ref().map_or(own.si.as_str(), |display| display.name.as_str());
+    fn declared_mismatch(&mut self, what: &str, declared: &Unit, own: &Unit, span: Span) {
+        let (declared, own) = (declared.shown(), own.shown());
         self.faults.push(
             Fault::new(
                 "scene::wrong_unit",
@@ -170,7 +144,7 @@ impl Resolver<'_> {
             if let (None, Some(unit), Some(own)) = (declared, unit, &own)
                 && !unit::compatible(unit.exponents, own.exponents)
             {
-                self.declared_mismatch(&format!("`{name}` of {what}"), &unit.si, own, limit.span);
+                self.declared_mismatch(&format!("`{name}` of {what}"), unit, own, limit.span);
             }
             let outside = if name == "min" { value < bound } else { value > bound };
             if outside {
@@ -256,8 +230,8 @@ impl Resolver<'_> {
         if let (Some(declared), Some(found)) = (&units[index], &found)
             && !unit::compatible(declared.exponents, found.exponents)
         {
-            let name = declared.si.clone();
-            self.declared_mismatch(&what, &name, found, pending.text.span);
+            let (declared, found) = (declared.clone(), found.clone());
+            self.declared_mismatch(&what, &declared, &found, pending.text.span);
         }
         self.values[index] = self.value(&formula);
         let spoiled = pending.uses.iter().any(|used| !self.values[*used].is_finite());

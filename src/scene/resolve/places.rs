@@ -34,7 +34,7 @@ impl Resolver<'_> {
     }
 
     fn unknown_point(&mut self, name: &Text, owner: &str, point: &str, user: &str) {
-        if self.names.is_broken(&name.text) {
+        if self.is_reported(name, &name.text) {
             return;
         }
         let map = match self.names.get(owner) {
@@ -67,7 +67,7 @@ impl Resolver<'_> {
         if let Some(Named::Body(id)) = named {
             return Some(id);
         }
-        if self.names.is_broken(&name.text) {
+        if self.is_reported(name, body) {
             return None;
         }
         let bodies = self.names.all(|named| matches!(named, Named::Body(_)));

@@ -156,7 +156,7 @@ impl Resolver<'_> {
     }
 
     fn unknown_branch(&mut self, name: &Text, tree: &str) {
-        if self.names.is_broken(&name.text) {
+        if self.is_reported(name, &name.text) {
             return;
         }
         let known = self.names.all(|named| !matches!(named, Named::Parameter(_) | Named::Input(_)));

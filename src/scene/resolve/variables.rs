@@ -1,5 +1,7 @@
 //! The naming table: which variables there are, and what they are.
 
+use std::collections::HashMap;
+
 use super::Resolver;
 use super::names::Named;
 use crate::mechanism::{Owner, Place, Quantity, Variable};
@@ -142,13 +144,22 @@ impl Resolver<'_> {
         if let Some(quantity) = has.clone().find(|quantity| words(*quantity).0 == last) {
             return Some(Variable { owner: found.owner, quantity });
         }
+        if self.is_reported(name, &name.text) {
+            return None;
+        }
         let names: Vec<&str> = has.by_ref().map(|quantity| words(quantity).0).collect();
         let has = match names.is_empty() {
             true => format!("{} has no variables", found.called),
             false => format!("{} has {}", found.called, suggest::list(names.iter().copied())),
         };
         let near = suggest::nearest(last, names.iter().copied());
-        let help = near.map_or(has.clone(), |near| format!("did you mean `{owner}.{near}`? {has}"));
+        let help = match near {
+            _ if name.text.contains('.') && self.find_owner(&name.text).is_some() => {
+                format!("`{0}` is a point; write `{0}.x` or `{0}.y`", name.text)
+            }
+            Some(near) => format!("did you mean `{owner}.{near}`? {has}"),
+            None => has,
+        };
         let message = format!("{user} names a variable that does not exist: `{}`", name.text);
         self.faults.push_about(&name.text, Fault::new(code, message, name.span).label("no such variable").help(help));
         None
@@ -194,25 +205,22 @@ impl Resolver<'_> {
     }
 
     fn unknown_owner(&mut self, name: &Text, user: &str, code: &'static str) {
-        if self.names.is_broken(&name.text) {
+        let (first, rest) = name.text.split_once('.').unwrap_or((&name.text, ""));
+        let named = self.names.get(first);
+        // One fault for each point or element that is missing, wherever it is used.
+        let owner = name.text.rsplit_once('.').map_or(name.text.as_str(), |(owner, _)| owner);
+        let subject = if named.is_some() || first == "ground" { owner } else { first };
+        if self.is_reported(name, subject) {
             return;
         }
-        let (first, rest) = name.text.split_once('.').unwrap_or((&name.text, ""));
-        let help = match self.names.get(first) {
-            Some(Named::Body(_)) => {
-                let point = rest.split('.').next().unwrap_or_default();
-                let index = self.scene.bodies.iter().find(|body| body.name.text == first);
-                let points: Vec<&str> =
-                    index.iter().flat_map(|body| &body.points).map(|point| point.name.text.as_str()).collect();
-                let has = format!("body `{first}` has the points {}", suggest::list(points.iter().copied()));
-                suggest::hint(point, points.iter().copied(), has)
+        let help = match named {
+            Some(Named::Body(id)) => points_hint(first, rest, &self.names.points[id.0]),
+            _ if first == "ground" => points_hint(first, rest, &self.names.ground),
+            Some(Named::Input(_)) => {
+                format!("`{first}` is an input: it is a variable of the FMU anyway")
             }
-            Some(named @ (Named::Parameter(_) | Named::Input(_))) => {
-                format!(
-                    "`{first}` is a{} {}: it is a variable of the FMU anyway",
-                    if named.word() == "input" { "n" } else { "" },
-                    named.word()
-                )
+            Some(Named::Parameter(_)) => {
+                format!("`{first}` is a parameter: it is a variable of the FMU anyway")
             }
             _ => {
                 let known = self.names.all(|named| !matches!(named, Named::Parameter(_) | Named::Input(_)));
@@ -222,7 +230,7 @@ impl Resolver<'_> {
             }
         };
         let message = format!("{user} names a variable that does not exist: `{}`", name.text);
-        self.faults.push_about(&name.text, Fault::new(code, message, name.span).label("no such variable").help(help));
+        self.faults.push_about(subject, Fault::new(code, message, name.span).label("no such variable").help(help));
     }
 
     /// The last words of the variables of what has this name.
@@ -241,6 +249,21 @@ impl Resolver<'_> {
         match variable.owner {
             Owner::System => words.to_string(),
             _ => format!("{words} `{}`", name.rsplit_once('.').map_or(name, |(owner, _)| owner)),
+        }
+    }
+}
+
+/// Which point may have been meant, or which there are.
+fn points_hint(owner: &str, rest: &str, points: &HashMap<&str, usize>) -> String {
+    let point = rest.split('.').next().unwrap_or_default();
+    let mut points: Vec<&str> = points.keys().copied().collect();
+    points.sort_unstable();
+    match (suggest::nearest(point, points.iter().copied()), points.first()) {
+        (Some(near), _) => format!("did you mean `{owner}.{near}`?"),
+        (None, None) => format!("`{owner}` has no points"),
+        (None, Some(first)) => {
+            let list = suggest::list(points.iter().copied());
+            format!("`{owner}` has the points {list}, with variables such as `{owner}.{first}.x`")
         }
     }
 }

@@ -1,0 +1,16 @@
+//! The functions of FMI 2.0 for Co-Simulation (FMI standard 2.0.4, chapters 2.1 and 4.2).
+//!
+//! One layer each: [`types`] are the C types; `functions` are what the importer calls, and the only place with `unsafe`; `component` is the state
+//! machine of the standard over an [`crate::instance::Instance`]; `logging` and `resource` are what their names say.
+//!
+//! Value references are places in [`crate::program::Program::variables`]; every variable is a Real. A change of an input acts from its
+//! communication point on. Derivatives of inputs (orders 1 and 2) hold from the communication point at which they are set until the input is
+//! set again at a later one without them: then they are zero again.
+
+mod component;
+mod functions;
+mod logging;
+mod resource;
+pub mod types;
+
+pub use functions::*;

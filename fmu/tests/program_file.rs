@@ -1,0 +1,126 @@
+//! The program file: what is written can be read, and nothing else can.
+
+mod support;
+
+use cotree_fmu::check::Fault;
+use cotree_fmu::program::{Program, Source};
+use cotree_fmu::storage::LoadError;
+use cotree_fmu::tape::Operation;
+use support::*;
+
+fn programs() -> [Program; 4] {
+    [pendulum(), slider_crank(), four_bar(Drive::Time, true), four_bar(Drive::Acceleration, false)]
+}
+
+#[test]
+fn a_program_survives_the_file() {
+    for program in programs() {
+        let bytes = program.to_bytes().expect("can be written");
+        assert_eq!(Program::from_bytes(&bytes), Ok(program));
+    }
+}
+
+#[test]
+fn every_changed_byte_is_noticed() {
+    let bytes = slider_crank().to_bytes().expect("can be written");
+    for place in 0..bytes.len() {
+        for change in [1, 0x80, 0xFF] {
+            let mut damaged = bytes.clone();
+            damaged[place] ^= change;
+            assert!(Program::from_bytes(&damaged).is_err(), "byte {place}");
+        }
+    }
+}
+
+#[test]
+fn every_truncation_and_addition_is_noticed() {
+    let bytes = pendulum().to_bytes().expect("can be written");
+    for length in 0..bytes.len() {
+        assert!(Program::from_bytes(&bytes[..length]).is_err(), "{length} bytes");
+    }
+    let longer = [bytes, vec![0]].concat();
+    assert!(matches!(Program::from_bytes(&longer), Err(LoadError::Frame(_))));
+    assert!(matches!(Program::from_bytes(b"PK\x03\x04 something else"), Err(LoadError::Frame(_))));
+}
+
+/// Damage behind a correct checksum: whatever decodes either passes every check and can be run, or is refused.
+#[test]
+fn damage_with_a_correct_checksum_never_crashes() {
+    let checksum = |bytes: &[u8]| {
+        bytes
+            .iter()
+            .fold(0xCBF2_9CE4_8422_2325_u64, |sum, &byte| (sum ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3))
+    };
+    for program in programs() {
+        let bytes = program.to_bytes().expect("can be written");
+        let mut seed = 7_u64;
+        for _ in 0..3000 {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let mut damaged = bytes.clone();
+            let place = 24 + (seed >> 33) as usize % (bytes.len() - 24);
+            damaged[place] ^= (seed >> 20) as u8 | 1;
+            let sum = checksum(&damaged[24..]).to_le_bytes();
+            damaged[16..24].copy_from_slice(&sum);
+            if let Ok(program) = Program::from_bytes(&damaged) {
+                let mut registers = vec![0.0; program.registers as usize];
+                program.tapes.outputs.run(&mut registers);
+                program.tapes.constraint.run(&mut registers);
+            }
+        }
+    }
+}
+
+fn fault(change: impl FnOnce(&mut Program)) -> Fault {
+    let mut program = slider_crank();
+    change(&mut program);
+    program.check().expect_err("must be refused")
+}
+
+#[test]
+fn check_finds_what_would_go_wrong() {
+    let is = |fault: Fault, expected: &str| assert!(format!("{fault:?}").starts_with(expected), "{fault:?}");
+    is(fault(|p| p.tapes.constraint.instructions[0].a = 9999), "Register {");
+    is(fault(|p| p.tapes.constraint.instructions[0].c = 9999), "Register {");
+    is(fault(|p| p.tapes.constraint.instructions[1].target = 0), "Register {");
+    is(fault(|p| p.tapes.constraint.instructions[1].target = p.layout().constants() as u32), "Register {");
+    is(fault(|p| p.tapes.constraint.results[0] = 9999), "Register {");
+    is(fault(|p| p.tapes.constraint.instructions[2].a = p.registers - 1), "Undefined");
+    is(fault(|p| p.tapes.constraint.instructions[2].a = p.layout().rates() as u32), "Undefined");
+    is(fault(|p| p.tapes.parameters.instructions[0].a = 0), "Undefined");
+}
+
+#[test]
+fn check_finds_wrong_counts_values_and_names() {
+    let is = |fault: Fault, expected: &str| assert!(format!("{fault:?}").starts_with(expected), "{fault:?}");
+    is(fault(|p| p.tapes.acceleration.results.truncate(2)), "Results");
+    is(fault(|p| p.tapes.project_position.results.clear()), "Results");
+    is(fault(|p| p.initial.position.results.truncate(3)), "Results");
+    is(fault(|p| p.tapes.jacobian.entries[0].0 = 1), "Entry");
+    is(fault(|p| p.tapes.jacobian.entries[0].1 = 2), "Entry");
+    is(fault(|p| p.tapes.jacobian.entries[0] = (0, 1)), "Entry");
+    is(fault(|p| p.registers = u32::MAX), "RegisterFile");
+    is(fault(|p| p.registers = 5), "RegisterFile");
+    is(fault(|p| p.constants[0] = f64::NAN), "Value");
+    is(fault(|p| p.coordinates[0].scale = 0.0), "Value");
+    is(fault(|p| p.parameters[0].min = Some(1.0)), "Value");
+    is(fault(|p| p.experiment.max_step = f64::NAN), "Value");
+    is(fault(|p| p.experiment.stop = -1.0), "Value");
+    is(fault(|p| p.coordinates[0].name = "rod.angle".into()), "Name");
+    is(fault(|p| p.constraints[0].owner.clear()), "Name");
+    is(fault(|p| p.variables[1].source = Source::Coordinate(2)), "Reference");
+    is(fault(|p| p.variables[1].source = Source::Output { result: 9, accelerated: false }), "Reference");
+    is(fault(|p| p.motion = cotree_fmu::program::Motion::Kinematic), "Kinematic");
+}
+
+#[test]
+fn the_parameter_stage_must_survive() {
+    let mut program = slider_crank();
+    let stage = program.tapes.acceleration.instructions.iter().flat_map(|i| i.operands().collect::<Vec<_>>());
+    let written: Vec<u32> = program.tapes.parameters.instructions.iter().map(|i| i.target).collect();
+    let needed = stage.into_iter().find(|register| written.contains(register)).expect("the stage is used");
+    let last = program.tapes.outputs.instructions.last_mut().expect("not empty");
+    assert_ne!(last.operation, Operation::SinCos);
+    last.target = needed;
+    program.tapes.outputs.results[1] = needed;
+    assert_eq!(program.check(), Err(Fault::Stage { register: needed }));
+}
