@@ -1,22 +1,16 @@
-//! The first consistent state: what is known holds, what is guessed picks the assembly, the loops give the rest.
-//!
-//! Unknown positions are q and the positions of followers; all start from zero. First all conditions are met as well as they can be,
-//! loops open; from that guessed pose the loops are closed with the smallest movement. Rates follow from linear equations,
-//! the smallest that serve.
+//! The first consistent pose, or why there is none.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::failure::{Failure, Gap};
-use super::least_squares::{Entry, Equations, solve};
-use super::poses::Random;
-use super::projection::largest_gap;
+use super::{Family, Wanted, column_scale, fulfilled};
 use crate::machine::Machine;
 use crate::model::{Model, State};
-use crate::program::{Condition, FollowerOrder, SparseTape};
-use crate::tape::Tape;
+use crate::program::Condition;
+use crate::solver::least_squares::{Entry, Equations, solve};
+use crate::solver::poses::Random;
+use crate::solver::projection::largest_gap;
+use crate::solver::{Failure, Gap};
 
-/// What counts as fulfilled, relative to the scales.
-pub(crate) const FULFILLED: f64 = 1e-9;
 /// Longest Newton step, relative to the scales: longer ones jump between assemblies.
 const REACH: f64 = 0.5;
 /// Sizes of the random disturbances that lead out of a pose where Newton's method stands still.
@@ -26,153 +20,8 @@ const TRIES: usize = 6;
 /// A mechanism that turned over has moved at least this much [rad].
 const TURNED: f64 = 0.5;
 
-/// Solves for positions and rates. Time, parameters and inputs are taken from the state.
-pub fn solve_initial(model: &Model, state: &mut State) -> Result<(), Failure> {
-    model.follow(state.registers_mut());
-    let mut machine = Machine::new(model);
-    Positions::new(model, &mut machine, state, Wanted::ALL).assemble()?;
-    Rates::new(model, &mut machine, state).solve()
-}
-
-/// Which equations are imposed.
-#[derive(Clone, Copy)]
-struct Wanted {
-    loops: bool,
-    known: bool,
-    guesses: bool,
-    /// A known condition that is left out.
-    without: Option<usize>,
-}
-
-impl Wanted {
-    const ALL: Self = Self {
-        loops: true,
-        known: true,
-        guesses: false,
-        without: None,
-    };
-    const CONDITIONS: Self = Self {
-        loops: false,
-        guesses: true,
-        ..Self::ALL
-    };
-    const KNOWN: Self = Self {
-        loops: false,
-        ..Self::ALL
-    };
-    const LOOPS: Self = Self {
-        known: false,
-        ..Self::ALL
-    };
-
-    fn includes(&self, index: usize, condition: &Condition) -> bool {
-        self.without != Some(index)
-            && if condition.known {
-                self.known
-            } else {
-                self.guesses
-            }
-    }
-}
-
-/// One family of equations: the loops and the conditions, at the level of positions or of rates.
-struct Family<'a> {
-    loops: (&'a Tape, &'a SparseTape),
-    conditions: (&'a [Condition], &'a Tape, &'a SparseTape),
-}
-
-impl Family<'_> {
-    fn residuals(&self, model: &Model, machine: &mut Machine, wanted: Wanted, r: &mut Vec<f64>) {
-        r.clear();
-        if wanted.loops {
-            machine.run(self.loops.0);
-            let scales = model
-                .program()
-                .constraints
-                .iter()
-                .map(|constraint| constraint.scale);
-            r.extend(
-                self.loops
-                    .0
-                    .results(machine.registers())
-                    .zip(scales)
-                    .map(|(phi, scale)| phi / scale),
-            );
-        }
-        let (conditions, tape, _) = self.conditions;
-        machine.run(tape);
-        for (index, condition) in conditions.iter().enumerate() {
-            if wanted.includes(index, condition) {
-                let [value, target] =
-                    [index, index + conditions.len()].map(|result| machine.result(tape, result));
-                r.push((value - target) / condition.scale);
-            }
-        }
-    }
-
-    fn jacobian(
-        &self,
-        model: &Model,
-        machine: &mut Machine,
-        wanted: Wanted,
-        entries: &mut Vec<Entry>,
-    ) {
-        entries.clear();
-        let mut rows = 0;
-        if wanted.loops {
-            rows = model.program().constraints.len();
-            let scale = |row: usize| Some((row, model.program().constraints[row].scale));
-            self.append(model, machine, self.loops.1, scale, entries);
-        }
-        let (conditions, _, jacobian) = self.conditions;
-        let places: Vec<_> = (conditions.iter().enumerate())
-            .map(|(index, condition)| {
-                let place = rows;
-                let included = wanted.includes(index, condition);
-                rows += usize::from(included);
-                included.then_some((place, condition.scale))
-            })
-            .collect();
-        self.append(model, machine, jacobian, |row| places[row], entries);
-    }
-
-    fn append(
-        &self,
-        model: &Model,
-        machine: &mut Machine,
-        sparse: &SparseTape,
-        place: impl Fn(usize) -> Option<(usize, f64)>,
-        entries: &mut Vec<Entry>,
-    ) {
-        machine.run(&sparse.tape);
-        for (&(row, column), value) in sparse
-            .entries
-            .iter()
-            .zip(sparse.tape.results(machine.registers()))
-        {
-            if let Some((row, scale)) = place(row as usize) {
-                let column = column as usize;
-                entries.push((row, column, value * column_scale(model, column) / scale));
-            }
-        }
-    }
-}
-
-/// Natural size of an unknown: a coordinate, or a follower's position.
-fn column_scale(model: &Model, column: usize) -> f64 {
-    let (coordinates, followers) = (&model.program().coordinates, &model.program().followers);
-    match coordinates.get(column) {
-        Some(coordinate) => coordinate.scale,
-        None => followers[column - coordinates.len()].scale,
-    }
-}
-
-fn fulfilled(r: &[f64]) -> bool {
-    r.iter().all(|r| r.abs() <= FULFILLED)
-}
-
 /// Positions as unknowns.
-struct Positions<'a> {
+pub(super) struct Positions<'a> {
     model: &'a Model,
     machine: &'a mut Machine,
     state: &'a mut State,
@@ -194,7 +43,7 @@ impl Equations for Positions<'_> {
 }
 
 impl<'a> Positions<'a> {
-    fn new(
+    pub fn new(
         model: &'a Model,
         machine: &'a mut Machine,
         state: &'a mut State,
@@ -237,7 +86,7 @@ impl<'a> Positions<'a> {
     }
 
     /// Leaves a consistent pose in the state.
-    fn assemble(mut self) -> Result<(), Failure> {
+    pub fn assemble(mut self) -> Result<(), Failure> {
         let mut guess = vec![0.0; self.model.coordinates() + self.model.program().followers.len()];
         self.attempt(Wanted::CONDITIONS, &mut guess);
         let mut known = guess.clone();
@@ -435,126 +284,4 @@ fn names(conditions: &[Condition], r: &[f64]) -> Vec<String> {
         .filter(|(_, r)| !fulfilled(&[**r]))
         .map(|(condition, _)| condition.name.clone())
         .collect()
-}
-
-/// Rates as unknowns: v, and the rates of followers whose acceleration is prescribed.
-struct Rates<'a> {
-    model: &'a Model,
-    machine: &'a mut Machine,
-    state: &'a mut State,
-    wanted: Wanted,
-}
-
-impl Equations for Rates<'_> {
-    fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>) {
-        self.load(x);
-        self.family()
-            .residuals(self.model, self.machine, self.wanted, r);
-    }
-
-    fn jacobian(&mut self, x: &[f64], entries: &mut Vec<Entry>) {
-        self.load(x);
-        self.family()
-            .jacobian(self.model, self.machine, self.wanted, entries);
-        let n = self.model.coordinates();
-        entries.retain(|&(_, column, _)| column < n || self.free(column - n));
-    }
-}
-
-impl<'a> Rates<'a> {
-    fn new(model: &'a Model, machine: &'a mut Machine, state: &'a mut State) -> Self {
-        Self {
-            model,
-            machine,
-            state,
-            wanted: Wanted::ALL,
-        }
-    }
-
-    fn family(&self) -> Family<'a> {
-        let (tapes, initial) = (&self.model.program().tapes, &self.model.program().initial);
-        Family {
-            loops: (&tapes.constraint_rate, &tapes.jacobian),
-            conditions: (
-                &initial.velocities,
-                &initial.velocity,
-                &initial.velocity_jacobian,
-            ),
-        }
-    }
-
-    /// Is the rate of that follower an unknown?
-    fn free(&self, follower: usize) -> bool {
-        self.model.program().followers[follower].order == FollowerOrder::Acceleration
-    }
-
-    fn load(&mut self, x: &[f64]) {
-        let n = self.model.coordinates();
-        for (column, place) in self.state.rates_mut().iter_mut().enumerate() {
-            *place = x[column] * column_scale(self.model, column);
-        }
-        for index in 0..self.model.program().followers.len() {
-            if !self.free(index) {
-                continue;
-            }
-            self.state.follower_rates_mut()[index] =
-                x[n + index] * column_scale(self.model, n + index);
-        }
-        self.machine.load(self.model, self.state);
-    }
-
-    fn solve(mut self) -> Result<(), Failure> {
-        let size = self.model.coordinates() + self.model.program().followers.len();
-        let mut x = vec![0.0; size];
-        let r = solve(&mut self, &mut x, f64::INFINITY);
-        let speed = x.iter().fold(1.0, |largest: f64, x| largest.max(x.abs()));
-        let holds = |r: &[f64]| r.iter().all(|r| r.abs() <= FULFILLED * speed);
-        if holds(&r) {
-            self.load(&x);
-            return Ok(());
-        }
-        self.wanted = Wanted::LOOPS;
-        let r = solve(&mut self, &mut vec![0.0; size], f64::INFINITY);
-        if !r.iter().all(|r| r.abs() <= FULFILLED * speed) {
-            return Err(self.conflict(&r));
-        }
-        let conditions = &self.model.program().initial.velocities;
-        let frees = |index: &usize| {
-            self.wanted = Wanted {
-                without: Some(*index),
-                ..Wanted::ALL
-            };
-            holds(&solve(&mut self, &mut vec![0.0; size], f64::INFINITY))
-        };
-        let culprits: Vec<usize> = (0..conditions.len()).filter(frees).collect();
-        let culprits = if culprits.is_empty() {
-            (0..conditions.len()).collect()
-        } else {
-            culprits
-        };
-        let conditions = culprits
-            .into_iter()
-            .map(|index| conditions[index].name.clone())
-            .collect();
-        Err(Failure::Contradiction {
-            conditions,
-            velocity: true,
-        })
-    }
-
-    /// Drivers whose rates the loops cannot follow.
-    fn conflict(&self, r: &[f64]) -> Failure {
-        let scales = self
-            .model
-            .program()
-            .constraints
-            .iter()
-            .map(|constraint| constraint.scale);
-        let residuals: Vec<f64> = r.iter().zip(scales).map(|(r, scale)| r * scale).collect();
-        let rows: Vec<usize> = (0..residuals.len()).collect();
-        Failure::LockUp {
-            time: self.state.time(),
-            gap: largest_gap(self.model, &rows, &residuals),
-        }
-    }
 }
