@@ -10,7 +10,7 @@ const NEW: f64 = 1e-8;
 /// How far the poses are apart, in units of the scales.
 const REACH: f64 = 0.3;
 
-/// Rank of [Phi]_q over many poses.
+/// Rank of Phi_q over many poses.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Redundancy {
     /// The largest rank found.
