@@ -104,10 +104,10 @@ fn depths(mechanism: &Mechanism) -> Vec<usize> {
             depths[joint] = depths[joint].min(depth);
             for side in [0, 1] {
                 let next = body_of(joint, side);
-                if !reached.contains_key(&next) {
-                    reached.insert(next, depth + 1);
+                reached.entry(next).or_insert_with(|| {
                     queue.push_back(next);
-                }
+                    depth + 1
+                });
             }
         }
     }
