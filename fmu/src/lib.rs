@@ -18,6 +18,7 @@ pub mod machine;
 pub mod math;
 pub mod model;
 pub mod program;
+pub mod series;
 pub mod solver;
 pub mod storage;
 pub mod tape;

@@ -273,7 +273,7 @@ fn inertia_force(system: &mut System, kinematics: &Kinematics, row: &Translation
 }
 
 /// F = -c (v . u) u
-fn damping_force(
+pub fn damping_force(
     system: &mut System,
     kinematics: &Kinematics,
     row: &TranslationalRow,

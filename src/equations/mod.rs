@@ -2,6 +2,7 @@
 //!
 //! M qdd + Phi_q^T lambda = Q,  Phi(q, t) = 0   (22)
 
+pub mod arms;
 mod constraints;
 mod dynamics;
 mod form;
@@ -14,6 +15,7 @@ use std::collections::{BTreeMap, HashMap};
 
 pub use constraints::Constraint;
 pub use dynamics::Dynamics;
+pub use vector::FrameId;
 use dynamics::Laws;
 use kinematics::Kinematics;
 

@@ -3,10 +3,12 @@
 //! First the kernels of positions and velocities ([`positions`]): with them the mechanism is assembled and its redundant loop
 //! equations are found. Then, knowing which equations count, everything ([`program`]).
 
+mod arms;
 mod eliminate;
 mod initial;
 mod program;
 mod table;
+mod series;
 mod tape;
 
 pub use eliminate::{Factor, System, Undetermined};

@@ -1,16 +1,19 @@
 //! The kernels of a program.
 
 use cotree_fmu::program::{
-    Constraint, Coordinate, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion, Parameter, Program,
+    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion, Parameter, Program,
     SparseTape, Tapes,
 };
+use cotree_fmu::series::form::ArmForm;
 
+use super::arms::arm_form;
 use super::eliminate::{Factor, System, Undetermined};
 use super::initial::{Conditions, conditions};
 use super::table::Table;
 use super::tape::Assembler;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
+use crate::mechanism::Method;
 
 /// Everything there is to know about a mechanism that has been formulated and assembled.
 #[derive(Clone, Debug)]
@@ -21,6 +24,8 @@ pub struct Lowered {
     pub table: Table,
     /// Accelerations and reactions as expressions; empty for a kinematic model.
     pub solved: Vec<Expr>,
+    /// Why dynamic motion is not integrated by Taylor series, if it is not.
+    pub no_series: Option<String>,
 }
 
 /// A consistent pose at default parameters: where the weight of pivots is judged.
@@ -53,6 +58,7 @@ struct MotionKernels {
     project_velocity: Vec<Expr>,
     inverse: Option<Vec<Expr>>,
     outputs: Vec<Expr>,
+    arms: Option<(ArmForm, Vec<Expr>)>,
 }
 
 /// A program with which the mechanism can be assembled, but not moved.
@@ -81,8 +87,19 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
         moving.inverse = Some(inverse(equations));
     }
+    let series = if motion == Motion::Dynamic { series(equations, active) } else { Ok(None) };
+    let no_series = series.as_ref().err().cloned();
+    moving.arms = series.unwrap_or_default();
     let program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
-    Ok(Lowered { program, table, solved: moving.acceleration })
+    Ok(Lowered { program, table, solved: moving.acceleration, no_series })
+}
+
+/// The arm form with the expressions of its coefficients, unless the scene asks for another method.
+fn series(equations: &mut Equations, active: &[bool]) -> Result<Option<(ArmForm, Vec<Expr>)>, String> {
+    match equations.system.mechanism.solver.method {
+        Method::Auto => arm_form(equations, active).map(Some),
+        Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
+    }
 }
 
 /// What the motion of a kinematic model depends on.
@@ -209,6 +226,7 @@ fn assemble(
     let (jacobian, q_jacobian, v_jacobian) =
         (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
     let inverse = moving.inverse.as_deref().unwrap_or_default();
+    let coefficients = moving.arms.as_ref().map_or(&[][..], |(_, coefficients)| coefficients);
     let mut assembler = Assembler::new(
         &equations.system.arena,
         layout,
@@ -226,6 +244,7 @@ fn assemble(
             &moving.project_velocity,
             inverse,
             &moving.outputs,
+            coefficients,
         ],
     );
     let places = |entries: &[((u32, u32), Expr)]| entries.iter().map(|(place, _)| *place).collect();
@@ -255,6 +274,10 @@ fn assemble(
             tape: assembler.tape(&v_jacobian),
         },
     };
+    let arms = moving.arms.as_ref().map(|(form, coefficients)| {
+        let coefficients = assembler.tape(coefficients);
+        ArmForm { coefficients, ..form.clone() }
+    });
     Program {
         name: mechanism.name.clone(),
         guid: String::from("draft"),
@@ -271,6 +294,8 @@ fn assemble(
         registers: assembler.registers,
         tapes,
         initial,
+        engine: if arms.is_some() { Engine::Taylor } else { Engine::Dop853 },
+        arms,
     }
 }
 

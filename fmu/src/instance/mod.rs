@@ -106,6 +106,18 @@ impl Instance {
         Ok(())
     }
 
+    /// Replaces the integrator that the program names, until the next reset.
+    ///
+    /// # Errors
+    /// After initialisation.
+    pub fn set_engine(&mut self, engine: Engine) -> Result<(), InstanceError> {
+        if self.now.phase == Phase::Running {
+            return Err(InstanceError::Phase { running: true });
+        }
+        self.now.engine = engine;
+        Ok(())
+    }
+
     /// Would [`Instance::set`] accept this?
     pub fn check_set(&self, variable: usize, value: f64) -> Result<(), InstanceError> {
         let (name, min, max) = match self.settable(variable)? {
@@ -245,7 +257,7 @@ impl Instance {
             return Err(InstanceError::Stop { to: time, stop });
         }
         let settings = Settings {
-            engine: Engine::default(),
+            engine: self.now.engine,
             tolerance: self.now.tolerance,
             max_step: self.model.program().experiment.max_step,
             stop: self.now.stop,

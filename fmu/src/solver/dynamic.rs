@@ -72,10 +72,15 @@ impl Dynamic {
     /// Takes steps until the front has reached the target.
     pub fn advance(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
         while run.front_time < horizon.target {
-            self.begin(context, run)?;
-            self.step(context, run, horizon)?;
+            self.single(context, run, horizon)?;
         }
         Ok(())
+    }
+
+    /// Takes one step.
+    pub fn single(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+        self.begin(context, run)?;
+        self.step(context, run, horizon)
     }
 
     /// (q, v) at the target, from the front or from the dense output; says whether it was interpolated.
