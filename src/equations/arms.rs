@@ -318,11 +318,9 @@ impl Equations<'_> {
         for (value, vector) in self.applied(id, &row) {
             let along = self.decompose(&vector)?;
             match self.slides(&across, &along) {
-                Some(slides) => arms.pushes.extend(slides.into_iter().map(|(index, factor)| Push {
-                    on: Err(index),
-                    value,
-                    factor,
-                })),
+                Some(slides) => {
+                    arms.pushes.extend(slides.into_iter().map(|(index, factor)| Push { on: Err(index), value, factor }))
+                }
                 None => arms.loads.push(Load { across: across.clone(), value, along }),
             }
         }
@@ -445,18 +443,12 @@ fn projected_row(arena: &mut Arena, constraint: usize, gap: Arms, direction: [Ex
 
 /// conj(a) b
 pub fn conjugate_product(arena: &mut Arena, a: [Expr; 2], b: [Expr; 2]) -> [Expr; 2] {
-    let [rr, ii, ri, ir] =
-        [(a[0], b[0]), (a[1], b[1]), (a[0], b[1]), (a[1], b[0])].map(|(x, y)| arena.multiply(x, y));
+    let [rr, ii, ri, ir] = [(a[0], b[0]), (a[1], b[1]), (a[0], b[1]), (a[1], b[0])].map(|(x, y)| arena.multiply(x, y));
     [arena.add(rr, ii), arena.subtract(ri, ir)]
 }
 
 /// Splits an expression that is linear in displacements: factors with constant coefficients.
-fn linear(
-    arena: &mut Arena,
-    expr: Expr,
-    coefficient: Expr,
-    terms: &mut Vec<(Factor, Expr)>,
-) -> Result<(), Reason> {
+fn linear(arena: &mut Arena, expr: Expr, coefficient: Expr, terms: &mut Vec<(Factor, Expr)>) -> Result<(), Reason> {
     if is_constant(arena, expr) {
         let term = arena.multiply(coefficient, expr);
         if !term.is_zero() {

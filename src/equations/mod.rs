@@ -15,9 +15,9 @@ use std::collections::{BTreeMap, HashMap};
 
 pub use constraints::Constraint;
 pub use dynamics::Dynamics;
-pub use vector::FrameId;
 use dynamics::Laws;
 use kinematics::Kinematics;
+pub use vector::FrameId;
 
 use crate::element::{Angle, CoordinateName, System};
 use crate::expr::{Expr, Order, Symbol};

@@ -313,9 +313,7 @@ impl Lowering<'_> {
             let Some(unknown) = unknown else { continue };
             let (value, factor) = match self.builder.is_constant(self.arena, push.value) {
                 true => (None, self.arena.multiply(push.value, push.factor)),
-                false => {
-                    (Some(self.builder.slot(self.arena, &mut self.coefficients, push.value)?), push.factor)
-                }
+                false => (Some(self.builder.slot(self.arena, &mut self.coefficients, push.value)?), push.factor),
             };
             let factor = self.coefficients.place(factor);
             self.form.pushes.push(Push { unknown, value, factor });

@@ -7,8 +7,8 @@ mod arms;
 mod eliminate;
 mod initial;
 mod program;
-mod table;
 mod series;
+mod table;
 mod tape;
 
 pub use eliminate::{Factor, System, Undetermined};

@@ -1,8 +1,8 @@
 //! The kernels of a program.
 
 use cotree_fmu::program::{
-    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion, Parameter, Program,
-    SparseTape, Tapes,
+    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion, Parameter,
+    Program, SparseTape, Tapes,
 };
 use cotree_fmu::series::form::ArmForm;
 

@@ -231,13 +231,7 @@ impl SeriesBuilder {
         Ok(self.of_slot(slot))
     }
 
-    fn unary(
-        &mut self,
-        arena: &mut Arena,
-        c: &mut Coefficients,
-        function: Unary,
-        a: Expr,
-    ) -> Result<Series, Reason> {
+    fn unary(&mut self, arena: &mut Arena, c: &mut Coefficients, function: Unary, a: Expr) -> Result<Series, Reason> {
         let refuse = |name: &str| Err(format!("a law has a kink or a jump (`{name}`)"));
         match function {
             Unary::Negate => {
@@ -346,12 +340,7 @@ impl SeriesBuilder {
         }
     }
 
-    fn added(
-        &mut self,
-        arena: &mut Arena,
-        c: &mut Coefficients,
-        operands: [(Expr, f64); 2],
-    ) -> Result<Series, Reason> {
+    fn added(&mut self, arena: &mut Arena, c: &mut Coefficients, operands: [(Expr, f64); 2]) -> Result<Series, Reason> {
         let (mut constant, mut all, mut highest) = (Expr::ZERO, Vec::new(), Level::Signals);
         for (operand, sign) in operands {
             let sign = arena.constant(sign);
@@ -384,8 +373,7 @@ impl SeriesBuilder {
             Series::Constant(value) => Series::Constant(arena.multiply(factor, value)),
             Series::Sum(constant, terms, level) => {
                 let constant = arena.multiply(factor, constant);
-                let scaled =
-                    terms.into_iter().map(|(source, value)| (source, arena.multiply(factor, value))).collect();
+                let scaled = terms.into_iter().map(|(source, value)| (source, arena.multiply(factor, value))).collect();
                 Series::Sum(constant, scaled, level)
             }
         })

@@ -79,9 +79,7 @@ impl ArmForm {
                     let angle = |arm: u32| (arm as usize) < self.frames.len() && self.is_unknown(arm);
                     angle(arm) && parent.is_none_or(angle) && bear(arm)
                 }
-                Place::Displacement { arm } => {
-                    arm as usize >= self.frames.len() && self.is_unknown(arm) && bear(arm)
-                }
+                Place::Displacement { arm } => arm as usize >= self.frames.len() && self.is_unknown(arm) && bear(arm),
             };
             holds(fits, "the place of a coordinate")?;
         }

@@ -23,14 +23,7 @@ impl Inverse {
     /// For columns at these places of rows with room for so many.
     pub fn new(places: Vec<usize>, room: usize) -> Self {
         let (size, width) = (places.len(), lanes(room));
-        Self {
-            size,
-            width,
-            places,
-            rows: vec![ZERO; size * width],
-            pivots: vec![0; size],
-            largest: vec![0.0; size],
-        }
+        Self { size, width, places, rows: vec![ZERO; size * width], pivots: vec![0; size], largest: vec![0.0; size] }
     }
 
     /// Zero.
@@ -155,8 +148,7 @@ mod tests {
         assert!(matrix.invert());
         for (row, values) in dense.iter().enumerate() {
             for column in 0..4 {
-                let entry: f64 =
-                    (0..4).map(|k| values[k] * matrix.row(k).as_flattened()[places[column]]).sum();
+                let entry: f64 = (0..4).map(|k| values[k] * matrix.row(k).as_flattened()[places[column]]).sum();
                 assert!((entry - f64::from(u8::from(row == column))).abs() < 1e-14, "{row} {column}: {entry}");
             }
         }

@@ -8,12 +8,12 @@
 //! and the loop equations are constant combinations of the b_k themselves. At every order the newest coefficients enter linearly, with the
 //! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
 
+use super::MAX_ORDER;
 use super::columns::Columns;
 use super::form::{ArmForm, Auxiliary, Factor, Place, Slot};
 use super::inverse::Inverse;
 use super::lane::{Lane, WIDTH, ZERO, add, lanes, minus, multiply, plus, splat, subtract};
 use super::tape::{Scalars, Vectors};
-use super::MAX_ORDER;
 use crate::math;
 use crate::model::Model;
 
@@ -172,7 +172,8 @@ impl Jet {
         let masses: Vec<(usize, usize, [u32; 2])> =
             form.coupling.iter().map(|entry| (place(entry.on), place(entry.from), entry.mass)).collect();
         let one = |slot, factor| Scatter { place: slot, value: None, factors: [factor, 0] };
-        let pushes = form.pushes.iter().map(|push| Scatter { value: push.value, ..one(place(push.unknown), push.factor) });
+        let pushes =
+            form.pushes.iter().map(|push| Scatter { value: push.value, ..one(place(push.unknown), push.factor) });
         let loads =
             form.loads.iter().map(|load| Scatter { place: place(load.arm), value: load.value, factors: load.along });
         let orders = |lanes: usize| vec![ZERO; ORDERS * lanes];
@@ -295,13 +296,7 @@ impl Jet {
 
     /// Begins at q and v: factors the matrix, and puts the motion back on the loops. The registers hold the signals of this time.
     /// Returns how far the loops were open, relative to their scales.
-    pub fn begin(
-        &mut self,
-        model: &Model,
-        registers: &[f64],
-        order: usize,
-        motion: &[f64],
-    ) -> Result<f64, Singular> {
+    pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize, motion: &[f64]) -> Result<f64, Singular> {
         self.scalars.begin(model, registers, order);
         let (q, v) = motion.split_at(self.form.coordinates.len());
         self.load(0, q);
@@ -491,7 +486,11 @@ impl Jet {
         for (value, change) in self.values[order * all..][..all].iter_mut().zip(&self.solution) {
             *value = add(*value, *change);
         }
-        if order == 0 { self.turn() } else { self.turn_rates() }
+        if order == 0 {
+            self.turn()
+        } else {
+            self.turn_rates()
+        }
         open
     }
 
@@ -828,7 +827,8 @@ impl Jet {
 
 /// Places of the unknowns: angles, then displacements.
 fn unknowns(form: &ArmForm, shape: &Shape) -> Vec<usize> {
-    let own = |(index, frame): (usize, &super::form::Frame)| (frame.unknown == Some(index as u32)).then_some(index as u32);
+    let own =
+        |(index, frame): (usize, &super::form::Frame)| (frame.unknown == Some(index as u32)).then_some(index as u32);
     let frames = form.frames.iter().enumerate().filter_map(own);
     let products = form.products.iter().map(|product| product.factor);
     let lengths = products.chain(form.world.iter().copied()).enumerate();

@@ -144,9 +144,7 @@ impl Scalars {
                 Source::X(place) => vectors.x[at + place as usize],
                 Source::Y(place) => vectors.y[at + place as usize],
                 Source::Unknown(place) => vectors.unknowns[at + place as usize],
-                Source::UnknownRate(place) => {
-                    (k + 1) as f64 * vectors.unknowns[at + vectors.stride + place as usize]
-                }
+                Source::UnknownRate(place) => (k + 1) as f64 * vectors.unknowns[at + vectors.stride + place as usize],
             };
             sum += factor * value;
         }

@@ -1,7 +1,7 @@
 //! Integration of Eqs. (22) by Taylor series, each step from the loop-closed state that the last one left.
 //!
-//! The polynomial of a step is its dense output. Its length follows from its last two coefficients (Jorba & Zou, 2005); a step is
-//! rejected only if the loops do not stay closed along it. Where a series does not exist (a law that is not analytic at this very
+//! The polynomial of a step is its dense output. Its length follows from its last coefficients (Jorba & Zou, 2005). A step is rejected
+//! if the loops do not stay closed along it, or if its end does not accelerate as the equations there demand. Where a series does not exist (a law that is not analytic at this very
 //! state, a singular pose), one step of the explicit method leads on; [`Statistics::fallbacks`] counts them.
 
 use super::continuation::Continuation;
@@ -17,6 +17,12 @@ const STRETCH: f64 = 1.01;
 const NEGLIGIBLE: f64 = 1e-3;
 /// Loops may open so much along a step, in units of the tolerance.
 const OPENING: f64 = 10.0;
+/// Share of the step that the last coefficients permit: the terms after the last one count too.
+const SAFETY: f64 = 0.9;
+/// Coefficients that a step follows from, beside the last one.
+const WINDOW: usize = 3;
+/// A step is at most so many times as long as the one before.
+const GROW: f64 = 4.0;
 /// So often a step is halved.
 const HALVINGS: usize = 12;
 /// Shortest step, in units of the spacing of floating-point times.
@@ -29,6 +35,7 @@ pub struct Taylor {
     next: Vec<f64>,
     /// (q, v) at the front, on the loops.
     closed: Vec<f64>,
+    acceleration: Vec<f64>,
     /// What the jet holds begins at the front.
     known: Start,
 }
@@ -55,7 +62,13 @@ impl Taylor {
     pub fn new(model: &Model) -> Option<Self> {
         let size = 2 * model.coordinates();
         let jet = Jet::new(model)?;
-        Some(Self { jet, next: vec![0.0; size], closed: vec![0.0; size], known: Start::Unknown })
+        Some(Self {
+            jet,
+            next: vec![0.0; size],
+            closed: vec![0.0; size],
+            acceleration: vec![0.0; size / 2],
+            known: Start::Unknown,
+        })
     }
 
     /// Numbers in the dense output of a step.
@@ -119,6 +132,8 @@ impl Taylor {
         let (q, v) = self.closed.split_at_mut(model.coordinates());
         self.jet.coordinates(0, q);
         self.jet.coordinates(1, v);
+        self.jet.begin_orders();
+        self.jet.advance(0);
         (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)
     }
 
@@ -134,16 +149,20 @@ impl Taylor {
         if !run.dense[..(order + 1) * n].iter().all(|coefficient| coefficient.is_finite()) {
             return false;
         }
-        let mut h = natural_step(context.model, &run.dense, order, context.settings.tolerance);
-        h = h.min(context.settings.max_step);
+        let natural = natural_step(context.model, &run.dense, order, context.settings.tolerance);
+        let longest = if run.step > 0.0 { GROW * run.step } else { f64::INFINITY };
+        let mut h = natural.min(longest).min(context.settings.max_step);
         for _ in 0..HALVINGS {
             if h < shortest {
                 return false;
             }
             let end = if STRETCH * h >= room { horizon.limit } else { time + h };
             evaluate(&run.dense, order, end - time, &mut self.next);
-            let open = self.start(context, run, end);
-            if open.is_some_and(|open| open <= OPENING * context.settings.tolerance) {
+            let goal = OPENING * context.settings.tolerance;
+            let closed = self.start(context, run, end).is_some_and(|open| open <= goal);
+            if closed && self.defect(context.model, run, end - time) <= goal {
+                // A step cut short by a limit says nothing against the natural length.
+                run.step = if end == horizon.limit { h.max(run.step) } else { end - time };
                 run.dense_from = time;
                 run.front_time = end;
                 run.front.copy_from_slice(&self.next);
@@ -156,7 +175,23 @@ impl Taylor {
         false
     }
 
-    /// The series at the front, as long as the step may need it.
+    /// By how much the rates at the end of a step are wrong, judging by its acceleration there and that of the new series.
+    fn defect(&mut self, model: &Model, run: &Continuation, dt: f64) -> f64 {
+        let n = model.coordinates();
+        self.jet.coordinates(2, &mut self.acceleration);
+        let mut worst = 0.0;
+        for (index, coordinate) in model.program().coordinates.iter().enumerate() {
+            let mut twice = 0.0;
+            for k in (2..=run.order as usize).rev() {
+                twice = twice * dt + (k * (k - 1)) as f64 * run.dense[k * n + index];
+            }
+            let size = coordinate.scale.max(self.next[n + index].abs());
+            worst = math::maximum(worst, (twice - 2.0 * self.acceleration[index]).abs() / size);
+        }
+        worst * dt / f64::from(run.order)
+    }
+
+    /// The rest of the series at the front, as far as the step may need it.
     fn expand(&mut self, context: &Context, run: &mut Continuation, room: f64) {
         let n = context.model.coordinates();
         let order = order_for(context.settings.tolerance);
@@ -164,10 +199,11 @@ impl Taylor {
         for (k, coefficients) in run.dense.chunks_exact_mut(n).enumerate().take(2) {
             self.jet.coordinates(k, coefficients);
         }
-        self.jet.begin_orders();
         let (mut power, mut small) = (room, 0);
         for k in 0..=order - 2 {
-            self.jet.advance(k);
+            if k > 0 {
+                self.jet.advance(k);
+            }
             self.jet.coordinates(k + 2, &mut run.dense[(k + 2) * n..][..n]);
             run.order = k as u32 + 2;
             if room < f64::INFINITY {
@@ -224,21 +260,19 @@ fn size(model: &Model, dense: &[f64], order: usize) -> f64 {
     })
 }
 
-/// The step after which the last two terms are as large as the tolerance, for rates and for positions.
+/// The step that the tolerance permits if the coefficients of the rates shrink as the last ones do: rho tol^(1/(p - 1)), with rho
+/// from several coefficients, since some vanish by symmetry.
 fn natural_step(model: &Model, dense: &[f64], order: usize, tolerance: f64) -> f64 {
+    let share = libm::log2(tolerance) / (order - 1) as f64;
     let mut shortest = f64::INFINITY;
-    for k in [order - 1, order] {
+    for k in order.saturating_sub(WINDOW).max(2)..=order {
         let largest = size(model, dense, k);
         if largest > 0.0 {
-            let rate = libm::exp2(libm::log2(tolerance / (k as f64 * largest)) / (k - 1) as f64);
-            shortest = shortest.min(if rate > k as f64 {
-                libm::exp2(libm::log2(tolerance / largest) / k as f64)
-            } else {
-                rate
-            });
+            shortest = shortest.min(share - libm::log2(k as f64 * largest) / (k - 1) as f64);
         }
     }
-    shortest
+    // Positions follow from rates: their error is smaller unless the step is longer than its order.
+    SAFETY * libm::exp2(shortest)
 }
 
 /// q and v of a polynomial.
