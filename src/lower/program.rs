@@ -88,9 +88,13 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         moving.inverse = Some(inverse(equations));
     }
     let series = if motion == Motion::Dynamic { series(equations, active) } else { Ok(None) };
-    let no_series = series.as_ref().err().cloned();
+    let mut no_series = series.as_ref().err().cloned();
     moving.arms = series.unwrap_or_default();
-    let program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
+    let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
+    if program.arms.as_ref().is_some_and(|arms| is_too_large(arms, program.tapes.acceleration.instructions.len())) {
+        program.engine = Engine::Dop853;
+        no_series = Some("its equations are many and know little of each other".into());
+    }
     Ok(Lowered { program, table, solved: moving.acceleration, no_series })
 }
 
@@ -100,6 +104,16 @@ fn series(equations: &mut Equations, active: &[bool]) -> Result<Option<(ArmForm,
         Method::Auto => arm_form(equations, active).map(Some),
         Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
     }
+}
+
+/// Would a step by Taylor series cost more than one by Runge-Kutta? The first inverts a dense matrix and multiplies with it at every
+/// order; the second runs a tape that knows which entries vanish, for every stage.
+fn is_too_large(arms: &ArmForm, instructions: usize) -> bool {
+    const ORDERS: usize = 18;
+    const STAGES: usize = 12;
+    let size = arms.coordinates.len() + arms.auxiliary.len() + arms.rows.len();
+    // A multiplication in a row costs a third of an instruction; a step by series is about twice as long.
+    size * size * (size + ORDERS) > 2 * 3 * STAGES * instructions.max(1000)
 }
 
 /// What the motion of a kinematic model depends on.

@@ -1,10 +1,13 @@
 //! The figures of `cotree show`.
 
+use cotree_fmu::program::{Engine, Motion};
+
 use super::summary::{Coordinate, Count, Counts, Joint, Summary, Tree, Trees};
 use crate::element::{Angle, Origin};
 use crate::equations::Equations;
 use crate::formulate::{Formulated, equations};
 use crate::graph::ElementId;
+use crate::lower::Lowered;
 use crate::mechanism::{Coordinates, JointKind, Mechanism};
 
 /// A mechanism in figures and names.
@@ -24,7 +27,8 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         inputs: mechanism.inputs.iter().map(|input| input.name.clone()).collect(),
         outputs: mechanism.outputs.iter().map(|output| output.name.clone()).collect(),
         mobility: formulated.mobility(),
-        kinematic: formulated.lowered.program.motion == cotree_fmu::program::Motion::Kinematic,
+        kinematic: formulated.lowered.program.motion == Motion::Kinematic,
+        solver: solver(&formulated.lowered),
         coordinates: coordinates(own),
         constraints: real.iter().map(|&index| owner(index)).collect(),
         redundant: formulated
@@ -38,6 +42,16 @@ pub fn summarise(formulated: &Formulated) -> Summary {
             rotation: names(own, &own.trees.rotation.branches),
         },
         counts: counts(own),
+    }
+}
+
+/// How the motion is found.
+fn solver(lowered: &Lowered) -> String {
+    match (lowered.program.motion, lowered.program.engine, &lowered.no_series) {
+        (Motion::Kinematic, ..) => String::new(),
+        (Motion::Dynamic, Engine::Taylor, _) => "Taylor series".into(),
+        (Motion::Dynamic, Engine::Dop853, Some(reason)) => format!("Runge-Kutta (DOP853): {reason}"),
+        (Motion::Dynamic, Engine::Dop853, None) => "Runge-Kutta (DOP853)".into(),
     }
 }
 

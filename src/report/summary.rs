@@ -29,6 +29,8 @@ pub struct Summary {
     pub mobility: usize,
     /// Does the motion follow from drivers and loops alone, without forces?
     pub kinematic: bool,
+    /// How the motion is found, and why not by Taylor series if it is not; empty if the drivers determine it.
+    pub solver: String,
     /// The branch coordinates.
     pub coordinates: Vec<Coordinate>,
     /// What the loop equations belong to, one name for each equation.
@@ -149,7 +151,11 @@ impl Summary {
             list(f, title, &names)?;
         }
         counted(f, "loops", self.constraints.len(), &tally(&self.constraints))?;
-        counted(f, "redundant", self.redundant.len(), &tally(&self.redundant))
+        counted(f, "redundant", self.redundant.len(), &tally(&self.redundant))?;
+        match self.solver.is_empty() {
+            true => Ok(()),
+            false => writeln!(f, "  {:<16}  {}", "solver", self.solver),
+        }
     }
 
     fn write_counts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -220,6 +226,7 @@ mod tests {
             ],
             outputs: names(&["crank.angle"]),
             mobility: 1,
+            solver: "Taylor series".into(),
             coordinates: vec![coordinate("crank.angle"), coordinate("rod.angle")],
             constraints: names(&["cylinder", "cylinder"]),
             counts: Counts {
@@ -245,6 +252,7 @@ mod tests {
 
           rotation       2  crank.angle, rod.angle
           loops          2  cylinder (2)
+          solver            Taylor series
 
           choice         coordinates   loop equations
           recommended              2                1
