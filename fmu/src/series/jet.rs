@@ -22,6 +22,24 @@ const ORDERS: usize = MAX_ORDER + 1;
 /// Loops that are open less than this, relative to their scales, are left alone.
 const CLOSED: f64 = 1e-13;
 
+/// Place of one order of a lane: the orders of a lane lie side by side.
+#[inline(always)]
+fn at(lane: usize, order: usize) -> usize {
+    lane * ORDERS + order
+}
+
+/// The same for a single number.
+#[inline(always)]
+fn flat(place: usize, order: usize) -> usize {
+    at(place / WIDTH, order) * WIDTH + place % WIDTH
+}
+
+/// Orders 0 to k of a lane.
+#[inline(always)]
+fn series(lanes: &[Lane], lane: usize, k: usize) -> &[Lane] {
+    &lanes[at(lane, 0)..][..=k]
+}
+
 /// Lanes and places of arms.
 #[derive(Clone, Copy, Debug)]
 struct Shape {
@@ -185,7 +203,7 @@ impl Jet {
             coupling: Columns::new(all, &masses),
             rows: Columns::new(lanes(form.rows.len()), &arms_of_rows),
             reactions: Columns::new(all, &transposed),
-            scalars: Scalars::new(&form.tape, ORDERS, count, place),
+            scalars: Scalars::new(&form.tape, ORDERS, count, place, |arm| flat(place(arm), 0)),
             coefficients: vec![f64::NAN; count],
             inertia: vec![ZERO; shape.lanes[0]],
             inverse: Inverse::new(equations.clone(), room),
@@ -350,8 +368,8 @@ impl Jet {
         for index in 0..self.shape.counts[0] {
             let angle = self.angle_of(index, 0);
             let (sine, cosine) = math::sin_cos(angle);
-            self.x.as_flattened_mut()[index] = cosine;
-            self.y.as_flattened_mut()[index] = sine;
+            self.x.as_flattened_mut()[flat(index, 0)] = cosine;
+            self.y.as_flattened_mut()[flat(index, 0)] = sine;
         }
         self.find_auxiliary(0);
         self.stretch(0);
@@ -359,13 +377,13 @@ impl Jet {
 
     /// Rates of arms from the rates of the unknowns.
     fn turn_rates(&mut self) {
-        let all = self.shape.all() * WIDTH;
         for index in 0..self.shape.counts[0] {
             let omega = self.angle_of(index, 1);
-            self.omega.as_flattened_mut()[index] = omega;
-            let (c, s) = (self.x.as_flattened()[index], self.y.as_flattened()[index]);
-            self.x.as_flattened_mut()[all + index] = -omega * s;
-            self.y.as_flattened_mut()[all + index] = omega * c;
+            let (now, next) = (flat(index, 0), flat(index, 1));
+            self.omega.as_flattened_mut()[now] = omega;
+            let (c, s) = (self.x.as_flattened()[now], self.y.as_flattened()[now]);
+            self.x.as_flattened_mut()[next] = -omega * s;
+            self.y.as_flattened_mut()[next] = omega * c;
         }
         self.find_auxiliary(1);
         self.stretch(1);
@@ -388,21 +406,19 @@ impl Jet {
                 Factor::Unknown => self.values.as_flattened()[order * all + first + index],
                 Factor::Signal(slot) => self.scalars.get(slot, order),
             };
-            self.sigma.as_flattened_mut()[order * count + index] = sigma;
+            self.sigma.as_flattened_mut()[flat(index, order)] = sigma;
             for axis in 0..2 {
                 let arms = if axis == 0 { &mut self.x } else { &mut self.y }.as_flattened_mut();
                 let units = self.unit[axis].as_flattened_mut();
-                units[order * count + index] = arms[order * all + product.frame as usize];
-                let lengths = self.sigma.as_flattened();
-                arms[order * all + first + index] = match order {
-                    0 => lengths[index] * units[index],
-                    _ => lengths[count + index] * units[index] + lengths[index] * units[count + index],
-                };
+                units[flat(index, order)] = arms[flat(product.frame as usize, order)];
+                let [(s0, e0), (s1, e1)] =
+                    [0, 1].map(|k| (self.sigma.as_flattened()[flat(index, k)], units[flat(index, k)]));
+                arms[flat(first + index, order)] = if order == 0 { s0 * e0 } else { s1 * e0 + s0 * e1 };
             }
         }
         let first = first + count;
         for index in 0..self.shape.counts[2] {
-            self.x.as_flattened_mut()[order * all + first + index] = match self.form.world[index] {
+            self.x.as_flattened_mut()[flat(first + index, order)] = match self.form.world[index] {
                 Factor::Unknown => self.values.as_flattened()[order * all + first + index],
                 Factor::Signal(slot) => self.scalars.get(slot, order),
             };
@@ -426,7 +442,7 @@ impl Jet {
             let place = self.shape.place(arm);
             let product = self.form.products[arm as usize - self.shape.counts[0]];
             let frame = product.frame as usize;
-            let (c, s) = (self.x.as_flattened()[frame], self.y.as_flattened()[frame]);
+            let (c, s) = (self.x.as_flattened()[flat(frame, 0)], self.y.as_flattened()[flat(frame, 0)]);
             let [a, b] = direction.map(|part| self.coefficients[part as usize]);
             let (nx, ny) = (a * c - b * s, a * s + b * c);
             let gaps = self.gaps.as_flattened();
@@ -438,9 +454,12 @@ impl Jet {
     /// One coefficient of the loop equations, of the first two orders.
     fn gap(&mut self, order: usize) {
         let (all, equations) = (self.shape.all(), self.unknowns.len());
-        for lane in 0..self.gaps.len() {
-            let [x, y] = [&self.x, &self.y].map(|arms| arms[order * all..][..all].as_flattened());
-            self.gaps[lane] = self.rows.dot(lane, x, y, ZERO);
+        for lane in 0..all {
+            (self.second[0][lane], self.second[1][lane]) = (self.x[at(lane, order)], self.y[at(lane, order)]);
+        }
+        let [x, y] = [&self.second[0], &self.second[1]].map(|lanes| lanes.as_flattened());
+        for (lane, gaps) in self.gaps.iter_mut().enumerate() {
+            *gaps = self.rows.dot(lane, x, y, ZERO);
         }
         let gaps = self.gaps.as_flattened_mut();
         let values = self.values[order * all..].as_flattened();
@@ -524,12 +543,12 @@ impl Jet {
         let (all, [frames, products, world]) = (self.shape.all(), self.shape.lanes);
         let [dx, dy] = &mut self.derivatives;
         for lane in 0..all {
-            dx[lane] = multiply(splat(-1.0), self.y[lane]);
-            dy[lane] = self.x[lane];
+            dx[lane] = multiply(splat(-1.0), self.y[at(lane, 0)]);
+            dy[lane] = self.x[at(lane, 0)];
         }
         for lane in 0..products {
-            dx[all + frames + lane] = self.unit[0][lane];
-            dy[all + frames + lane] = self.unit[1][lane];
+            dx[all + frames + lane] = self.unit[0][at(lane, 0)];
+            dy[all + frames + lane] = self.unit[1][at(lane, 0)];
         }
         for lane in 0..world {
             dx[all + frames + products + lane] = splat(1.0);
@@ -573,18 +592,13 @@ impl Jet {
 
     /// Second derivatives of the arms without the new accelerations.
     fn predict(&mut self, k: usize) {
-        let (all, frames) = (self.shape.all(), self.shape.lanes[0]);
+        let frames = self.shape.lanes[0];
         let scale = ((k + 1) * (k + 2)) as f64;
         for lane in 0..frames {
-            let (mut hs, mut hc) = ([ZERO; 2], [ZERO; 2]);
-            for j in 0..=k {
-                let omega = self.omega[j * frames + lane];
-                let at = (k + 1 - j) * all + lane;
-                hs[j % 2] = plus(hs[j % 2], omega, self.y[at]);
-                hc[j % 2] = plus(hc[j % 2], omega, self.x[at]);
-            }
-            self.second[0][lane] = multiply(splat(-((k + 1) as f64)), add(hs[0], hs[1]));
-            self.second[1][lane] = multiply(splat((k + 1) as f64), add(hc[0], hc[1]));
+            let omega = series(&self.omega, lane, k);
+            let [x, y] = [&self.x, &self.y].map(|arms| &series(arms, lane, k + 1)[1..]);
+            self.second[0][lane] = multiply(splat(-((k + 1) as f64)), convolve(omega, y));
+            self.second[1][lane] = multiply(splat((k + 1) as f64), convolve(omega, x));
         }
         for index in 0..self.special.len() {
             let frame = self.special[index];
@@ -600,13 +614,15 @@ impl Jet {
             }
             self.lengthen(k, scale, false);
         }
-        self.shift(k, scale, false);
+        if self.shape.counts[2] > 0 {
+            self.shift(k, scale, false);
+        }
     }
 
     /// Adds an angular acceleration to the second derivative of a frame's arm.
     #[inline(always)]
     fn accelerate(&mut self, frame: usize, alpha: f64) {
-        let (c, s) = (self.x.as_flattened()[frame], self.y.as_flattened()[frame]);
+        let (c, s) = (self.x.as_flattened()[flat(frame, 0)], self.y.as_flattened()[flat(frame, 0)]);
         self.second[0].as_flattened_mut()[frame] -= alpha * s;
         self.second[1].as_flattened_mut()[frame] += alpha * c;
     }
@@ -614,25 +630,20 @@ impl Jet {
     /// Coefficients of the frames' arms from their second derivatives.
     #[inline(always)]
     fn place_frames(&mut self, order: usize, scale: f64) {
-        let (all, inverse) = (self.shape.all(), splat(1.0 / scale));
+        let inverse = splat(1.0 / scale);
         for lane in 0..self.shape.lanes[0] {
-            self.x[order * all + lane] = multiply(inverse, self.second[0][lane]);
-            self.y[order * all + lane] = multiply(inverse, self.second[1][lane]);
+            self.x[at(lane, order)] = multiply(inverse, self.second[0][lane]);
+            self.y[at(lane, order)] = multiply(inverse, self.second[1][lane]);
         }
     }
 
     /// sum of sigma_j e_(k+2-j) without its ends.
     #[inline(always)]
     fn convolve_product(&mut self, k: usize, lane: usize) {
-        let products = self.shape.lanes[1];
-        let (mut x, mut y) = (ZERO, ZERO);
-        for j in 1..=k + 1 {
-            let sigma = self.sigma[j * products + lane];
-            let at = (k + 2 - j) * products + lane;
-            x = plus(x, sigma, self.unit[0][at]);
-            y = plus(y, sigma, self.unit[1][at]);
+        let sigma = &series(&self.sigma, lane, k + 1)[1..];
+        for axis in 0..2 {
+            self.inner[axis][lane] = convolve(sigma, &series(&self.unit[axis], lane, k + 1)[1..]);
         }
-        (self.inner[0][lane], self.inner[1][lane]) = (x, y);
     }
 
     /// Products at order k + 2, with or without the displacements just found.
@@ -641,25 +652,23 @@ impl Jet {
         let (first, products) = (self.shape.lanes[0], self.shape.lanes[1]);
         for index in 0..self.shape.counts[1] {
             let product = self.form.products[index];
-            let sigma = match product.factor {
+            self.sigma.as_flattened_mut()[flat(index, order)] = match product.factor {
                 Factor::Unknown if found => self.values.as_flattened()[(order * all + first) * WIDTH + index],
                 Factor::Unknown => 0.0,
                 Factor::Signal(slot) => self.scalars.get(slot, order),
             };
-            let at = order * products * WIDTH + index;
-            self.sigma.as_flattened_mut()[at] = sigma;
-            let frame = order * all * WIDTH + product.frame as usize;
-            self.unit[0].as_flattened_mut()[at] = self.x.as_flattened()[frame];
-            self.unit[1].as_flattened_mut()[at] = self.y.as_flattened()[frame];
+            let frame = flat(product.frame as usize, order);
+            self.unit[0].as_flattened_mut()[flat(index, order)] = self.x.as_flattened()[frame];
+            self.unit[1].as_flattened_mut()[flat(index, order)] = self.y.as_flattened()[frame];
         }
         for lane in 0..products {
-            let sigma = [self.sigma[lane], self.sigma[order * products + lane]];
+            let sigma = [self.sigma[at(lane, 0)], self.sigma[at(lane, order)]];
             for axis in 0..2 {
-                let unit = [self.unit[axis][lane], self.unit[axis][order * products + lane]];
+                let unit = [self.unit[axis][at(lane, 0)], self.unit[axis][at(lane, order)]];
                 let b = plus(plus(self.inner[axis][lane], sigma[1], unit[0]), sigma[0], unit[1]);
                 self.second[axis][first + lane] = multiply(splat(scale), b);
                 let arms = if axis == 0 { &mut self.x } else { &mut self.y };
-                arms[order * all + first + lane] = b;
+                arms[at(first + lane, order)] = b;
             }
         }
     }
@@ -669,13 +678,12 @@ impl Jet {
         let (all, order) = (self.shape.all(), k + 2);
         let first = (self.shape.lanes[0] + self.shape.lanes[1]) * WIDTH;
         for index in 0..self.shape.counts[2] {
-            let at = order * all * WIDTH + first + index;
             let sigma = match self.form.world[index] {
-                Factor::Unknown if found => self.values.as_flattened()[at],
+                Factor::Unknown if found => self.values.as_flattened()[order * all * WIDTH + first + index],
                 Factor::Unknown => 0.0,
                 Factor::Signal(slot) => self.scalars.get(slot, order),
             };
-            self.x.as_flattened_mut()[at] = sigma;
+            self.x.as_flattened_mut()[flat(first + index, order)] = sigma;
             self.second[0].as_flattened_mut()[first + index] = scale * sigma;
         }
     }
@@ -699,7 +707,7 @@ impl Jet {
         let [x, y] = [&self.second[0], &self.second[1]].map(|lanes| lanes.as_flattened());
         for lane in 0..all {
             let applied = [self.applied[0][lane], self.applied[1][lane]];
-            [self.force[0][k * all + lane], self.force[1][k * all + lane]] = self.coupling.complex(lane, x, y, applied);
+            [self.force[0][at(lane, k)], self.force[1][at(lane, k)]] = self.coupling.complex(lane, x, y, applied);
         }
         for lane in 0..self.gaps.len() {
             self.gaps[lane] = self.rows.dot(lane, x, y, ZERO);
@@ -711,7 +719,7 @@ impl Jet {
             self.lack_lanes[frames + lane] = self.pull(k, lane);
         }
         for lane in frames + products..all {
-            self.lack_lanes[lane] = self.force[0][k * all + lane];
+            self.lack_lanes[lane] = self.force[0][at(lane, k)];
         }
         self.scatter_moments(k);
         let lack = self.lack_lanes.as_flattened_mut();
@@ -735,26 +743,17 @@ impl Jet {
     /// Order k of b x G.
     #[inline(always)]
     fn moment(&self, k: usize, lane: usize) -> Lane {
-        let all = self.shape.all();
-        let (mut left, mut right) = (ZERO, ZERO);
-        for j in 0..=k {
-            let (arm, force) = (j * all + lane, (k - j) * all + lane);
-            left = plus(left, self.x[arm], self.force[1][force]);
-            right = plus(right, self.y[arm], self.force[0][force]);
-        }
+        let left = convolve(series(&self.x, lane, k), series(&self.force[1], lane, k));
+        let right = convolve(series(&self.y, lane, k), series(&self.force[0], lane, k));
         subtract(left, right)
     }
 
     /// Order k of e . G for products.
     #[inline(always)]
     fn pull(&self, k: usize, lane: usize) -> Lane {
-        let (all, [frames, products, _]) = (self.shape.all(), self.shape.lanes);
-        let (mut left, mut right) = (ZERO, ZERO);
-        for j in 0..=k {
-            let (unit, force) = (j * products + lane, (k - j) * all + frames + lane);
-            left = plus(left, self.unit[0][unit], self.force[0][force]);
-            right = plus(right, self.unit[1][unit], self.force[1][force]);
-        }
+        let arm = self.shape.lanes[0] + lane;
+        let left = convolve(series(&self.unit[0], lane, k), series(&self.force[0], arm, k));
+        let right = convolve(series(&self.unit[1], lane, k), series(&self.force[1], arm, k));
         add(left, right)
     }
 
@@ -797,15 +796,15 @@ impl Jet {
         }
         for lane in 0..frames {
             let alpha = self.solution[lane];
-            self.omega[(k + 1) * frames + lane] = multiply(share, alpha);
-            self.second[0][lane] = minus(self.second[0][lane], alpha, self.y[lane]);
-            self.second[1][lane] = plus(self.second[1][lane], alpha, self.x[lane]);
+            self.omega[at(lane, k + 1)] = multiply(share, alpha);
+            self.second[0][lane] = minus(self.second[0][lane], alpha, self.y[at(lane, 0)]);
+            self.second[1][lane] = plus(self.second[1][lane], alpha, self.x[at(lane, 0)]);
         }
         for index in 0..self.special.len() {
             let frame = self.special[index];
             let own = self.turned_by[frame].map_or(0.0, |place| self.solution.as_flattened()[place]);
             let signal = scale * self.signal(self.form.frames[frame].signal, k + 2);
-            self.omega.as_flattened_mut()[(k + 1) * frames * WIDTH + frame] = (own + signal) * share[0];
+            self.omega.as_flattened_mut()[flat(frame, k + 1)] = (own + signal) * share[0];
             if self.turned_by[frame] != Some(frame) {
                 self.accelerate(frame, own);
             }
@@ -814,15 +813,32 @@ impl Jet {
         if self.shape.counts[1] > 0 {
             self.lengthen(k, scale, true);
         }
-        self.shift(k, scale, true);
+        if self.shape.counts[2] > 0 {
+            self.shift(k, scale, true);
+        }
         let [x, y] = [&self.second[0], &self.second[1]].map(|lanes| lanes.as_flattened());
         let reactions = self.solution[all..].as_flattened();
         for lane in 0..all {
             let applied = [self.applied[0][lane], self.applied[1][lane]];
             let force = self.reactions.real(lane, reactions, applied);
-            [self.force[0][k * all + lane], self.force[1][k * all + lane]] = self.coupling.complex(lane, x, y, force);
+            [self.force[0][at(lane, k)], self.force[1][at(lane, k)]] = self.coupling.complex(lane, x, y, force);
         }
     }
+}
+
+/// sum a_j b_(k-j)
+#[inline(always)]
+fn convolve(a: &[Lane], b: &[Lane]) -> Lane {
+    let (mut even, mut odd) = (ZERO, ZERO);
+    let (mut left, mut right) = (a.chunks_exact(2), b.rchunks_exact(2));
+    for (a, b) in (&mut left).zip(&mut right) {
+        even = plus(even, a[0], b[1]);
+        odd = plus(odd, a[1], b[0]);
+    }
+    if let ([a], [b]) = (left.remainder(), right.remainder()) {
+        even = plus(even, *a, *b);
+    }
+    add(even, odd)
 }
 
 /// Places of the unknowns: angles, then displacements.

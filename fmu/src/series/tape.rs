@@ -1,6 +1,7 @@
 //! Scalar series: signals of time and the laws of loads, one order at a time.
 
 use super::form::{Given, Operation, SeriesTape, Slot, Source, Step};
+use super::lane::WIDTH;
 use crate::math;
 use crate::model::Model;
 use crate::program::FollowerOrder;
@@ -11,7 +12,7 @@ pub(super) struct Vectors<'a> {
     pub x: &'a [f64],
     pub y: &'a [f64],
     pub unknowns: &'a [f64],
-    /// Places of one order.
+    /// Places of one order of the unknowns.
     pub stride: usize,
 }
 
@@ -29,15 +30,21 @@ pub(super) struct Scalars {
 }
 
 impl Scalars {
-    /// `place` says where an arm or unknown lies among the vectors.
-    pub fn new(tape: &SeriesTape, room: usize, coefficients: usize, place: impl Fn(u32) -> usize) -> Self {
+    /// `place` says where an unknown lies among those of one order, `arm` where the first order of an arm lies.
+    pub fn new(
+        tape: &SeriesTape,
+        room: usize,
+        coefficients: usize,
+        place: impl Fn(u32) -> usize,
+        arm: impl Fn(u32) -> usize,
+    ) -> Self {
         let mut tape = tape.clone();
         for term in &mut tape.terms {
-            let (Source::X(arm) | Source::Y(arm) | Source::Unknown(arm) | Source::UnknownRate(arm)) = &mut term.source
-            else {
-                continue;
-            };
-            *arm = place(*arm) as u32;
+            match &mut term.source {
+                Source::X(index) | Source::Y(index) => *index = arm(*index) as u32,
+                Source::Unknown(index) | Source::UnknownRate(index) => *index = place(*index) as u32,
+                Source::Slot(_) => {}
+            }
         }
         Self {
             values: vec![0.0; tape.slots as usize * room],
@@ -141,8 +148,8 @@ impl Scalars {
         for (term, factor) in self.tape.terms[range.clone()].iter().zip(&self.factors[range]) {
             let value = match term.source {
                 Source::Slot(slot) => self.get(slot, k),
-                Source::X(place) => vectors.x[at + place as usize],
-                Source::Y(place) => vectors.y[at + place as usize],
+                Source::X(place) => vectors.x[k * WIDTH + place as usize],
+                Source::Y(place) => vectors.y[k * WIDTH + place as usize],
                 Source::Unknown(place) => vectors.unknowns[at + place as usize],
                 Source::UnknownRate(place) => (k + 1) as f64 * vectors.unknowns[at + vectors.stride + place as usize],
             };
@@ -225,7 +232,22 @@ fn polynomial(model: &Model, registers: &[f64], given: Given) -> [f64; 5] {
 /// sum a_j b_(k-j)
 #[inline(always)]
 fn convolution(a: &[f64], b: &[f64], k: usize) -> f64 {
-    a[..=k].iter().zip(b[..=k].iter().rev()).fold(0.0, |sum, (a, b)| sum + a * b)
+    dot(&a[..=k], &b[..=k])
+}
+
+/// sum of the products of one end of a with the other end of b, in two sums that do not wait for each other.
+#[inline(always)]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (mut even, mut odd) = (0.0, 0.0);
+    let (mut left, mut right) = (a.chunks_exact(2), b.rchunks_exact(2));
+    for (a, b) in (&mut left).zip(&mut right) {
+        even += a[0] * b[1];
+        odd += a[1] * b[0];
+    }
+    if let ([a], [b]) = (left.remainder(), right.remainder()) {
+        even += a * b;
+    }
+    even + odd
 }
 
 /// The k-th coefficient of a^2.
@@ -237,30 +259,36 @@ fn square(a: &[f64], k: usize) -> f64 {
 /// The k-th coefficient of a^2 without the terms of a_k.
 #[inline(always)]
 fn inner_square(a: &[f64], k: usize) -> f64 {
-    let mut sum = 0.0;
-    for j in 1..k.div_ceil(2) {
-        sum += a[j] * a[k - j];
+    if k < 2 {
+        return 0.0;
     }
-    let middle = if k > 0 && k.is_multiple_of(2) { a[k / 2] * a[k / 2] } else { 0.0 };
-    2.0 * sum + middle
+    let half = k.div_ceil(2);
+    let middle = if k.is_multiple_of(2) { a[k / 2] * a[k / 2] } else { 0.0 };
+    2.0 * dot(&a[1..half], &a[k + 1 - half..k]) + middle
 }
 
 /// sum of b_j q_(k-j) over 1 <= j <= k
 #[inline(always)]
 fn tail(b: &[f64], q: &[f64], k: usize) -> f64 {
-    (1..=k).fold(0.0, |sum, j| sum + b[j] * q[k - j])
+    dot(&b[1..=k], &q[..k])
 }
 
 /// sum of j a_j b_(k-j) over 1 <= j <= k
 #[inline(always)]
 fn weighted(a: &[f64], b: &[f64], k: usize) -> f64 {
-    (1..=k).fold(0.0, |sum, j| sum + j as f64 * (a[j] * b[k - j]))
+    weighted_dot(&a[1..=k], &b[..k])
 }
 
 /// The same without j = k.
 #[inline(always)]
 fn weighted_tail(a: &[f64], b: &[f64], k: usize) -> f64 {
-    (1..k).fold(0.0, |sum, j| sum + j as f64 * (a[j] * b[k - j]))
+    if k == 0 { 0.0 } else { weighted_dot(&a[1..k], &b[1..k]) }
+}
+
+#[inline(always)]
+fn weighted_dot(a: &[f64], b: &[f64]) -> f64 {
+    let terms = a.iter().zip(b.iter().rev()).enumerate();
+    terms.fold(0.0, |sum, (j, (a, b))| sum + (j + 1) as f64 * (a * b))
 }
 
 /// u = a^p: a u' = p u a'
@@ -269,6 +297,7 @@ fn power(a: &[f64], u: &[f64], exponent: f64, k: usize) -> f64 {
         return libm::pow(a[0], exponent);
     }
     let n = k as f64;
-    let sum = (1..=k).fold(0.0, |sum, j| sum + ((exponent + 1.0) * j as f64 - n) * (a[j] * u[k - j]));
+    let terms = a[1..=k].iter().zip(u[..k].iter().rev()).enumerate();
+    let sum = terms.fold(0.0, |sum, (j, (a, u))| sum + ((exponent + 1.0) * (j + 1) as f64 - n) * (a * u));
     sum / (n * a[0])
 }

@@ -23,6 +23,8 @@ const SAFETY: f64 = 0.9;
 const WINDOW: usize = 3;
 /// A step is at most so many times as long as the one before.
 const GROW: f64 = 4.0;
+/// A step shorter than this share of the one before is cut short.
+const CUT: f64 = 0.9;
 /// So often a step is halved.
 const HALVINGS: usize = 12;
 /// Shortest step, in units of the spacing of floating-point times.
@@ -196,6 +198,8 @@ impl Taylor {
         let n = context.model.coordinates();
         let order = order_for(context.settings.tolerance);
         let goal = NEGLIGIBLE * context.settings.tolerance;
+        // Only a step much shorter than its natural length needs fewer terms.
+        let cut = run.step == 0.0 || room < CUT * run.step;
         for (k, coefficients) in run.dense.chunks_exact_mut(n).enumerate().take(2) {
             self.jet.coordinates(k, coefficients);
         }
@@ -206,7 +210,7 @@ impl Taylor {
             }
             self.jet.coordinates(k + 2, &mut run.dense[(k + 2) * n..][..n]);
             run.order = k as u32 + 2;
-            if room < f64::INFINITY {
+            if cut {
                 let rate = (k + 2) as f64 * power;
                 small = if rate * size(context.model, &run.dense, k + 2) <= goal { small + 1 } else { 0 };
                 if small == 2 && rate * room * size(context.model, &run.dense, k + 2) <= goal {
