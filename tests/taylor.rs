@@ -7,9 +7,11 @@ use std::sync::Arc;
 
 use cotree::pipeline::compile;
 use cotree::scene::Scene;
+use cotree_fmu::check::Fault;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{Engine, Motion, Program};
+use cotree_fmu::series::form::ArmForm;
 
 struct Counting;
 
@@ -294,4 +296,34 @@ fn stepping_does_not_allocate() {
     let before = COUNT.get();
     (1..=100).for_each(|step| instance.step_to(0.01 * f64::from(step)).expect("regular"));
     assert_eq!(COUNT.get(), before);
+}
+
+/// Ways to damage an arm form.
+type Damage = fn(&mut ArmForm);
+
+#[test]
+fn a_damaged_arm_form_is_refused() {
+    let sound = program(LAWS);
+    assert_eq!(sound.check(), Ok(()));
+    let damages: [Damage; 12] = [
+        |form| form.coordinates.truncate(1),
+        |form| form.coordinates[0] = form.coordinates[1],
+        |form| form.frames[0].inertia = 10_000,
+        |form| form.frames[1].unknown = Some(7),
+        |form| form.products[0].frame = 99,
+        |form| form.coupling[0].from = 99,
+        |form| form.loads[0].arm = 99,
+        |form| form.pushes[0].unknown = 99,
+        |form| form.tape.slots += 1000,
+        |form| form.tape.signals.reverse(),
+        |form| form.tape.terms.clear(),
+        |form| form.coefficients.results.clear(),
+    ];
+    for (index, damage) in damages.into_iter().enumerate() {
+        let mut damaged = sound.clone();
+        damage(damaged.arms.as_mut().expect("an arm form"));
+        assert!(matches!(damaged.check(), Err(Fault::Arms { .. })), "damage {index}: {:?}", damaged.check());
+    }
+    let without = Program { arms: None, ..sound };
+    assert!(matches!(without.check(), Err(Fault::Arms { .. })));
 }

@@ -147,8 +147,8 @@ mod tests {
         }
         assert!(matrix.invert());
         for (row, values) in dense.iter().enumerate() {
-            for column in 0..4 {
-                let entry: f64 = (0..4).map(|k| values[k] * matrix.row(k).as_flattened()[places[column]]).sum();
+            for (column, place) in places.iter().enumerate() {
+                let entry: f64 = (0..4).map(|k| values[k] * matrix.row(k).as_flattened()[*place]).sum();
                 assert!((entry - f64::from(u8::from(row == column))).abs() < 1e-14, "{row} {column}: {entry}");
             }
         }
