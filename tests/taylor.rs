@@ -298,6 +298,31 @@ fn stepping_does_not_allocate() {
     assert_eq!(COUNT.get(), before);
 }
 
+/// The series of a thrown body ends at order 2, and there may be no stop time.
+#[test]
+fn a_motion_whose_series_ends_is_exact() {
+    let text = "format = 1\nname = \"thrown\"\ngravity = [0, -10]\n[bodies.stone]\nmass = 1\ninertia = 1\n\
+        [initial]\n\"stone.vx\" = 3\n\"stone.vy\" = 20\n\"stone.omega\" = 0.5\n[experiment]\nstop = 4\n";
+    let model = Arc::new(Model::new(program(text)).expect("a sound program"));
+    let mut instance = Instance::new(model.clone());
+    instance.setup(0.0, None, None).expect("no stop time");
+    instance.initialise().expect("consistent");
+    for time in [0.5, 4.0, 1000.0] {
+        instance.step_to(time).expect("regular");
+        let read = |instance: &mut Instance, name| {
+            let variable = instance.variable(name).expect("a variable");
+            instance.get(variable).expect("defined")
+        };
+        for (name, expected) in [("stone.x", 3.0 * time), ("stone.y", 20.0 * time - 5.0 * time * time)] {
+            let found = read(&mut instance, name);
+            assert!((found - expected).abs() <= 1e-13 * expected.abs().max(1.0), "{name} at {time}: {found}");
+        }
+        let snapshot = instance.save();
+        instance.restore(&snapshot).expect("what is saved can be restored");
+    }
+    assert_eq!((instance.statistics().fallbacks, instance.statistics().rejected), (0, 0));
+}
+
 /// Ways to damage an arm form.
 type Damage = fn(&mut ArmForm);
 

@@ -48,7 +48,7 @@ pub struct Statistics {
     pub steps: u64,
     /// Rejected steps.
     pub rejected: u64,
-    /// Evaluations of the accelerations.
+    /// Evaluations of the accelerations, or series of the motion.
     pub evaluations: u64,
     /// Projections that moved the state.
     pub projections: u64,

@@ -23,6 +23,8 @@ const SAFETY: f64 = 0.9;
 const WINDOW: usize = 3;
 /// A step is at most so many times as long as the one before.
 const GROW: f64 = 4.0;
+/// Longest step, for motions whose series end [s].
+const LONGEST: f64 = 1e4;
 /// A step shorter than this share of the one before is cut short.
 const CUT: f64 = 0.9;
 /// So often a step is halved.
@@ -152,8 +154,8 @@ impl Taylor {
             return false;
         }
         let natural = natural_step(context.model, &run.dense, order, context.settings.tolerance);
-        let longest = if run.step > 0.0 { GROW * run.step } else { f64::INFINITY };
-        let mut h = natural.min(longest).min(context.settings.max_step);
+        let longest = if run.step > 0.0 { GROW * run.step } else { LONGEST };
+        let mut h = natural.min(longest).min(LONGEST).min(context.settings.max_step);
         for _ in 0..HALVINGS {
             if h < shortest {
                 return false;
@@ -264,19 +266,20 @@ fn size(model: &Model, dense: &[f64], order: usize) -> f64 {
     })
 }
 
-/// The step that the tolerance permits if the coefficients of the rates shrink as the last ones do: rho tol^(1/(p - 1)), with rho
-/// from several coefficients, since some vanish by symmetry.
+/// The step that the tolerance permits if the coefficients shrink as the last ones do: rho tol^(1/p), with rho from several
+/// coefficients, since some vanish by symmetry. Rates decide, or positions if the step is so long that their error is larger.
 fn natural_step(model: &Model, dense: &[f64], order: usize, tolerance: f64) -> f64 {
-    let share = libm::log2(tolerance) / (order - 1) as f64;
-    let mut shortest = f64::INFINITY;
-    for k in order.saturating_sub(WINDOW).max(2)..=order {
-        let largest = size(model, dense, k);
-        if largest > 0.0 {
-            shortest = shortest.min(share - libm::log2(k as f64 * largest) / (k - 1) as f64);
-        }
-    }
-    // Positions follow from rates: their error is smaller unless the step is longer than its order.
-    SAFETY * libm::exp2(shortest)
+    let first = order.saturating_sub(WINDOW).max(2);
+    let shortest = |derivative: usize| {
+        let share = libm::log2(tolerance) / (order - derivative) as f64;
+        let bounds = (first..=order).map(|k| {
+            let factor = if derivative == 1 { k as f64 } else { 1.0 };
+            share - libm::log2(factor * size(model, dense, k)) / (k - derivative) as f64
+        });
+        SAFETY * libm::exp2(bounds.fold(f64::INFINITY, f64::min))
+    };
+    let step = shortest(1);
+    if step <= order as f64 { step } else { step.min(shortest(0)) }
 }
 
 /// q and v of a polynomial.
