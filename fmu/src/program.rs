@@ -142,7 +142,7 @@ pub enum Motion {
 }
 
 /// What a variable's value is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Source {
     /// The independent variable.
     Time,
