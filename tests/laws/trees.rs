@@ -20,8 +20,7 @@ pub fn random_trees(mechanism: &Mechanism, random: &mut Random) -> Coordinates {
 }
 
 fn random_tree<D>(system: &System, graph: &LinearGraph<D>, random: &mut Random) -> Vec<(String, Span)> {
-    let is_arm =
-        |id: &ElementId| matches!(system.element(*id).origin, Origin::Arm(..) | Origin::GroundVector(_));
+    let is_arm = |id: &ElementId| matches!(system.element(*id).origin, Origin::Arm(..) | Origin::GroundVector(_));
     let mut order: Vec<ElementId> = graph.edges().map(|(id, _)| id).collect();
     for last in (1..order.len()).rev() {
         order.swap(last, random.below(last + 1));
