@@ -6,6 +6,7 @@
 mod eliminate;
 mod initial;
 mod program;
+mod strengthen;
 mod table;
 mod tape;
 

@@ -121,12 +121,12 @@ impl MotionKernels {
         pose: &Pose,
     ) -> Result<(), Undetermined> {
         let dynamics = equations.dynamics().clone();
-        let light = light(equations, &dynamics.mass, pose);
+        let values = typical(equations, pose);
         let rows: Vec<usize> = (0..active.len()).filter(|&row| active[row]).collect();
         let jacobian: Vec<Vec<(usize, Expr)>> =
             rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
         let arena = &mut equations.system.arena;
-        let factor = Factor::new(arena, &System { mass: &dynamics.mass, jacobian: &jacobian, light: &light })?;
+        let factor = Factor::new(arena, &System { mass: &dynamics.mass, jacobian: &jacobian, values: &values })?;
         let coordinates = dynamics.load.len();
 
         let mut right = dynamics.load;
@@ -168,25 +168,18 @@ fn inverse(equations: &mut Equations) -> Vec<Expr> {
     .collect()
 }
 
-/// Coordinates whose mass is under 1e-4 of the largest at the pose: their pivots wait until nothing better is left.
-fn light(equations: &Equations, mass: &[Vec<(usize, Expr)>], pose: &Pose) -> Vec<bool> {
-    let diagonal: Vec<Expr> = mass
-        .iter()
-        .enumerate()
-        .map(|(index, row)| row.iter().find(|(column, _)| *column == index).map_or(Expr::ZERO, |(_, entry)| *entry))
-        .collect();
+/// Values of symbols at a pose and at rest. What is missing counts as 1: whether it is needed is asked later.
+fn typical<'a>(equations: &Equations<'a>, pose: &'a Pose) -> impl Fn(Symbol) -> f64 + use<'a> {
     let mechanism = equations.system.mechanism;
-    let values = |symbol: Symbol| match symbol {
+    move |symbol| match symbol {
         Symbol::Time => pose.time,
         Symbol::Parameter(i) => mechanism.parameters[i].value,
         Symbol::Input(i, Order::Position) => mechanism.inputs[i].start,
         Symbol::Coordinate(i, Order::Position) => pose.positions.get(i).copied().unwrap_or_default(),
         Symbol::Follower(i, Order::Position) => pose.followers.get(i).copied().unwrap_or_default(),
+        Symbol::Missing(..) => 1.0,
         _ => 0.0,
-    };
-    let weights = equations.system.arena.evaluate(&diagonal, &values);
-    let heaviest = weights.iter().copied().fold(0.0, f64::max);
-    weights.iter().map(|weight| *weight <= 1e-4 * heaviest).collect()
+    }
 }
 
 fn assemble(
