@@ -100,6 +100,9 @@ struct Step {
     parent: TNode,
     /// Branches between the node and the datum.
     depth: usize,
+    /// How often the path from the datum changes to another turning frame, and the frame it comes in.
+    angles: usize,
+    frame: FrameId,
     /// Motion of the node relative to the one before it.
     across: Motion,
 }
@@ -123,8 +126,11 @@ impl Kinematics {
             let sign = system.arena.constant(f64::from(sign));
             let mut across = Motion::default();
             across.accumulate(&mut system.arena, sign, &unsigned);
-            let depth = kinematics.depth(parent) + 1;
-            kinematics.steps[node.index()] = Some(Step { parent, depth, across });
+            let before = kinematics.steps[parent.index()].as_ref();
+            let (depth, angles, frame) = before.map_or((0, 0, FrameId::WORLD), |s| (s.depth, s.angles, s.frame));
+            let turned = across.position.frames().find(|&own| own != FrameId::WORLD && own != frame);
+            let (angles, frame) = turned.map_or((angles, frame), |own| (angles + 1, own));
+            kinematics.steps[node.index()] = Some(Step { parent, depth: depth + 1, angles, frame, across });
         }
         kinematics
     }
@@ -132,6 +138,12 @@ impl Kinematics {
     /// Motion of a node of the translational graph.
     pub fn node(&self, arena: &mut Arena, node: TNode) -> Motion {
         self.relative(arena, TNode::DATUM, node)
+    }
+
+    /// How many turning frames lie on the path between two nodes.
+    pub fn angles_between(&self, ends: [TNode; 2]) -> usize {
+        let angles = |node: TNode| self.steps[node.index()].as_ref().map_or(0, |step| step.angles);
+        angles(ends[0]) + angles(ends[1]) - 2 * angles(self.meeting(ends))
     }
 
     fn depth(&self, node: TNode) -> usize {

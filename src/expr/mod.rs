@@ -2,6 +2,7 @@
 
 mod derivative;
 mod evaluate;
+mod import;
 mod simplify;
 
 use std::collections::HashMap;

@@ -4,7 +4,7 @@
 //! together with a multiplier whose entry for it is a constant: the pair's determinant is minus the square of that constant,
 //! whatever the pose and however small the mass. Among those the cheapest (least fill) goes first.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::expr::{Arena, Expr};
 
@@ -47,13 +47,11 @@ impl Factor {
     /// # Errors
     /// A coordinate moves no mass and no constraint holds it.
     pub fn new(arena: &mut Arena, system: &System) -> Result<Factor, Undetermined> {
-        let coordinates = system.mass.len();
-        let size = coordinates + system.jacobian.len();
-        let mut elimination =
-            Elimination { rows: rows(system), left: (0..size).collect(), light: system.light, coordinates };
+        let size = system.mass.len() + system.jacobian.len();
+        let mut elimination = Elimination::new(system);
         let mut steps = Vec::with_capacity(size);
-        while !elimination.left.is_empty() {
-            let step = match elimination.choose(arena, system) {
+        while elimination.left > 0 {
+            let step = match elimination.choose(arena) {
                 Some(Pivot::One(index)) => elimination.eliminate_one(arena, index),
                 Some(Pivot::Two(pair)) => elimination.eliminate_two(arena, pair),
                 None => return Err(Undetermined(elimination.stuck())),
@@ -122,37 +120,83 @@ enum Pivot {
 
 struct Elimination<'a> {
     rows: Rows,
-    left: Vec<usize>,
+    gone: Vec<bool>,
+    /// How many rows are not eliminated yet.
+    left: usize,
+    /// For each coordinate the multipliers that wait for it.
+    waiting: Vec<Vec<usize>>,
+    /// For each multiplier how many of its coordinates are left.
+    awaited: Vec<usize>,
+    /// Safe pivots, the cheapest first.
+    safe: BTreeSet<(usize, usize)>,
+    /// The cost under which a row is among the safe ones.
+    costs: Vec<Option<usize>>,
     light: &'a [bool],
     coordinates: usize,
 }
 
-impl Elimination<'_> {
+impl<'a> Elimination<'a> {
+    fn new(system: &System<'a>) -> Self {
+        let coordinates = system.mass.len();
+        let size = coordinates + system.jacobian.len();
+        let mut waiting = vec![Vec::new(); coordinates];
+        for (index, row) in system.jacobian.iter().enumerate() {
+            row.iter().for_each(|&(column, _)| waiting[column].push(coordinates + index));
+        }
+        let mut elimination = Elimination {
+            rows: rows(system),
+            gone: vec![false; size],
+            left: size,
+            waiting,
+            awaited: system.jacobian.iter().map(Vec::len).collect(),
+            safe: BTreeSet::new(),
+            costs: vec![None; size],
+            light: system.light,
+            coordinates,
+        };
+        (0..size).for_each(|index| elimination.refresh(index));
+        elimination
+    }
+
     /// The cheapest safe pivot; if there is none, the least unsafe one.
-    fn choose(&self, arena: &Arena, system: &System) -> Option<Pivot> {
-        let cost = |index: usize| self.rows[index].len() * self.rows[index].len();
-        let safe = self.left.iter().copied().filter(|&index| self.is_safe(system, index));
-        if let Some(index) = safe.min_by_key(|&index| (cost(index), index)) {
+    fn choose(&self, arena: &Arena) -> Option<Pivot> {
+        if let Some(&(_, index)) = self.safe.first() {
             return Some(Pivot::One(index));
         }
-        let pairs = self.left.iter().filter(|&&index| self.is_light(index)).flat_map(|&index| {
+        let left = || (0..self.rows.len()).filter(|&index| !self.gone[index]);
+        let pairs = left().filter(|&index| self.is_light(index)).flat_map(|index| {
             let row = &self.rows[index];
             row.iter()
                 .filter(|(other, entry)| self.is_fresh_multiplier(**other) && arena.as_constant(**entry).is_some())
                 .map(move |(&other, _)| [index, other])
         });
-        if let Some(pair) = pairs.min_by_key(|&[i, k]| (cost(i) + cost(k), i)) {
+        if let Some(pair) = pairs.min_by_key(|&[i, k]| (self.cost(i) + self.cost(k), i)) {
             return Some(Pivot::Two(pair));
         }
-        self.left.iter().copied().filter(|&index| self.has_pivot(index)).min_by_key(|&i| (cost(i), i)).map(Pivot::One)
+        left().filter(|&index| self.has_pivot(index)).min_by_key(|&i| (self.cost(i), i)).map(Pivot::One)
     }
 
-    fn is_safe(&self, system: &System, index: usize) -> bool {
+    fn cost(&self, index: usize) -> usize {
+        self.rows[index].len() * self.rows[index].len()
+    }
+
+    fn is_safe(&self, index: usize) -> bool {
         if index < self.coordinates {
             !self.light[index]
         } else {
-            let row = &system.jacobian[index - self.coordinates];
-            self.has_pivot(index) && row.iter().all(|(column, _)| self.left.binary_search(column).is_err())
+            self.has_pivot(index) && self.awaited[index - self.coordinates] == 0
+        }
+    }
+
+    /// Notes anew whether a row is a safe pivot, and at what cost.
+    fn refresh(&mut self, index: usize) {
+        if let Some(cost) = self.costs[index].take() {
+            self.safe.remove(&(cost, index));
+        }
+        if !self.gone[index] && self.is_safe(index) {
+            let cost = self.cost(index);
+            self.costs[index] = Some(cost);
+            self.safe.insert((cost, index));
         }
     }
 
@@ -170,7 +214,7 @@ impl Elimination<'_> {
     }
 
     fn stuck(&self) -> usize {
-        self.left.iter().copied().find(|&index| index < self.coordinates).unwrap_or_default()
+        (0..self.coordinates).find(|&index| !self.gone[index]).unwrap_or_default()
     }
 
     fn eliminate_one(&mut self, arena: &mut Arena, index: usize) -> Step {
@@ -184,6 +228,7 @@ impl Elimination<'_> {
                 self.subtract(arena, [row, other], factor, entry);
             }
         }
+        below.iter().for_each(|&(row, _)| self.refresh(row));
         Step::One { index, inverse, below }
     }
 
@@ -208,6 +253,7 @@ impl Elimination<'_> {
                 }
             }
         }
+        below.keys().for_each(|&row| self.refresh(row));
         Step::Two { pair: [i, k], diagonal, inverse, below: below.into_iter().collect() }
     }
 
@@ -217,7 +263,15 @@ impl Elimination<'_> {
         for other in row.keys().filter(|&&other| other != index) {
             self.rows[*other].remove(&index);
         }
-        self.left.retain(|&other| other != index);
+        self.gone[index] = true;
+        self.left -= 1;
+        self.refresh(index);
+        if index < self.coordinates {
+            for multiplier in std::mem::take(&mut self.waiting[index]) {
+                self.awaited[multiplier - self.coordinates] -= 1;
+                self.refresh(multiplier);
+            }
+        }
         row
     }
 
