@@ -7,6 +7,7 @@ use cotree_fmu::solver::Failure;
 use cotree_fmu::solver::initial::solve_initial;
 use cotree_fmu::solver::redundancy::redundancy;
 
+use crate::cheapest::{self, Search};
 use crate::element::{Origin, System};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
@@ -33,6 +34,8 @@ pub struct Formulated<'m> {
     pub redundant: Vec<usize>,
     /// Redundant joints and the like.
     pub warnings: Vec<Fault>,
+    /// What the search for the cheapest trees found, if the scene asks for it.
+    pub search: Option<Search>,
 }
 
 impl Formulated<'_> {
@@ -48,7 +51,18 @@ impl Formulated<'_> {
 /// # Errors
 /// Wrong trees, contradictions, loops that cannot be closed, masses that are missing where motion needs them.
 pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
-    let mut equations = equations(mechanism, &mechanism.coordinates)?;
+    match &mechanism.coordinates {
+        Coordinates::Cheapest => cheapest::formulate(mechanism),
+        choice => formulate_with(equations(mechanism, choice)?),
+    }
+}
+
+/// The same for trees that are chosen already.
+///
+/// # Errors
+/// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
+pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Vec<Fault>> {
+    let mechanism = equations.system.mechanism;
     check_trivial(&equations)?;
     let length = typical_length(&mut equations);
     let draft = lower::positions(&mut equations, length);
@@ -67,7 +81,7 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
         .map_err(|lower::Undetermined(index)| vec![massless(&equations, index)])?;
     check_masses(&mut equations, &lowered)?;
     let warnings = redundancy_warnings(&equations, &redundant);
-    Ok(Formulated { equations, lowered, state, redundant, warnings })
+    Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
 }
 
 /// The equations for a choice of trees.

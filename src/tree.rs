@@ -4,11 +4,11 @@
 //! Desirable: the fewest coordinates (Tables 2 and 3 are Kruskal's algorithm with the number of coordinates as weight, so none has
 //! fewer), and among those loops that are cut in their middle: revolutes are taken breadth first from the ground.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{HashMap, HashSet, VecDeque};
 
 use crate::element::{Origin, System};
 use crate::graph::{ElementId, LinearGraph, Rotation, Translation, Tree};
-use crate::mechanism::{Coordinates, Mechanism};
+use crate::mechanism::{BodyId, Coordinates, Mechanism};
 use crate::scene::{Fault, Span};
 
 /// A spanning tree of each graph.
@@ -27,13 +27,30 @@ impl Trees {
     /// The user's own lists name something unknown, close a loop, or leave something out.
     pub fn select(system: &System, choice: &Coordinates) -> Result<Trees, Vec<Fault>> {
         match choice {
-            Coordinates::Recommended => Ok(recommended(system)),
+            // The search for the cheapest trees starts from these.
+            Coordinates::Recommended | Coordinates::Cheapest => Ok(recommended(system)),
             Coordinates::Absolute => Ok(absolute(system)),
             Coordinates::Joint => Ok(joint(system)),
             Coordinates::Chosen { translation, rotation } => {
                 chosen(system, translation.as_deref(), rotation.as_deref())
             }
         }
+    }
+}
+
+impl Trees {
+    /// These trees with some bodies as branches of the translational tree in the place of joints, as far as arms and position
+    /// drivers permit.
+    pub fn with_bodies(&self, system: &System, chosen: impl Fn(BodyId) -> bool) -> Trees {
+        let branches: HashSet<ElementId> = self.translation.branches.iter().copied().collect();
+        let order = ordered(&system.translation, |id| match system.element(*id).origin {
+            Origin::Arm(..) | Origin::GroundVector(_) => 0,
+            Origin::Driver(_) if branches.contains(id) => 1,
+            Origin::Body(body) if chosen(body) => 2,
+            _ if branches.contains(id) => 3,
+            _ => 4,
+        });
+        Trees { translation: system.translation.tree(order), rotation: self.rotation.clone() }
     }
 }
 

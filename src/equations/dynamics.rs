@@ -54,20 +54,22 @@ impl Dynamics {
             reactions: Vec::new(),
             load: Vec::new(),
         };
+        let held = by_chord(constraints);
+        let of = |chord: ElementId| held.get(&chord).into_iter().flatten().map(|&index| (index, &constraints[index]));
         for &chord in &t_tree.chords {
             let mut force = constitutive_force(system, kinematics, laws, chord);
-            add_reactions(system, kinematics, constraints, chord, &mut force);
+            for (index, constraint) in of(chord) {
+                add_reaction(system, kinematics, (index, constraint), &mut force);
+            }
             dynamics.forces.insert(chord, force);
         }
         dynamics.branch_forces(&mut system.arena, t_tree, t_topology);
         let moments = dynamics.moments(system, kinematics);
         for &chord in &r_tree.chords {
             let mut torque = constitutive_torque(system, kinematics, laws, &moments, chord);
-            for (index, constraint) in constraints.iter().enumerate() {
-                if constraint.element == chord && constraint.direction.is_none() && !constraint.is_trivial() {
-                    let reaction = system.arena.symbol(Symbol::Reaction(index));
-                    torque.add_term(&mut system.arena, reaction, &Scalar::plain(Expr::ONE));
-                }
+            for (index, _) in of(chord).filter(|(_, constraint)| constraint.direction.is_none()) {
+                let reaction = system.arena.symbol(Symbol::Reaction(index));
+                torque.add_term(&mut system.arena, reaction, &Scalar::plain(Expr::ONE));
             }
             dynamics.torques.insert(chord, torque);
         }
@@ -226,20 +228,23 @@ fn carrier(system: &System, origin: Origin) -> Option<BodyId> {
     }
 }
 
-/// lambda x direction for every loop equation of a chord.
-fn add_reactions(
+/// The loop equations that say something, by the chord that they belong to.
+fn by_chord(constraints: &[Constraint]) -> HashMap<ElementId, Vec<usize>> {
+    let mut held: HashMap<ElementId, Vec<usize>> = HashMap::new();
+    for (index, constraint) in constraints.iter().enumerate().filter(|(_, constraint)| !constraint.is_trivial()) {
+        held.entry(constraint.element).or_default().push(index);
+    }
+    held
+}
+
+/// lambda x direction, if the loop equation is one of the translational graph.
+fn add_reaction(
     system: &mut System,
     kinematics: &Kinematics,
-    constraints: &[Constraint],
-    chord: ElementId,
+    (index, constraint): (usize, &Constraint),
     force: &mut Form<Vector>,
 ) {
-    for (index, constraint) in constraints.iter().enumerate() {
-        let (true, Some(direction), false) =
-            (constraint.element == chord, constraint.direction, constraint.is_trivial())
-        else {
-            continue;
-        };
+    if let Some(direction) = constraint.direction {
         let (_, along) = kinematics.direction(system, direction);
         let reaction = system.arena.symbol(Symbol::Reaction(index));
         force.add_term(&mut system.arena, reaction, &along);
@@ -263,7 +268,7 @@ fn inertia_force(system: &mut System, kinematics: &Kinematics, row: &Translation
     let gravity = system.mechanism.gravity.each_ref().map(|component| system.value(component));
     let arena = &mut system.arena;
     let minus_mass = arena.negate(mass);
-    let mut force = kinematics.node(row.ends[1]).acceleration.scaled(arena, minus_mass);
+    let mut force = kinematics.node(arena, row.ends[1]).acceleration.scaled(arena, minus_mass);
     for (component, axis) in gravity.into_iter().zip([Vector::x(), Vector::y()]) {
         let weight = arena.multiply(mass, component);
         let along = axis.scaled(arena, weight);

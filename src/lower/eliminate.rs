@@ -5,7 +5,7 @@
 //! definite ([`super::strengthen`]). After that every pivot is safe that is (a) a coordinate, or (b) a multiplier whose coordinates have all been eliminated. Among
 //! those the cheapest (least fill) goes first.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::strengthen::{LIGHT, Row, additions};
 use crate::expr::{Arena, Expr, Symbol};
@@ -41,6 +41,8 @@ pub struct System<'a> {
     pub mass: &'a [Vec<(usize, Expr)>],
     /// \[Phi_q\] by rows, active constraints only.
     pub jacobian: &'a [Vec<(usize, Expr)>],
+    /// Natural sizes of the coordinates: a mass and an inertia compare by the energy of a motion of this size.
+    pub scales: &'a [f64],
     /// Values of all symbols in a typical pose: they tell which pivots are poor.
     pub values: &'a dyn Fn(Symbol) -> f64,
 }
@@ -53,17 +55,12 @@ impl Factor {
     pub fn new(arena: &mut Arena, system: &System) -> Result<Factor, Undetermined> {
         let coordinates = system.mass.len();
         let size = coordinates + system.jacobian.len();
-        let mut elimination = Elimination {
-            rows: rows(system),
-            left: (0..size).collect(),
-            coordinates,
-            held: Vec::new(),
-            steps: Vec::new(),
-        };
+        let mut elimination = Elimination::new(system);
         elimination.eliminate_pairs(arena, system);
         elimination.strengthen(arena, system)?;
-        while !elimination.left.is_empty() {
-            let index = elimination.choose().ok_or(Undetermined(elimination.stuck()))?;
+        elimination.find_safe();
+        while elimination.left > 0 {
+            let index = elimination.choose().ok_or_else(|| Undetermined(elimination.stuck()))?;
             elimination.eliminate_one(arena, index);
         }
         Ok(Factor { steps: elimination.steps, size })
@@ -125,23 +122,48 @@ impl Step {
 
 struct Elimination {
     rows: Rows,
-    left: Vec<usize>,
     coordinates: usize,
-    /// The coordinates that each multiplier holds, once pairs have been eliminated.
-    held: Vec<Vec<usize>>,
+    gone: Vec<bool>,
+    /// How many rows are not eliminated yet.
+    left: usize,
+    /// For each coordinate the multipliers that wait for it.
+    waiting: Vec<Vec<usize>>,
+    /// For each multiplier how many of its coordinates are left.
+    awaited: Vec<usize>,
+    /// Safe pivots, the cheapest first.
+    safe: BTreeSet<(usize, usize)>,
+    /// The cost under which a row is among the safe ones.
+    costs: Vec<Option<usize>>,
     steps: Vec<Step>,
 }
 
 impl Elimination {
+    fn new(system: &System) -> Self {
+        let coordinates = system.mass.len();
+        let size = coordinates + system.jacobian.len();
+        Elimination {
+            rows: rows(system),
+            coordinates,
+            gone: vec![false; size],
+            left: size,
+            waiting: vec![Vec::new(); coordinates],
+            awaited: vec![0; system.jacobian.len()],
+            safe: BTreeSet::new(),
+            costs: vec![None; size],
+            steps: Vec::new(),
+        }
+    }
+
     /// Light coordinates whose multiplier has a constant entry for them.
     fn eliminate_pairs(&mut self, arena: &mut Arena, system: &System) {
         let diagonal: Vec<Expr> = (0..self.coordinates).map(|i| self.entry(i, i)).collect();
-        let weights = arena.evaluate(&diagonal, &system.values);
+        let mut weights = arena.evaluate(&diagonal, &system.values);
+        weights.iter_mut().zip(system.scales).for_each(|(weight, scale)| *weight *= scale * scale);
         let heaviest = weights.iter().copied().fold(0.0, f64::max);
         let light: Vec<usize> = (0..self.coordinates).filter(|&i| weights[i] <= LIGHT * heaviest).collect();
         loop {
             let cost = |index: usize| self.rows[index].len() * self.rows[index].len();
-            let left = light.iter().filter(|index| self.left.binary_search(index).is_ok());
+            let left = light.iter().filter(|&&index| !self.gone[index]);
             let pairs = left.flat_map(|&index| {
                 let constant = |entry: Expr| arena.as_constant(entry).is_some_and(|value| value != 0.0);
                 let row = self.rows[index].range(self.coordinates..);
@@ -155,25 +177,38 @@ impl Elimination {
     /// Adds loop equations until the mass matrix is positive definite.
     fn strengthen(&mut self, arena: &mut Arena, system: &System) -> Result<(), Undetermined> {
         let mut places: Vec<(usize, usize)> = Vec::new();
-        for &index in &self.left {
+        for index in (0..self.rows.len()).filter(|&index| !self.gone[index]) {
             places.extend(self.rows[index].range(..self.coordinates).map(|(&column, _)| (index, column)));
         }
         let entries: Vec<Expr> = places.iter().map(|&(row, column)| self.entry(row, column)).collect();
         let mut mass = vec![Row::new(); self.coordinates];
         let mut loops: BTreeMap<usize, Row> = BTreeMap::new();
-        for &index in self.left.iter().filter(|&&index| index < self.coordinates) {
+        for index in (0..self.coordinates).filter(|&index| !self.gone[index]) {
             mass[index].insert(index, 0.0);
         }
         for ((row, column), value) in places.into_iter().zip(arena.evaluate(&entries, &system.values)) {
-            let numbers = if row < self.coordinates { &mut mass[row] } else { loops.entry(row).or_default() };
-            numbers.insert(column, value);
+            let value = value * system.scales[column];
+            if row < self.coordinates {
+                mass[row].insert(column, value * system.scales[row]);
+            } else {
+                loops.entry(row).or_default().insert(column, value);
+            }
         }
         for (index, weight) in additions(mass, &loops)? {
             self.add(arena, index, weight);
         }
-        let held = |row: usize| self.rows[row].range(..self.coordinates).map(|(&column, _)| column).collect();
-        self.held = (self.coordinates..self.rows.len()).map(held).collect();
         Ok(())
+    }
+
+    /// From here on a multiplier waits for the coordinates that it now holds.
+    fn find_safe(&mut self) {
+        for multiplier in self.coordinates..self.rows.len() {
+            for &column in self.rows[multiplier].range(..self.coordinates).map(|(column, _)| column) {
+                self.waiting[column].push(multiplier);
+                self.awaited[multiplier - self.coordinates] += 1;
+            }
+        }
+        (0..self.rows.len()).for_each(|index| self.refresh(index));
     }
 
     /// M + w J_k^T J_k
@@ -191,14 +226,23 @@ impl Elimination {
 
     /// The cheapest safe pivot.
     fn choose(&self) -> Option<usize> {
-        let cost = |index: usize| self.rows[index].len() * self.rows[index].len();
-        let safe = self.left.iter().copied().filter(|&index| self.is_safe(index));
-        safe.min_by_key(|&index| (cost(index), index))
+        self.safe.first().map(|&(_, index)| index)
     }
 
     fn is_safe(&self, index: usize) -> bool {
-        let gone = |column: &usize| self.left.binary_search(column).is_err();
-        self.has_pivot(index) && (index < self.coordinates || self.held[index - self.coordinates].iter().all(gone))
+        self.has_pivot(index) && (index < self.coordinates || self.awaited[index - self.coordinates] == 0)
+    }
+
+    /// Notes anew whether a row is a safe pivot, and at what cost.
+    fn refresh(&mut self, index: usize) {
+        if let Some(cost) = self.costs[index].take() {
+            self.safe.remove(&(cost, index));
+        }
+        if !self.gone[index] && self.is_safe(index) {
+            let cost = self.rows[index].len() * self.rows[index].len();
+            self.costs[index] = Some(cost);
+            self.safe.insert((cost, index));
+        }
     }
 
     fn entry(&self, row: usize, column: usize) -> Expr {
@@ -210,7 +254,7 @@ impl Elimination {
     }
 
     fn stuck(&self) -> usize {
-        self.left.iter().copied().find(|&index| index < self.coordinates).unwrap_or_default()
+        (0..self.coordinates).find(|&index| !self.gone[index]).unwrap_or_default()
     }
 
     fn eliminate_one(&mut self, arena: &mut Arena, index: usize) {
@@ -224,6 +268,7 @@ impl Elimination {
                 self.subtract(arena, [row, other], factor, entry);
             }
         }
+        below.iter().for_each(|&(row, _)| self.refresh(row));
         self.steps.push(Step::One { index, inverse, below });
     }
 
@@ -257,7 +302,15 @@ impl Elimination {
         for other in row.keys().filter(|&&other| other != index) {
             self.rows[*other].remove(&index);
         }
-        self.left.retain(|&other| other != index);
+        self.gone[index] = true;
+        self.left -= 1;
+        self.refresh(index);
+        if index < self.coordinates {
+            for multiplier in std::mem::take(&mut self.waiting[index]) {
+                self.awaited[multiplier - self.coordinates] -= 1;
+                self.refresh(multiplier);
+            }
+        }
         row
     }
 
@@ -309,7 +362,8 @@ mod tests {
                 .collect()
         };
         let (mass_rows, jacobian_rows) = (sparse(mass), sparse(jacobian));
-        let system = System { mass: &mass_rows, jacobian: &jacobian_rows, values: &|_| 0.0 };
+        let system =
+            System { mass: &mass_rows, jacobian: &jacobian_rows, scales: &vec![1.0; mass.len()], values: &|_| 0.0 };
         let factor = Factor::new(&mut arena, &system).unwrap();
         let (n, m) = (mass.len(), jacobian.len());
         let solution: Vec<f64> = (0..n + m).map(|i| 1.0 + i as f64 * 0.7).collect();
@@ -347,7 +401,12 @@ mod tests {
     #[test]
     fn a_coordinate_that_nothing_holds_is_reported() {
         let mut arena = Arena::default();
-        let system = System { mass: &[vec![(0, Expr::ONE)], vec![]], jacobian: &[], values: &|_| 0.0 };
+        let system = System {
+            mass: &[vec![(0, Expr::ONE)], vec![]],
+            jacobian: &[],
+            scales: &vec![1.0; mass.len()],
+            values: &|_| 0.0,
+        };
         assert_eq!(Factor::new(&mut arena, &system).unwrap_err(), Undetermined(1));
     }
 }

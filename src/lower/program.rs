@@ -5,8 +5,10 @@ use cotree_fmu::program::{
     SparseTape, Tapes,
 };
 
-use super::eliminate::{Factor, System, Undetermined};
+use super::cost::Cost;
+use super::eliminate::Undetermined;
 use super::initial::{Conditions, conditions};
+use super::solve_tree::{self, SolveTree};
 use super::table::Table;
 use super::tape::Assembler;
 use crate::equations::Equations;
@@ -21,6 +23,8 @@ pub struct Lowered {
     pub table: Table,
     /// Accelerations and reactions as expressions; empty for a kinematic model.
     pub solved: Vec<Expr>,
+    /// The trees behind the acceleration kernel, where they are not those of the coordinates.
+    pub solve_tree: Option<SolveTree>,
 }
 
 /// A consistent pose at default parameters: where the weight of pivots is judged.
@@ -53,6 +57,7 @@ struct MotionKernels {
     project_velocity: Vec<Expr>,
     inverse: Option<Vec<Expr>>,
     outputs: Vec<Expr>,
+    solve_tree: Option<SolveTree>,
 }
 
 /// A program with which the mechanism can be assembled, but not moved.
@@ -72,7 +77,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     let kernels = PositionKernels::new(equations, length);
     let mut moving = MotionKernels::default();
     if motion == Motion::Dynamic {
-        moving.eliminate(equations, &kernels, active, pose)?;
+        moving.eliminate(equations, &kernels, (length, active), pose)?;
     }
     let solved = if motion == Motion::Dynamic { moving.acceleration.clone() } else { driving(&kernels) };
     let table = Table::new(equations, motion, &solved);
@@ -82,7 +87,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         moving.inverse = Some(inverse(equations));
     }
     let program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
-    Ok(Lowered { program, table, solved: moving.acceleration })
+    Ok(Lowered { program, table, solved: moving.acceleration, solve_tree: moving.solve_tree })
 }
 
 /// What the motion of a kinematic model depends on.
@@ -117,37 +122,21 @@ impl MotionKernels {
         &mut self,
         equations: &mut Equations,
         kernels: &PositionKernels,
-        active: &[bool],
+        (length, active): (f64, &[bool]),
         pose: &Pose,
     ) -> Result<(), Undetermined> {
-        let dynamics = equations.dynamics().clone();
-        let values = typical(equations, pose);
-        let rows: Vec<usize> = (0..active.len()).filter(|&row| active[row]).collect();
-        let jacobian: Vec<Vec<(usize, Expr)>> =
-            rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
+        let (solver, solve_tree) = solve_tree::solver(equations, active, length, pose)?;
+        self.solve_tree = solve_tree;
         let arena = &mut equations.system.arena;
-        let factor = Factor::new(arena, &System { mass: &dynamics.mass, jacobian: &jacobian, values: &values })?;
-        let coordinates = dynamics.load.len();
-
-        let mut right = dynamics.load;
-        right.extend(rows.iter().map(|&row| kernels.gamma[row]));
-        let solution = factor.solve(arena, &right);
-        self.acceleration = solution[..coordinates].to_vec();
-        let mut reactions = vec![Expr::ZERO; active.len()];
-        for (&row, &reaction) in rows.iter().zip(&solution[coordinates..]) {
-            reactions[row] = reaction;
-        }
-        self.acceleration.extend(reactions);
-        if rows.is_empty() {
+        self.acceleration = solver.motion(arena, active.len());
+        if !active.contains(&true) {
             return Ok(());
         }
         for (residuals, kernel) in
             [(&kernels.constraint, &mut self.project_position), (&kernels.constraint_rate, &mut self.project_velocity)]
         {
-            let mut right = vec![Expr::ZERO; coordinates];
-            right.extend(rows.iter().map(|&row| arena.negate(residuals[row])));
             kernel.clone_from(residuals);
-            kernel.extend(&factor.solve(arena, &right)[..coordinates]);
+            kernel.extend(solver.projection(arena, residuals));
         }
         Ok(())
     }
@@ -168,18 +157,22 @@ fn inverse(equations: &mut Equations) -> Vec<Expr> {
     .collect()
 }
 
-/// Values of symbols at a pose and at rest. What is missing counts as 1: whether it is needed is asked later.
-fn typical<'a>(equations: &Equations<'a>, pose: &'a Pose) -> impl Fn(Symbol) -> f64 + use<'a> {
+/// The registers of the inputs of all kernels.
+fn layout(equations: &Equations) -> Layout {
     let mechanism = equations.system.mechanism;
-    move |symbol| match symbol {
-        Symbol::Time => pose.time,
-        Symbol::Parameter(i) => mechanism.parameters[i].value,
-        Symbol::Input(i, Order::Position) => mechanism.inputs[i].start,
-        Symbol::Coordinate(i, Order::Position) => pose.positions.get(i).copied().unwrap_or_default(),
-        Symbol::Follower(i, Order::Position) => pose.followers.get(i).copied().unwrap_or_default(),
-        Symbol::Missing(..) => 1.0,
-        _ => 0.0,
-    }
+    Layout::new(
+        mechanism.parameters.len(),
+        mechanism.inputs.len(),
+        equations.system.followers.len(),
+        equations.coordinates.len(),
+        equations.constraints.len(),
+    )
+}
+
+/// What a kernel with these results costs, the parameter stage left out.
+pub fn kernel_cost(equations: &Equations, results: &[Expr]) -> Cost {
+    let mut assembler = Assembler::new(&equations.system.arena, layout(equations), &[results]);
+    Cost::of(&assembler.tape(results))
 }
 
 fn assemble(
@@ -191,13 +184,7 @@ fn assemble(
     table: &Table,
 ) -> Program {
     let mechanism = equations.system.mechanism;
-    let layout = Layout::new(
-        mechanism.parameters.len(),
-        mechanism.inputs.len(),
-        equations.system.followers.len(),
-        equations.coordinates.len(),
-        equations.constraints.len(),
-    );
+    let layout = layout(equations);
     let sparse = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
     let (jacobian, q_jacobian, v_jacobian) =
         (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
