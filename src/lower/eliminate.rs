@@ -404,7 +404,7 @@ mod tests {
         let system = System {
             mass: &[vec![(0, Expr::ONE)], vec![]],
             jacobian: &[],
-            scales: &vec![1.0; mass.len()],
+            scales: &[1.0; 2],
             values: &|_| 0.0,
         };
         assert_eq!(Factor::new(&mut arena, &system).unwrap_err(), Undetermined(1));
