@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet, VecDeque};
 
 use crate::element::{Origin, System};
 use crate::graph::{ElementId, LinearGraph, Rotation, Translation, Tree};
-use crate::mechanism::{BodyId, Coordinates, Mechanism};
+use crate::mechanism::{BodyId, Coordinates};
 use crate::scene::{Fault, Span};
 
 /// A spanning tree of each graph.
@@ -56,7 +56,7 @@ impl Trees {
 
 /// Tables 2 and 3.
 fn recommended(system: &System) -> Trees {
-    let depth = depths(system.mechanism);
+    let depth = depths(system);
     let key = |id: &ElementId| match system.element(*id).origin {
         Origin::Joint(joint) => depth[joint.0],
         _ => 0,
@@ -85,7 +85,7 @@ fn absolute(system: &System) -> Trees {
 /// One joint after another in both trees, welds and revolutes and slides alike breadth first from the ground, until they span; what no joint
 /// reaches moves by its body.
 fn joint(system: &System) -> Trees {
-    let depth = depths(system.mechanism);
+    let depth = depths(system);
     let rank = |id: &ElementId| match system.element(*id).origin {
         Origin::Arm(..) | Origin::GroundVector(_) => (0, 0),
         Origin::Joint(joint) => (1, depth[joint.0]),
@@ -105,10 +105,15 @@ fn ordered<D, K: Ord>(graph: &LinearGraph<D>, rank: impl Fn(&ElementId) -> K) ->
 }
 
 /// How far each joint is from the ground, counted in joints; joints of what is not connected to the ground come last.
-fn depths(mechanism: &Mechanism) -> Vec<usize> {
+fn depths(system: &System) -> Vec<usize> {
+    let mechanism = system.mechanism;
     let body_of = |joint: usize, side: usize| mechanism.joints[joint].between[side].body();
     let mut at: HashMap<_, Vec<usize>> = HashMap::new();
-    for joint in 0..mechanism.joints.len() {
+    // What only couples is no way from body to body.
+    let joins = system.elements.iter().filter(|element| element.translation.is_some());
+    for joint in
+        joins.filter_map(|element| if let Origin::Joint(joint) = element.origin { Some(joint.0) } else { None })
+    {
         at.entry(body_of(joint, 0)).or_default().push(joint);
         at.entry(body_of(joint, 1)).or_default().push(joint);
     }

@@ -3,6 +3,7 @@
 //! M qdd + Phi_q^T lambda = Q,  Phi(q, t) = 0   (22)
 
 mod constraints;
+mod couplings;
 mod dynamics;
 mod form;
 mod kinematics;
@@ -14,6 +15,7 @@ mod vector;
 use std::collections::{BTreeMap, HashMap};
 
 pub use constraints::Constraint;
+pub use couplings::CoupledChord;
 pub use dynamics::Dynamics;
 use dynamics::Laws;
 use kinematics::Kinematics;

@@ -401,12 +401,8 @@ mod tests {
     #[test]
     fn a_coordinate_that_nothing_holds_is_reported() {
         let mut arena = Arena::default();
-        let system = System {
-            mass: &[vec![(0, Expr::ONE)], vec![]],
-            jacobian: &[],
-            scales: &[1.0; 2],
-            values: &|_| 0.0,
-        };
+        let system =
+            System { mass: &[vec![(0, Expr::ONE)], vec![]], jacobian: &[], scales: &[1.0; 2], values: &|_| 0.0 };
         assert_eq!(Factor::new(&mut arena, &system).unwrap_err(), Undetermined(1));
     }
 }

@@ -11,6 +11,7 @@ use super::initial::{Conditions, conditions};
 use super::solve_tree::{self, SolveTree};
 use super::table::Table;
 use super::tape::Assembler;
+use crate::element::Held;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 
@@ -313,7 +314,7 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
 fn constraints(equations: &Equations, length: f64, active: &[bool]) -> Vec<Constraint> {
     let rows = equations.constraints.iter().zip(active);
     rows.map(|(constraint, &active)| {
-        let angular = constraint.direction.is_none();
+        let angular = constraint.held == Held::Angle;
         Constraint {
             owner: equations.system.element(constraint.element).name.clone(),
             scale: if angular { 1.0 } else { length },

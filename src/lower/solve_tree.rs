@@ -15,7 +15,7 @@ use super::cost::Cost;
 use super::eliminate::Undetermined;
 use super::motion::{Branch, LoopRow, MotionSystem, Solver, scales};
 use super::program::{Pose, kernel_cost};
-use crate::element::System;
+use crate::element::{Held, System};
 use crate::equations::{Coordinate, Equations};
 use crate::expr::{Expr, Order, Symbol};
 use crate::graph::ElementId;
@@ -123,11 +123,11 @@ fn active_rows(equations: &Equations, other: &Equations, active: &[bool]) -> Vec
     // Several equations of one chord in one graph come in the same order for all trees.
     let mut own: HashMap<(ElementId, bool), Vec<usize>> = HashMap::new();
     for (index, constraint) in equations.constraints.iter().enumerate().rev() {
-        own.entry((constraint.element, constraint.direction.is_some())).or_default().push(index);
+        own.entry((constraint.element, constraint.held == Held::Angle)).or_default().push(index);
     }
     let mut rows = Vec::new();
     for constraint in &other.constraints {
-        let branch = own.get_mut(&(constraint.element, constraint.direction.is_some())).and_then(Vec::pop);
+        let branch = own.get_mut(&(constraint.element, constraint.held == Held::Angle)).and_then(Vec::pop);
         if branch.is_none_or(|index| active[index]) && !constraint.is_trivial() {
             rows.push(LoopRow { jacobian: constraint.jacobian.clone(), gamma: constraint.gamma, branch });
         }

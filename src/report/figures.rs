@@ -46,6 +46,11 @@ fn describe_joint(mechanism: &Mechanism, joint: &crate::mechanism::Joint) -> Joi
         JointKind::Revolute { .. } => "revolute",
         JointKind::Prismatic { .. } => "prismatic",
         JointKind::Weld { .. } => "weld",
+        JointKind::Slot { .. } => "slot",
+        JointKind::Rolling { .. } => "rolling",
+        JointKind::Distance { .. } => "distance",
+        JointKind::Gear { .. } => "gear",
+        JointKind::Rack { .. } => "rack",
     };
     let between = joint.between.map(|place| mechanism.place_name(place));
     Joint { name: joint.name.clone(), kind: kind.to_string(), between }
