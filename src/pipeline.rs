@@ -10,7 +10,7 @@ use crate::export::describe::describe;
 use crate::export::description::Description;
 use crate::formulate::{Formulated, formulate};
 use crate::mechanism::Unit;
-use crate::print;
+use crate::print::{self, Prose};
 use crate::report::assumptions::assumptions;
 use crate::report::drawing::Drawing;
 use crate::report::figures::summarise;
@@ -42,6 +42,10 @@ pub struct Compiled {
 pub enum Notation {
     /// For people.
     Text,
+    /// A LaTeX document.
+    Latex,
+    /// A self-contained HTML page with MathML.
+    Html,
     /// C99.
     C,
 }
@@ -83,7 +87,9 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
     let formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
     let Formulated { mut equations, lowered, .. } = formulated;
     Ok(match notation {
-        Notation::Text => print::text(&mut equations),
+        Notation::Text => print::motion(&mut equations, Prose::Text),
+        Notation::Latex => print::motion(&mut equations, Prose::Latex),
+        Notation::Html => print::motion(&mut equations, Prose::Html),
         Notation::C => print::c_code(&mut equations, &lowered.solved),
     })
 }

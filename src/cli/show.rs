@@ -33,6 +33,10 @@ pub struct Show {
 enum EquationsAs {
     /// For people
     Text,
+    /// A LaTeX document
+    Latex,
+    /// A self-contained HTML page
+    Html,
     /// C99 source
     C,
 }
@@ -42,6 +46,8 @@ impl Show {
         if let Some(notation) = self.equations {
             let notation = match notation {
                 EquationsAs::Text => Notation::Text,
+                EquationsAs::Latex => Notation::Latex,
+                EquationsAs::Html => Notation::Html,
                 EquationsAs::C => Notation::C,
             };
             output::print(&pipeline::equations(&output::load(&self.scene)?, notation)?)?;

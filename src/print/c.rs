@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use super::symbol_name;
-use super::text::has_masses;
+use super::motion::has_masses;
 use crate::equations::Equations;
 use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
 
