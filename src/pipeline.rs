@@ -48,6 +48,14 @@ pub enum Notation {
     Html,
     /// C99.
     C,
+    /// A module in Fortran 2008.
+    Fortran,
+    /// Rust, without any crate.
+    Rust,
+    /// Python with numpy.
+    Python,
+    /// For other programs.
+    Json,
 }
 
 /// Reads a scene file, TOML or JSON.
@@ -90,7 +98,11 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
         Notation::Text => print::motion(&mut equations, Prose::Text),
         Notation::Latex => print::motion(&mut equations, Prose::Latex),
         Notation::Html => print::motion(&mut equations, Prose::Html),
-        Notation::C => print::c_code(&mut equations, &lowered.solved),
+        Notation::C => print::code(&mut equations, &lowered.solved, &print::C),
+        Notation::Fortran => print::code(&mut equations, &lowered.solved, &print::Fortran),
+        Notation::Rust => print::code(&mut equations, &lowered.solved, &print::Rust),
+        Notation::Python => print::code(&mut equations, &lowered.solved, &print::Python),
+        Notation::Json => print::json(&mut equations),
     })
 }
 

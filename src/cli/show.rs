@@ -39,6 +39,14 @@ enum EquationsAs {
     Html,
     /// C99 source
     C,
+    /// Fortran 2008 source
+    Fortran,
+    /// Rust source
+    Rust,
+    /// Python source, for numpy
+    Python,
+    /// Names, and formulas as text and as trees, for other programs
+    Json,
 }
 
 impl Show {
@@ -49,6 +57,10 @@ impl Show {
                 EquationsAs::Latex => Notation::Latex,
                 EquationsAs::Html => Notation::Html,
                 EquationsAs::C => Notation::C,
+                EquationsAs::Fortran => Notation::Fortran,
+                EquationsAs::Rust => Notation::Rust,
+                EquationsAs::Python => Notation::Python,
+                EquationsAs::Json => Notation::Json,
             };
             output::print(&pipeline::equations(&output::load(&self.scene)?, notation)?)?;
         }

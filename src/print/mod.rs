@@ -1,8 +1,9 @@
 //! Equations for people and for other programs.
 
-mod c;
+mod code;
 mod document;
 mod factor;
+mod json;
 mod motion;
 mod name;
 mod normal;
@@ -11,7 +12,8 @@ mod number;
 mod read;
 mod tree;
 
-pub use c::c_code;
+pub use code::{C, Fortran, Language, Python, Rust, code};
+pub use json::json;
 
 use crate::equations::Equations;
 use crate::expr::Symbol;

@@ -202,7 +202,7 @@ fn call(function: Function, mut arguments: Vec<Tree>) -> Tree {
         Function::One(Unary::Sqrt) => {
             return Tree::Root(Box::new(arguments.pop().unwrap_or_else(Tree::zero)));
         }
-        Function::One(function) => unary(function),
+        Function::One(function) => unary_name(function),
         Function::Select => "if",
         Function::Two(function) => match (function, <[Tree; 2]>::try_from(arguments)) {
             (Binary::Power, Ok(operands)) => return Tree::Power(Box::new(operands)),
@@ -217,7 +217,8 @@ fn call(function: Function, mut arguments: Vec<Tree>) -> Tree {
     Tree::Call(name, arguments)
 }
 
-fn unary(function: Unary) -> &'static str {
+/// The name of a function of one argument.
+pub fn unary_name(function: Unary) -> &'static str {
     match function {
         Unary::Negate => "-",
         Unary::Sqrt => "sqrt",
