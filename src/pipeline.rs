@@ -10,7 +10,7 @@ use crate::export::describe::describe;
 use crate::export::description::Description;
 use crate::formulate::{Formulated, formulate};
 use crate::mechanism::Unit;
-use crate::print;
+use crate::print::{self, Prose};
 use crate::report::assumptions::assumptions;
 use crate::report::drawing::Drawing;
 use crate::report::figures::summarise;
@@ -42,8 +42,20 @@ pub struct Compiled {
 pub enum Notation {
     /// For people.
     Text,
+    /// A LaTeX document.
+    Latex,
+    /// A self-contained HTML page with MathML.
+    Html,
     /// C99.
     C,
+    /// A module in Fortran 2008.
+    Fortran,
+    /// Rust, without any crate.
+    Rust,
+    /// Python with numpy.
+    Python,
+    /// For other programs.
+    Json,
 }
 
 /// Reads a scene file, TOML or JSON.
@@ -83,8 +95,14 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
     let formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
     let Formulated { mut equations, lowered, .. } = formulated;
     Ok(match notation {
-        Notation::Text => print::text(&mut equations),
-        Notation::C => print::c_code(&mut equations, &lowered.solved),
+        Notation::Text => print::motion(&mut equations, Prose::Text),
+        Notation::Latex => print::motion(&mut equations, Prose::Latex),
+        Notation::Html => print::motion(&mut equations, Prose::Html),
+        Notation::C => print::code(&mut equations, &lowered.solved, &print::C),
+        Notation::Fortran => print::code(&mut equations, &lowered.solved, &print::Fortran),
+        Notation::Rust => print::code(&mut equations, &lowered.solved, &print::Rust),
+        Notation::Python => print::code(&mut equations, &lowered.solved, &print::Python),
+        Notation::Json => print::json(&mut equations),
     })
 }
 

@@ -33,8 +33,20 @@ pub struct Show {
 enum EquationsAs {
     /// For people
     Text,
+    /// A LaTeX document
+    Latex,
+    /// A self-contained HTML page
+    Html,
     /// C99 source
     C,
+    /// Fortran 2008 source
+    Fortran,
+    /// Rust source
+    Rust,
+    /// Python source, for numpy
+    Python,
+    /// Names, and formulas as text and as trees, for other programs
+    Json,
 }
 
 impl Show {
@@ -42,7 +54,13 @@ impl Show {
         if let Some(notation) = self.equations {
             let notation = match notation {
                 EquationsAs::Text => Notation::Text,
+                EquationsAs::Latex => Notation::Latex,
+                EquationsAs::Html => Notation::Html,
                 EquationsAs::C => Notation::C,
+                EquationsAs::Fortran => Notation::Fortran,
+                EquationsAs::Rust => Notation::Rust,
+                EquationsAs::Python => Notation::Python,
+                EquationsAs::Json => Notation::Json,
             };
             output::print(&pipeline::equations(&output::load(&self.scene)?, notation)?)?;
         }
