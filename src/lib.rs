@@ -28,6 +28,7 @@
 //! # Ok::<(), cotree::scene::Faults>(())
 //! ```
 
+pub mod analysis;
 pub mod cheapest;
 pub mod cli;
 pub mod element;
