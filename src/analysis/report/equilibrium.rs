@@ -162,6 +162,11 @@ fn joints(mechanism: &Mechanism) -> Vec<Variable> {
             JointKind::Revolute { .. } => &[Quantity::Angle, Quantity::Fx, Quantity::Fy],
             JointKind::Prismatic { .. } => &[Quantity::S, Quantity::Fn, Quantity::Torque],
             JointKind::Weld { .. } => &[Quantity::Fx, Quantity::Fy, Quantity::Torque],
+            JointKind::Slot { .. } => &[Quantity::S, Quantity::Fn],
+            JointKind::Rolling { .. } => &[Quantity::S, Quantity::Fn, Quantity::Ft],
+            JointKind::Distance { .. } => &[Quantity::Force],
+            JointKind::Gear { .. } => &[Quantity::Torque],
+            JointKind::Rack { .. } => &[Quantity::Force, Quantity::Torque],
         };
         let owner = Owner::Joint(JointId(index));
         variables.extend(quantities.iter().map(|&quantity| Variable { owner, quantity }));
