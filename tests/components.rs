@@ -50,10 +50,7 @@ fn chosen(system: &System, trees: &Trees) -> Coordinates {
         let real = elements.filter(|element| !matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)));
         Some(real.map(|element| (element.name.clone(), Span::default())).collect())
     };
-    Coordinates::Chosen {
-        translation: named(&trees.translation.branches),
-        rotation: named(&trees.rotation.branches),
-    }
+    Coordinates::Chosen { translation: named(&trees.translation.branches), rotation: named(&trees.rotation.branches) }
 }
 
 #[test]

@@ -4,7 +4,7 @@
 pub mod absolute;
 pub mod loads;
 pub mod parts;
-pub mod random_parts;
 pub mod random;
+pub mod random_parts;
 pub mod scene_text;
 pub mod variables;

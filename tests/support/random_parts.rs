@@ -78,7 +78,9 @@ impl Draft<'_> {
         };
         let Some(part) = part else { return };
         let points = match part {
-            Part::Slot { between, .. } | Part::Rolling { between, .. } | Part::Distance { between, .. } => Some(between),
+            Part::Slot { between, .. } | Part::Rolling { between, .. } | Part::Distance { between, .. } => {
+                Some(between)
+            }
             Part::Rack { slide, .. } => Some(slide),
             Part::Gear { .. } => None,
         };
