@@ -199,9 +199,11 @@ fn not_in_graph(system: &System, name: &str, span: Span, list: &str) -> Fault {
         format!("the {list} tree names `{name}`, which is not in the scene")
     };
     let help = match (known, list) {
-        (true, "rotation") => "the rotational tree is made of bodies, joints, angle drivers and torque loads",
+        (true, "rotation") => {
+            "the rotational tree is made of bodies, joints, angle drivers and torque loads; gears, racks and distance links are in no tree"
+        }
         (true, _) => {
-            "the translational tree is made of bodies, joints, position drivers and force loads; rigid arms are always in it"
+            "the translational tree is made of bodies, joints, position drivers and force loads; rigid arms are always in it; gears, racks and distance links are in no tree"
         }
         (false, _) => "name a body, joint, driver or load of the scene",
     };
