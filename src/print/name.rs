@@ -92,7 +92,8 @@ impl<'a, 'm> Names<'a, 'm> {
         let own: Vec<&str> = own.chain(mechanism.inputs.iter().map(|input| input.name.as_str())).collect();
         let free = |letter: &str| {
             let is_numbered = |name: &&str| {
-                name.strip_prefix(letter).is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|b| b.is_ascii_digit()))
+                name.strip_prefix(letter)
+                    .is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|b| b.is_ascii_digit()))
             };
             !own.iter().any(is_numbered)
         };

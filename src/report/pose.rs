@@ -24,6 +24,11 @@ pub fn draw(formulated: &mut Formulated) -> Drawing {
     }
 }
 
+/// Where a point is at the start.
+pub fn position(formulated: &mut Formulated, place: Place) -> [f64; 2] {
+    Pose { equations: &mut formulated.equations, state: &formulated.state }.at(place)
+}
+
 /// Where joints and springs meet the ground.
 fn fixed_points(mechanism: &Mechanism) -> Vec<Place> {
     let joints = mechanism.joints.iter().flat_map(|joint| joint.between);

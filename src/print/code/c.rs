@@ -26,8 +26,7 @@ impl Language for C {
     }
 
     fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String {
-        let outputs: Vec<String> =
-            function.outputs.iter().map(|output| format!("double *{}", output.name())).collect();
+        let outputs: Vec<String> = function.outputs.iter().map(|output| format!("double *{}", output.name())).collect();
         let shapes: Vec<String> = function.outputs.iter().map(|output| shape(*output, sizes)).collect();
         let mut text = format!(
             "\n/* {}\n   Sizes: {}. */\nvoid {}(double t, const double *p, const double *u, const double *f, \

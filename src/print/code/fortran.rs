@@ -64,7 +64,8 @@ impl Language for Fortran {
             outputs.join(", ")
         );
         let Sizes { parameters, inputs, followers, coordinates, .. } = sizes;
-        let arguments = [("p", *parameters), ("u", 3 * inputs), ("f", 3 * followers), ("q", *coordinates), ("v", *coordinates)];
+        let arguments =
+            [("p", *parameters), ("u", 3 * inputs), ("f", 3 * followers), ("q", *coordinates), ("v", *coordinates)];
         for (argument, size) in arguments {
             let _ = writeln!(text, "    real(real64), intent(in) :: {argument}({size})"); // writing to a string cannot fail
         }
@@ -133,8 +134,7 @@ fn line(step: &Step) -> String {
             format!("    call sine_cosine({}, x{sine}, x{cosine})\n", operand(angle))
         }
         Step::Store(output, [row, column], value) => {
-            let place =
-                if output.is_matrix() { format!("{}, {}", row + 1, column + 1) } else { (row + 1).to_string() };
+            let place = if output.is_matrix() { format!("{}, {}", row + 1, column + 1) } else { (row + 1).to_string() };
             format!("    {}({place}) = {}\n", array(output), operand(value))
         }
     }
