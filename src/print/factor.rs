@@ -4,15 +4,14 @@
 use std::collections::BTreeMap;
 
 use super::normal::{Factor, Number, Sum, Term};
+use super::weight::by_weight;
 
-type Factors = Vec<(Factor, i32)>;
+/// Factors with their powers.
+pub type Factors = Vec<(Factor, i32)>;
 
 impl Sum {
     /// The sum in its shortest form that still looks like a sum of loads, inertias or lengths.
     pub fn tidy(self) -> Sum {
-        if self.0.len() < 2 {
-            return self;
-        }
         let sum = self.expanded().by_motion().by_parameters();
         match sum.common(|factor| !factor.is_constant()) {
             common if common.is_empty() || sum.0.len() < 2 => sum,
@@ -51,7 +50,7 @@ impl Sum {
         }
         let mut terms = Vec::new();
         for (motion, coefficients) in groups {
-            let coefficient = Sum::collect(coefficients).expanded().shared_parameters();
+            let coefficient = Sum::collect(coefficients).of_parameters();
             if motion.is_empty() {
                 terms.extend(coefficient.0);
             } else {
@@ -85,8 +84,15 @@ impl Sum {
         Sum::collect(terms)
     }
 
+    /// A sum of parameters in its shortest form.
+    fn of_parameters(self) -> Sum {
+        let weighed = by_weight(&self);
+        let plain = self.expanded().shared_parameters();
+        weighed.filter(|sum| sum.leaves() <= plain.leaves()).unwrap_or(plain)
+    }
+
     /// Takes out of sums of parameters whatever saves most, again and again.
-    fn shared_parameters(self) -> Sum {
+    pub(super) fn shared_parameters(self) -> Sum {
         let mut savings: BTreeMap<&Factor, usize> = BTreeMap::new();
         for (factor, _) in self.0.iter().flat_map(|term| &term.factors).filter(|(_, power)| *power > 0) {
             *savings.entry(factor).or_default() += factor.leaves();
@@ -105,7 +111,7 @@ impl Sum {
     }
 
     /// The factors, of a kind, that every term has.
-    fn common(&self, of_kind: impl Fn(&Factor) -> bool) -> Factors {
+    pub(super) fn common(&self, of_kind: impl Fn(&Factor) -> bool) -> Factors {
         let Some((first, others)) = self.0.split_first() else { return Factors::new() };
         let power_in = |term: &Term, factor: &Factor| {
             term.factors.iter().find(|(other, _)| other == factor).map_or(0, |(_, power)| *power)
@@ -119,7 +125,7 @@ impl Sum {
     }
 
     /// Every term divided by factors that it has.
-    fn without(&self, common: &Factors) -> Sum {
+    pub(super) fn without(&self, common: &Factors) -> Sum {
         let divisor = Term { factors: common.clone(), number: Number(1.0) }.inverse();
         Sum::sorted(self.0.iter().map(|term| term.times(&divisor)).collect())
     }

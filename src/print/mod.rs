@@ -10,10 +10,13 @@ mod normal;
 mod notation;
 mod number;
 mod read;
+mod steps;
 mod tree;
+mod weight;
 
 pub use code::{C, Fortran, Language, Python, Rust, code};
 pub use json::json;
+pub use steps::steps;
 
 use crate::equations::Equations;
 use crate::expr::Symbol;

@@ -1,10 +1,10 @@
 //! The equations of motion as they are read: which quantities there are, and a formula for each.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::document::{Block, Piece};
 use super::name::{Name, Names};
-use super::read::Reading;
+use super::read::{Context, Reading};
 use super::tree::{Formulas, Tree, formulas};
 use crate::element::{Direction, Held, Origin};
 use crate::equations::{Constraint, Equations};
@@ -39,10 +39,10 @@ impl Motion {
 
     /// The formulas of all quantities, in order.
     pub fn formulas(&self, equations: &mut Equations) -> Formulas {
-        let variables = variables(equations);
+        let context = context(equations);
         let roots: Vec<Expr> =
             self.groups.iter().flat_map(|(_, entries)| entries.iter().map(|(_, expr)| *expr)).collect();
-        let reading = Reading::new(&equations.system.arena, &roots, &variables);
+        let reading = Reading::new(&equations.system.arena, &roots, &context);
         formulas(&reading, &Names::new(equations))
     }
 
@@ -149,8 +149,13 @@ fn slides(equations: &mut Equations) -> Vec<Entry> {
     slides.into_iter().map(entry).collect()
 }
 
+/// What is known of the quantities for reading formulas.
+pub fn context(equations: &mut Equations) -> Context {
+    Context { variables: variables(equations), weights: weights(equations) }
+}
+
 /// Angles, rates and lengths that are no symbols themselves but have a name.
-pub fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
+fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
     let mechanism = equations.system.mechanism;
     if mechanism.dimension == Dimension::One {
         return HashMap::new(); // sums of coordinates: the shorter the fewer names
@@ -177,6 +182,20 @@ pub fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
         }
     }
     names
+}
+
+/// Parameters with mass in their unit (masses, inertias, forces, stiffnesses), and masses that are not given.
+fn weights(equations: &Equations) -> HashSet<Symbol> {
+    let parameters = &equations.system.mechanism.parameters;
+    let is_weight = |symbol: &Symbol| match symbol {
+        Symbol::Parameter(index) => parameters[*index].unit.exponents[0] != 0,
+        symbol => matches!(symbol, Symbol::Missing(..)),
+    };
+    let all = equations.system.arena.all().filter_map(|expr| match equations.system.arena.node(expr) {
+        Node::Symbol(symbol) => Some(symbol),
+        _ => None,
+    });
+    all.filter(is_weight).collect()
 }
 
 /// Is it more than a symbol, and does it change?

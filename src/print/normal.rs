@@ -26,8 +26,8 @@ pub struct Number(pub f64);
 /// What is not taken apart.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Factor {
-    /// A symbol.
-    Symbol(Symbol),
+    /// A symbol; a weight is a parameter with mass in its unit: a mass, an inertia, a force, a stiffness.
+    Symbol(Symbol, bool),
     /// A definition; does it depend on parameters only?
     Named(usize, bool),
     /// Cosine (false) or sine (true) of an angle.
@@ -74,7 +74,7 @@ impl PartialOrd for Factor {
 impl Ord for Factor {
     fn cmp(&self, other: &Self) -> Ordering {
         self.rank().cmp(&other.rank()).then_with(|| match (self, other) {
-            (Factor::Symbol(a), Factor::Symbol(b)) => a.cmp(b),
+            (Factor::Symbol(a, _), Factor::Symbol(b, _)) => a.cmp(b),
             (Factor::Named(a, _), Factor::Named(b, _)) => a.cmp(b),
             (Factor::Trigonometric(a, x), Factor::Trigonometric(b, y)) => (a, x).cmp(&(b, y)),
             (Factor::Call(f, a), Factor::Call(g, b)) => (f, a).cmp(&(g, b)),
@@ -88,7 +88,7 @@ impl Factor {
     /// Does it depend on nothing but parameters?
     pub fn is_constant(&self) -> bool {
         match self {
-            Factor::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_) | Symbol::Missing(..)),
+            Factor::Symbol(symbol, _) => matches!(symbol, Symbol::Parameter(_) | Symbol::Missing(..)),
             Factor::Named(_, constant) => *constant,
             Factor::Trigonometric(argument, _) => argument.is_constant(),
             Factor::Call(_, arguments) => arguments.iter().all(Sum::is_constant),
@@ -99,7 +99,7 @@ impl Factor {
     /// Parameters first, then what is given from outside, then the motion, then trigonometry and sums of it.
     fn rank(&self) -> u8 {
         match self {
-            Factor::Symbol(symbol) => match symbol {
+            Factor::Symbol(symbol, _) => match symbol {
                 Symbol::Missing(..) => 0,
                 Symbol::Parameter(_) => 1,
                 Symbol::Input(..) => 4,
@@ -120,7 +120,7 @@ impl Factor {
 
     fn kind(&self) -> u8 {
         match self {
-            Factor::Symbol(_) => 0,
+            Factor::Symbol(..) => 0,
             Factor::Named(..) => 1,
             Factor::Trigonometric(..) => 2,
             Factor::Call(..) => 3,
@@ -131,7 +131,7 @@ impl Factor {
     /// How many symbols are written.
     pub fn leaves(&self) -> usize {
         match self {
-            Factor::Symbol(_) | Factor::Named(..) => 1,
+            Factor::Symbol(..) | Factor::Named(..) => 1,
             Factor::Trigonometric(argument, _) => argument.leaves().max(1),
             Factor::Call(_, arguments) => 1 + arguments.iter().map(Sum::leaves).sum::<usize>(),
             Factor::Sum(sum) => sum.leaves(),

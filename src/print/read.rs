@@ -3,12 +3,10 @@
 use std::collections::{HashMap, HashSet};
 
 use super::normal::{Factor, Function, Sum, Term};
-use crate::expr::{Arena, Binary, Expr, Node, Unary};
+use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
 
 /// What is shared and has so many symbols gets a name.
 const LONG: usize = 10;
-/// After simplification fewer symbols than these need no name.
-const SHORT: usize = 5;
 /// Beyond so many levels of parentheses nobody can read.
 const DEEP: usize = 12;
 /// Beyond so many symbols in one expression neither.
@@ -23,6 +21,15 @@ pub struct Reading {
     pub roots: Vec<Sum>,
 }
 
+/// What the scene says about its quantities.
+#[derive(Clone, Debug, Default)]
+pub struct Context {
+    /// Expressions that have a name of the user's.
+    pub variables: HashMap<Expr, String>,
+    /// Parameters with mass in their unit, and masses.
+    pub weights: HashSet<Symbol>,
+}
+
 /// A part with a name.
 #[derive(Clone, Debug)]
 pub struct Definition {
@@ -35,12 +42,12 @@ pub struct Definition {
 }
 
 impl Reading {
-    /// Reads the roots; `variables` are expressions that have a name of the user's.
-    pub fn new(arena: &Arena, roots: &[Expr], variables: &HashMap<Expr, String>) -> Self {
+    /// Reads the roots.
+    pub fn new(arena: &Arena, roots: &[Expr], context: &Context) -> Self {
         let order = arena.reachable(roots.iter().copied());
-        let (mut names, forced) = candidates(arena, &order, roots, variables);
+        let (mut names, forced) = candidates(arena, &order, roots, &context.variables);
         loop {
-            let (reading, expressions) = Reader::read(arena, &order, roots, variables, &names);
+            let (reading, expressions) = Reader::read(arena, &order, roots, context, (&names, &forced));
             let before = names.len();
             for (definition, expr) in reading.definitions.iter().zip(expressions) {
                 if definition.uses < 2 && !forced.contains(&expr) {
@@ -111,6 +118,7 @@ struct Reader<'a> {
     arena: &'a Arena,
     /// Collected but not yet tidy: sums may still grow.
     known: HashMap<Expr, Sum>,
+    weights: &'a HashSet<Symbol>,
     definitions: Vec<Definition>,
 }
 
@@ -119,19 +127,19 @@ impl<'a> Reader<'a> {
         arena: &'a Arena,
         order: &[Expr],
         roots: &[Expr],
-        variables: &HashMap<Expr, String>,
-        names: &HashSet<Expr>,
+        context: &'a Context,
+        (names, forced): (&HashSet<Expr>, &HashSet<Expr>),
     ) -> (Reading, Vec<Expr>) {
-        let mut reader = Reader { arena, known: HashMap::new(), definitions: Vec::new() };
+        let mut reader = Reader { arena, known: HashMap::new(), weights: &context.weights, definitions: Vec::new() };
         let mut expressions = Vec::new();
         for &expr in order {
             let sum = reader.sum(expr);
-            let variable = variables.get(&expr).cloned();
+            let variable = context.variables.get(&expr).cloned();
             let sum = if variable.is_none() && !names.contains(&expr) {
                 sum
             } else {
                 let value = sum.tidy();
-                if variable.is_none() && value.leaves() < SHORT {
+                if variable.is_none() && value.leaves() < LONG && !forced.contains(&expr) {
                     value
                 } else {
                     let factor = Factor::Named(reader.definitions.len(), value.is_constant());
@@ -151,7 +159,7 @@ impl<'a> Reader<'a> {
         let product = |operand: Expr| known(operand).clone().tidy().product();
         match self.arena.node(expr) {
             Node::Constant(bits) => Sum::of(Term::number(f64::from_bits(bits))),
-            Node::Symbol(symbol) => Sum::of(Term::factor(Factor::Symbol(symbol))),
+            Node::Symbol(symbol) => Sum::of(Term::factor(Factor::Symbol(symbol, self.weights.contains(&symbol)))),
             Node::Unary(Unary::Negate, a) => known(a).scaled(-1.0),
             Node::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
                 let angle = known(a).clone().tidy();
@@ -195,7 +203,7 @@ impl Reading {
 fn count(sum: &Sum, uses: &mut [usize]) {
     for (factor, _) in sum.0.iter().flat_map(|term: &Term| &term.factors) {
         match factor {
-            Factor::Symbol(_) => {}
+            Factor::Symbol(..) => {}
             Factor::Named(index, _) => uses[*index] += 1,
             Factor::Trigonometric(inner, _) | Factor::Sum(inner) => count(inner, uses),
             Factor::Call(_, arguments) => arguments.iter().for_each(|argument| count(argument, uses)),

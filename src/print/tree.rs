@@ -29,7 +29,7 @@ pub enum Tree {
     Root(Box<Tree>),
     /// f(a, b, ...)
     Call(&'static str, Vec<Tree>),
-    /// a < b, a <= b, a = b
+    /// a < b, a <= b, and of vectors a . b and a x b
     Relation(&'static str, Box<[Tree; 2]>),
 }
 
@@ -118,18 +118,20 @@ struct Layout<'a, 'm> {
 
 impl Layout<'_, '_> {
     fn sum(&mut self, sum: &Sum) -> Tree {
-        let terms = sum.0.iter().map(|term| self.term(term)).collect();
+        // A formula begins without a minus sign if the terms in one of its parentheses can change their signs.
+        let mut flip = sum.0.iter().all(|term| term.number.0 < 0.0);
+        let terms = sum.0.iter().map(|term| self.term(term, &mut flip)).collect();
         Tree::sum(terms)
     }
 
     /// A minus sign, and the rest.
-    fn term(&mut self, term: &Term) -> (bool, Tree) {
+    fn term(&mut self, term: &Term, flip: &mut bool) -> (bool, Tree) {
         let mut minus = term.number.0 < 0.0;
         let (mut over, mut under) = number(term.number.0.abs());
         for (factor, power) in &term.factors {
             let tree = match factor {
-                Factor::Sum(sum) if minus && *power == 1 && sum.0.iter().any(|term| term.number.0 < 0.0) => {
-                    minus = false;
+                Factor::Sum(sum) if *flip && *power == 1 && sum.0.iter().any(|term| term.number.0 < 0.0) => {
+                    (minus, *flip) = (false, false);
                     self.sum(&sum.scaled(-1.0))
                 }
                 _ => self.factor(factor),
@@ -150,7 +152,7 @@ impl Layout<'_, '_> {
 
     fn factor(&mut self, factor: &Factor) -> Tree {
         match factor {
-            Factor::Symbol(symbol) => Tree::Name(self.names.symbol(*symbol)),
+            Factor::Symbol(symbol, _) => Tree::Name(self.names.symbol(*symbol)),
             Factor::Named(index, _) => Tree::Name(self.defined[*index].clone()),
             Factor::Sum(sum) => self.sum(sum),
             Factor::Trigonometric(angle, sine) => self.trigonometric(angle, *sine),
@@ -166,7 +168,7 @@ impl Layout<'_, '_> {
         let value = Tree::Call(if sine { "sin" } else { "cos" }, vec![self.sum(angle)]);
         let Some(factor) = angle.single() else { return value };
         let number = match factor {
-            Factor::Symbol(symbol) => self.names.coordinate(*symbol),
+            Factor::Symbol(symbol, _) => self.names.coordinate(*symbol),
             Factor::Named(index, _) => {
                 let before = self.defined[..*index].iter().filter(|name| name.is_variable()).count();
                 self.defined[*index].is_variable().then(|| self.names.coordinates + before + 1)

@@ -1,6 +1,6 @@
 //! Formulas as LaTeX.
 
-use super::{Binding, compound, drawn_binding, greek};
+use super::{Binding, compound, drawn_binding, greek, relation_binding};
 use crate::print::name::Name;
 use crate::print::number::{decimal, rounded};
 use crate::print::tree::Tree;
@@ -29,8 +29,14 @@ pub fn latex(tree: &Tree) -> String {
         Tree::Call(function, arguments) => call(function, arguments),
         Tree::Relation(sign, parts) => {
             let [left, right] = parts.as_ref();
-            let sign = if *sign == "<=" { r"\le" } else { sign };
-            format!("{} {sign} {}", latex(left), latex(right))
+            let printed = match *sign {
+                "<=" => r"\le",
+                "." => r"\cdot",
+                "x" => r"\times",
+                other => other,
+            };
+            let least = relation_binding(sign);
+            format!("{} {printed} {}", bound(left, least), bound(right, least))
         }
     }
 }
@@ -100,6 +106,7 @@ fn call(function: &str, arguments: &[Tree]) -> String {
         "abs" => format!(r"\left|{inside}\right|"),
         "floor" => format!(r"\left\lfloor {inside}\right\rfloor"),
         "sin" | "cos" | "tan" | "exp" | "tanh" | "min" | "max" => format!(r"\{function}\left({inside}\right)"),
+        "" => format!(r"\left({inside}\right)"),
         "log" => format!(r"\ln\left({inside}\right)"),
         "asin" | "acos" | "atan" => format!(r"\arc{}\left({inside}\right)", &function[1..]),
         _ => format!(r"\operatorname{{{function}}}\left({inside}\right)"),
@@ -128,7 +135,7 @@ fn name(name: &Name) -> String {
 }
 
 fn below(subscript: &str) -> String {
-    let upright = subscript.chars().any(char::is_alphabetic);
+    let upright = subscript.len() > 1 && subscript.chars().any(char::is_alphabetic);
     if upright { format!(r"\mathrm{{{}}}", escape(subscript)) } else { subscript.to_owned() }
 }
 

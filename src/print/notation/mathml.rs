@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Binding, compound, drawn_binding, greek};
+use super::{Binding, compound, drawn_binding, greek, relation_binding};
 use crate::print::name::Name;
 use crate::print::number::{decimal, rounded};
 use crate::print::tree::Tree;
@@ -69,11 +69,18 @@ fn write(text: &mut String, tree: &Tree) {
         Tree::Root(inside) => element(text, "msqrt", std::slice::from_ref(inside.as_ref()), Binding::Relation),
         Tree::Call(function, arguments) => call(text, function, arguments),
         Tree::Relation(sign, parts) => {
+            let printed = match *sign {
+                "<=" => "≤",
+                "." => "·",
+                "x" => "×",
+                other => other,
+            };
+            let least = relation_binding(sign);
             text.push_str("<mrow>");
-            write(text, &parts[0]);
+            bound(text, &parts[0], least);
             // Writing to a string cannot fail.
-            let _ = write!(text, "<mo>{}</mo>", escape(if *sign == "<=" { "≤" } else { sign }));
-            write(text, &parts[1]);
+            let _ = write!(text, "<mo>{}</mo>", escape(printed));
+            bound(text, &parts[1], least);
             text.push_str("</mrow>");
         }
     }
@@ -112,7 +119,7 @@ fn call(text: &mut String, function: &str, arguments: &[Tree]) {
         _ => ["<mo>(</mo>", "<mo>)</mo>"],
     };
     text.push_str("<mrow>");
-    if !matches!(function, "abs" | "floor") {
+    if !matches!(function, "abs" | "floor" | "") {
         let name = match function {
             "log" => "ln",
             "asin" => "arcsin",

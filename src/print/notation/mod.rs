@@ -16,10 +16,15 @@ enum Binding {
     Atom,
 }
 
+/// Dot and cross products bind as products do.
+fn relation_binding(sign: &str) -> Binding {
+    if matches!(sign, "." | "x") { Binding::Product } else { Binding::Relation }
+}
+
 /// How tightly a formula holds together where fractions and roots are drawn as such.
 fn drawn_binding(tree: &Tree) -> Binding {
     match tree {
-        Tree::Relation(..) => Binding::Relation,
+        Tree::Relation(sign, _) => relation_binding(sign),
         Tree::Sum(_) => Binding::Sum,
         Tree::Product(_) => Binding::Product,
         Tree::Power(_) => Binding::Power,

@@ -1,6 +1,6 @@
 //! Formulas as plain text, with the fewest parentheses.
 
-use super::Binding;
+use super::{Binding, relation_binding};
 use crate::print::number::{decimal, rounded};
 use crate::print::tree::Tree;
 
@@ -62,7 +62,9 @@ fn inner(tree: &Tree) -> (String, Binding) {
         }
         Tree::Relation(sign, parts) => {
             let [left, right] = parts.as_ref();
-            (format!("{} {sign} {}", bound(left, Binding::Sum), bound(right, Binding::Sum)), Binding::Relation)
+            let binding = relation_binding(sign);
+            let least = if binding == Binding::Product { Binding::Product } else { Binding::Sum };
+            (format!("{} {sign} {}", bound(left, least), bound(right, least)), binding)
         }
     }
 }
