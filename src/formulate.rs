@@ -7,10 +7,11 @@ use cotree_fmu::solver::Failure;
 use cotree_fmu::solver::initial::solve_initial;
 use cotree_fmu::solver::redundancy::redundancy;
 
-use crate::element::{Origin, System};
-use crate::equations::{Constraint, Equations};
+use crate::cheapest::{self, Search};
+use crate::element::{Held, Origin, System};
+use crate::equations::{Constraint, CoupledChord, Equations};
 use crate::expr::{Expr, Property, Symbol};
-use crate::graph::ElementId;
+use crate::graph::{ElementId, SignedRow};
 use crate::lower::{self, Lowered, Pose};
 use crate::mechanism::{Coordinates, Formula, Mechanism, Output};
 use crate::print::symbol_name;
@@ -33,6 +34,8 @@ pub struct Formulated<'m> {
     pub redundant: Vec<usize>,
     /// Redundant joints and the like.
     pub warnings: Vec<Fault>,
+    /// What the search for the cheapest trees found, if the scene asks for it.
+    pub search: Option<Search>,
 }
 
 impl Formulated<'_> {
@@ -48,7 +51,18 @@ impl Formulated<'_> {
 /// # Errors
 /// Wrong trees, contradictions, loops that cannot be closed, masses that are missing where motion needs them.
 pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
-    let mut equations = equations(mechanism, &mechanism.coordinates)?;
+    match &mechanism.coordinates {
+        Coordinates::Cheapest => cheapest::formulate(mechanism),
+        choice => formulate_with(equations(mechanism, choice)?),
+    }
+}
+
+/// The same for trees that are chosen already.
+///
+/// # Errors
+/// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
+pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Vec<Fault>> {
+    let mechanism = equations.system.mechanism;
     check_trivial(&equations)?;
     let length = typical_length(&mut equations);
     let draft = lower::positions(&mut equations, length);
@@ -67,7 +81,7 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
         .map_err(|lower::Undetermined(index)| vec![massless(&equations, index)])?;
     check_masses(&mut equations, &lowered)?;
     let warnings = redundancy_warnings(&equations, &redundant);
-    Ok(Formulated { equations, lowered, state, redundant, warnings })
+    Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
 }
 
 /// The equations for a choice of trees.
@@ -123,7 +137,7 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64)
     let own = &equations.system.element(constraint.element).name;
     let others = circuit_names(equations, constraint);
     let with = others.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    let amount = if constraint.direction.is_none() { format!("{gap:.4} rad") } else { format!("{:.4} mm", 1e3 * gap) };
+    let amount = if constraint.held == Held::Angle { format!("{gap:.4} rad") } else { format!("{:.4} mm", 1e3 * gap) };
     Fault::new(
         "scene::conflict",
         format!("`{own}` conflicts with {with}: at t = {time} s they differ by {amount}"),
@@ -136,16 +150,25 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64)
 /// Names of the branches that close the loop of a chord, arms left out.
 fn circuit_names(equations: &Equations, constraint: &Constraint) -> Vec<String> {
     let (system, trees) = (&equations.system, &equations.trees);
-    let row = if constraint.direction.is_some() {
-        crate::graph::Topology::new(&system.translation, &trees.translation).circuit(constraint.element)
-    } else {
-        crate::graph::Topology::new(&system.rotation, &trees.rotation).circuit(constraint.element)
+    let translation = crate::graph::Topology::new(&system.translation, &trees.translation);
+    let rotation = crate::graph::Topology::new(&system.rotation, &trees.rotation);
+    let coupled = constraint.coupled.iter().flat_map(|chord| match chord {
+        CoupledChord::Force(ends, ..) => translation.circuit_between(*ends),
+        CoupledChord::Torque(ends, _) => rotation.circuit_between(*ends),
+    });
+    let row: SignedRow = match constraint.held {
+        _ if !constraint.coupled.is_empty() => coupled.collect(),
+        Held::Angle => rotation.circuit(constraint.element),
+        Held::Along(_) | Held::Length => translation.circuit(constraint.element),
     };
     let named = row.into_iter().map(|(element, _)| system.element(element));
-    named
+    let mut names: Vec<String> = named
         .filter(|element| !matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)))
         .map(|element| element.name.clone())
-        .collect()
+        .collect();
+    let mut seen = BTreeSet::new();
+    names.retain(|name| seen.insert(name.clone()));
+    names
 }
 
 fn span_of(equations: &Equations, element: ElementId) -> Span {

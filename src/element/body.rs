@@ -19,6 +19,7 @@ pub(super) fn element(system: &mut System, id: BodyId) -> Element {
         label: system.label("m"),
         name: name.clone(),
         origin: Origin::Body(id),
+        coupling: None,
         translation: Some(TranslationalRow {
             ends: [TNode::DATUM, system.t_node(Place::Centre(id))],
             priority: table2::BODY,

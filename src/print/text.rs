@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::formula::Printer;
 use super::symbol_name;
-use crate::element::Direction;
+use crate::element::{Direction, Held};
 use crate::equations::Equations;
 use crate::expr::{Expr, Symbol};
 
@@ -54,11 +54,12 @@ fn heading(equations: &Equations, dynamic: bool) -> String {
     });
     section(&mut text, "coordinates q", coordinates);
     let reactions = equations.constraints.iter().enumerate().map(|(index, constraint)| {
-        let along = match constraint.direction {
-            Some(Direction::X) => "force along x [N]",
-            Some(Direction::Y) => "force along y [N]",
-            Some(Direction::Fixed(..)) => "force along the direction that it holds [N]",
-            None => "torque [N.m]",
+        let along = match constraint.held {
+            Held::Along(Direction::X) => "force along x [N]",
+            Held::Along(Direction::Y) => "force along y [N]",
+            Held::Along(Direction::Fixed(..)) => "force along the direction that it holds [N]",
+            Held::Length => "force along the line that it holds [N]",
+            Held::Angle => "torque [N.m]",
         };
         (format!("lambda{}", index + 1), format!("{} of {}", along, equations.system.element(constraint.element).name))
     });

@@ -3,6 +3,8 @@
 
 pub mod absolute;
 pub mod loads;
+pub mod parts;
 pub mod random;
+pub mod random_parts;
 pub mod scene_text;
 pub mod variables;
