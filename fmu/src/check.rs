@@ -127,7 +127,7 @@ impl Program {
         // The block of each equation and of each coordinate; inactive equations have none.
         let mut rows: Vec<Option<usize>> = vec![None; self.constraints.len()];
         let mut columns: Vec<Option<usize>> = vec![None; self.coordinates.len()];
-        let mut put = |places: &mut Vec<Option<usize>>, index: u32, block: usize| match places.get_mut(index as usize) {
+        let put = |places: &mut Vec<Option<usize>>, index: u32, block: usize| match places.get_mut(index as usize) {
             Some(place) => place.replace(block).is_none(),
             None => false,
         };

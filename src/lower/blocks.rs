@@ -21,17 +21,19 @@ pub fn blocks(equations: &[(u32, Vec<u32>)], coordinates: usize) -> Vec<Block> {
         }
     }
     // What is needed comes before what needs it.
-    let components = kosaraju_scc(&needs).into_iter();
-    components
-        .map(|component| {
-            let inside = |place: usize| component.iter().any(|node| node.index() == place);
-            let mut rows: Vec<u32> = component.iter().map(|node| equations[node.index()].0).collect();
-            rows.sort_unstable();
-            let columns =
-                (0..coordinates).filter(|&column| inside(owner[column])).map(|column| column as u32).collect();
-            Block { rows, columns }
-        })
-        .collect()
+    let components = kosaraju_scc(&needs);
+    let mut blocks = vec![Block { rows: Vec::new(), columns: Vec::new() }; components.len()];
+    let mut of = vec![0; equations.len()];
+    for (index, component) in components.iter().enumerate() {
+        component.iter().for_each(|node| of[node.index()] = index);
+    }
+    for (place, &(row, _)) in equations.iter().enumerate() {
+        blocks[of[place]].rows.push(row);
+    }
+    for (column, place) in owner.into_iter().enumerate() {
+        blocks[of[place]].columns.push(column as u32);
+    }
+    blocks
 }
 
 /// The equation of each coordinate, by augmenting paths; `None` if not every coordinate can have its own.

@@ -32,32 +32,43 @@ struct Factors {
 }
 
 impl Factors {
-    fn new(model: &Model, block: &Block) -> Self {
-        let [rows, columns] =
-            [&block.rows, &block.columns].map(|list| list.iter().map(|&i| i as usize).collect::<Vec<_>>());
-        let size = rows.len();
-        let (mut inner, mut before) = (Vec::new(), Vec::new());
-        for (entry, &(row, column)) in model.program().tapes.jacobian.entries.iter().enumerate() {
-            let (row, column) = (row as usize, column as usize);
-            let Some(row) = rows.iter().position(|&own| own == row) else { continue };
-            match columns.iter().position(|&own| own == column) {
-                Some(place) => inner.push((row * size + place, entry)),
-                None if column < model.coordinates() => before.push((row, column, entry)),
-                None => {} // a follower
-            }
-        }
-        Self { lu: Lu::new(size), right: vec![0.0; size], rows, columns, inner, before }
+    fn new(block: &Block) -> Self {
+        let [rows, columns] = [&block.rows, &block.columns].map(|list| list.iter().map(|&i| i as usize).collect());
+        let size = block.rows.len();
+        Self { rows, columns, lu: Lu::new(size), inner: Vec::new(), before: Vec::new(), right: vec![0.0; size] }
     }
+}
+
+/// For each equation or coordinate its block and its place there.
+fn places<'a>(count: usize, lists: impl Iterator<Item = &'a Vec<u32>>) -> Vec<Option<(usize, usize)>> {
+    let mut places = vec![None; count];
+    for (block, list) in lists.enumerate() {
+        list.iter().enumerate().for_each(|(place, &index)| places[index as usize] = Some((block, place)));
+    }
+    places
 }
 
 impl Loops {
     pub fn new(model: &Model) -> Self {
         let program = model.program();
-        Self {
-            blocks: program.blocks.iter().map(|block| Factors::new(model, block)).collect(),
-            values: vec![0.0; program.tapes.jacobian.entries.len()],
-            work: vec![0.0; model.coordinates()],
+        let mut blocks: Vec<Factors> = program.blocks.iter().map(Factors::new).collect();
+        let rows = places(program.constraints.len(), program.blocks.iter().map(|block| &block.rows));
+        let columns = places(model.coordinates(), program.blocks.iter().map(|block| &block.columns));
+        for (entry, &(row, column)) in program.tapes.jacobian.entries.iter().enumerate() {
+            // Inactive equations and followers have no place.
+            let (Some(Some((block, row))), Some(Some((other, place)))) =
+                (rows.get(row as usize), columns.get(column as usize))
+            else {
+                continue;
+            };
+            let own = &mut blocks[*block];
+            match block == other {
+                true => own.inner.push((row * own.rows.len() + place, entry)),
+                false => own.before.push((*row, column as usize, entry)),
+            }
         }
+        let values = vec![0.0; program.tapes.jacobian.entries.len()];
+        Self { blocks, values, work: vec![0.0; model.coordinates()] }
     }
 
     /// Evaluates and factors Phi_q at the registers. What is singular is named by its coordinate.
