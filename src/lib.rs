@@ -11,7 +11,8 @@
 //! 5. [`lower`]: elimination in a safe order, tapes, the table of variables: a [`cotree_fmu::program::Program`].
 //! 6. [`export`]: `modelDescription.xml` and the archive around that program and the runtime (package `cotree-fmu`).
 //!
-//! [`pipeline`] joins the stages; [`simulation`] runs the very code that the FMU runs; [`print`] and [`report`] show; [`cli`] is the
+//! [`pipeline`] joins the stages; [`simulation`] runs the very code that the FMU runs; [`analysis`] finds equilibria, linear systems and
+//! modes; [`print`] and [`report`] show; [`cli`] is the
 //! command line.
 //!
 //! ```

@@ -29,6 +29,8 @@ pub struct Program {
     pub constraints: Vec<Constraint>,
     /// How the motion follows from the equations.
     pub motion: Motion,
+    /// Kinematic only: which loop equations determine which coordinates, in the order in which they can be solved.
+    pub blocks: Vec<Block>,
     /// A typical length of the mechanism [m]: tolerances on positions are relative to it.
     pub length: f64,
     /// What can be read by name, in the order of the value references.
@@ -129,6 +131,15 @@ pub struct Constraint {
     pub angular: bool,
     /// Redundant rows are checked for consistency but not imposed.
     pub active: bool,
+}
+
+/// Loop equations that determine as many coordinates, given those of the blocks before.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Block {
+    /// Indices into [`Program::constraints`].
+    pub rows: Vec<u32>,
+    /// Indices into [`Program::coordinates`].
+    pub columns: Vec<u32>,
 }
 
 /// How the motion follows from the equations.

@@ -51,11 +51,9 @@ impl Partition {
 
     /// Is this choice still a good one in another pose?
     pub fn serves(&self, jacobian: &DMatrix<f64>) -> bool {
-        let singular_values = jacobian.select_columns(&self.dependent).singular_values();
-        let all = jacobian.singular_values();
-        match (singular_values.iter().copied().reduce(f64::min), all.iter().copied().reduce(f64::min)) {
-            (Some(chosen), Some(best)) => chosen > POOR * best,
-            _ => true,
+        jacobian.is_empty() || {
+            let chosen = jacobian.select_columns(&self.dependent).singular_values().min();
+            chosen > POOR * jacobian.singular_values().min()
         }
     }
 }

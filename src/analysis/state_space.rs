@@ -168,7 +168,7 @@ impl Basis {
         let Partition { independent, dependent } = partition;
         let jacobian = numbers.block(Row::Loops, Column::Positions);
         let (n, count) = (jacobian.ncols(), self.signals.ncols());
-        let held = jacobian.select_columns(dependent).lu();
+        let held = jacobian.select_columns(dependent);
         // Columns of the independent coordinates and rates are unit columns; the dependent ones follow.
         let complete = |first: usize, rest: DMatrix<f64>| {
             let mut all = DMatrix::zeros(n, count);
@@ -176,7 +176,7 @@ impl Basis {
                 all[(row, first + column)] = 1.0;
             }
             let gap = &jacobian * &all + rest;
-            let followed = held.solve(&-gap)?;
+            let followed = solve(held.clone(), &-gap)?;
             for (row, values) in dependent.iter().zip(followed.row_iter()) {
                 all.row_mut(*row).copy_from(&values);
             }
@@ -194,7 +194,7 @@ impl Basis {
                 + numbers.block(row, Column::Signals) * &self.signals;
             right.rows_mut(first, size).copy_from(&-change);
         }
-        let solution = numbers.system().lu().solve(&right)?;
+        let solution = solve(numbers.system(), &right)?;
         let (accelerations, reactions) = (solution.rows(0, n).into_owned(), solution.rows(n, m).into_owned());
         Some(Motion { positions, rates, accelerations, reactions })
     }
@@ -226,6 +226,11 @@ impl Basis {
             }
         }
     }
+}
+
+/// X of A X = B with a square matrix, which may be empty.
+fn solve(a: DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    if a.is_empty() { Some(b.clone()) } else { a.lu().solve(b) }
 }
 
 /// The state or input behind a signal: the rate of a driver that follows an input is that input.

@@ -1,10 +1,11 @@
 //! The kernels of a program.
 
 use cotree_fmu::program::{
-    Constraint, Coordinate, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion, Parameter, Program,
-    SparseTape, Tapes,
+    Block, Constraint, Coordinate, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion, Parameter,
+    Program, SparseTape, Tapes,
 };
 
+use super::blocks::blocks;
 use super::cost::Cost;
 use super::eliminate::Undetermined;
 use super::initial::{Conditions, conditions};
@@ -246,6 +247,7 @@ fn assemble(
         coordinates: coordinates(equations, length),
         constraints: constraints(equations, length, active),
         motion,
+        blocks: if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() },
         length,
         variables: table.variables(),
         constants: assembler.constants.clone(),
@@ -253,6 +255,15 @@ fn assemble(
         tapes,
         initial,
     }
+}
+
+/// The blocks of the independent loop equations.
+fn solution_order(equations: &Equations, active: &[bool]) -> Vec<Block> {
+    let rows = equations.constraints.iter().enumerate().filter(|(row, _)| active[*row]);
+    let incidence: Vec<(u32, Vec<u32>)> = rows
+        .map(|(row, constraint)| (row as u32, constraint.jacobian.iter().map(|&(column, _)| column as u32).collect()))
+        .collect();
+    blocks(&incidence, equations.coordinates.len())
 }
 
 fn experiment(equations: &Equations) -> Experiment {

@@ -1,5 +1,7 @@
 //! The figures of `cotree show`.
 
+use cotree_fmu::program::{Block, Program};
+
 use super::summary::{Coordinate, Count, Counts, Joint, Summary, Tree, Trees};
 use crate::element::{Angle, Origin};
 use crate::equations::Equations;
@@ -33,12 +35,21 @@ pub fn summarise(formulated: &Formulated) -> Summary {
             .filter(|index| real.contains(index))
             .map(|&index| owner(index))
             .collect(),
+        blocks: blocks(&formulated.lowered.program),
         trees: Trees {
             translation: names(own, &own.trees.translation.branches),
             rotation: names(own, &own.trees.rotation.branches),
         },
         counts: counts(own),
     }
+}
+
+/// What is solved for together, by names.
+fn blocks(program: &Program) -> Vec<Vec<String>> {
+    let names = |block: &Block| {
+        block.columns.iter().map(|&column| program.coordinates[column as usize].name.clone()).collect::<Vec<_>>()
+    };
+    program.blocks.iter().map(names).collect()
 }
 
 fn describe_joint(mechanism: &Mechanism, joint: &crate::mechanism::Joint) -> Joint {

@@ -35,6 +35,8 @@ pub struct Summary {
     pub constraints: Vec<String>,
     /// What the redundant ones among them belong to.
     pub redundant: Vec<String>,
+    /// If the drivers determine the motion: coordinates that are solved for together, in the order of solution.
+    pub blocks: Vec<Vec<String>>,
     /// Branches of the trees.
     pub trees: Trees,
     /// How many equations the choices of trees give.
@@ -149,7 +151,9 @@ impl Summary {
             list(f, title, &names)?;
         }
         counted(f, "loops", self.constraints.len(), &tally(&self.constraints))?;
-        counted(f, "redundant", self.redundant.len(), &tally(&self.redundant))
+        counted(f, "redundant", self.redundant.len(), &tally(&self.redundant))?;
+        let blocks: Vec<String> = self.blocks.iter().map(|names| names.join(" with ")).collect();
+        counted(f, "blocks", blocks.len(), &blocks)
     }
 
     fn write_counts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

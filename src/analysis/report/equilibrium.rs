@@ -11,6 +11,9 @@ use crate::mechanism::{
     Quantity, Variable,
 };
 
+/// Groups are not magnified below this [m, rad, N, N.m].
+const LEAST: f64 = 1e-6;
+
 /// Everything about an equilibrium.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statics {
@@ -162,8 +165,8 @@ fn joints(mechanism: &Mechanism) -> Vec<Variable> {
             JointKind::Revolute { .. } => &[Quantity::Angle, Quantity::Fx, Quantity::Fy],
             JointKind::Prismatic { .. } => &[Quantity::S, Quantity::Fn, Quantity::Torque],
             JointKind::Weld { .. } => &[Quantity::Fx, Quantity::Fy, Quantity::Torque],
-            JointKind::Slot { .. } => &[Quantity::S, Quantity::Fn],
-            JointKind::Rolling { .. } => &[Quantity::S, Quantity::Fn, Quantity::Ft],
+            JointKind::Slot { .. } => &[Quantity::S, Quantity::Angle, Quantity::Fn],
+            JointKind::Rolling { .. } => &[Quantity::S, Quantity::Angle, Quantity::Fn, Quantity::Ft],
             JointKind::Distance { .. } => &[Quantity::Force],
             JointKind::Gear { .. } => &[Quantity::Torque],
             JointKind::Rack { .. } => &[Quantity::Force, Quantity::Torque],
@@ -193,7 +196,7 @@ fn unit(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::Angle => "rad",
         Quantity::Torque => "N.m",
-        Quantity::Fx | Quantity::Fy | Quantity::Fn | Quantity::Force => "N",
+        Quantity::Fx | Quantity::Fy | Quantity::Fn | Quantity::Ft | Quantity::Force => "N",
         _ => "m",
     }
 }
@@ -227,7 +230,7 @@ impl Report for Statics {
         let Statics { name, time, stability, .. } = self;
         let mut text = format!("{name} at rest, t = {time} s\n{}\n", stability.sentence());
         for group in &self.groups {
-            let largest = largest(group.values.iter().map(|(_, value, _)| value));
+            let largest = largest(group.values.iter().map(|(_, value, _)| value)).max(LEAST);
             text.push_str(&format!("\n{}\n", group.title));
             let line = |(name, value, unit): &(String, f64, &str)| {
                 vec![name.clone(), number(*value, largest), (*unit).to_owned()]
