@@ -15,5 +15,6 @@ pub mod print;
 pub mod report;
 pub mod scene;
 pub mod simulation;
+pub mod size;
 pub mod translate;
 pub mod tree;

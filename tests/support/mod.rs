@@ -3,6 +3,7 @@
 
 pub mod absolute;
 pub mod loads;
+pub mod point;
 pub mod random;
 pub mod scene_text;
 pub mod variables;
