@@ -4,6 +4,7 @@
 pub mod absolute;
 pub mod loads;
 pub mod parts;
+pub mod point;
 pub mod random;
 pub mod random_parts;
 pub mod scene_text;
