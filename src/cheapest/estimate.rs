@@ -37,9 +37,8 @@ fn elimination(mut pattern: Vec<BTreeSet<usize>>, rows: &[Vec<usize>], coordinat
     let mut left: BTreeSet<usize> = (0..pattern.len()).collect();
     let mut operations = 0;
     loop {
-        let safe = |index: usize| {
-            index < coordinates || rows[index - coordinates].iter().all(|column| !left.contains(column))
-        };
+        let safe =
+            |index: usize| index < coordinates || rows[index - coordinates].iter().all(|column| !left.contains(column));
         let next = left.iter().copied().filter(|&index| safe(index)).min_by_key(|&index| (pattern[index].len(), index));
         let Some(index) = next else { return operations };
         left.remove(&index);

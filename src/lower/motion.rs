@@ -78,8 +78,7 @@ impl MotionSystem {
         let arena = &mut equations.system.arena;
         let light = self.light(arena, mechanism, pose);
         let jacobian: Vec<Vec<(usize, Expr)>> = self.rows.iter().map(|row| row.jacobian.clone()).collect();
-        let factor =
-            Factor::new(arena, &eliminate::System { mass: &self.mass, jacobian: &jacobian, light: &light })?;
+        let factor = Factor::new(arena, &eliminate::System { mass: &self.mass, jacobian: &jacobian, light: &light })?;
         Ok(Solver { system: self, factor })
     }
 
