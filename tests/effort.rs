@@ -132,7 +132,7 @@ fn cheapest_trees_are_never_costlier_and_move_alike() {
         let expected: Vec<f64> = names.iter().map(|name| case.expected[*name]).collect();
         assert_close(&format!("{family:?} {seed}"), &values(&cheapest, &exprs, &solved), &expected, 1e-8);
     }
-    assert!(searched > 50, "{searched} trees were counted");
+    assert!(searched > 25, "{searched} trees were counted");
 }
 
 #[test]
