@@ -105,9 +105,9 @@ fn constants(equations: &mut Equations) -> [Vec<(String, f64)>; 3] {
     let masses = mechanism.bodies.iter().map(|body| (body.name.clone(), number(body.mass.as_ref().unwrap()))).collect();
     let (mut dampers, mut springs) = (Vec::new(), Vec::new());
     for load in &mechanism.loads {
-        if let LoadKind::Spring { stiffness, damping, .. } = &load.kind {
-            dampers.push((load.name.clone(), number(damping)));
-            springs.push((load.name.clone(), number(stiffness)));
+        if let LoadKind::Spring { law, .. } = &load.kind {
+            dampers.push((load.name.clone(), number(&law.damping)));
+            springs.push((load.name.clone(), number(&law.stiffness)));
         }
     }
     [masses, dampers, springs]

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 pub mod absolute;
+pub mod chain;
 pub mod loads;
 pub mod parts;
 pub mod point;
