@@ -4,6 +4,7 @@
 //! equations are found. Then, knowing which equations count, everything ([`program`]).
 
 mod eliminate;
+mod indicators;
 mod initial;
 mod program;
 mod table;
@@ -11,5 +12,5 @@ mod tape;
 
 pub use eliminate::{Factor, System, Undetermined};
 pub use program::{Lowered, Pose, positions, program};
-pub use table::{Row, Table};
+pub use table::{Row, Start, Table};
 pub use tape::Assembler;

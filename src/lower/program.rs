@@ -6,7 +6,8 @@ use cotree_fmu::program::{
 };
 
 use super::eliminate::{Factor, System, Undetermined};
-use super::initial::{Conditions, conditions};
+use super::indicators::indicators;
+use super::initial::{Conditions, Settable, conditions, settable};
 use super::table::Table;
 use super::tape::Assembler;
 use crate::equations::Equations;
@@ -52,6 +53,7 @@ struct MotionKernels {
     project_position: Vec<Expr>,
     project_velocity: Vec<Expr>,
     inverse: Option<Vec<Expr>>,
+    indicators: Vec<Expr>,
     outputs: Vec<Expr>,
 }
 
@@ -74,6 +76,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     if motion == Motion::Dynamic {
         moving.eliminate(equations, &kernels, active, pose)?;
     }
+    moving.indicators = indicators(&mut equations.system.arena, &moving.acceleration);
     let solved = if motion == Motion::Dynamic { moving.acceleration.clone() } else { driving(&kernels) };
     let table = Table::new(equations, motion, &solved);
     moving.outputs.clone_from(&table.results);
@@ -190,7 +193,7 @@ fn light(equations: &Equations, mass: &[Vec<(usize, Expr)>], pose: &Pose) -> Vec
 }
 
 fn assemble(
-    equations: &Equations,
+    equations: &mut Equations,
     (length, active): (f64, &[bool]),
     position: &PositionKernels,
     moving: &MotionKernels,
@@ -198,8 +201,9 @@ fn assemble(
     table: &Table,
 ) -> Program {
     let mechanism = equations.system.mechanism;
+    let starts = settable(equations);
     let layout = Layout::new(
-        mechanism.parameters.len(),
+        mechanism.parameters.len() + starts.len(),
         mechanism.inputs.len(),
         equations.system.followers.len(),
         equations.coordinates.len(),
@@ -225,6 +229,7 @@ fn assemble(
             &moving.project_position,
             &moving.project_velocity,
             inverse,
+            &moving.indicators,
             &moving.outputs,
         ],
     );
@@ -239,6 +244,7 @@ fn assemble(
         project_position: assembler.tape(&moving.project_position),
         project_velocity: assembler.tape(&moving.project_velocity),
         inverse: moving.inverse.as_ref().map(|results| assembler.tape(results)),
+        indicators: assembler.tape(&moving.indicators),
         outputs: assembler.tape(&moving.outputs),
     };
     let initial = Initial {
@@ -259,7 +265,7 @@ fn assemble(
         name: mechanism.name.clone(),
         guid: String::from("draft"),
         experiment: experiment(equations),
-        parameters: parameters(equations),
+        parameters: parameters(equations, &starts),
         inputs: inputs(equations),
         followers: followers(equations, length),
         coordinates: coordinates(equations, length),
@@ -286,7 +292,8 @@ fn experiment(equations: &Equations) -> Experiment {
     }
 }
 
-fn parameters(equations: &Equations) -> Vec<Parameter> {
+/// Those of the scene, then the initial values that can be set.
+fn parameters(equations: &Equations, starts: &[Settable]) -> Vec<Parameter> {
     let of = |parameter: &crate::mechanism::Parameter| Parameter {
         name: parameter.name.clone(),
         start: parameter.value,
@@ -294,7 +301,15 @@ fn parameters(equations: &Equations) -> Vec<Parameter> {
         max: parameter.max,
         tunable: parameter.tunable,
     };
-    equations.system.mechanism.parameters.iter().map(of).collect()
+    let mechanism = equations.system.mechanism;
+    let start = |start: &Settable| Parameter {
+        name: mechanism.variable_name(start.line.variable),
+        start: start.value,
+        min: None,
+        max: None,
+        tunable: false,
+    };
+    mechanism.parameters.iter().map(of).chain(starts.iter().map(start)).collect()
 }
 
 fn inputs(equations: &Equations) -> Vec<Input> {

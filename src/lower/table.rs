@@ -4,9 +4,10 @@ use std::collections::{BTreeSet, HashMap};
 
 use cotree_fmu::program::{Motion, Source, Variable};
 
+use super::initial::{order_of, settable};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::mechanism::Unit;
+use crate::mechanism::{Quantity, Unit};
 
 /// A variable with what the outside world is told about it.
 #[derive(Clone, Debug)]
@@ -23,10 +24,23 @@ pub struct Row {
     pub output: bool,
     /// Its row's derivative, if it is one: the place of what it is the derivative of.
     pub derivative_of: Option<usize>,
+    /// Its initial value, if that can be set.
+    pub start: Option<Start>,
     /// Its value as an expression.
     pub value: Expr,
     /// Places of the inputs and states that it depends on.
     pub dependencies: Vec<usize>,
+}
+
+/// An initial value that can be set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// Its default, SI.
+    pub value: f64,
+    /// Does it hold, or is it a guess?
+    pub known: bool,
+    /// Its place among the parameters of the program.
+    pub parameter: u32,
 }
 
 /// All variables, and the expressions of those that need a kernel.
@@ -45,13 +59,21 @@ impl Table {
         table.add_parameters_and_inputs(equations);
         table.add_coordinates(equations, motion);
         table.add_outputs(equations);
+        table.add_starts(equations);
         table.find_dependencies(equations, motion, solved);
         table
     }
 
     /// What the runtime needs to know.
     pub fn variables(&self) -> Vec<Variable> {
-        self.rows.iter().map(|row| Variable { name: row.name.clone(), source: row.source }).collect()
+        self.rows
+            .iter()
+            .map(|row| Variable {
+                name: row.name.clone(),
+                source: row.source,
+                initial: row.start.map(|start| start.parameter),
+            })
+            .collect()
     }
 
     fn add_parameters_and_inputs(&mut self, equations: &mut Equations) {
@@ -104,7 +126,6 @@ impl Table {
     fn add_outputs(&mut self, equations: &mut Equations) {
         let places: HashMap<String, usize> =
             self.rows.iter().enumerate().map(|(i, row)| (row.name.clone(), i)).collect();
-        let mut results: HashMap<Expr, u32> = HashMap::new();
         for output in &equations.system.mechanism.outputs {
             if let Some(&place) = places.get(&output.name) {
                 let row = &mut self.rows[place];
@@ -113,15 +134,43 @@ impl Table {
                 continue;
             }
             let value = equations.formula(&output.value);
-            let result = *results.entry(value).or_insert_with(|| {
-                self.results.push(value);
-                self.results.len() as u32 - 1
-            });
-            let accelerated = equations.system.arena.symbols([value]).into_iter().any(Symbol::is_solved);
-            self.push((&output.name, &output.description, &output.unit), Source::Output { result, accelerated }, value);
+            let source = self.computed(equations, value);
+            self.push((&output.name, &output.description, &output.unit), source, value);
             if let Some(row) = self.rows.last_mut() {
                 row.output = true;
             }
+        }
+    }
+
+    /// The result of the output kernel with that value.
+    fn computed(&mut self, equations: &Equations, value: Expr) -> Source {
+        let known = self.results.iter().position(|&result| result == value);
+        let result = known.unwrap_or_else(|| {
+            self.results.push(value);
+            self.results.len() - 1
+        });
+        let accelerated = equations.system.arena.symbols([value]).into_iter().any(Symbol::is_solved);
+        Source::Output { result: result as u32, accelerated }
+    }
+
+    /// Initial values that can be set belong to their variables; one that is nothing else yet becomes a row.
+    fn add_starts(&mut self, equations: &mut Equations) {
+        let mechanism = equations.system.mechanism;
+        for (index, settable) in settable(equations).into_iter().enumerate() {
+            let variable = settable.line.variable;
+            let name = mechanism.variable_name(variable);
+            let place = self.rows.iter().position(|row| row.name == name).unwrap_or_else(|| {
+                let value = equations.variable(variable);
+                let source = self.computed(equations, value);
+                let angular = matches!(variable.quantity, Quantity::Angle | Quantity::Omega);
+                let unit = if angular { Unit::angle() } else { Unit::length() };
+                let rate = order_of(variable.quantity) == Order::Velocity;
+                let unit = if rate { unit.per_second() } else { unit };
+                self.push((&name, "known at the start", &unit), source, value);
+                self.rows.len() - 1
+            });
+            let parameter = (mechanism.parameters.len() + index) as u32;
+            self.rows[place].start = Some(Start { value: settable.value, known: settable.line.known, parameter });
         }
     }
 
@@ -133,6 +182,7 @@ impl Table {
             source,
             output: false,
             derivative_of: None,
+            start: None,
             value,
             dependencies: Vec::new(),
         });

@@ -1,5 +1,6 @@
 //! Phi_q of the active loop equations, factored: for driven mechanisms, where it is square.
 
+use super::Failure;
 use super::dense::{Lu, Singular};
 use crate::machine::Machine;
 use crate::model::Model;
@@ -46,6 +47,14 @@ impl Loops {
         }
         self.lu.solve(&mut self.right);
         &self.right
+    }
+
+    /// Factors Phi_q, or names a coordinate that the drivers leave free.
+    pub fn factor_regular(&mut self, model: &Model, machine: &mut Machine) -> Result<(), Failure> {
+        self.factor(model, machine).map_err(|Singular(column)| Failure::Singular {
+            time: machine.registers()[model.layout().time()],
+            coordinate: model.program().coordinates[column].name.clone(),
+        })
     }
 
     /// lambda of Phi_q^T lambda = b, zero for inactive constraints.
