@@ -109,7 +109,7 @@ fn typical_length(equations: &mut Equations) -> f64 {
 
 fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
     match symbol {
-        Symbol::Parameter(i) => mechanism.parameters[i].value,
+        Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
         Symbol::Input(i, crate::expr::Order::Position) => mechanism.inputs[i].start,
         Symbol::Time => mechanism.experiment.start,
         _ => 0.0,

@@ -6,6 +6,7 @@
 mod blocks;
 mod cost;
 mod eliminate;
+mod indicators;
 mod initial;
 mod motion;
 mod program;
@@ -19,5 +20,5 @@ pub use eliminate::{Factor, System, Undetermined};
 pub use motion::{MotionSystem, Solver};
 pub use program::{Lowered, Pose, kernel_cost, positions, program};
 pub use solve_tree::{SolveTree, in_solve_tree};
-pub use table::{Row, Table};
+pub use table::{Row, Start, Table};
 pub use tape::Assembler;
