@@ -3,6 +3,7 @@
 mod check;
 mod export;
 mod failure;
+mod info;
 mod new;
 mod output;
 mod show;
@@ -55,6 +56,7 @@ enum Command {
     Show(show::Show),
     Simulate(simulate::Simulate),
     Export(export::Export),
+    Info(info::Info),
 }
 
 /// Runs the command that the process was started with.
@@ -73,6 +75,7 @@ pub fn run() -> ExitCode {
         Command::Show(command) => command.run(format),
         Command::Simulate(command) => command.run(format),
         Command::Export(command) => command.run(format),
+        Command::Info(command) => command.run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

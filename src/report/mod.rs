@@ -1,7 +1,9 @@
 //! What cotree shows: drawings, plots, tables, summaries.
 
+pub mod accuracy;
 pub mod assumptions;
 pub mod csv;
+pub mod curve;
 pub mod drawing;
 pub mod figures;
 pub mod line;
