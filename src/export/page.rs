@@ -57,7 +57,8 @@ impl Page<'_> {
 
 /// Text as HTML that keeps its lines and spaces.
 pub fn preformatted(text: &str) -> String {
-    format!("<pre>{}</pre>\n", escape(text))
+    let lines: Vec<String> = text.lines().map(escape).collect();
+    format!("<pre>{}</pre>\n", lines.join("\n"))
 }
 
 type Section = (&'static str, fn(Causality) -> bool);
