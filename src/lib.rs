@@ -1,5 +1,6 @@
 //! Planar mechanisms to FMUs, in branch coordinates.
 
+pub mod assembly;
 pub mod cli;
 pub mod element;
 pub mod equations;

@@ -4,6 +4,7 @@
 //! Desirable: the fewest coordinates (Tables 2 and 3 are Kruskal's algorithm with the number of coordinates as weight, so none has
 //! fewer), and among those loops that are cut in their middle: revolutes are taken breadth first from the ground.
 
+use std::collections::hash_map::Entry;
 use std::collections::{HashMap, VecDeque};
 
 use crate::element::{Origin, System};
@@ -104,8 +105,8 @@ fn depths(mechanism: &Mechanism) -> Vec<usize> {
             depths[joint] = depths[joint].min(depth);
             for side in [0, 1] {
                 let next = body_of(joint, side);
-                if !reached.contains_key(&next) {
-                    reached.insert(next, depth + 1);
+                if let Entry::Vacant(entry) = reached.entry(next) {
+                    entry.insert(depth + 1);
                     queue.push_back(next);
                 }
             }
@@ -158,7 +159,7 @@ fn branches<D>(
         let missing = list_names(&unreached);
         faults.push(
             Fault::new("coordinates::not_spanning", format!("the {list} tree does not reach {missing}"), span)
-                .label("these branches leave something out")
+                .label("these branches do not reach everything")
                 .help(format!("add a body, joint, driver or load that connects {missing} to the rest")),
         );
     }
@@ -183,7 +184,12 @@ fn not_in_graph(system: &System, name: &str, span: Span, list: &str) -> Fault {
         }
         (false, _) => "name a body, joint, driver or load of the scene",
     };
-    Fault::new("coordinates::unknown_branch", message, span).label("not an element of this graph").help(help)
+    let label = match (known, list) {
+        (true, "rotation") => "holds and carries no angle",
+        (true, _) => "holds and carries no displacement",
+        (false, _) => "not in the scene",
+    };
+    Fault::new("coordinates::unknown_branch", message, span).label(label).help(help)
 }
 
 fn loop_fault(name: &str, span: Span, list: &str, others: &[String]) -> Fault {
