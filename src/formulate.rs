@@ -3,15 +3,14 @@
 use std::collections::BTreeSet;
 
 use cotree_fmu::model::{Model, State};
-use cotree_fmu::solver::Failure;
 use cotree_fmu::solver::initial::solve_initial;
 use cotree_fmu::solver::redundancy::redundancy;
 
+use crate::assembly::{circuit_names, explain, span_of};
 use crate::cheapest::{self, Search};
 use crate::element::{Held, Origin, System};
-use crate::equations::{Constraint, CoupledChord, Equations};
+use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
-use crate::graph::{ElementId, SignedRow};
 use crate::lower::{self, Lowered, Pose};
 use crate::mechanism::{Coordinates, Formula, Mechanism, Output};
 use crate::print::symbol_name;
@@ -69,7 +68,7 @@ pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Ve
     let draft = lower::positions(&mut equations, length);
     let model = Model::of_positions(draft).map_err(|fault| vec![internal(mechanism, &fault.to_string())])?;
     let mut state = model.default_state(mechanism.experiment.start);
-    solve_initial(&model, &mut state).map_err(|failure| vec![assembly_fault(&equations, &failure)])?;
+    solve_initial(&model, &mut state).map_err(|failure| vec![explain(&equations, &model, &failure)])?;
     let independent: BTreeSet<usize> = redundancy(&model, &state, POSES).independent.into_iter().collect();
     let active: Vec<bool> = (0..equations.constraints.len()).map(|index| independent.contains(&index)).collect();
     let redundant: Vec<usize> = (0..active.len()).filter(|&index| !active[index]).collect();
@@ -147,73 +146,6 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64)
     )
     .label("prescribes what is prescribed already")
     .help(format!("remove `{own}` or one of the others, or make them agree"))
-}
-
-/// Names of the branches that close the loop of a chord, arms left out.
-fn circuit_names(equations: &Equations, constraint: &Constraint) -> Vec<String> {
-    let (system, trees) = (&equations.system, &equations.trees);
-    let translation = crate::graph::Topology::new(&system.translation, &trees.translation);
-    let rotation = crate::graph::Topology::new(&system.rotation, &trees.rotation);
-    let coupled = constraint.coupled.iter().flat_map(|chord| match chord {
-        CoupledChord::Force(ends, ..) => translation.circuit_between(*ends),
-        CoupledChord::Torque(ends, _) => rotation.circuit_between(*ends),
-    });
-    let row: SignedRow = match constraint.held {
-        _ if !constraint.coupled.is_empty() => coupled.collect(),
-        Held::Angle => rotation.circuit(constraint.element),
-        Held::Along(_) | Held::Length => translation.circuit(constraint.element),
-    };
-    let named = row.into_iter().map(|(element, _)| system.element(element));
-    let mut names: Vec<String> = named
-        .filter(|element| !matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)))
-        .map(|element| element.name.clone())
-        .collect();
-    let mut seen = BTreeSet::new();
-    names.retain(|name| seen.insert(name.clone()));
-    names
-}
-
-fn span_of(equations: &Equations, element: ElementId) -> Span {
-    let mechanism = equations.system.mechanism;
-    match equations.system.element(element).origin {
-        Origin::Body(body) => mechanism.bodies[body.0].span,
-        Origin::Arm(body, point) => mechanism.bodies[body.0].points[point].span,
-        Origin::GroundVector(point) => mechanism.ground[point].span,
-        Origin::Joint(joint) => mechanism.joints[joint.0].span,
-        Origin::Driver(driver) => mechanism.drivers[driver.0].span,
-        Origin::Load(load) => mechanism.loads[load.0].span,
-    }
-}
-
-/// The place in the scene that a failure of the assembly speaks of.
-fn assembly_fault(equations: &Equations, failure: &Failure) -> Fault {
-    let mechanism = equations.system.mechanism;
-    let owner = |name: &str| {
-        let element = equations.system.elements.iter().position(|element| element.name == name);
-        element.map_or_else(Span::default, |index| span_of(equations, ElementId(index)))
-    };
-    let condition = |name: &str| {
-        let initial = mechanism.initial.iter().find(|initial| mechanism.variable_name(initial.variable) == name);
-        initial.map_or_else(Span::default, |initial| initial.span)
-    };
-    let message = failure.to_string();
-    let (message, help) = message.split_once("; ").unwrap_or((&message, ""));
-    let (code, span, label) = match failure {
-        Failure::LoopsOpen { gap } => ("assembly::open_loop", owner(&gap.owner), "this does not meet"),
-        Failure::Contradiction { conditions, .. } => (
-            "assembly::contradiction",
-            conditions.first().map_or_else(Span::default, |name| condition(name)),
-            "cannot hold together with the others",
-        ),
-        Failure::OtherBranch { condition: name, .. } => ("assembly::other_branch", condition(name), "the guess"),
-        Failure::Redundant { gap, .. } | Failure::Drift { gap, .. } | Failure::LockUp { gap, .. } => {
-            ("assembly::conflict", owner(&gap.owner), "contradicts the others")
-        }
-        Failure::NotFinite { .. } | Failure::StepUnderflow { .. } | Failure::Singular { .. } => {
-            ("assembly::not_finite", Span::default(), "")
-        }
-    };
-    Fault::new(code, message, span).label(label).help(help)
 }
 
 /// What the kernels and the outputs need must be there.

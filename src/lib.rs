@@ -30,6 +30,7 @@
 //! ```
 
 pub mod analysis;
+pub mod assembly;
 pub mod cheapest;
 pub mod cli;
 pub mod element;

@@ -199,7 +199,7 @@ fn branches<D>(
         let missing = list_names(&unreached);
         faults.push(
             Fault::new("coordinates::not_spanning", format!("the {list} tree does not reach {missing}"), span)
-                .label("these branches leave something out")
+                .label("these branches do not reach everything")
                 .help(format!("add a body, joint, driver or load that connects {missing} to the rest")),
         );
     }
@@ -226,7 +226,12 @@ fn not_in_graph(system: &System, name: &str, span: Span, list: &str) -> Fault {
         }
         (false, _) => "name a body, joint, driver or load of the scene",
     };
-    Fault::new("coordinates::unknown_branch", message, span).label("not an element of this graph").help(help)
+    let label = match (known, list) {
+        (true, "rotation") => "holds and carries no angle",
+        (true, _) => "holds and carries no displacement",
+        (false, _) => "not in the scene",
+    };
+    Fault::new("coordinates::unknown_branch", message, span).label(label).help(help)
 }
 
 fn loop_fault(name: &str, span: Span, list: &str, others: &[String]) -> Fault {

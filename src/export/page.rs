@@ -56,7 +56,7 @@ impl Page<'_> {
 }
 
 /// Text as HTML that keeps its lines and spaces.
-fn preformatted(text: &str) -> String {
+pub fn preformatted(text: &str) -> String {
     let lines: Vec<String> = text.lines().map(escape).collect();
     format!("<pre>{}</pre>\n", lines.join("\n"))
 }

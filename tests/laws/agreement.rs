@@ -82,7 +82,8 @@ fn agrees(case: &Case, mechanism: &Mechanism, reactions: bool) -> Result<(), Str
         for (name, &expected) in members {
             let variable = instance.variable(name).ok_or(format!("`{name}` is missing"))?;
             let value = instance.get(variable).map_err(|error| error.to_string())?;
-            if !((value - expected).abs() <= bound) {
+            let agrees = (value - expected).abs() <= bound;
+            if !agrees {
                 return Err(format!("{name} is {value} instead of {expected}, bound {bound:e}"));
             }
         }

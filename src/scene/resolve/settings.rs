@@ -159,6 +159,14 @@ impl Resolver<'_> {
         if self.is_reported(name, &name.text) {
             return;
         }
+        if let Some((owner, _)) = name.text.split_once('.')
+            && (owner == "ground" || self.names.get(owner).is_some_and(|named| matches!(named, Named::Body(_))))
+        {
+            let message = format!("`{}` is a rigid arm or a ground vector: it is always in the tree", name.text);
+            let fault = Fault::new("scene::arm_in_tree", message, name.span).label("need not be named");
+            self.faults.push(fault.help("remove it: name bodies, joints, drivers and loads only"));
+            return;
+        }
         let known = self.names.all(|named| !matches!(named, Named::Parameter(_) | Named::Input(_)));
         let otherwise = "name bodies, joints, drivers or loads of the scene".to_string();
         let help = suggest::hint(&name.text, known, otherwise);
