@@ -7,6 +7,7 @@ use cotree_fmu::solver::Failure;
 use cotree_fmu::solver::initial::solve_initial;
 use cotree_fmu::solver::redundancy::redundancy;
 
+use crate::cheapest::{self, Search};
 use crate::element::{Held, Origin, System};
 use crate::equations::{Constraint, CoupledChord, Equations};
 use crate::expr::{Expr, Property, Symbol};
@@ -15,6 +16,7 @@ use crate::lower::{self, Lowered, Pose};
 use crate::mechanism::{Coordinates, Formula, Mechanism, Output};
 use crate::print::symbol_name;
 use crate::scene::{Fault, Span};
+use crate::size;
 use crate::tree::Trees;
 
 /// How many poses are examined for redundant loop equations.
@@ -33,6 +35,8 @@ pub struct Formulated<'m> {
     pub redundant: Vec<usize>,
     /// Redundant joints and the like.
     pub warnings: Vec<Fault>,
+    /// What the search for the cheapest trees found, if the scene asks for it.
+    pub search: Option<Search>,
 }
 
 impl Formulated<'_> {
@@ -48,7 +52,18 @@ impl Formulated<'_> {
 /// # Errors
 /// Wrong trees, contradictions, loops that cannot be closed, masses that are missing where motion needs them.
 pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
-    let mut equations = equations(mechanism, &mechanism.coordinates)?;
+    match &mechanism.coordinates {
+        Coordinates::Cheapest => cheapest::formulate(mechanism),
+        choice => formulate_with(equations(mechanism, choice)?),
+    }
+}
+
+/// The same for trees that are chosen already.
+///
+/// # Errors
+/// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
+pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Vec<Fault>> {
+    let mechanism = equations.system.mechanism;
     check_trivial(&equations)?;
     let length = typical_length(&mut equations);
     let draft = lower::positions(&mut equations, length);
@@ -67,16 +82,17 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
         .map_err(|lower::Undetermined(index)| vec![massless(&equations, index)])?;
     check_masses(&mut equations, &lowered)?;
     let warnings = redundancy_warnings(&equations, &redundant);
-    Ok(Formulated { equations, lowered, state, redundant, warnings })
+    Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
 }
 
 /// The equations for a choice of trees.
 ///
 /// # Errors
-/// The user's own trees are not spanning trees.
+/// The user's own trees are not spanning trees, or the equations would be too large.
 pub fn equations<'m>(mechanism: &'m Mechanism, choice: &Coordinates) -> Result<Equations<'m>, Vec<Fault>> {
     let system = System::new(mechanism);
     let trees = Trees::select(&system, choice)?;
+    size::check(&system, &trees)?;
     Ok(Equations::new(system, trees))
 }
 

@@ -4,11 +4,11 @@
 //! Desirable: the fewest coordinates (Tables 2 and 3 are Kruskal's algorithm with the number of coordinates as weight, so none has
 //! fewer), and among those loops that are cut in their middle: revolutes are taken breadth first from the ground.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{HashMap, HashSet, VecDeque};
 
 use crate::element::{Origin, System};
-use crate::graph::{ElementId, LinearGraph, Rotation, Translation, Tree};
-use crate::mechanism::Coordinates;
+use crate::graph::{ElementId, LinearGraph, Rotation, Topology, Translation, Tree};
+use crate::mechanism::{BodyId, Coordinates};
 use crate::scene::{Fault, Span};
 
 /// A spanning tree of each graph.
@@ -27,13 +27,49 @@ impl Trees {
     /// The user's own lists name something unknown, close a loop, or leave something out.
     pub fn select(system: &System, choice: &Coordinates) -> Result<Trees, Vec<Fault>> {
         match choice {
-            Coordinates::Recommended => Ok(recommended(system)),
+            // The search for the cheapest trees starts from these.
+            Coordinates::Recommended | Coordinates::Cheapest => Ok(recommended(system)),
             Coordinates::Absolute => Ok(absolute(system)),
             Coordinates::Joint => Ok(joint(system)),
             Coordinates::Chosen { translation, rotation } => {
                 chosen(system, translation.as_deref(), rotation.as_deref())
             }
         }
+    }
+}
+
+impl Trees {
+    /// These trees with some bodies as branches of the translational tree in the place of joints, as far as arms and position
+    /// drivers permit.
+    pub fn with_bodies(&self, system: &System, chosen: impl Fn(BodyId) -> bool) -> Trees {
+        let branches: HashSet<ElementId> = self.translation.branches.iter().copied().collect();
+        let order = ordered(&system.translation, |id| match system.element(*id).origin {
+            Origin::Arm(..) | Origin::GroundVector(_) => 0,
+            Origin::Driver(_) if branches.contains(id) => 1,
+            Origin::Body(body) if chosen(body) => 2,
+            _ if branches.contains(id) => 3,
+            _ => 4,
+        });
+        Trees { translation: system.translation.tree(order), rotation: self.rotation.clone() }
+    }
+
+    /// All exchanges of one branch for one chord of the translational tree; arms, ground vectors and loads stay what they are.
+    pub fn exchanges(&self, system: &System) -> Vec<[ElementId; 2]> {
+        let topology = Topology::new(&system.translation, &self.translation);
+        let fixed = |id: &ElementId| is_arm(system, *id) || matches!(system.element(*id).origin, Origin::Load(_));
+        let chords = self.translation.chords.iter().copied().filter(|chord| !fixed(chord));
+        let pairs = chords.flat_map(|chord| {
+            let circuit = topology.circuit(chord).into_iter().map(|(branch, _)| branch);
+            circuit.filter(|branch| !fixed(branch)).map(|branch| [branch, chord]).collect::<Vec<_>>()
+        });
+        pairs.collect()
+    }
+
+    /// These trees with a chord of the translational tree in the place of a branch.
+    pub fn exchanged(&self, system: &System, [branch, chord]: [ElementId; 2]) -> Trees {
+        let own = self.translation.branches.iter();
+        let branches = own.map(|&id| if id == branch { chord } else { id }).collect();
+        Trees { translation: system.translation.tree_of(branches), rotation: self.rotation.clone() }
     }
 }
 
@@ -109,10 +145,10 @@ fn depths(system: &System) -> Vec<usize> {
             depths[joint] = depths[joint].min(depth);
             for side in [0, 1] {
                 let next = body_of(joint, side);
-                if !reached.contains_key(&next) {
-                    reached.insert(next, depth + 1);
+                reached.entry(next).or_insert_with(|| {
                     queue.push_back(next);
-                }
+                    depth + 1
+                });
             }
         }
     }

@@ -35,6 +35,7 @@ fn program() -> data::Program {
         coordinates: vec![data::Coordinate { name: "mass.x".into(), scale: 1.0 }],
         constraints: vec![],
         motion: data::Motion::Dynamic,
+        blocks: Vec::new(),
         length: 1.0,
         variables: vec![
             variable("time", data::Source::Time),

@@ -8,6 +8,8 @@
 //! * [`instance`]: one simulation, as the command line and the FMI functions use it.
 //! * [`fmi2`]: the functions of FMI 2.0 for Co-Simulation.
 
+#![allow(rustdoc::broken_intra_doc_links, reason = "square brackets hold units: [m], [rad]")]
+
 pub mod check;
 pub mod fmi2;
 mod frame;

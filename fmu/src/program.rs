@@ -29,6 +29,8 @@ pub struct Program {
     pub constraints: Vec<Constraint>,
     /// How the motion follows from the equations.
     pub motion: Motion,
+    /// Kinematic only: which loop equations determine which coordinates, in the order in which they can be solved.
+    pub blocks: Vec<Block>,
     /// A typical length of the mechanism [m]: tolerances on positions are relative to it.
     pub length: f64,
     /// What can be read by name, in the order of the value references.
@@ -131,6 +133,15 @@ pub struct Constraint {
     pub active: bool,
 }
 
+/// Loop equations that determine as many coordinates, given those of the blocks before.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Block {
+    /// Indices into [`Program::constraints`].
+    pub rows: Vec<u32>,
+    /// Indices into [`Program::coordinates`].
+    pub columns: Vec<u32>,
+}
+
 /// How the motion follows from the equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Motion {
@@ -142,7 +153,7 @@ pub enum Motion {
 }
 
 /// What a variable's value is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Source {
     /// The independent variable.
     Time,

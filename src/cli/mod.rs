@@ -1,12 +1,16 @@
 //! The command line: one file for each command.
 
 mod check;
+mod equilibrium;
 mod export;
 mod failure;
+mod linearize;
+mod modes;
 mod new;
 mod output;
 mod show;
 mod simulate;
+mod study;
 
 use std::process::ExitCode;
 
@@ -54,6 +58,9 @@ enum Command {
     Check(check::Check),
     Show(show::Show),
     Simulate(simulate::Simulate),
+    Equilibrium(equilibrium::Equilibrium),
+    Linearize(linearize::Linearize),
+    Modes(modes::Modes),
     Export(export::Export),
 }
 
@@ -72,6 +79,9 @@ pub fn run() -> ExitCode {
         Command::Check(command) => command.run(format),
         Command::Show(command) => command.run(format),
         Command::Simulate(command) => command.run(format),
+        Command::Equilibrium(command) => command.run(format),
+        Command::Linearize(command) => command.run(format),
+        Command::Modes(command) => command.run(format),
         Command::Export(command) => command.run(format),
     };
     match result {

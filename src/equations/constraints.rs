@@ -36,11 +36,6 @@ impl Constraint {
     pub fn is_trivial(&self) -> bool {
         self.jacobian.is_empty()
     }
-
-    /// Is it the circuit equation of this chord?
-    pub(super) fn is_of(&self, chord: ElementId) -> bool {
-        self.element == chord && self.coupled.is_empty()
-    }
 }
 
 /// The loop equations of both graphs, then those of the couplings.

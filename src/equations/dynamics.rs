@@ -55,10 +55,14 @@ impl Dynamics {
             reactions: Vec::new(),
             load: Vec::new(),
         };
+        let held = by_chord(constraints);
+        let of = |chord: ElementId| held.get(&chord).into_iter().flatten().map(|&index| (index, &constraints[index]));
         let couplings = Couplings::new(&mut system.arena, constraints);
         for &chord in &t_tree.chords {
             let mut force = constitutive_force(system, kinematics, laws, chord);
-            add_reactions(system, kinematics, constraints, chord, &mut force);
+            for (index, constraint) in of(chord) {
+                add_reaction(system, kinematics, (index, constraint), &mut force);
+            }
             dynamics.forces.insert(chord, force);
         }
         dynamics.branch_forces(&mut system.arena, t_tree, t_topology, &couplings);
@@ -66,11 +70,9 @@ impl Dynamics {
         couplings.add_moments(system, kinematics, &mut moments);
         for &chord in &r_tree.chords {
             let mut torque = constitutive_torque(system, kinematics, laws, &moments, chord);
-            for (index, constraint) in constraints.iter().enumerate() {
-                if constraint.is_of(chord) && constraint.held == Held::Angle && !constraint.is_trivial() {
-                    let reaction = system.arena.symbol(Symbol::Reaction(index));
-                    torque.add_term(&mut system.arena, reaction, &Scalar::plain(Expr::ONE));
-                }
+            for (index, _) in of(chord).filter(|(_, constraint)| constraint.held == Held::Angle) {
+                let reaction = system.arena.symbol(Symbol::Reaction(index));
+                torque.add_term(&mut system.arena, reaction, &Scalar::plain(Expr::ONE));
             }
             dynamics.torques.insert(chord, torque);
         }
@@ -222,19 +224,24 @@ fn without_reactions(arena: &mut Arena, kinematics: &Kinematics, balance: &Form<
     load.total(arena)
 }
 
-/// lambda x direction for every loop equation of a chord.
-fn add_reactions(
+/// The circuit equations that say something, by their chord; couplings act through other elements' chords.
+fn by_chord(constraints: &[Constraint]) -> HashMap<ElementId, Vec<usize>> {
+    let mut held: HashMap<ElementId, Vec<usize>> = HashMap::new();
+    let own = |constraint: &Constraint| !constraint.is_trivial() && constraint.coupled.is_empty();
+    for (index, constraint) in constraints.iter().enumerate().filter(|(_, constraint)| own(constraint)) {
+        held.entry(constraint.element).or_default().push(index);
+    }
+    held
+}
+
+/// lambda x direction, if the loop equation is one of the translational graph.
+fn add_reaction(
     system: &mut System,
     kinematics: &Kinematics,
-    constraints: &[Constraint],
-    chord: ElementId,
+    (index, constraint): (usize, &Constraint),
     force: &mut Form<Vector>,
 ) {
-    for (index, constraint) in constraints.iter().enumerate() {
-        let (true, Held::Along(direction), false) = (constraint.is_of(chord), constraint.held, constraint.is_trivial())
-        else {
-            continue;
-        };
+    if let Held::Along(direction) = constraint.held {
         let (_, along) = kinematics.direction(system, direction);
         let reaction = system.arena.symbol(Symbol::Reaction(index));
         force.add_term(&mut system.arena, reaction, &along);
@@ -259,7 +266,7 @@ fn inertia_force(system: &mut System, kinematics: &Kinematics, row: &Translation
     let gravity = system.mechanism.gravity.each_ref().map(|component| system.value(component));
     let arena = &mut system.arena;
     let minus_mass = arena.negate(mass);
-    let mut force = kinematics.node(row.ends[1]).acceleration.scaled(arena, minus_mass);
+    let mut force = kinematics.node(arena, row.ends[1]).acceleration.scaled(arena, minus_mass);
     if weightless {
         return force;
     }

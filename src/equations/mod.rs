@@ -8,6 +8,7 @@ mod dynamics;
 mod form;
 mod kinematics;
 mod laws;
+mod transfer;
 mod variables;
 mod vector;
 

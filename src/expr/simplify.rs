@@ -138,7 +138,7 @@ impl Arena {
             _ => {
                 let half = self.whole_power(base, exponent / 2);
                 let even = self.square(half);
-                if exponent % 2 == 0 { even } else { self.multiply(even, base) }
+                if exponent.is_multiple_of(2) { even } else { self.multiply(even, base) }
             }
         }
     }

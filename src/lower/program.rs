@@ -1,12 +1,15 @@
 //! The kernels of a program.
 
 use cotree_fmu::program::{
-    Constraint, Coordinate, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion, Parameter, Program,
-    SparseTape, Tapes,
+    Block, Constraint, Coordinate, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion, Parameter,
+    Program, SparseTape, Tapes,
 };
 
-use super::eliminate::{Factor, System, Undetermined};
+use super::blocks::blocks;
+use super::cost::Cost;
+use super::eliminate::Undetermined;
 use super::initial::{Conditions, conditions};
+use super::solve_tree::{self, SolveTree};
 use super::table::Table;
 use super::tape::Assembler;
 use crate::element::Held;
@@ -22,6 +25,8 @@ pub struct Lowered {
     pub table: Table,
     /// Accelerations and reactions as expressions; empty for a kinematic model.
     pub solved: Vec<Expr>,
+    /// The trees behind the acceleration kernel, where they are not those of the coordinates.
+    pub solve_tree: Option<SolveTree>,
 }
 
 /// A consistent pose at default parameters: where the weight of pivots is judged.
@@ -54,6 +59,7 @@ struct MotionKernels {
     project_velocity: Vec<Expr>,
     inverse: Option<Vec<Expr>>,
     outputs: Vec<Expr>,
+    solve_tree: Option<SolveTree>,
 }
 
 /// A program with which the mechanism can be assembled, but not moved.
@@ -73,7 +79,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     let kernels = PositionKernels::new(equations, length);
     let mut moving = MotionKernels::default();
     if motion == Motion::Dynamic {
-        moving.eliminate(equations, &kernels, active, pose)?;
+        moving.eliminate(equations, &kernels, (length, active), pose)?;
     }
     let solved = if motion == Motion::Dynamic { moving.acceleration.clone() } else { driving(&kernels) };
     let table = Table::new(equations, motion, &solved);
@@ -83,7 +89,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         moving.inverse = Some(inverse(equations));
     }
     let program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
-    Ok(Lowered { program, table, solved: moving.acceleration })
+    Ok(Lowered { program, table, solved: moving.acceleration, solve_tree: moving.solve_tree })
 }
 
 /// What the motion of a kinematic model depends on.
@@ -118,37 +124,21 @@ impl MotionKernels {
         &mut self,
         equations: &mut Equations,
         kernels: &PositionKernels,
-        active: &[bool],
+        (length, active): (f64, &[bool]),
         pose: &Pose,
     ) -> Result<(), Undetermined> {
-        let dynamics = equations.dynamics().clone();
-        let light = light(equations, &dynamics.mass, pose);
-        let rows: Vec<usize> = (0..active.len()).filter(|&row| active[row]).collect();
-        let jacobian: Vec<Vec<(usize, Expr)>> =
-            rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
+        let (solver, solve_tree) = solve_tree::solver(equations, active, length, pose)?;
+        self.solve_tree = solve_tree;
         let arena = &mut equations.system.arena;
-        let factor = Factor::new(arena, &System { mass: &dynamics.mass, jacobian: &jacobian, light: &light })?;
-        let coordinates = dynamics.load.len();
-
-        let mut right = dynamics.load;
-        right.extend(rows.iter().map(|&row| kernels.gamma[row]));
-        let solution = factor.solve(arena, &right);
-        self.acceleration = solution[..coordinates].to_vec();
-        let mut reactions = vec![Expr::ZERO; active.len()];
-        for (&row, &reaction) in rows.iter().zip(&solution[coordinates..]) {
-            reactions[row] = reaction;
-        }
-        self.acceleration.extend(reactions);
-        if rows.is_empty() {
+        self.acceleration = solver.motion(arena, active.len());
+        if !active.contains(&true) {
             return Ok(());
         }
         for (residuals, kernel) in
             [(&kernels.constraint, &mut self.project_position), (&kernels.constraint_rate, &mut self.project_velocity)]
         {
-            let mut right = vec![Expr::ZERO; coordinates];
-            right.extend(rows.iter().map(|&row| arena.negate(residuals[row])));
             kernel.clone_from(residuals);
-            kernel.extend(&factor.solve(arena, &right)[..coordinates]);
+            kernel.extend(solver.projection(arena, residuals));
         }
         Ok(())
     }
@@ -169,25 +159,22 @@ fn inverse(equations: &mut Equations) -> Vec<Expr> {
     .collect()
 }
 
-/// Coordinates whose mass is under 1e-4 of the largest at the pose: their pivots wait until nothing better is left.
-fn light(equations: &Equations, mass: &[Vec<(usize, Expr)>], pose: &Pose) -> Vec<bool> {
-    let diagonal: Vec<Expr> = mass
-        .iter()
-        .enumerate()
-        .map(|(index, row)| row.iter().find(|(column, _)| *column == index).map_or(Expr::ZERO, |(_, entry)| *entry))
-        .collect();
+/// The registers of the inputs of all kernels.
+fn layout(equations: &Equations) -> Layout {
     let mechanism = equations.system.mechanism;
-    let values = |symbol: Symbol| match symbol {
-        Symbol::Time => pose.time,
-        Symbol::Parameter(i) => mechanism.parameters[i].value,
-        Symbol::Input(i, Order::Position) => mechanism.inputs[i].start,
-        Symbol::Coordinate(i, Order::Position) => pose.positions.get(i).copied().unwrap_or_default(),
-        Symbol::Follower(i, Order::Position) => pose.followers.get(i).copied().unwrap_or_default(),
-        _ => 0.0,
-    };
-    let weights = equations.system.arena.evaluate(&diagonal, &values);
-    let heaviest = weights.iter().copied().fold(0.0, f64::max);
-    weights.iter().map(|weight| *weight <= 1e-4 * heaviest).collect()
+    Layout::new(
+        mechanism.parameters.len(),
+        mechanism.inputs.len(),
+        equations.system.followers.len(),
+        equations.coordinates.len(),
+        equations.constraints.len(),
+    )
+}
+
+/// What a kernel with these results costs, the parameter stage left out.
+pub fn kernel_cost(equations: &Equations, results: &[Expr]) -> Cost {
+    let mut assembler = Assembler::new(&equations.system.arena, layout(equations), &[results]);
+    Cost::of(&assembler.tape(results))
 }
 
 fn assemble(
@@ -199,13 +186,7 @@ fn assemble(
     table: &Table,
 ) -> Program {
     let mechanism = equations.system.mechanism;
-    let layout = Layout::new(
-        mechanism.parameters.len(),
-        mechanism.inputs.len(),
-        equations.system.followers.len(),
-        equations.coordinates.len(),
-        equations.constraints.len(),
-    );
+    let layout = layout(equations);
     let sparse = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
     let (jacobian, q_jacobian, v_jacobian) =
         (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
@@ -266,6 +247,7 @@ fn assemble(
         coordinates: coordinates(equations, length),
         constraints: constraints(equations, length, active),
         motion,
+        blocks: if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() },
         length,
         variables: table.variables(),
         constants: assembler.constants.clone(),
@@ -273,6 +255,15 @@ fn assemble(
         tapes,
         initial,
     }
+}
+
+/// The blocks of the independent loop equations.
+fn solution_order(equations: &Equations, active: &[bool]) -> Vec<Block> {
+    let rows = equations.constraints.iter().enumerate().filter(|(row, _)| active[*row]);
+    let incidence: Vec<(u32, Vec<u32>)> = rows
+        .map(|(row, constraint)| (row as u32, constraint.jacobian.iter().map(|&(column, _)| column as u32).collect()))
+        .collect();
+    blocks(&incidence, equations.coordinates.len())
 }
 
 fn experiment(equations: &Equations) -> Experiment {

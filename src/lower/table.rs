@@ -1,6 +1,6 @@
 //! The variables of the FMU: parameters, inputs, coordinates with their derivatives, and what the scene asks for.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use cotree_fmu::program::{Motion, Source, Variable};
 
@@ -43,8 +43,9 @@ impl Table {
     pub fn new(equations: &mut Equations, motion: Motion, solved: &[Expr]) -> Table {
         let mut table = Table::default();
         table.add_parameters_and_inputs(equations);
-        table.add_coordinates(equations, motion);
-        table.add_outputs(equations);
+        let members = coordinate_members(equations);
+        table.add_outputs(equations, &members);
+        table.add_members(&members, motion);
         table.find_dependencies(equations, motion, solved);
         table
     }
@@ -70,46 +71,13 @@ impl Table {
         }
     }
 
-    /// q, v and a of every coordinate; in a dynamic model v is the derivative of q and a that of v.
-    fn add_coordinates(&mut self, equations: &mut Equations, motion: Motion) {
-        for (index, coordinate) in equations.coordinates.clone().into_iter().enumerate() {
-            let kind = if coordinate.angular { Unit::angle() } else { Unit::length() };
-            let [rate, acceleration] = [kind.per_second(), kind.per_second().per_second()];
-            let about = equations.system.element(coordinate.element).name.clone();
-            let place = index as u32;
-            let members = [
-                (coordinate.name.position, "coordinate", kind, Source::Coordinate(place), Order::Position),
-                (coordinate.name.rate, "rate of the coordinate", rate, Source::Rate(place), Order::Velocity),
-                (
-                    coordinate.name.acceleration,
-                    "acceleration of the coordinate",
-                    acceleration,
-                    Source::Acceleration(place),
-                    Order::Acceleration,
-                ),
-            ];
-            for (name, what, unit, source, order) in members {
-                let value = equations.system.arena.symbol(Symbol::Coordinate(index, order));
-                self.push((&name, &format!("{what} of `{about}`"), &unit), source, value);
-                if motion == Motion::Dynamic && order != Order::Position {
-                    let before = self.rows.len() - 2;
-                    if let Some(row) = self.rows.last_mut() {
-                        row.derivative_of = Some(before);
-                    }
-                }
-            }
-        }
-    }
-
-    fn add_outputs(&mut self, equations: &mut Equations) {
-        let places: HashMap<String, usize> =
-            self.rows.iter().enumerate().map(|(i, row)| (row.name.clone(), i)).collect();
+    /// What the scene asks for, in its order.
+    fn add_outputs(&mut self, equations: &mut Equations, members: &[Row]) {
         let mut results: HashMap<Expr, u32> = HashMap::new();
         for output in &equations.system.mechanism.outputs {
-            if let Some(&place) = places.get(&output.name) {
-                let row = &mut self.rows[place];
-                row.output = true;
-                row.description.clone_from(&output.description);
+            if let Some(member) = members.iter().find(|member| member.name == output.name) {
+                let description = output.description.clone();
+                self.rows.push(Row { output: true, description, ..member.clone() });
                 continue;
             }
             let value = equations.formula(&output.value);
@@ -118,10 +86,30 @@ impl Table {
                 self.results.len() as u32 - 1
             });
             let accelerated = equations.system.arena.symbols([value]).into_iter().any(Symbol::is_solved);
-            self.push((&output.name, &output.description, &output.unit), Source::Output { result, accelerated }, value);
+            let source = Source::Output { result, accelerated };
+            self.push((&output.name, &output.description, &output.unit), source, value);
             if let Some(row) = self.rows.last_mut() {
                 row.output = true;
             }
+        }
+    }
+
+    /// Coordinates, rates and accelerations that are no outputs. In a dynamic model v is the derivative of q and a that of v.
+    fn add_members(&mut self, members: &[Row], motion: Motion) {
+        let there: HashSet<String> = self.rows.iter().map(|row| row.name.clone()).collect();
+        self.rows.extend(members.iter().filter(|member| !there.contains(&member.name)).cloned());
+        if motion == Motion::Kinematic {
+            return;
+        }
+        let places: HashMap<Source, usize> =
+            self.rows.iter().enumerate().map(|(place, row)| (row.source, place)).collect();
+        for row in &mut self.rows {
+            let state = match row.source {
+                Source::Rate(index) => Source::Coordinate(index),
+                Source::Acceleration(index) => Source::Rate(index),
+                _ => continue,
+            };
+            row.derivative_of = places.get(&state).copied();
         }
     }
 
@@ -175,4 +163,31 @@ impl Table {
             row.dependencies = found.into_iter().collect();
         }
     }
+}
+
+/// q, v and a of every coordinate.
+fn coordinate_members(equations: &mut Equations) -> Vec<Row> {
+    let mut table = Table::default();
+    for (index, coordinate) in equations.coordinates.clone().into_iter().enumerate() {
+        let kind = if coordinate.angular { Unit::angle() } else { Unit::length() };
+        let [rate, acceleration] = [kind.per_second(), kind.per_second().per_second()];
+        let owner = equations.system.element(coordinate.element).name.clone();
+        let (name, place) = (coordinate.name, index as u32);
+        let members = [
+            (name.position, "coordinate", kind, Source::Coordinate(place), Order::Position),
+            (name.rate, "rate of the coordinate", rate, Source::Rate(place), Order::Velocity),
+            (
+                name.acceleration,
+                "acceleration of the coordinate",
+                acceleration,
+                Source::Acceleration(place),
+                Order::Acceleration,
+            ),
+        ];
+        for (name, what, unit, source, order) in members {
+            let value = equations.system.arena.symbol(Symbol::Coordinate(index, order));
+            table.push((&name, &format!("{what} of `{owner}`"), &unit), source, value);
+        }
+    }
+    table.rows
 }

@@ -5,7 +5,7 @@ mod shapes;
 mod symbols;
 mod view;
 
-use super::svg::{Pixel, Svg};
+use super::svg::{Frame, Pixel, Svg, number};
 use labels::Labels;
 use view::View;
 
@@ -42,7 +42,7 @@ pub struct Body {
 /// A joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// The user's name.
+    /// The user's name; empty for one that is drawn but not there.
     pub name: String,
     /// What it permits.
     pub kind: JointKind,
@@ -102,6 +102,18 @@ const MARGIN: f64 = 20.0;
 impl Drawing {
     /// The picture, self-contained.
     pub fn svg(&self) -> String {
+        let (svg, frame) = self.picture();
+        svg.finish(frame, &self.title)
+    }
+
+    /// The picture as a group of elements with its upper left corner at the origin, to be put into another; width and height.
+    pub fn nested(&self) -> (String, [f64; 2]) {
+        let (svg, Frame { x, y, width, height }) = self.picture();
+        let shift = [-x, -y].map(number);
+        (format!("<g transform=\"translate({} {})\">\n{}</g>", shift[0], shift[1], svg.elements()), [width, height])
+    }
+
+    fn picture(&self) -> (Svg, Frame) {
         let view = View::fit(self);
         let mut svg = Svg::default();
         let mut labels = Labels::default();
@@ -111,7 +123,7 @@ impl Drawing {
         self.draw_joints(&view, &mut svg, &mut labels);
         labels.place(&mut svg);
         let frame = labels.frame(MARGIN);
-        svg.finish(frame, &self.title)
+        (svg, frame)
     }
 
     fn draw_ground(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
@@ -148,8 +160,12 @@ impl Drawing {
             let outline = self.outline(index, view);
             let block = self.slider(index).map(|(at, axis)| (view.pixel(at), view.direction(axis)));
             symbols::body(svg, view, index, &outline, block);
-            self.draw_centre(index, view, svg);
+            self.draw_centre(index, view, svg, labels);
             labels.obstruct(&outline, 1.5 * view.pin);
+            if let Some((at, axis)) = block {
+                let ends = [-1.0, 1.0].map(|side| shapes::along(at, 2.0 * side * view.pin, axis));
+                labels.obstruct(&ends, 2.3 * view.pin);
+            }
             if self.bodies.len() <= NAMED_BODIES {
                 let anchor = shapes::middle(&outline);
                 labels.body(&self.bodies[index].name, anchor, view.pin, symbols::colour(index).1);
@@ -181,7 +197,7 @@ impl Drawing {
     }
 
     /// The mass centre, unless a joint covers it.
-    fn draw_centre(&self, index: usize, view: &View, svg: &mut Svg) {
+    fn draw_centre(&self, index: usize, view: &View, svg: &mut Svg, labels: &mut Labels) {
         let centre = view.pixel(self.bodies[index].centre);
         let covered = self.joints.iter().flat_map(|joint| joint.at).any(|at| {
             let away = shapes::norm(shapes::difference(view.pixel(at), centre));
@@ -189,13 +205,14 @@ impl Drawing {
         });
         if !covered {
             symbols::centre(svg, view, index, centre);
+            labels.cover(centre, view.pin);
         }
     }
 
     fn draw_loads(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
         let named = self.joints.len() <= NAMED_JOINTS;
         for spring in self.springs.iter().filter(|spring| spring.ends.iter().all(is_finite)) {
-            let ends = spring.ends.map(|end| view.pixel(end));
+            let ends = self.spring_ends(spring, view);
             symbols::spring(svg, view, ends);
             labels.obstruct(&ends, 1.3 * view.pin);
             if named {
@@ -220,6 +237,26 @@ impl Drawing {
         }
     }
 
+    /// The ends of a spring in the picture; at a slider the face of its block that looks along the spring.
+    fn spring_ends(&self, spring: &Spring, view: &View) -> [Pixel; 2] {
+        let ends = spring.ends.map(|end| view.pixel(end));
+        let axis = shapes::unit(shapes::difference(ends[1], ends[0]));
+        let length = shapes::norm(shapes::difference(ends[1], ends[0]));
+        let is_face = |joint: &Joint, end: [f64; 2]| {
+            let JointKind::Prismatic(slide) = joint.kind else {
+                return false;
+            };
+            let slide = view.direction(slide);
+            let level = (slide[0] * axis[0] + slide[1] * axis[1]).abs() > 0.95;
+            joint.moving().1 == end && level
+        };
+        let retreat = |side: usize| {
+            let block = self.joints.iter().any(|joint| is_face(joint, spring.ends[side]));
+            if block { symbols::block_length(view).min(0.3 * length) } else { 0.0 }
+        };
+        [shapes::along(ends[0], retreat(0), axis), shapes::along(ends[1], -retreat(1), axis)]
+    }
+
     fn draw_joints(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
         for joint in self.joints.iter().filter(|joint| joint.is_finite()) {
             let at = view.pixel(joint.moving().1);
@@ -229,7 +266,7 @@ impl Drawing {
                 JointKind::Prismatic(_) => {}
             }
             labels.cover(at, 1.3 * view.pin);
-            if self.joints.len() <= NAMED_JOINTS {
+            if self.joints.len() <= NAMED_JOINTS && !joint.name.is_empty() {
                 labels.joint(&joint.name, at, 2.0 * view.pin);
             }
         }

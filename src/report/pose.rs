@@ -3,17 +3,18 @@
 use cotree_fmu::model::State;
 
 use super::drawing::{Body, Drawing, Force, Joint, JointKind, Spring, Turn};
+use super::line;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
-use crate::mechanism::{self, BodyId, DriverKind, LoadKind, Mechanism, Owner, Place, Quantity, Variable};
+use crate::mechanism::{self, BodyId, Dimension, DriverKind, LoadKind, Mechanism, Owner, Place, Quantity, Variable};
 
 /// Draws the initial pose.
 pub fn draw(formulated: &mut Formulated) -> Drawing {
     let mechanism = formulated.equations.system.mechanism;
     let mut pose = Pose { equations: &mut formulated.equations, state: &formulated.state };
     let ground = fixed_points(mechanism).into_iter().map(|place| pose.at(place)).collect();
-    Drawing {
+    let mut drawing = Drawing {
         title: mechanism.name.clone(),
         bodies: (0..mechanism.bodies.len()).map(|index| pose.body(BodyId(index))).collect(),
         ground,
@@ -21,7 +22,30 @@ pub fn draw(formulated: &mut Formulated) -> Drawing {
         springs: pose.springs(),
         forces: pose.forces(),
         turns: pose.turns(),
+    };
+    drawing.forces.extend(pushes(mechanism, &drawing.joints));
+    if mechanism.dimension == Dimension::One {
+        line::lay_out(&mut drawing);
     }
+    drawing
+}
+
+/// Drivers of prismatic joints, as arrows along the joint.
+fn pushes(mechanism: &Mechanism, joints: &[Joint]) -> Vec<Force> {
+    let drivers = mechanism.drivers.iter().filter_map(|driver| match driver.kind {
+        DriverKind::Displacement { joint, .. } => joints.get(joint.0).map(|joint| (driver, joint)),
+        DriverKind::Angle { .. } | DriverKind::Position { .. } => None,
+    });
+    let arrows = drivers.filter_map(|(driver, joint)| match joint.kind {
+        JointKind::Prismatic(direction) => Some(Force { name: driver.name.clone(), at: joint.at[1], direction }),
+        JointKind::Revolute | JointKind::Weld => None,
+    });
+    arrows.collect()
+}
+
+/// Where a point is at the start.
+pub fn position(formulated: &mut Formulated, place: Place) -> [f64; 2] {
+    Pose { equations: &mut formulated.equations, state: &formulated.state }.at(place)
 }
 
 /// Where joints and springs meet the ground.
@@ -44,11 +68,16 @@ struct Pose<'a, 'm> {
 
 impl Pose<'_, '_> {
     fn values(&self, exprs: &[Expr]) -> Vec<f64> {
+        self.values_with(exprs, &|input| input)
+    }
+
+    /// The values if the inputs were changed like this.
+    fn values_with(&self, exprs: &[Expr], changed: &dyn Fn(f64) -> f64) -> Vec<f64> {
         let state = self.state;
         let value = |symbol: Symbol| match symbol {
             Symbol::Time => state.time(),
             Symbol::Parameter(i) => state.parameters()[i],
-            Symbol::Input(i, Order::Position) => state.inputs()[i],
+            Symbol::Input(i, Order::Position) => changed(state.inputs()[i]),
             Symbol::Coordinate(i, Order::Position) => state.positions()[i],
             Symbol::Follower(i, Order::Position) => state.follower_positions()[i],
             _ => 0.0,
@@ -112,13 +141,14 @@ impl Pose<'_, '_> {
         lines.map(|(name, between)| Spring { name, ends: between.map(|place| self.at(place)) }).collect()
     }
 
-    /// A force that is zero at the start is drawn along its first component that can be another value.
+    /// A force that is zero at the start is drawn as if its inputs were positive; if that does not help, along the
+    /// components that can have another value.
     fn forces(&mut self) -> Vec<Force> {
         let mut forces = Vec::new();
         for load in &self.equations.system.mechanism.loads {
             let LoadKind::Force { on, vector, in_body } = &load.kind else { continue };
             let exprs = vector.each_ref().map(|component| self.equations.formula(component));
-            let values = self.values(&exprs);
+            let values = self.values_with(&exprs, &|input| if input == 0.0 { 1.0 } else { input });
             let mut direction = [values[0], values[1]];
             if direction == [0.0; 2] {
                 direction = exprs.map(|expr| f64::from(u8::from(expr != Expr::ZERO)));

@@ -41,12 +41,12 @@ impl Accelerations {
                 }
                 machine.evaluate(&tapes.gamma, &mut self.gamma);
                 let (accelerations, reactions) = self.values.split_at_mut(n);
-                accelerations.copy_from_slice(loops.solve(model, &self.gamma));
+                accelerations.copy_from_slice(loops.solve(&self.gamma));
                 reactions.fill(0.0);
                 if let Some(inverse) = &tapes.inverse {
                     machine.load_accelerations(model, accelerations, reactions);
                     machine.evaluate(inverse, &mut self.loads);
-                    loops.reactions(model, &self.loads, reactions);
+                    loops.reactions(&self.loads, reactions);
                 }
             }
         }

@@ -5,10 +5,10 @@
 use super::dop853::{DENSE, DENSE_ROWS, DENSE_STAGES, ERROR_5, NODES, Row, STAGE, STAGES, WEIGHTS_3};
 
 /// Safety factor of the step size.
-const SAFETY: f64 = 0.9;
+const SAFETY: f64 = 0.8;
 /// Limits on the change of the step size.
 const SHRINK: f64 = 1.0 / 3.0;
-const GROW: f64 = 6.0;
+const GROW: f64 = 3.0;
 /// The error estimate is of order 7.
 const ORDER: f64 = 8.0;
 

@@ -16,7 +16,7 @@ pub fn constraint(model: &Model, state: &State) -> DVector<f64> {
     DVector::from_iterator(tape.results.len(), tape.results(machine.registers()))
 }
 
-/// [Phi]_q at a state, m x n.
+/// Phi_q at a state, m x n.
 pub fn jacobian(model: &Model, state: &State) -> DMatrix<f64> {
     let mut machine = Machine::new(model);
     machine.load(model, state);

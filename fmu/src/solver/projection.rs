@@ -159,7 +159,7 @@ impl Projection {
         let (residuals, corrections) = self.step.split_at_mut(model.program().constraints.len());
         machine.evaluate(level.residual(model), residuals);
         if regular {
-            let solution = loops.solve(model, residuals);
+            let solution = loops.solve(residuals);
             corrections.iter_mut().zip(solution).for_each(|(correction, value)| *correction = -value);
             Ok(())
         } else if self.residual(model) == 0.0 {

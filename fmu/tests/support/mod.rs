@@ -138,6 +138,7 @@ fn empty(name: &str, motion: Motion) -> Program {
         coordinates: Vec::new(),
         constraints: Vec::new(),
         motion,
+        blocks: Vec::new(),
         length: 1.0,
         variables: Vec::new(),
         constants: Vec::new(),
@@ -367,6 +368,7 @@ pub fn four_bar(drive: Drive, redundant: bool) -> Program {
     program.inputs = vec![input("load", 0.0), input("crank_drive", 0.0)];
     program.coordinates = vec![coordinate("coupler.angle"), coordinate("rocker.angle")];
     program.constraints = vec![constraint("rocker_pin"), constraint("rocker_pin")];
+    program.blocks = vec![Block { rows: vec![0, 1], columns: vec![0, 1] }];
     if redundant {
         program.constraints.push(Constraint { active: false, ..constraint("spare_pin") });
     }

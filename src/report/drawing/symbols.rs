@@ -55,13 +55,18 @@ pub fn body(svg: &mut Svg, view: &View, index: usize, outline: &[Pixel], block: 
     }
 }
 
+/// Half length of a slider block.
+pub fn block_length(view: &View) -> f64 {
+    3.7 * view.pin
+}
+
 /// Half height of a slider block.
 fn block_height(view: &View) -> f64 {
     2.3 * view.pin
 }
 
 fn block_corners(view: &View, at: Pixel, axis: Pixel) -> [Pixel; 4] {
-    let (length, height) = (3.7 * view.pin, block_height(view));
+    let (length, height) = (block_length(view), block_height(view));
     [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
         .map(|(x, y)| along(along(at, x * length, axis), y * height, normal(axis)))
 }
@@ -156,6 +161,9 @@ pub fn rod(svg: &mut Svg, view: &View, joint: &Joint) {
 /// A spring: a zigzag between straight ends.
 pub fn spring(svg: &mut Svg, view: &View, ends: [Pixel; 2]) {
     let length = norm(difference(ends[1], ends[0]));
+    if length < view.pin {
+        return; // its ends coincide: nothing to see
+    }
     let axis = unit(difference(ends[1], ends[0]));
     let straight = (0.18 * length).min(4.0 * view.pin);
     let coils = ((length - 2.0 * straight) / (1.5 * view.pin)).round().clamp(4.0, 24.0);

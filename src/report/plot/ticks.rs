@@ -1,5 +1,8 @@
 //! Round numbers along an axis.
 
+/// Shortest axis relative to the largest value on it.
+const FLATTEST: f64 = 2e-3;
+
 /// An axis: its range, and the round numbers in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ticks {
@@ -67,11 +70,15 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
         Some([low.min(value), high.max(value)])
     });
     let [low, high] = bounds.unwrap_or([0.0, 1.0]);
-    let least = 1e-9 * low.abs().max(high.abs());
-    match (high - low > least, low == 0.0 && high == 0.0) {
-        (true, _) => [low, high],
-        (false, true) => [-1.0, 1.0],
-        (false, false) => [low - 0.1 * low.abs(), high + 0.1 * high.abs()],
+    // Values that hardly change are drawn as what they are, a level line: rounding errors are not blown up.
+    let least = FLATTEST * low.abs().max(high.abs());
+    if high - low > least {
+        [low, high]
+    } else if least > 0.0 {
+        let middle = 0.5 * (low + high);
+        [middle - 0.5 * least, middle + 0.5 * least]
+    } else {
+        [-1.0, 1.0]
     }
 }
 
@@ -91,6 +98,13 @@ mod tests {
         assert_eq!(labels(0.0, 0.5), ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5"]);
         assert_eq!(labels(0.0, 3e7), ["0", "1e7", "2e7", "3e7"]);
         assert_eq!(labels(0.0, 9.9), ["0", "2", "4", "6", "8"]);
+    }
+
+    #[test]
+    fn what_hardly_changes_has_short_labels() {
+        let ticks = Ticks::around([10.619_632, 10.619_636].into_iter(), 5);
+        let labels: Vec<_> = ticks.at.iter().map(|&at| ticks.label(at)).collect();
+        assert_eq!(labels, ["10.610", "10.615", "10.620", "10.625", "10.630"]);
     }
 
     #[test]

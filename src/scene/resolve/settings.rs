@@ -115,8 +115,8 @@ impl Resolver<'_> {
             "recommended" => return Coordinates::Recommended,
             "absolute" => return Coordinates::Absolute,
             "joint" => return Coordinates::Joint,
-            "cheapest" => self.unavailable("the preset `cheapest`", name.span, "write `preset = \"recommended\"`"),
-            other => self.unknown_choice("preset", other, &["recommended", "absolute", "joint"], name.span),
+            "cheapest" => return Coordinates::Cheapest,
+            other => self.unknown_choice("preset", other, &["recommended", "absolute", "joint", "cheapest"], name.span),
         }
         Coordinates::Recommended
     }

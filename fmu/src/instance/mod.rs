@@ -4,215 +4,25 @@
 //! again. Values can be read as soon as setup is done; the initial state is solved for when it is first needed and again after a
 //! change. A failure leaves the instance as it was: other values may be tried.
 
+mod error;
+mod snapshot;
+
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
+pub use error::InstanceError;
+pub use snapshot::Snapshot;
 
-use crate::frame::{FrameError, Mark, checksum};
 use crate::machine::Machine;
 use crate::model::{Model, State};
 use crate::program::Source;
 use crate::solver::accelerations::Accelerations;
 use crate::solver::initial::solve_initial;
-use crate::solver::stepping::{Continuation, Stepper};
-use crate::solver::{Engine, Failure, Settings, Statistics};
+use crate::solver::stepping::Stepper;
+use crate::solver::{Engine, Settings, Statistics};
+use snapshot::{Phase, TOLERANCES};
 
-const MARK: Mark = Mark { magic: *b"cotS", version: 1, name: "a saved cotree state" };
-/// The finest and the coarsest tolerance that mean something in double precision.
-const TOLERANCES: [f64; 2] = [1e-13, 1e-2];
 /// How far a last step may overrun the stop time by rounding, relative to the step.
 const OVERRUN: f64 = 1e-3;
-
-/// Why an instance refuses.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum InstanceError {
-    /// No variable has that index.
-    #[error("there is no variable with value reference {index}")]
-    UnknownVariable {
-        /// The index.
-        index: usize,
-    },
-    /// The variable is calculated.
-    #[error("`{name}` is calculated: only parameters and inputs can be set")]
-    Calculated {
-        /// The variable.
-        name: String,
-    },
-    /// A fixed parameter after initialisation.
-    #[error("parameter `{name}` is fixed: it can only be set before the simulation starts")]
-    Fixed {
-        /// The parameter.
-        name: String,
-    },
-    /// Derivatives are for inputs, of order 1 and 2.
-    #[error("derivative {order} of `{name}` cannot be set: only derivatives 1 and 2 of inputs can")]
-    Derivative {
-        /// The variable.
-        name: String,
-        /// The order asked for.
-        order: i32,
-    },
-    /// NaN or infinite.
-    #[error("`{name}` cannot be set to {value}: it must be a finite number")]
-    NotANumber {
-        /// The variable.
-        name: String,
-        /// The value.
-        value: f64,
-    },
-    /// Outside the bounds of the scene.
-    #[error("`{name}` cannot be set to {value}: {}", bounds(*.min, *.max))]
-    OutOfRange {
-        /// The variable.
-        name: String,
-        /// The value.
-        value: f64,
-        /// Smallest permitted value.
-        min: Option<f64>,
-        /// Largest permitted value.
-        max: Option<f64>,
-    },
-    /// The value of an output is not a number.
-    #[error("at t = {time} s `{name}` has no finite value")]
-    Undefined {
-        /// The variable.
-        name: String,
-        /// When [s].
-        time: f64,
-    },
-    /// Impossible start, stop or tolerance.
-    #[error("the experiment is impossible: {reason}")]
-    Experiment {
-        /// What is wrong.
-        reason: &'static str,
-    },
-    /// A step that does not go forward to a finite time.
-    #[error("a step from t = {from} s to {to} s is impossible")]
-    Step {
-        /// Time now [s].
-        from: f64,
-        /// Time asked for [s].
-        to: f64,
-    },
-    /// Beyond the stop time.
-    #[error("a step to t = {to} s goes beyond the stop time {stop} s")]
-    Stop {
-        /// Time asked for [s].
-        to: f64,
-        /// Stop time [s].
-        stop: f64,
-    },
-    /// Wrong order of calls.
-    #[error("the simulation {}", if *.running { "has already been initialised" } else { "has not been initialised" })]
-    Phase {
-        /// Is it running?
-        running: bool,
-    },
-    /// A saved state of something else.
-    #[error("this state was saved by another model")]
-    ForeignState,
-    /// Saved bytes cannot be read.
-    #[error("the saved state cannot be read: {0}")]
-    Frame(#[from] FrameError),
-    /// The solver gives up.
-    #[error(transparent)]
-    Solver(#[from] Failure),
-}
-
-fn bounds(min: Option<f64>, max: Option<f64>) -> String {
-    match (min, max) {
-        (Some(min), Some(max)) => format!("it must lie between {min} and {max}"),
-        (Some(min), None) => format!("it must be at least {min}"),
-        (None, Some(max)) => format!("it must be at most {max}"),
-        (None, None) => "it has no bounds".to_owned(),
-    }
-}
-
-/// Before or after initialisation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-enum Phase {
-    /// Values may still change; is the state consistent with them?
-    Initial {
-        solved: bool,
-    },
-    Running,
-}
-
-/// All that the future of an instance depends on. Saving is a copy.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Snapshot {
-    /// Which model.
-    model: u64,
-    phase: Phase,
-    state: State,
-    run: Continuation,
-    /// Inputs whose derivatives were set at this communication point.
-    derivatives: Vec<bool>,
-    stop: Option<f64>,
-    tolerance: f64,
-}
-
-impl Snapshot {
-    fn new(model: &Model) -> Self {
-        let experiment = &model.program().experiment;
-        let state = model.default_state(experiment.start);
-        Self {
-            model: identity(model),
-            phase: Phase::Initial { solved: false },
-            run: Continuation::new(model, &state),
-            state,
-            derivatives: vec![false; model.program().inputs.len()],
-            stop: None,
-            tolerance: experiment.tolerance.clamp(TOLERANCES[0], TOLERANCES[1]),
-        }
-    }
-
-    fn copy_from(&mut self, other: &Self) {
-        self.model = other.model;
-        self.phase = other.phase;
-        self.state.copy_from(&other.state);
-        self.run.copy_from(&other.run);
-        self.derivatives.clone_from(&other.derivatives);
-        self.stop = other.stop;
-        self.tolerance = other.tolerance;
-    }
-
-    fn belongs_to(&self, model: &Model) -> bool {
-        self.model == identity(model)
-            && self.state.belongs_to(model)
-            && self.state.is_finite()
-            && self.run.belongs_to(model)
-            && self.derivatives.len() == model.program().inputs.len()
-            && self.stop.is_none_or(f64::is_finite)
-            && (TOLERANCES[0]..=TOLERANCES[1]).contains(&self.tolerance)
-    }
-
-    /// Was it saved after initialisation?
-    pub fn is_running(&self) -> bool {
-        self.phase == Phase::Running
-    }
-
-    /// As bytes.
-    pub fn to_bytes(&self) -> Result<Vec<u8>, InstanceError> {
-        let payload = postcard::to_allocvec(self).map_err(|_| InstanceError::ForeignState)?;
-        Ok(MARK.seal(&payload))
-    }
-
-    /// From bytes; a state of another model is refused.
-    pub fn from_bytes(model: &Model, bytes: &[u8]) -> Result<Self, InstanceError> {
-        let payload = MARK.open(bytes)?;
-        match postcard::take_from_bytes::<Self>(payload) {
-            Ok((snapshot, [])) if snapshot.belongs_to(model) => Ok(snapshot),
-            _ => Err(InstanceError::ForeignState),
-        }
-    }
-}
-
-/// The GUID names the content of a program.
-fn identity(model: &Model) -> u64 {
-    checksum(model.program().guid.as_bytes())
-}
 
 /// What has been computed for the present state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

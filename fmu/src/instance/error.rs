@@ -1,0 +1,111 @@
+//! Why an instance refuses, in the user's names.
+
+use thiserror::Error;
+
+use crate::frame::FrameError;
+use crate::solver::Failure;
+
+/// Why an instance refuses.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum InstanceError {
+    /// No variable has that index.
+    #[error("there is no variable with value reference {index}")]
+    UnknownVariable {
+        /// The index.
+        index: usize,
+    },
+    /// The variable is calculated.
+    #[error("`{name}` is calculated: only parameters and inputs can be set")]
+    Calculated {
+        /// The variable.
+        name: String,
+    },
+    /// A fixed parameter after initialisation.
+    #[error("parameter `{name}` is fixed: it can only be set before the simulation starts")]
+    Fixed {
+        /// The parameter.
+        name: String,
+    },
+    /// Derivatives are for inputs, of order 1 and 2.
+    #[error("derivative {order} of `{name}` cannot be set: only derivatives 1 and 2 of inputs can")]
+    Derivative {
+        /// The variable.
+        name: String,
+        /// The order asked for.
+        order: i32,
+    },
+    /// NaN or infinite.
+    #[error("`{name}` cannot be set to {value}: it must be a finite number")]
+    NotANumber {
+        /// The variable.
+        name: String,
+        /// The value.
+        value: f64,
+    },
+    /// Outside the bounds of the scene.
+    #[error("`{name}` cannot be set to {value}: {}", bounds(*.min, *.max))]
+    OutOfRange {
+        /// The variable.
+        name: String,
+        /// The value.
+        value: f64,
+        /// Smallest permitted value.
+        min: Option<f64>,
+        /// Largest permitted value.
+        max: Option<f64>,
+    },
+    /// The value of an output is not a number.
+    #[error("at t = {time} s `{name}` has no finite value")]
+    Undefined {
+        /// The variable.
+        name: String,
+        /// When [s].
+        time: f64,
+    },
+    /// Impossible start, stop or tolerance.
+    #[error("the experiment is impossible: {reason}")]
+    Experiment {
+        /// What is wrong.
+        reason: &'static str,
+    },
+    /// A step that does not go forward to a finite time.
+    #[error("a step from t = {from} s to {to} s is impossible")]
+    Step {
+        /// Time now [s].
+        from: f64,
+        /// Time asked for [s].
+        to: f64,
+    },
+    /// Beyond the stop time.
+    #[error("a step to t = {to} s goes beyond the stop time {stop} s")]
+    Stop {
+        /// Time asked for [s].
+        to: f64,
+        /// Stop time [s].
+        stop: f64,
+    },
+    /// Wrong order of calls.
+    #[error("the simulation {}", if *.running { "has already been initialised" } else { "has not been initialised" })]
+    Phase {
+        /// Is it running?
+        running: bool,
+    },
+    /// A saved state of something else.
+    #[error("this state was saved by another model")]
+    ForeignState,
+    /// Saved bytes cannot be read.
+    #[error("the saved state cannot be read: {0}")]
+    Frame(#[from] FrameError),
+    /// The solver gives up.
+    #[error(transparent)]
+    Solver(#[from] Failure),
+}
+
+fn bounds(min: Option<f64>, max: Option<f64>) -> String {
+    match (min, max) {
+        (Some(min), Some(max)) => format!("it must lie between {min} and {max}"),
+        (Some(min), None) => format!("it must be at least {min}"),
+        (None, Some(max)) => format!("it must be at most {max}"),
+        (None, None) => "it has no bounds".to_owned(),
+    }
+}

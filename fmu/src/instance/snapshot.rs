@@ -1,0 +1,97 @@
+//! All that the future of an instance depends on, as a value and as bytes.
+
+use serde::{Deserialize, Serialize};
+
+use super::InstanceError;
+use crate::frame::{Mark, checksum};
+use crate::model::{Model, State};
+use crate::solver::stepping::Continuation;
+
+const MARK: Mark = Mark { magic: *b"cotS", version: 1, name: "a saved cotree state" };
+/// The finest and the coarsest tolerance that mean something in double precision.
+pub(super) const TOLERANCES: [f64; 2] = [1e-13, 1e-2];
+
+/// Before or after initialisation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum Phase {
+    /// Values may still change; is the state consistent with them?
+    Initial {
+        solved: bool,
+    },
+    Running,
+}
+
+/// All that the future of an instance depends on. Saving is a copy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Snapshot {
+    /// Which model.
+    pub(super) model: u64,
+    pub(super) phase: Phase,
+    pub(super) state: State,
+    pub(super) run: Continuation,
+    /// Inputs whose derivatives were set at this communication point.
+    pub(super) derivatives: Vec<bool>,
+    pub(super) stop: Option<f64>,
+    pub(super) tolerance: f64,
+}
+
+impl Snapshot {
+    pub(super) fn new(model: &Model) -> Self {
+        let experiment = &model.program().experiment;
+        let state = model.default_state(experiment.start);
+        Self {
+            model: identity(model),
+            phase: Phase::Initial { solved: false },
+            run: Continuation::new(model, &state),
+            state,
+            derivatives: vec![false; model.program().inputs.len()],
+            stop: None,
+            tolerance: experiment.tolerance.clamp(TOLERANCES[0], TOLERANCES[1]),
+        }
+    }
+
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.model = other.model;
+        self.phase = other.phase;
+        self.state.copy_from(&other.state);
+        self.run.copy_from(&other.run);
+        self.derivatives.clone_from(&other.derivatives);
+        self.stop = other.stop;
+        self.tolerance = other.tolerance;
+    }
+
+    pub(super) fn belongs_to(&self, model: &Model) -> bool {
+        self.model == identity(model)
+            && self.state.belongs_to(model)
+            && self.state.is_finite()
+            && self.run.belongs_to(model)
+            && self.derivatives.len() == model.program().inputs.len()
+            && self.stop.is_none_or(f64::is_finite)
+            && (TOLERANCES[0]..=TOLERANCES[1]).contains(&self.tolerance)
+    }
+
+    /// Was it saved after initialisation?
+    pub fn is_running(&self) -> bool {
+        self.phase == Phase::Running
+    }
+
+    /// As bytes.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, InstanceError> {
+        let payload = postcard::to_allocvec(self).map_err(|_| InstanceError::ForeignState)?;
+        Ok(MARK.seal(&payload))
+    }
+
+    /// From bytes; a state of another model is refused.
+    pub fn from_bytes(model: &Model, bytes: &[u8]) -> Result<Self, InstanceError> {
+        let payload = MARK.open(bytes)?;
+        match postcard::take_from_bytes::<Self>(payload) {
+            Ok((snapshot, [])) if snapshot.belongs_to(model) => Ok(snapshot),
+            _ => Err(InstanceError::ForeignState),
+        }
+    }
+}
+
+/// The GUID names the content of a program.
+fn identity(model: &Model) -> u64 {
+    checksum(model.program().guid.as_bytes())
+}

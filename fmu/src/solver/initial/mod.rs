@@ -1,0 +1,124 @@
+//! The first consistent state: what is known holds, what is guessed picks the assembly, the loops give the rest.
+//!
+//! Unknown positions are q and the positions of followers; all start from zero. First all conditions are met as well as they can be,
+//! loops open; from that guessed pose the loops are closed with the smallest movement. Rates follow from linear equations,
+//! the smallest that serve.
+
+mod positions;
+mod rates;
+
+use super::Failure;
+use super::least_squares::Entry;
+use crate::machine::Machine;
+use crate::model::{Model, State};
+use crate::program::{Condition, SparseTape};
+use crate::tape::Tape;
+use positions::Positions;
+use rates::Rates;
+
+/// What counts as fulfilled, relative to the scales.
+pub(crate) const FULFILLED: f64 = 1e-9;
+
+/// Solves for positions and rates. Time, parameters and inputs are taken from the state.
+pub fn solve_initial(model: &Model, state: &mut State) -> Result<(), Failure> {
+    model.follow(state.registers_mut());
+    let mut machine = Machine::new(model);
+    Positions::new(model, &mut machine, state, Wanted::ALL).assemble()?;
+    Rates::new(model, &mut machine, state).solve()
+}
+
+/// Which equations are imposed.
+#[derive(Clone, Copy)]
+struct Wanted {
+    loops: bool,
+    known: bool,
+    guesses: bool,
+    /// A known condition that is left out.
+    without: Option<usize>,
+}
+
+impl Wanted {
+    const ALL: Self = Self { loops: true, known: true, guesses: false, without: None };
+    const CONDITIONS: Self = Self { loops: false, guesses: true, ..Self::ALL };
+    const KNOWN: Self = Self { loops: false, ..Self::ALL };
+    const LOOPS: Self = Self { known: false, ..Self::ALL };
+
+    fn includes(&self, index: usize, condition: &Condition) -> bool {
+        self.without != Some(index) && if condition.known { self.known } else { self.guesses }
+    }
+}
+
+/// One family of equations: the loops and the conditions, at the level of positions or of rates.
+struct Family<'a> {
+    loops: (&'a Tape, &'a SparseTape),
+    conditions: (&'a [Condition], &'a Tape, &'a SparseTape),
+}
+
+impl Family<'_> {
+    fn residuals(&self, model: &Model, machine: &mut Machine, wanted: Wanted, r: &mut Vec<f64>) {
+        r.clear();
+        if wanted.loops {
+            machine.run(self.loops.0);
+            let scales = model.program().constraints.iter().map(|constraint| constraint.scale);
+            r.extend(self.loops.0.results(machine.registers()).zip(scales).map(|(phi, scale)| phi / scale));
+        }
+        let (conditions, tape, _) = self.conditions;
+        machine.run(tape);
+        for (index, condition) in conditions.iter().enumerate() {
+            if wanted.includes(index, condition) {
+                let [value, target] = [index, index + conditions.len()].map(|result| machine.result(tape, result));
+                r.push((value - target) / condition.scale);
+            }
+        }
+    }
+
+    fn jacobian(&self, model: &Model, machine: &mut Machine, wanted: Wanted, entries: &mut Vec<Entry>) {
+        entries.clear();
+        let mut rows = 0;
+        if wanted.loops {
+            rows = model.program().constraints.len();
+            let scale = |row: usize| Some((row, model.program().constraints[row].scale));
+            self.append(model, machine, self.loops.1, scale, entries);
+        }
+        let (conditions, _, jacobian) = self.conditions;
+        let places: Vec<_> = (conditions.iter().enumerate())
+            .map(|(index, condition)| {
+                let place = rows;
+                let included = wanted.includes(index, condition);
+                rows += usize::from(included);
+                included.then_some((place, condition.scale))
+            })
+            .collect();
+        self.append(model, machine, jacobian, |row| places[row], entries);
+    }
+
+    fn append(
+        &self,
+        model: &Model,
+        machine: &mut Machine,
+        sparse: &SparseTape,
+        place: impl Fn(usize) -> Option<(usize, f64)>,
+        entries: &mut Vec<Entry>,
+    ) {
+        machine.run(&sparse.tape);
+        for (&(row, column), value) in sparse.entries.iter().zip(sparse.tape.results(machine.registers())) {
+            if let Some((row, scale)) = place(row as usize) {
+                let column = column as usize;
+                entries.push((row, column, value * column_scale(model, column) / scale));
+            }
+        }
+    }
+}
+
+/// Natural size of an unknown: a coordinate, or a follower's position.
+fn column_scale(model: &Model, column: usize) -> f64 {
+    let (coordinates, followers) = (&model.program().coordinates, &model.program().followers);
+    match coordinates.get(column) {
+        Some(coordinate) => coordinate.scale,
+        None => followers[column - coordinates.len()].scale,
+    }
+}
+
+fn fulfilled(r: &[f64]) -> bool {
+    r.iter().all(|r| r.abs() <= FULFILLED)
+}

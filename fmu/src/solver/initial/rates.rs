@@ -1,0 +1,98 @@
+//! Rates that fit the pose, or why there are none.
+
+use super::{FULFILLED, Family, Wanted, column_scale};
+use crate::machine::Machine;
+use crate::model::{Model, State};
+use crate::program::FollowerOrder;
+use crate::solver::Failure;
+use crate::solver::least_squares::{Entry, Equations, solve};
+use crate::solver::projection::largest_gap;
+
+/// Rates as unknowns: v, and the rates of followers whose acceleration is prescribed.
+pub(super) struct Rates<'a> {
+    model: &'a Model,
+    machine: &'a mut Machine,
+    state: &'a mut State,
+    wanted: Wanted,
+}
+
+impl Equations for Rates<'_> {
+    fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>) {
+        self.load(x);
+        self.family().residuals(self.model, self.machine, self.wanted, r);
+    }
+
+    fn jacobian(&mut self, x: &[f64], entries: &mut Vec<Entry>) {
+        self.load(x);
+        self.family().jacobian(self.model, self.machine, self.wanted, entries);
+        let n = self.model.coordinates();
+        entries.retain(|&(_, column, _)| column < n || self.free(column - n));
+    }
+}
+
+impl<'a> Rates<'a> {
+    pub fn new(model: &'a Model, machine: &'a mut Machine, state: &'a mut State) -> Self {
+        Self { model, machine, state, wanted: Wanted::ALL }
+    }
+
+    fn family(&self) -> Family<'a> {
+        let (tapes, initial) = (&self.model.program().tapes, &self.model.program().initial);
+        Family {
+            loops: (&tapes.constraint_rate, &tapes.jacobian),
+            conditions: (&initial.velocities, &initial.velocity, &initial.velocity_jacobian),
+        }
+    }
+
+    /// Is the rate of that follower an unknown?
+    fn free(&self, follower: usize) -> bool {
+        self.model.program().followers[follower].order == FollowerOrder::Acceleration
+    }
+
+    fn load(&mut self, x: &[f64]) {
+        let n = self.model.coordinates();
+        for (column, place) in self.state.rates_mut().iter_mut().enumerate() {
+            *place = x[column] * column_scale(self.model, column);
+        }
+        for index in 0..self.model.program().followers.len() {
+            if !self.free(index) {
+                continue;
+            }
+            self.state.follower_rates_mut()[index] = x[n + index] * column_scale(self.model, n + index);
+        }
+        self.machine.load(self.model, self.state);
+    }
+
+    pub fn solve(mut self) -> Result<(), Failure> {
+        let size = self.model.coordinates() + self.model.program().followers.len();
+        let mut x = vec![0.0; size];
+        let r = solve(&mut self, &mut x, f64::INFINITY);
+        let speed = x.iter().fold(1.0, |largest: f64, x| largest.max(x.abs()));
+        let holds = |r: &[f64]| r.iter().all(|r| r.abs() <= FULFILLED * speed);
+        if holds(&r) {
+            self.load(&x);
+            return Ok(());
+        }
+        self.wanted = Wanted::LOOPS;
+        let r = solve(&mut self, &mut vec![0.0; size], f64::INFINITY);
+        if !r.iter().all(|r| r.abs() <= FULFILLED * speed) {
+            return Err(self.conflict(&r));
+        }
+        let conditions = &self.model.program().initial.velocities;
+        let frees = |index: &usize| {
+            self.wanted = Wanted { without: Some(*index), ..Wanted::ALL };
+            holds(&solve(&mut self, &mut vec![0.0; size], f64::INFINITY))
+        };
+        let culprits: Vec<usize> = (0..conditions.len()).filter(frees).collect();
+        let culprits = if culprits.is_empty() { (0..conditions.len()).collect() } else { culprits };
+        let conditions = culprits.into_iter().map(|index| conditions[index].name.clone()).collect();
+        Err(Failure::Contradiction { conditions, velocity: true })
+    }
+
+    /// Drivers whose rates the loops cannot follow.
+    fn conflict(&self, r: &[f64]) -> Failure {
+        let scales = self.model.program().constraints.iter().map(|constraint| constraint.scale);
+        let residuals: Vec<f64> = r.iter().zip(scales).map(|(r, scale)| r * scale).collect();
+        let rows: Vec<usize> = (0..residuals.len()).collect();
+        Failure::LockUp { time: self.state.time(), gap: largest_gap(self.model, &rows, &residuals) }
+    }
+}

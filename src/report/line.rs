@@ -1,0 +1,108 @@
+//! Masses on a line: laid out so that elements side by side do not hide one another.
+
+use super::drawing::{Body, Drawing, Joint, JointKind};
+
+/// Distance between elements side by side, as a part of the drawing's width.
+const PITCH: f64 = 0.05;
+
+/// Draws masses as blocks on the ground if all springs have room on the line, otherwise as bars with the springs at
+/// different heights between them.
+pub fn lay_out(drawing: &mut Drawing) {
+    let lanes = lanes(drawing);
+    match lanes.iter().max() {
+        Some(&highest) if highest > 0 => draw_bars(drawing, &lanes, highest),
+        _ => put_on_rails(drawing),
+    }
+}
+
+fn put_on_rails(drawing: &mut Drawing) {
+    let rail = |(index, body): (usize, &Body)| Joint {
+        name: String::new(),
+        kind: JointKind::Prismatic([1.0, 0.0]),
+        between: [None, Some(index)],
+        at: [body.centre; 2],
+    };
+    drawing.joints.extend(drawing.bodies.iter().enumerate().map(rail));
+}
+
+fn draw_bars(drawing: &mut Drawing, lanes: &[usize], highest: usize) {
+    let springs = drawing.springs.iter().flat_map(|spring| spring.ends);
+    let xs: Vec<f64> = drawing.bodies.iter().map(|body| body.centre).chain(springs).map(|at| at[0]).collect();
+    let width = xs.iter().copied().fold(f64::MIN, f64::max) - xs.iter().copied().fold(f64::MAX, f64::min);
+    let pitch = if width > 0.0 { PITCH * width } else { 1.0 };
+    let top = pitch * (highest + usize::from(!drawing.forces.is_empty())) as f64;
+    for body in &mut drawing.bodies {
+        let x = body.centre[0];
+        body.points = vec![[x, 0.0], [x, top]];
+        body.centre = [x, 0.5 * top];
+    }
+    let fixed = std::mem::take(&mut drawing.ground);
+    for (spring, &lane) in drawing.springs.iter_mut().zip(lanes) {
+        for end in &mut spring.ends {
+            let is_fixed = fixed.contains(end);
+            end[1] = pitch * lane as f64;
+            if is_fixed {
+                drawing.ground.push(*end);
+            }
+        }
+    }
+    for force in &mut drawing.forces {
+        force.at[1] = top;
+    }
+}
+
+/// For each spring the lowest height at which it meets no other.
+fn lanes(drawing: &Drawing) -> Vec<usize> {
+    let spans: Vec<[f64; 2]> =
+        drawing.springs.iter().map(|spring| spring.ends.map(|end| end[0])).map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    let mut order: Vec<usize> = (0..spans.len()).collect();
+    order.sort_by(|&a, &b| (spans[a][1] - spans[a][0]).total_cmp(&(spans[b][1] - spans[b][0])));
+    let mut taken: Vec<Vec<[f64; 2]>> = Vec::new();
+    let mut lanes = vec![0; spans.len()];
+    for index in order {
+        let [low, high] = spans[index];
+        let free = taken.iter().position(|lane| lane.iter().all(|other| high <= other[0] || other[1] <= low));
+        let lane = free.unwrap_or_else(|| {
+            taken.push(Vec::new());
+            taken.len() - 1
+        });
+        taken[lane].push(spans[index]);
+        lanes[index] = lane;
+    }
+    lanes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::drawing::Spring;
+    use super::*;
+
+    fn line(springs: &[[f64; 2]]) -> Drawing {
+        let body = |x: f64| Body { name: "m".into(), points: vec![], centre: [x, 0.0] };
+        let spring = |ends: &[f64; 2]| Spring { name: "k".into(), ends: ends.map(|x| [x, 0.0]) };
+        Drawing {
+            bodies: [1.0, 2.0].map(body).to_vec(),
+            springs: springs.iter().map(spring).collect(),
+            ground: vec![[0.0, 0.0]],
+            ..Drawing::default()
+        }
+    }
+
+    #[test]
+    fn springs_in_a_row_stay_on_the_line() {
+        let mut drawing = line(&[[0.0, 1.0], [1.0, 2.0]]);
+        lay_out(&mut drawing);
+        assert_eq!(drawing.joints.len(), 2);
+        assert!(drawing.springs.iter().flat_map(|spring| spring.ends).all(|end| end[1] == 0.0));
+    }
+
+    #[test]
+    fn springs_side_by_side_get_their_own_heights() {
+        let mut drawing = line(&[[0.0, 2.0], [0.0, 1.0], [1.0, 2.0]]);
+        lay_out(&mut drawing);
+        let heights: Vec<f64> = drawing.springs.iter().map(|spring| spring.ends[0][1]).collect();
+        assert_eq!(heights, [0.1, 0.0, 0.0]);
+        assert_eq!(drawing.ground, [[0.0, 0.1], [0.0, 0.0]]);
+        assert_eq!(drawing.bodies[1].points, [[2.0, 0.0], [2.0, 0.1]]);
+    }
+}
