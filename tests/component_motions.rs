@@ -221,8 +221,8 @@ fn friction_in_a_slot_acts_along_it() {
         .initial("slot.v", 0.2)
         .initial("pin.omega", 3.0);
     let mut run = Run::new(&with_outputs(scene, &["slot.a", "slot.force", "pin.alpha"]));
-    run.check("slot.force", -1.0 * (20.0_f64).tanh() - 0.1);
-    run.check("slot.a", (-1.0 * (20.0_f64).tanh() - 0.1) / 2.0);
+    run.check("slot.force", -(20.0_f64.tanh()) - 0.1);
+    run.check("slot.a", (-(20.0_f64.tanh()) - 0.1) / 2.0);
     run.check("pin.alpha", 0.0);
 }
 
