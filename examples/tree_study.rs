@@ -17,7 +17,9 @@ use cotree::lower::{Cost, MotionSystem, Pose, kernel_cost};
 use cotree::mechanism::{Coordinates, Mechanism};
 use cotree::scene::Scene;
 use cotree::tree::Trees;
+use cotree_fmu::model::Model;
 use cotree_fmu::program::Motion;
+use nalgebra::{DMatrix, DVector};
 use support::chain::chain;
 use support::random::{Family, random_case};
 
@@ -27,6 +29,17 @@ const RANDOM: u64 = 100;
 const TREES: usize = 250;
 
 fn main() {
+    match std::env::args().nth(1).as_deref() {
+        Some("chains") => chains(),
+        Some("fit") => fit(),
+        _ => {
+            study();
+            chains();
+        }
+    }
+}
+
+fn study() {
     let mut random = Vec::new();
     let families = [Family::Tree, Family::Loops, Family::Loops, Family::Loops];
     let mut seed = 0;
@@ -50,7 +63,6 @@ fn main() {
             println!("{name:24}{}", cells.concat());
         }
     }
-    chains();
 }
 
 const KINDS: [&str; 5] = ["breadth first", "file order", "joint", "unsubstituted", "cheapest"];
@@ -180,4 +192,54 @@ fn in_branches(mechanism: &Mechanism) -> Option<f64> {
 
 fn bodies(system: &System, trees: &Trees) -> usize {
     trees.translation.branches.iter().filter(|id| matches!(system.element(**id).origin, Origin::Body(_))).count()
+}
+
+/// Fits the constants of the cost model to this machine: least relative squares over the acceleration kernels of chains and random
+/// mechanisms.
+fn fit() {
+    let mut scenes: Vec<Scene> = (1..=16).chain([20, 25, 30, 40, 50, 80]).map(chain).collect();
+    let families = [Family::Chain, Family::Tree, Family::Loops];
+    scenes.extend(
+        (0..60).filter_map(|seed| {
+            Scene::from_toml(&random_case(seed, families[seed as usize % families.len()]).scene).ok()
+        }),
+    );
+    let (mut rows, mut times) = (Vec::new(), Vec::new());
+    for scene in scenes {
+        let Ok(resolved) = scene.resolve() else { continue };
+        let Ok(formulated) = formulate(&resolved.mechanism) else { continue };
+        let tape = formulated.lowered.program.tapes.acceleration.clone();
+        if tape.instructions.len() < 10 {
+            continue;
+        }
+        let cost = Cost::of(&tape);
+        let Ok(model) = Model::new(formulated.lowered.program) else { continue };
+        let mut registers = formulated.state.registers().to_vec();
+        registers.resize(model.program().registers as usize, 0.0);
+        let mut best = f64::INFINITY;
+        for _ in 0..200 {
+            let runs = 1 + 20_000 / tape.instructions.len();
+            let begin = Instant::now();
+            (0..runs).for_each(|_| tape.run(std::hint::black_box(&mut registers)));
+            best = best.min(begin.elapsed().as_nanos() as f64 / runs as f64);
+        }
+        rows.push([cost.operations as f64 / best, cost.pairs as f64 / best, cost.cycles as f64 / best]);
+        times.push((best, cost));
+    }
+    let matrix = DMatrix::from_fn(rows.len(), 3, |row, column| rows[row][column]);
+    let Ok(constants) = matrix.clone().svd(true, true).solve(&DVector::from_element(rows.len(), 1.0), 0.0) else {
+        return;
+    };
+    println!("ns = {:.3} operations + {:.2} pairs + {:.3} cycles", constants[0], constants[1], constants[2]);
+    let errors = (&matrix * &constants).map(|ratio| ratio - 1.0);
+    println!("{} kernels, rms error {:.1} %", rows.len(), 100.0 * errors.norm() / (rows.len() as f64).sqrt());
+    for (time, cost) in times {
+        println!(
+            "{time:10.0} ns {:8} {:5} {:6}   model {:8.0}",
+            cost.operations,
+            cost.pairs,
+            cost.cycles,
+            cost.nanoseconds()
+        );
+    }
 }

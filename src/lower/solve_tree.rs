@@ -26,12 +26,10 @@ use crate::tree::Trees;
 const DEEP: usize = 8;
 /// So do as many angles in one loop.
 const LONG: usize = 12;
-/// Up to as many bodies the choices are counted; beyond, [`STRIDE`] is taken.
-const COUNTED: usize = 24;
-/// Every body at a multiple of this depth is a branch of the solve tree.
-const STRIDE: usize = 2;
-/// The strides that are counted.
-const STRIDES: [usize; 4] = [1, 2, 3, 4];
+/// Up to as many bodies the choices are counted; beyond, all bodies become branches.
+const COUNTED: usize = 60;
+/// Choices of bodies: those at a multiple of so many angles from the ground.
+const STRIDES: [usize; 3] = [1, 2, 3];
 
 /// The trees that the acceleration kernel is made with.
 #[derive(Clone, Debug)]
@@ -62,7 +60,7 @@ pub fn solver(
         return Ok((system.factorise(equations, pose)?, None));
     }
     if bodies > COUNTED
-        && let Ok((solver, tree)) = with_stride(equations, STRIDE, active, length, pose)
+        && let Ok((solver, tree)) = with_stride(equations, 1, active, length, pose)
     {
         return Ok((solver, Some(tree)));
     }
