@@ -286,7 +286,7 @@ fn a_pendulum_swings_as_its_length_says() {
     at_equilibrium(&text, |formulated, system| {
         let modes = modes(formulated, system).unwrap();
         let (inertia, arm, mass) = (0.3, 0.7, 2.0);
-        let square = mass * 9.81 * arm / (inertia + mass * arm * arm);
+        let square: f64 = mass * 9.81 * arm / (inertia + mass * arm * arm);
         assert_eq!(modes.len(), 1);
         close("frequency", modes[0].frequency(), square.sqrt() / std::f64::consts::TAU, 1e-12, 1.0);
         close("damping", modes[0].damping_ratio().unwrap(), 0.0, 1e-12, 1.0);
@@ -305,7 +305,7 @@ fn a_double_pendulum_has_the_modes_of_its_closed_form() {
         // det(K - w^2 M) = 0
         let (a, c) = (mass.determinant(), stiffness.determinant());
         let b = -(mass[(0, 0)] * stiffness[(1, 1)] + mass[(1, 1)] * stiffness[(0, 0)]);
-        let root = (b * b - 4.0 * a * c).sqrt();
+        let root = f64::sqrt(b * b - 4.0 * a * c);
         let modes = modes(formulated, system).unwrap();
         assert_eq!(modes.len(), 2);
         for (mode, square) in modes.iter().zip([(-b - root) / (2.0 * a), (-b + root) / (2.0 * a)]) {
