@@ -8,10 +8,10 @@ use std::collections::{BTreeSet, HashSet, VecDeque};
 
 use cotree_fmu::program::Motion;
 
-use crate::element::{Origin, System};
+use crate::element::System;
 use crate::equations::Equations;
 use crate::formulate::{Formulated, formulate_with};
-use crate::graph::{ElementId, Topology};
+use crate::graph::ElementId;
 use crate::lower::Cost;
 use crate::mechanism::{Coordinates, Mechanism};
 use crate::scene::Fault;
@@ -179,24 +179,10 @@ fn all_minimal(system: &System, start: &Trees) -> Option<Vec<Trees>> {
 }
 
 /// The translational trees with one branch exchanged for a chord that brings as many coordinates.
-fn neighbours<'t>(system: &'t System, trees: &'t Trees) -> impl Iterator<Item = Trees> + 't {
-    let topology = Topology::new(&system.translation, &trees.translation);
+fn neighbours(system: &System, trees: &Trees) -> impl Iterator<Item = Trees> {
     let weight = |id: ElementId| system.element(id).translation.as_ref().map_or(0, |row| row.motion.len());
-    let fixed = |id: ElementId| {
-        matches!(system.element(id).origin, Origin::Arm(..) | Origin::GroundVector(_) | Origin::Load(_))
-    };
-    let chords = trees.translation.chords.iter().copied().filter(move |&chord| !fixed(chord));
-    chords.flat_map(move |chord| {
-        let circuit = topology.circuit(chord).into_iter().map(|(branch, _)| branch);
-        let out: Vec<ElementId> = circuit.filter(|&branch| !fixed(branch) && weight(branch) == weight(chord)).collect();
-        out.into_iter().map(move |branch| exchanged(system, trees, branch, chord))
-    })
-}
-
-/// The trees with a chord in the place of a branch.
-fn exchanged(system: &System, trees: &Trees, branch: ElementId, chord: ElementId) -> Trees {
-    let branches = trees.translation.branches.iter().map(|&own| if own == branch { chord } else { own }).collect();
-    Trees { translation: system.translation.tree_of(branches), rotation: trees.rotation.clone() }
+    let alike = move |pair: &[ElementId; 2]| weight(pair[0]) == weight(pair[1]);
+    trees.exchanges(system).into_iter().filter(alike).map(|pair| trees.exchanged(system, pair))
 }
 
 /// What tells two translational trees apart.

@@ -16,6 +16,7 @@ use crate::lower::{self, Lowered, Pose};
 use crate::mechanism::{Coordinates, Formula, Mechanism, Output};
 use crate::print::symbol_name;
 use crate::scene::{Fault, Span};
+use crate::size;
 use crate::tree::Trees;
 
 /// How many poses are examined for redundant loop equations.
@@ -87,10 +88,11 @@ pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Ve
 /// The equations for a choice of trees.
 ///
 /// # Errors
-/// The user's own trees are not spanning trees.
+/// The user's own trees are not spanning trees, or the equations would be too large.
 pub fn equations<'m>(mechanism: &'m Mechanism, choice: &Coordinates) -> Result<Equations<'m>, Vec<Fault>> {
     let system = System::new(mechanism);
     let trees = Trees::select(&system, choice)?;
+    size::check(&system, &trees)?;
     Ok(Equations::new(system, trees))
 }
 
@@ -107,7 +109,7 @@ fn typical_length(equations: &mut Equations) -> f64 {
 
 fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
     match symbol {
-        Symbol::Parameter(i) => mechanism.parameters[i].value,
+        Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
         Symbol::Input(i, crate::expr::Order::Position) => mechanism.inputs[i].start,
         Symbol::Time => mechanism.experiment.start,
         _ => 0.0,

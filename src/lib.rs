@@ -46,6 +46,7 @@ pub mod print;
 pub mod report;
 pub mod scene;
 pub mod simulation;
+pub mod size;
 pub mod translate;
 pub mod tree;
 

@@ -10,10 +10,12 @@ use crate::export::describe::describe;
 use crate::export::description::Description;
 use crate::formulate::{Formulated, formulate};
 use crate::mechanism::Unit;
-use crate::print;
+use crate::print::{self, Prose};
 use crate::report::assumptions::assumptions;
+use crate::report::compare::{Comparison, compare};
 use crate::report::drawing::Drawing;
 use crate::report::figures::summarise;
+use crate::report::graph::GraphDrawing;
 use crate::report::pose::draw;
 use crate::report::summary::Summary;
 use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, read};
@@ -42,8 +44,20 @@ pub struct Compiled {
 pub enum Notation {
     /// For people.
     Text,
+    /// A LaTeX document.
+    Latex,
+    /// A self-contained HTML page with MathML.
+    Html,
     /// C99.
     C,
+    /// A module in Fortran 2008.
+    Fortran,
+    /// Rust, without any crate.
+    Rust,
+    /// Python with numpy.
+    Python,
+    /// For other programs.
+    Json,
 }
 
 /// Reads a scene file, TOML or JSON.
@@ -83,9 +97,45 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
     let formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
     let Formulated { mut equations, lowered, .. } = formulated;
     Ok(match notation {
-        Notation::Text => print::text(&mut equations),
-        Notation::C => print::c_code(&mut equations, &lowered.solved),
+        Notation::Text => print::motion(&mut equations, Prose::Text),
+        Notation::Latex => print::motion(&mut equations, Prose::Latex),
+        Notation::Html => print::motion(&mut equations, Prose::Html),
+        Notation::C => print::code(&mut equations, &lowered.solved, &print::C),
+        Notation::Fortran => print::code(&mut equations, &lowered.solved, &print::Fortran),
+        Notation::Rust => print::code(&mut equations, &lowered.solved, &print::Rust),
+        Notation::Python => print::code(&mut equations, &lowered.solved, &print::Python),
+        Notation::Json => print::json(&mut equations),
     })
+}
+
+/// How a scene derives its equations, as a lesson.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
+    formulated(scene, |formulated| print::steps(&mut formulated.equations, prose))
+}
+
+/// The linear graphs of a scene with their trees, and the mechanism at its start.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn graph(scene: &Scene) -> Result<(GraphDrawing, Drawing), Faults> {
+    formulated(scene, |formulated| (GraphDrawing::new(formulated), draw(formulated)))
+}
+
+/// What the scene costs in other coordinates.
+///
+/// # Errors
+/// Everything that is wrong with the scene; trees that do not work are part of the comparison.
+pub fn comparison(scene: &Scene) -> Result<Comparison, Faults> {
+    Ok(compare(&scene.resolve()?.mechanism))
+}
+
+fn formulated<T>(scene: &Scene, then: impl FnOnce(&mut Formulated) -> T) -> Result<T, Faults> {
+    let mechanism = scene.resolve()?.mechanism;
+    let mut formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    Ok(then(&mut formulated))
 }
 
 /// A name for these very bytes: their 128-bit FNV-1a hash, written as a GUID.

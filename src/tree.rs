@@ -7,7 +7,7 @@
 use std::collections::{HashMap, HashSet, VecDeque};
 
 use crate::element::{Origin, System};
-use crate::graph::{ElementId, LinearGraph, Rotation, Translation, Tree};
+use crate::graph::{ElementId, LinearGraph, Rotation, Topology, Translation, Tree};
 use crate::mechanism::{BodyId, Coordinates};
 use crate::scene::{Fault, Span};
 
@@ -51,6 +51,25 @@ impl Trees {
             _ => 4,
         });
         Trees { translation: system.translation.tree(order), rotation: self.rotation.clone() }
+    }
+
+    /// All exchanges of one branch for one chord of the translational tree; arms, ground vectors and loads stay what they are.
+    pub fn exchanges(&self, system: &System) -> Vec<[ElementId; 2]> {
+        let topology = Topology::new(&system.translation, &self.translation);
+        let fixed = |id: &ElementId| is_arm(system, *id) || matches!(system.element(*id).origin, Origin::Load(_));
+        let chords = self.translation.chords.iter().copied().filter(|chord| !fixed(chord));
+        let pairs = chords.flat_map(|chord| {
+            let circuit = topology.circuit(chord).into_iter().map(|(branch, _)| branch);
+            circuit.filter(|branch| !fixed(branch)).map(|branch| [branch, chord]).collect::<Vec<_>>()
+        });
+        pairs.collect()
+    }
+
+    /// These trees with a chord of the translational tree in the place of a branch.
+    pub fn exchanged(&self, system: &System, [branch, chord]: [ElementId; 2]) -> Trees {
+        let own = self.translation.branches.iter();
+        let branches = own.map(|&id| if id == branch { chord } else { id }).collect();
+        Trees { translation: system.translation.tree_of(branches), rotation: self.rotation.clone() }
     }
 }
 
@@ -199,9 +218,11 @@ fn not_in_graph(system: &System, name: &str, span: Span, list: &str) -> Fault {
         format!("the {list} tree names `{name}`, which is not in the scene")
     };
     let help = match (known, list) {
-        (true, "rotation") => "the rotational tree is made of bodies, joints, angle drivers and torque loads",
+        (true, "rotation") => {
+            "the rotational tree is made of bodies, joints, angle drivers and torque loads; gears, racks and distance links are in no tree"
+        }
         (true, _) => {
-            "the translational tree is made of bodies, joints, position drivers and force loads; rigid arms are always in it"
+            "the translational tree is made of bodies, joints, position drivers and force loads; rigid arms are always in it; gears, racks and distance links are in no tree"
         }
         (false, _) => "name a body, joint, driver or load of the scene",
     };

@@ -1,6 +1,7 @@
 //! Each component alone, against the motion and the loads that mechanics books give.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 use cotree::pipeline::compile;
@@ -24,7 +25,9 @@ impl Run {
     }
 
     fn to(&mut self, time: f64) -> &mut Run {
-        self.0.step_to(time).unwrap();
+        if time > self.0.time() {
+            self.0.step_to(time).unwrap();
+        }
         self
     }
 
@@ -40,6 +43,11 @@ impl Run {
             "{name} at {time} s: {value}, not {expected}"
         );
     }
+}
+
+fn file(name: &str) -> Scene {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/components");
+    Scene::read(folder.join(format!("{name}.toml"))).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)))
 }
 
 fn with_outputs(scene: Scene, names: &[&str]) -> Scene {
@@ -81,17 +89,9 @@ fn a_gear_pair_on_the_ground() {
 fn a_planet_on_an_arm() {
     let (length, arm, planet, mass, teeth, torque) = (0.4, 0.05, 0.01, 1.5, [30.0, 12.0], 2.0);
     let turns = 1.0 + teeth[0] / teeth[1];
-    let scene = Scene::new("planet")
-        .parameter("sun_teeth", teeth[0])
-        .parameter("planet_teeth", teeth[1])
-        .body("arm", Body::new().mass(1.0).inertia(arm).point("end", [length, 0.0]))
-        .body("planet", wheel(planet))
-        .revolute("pivot", "ground", "arm")
-        .revolute("pin", "arm.end", "planet")
-        .joint("mesh", Joint::gear("ground", "planet", "-sun_teeth/planet_teeth").carrier("arm"))
-        .load("motor", Load::torque("ground", "arm", torque));
+    let scene = file("gear");
     let alpha = torque / (arm + mass * length * length + planet * turns * turns);
-    let mut run = Run::new(&with_outputs(scene, &["arm.alpha", "arm.angle", "planet.angle", "mesh.torque"]));
+    let mut run = Run::new(&scene);
     for time in [0.0, 0.3, 1.0] {
         run.to(time).check("arm.alpha", alpha);
         run.check("arm.angle", alpha * time * time / 2.0);
@@ -102,18 +102,10 @@ fn a_planet_on_an_arm() {
 
 #[test]
 fn a_pinion_drives_a_rack() {
-    let (inertia, mass, radius, torque) = (0.01, 2.0, -0.05, 1.2);
-    let scene = Scene::new("rack")
-        .ground_point("guide", [0.0, -0.05])
-        .body("pinion", wheel(inertia))
-        .body("bar", Body::new().mass(mass))
-        .revolute("bearing", "ground", "pinion")
-        .prismatic("slide", "ground.guide", "bar", [1.0, 0.0])
-        .joint("mesh", Joint::rack("pinion", "bar", [1.0, 0.0], radius).carrier("ground.guide").displacement(0.3))
-        .load("motor", Load::torque("ground", "pinion", torque));
+    let (inertia, mass, radius, torque) = (0.01, 2.0, 0.05, 1.2);
+    let scene = file("rack");
     let alpha = torque / (inertia + mass * radius * radius);
-    let names = ["pinion.alpha", "bar.x", "mesh.force", "mesh.torque", "slide.torque"];
-    let mut run = Run::new(&with_outputs(scene, &names));
+    let mut run = Run::new(&scene);
     for time in [0.0, 0.4] {
         run.to(time).check("pinion.alpha", alpha);
         run.check("bar.x", 0.3 + radius * alpha * time * time / 2.0);
@@ -127,12 +119,7 @@ fn a_pinion_drives_a_rack() {
 fn a_disc_rolls_down_a_slope() {
     let (slope, mass, radius) = (0.4_f64, 3.0, 0.2);
     let inertia = 0.5 * mass * radius * radius;
-    let scene = Scene::new("disc")
-        .gravity([0.0, -G])
-        .body("disc", Body::new().mass(mass).inertia(inertia))
-        .joint("contact", Joint::rolling("ground", "disc", [slope.cos(), -slope.sin()], radius).displacement(0.1));
-    let names = ["contact.s", "contact.v", "contact.a", "contact.angle", "contact.fn", "contact.ft", "energy.total"];
-    let mut run = Run::new(&with_outputs(scene, &names));
+    let mut run = Run::new(&file("rolling"));
     let a = G * slope.sin() / 1.5;
     let energy = run.get("energy.total");
     for time in [0.0, 0.5, 1.5] {
@@ -150,17 +137,7 @@ fn a_disc_rolls_down_a_slope() {
 #[test]
 fn a_bead_in_a_turning_slot() {
     let (omega, mass, start) = (2.0_f64, 0.5, 0.1);
-    let scene = Scene::new("bead")
-        .body("rod", Body::new().mass(0.0).inertia(0.0))
-        .body("bead", Body::new().mass(mass).inertia(0.01))
-        .revolute("pivot", "ground", "rod")
-        .driver("motor", cotree::scene::Driver::angle("pivot", "2*t"))
-        .joint("slot", Joint::slot("rod", "bead", [0.0, 1.0]))
-        .initial("slot.s", start)
-        .initial("slot.v", 0.0)
-        .initial("bead.omega", 1.0);
-    let names = ["slot.s", "slot.v", "slot.a", "slot.fn", "slot.omega", "bead.omega", "motor.torque"];
-    let mut run = Run::new(&with_outputs(scene, &names));
+    let mut run = Run::new(&file("slot"));
     for time in [0.0, 0.6, 1.5_f64] {
         let (r, v) = (start * (omega * time).cosh(), start * omega * (omega * time).sinh());
         run.to(time).check("slot.s", r);
@@ -177,14 +154,7 @@ fn a_bead_in_a_turning_slot() {
 #[test]
 fn a_pendulum_on_a_distance_link() {
     let (mass, length, start) = (0.7, 1.3, 1.1_f64);
-    let scene = Scene::new("link")
-        .gravity([0.0, -G])
-        .body("weight", Body::new().mass(mass).inertia(0.1))
-        .joint("rod", Joint::distance("ground", "weight", length))
-        .initial("weight.x", length * start.sin())
-        .guess("weight.y", -1.0);
-    let names = ["weight.x", "weight.y", "weight.vx", "weight.vy", "weight.angle", "rod.force", "energy.total"];
-    let mut run = Run::new(&with_outputs(scene, &names));
+    let mut run = Run::new(&file("distance"));
     run.check("weight.y", -length * start.cos());
     run.check("rod.force", -mass * G * start.cos());
     let energy = run.get("energy.total");
@@ -374,4 +344,48 @@ fn a_force_fixed_in_the_body_turns_with_it() {
     let mut run = Run::new(&with_outputs(off_centre, &["craft.alpha", "craft.ax"]));
     run.check("craft.alpha", -0.2 * force / 0.5);
     run.check("craft.ax", force / mass * 0.9_f64.cos());
+}
+
+/// All of a file's springs and frictions at once: what they say at the start, and that they only take energy out.
+#[test]
+fn springs_and_frictions_of_a_file() {
+    let mut run = Run::new(&file("springs"));
+    let x: f64 = 0.3;
+    run.check("spring.force", -10.0 * x - 300.0 * x.powi(3));
+    run.check("stop.force", 0.0);
+    let turn: f64 = 0.8;
+    run.check("coil.torque", -2.0 * turn - 5.0 * turn.powi(3));
+    run.check("energy.total", 5.0 * x * x + 75.0 * x.powi(4) + turn * turn + 1.25 * turn.powi(4));
+    let start = run.get("energy.total");
+    let mut energy = start;
+    for step in 1..40 {
+        run.to(0.05 * f64::from(step));
+        let now = run.get("energy.total");
+        assert!(now < energy + 1e-9, "step {step}: {now} after {energy}");
+        energy = now;
+    }
+    assert!(energy < 0.7 * start, "{energy} of {start} is left");
+}
+
+/// The words of the file and those of Rust mean the same.
+#[test]
+fn joints_of_files_and_of_the_builder() {
+    let built = [
+        ("gear", "mesh", Joint::gear("ground", "planet", "-sun_teeth/planet_teeth").carrier("arm")),
+        ("rack", "mesh", Joint::rack("pinion", "bar", [1, 0], 0.05).carrier("ground.guide").displacement(0.3)),
+        ("rolling", "contact", {
+            Joint::rolling("ground", "disc", ("cos(slope)", "-sin(slope)"), "radius").displacement(0.1)
+        }),
+        ("slot", "slot", Joint::slot("rod", "bead", [0, 1])),
+        ("distance", "rod", Joint::distance("ground", "weight", 1.3)),
+        ("springs", "bearing", Joint::revolute("ground.shaft", "wheel").friction(0.02, 0.1)),
+        ("springs", "guide", Joint::prismatic("ground", "block", [1, 0]).friction(0.5, 0.01).damping(0.2)),
+    ];
+    for (name, joint, built) in built {
+        let mut scene = file(name);
+        let place = scene.joints.iter().position(|other| other.name.text == joint).unwrap();
+        let read = scene.resolve().unwrap().mechanism.joints[place].clone();
+        scene.joints[place] = Joint { name: scene.joints[place].name.clone(), ..built };
+        assert_eq!(scene.resolve().unwrap().mechanism.joints[place], read, "{name}");
+    }
 }

@@ -18,7 +18,7 @@ fn program() -> data::Program {
     let instruction = |operation, target, a, b| Instruction { operation, target, a, b, c: 0 };
     let instructions = vec![instruction(Operation::Multiply, 8, 1, 5), instruction(Operation::Subtract, 9, 2, 8)];
     let acceleration = Tape { instructions, results: vec![9] };
-    let variable = |name: &str, source| data::Variable { name: name.into(), source };
+    let variable = |name: &str, source| data::Variable { name: name.into(), source, initial: None };
     data::Program {
         name: "mass".into(),
         guid: "mass".into(),
@@ -64,6 +64,7 @@ fn description() -> Description {
         description: String::new(),
         unit: Unit::default(),
         causality,
+        start: None,
         derivative_of: None,
         dependencies: vec![],
         initial_dependencies: vec![],
@@ -74,6 +75,7 @@ fn description() -> Description {
         guid: "mass".into(),
         description: String::new(),
         experiment: Experiment { start: 0.0, stop: 1.0, step: 0.1, tolerance: 1e-9 },
+        exchange: None,
         variables: variables.collect(),
     }
 }

@@ -214,7 +214,8 @@ impl Program {
                     (index, self.coordinates.len())
                 }
             };
-            if index as usize >= count {
+            let initial = variable.initial.is_none_or(|initial| (initial as usize) < self.parameters.len());
+            if index as usize >= count || !initial {
                 return Err(Fault::Reference { name: variable.name.clone() });
             }
         }
@@ -243,6 +244,7 @@ impl Program {
         if let Some(inverse) = &tapes.inverse {
             registers.kernel("inverse", inverse, layout.reactions())?;
         }
+        registers.kernel("indicators", &tapes.indicators, rates)?;
         registers.kernel("outputs", &tapes.outputs, layout.constants())?;
         registers.kernel("initial position", &self.initial.position, positions)?;
         registers.kernel("initial position jacobian", &self.initial.position_jacobian.tape, positions)?;
@@ -262,6 +264,7 @@ impl Program {
             &tapes.acceleration,
             &tapes.project_position,
             &tapes.project_velocity,
+            &tapes.indicators,
             &tapes.outputs,
             &initial.position,
             &initial.position_jacobian.tape,

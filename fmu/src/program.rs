@@ -17,7 +17,7 @@ pub struct Program {
     pub guid: String,
     /// Default experiment.
     pub experiment: Experiment,
-    /// FMU parameters, in the order of their registers.
+    /// FMU parameters, in the order of their registers; then the initial values that can be set under the names of their variables.
     pub parameters: Vec<Parameter>,
     /// FMU inputs, in the order of their registers.
     pub inputs: Vec<Input>,
@@ -183,6 +183,8 @@ pub struct Variable {
     pub name: String,
     /// Where its value comes from.
     pub source: Source,
+    /// Before initialisation, setting it sets this parameter: its value (or its guess) at the start.
+    pub initial: Option<u32>,
 }
 
 /// A sparse matrix whose nonzero entries are the results of a tape, in the order of `entries`.
@@ -220,6 +222,8 @@ pub struct Tapes {
     /// Kinematic only, and only if something requested needs reactions: Q - M a, n results, so that Phi_q^T lambda equals it. Reads
     /// time, inputs, followers, q, v, a.
     pub inverse: Option<Tape>,
+    /// Values that change sign where the accelerations have a step or a corner. Reads time, inputs, followers, q, v.
+    pub indicators: Tape,
     /// Every variable with `Source::Output`. Reads everything, a and lambda included.
     pub outputs: Tape,
 }
@@ -327,6 +331,19 @@ impl Layout {
 }
 
 impl Program {
+    /// Can somebody else integrate it? Not if a driver follows an input: the loops then need its rates, which nobody tells.
+    pub fn offers_exchange(&self) -> bool {
+        let layout = self.layout();
+        let inputs = (layout.inputs() as u32)..(layout.followers() as u32);
+        let tapes = &self.tapes;
+        let loops = [&tapes.constraint, &tapes.jacobian.tape, &tapes.constraint_rate, &tapes.gamma];
+        let mut reads = loops.into_iter().flat_map(|tape| {
+            let operands = tape.instructions.iter().flat_map(|instruction| instruction.operands());
+            operands.chain(tape.results.iter().copied())
+        });
+        self.followers.is_empty() && !reads.any(|register| inputs.contains(&register))
+    }
+
     /// The layout of this program's register file.
     pub fn layout(&self) -> Layout {
         Layout::new(

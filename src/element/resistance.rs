@@ -22,6 +22,11 @@ impl Resistance {
         (damping != Expr::ZERO || friction.is_some()).then_some(Resistance { damping, friction })
     }
 
+    /// The coefficient c, if the law is a damper and nothing else.
+    pub fn damper(self) -> Option<Expr> {
+        self.friction.is_none().then_some(self.damping)
+    }
+
     /// The force or torque at a velocity.
     pub fn at(self, arena: &mut Arena, velocity: Expr) -> Expr {
         let mut resisting = arena.multiply(self.damping, velocity);

@@ -6,6 +6,7 @@
 mod blocks;
 mod cost;
 mod eliminate;
+mod indicators;
 mod initial;
 mod motion;
 mod program;
@@ -16,7 +17,8 @@ mod tape;
 
 pub use cost::Cost;
 pub use eliminate::{Factor, System, Undetermined};
-pub use program::{Lowered, Pose, positions, program};
-pub use solve_tree::SolveTree;
-pub use table::{Row, Table};
+pub use motion::{MotionSystem, Solver};
+pub use program::{Lowered, Pose, kernel_cost, positions, program};
+pub use solve_tree::{SolveTree, in_solve_tree};
+pub use table::{Row, Start, Table};
 pub use tape::Assembler;

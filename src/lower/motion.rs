@@ -86,7 +86,7 @@ impl MotionSystem {
 fn typical<'a>(mechanism: &'a Mechanism, pose: &'a Pose) -> impl Fn(Symbol) -> f64 + use<'a> {
     move |symbol| match symbol {
         Symbol::Time => pose.time,
-        Symbol::Parameter(i) => mechanism.parameters[i].value,
+        Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
         Symbol::Input(i, Order::Position) => mechanism.inputs[i].start,
         Symbol::Coordinate(i, Order::Position) => pose.positions.get(i).copied().unwrap_or_default(),
         Symbol::Follower(i, Order::Position) => pose.followers.get(i).copied().unwrap_or_default(),

@@ -8,7 +8,8 @@ use cotree_fmu::program::{
 use super::blocks::blocks;
 use super::cost::Cost;
 use super::eliminate::Undetermined;
-use super::initial::{Conditions, conditions};
+use super::indicators::indicators;
+use super::initial::{Conditions, Settable, conditions, settable};
 use super::solve_tree::{self, SolveTree};
 use super::table::Table;
 use super::tape::Assembler;
@@ -58,6 +59,7 @@ struct MotionKernels {
     project_position: Vec<Expr>,
     project_velocity: Vec<Expr>,
     inverse: Option<Vec<Expr>>,
+    indicators: Vec<Expr>,
     outputs: Vec<Expr>,
     solve_tree: Option<SolveTree>,
 }
@@ -81,6 +83,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     if motion == Motion::Dynamic {
         moving.eliminate(equations, &kernels, (length, active), pose)?;
     }
+    moving.indicators = indicators(&mut equations.system.arena, &moving.acceleration);
     let solved = if motion == Motion::Dynamic { moving.acceleration.clone() } else { driving(&kernels) };
     let table = Table::new(equations, motion, &solved);
     moving.outputs.clone_from(&table.results);
@@ -160,10 +163,10 @@ fn inverse(equations: &mut Equations) -> Vec<Expr> {
 }
 
 /// The registers of the inputs of all kernels.
-fn layout(equations: &Equations) -> Layout {
+fn layout(equations: &Equations, starts: usize) -> Layout {
     let mechanism = equations.system.mechanism;
     Layout::new(
-        mechanism.parameters.len(),
+        mechanism.parameters.len() + starts,
         mechanism.inputs.len(),
         equations.system.followers.len(),
         equations.coordinates.len(),
@@ -173,12 +176,12 @@ fn layout(equations: &Equations) -> Layout {
 
 /// What a kernel with these results costs, the parameter stage left out.
 pub fn kernel_cost(equations: &Equations, results: &[Expr]) -> Cost {
-    let mut assembler = Assembler::new(&equations.system.arena, layout(equations), &[results]);
+    let mut assembler = Assembler::new(&equations.system.arena, layout(equations, 0), &[results]);
     Cost::of(&assembler.tape(results))
 }
 
 fn assemble(
-    equations: &Equations,
+    equations: &mut Equations,
     (length, active): (f64, &[bool]),
     position: &PositionKernels,
     moving: &MotionKernels,
@@ -186,7 +189,8 @@ fn assemble(
     table: &Table,
 ) -> Program {
     let mechanism = equations.system.mechanism;
-    let layout = layout(equations);
+    let starts = settable(equations);
+    let layout = layout(equations, starts.len());
     let sparse = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
     let (jacobian, q_jacobian, v_jacobian) =
         (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
@@ -207,6 +211,7 @@ fn assemble(
             &moving.project_position,
             &moving.project_velocity,
             inverse,
+            &moving.indicators,
             &moving.outputs,
         ],
     );
@@ -221,6 +226,7 @@ fn assemble(
         project_position: assembler.tape(&moving.project_position),
         project_velocity: assembler.tape(&moving.project_velocity),
         inverse: moving.inverse.as_ref().map(|results| assembler.tape(results)),
+        indicators: assembler.tape(&moving.indicators),
         outputs: assembler.tape(&moving.outputs),
     };
     let initial = Initial {
@@ -241,7 +247,7 @@ fn assemble(
         name: mechanism.name.clone(),
         guid: String::from("draft"),
         experiment: experiment(equations),
-        parameters: parameters(equations),
+        parameters: parameters(equations, &starts),
         inputs: inputs(equations),
         followers: followers(equations, length),
         coordinates: coordinates(equations, length),
@@ -278,7 +284,8 @@ fn experiment(equations: &Equations) -> Experiment {
     }
 }
 
-fn parameters(equations: &Equations) -> Vec<Parameter> {
+/// Those of the scene, then the initial values that can be set.
+fn parameters(equations: &Equations, starts: &[Settable]) -> Vec<Parameter> {
     let of = |parameter: &crate::mechanism::Parameter| Parameter {
         name: parameter.name.clone(),
         start: parameter.value,
@@ -286,7 +293,15 @@ fn parameters(equations: &Equations) -> Vec<Parameter> {
         max: parameter.max,
         tunable: parameter.tunable,
     };
-    equations.system.mechanism.parameters.iter().map(of).collect()
+    let mechanism = equations.system.mechanism;
+    let start = |start: &Settable| Parameter {
+        name: mechanism.variable_name(start.line.variable),
+        start: start.value,
+        min: None,
+        max: None,
+        tunable: false,
+    };
+    mechanism.parameters.iter().map(of).chain(starts.iter().map(start)).collect()
 }
 
 fn inputs(equations: &Equations) -> Vec<Input> {

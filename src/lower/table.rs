@@ -4,9 +4,10 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use cotree_fmu::program::{Motion, Source, Variable};
 
+use super::initial::{order_of, settable};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::mechanism::Unit;
+use crate::mechanism::{Quantity, Unit};
 
 /// A variable with what the outside world is told about it.
 #[derive(Clone, Debug)]
@@ -23,10 +24,23 @@ pub struct Row {
     pub output: bool,
     /// Its row's derivative, if it is one: the place of what it is the derivative of.
     pub derivative_of: Option<usize>,
+    /// Its initial value, if that can be set.
+    pub start: Option<Start>,
     /// Its value as an expression.
     pub value: Expr,
     /// Places of the inputs and states that it depends on.
     pub dependencies: Vec<usize>,
+}
+
+/// An initial value that can be set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// Its default, SI.
+    pub value: f64,
+    /// Does it hold, or is it a guess?
+    pub known: bool,
+    /// Its place among the parameters of the program.
+    pub parameter: u32,
 }
 
 /// All variables, and the expressions of those that need a kernel.
@@ -46,13 +60,21 @@ impl Table {
         let members = coordinate_members(equations);
         table.add_outputs(equations, &members);
         table.add_members(&members, motion);
+        table.add_starts(equations);
         table.find_dependencies(equations, motion, solved);
         table
     }
 
     /// What the runtime needs to know.
     pub fn variables(&self) -> Vec<Variable> {
-        self.rows.iter().map(|row| Variable { name: row.name.clone(), source: row.source }).collect()
+        self.rows
+            .iter()
+            .map(|row| Variable {
+                name: row.name.clone(),
+                source: row.source,
+                initial: row.start.map(|start| start.parameter),
+            })
+            .collect()
     }
 
     fn add_parameters_and_inputs(&mut self, equations: &mut Equations) {
@@ -73,7 +95,6 @@ impl Table {
 
     /// What the scene asks for, in its order.
     fn add_outputs(&mut self, equations: &mut Equations, members: &[Row]) {
-        let mut results: HashMap<Expr, u32> = HashMap::new();
         for output in &equations.system.mechanism.outputs {
             if let Some(member) = members.iter().find(|member| member.name == output.name) {
                 let description = output.description.clone();
@@ -81,12 +102,7 @@ impl Table {
                 continue;
             }
             let value = equations.formula(&output.value);
-            let result = *results.entry(value).or_insert_with(|| {
-                self.results.push(value);
-                self.results.len() as u32 - 1
-            });
-            let accelerated = equations.system.arena.symbols([value]).into_iter().any(Symbol::is_solved);
-            let source = Source::Output { result, accelerated };
+            let source = self.computed(equations, value);
             self.push((&output.name, &output.description, &output.unit), source, value);
             if let Some(row) = self.rows.last_mut() {
                 row.output = true;
@@ -113,6 +129,38 @@ impl Table {
         }
     }
 
+    /// The result of the output kernel with that value.
+    fn computed(&mut self, equations: &Equations, value: Expr) -> Source {
+        let known = self.results.iter().position(|&result| result == value);
+        let result = known.unwrap_or_else(|| {
+            self.results.push(value);
+            self.results.len() - 1
+        });
+        let accelerated = equations.system.arena.symbols([value]).into_iter().any(Symbol::is_solved);
+        Source::Output { result: result as u32, accelerated }
+    }
+
+    /// Initial values that can be set belong to their variables; one that is nothing else yet becomes a row.
+    fn add_starts(&mut self, equations: &mut Equations) {
+        let mechanism = equations.system.mechanism;
+        for (index, settable) in settable(equations).into_iter().enumerate() {
+            let variable = settable.line.variable;
+            let name = mechanism.variable_name(variable);
+            let place = self.rows.iter().position(|row| row.name == name).unwrap_or_else(|| {
+                let value = equations.variable(variable);
+                let source = self.computed(equations, value);
+                let angular = matches!(variable.quantity, Quantity::Angle | Quantity::Omega);
+                let unit = if angular { Unit::angle() } else { Unit::length() };
+                let rate = order_of(variable.quantity) == Order::Velocity;
+                let unit = if rate { unit.per_second() } else { unit };
+                self.push((&name, "known at the start", &unit), source, value);
+                self.rows.len() - 1
+            });
+            let parameter = (mechanism.parameters.len() + index) as u32;
+            self.rows[place].start = Some(Start { value: settable.value, known: settable.line.known, parameter });
+        }
+    }
+
     fn push(&mut self, (name, description, unit): (&str, &str, &Unit), source: Source, value: Expr) {
         self.rows.push(Row {
             name: name.to_string(),
@@ -121,6 +169,7 @@ impl Table {
             source,
             output: false,
             derivative_of: None,
+            start: None,
             value,
             dependencies: Vec::new(),
         });

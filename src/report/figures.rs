@@ -1,12 +1,16 @@
 //! The figures of `cotree show`.
 
+use std::collections::HashSet;
+
 use cotree_fmu::program::{Block, Program};
 
-use super::summary::{Coordinate, Count, Counts, Joint, Summary, Tree, Trees};
+use super::summary::{Cheapest, Coordinate, Count, Counts, Joint, SolveTree, Summary, Tree, Trees};
+use crate::cheapest::LARGEST;
 use crate::element::{Angle, Origin};
 use crate::equations::Equations;
 use crate::formulate::{Formulated, equations};
 use crate::graph::ElementId;
+use crate::lower;
 use crate::mechanism::{Coordinates, JointKind, Mechanism};
 
 /// A mechanism in figures and names.
@@ -41,6 +45,8 @@ pub fn summarise(formulated: &Formulated) -> Summary {
             rotation: names(own, &own.trees.rotation.branches),
         },
         counts: counts(own),
+        solve_tree: formulated.lowered.solve_tree.as_ref().map(|tree| solve_tree(own, tree)),
+        cheapest: (mechanism.coordinates == Coordinates::Cheapest).then(|| cheapest(formulated)),
     }
 }
 
@@ -50,6 +56,22 @@ fn blocks(program: &Program) -> Vec<Vec<String>> {
         block.columns.iter().map(|&column| program.coordinates[column as usize].name.clone()).collect::<Vec<_>>()
     };
     program.blocks.iter().map(names).collect()
+}
+
+fn solve_tree(own: &Equations, tree: &lower::SolveTree) -> SolveTree {
+    let before: HashSet<ElementId> = own.trees.translation.branches.iter().copied().collect();
+    let added = tree.trees.translation.branches.iter().filter(|id| !before.contains(id));
+    let bodies = added.map(|&id| own.system.element(id).name.clone()).collect();
+    let saving = |branch_cost: lower::Cost| 1.0 - tree.cost.nanoseconds() / branch_cost.nanoseconds();
+    SolveTree { bodies, saving: tree.branch_cost.map(saving) }
+}
+
+fn cheapest(formulated: &Formulated) -> Cheapest {
+    let (counted, saving) = formulated.search.map_or((0, 0.0), |search| {
+        let saving = 1.0 - search.chosen.nanoseconds / search.recommended.nanoseconds;
+        (search.counted, if search.chosen == search.recommended { 0.0 } else { saving })
+    });
+    Cheapest { counted, saving, largest: LARGEST }
 }
 
 fn describe_joint(mechanism: &Mechanism, joint: &crate::mechanism::Joint) -> Joint {

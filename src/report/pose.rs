@@ -43,6 +43,11 @@ fn pushes(mechanism: &Mechanism, joints: &[Joint]) -> Vec<Force> {
     arrows.collect()
 }
 
+/// Where a point is at the start.
+pub fn position(formulated: &mut Formulated, place: Place) -> [f64; 2] {
+    Pose { equations: &mut formulated.equations, state: &formulated.state }.at(place)
+}
+
 /// Where joints and springs meet the ground.
 fn fixed_points(mechanism: &Mechanism) -> Vec<Place> {
     let joints = mechanism.joints.iter().flat_map(|joint| joint.between);

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use cotree::equations::Equations;
 use cotree::expr::{Order, Symbol};
 use cotree::formulate::{Formulated, formulate};
-use cotree::mechanism::{Coordinates, Mechanism};
+use cotree::mechanism::Mechanism;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
-use crate::support::random::{Case, Family, Random};
-use crate::trees::{light_case, random_trees};
-use crate::{cases, mechanism};
+use crate::support::random::{Case, Family};
+use crate::trees::light_case;
+use crate::{cases, choices, mechanism};
 
 /// Random trees for each mechanism, besides the presets.
 const RANDOM_TREES: usize = 3;
@@ -56,10 +56,7 @@ fn light() {
 fn agree(family: Family, cases: impl Iterator<Item = (u64, Case)>) {
     for (seed, case) in cases {
         let mut mechanism = mechanism(&case.scene);
-        let mut random = Random(seed ^ 0x7265_6573);
-        let mut choices = vec![Coordinates::Recommended, Coordinates::Absolute, Coordinates::Joint];
-        choices.extend((0..RANDOM_TREES).map(|_| random_trees(&mechanism, &mut random)));
-        for choice in choices {
+        for choice in choices(&mechanism, seed, RANDOM_TREES) {
             mechanism.coordinates = choice;
             agrees(&case, &mechanism, family != Family::Redundant)
                 .unwrap_or_else(|error| panic!("{family:?} {seed}, {:?}: {error}", mechanism.coordinates));

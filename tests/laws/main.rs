@@ -5,15 +5,14 @@ mod support;
 
 mod agreement;
 mod energy;
+mod graphs;
 mod structure;
 mod trees;
 
-use cotree::mechanism::Mechanism;
+use cotree::mechanism::{Coordinates, Mechanism};
 use cotree::scene::Scene;
-use support::random::{Case, Family, random_case};
-
-/// All families, and those whose reactions are unique.
-const FAMILIES: [Family; 5] = [Family::Chain, Family::Tree, Family::Loops, Family::Driven, Family::Redundant];
+use support::random::{Case, Family, Random, random_case};
+use trees::random_trees;
 
 /// The mechanism of a scene.
 fn mechanism(scene: &str) -> Mechanism {
@@ -24,4 +23,12 @@ fn mechanism(scene: &str) -> Mechanism {
 /// Random mechanisms of a family, with their seeds.
 fn cases(family: Family, count: u64) -> impl Iterator<Item = (u64, Case)> {
     (0..count).map(move |seed| (seed, random_case(seed, family)))
+}
+
+/// The presets, and some random trees.
+fn choices(mechanism: &Mechanism, seed: u64, random_pairs: usize) -> Vec<Coordinates> {
+    let mut random = Random(seed ^ 0x7265_6573);
+    let mut choices = vec![Coordinates::Recommended, Coordinates::Absolute, Coordinates::Joint];
+    choices.extend((0..random_pairs).map(|_| random_trees(mechanism, &mut random)));
+    choices
 }

@@ -2,8 +2,10 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 pub mod absolute;
+pub mod chain;
 pub mod loads;
 pub mod parts;
+pub mod point;
 pub mod random;
 pub mod random_parts;
 pub mod scene_text;

@@ -1,7 +1,6 @@
 //! Accelerations and reactions at a state: Eq. (22) for dynamic motion, Eqs. (21) and (14) for kinematic motion.
 
 use super::Failure;
-use super::dense::Singular;
 use super::loops::Loops;
 use crate::machine::Machine;
 use crate::model::Model;
@@ -33,12 +32,7 @@ impl Accelerations {
             None => machine.evaluate(&model.program().tapes.acceleration, &mut self.values),
             Some(loops) => {
                 let tapes = &model.program().tapes;
-                if let Err(Singular(column)) = loops.factor(model, machine) {
-                    return Err(Failure::Singular {
-                        time: machine.registers()[model.layout().time()],
-                        coordinate: model.program().coordinates[column].name.clone(),
-                    });
-                }
+                loops.factor_regular(model, machine)?;
                 machine.evaluate(&tapes.gamma, &mut self.gamma);
                 let (accelerations, reactions) = self.values.split_at_mut(n);
                 accelerations.copy_from_slice(loops.solve(&self.gamma));

@@ -3,6 +3,7 @@
 //! The equations come in blocks, each of which needs only what the blocks before it determine: Phi_q is block triangular. So positions,
 //! rates and accelerations follow block after block, reactions from the last block to the first, each with a small dense factorisation.
 
+use super::Failure;
 use super::dense::{Lu, Singular};
 use crate::machine::Machine;
 use crate::model::Model;
@@ -99,6 +100,14 @@ impl Loops {
             right.iter().zip(columns.iter()).for_each(|(&value, &column)| self.work[column] = value);
         }
         &self.work
+    }
+
+    /// Factors Phi_q, or names a coordinate that the drivers leave free.
+    pub fn factor_regular(&mut self, model: &Model, machine: &mut Machine) -> Result<(), Failure> {
+        self.factor(model, machine).map_err(|Singular(column)| Failure::Singular {
+            time: machine.registers()[model.layout().time()],
+            coordinate: model.program().coordinates[column].name.clone(),
+        })
     }
 
     /// lambda of Phi_q^T lambda = b, zero for inactive constraints.

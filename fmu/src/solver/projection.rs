@@ -6,7 +6,7 @@
 use super::loops::Loops;
 use super::{Failure, Gap};
 use crate::machine::Machine;
-use crate::model::Model;
+use crate::model::{Model, State};
 use crate::program::Motion;
 use crate::tape::Tape;
 
@@ -106,6 +106,16 @@ impl Projection {
         let goal = IDLE.max(SHARE_OF_TOLERANCE * tolerance) * size;
         self.newton(model, machine, Level::Rate, v, IDLE * size, goal, f64::INFINITY)?;
         Ok(())
+    }
+
+    /// The larger of the relative gaps of positions and of rates, at the state in the registers.
+    pub fn gap(&mut self, model: &Model, machine: &mut Machine, state: &State) -> f64 {
+        let mut relative = |level: Level, size: f64| {
+            machine.evaluate(level.residual(model), &mut self.step);
+            self.residual(model) / size
+        };
+        let position = relative(Level::Position, 1.0);
+        crate::math::maximum(position, relative(Level::Rate, 1.0 + largest(model, state.rates())))
     }
 
     #[allow(clippy::too_many_arguments)] // Private, and every one is a different thing.

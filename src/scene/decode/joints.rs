@@ -83,16 +83,18 @@ impl Decoder {
         let fields = Fields::open(node, &what, node.span, &keys, &mut self.faults)?;
         self.refuse_friction_key(
             &fields,
-            "coefficient",
-            "friction in proportion to the load is not available: loads may not depend on reactions",
-            "give a constant level instead: `coulomb = 0.1`",
-        );
-        self.refuse_friction_key(
-            &fields,
             "viscous",
             "viscous friction is a key of the joint itself",
             "write `damping = ...` beside `friction`",
         );
+        if self.refuse_friction_key(
+            &fields,
+            "coefficient",
+            "friction in proportion to the load is not available: loads may not depend on reactions",
+            "give a constant level instead: `coulomb = 0.1`",
+        ) {
+            return None;
+        }
         let coulomb = self.required_quantity(
             &fields,
             "coulomb",
@@ -106,13 +108,13 @@ impl Decoder {
         Some(Friction { coulomb: coulomb?, velocity: velocity? })
     }
 
-    fn refuse_friction_key(&mut self, fields: &Fields<'_>, key: &str, why: &str, help: &str) {
-        if let Some(span) = fields.key_span(key) {
-            self.faults.push(
-                Fault::new("scene::friction", format!("{} has `{key}`, but {why}", fields.owner), span)
-                    .label("not here")
-                    .help(help),
-            );
+    /// Is a key there that friction does not have? Says why.
+    fn refuse_friction_key(&mut self, fields: &Fields<'_>, key: &str, why: &str, help: &str) -> bool {
+        let span = fields.key_span(key);
+        if let Some(span) = span {
+            let message = format!("{} has `{key}`, but {why}", fields.owner);
+            self.faults.push(Fault::new("scene::friction", message, span).label("not here").help(help));
         }
+        span.is_some()
     }
 }

@@ -64,7 +64,9 @@ impl Resolver<'_> {
         let value = self.value(&formula);
         if !value.is_nan() && !permitted(value) {
             let by_default = if constant::number(&formula).is_some() { "" } else { " with the default parameters" };
-            let message = format!("{what} {rule}, but is {value} {}{by_default}", wanted.si);
+            let unit = if wanted.si.is_empty() { String::new() } else { format!(" {}", wanted.si) };
+            // Adding zero makes a negative zero positive.
+            let message = format!("{what} {rule}, but is {}{unit}{by_default}", value + 0.0);
             self.faults.push(Fault::new("scene::out_of_range", message, quantity.span).label(rule));
         }
         formula

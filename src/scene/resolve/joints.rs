@@ -91,7 +91,7 @@ impl Resolver<'_> {
             self.faults.push(
                 Fault::new("scene::zero_axis", format!("{what} has no length, so it has no direction"), axis.span)
                     .label("length zero")
-                    .help("give a direction in the first body's frame, of any length: `axis = [1.0, 0.0]`"),
+                    .help("give a direction, of any length: `axis = [1.0, 0.0]`"),
             );
         }
         match (constant::number(&x), constant::number(&y)) {
