@@ -1,7 +1,7 @@
 //! Linear systems and modes against finite differences, closed forms, and themselves in other coordinates.
 
 use super::support::*;
-use cotree::analysis::{Point, StateSpace, Variation, modes};
+use cotree::analysis::{Failure, Point, StateSpace, Variation, modes};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
@@ -453,6 +453,26 @@ fn a_four_bar_on_torsion_springs_has_the_frequency_of_its_one_degree_of_freedom(
             }
         });
     }
+}
+
+/// A parallelogram folded flat can open in two ways.
+#[test]
+fn a_pose_with_more_freedom_is_named() {
+    let text = model("four_bar")
+        .replace("\"0.2 m\"", "\"0.4 m\"")
+        .replace("\"60 deg\"", "\"70 deg\"")
+        .replace("{ guess = \"90 deg\" }", "{ guess = \"70 deg\" }")
+        .replace("{ guess = \"20 deg\" }", "{ guess = \"0 deg\" }");
+    with(&text, |formulated| {
+        let variation = Variation::new(formulated);
+        let model = Model::new(formulated.lowered.program.clone()).unwrap();
+        let mut point = Point::resting(&model, &formulated.state);
+        assert!(StateSpace::new(formulated, &variation, &point, None).is_ok());
+        point.positions_mut().fill(0.0);
+        let failure = StateSpace::new(formulated, &variation, &point, None).unwrap_err();
+        assert!(matches!(failure, Failure::Singular { .. }), "{failure}");
+        assert!(failure.to_string().contains(".angle` is not determined"), "{failure}");
+    });
 }
 
 #[test]
