@@ -1,16 +1,22 @@
 //! From a scene file to everything that the commands need.
 
 use std::path::Path;
+use std::sync::Arc;
 
+use cotree_fmu::model::Model;
 use cotree_fmu::program::Program;
 
+use crate::equations::Equations;
 use crate::export::ExportError;
 use crate::export::archive::{self, Package, SceneText};
 use crate::export::describe::describe;
 use crate::export::description::Description;
+use crate::export::page::Page;
+use crate::export::runtime::Runtime;
 use crate::formulate::{Formulated, formulate};
 use crate::mechanism::Unit;
 use crate::print::{self, Prose};
+use crate::report::accuracy::{self, Accuracy};
 use crate::report::assumptions::assumptions;
 use crate::report::compare::{Comparison, compare};
 use crate::report::drawing::Drawing;
@@ -19,6 +25,7 @@ use crate::report::graph::GraphDrawing;
 use crate::report::pose::draw;
 use crate::report::summary::Summary;
 use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, read};
+use crate::simulation::reported;
 
 /// A scene, compiled.
 #[derive(Clone, Debug)]
@@ -31,6 +38,8 @@ pub struct Compiled {
     pub drawing: Drawing,
     /// Its figures.
     pub summary: Summary,
+    /// The equations of motion, as HTML.
+    pub equations: String,
     /// What was assumed because the scene does not say it, one sentence each.
     pub assumptions: Vec<String>,
     /// What is odd but no error.
@@ -80,12 +89,22 @@ pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
     Ok(Compiled {
         description: describe(&formulated, &program.guid),
         drawing: draw(&mut formulated),
+        equations: equations_for_the_page(&mut formulated.equations),
         summary: summarise(&formulated),
         assumptions: assumptions(&mut formulated),
         warnings: (!warnings.is_empty()).then(|| faults(warnings)),
         source: scene.source.clone(),
         program,
     })
+}
+
+/// More equations than this nobody reads on a page.
+const MOST_EQUATIONS: usize = 40;
+
+/// The equations of motion as MathML, if they are few enough to be read.
+fn equations_for_the_page(equations: &mut Equations) -> String {
+    let count = equations.coordinates.len() + equations.constraints.len();
+    if count > MOST_EQUATIONS { String::new() } else { print::mathml(equations) }
 }
 
 /// The equations of a scene.
@@ -166,14 +185,13 @@ pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
 }
 
 impl Scene {
-    /// Writes the scene as a self-contained FMU.
+    /// Writes the scene as a self-contained FMU for the platform that this program runs on.
     ///
     /// # Errors
     /// Everything that is wrong with the scene, or a file that cannot be written.
     pub fn export_fmu(&self, path: impl AsRef<Path>) -> Result<(), ExportFailure> {
-        let compiled = compile(self)?;
-        let program = compiled.program.to_bytes().map_err(ExportError::from)?;
-        Ok(archive::write(&compiled.package(&program), path.as_ref())?)
+        let runtime = Runtime::embedded().map_err(ExportError::from)?;
+        Ok(compile(self)?.write_fmu(&[runtime], path.as_ref())?)
     }
 }
 
@@ -189,12 +207,28 @@ pub enum ExportFailure {
 }
 
 impl Compiled {
-    /// What goes into the FMU; `program` is the program as bytes.
-    pub fn package<'a>(&'a self, program: &'a [u8]) -> Package<'a> {
+    /// Writes the FMU, for the platforms of the runtimes.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_fmu(&self, runtimes: &[Runtime], path: &Path) -> Result<(), ExportError> {
         let is_json = self.source.text.trim_start().starts_with('{');
         let extension = if is_json { "json" } else { "toml" };
-        let scene = (!self.source.text.is_empty()).then_some(SceneText { extension, text: &self.source.text });
-        Package { description: &self.description, program, scene, drawing: &self.drawing }
+        let package = Package {
+            description: &self.description,
+            program: &self.program.to_bytes()?,
+            scene: (!self.source.text.is_empty()).then_some(SceneText { extension, text: &self.source.text }),
+            page: Page { drawing: &self.drawing, equations: &self.equations, accuracy: &self.accuracy() },
+            runtimes,
+        };
+        archive::write(&package, path)
+    }
+
+    /// What accuracy costs with this model, or why it cannot be measured.
+    pub fn accuracy(&self) -> Result<Accuracy, String> {
+        let model = Model::new(self.program.clone()).map_err(|fault| fault.to_string())?;
+        let measured = accuracy::measure(&Arc::new(model), &reported(&self.description), self.description.experiment);
+        measured.map_err(|error| error.to_string())
     }
 }
 

@@ -4,6 +4,7 @@ mod check;
 mod equilibrium;
 mod export;
 mod failure;
+mod info;
 mod linearize;
 mod modes;
 mod new;
@@ -62,6 +63,7 @@ enum Command {
     Linearize(linearize::Linearize),
     Modes(modes::Modes),
     Export(export::Export),
+    Info(info::Info),
 }
 
 /// Runs the command that the process was started with.
@@ -83,6 +85,7 @@ pub fn run() -> ExitCode {
         Command::Linearize(command) => command.run(format),
         Command::Modes(command) => command.run(format),
         Command::Export(command) => command.run(format),
+        Command::Info(command) => command.run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,8 +1,10 @@
 //! What cotree shows: drawings, plots, tables, summaries.
 
+pub mod accuracy;
 pub mod assumptions;
 pub mod compare;
 pub mod csv;
+pub mod curve;
 pub mod drawing;
 pub mod figures;
 pub mod graph;

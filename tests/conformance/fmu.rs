@@ -98,7 +98,7 @@ impl Fmu {
     }
 
     pub fn library_path(folder: &Path, identifier: &str) -> PathBuf {
-        let platform = cotree::export::runtime::platform().expect("a platform with a name");
+        let platform = cotree::export::runtime::Platform::host().expect("a platform with a name");
         folder.join(format!("binaries/{}/{identifier}.{}", platform.folder, platform.extension))
     }
 
