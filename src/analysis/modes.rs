@@ -111,7 +111,11 @@ fn eigenvalues(
         return Err(Failure::Eigenvalues);
     }
     found.retain(|value| value.norm() > ZERO * largest && value.im >= 0.0);
-    found.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(a.re.total_cmp(&b.re)));
+    found.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    // Which of two of the same size comes first must not depend on rounding.
+    for same in found.chunk_by_mut(|a, b| b.norm() - a.norm() <= SAME * b.norm()) {
+        same.sort_by(|a, b| a.re.total_cmp(&b.re));
+    }
     Ok(found)
 }
 

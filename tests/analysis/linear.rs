@@ -1,7 +1,7 @@
 //! Linear systems and modes against finite differences, closed forms, and themselves in other coordinates.
 
 use super::support::*;
-use cotree::analysis::{Point, StateSpace, Variation, modes};
+use cotree::analysis::{Failure, Point, StateSpace, Variation, modes};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
@@ -286,7 +286,7 @@ fn a_pendulum_swings_as_its_length_says() {
     at_equilibrium(&text, |formulated, system| {
         let modes = modes(formulated, system).unwrap();
         let (inertia, arm, mass) = (0.3, 0.7, 2.0);
-        let square = mass * 9.81 * arm / (inertia + mass * arm * arm);
+        let square: f64 = mass * 9.81 * arm / (inertia + mass * arm * arm);
         assert_eq!(modes.len(), 1);
         close("frequency", modes[0].frequency(), square.sqrt() / std::f64::consts::TAU, 1e-12, 1.0);
         close("damping", modes[0].damping_ratio().unwrap(), 0.0, 1e-12, 1.0);
@@ -305,7 +305,7 @@ fn a_double_pendulum_has_the_modes_of_its_closed_form() {
         // det(K - w^2 M) = 0
         let (a, c) = (mass.determinant(), stiffness.determinant());
         let b = -(mass[(0, 0)] * stiffness[(1, 1)] + mass[(1, 1)] * stiffness[(0, 0)]);
-        let root = (b * b - 4.0 * a * c).sqrt();
+        let root = f64::sqrt(b * b - 4.0 * a * c);
         let modes = modes(formulated, system).unwrap();
         assert_eq!(modes.len(), 2);
         for (mode, square) in modes.iter().zip([(-b - root) / (2.0 * a), (-b + root) / (2.0 * a)]) {
@@ -453,6 +453,26 @@ fn a_four_bar_on_torsion_springs_has_the_frequency_of_its_one_degree_of_freedom(
             }
         });
     }
+}
+
+/// A parallelogram folded flat can open in two ways.
+#[test]
+fn a_pose_with_more_freedom_is_named() {
+    let text = model("four_bar")
+        .replace("\"0.2 m\"", "\"0.4 m\"")
+        .replace("\"60 deg\"", "\"70 deg\"")
+        .replace("{ guess = \"90 deg\" }", "{ guess = \"70 deg\" }")
+        .replace("{ guess = \"20 deg\" }", "{ guess = \"0 deg\" }");
+    with(&text, |formulated| {
+        let variation = Variation::new(formulated);
+        let model = Model::new(formulated.lowered.program.clone()).unwrap();
+        let mut point = Point::resting(&model, &formulated.state);
+        assert!(StateSpace::new(formulated, &variation, &point, None).is_ok());
+        point.positions_mut().fill(0.0);
+        let failure = StateSpace::new(formulated, &variation, &point, None).unwrap_err();
+        assert!(matches!(failure, Failure::Singular { .. }), "{failure}");
+        assert!(failure.to_string().contains(".angle` is not determined"), "{failure}");
+    });
 }
 
 #[test]

@@ -15,9 +15,11 @@ pub struct Linearization {
     pub points: Vec<StateSpace>,
 }
 
+/// A matrix with its name and the names of its rows and columns.
+type Named<'a> = (&'static str, &'a DMatrix<f64>, Vec<String>, Vec<String>);
+
 impl StateSpace {
-    /// The four matrices with their names, and the names of their rows and columns.
-    fn matrices(&self) -> [(&'static str, &DMatrix<f64>, Vec<String>, Vec<String>); 4] {
+    fn matrices(&self) -> [Named<'_>; 4] {
         let names = |signals: &[Signal]| signals.iter().map(|signal| signal.name.clone()).collect::<Vec<_>>();
         let rates = || self.states.iter().map(|signal| format!("d({})/dt", signal.name)).collect::<Vec<_>>();
         let (states, inputs, outputs) = (names(&self.states), names(&self.inputs), names(&self.outputs));

@@ -53,7 +53,7 @@ fn align(lines: &[Vec<String>]) -> String {
             _ => format!("{cell:>width$}"),
         });
         let cells: Vec<String> = cells.collect();
-        text.push_str(&format!("  {}", cells.join("  ")).trim_end());
+        text.push_str(format!("  {}", cells.join("  ")).trim_end());
         text.push('\n');
     }
     text
