@@ -173,8 +173,8 @@ const MATH_STYLE: &str = ".equations{overflow-x:auto;margin:.6rem 0}.equations m
 pub fn html(title: &str, blocks: &[Block]) -> String {
     let name = escape(title);
     format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{name}</title>\n\
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{name}</title>\n\
          <style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n{}</body>\n</html>\n",
         fragment(blocks)
     )

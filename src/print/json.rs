@@ -11,7 +11,7 @@ use crate::element::Held;
 use crate::equations::Equations;
 use crate::expr::{Order, Symbol};
 
-/// The whole description. Numbers in trees are exact; texts show 15 digits.
+/// The whole description. Numbers have 15 digits: those of the printed code are exact.
 pub fn json(equations: &mut Equations) -> String {
     let motion = Motion::new(equations);
     let Formulas { angles, definitions, formulas } = motion.formulas(equations);

@@ -23,7 +23,7 @@ pub fn steps(equations: &mut Equations, prose: Prose) -> String {
     blocks.extend(topology(equations));
     blocks.push(heading("Terminal equations (Table 1)"));
     blocks.push(words("What each element says by itself; u and n are unit vectors along and across an axis."));
-    blocks.push(Block::Equations(terminal::equations(equations)));
+    blocks.push(Block::Equations(terminal::equations(equations, motion.dynamic)));
     if motion.dynamic {
         blocks.extend(cutset_equations(equations));
     }
@@ -336,7 +336,8 @@ fn eliminations(equations: &Equations, dynamic: bool) -> Vec<Block> {
         .collect();
     if !rows.is_empty() {
         let what = if dynamic { "Accelerations of mass centres" } else { "Positions of mass centres" };
-        blocks.push(words(format!("{what}, by the branch transformation of the translational tree (17):")));
+        let arms = if dynamic { "; an arm's is alpha x r - omega^2 r of its body" } else { "" };
+        blocks.push(words(format!("{what}, by the branch transformation of the translational tree (17){arms}:")));
         blocks.push(Block::Equations(rows));
     }
     let free = trees.rotation.chords.iter().filter(|&&chord| {

@@ -9,7 +9,7 @@ use super::pose;
 use crate::element::System;
 use crate::formulate::Formulated;
 use crate::graph::{ElementId, LinearGraph, Tree};
-use crate::mechanism::Place;
+use crate::mechanism::{Dimension, Place};
 
 /// Both graphs with the place of each node.
 #[derive(Clone, Debug)]
@@ -55,7 +55,10 @@ impl GraphDrawing {
         let equations = &formulated.equations;
         let (system, trees) = (&equations.system, &equations.trees);
         let mut translation = graph(system, &system.translation, &trees.translation);
-        translation.places = layout::near(&translation, &places);
+        translation.places = match system.mechanism.dimension {
+            Dimension::One => layout::around(&translation),
+            Dimension::Two => layout::near(&translation, &places),
+        };
         let mut rotation = graph(system, &system.rotation, &trees.rotation);
         rotation.places = layout::around(&rotation);
         GraphDrawing {

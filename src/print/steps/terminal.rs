@@ -22,13 +22,17 @@ enum Side {
     Times(Expr, Tree),
 }
 
-/// The equations of all elements, in order.
-pub fn equations(equations: &mut Equations) -> Vec<(Tree, Tree)> {
+/// The equations of all elements, in order; those of forces and torques only if they are needed.
+pub fn equations(equations: &mut Equations, dynamic: bool) -> Vec<(Tree, Tree)> {
     let elements = equations.system.elements.clone();
     let mut rows = Vec::new();
     for (index, element) in elements.iter().enumerate() {
         translation(equations, element, &mut rows);
-        rotation(equations, ElementId(index), element, &mut rows);
+        rotation(element, &mut rows);
+        if dynamic {
+            force_equations(equations, element, &mut rows);
+            torque_equations(equations, ElementId(index), element, &mut rows);
+        }
     }
     resolve(equations, rows)
 }
@@ -56,10 +60,9 @@ fn translation(equations: &mut Equations, element: &Element, rows: &mut Rows) {
             rows.push((own, Side::Times(signal.value, axis)));
         }
     }
-    through(equations, element, rows);
 }
 
-fn through(equations: &mut Equations, element: &Element, rows: &mut Rows) {
+fn force_equations(equations: &mut Equations, element: &Element, rows: &mut Rows) {
     let Some(row) = &element.translation else { return };
     match &row.through {
         Force::None if row.motion.is_empty() => {}
@@ -107,13 +110,17 @@ fn through(equations: &mut Equations, element: &Element, rows: &mut Rows) {
     }
 }
 
-fn rotation(equations: &mut Equations, id: ElementId, element: &Element, rows: &mut Rows) {
+fn rotation(element: &Element, rows: &mut Rows) {
     let Some(row) = &element.rotation else { return };
     match &row.angle {
         Angle::Free(_) => {}
         Angle::Constant(value) => rows.push((angle(element), Side::Formula(*value))),
         Angle::Given(signal) => rows.push((angle(element), Side::Formula(signal.value))),
     }
+}
+
+fn torque_equations(equations: &mut Equations, id: ElementId, element: &Element, rows: &mut Rows) {
+    let Some(row) = &element.rotation else { return };
     match &row.through {
         Torque::None if matches!(row.angle, Angle::Free(_)) => rows.push((torque(element), Side::Tree(Tree::zero()))),
         Torque::None => {}

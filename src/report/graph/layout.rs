@@ -1,5 +1,7 @@
 //! Where the nodes of a graph go. Both layouts are deterministic: the same scene gives the same picture.
 
+use std::collections::BTreeSet;
+
 use super::Graph;
 
 type Point = [f64; 2];
@@ -8,6 +10,8 @@ type Point = [f64; 2];
 const ROOM: f64 = 1.0;
 /// Rounds of relaxation.
 const ROUNDS: usize = 600;
+/// Beyond so many nodes a picture is not read node by node, and improving it takes too long.
+const LARGE: usize = 60;
 
 /// Near given places, with room between the nodes; the datum is at the bottom.
 pub fn near(graph: &Graph, places: &[Point]) -> Vec<Point> {
@@ -43,10 +47,11 @@ pub fn near(graph: &Graph, places: &[Point]) -> Vec<Point> {
             datum[1] = datum[1].min(floor - 1.2 * ROOM);
         }
     }
+    untangle(graph, &home, &mut now);
     now
 }
 
-/// The datum at the bottom of a circle, the others around it in the order in which the graph reaches them.
+/// The datum at the bottom of a circle, the others around it.
 pub fn around(graph: &Graph) -> Vec<Point> {
     let order = circular_order(graph);
     let count = order.len();
@@ -59,39 +64,127 @@ pub fn around(graph: &Graph) -> Vec<Point> {
     places
 }
 
-/// An order in which neighbours in the graph are neighbours on the circle: pairs are exchanged while that shortens the edges that do not end
-/// at the datum.
+/// An order with few crossings and short edges: nodes change places while that helps.
 fn circular_order(graph: &Graph) -> Vec<usize> {
     let count = graph.nodes.len();
     let mut order: Vec<usize> = (0..count).collect();
-    let length = |order: &[usize]| -> usize {
-        let mut position = vec![0; count];
-        order.iter().enumerate().for_each(|(index, &node)| position[node] = index);
-        let across = |[a, b]: [usize; 2]| {
-            let apart = position[a].abs_diff(position[b]);
-            let apart = apart.min(count - apart);
-            apart * apart
-        };
-        graph.edges.iter().filter(|edge| !edge.ends.contains(&0)).map(|edge| across(edge.ends)).sum()
-    };
-    let mut best = length(&order);
-    // Each round costs count^2 lengths: many bodies keep their order.
-    for _ in 0..if count <= 40 { count } else { 0 } {
+    // Each round costs (nodes x edges)^2: many bodies keep their order.
+    if count > LARGE {
+        return order;
+    }
+    let pairs = pairs(graph);
+    let mut best = tangle(&pairs, &order);
+    loop {
         let before = best;
         for a in 1..count {
             for b in a + 1..count {
                 order.swap(a, b);
-                match length(&order) {
-                    shorter if shorter < best => best = shorter,
+                match tangle(&pairs, &order) {
+                    less if less < best => best = less,
                     _ => order.swap(a, b),
                 }
             }
         }
         if best == before {
+            return order;
+        }
+    }
+}
+
+/// Crossings of chords of the circle, then their lengths; the datum is at the first place.
+fn tangle(pairs: &[[usize; 2]], order: &[usize]) -> (usize, usize) {
+    let mut position = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(index, &node)| position[node] = index);
+    let chords: Vec<[usize; 2]> = pairs
+        .iter()
+        .map(|pair| {
+            let [a, b] = pair.map(|node| position[node]);
+            [a.min(b), a.max(b)]
+        })
+        .collect();
+    let crosses = |[a, b]: [usize; 2], [c, d]: [usize; 2]| (a < c && c < b && b < d) || (c < a && a < d && d < b);
+    let crossings = (0..chords.len()).map(|i| chords[..i].iter().filter(|other| crosses(chords[i], **other)).count());
+    let lengths = chords.iter().filter(|[a, _]| *a > 0).map(|[a, b]| (b - a) * (b - a));
+    (crossings.sum(), lengths.sum())
+}
+
+/// Nodes that have an edge between them, each pair once.
+fn pairs(graph: &Graph) -> Vec<[usize; 2]> {
+    let pairs = graph.edges.iter().map(|edge| [edge.ends[0].min(edge.ends[1]), edge.ends[0].max(edge.ends[1])]);
+    pairs.filter(|[a, b]| a != b).collect::<BTreeSet<_>>().into_iter().collect()
+}
+
+/// Moves one node after another to the best place around it until nothing gets better.
+fn untangle(graph: &Graph, home: &[Point], now: &mut [Point]) {
+    if now.len() > LARGE {
+        return;
+    }
+    let pairs = pairs(graph);
+    for _ in 0..30 {
+        let mut moved = false;
+        for node in 1..now.len() {
+            let start = now[node];
+            let mut best = (strain(&pairs, home, now, node), start);
+            for (radius, turn) in
+                [0.15, 0.4, 0.8, 1.4, 2.2].into_iter().flat_map(|r| (0..16).map(move |turn| (r, turn)))
+            {
+                let (sine, cosine) = (f64::from(turn) * std::f64::consts::TAU / 16.0).sin_cos();
+                now[node] = [start[0] + radius * cosine, start[1] + radius * sine];
+                let strain = strain(&pairs, home, now, node);
+                if strain < best.0 - 1e-9 {
+                    best = (strain, now[node]);
+                    moved = true;
+                }
+            }
+            now[node] = best.1;
+        }
+        if !moved {
             break;
         }
     }
-    order
+}
+
+/// What is wrong with the place of a node: crossings, nearness to other nodes and edges, long edges, distance from home.
+fn strain(pairs: &[[usize; 2]], home: &[Point], now: &[Point], node: usize) -> f64 {
+    let at = now[node];
+    let mut strain = 0.12 * (square(at, home[node])) + 20.0 * (1.0 + now[0][1] - at[1]).max(0.0);
+    for (other, place) in now.iter().enumerate().filter(|(other, _)| *other != node) {
+        strain += 14.0 * (ROOM - square(at, *place).sqrt()).max(0.0).powi(2) * if other == 0 { 2.0 } else { 1.0 };
+    }
+    let near =
+        |point: Point, [a, b]: [usize; 2]| 25.0 * (0.42 * ROOM - distance(point, now[a], now[b])).max(0.0).powi(2);
+    for &pair in pairs {
+        if !pair.contains(&node) {
+            strain += near(at, pair);
+            continue;
+        }
+        let other = pair[0] + pair[1] - node;
+        if other != 0 {
+            strain += 0.35 * (square(at, now[other]).sqrt() - 1.3 * ROOM).max(0.0).powi(2);
+        }
+        strain += (0..now.len()).filter(|third| !pair.contains(third)).map(|third| near(now[third], pair)).sum::<f64>();
+        let crossed = pairs.iter().filter(|[a, b]| !pair.contains(a) && !pair.contains(b));
+        strain += 1.6 * crossed.filter(|[a, b]| cross([at, now[other]], [now[*a], now[*b]])).count() as f64;
+    }
+    strain
+}
+
+fn square(a: Point, b: Point) -> f64 {
+    (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)
+}
+
+/// Do two lines cross between their ends?
+fn cross([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
+    let side = |p: Point, q: Point, r: Point| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0
+}
+
+/// Distance of a point from the line between two others.
+pub fn distance(point: Point, a: Point, b: Point) -> f64 {
+    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [point[0] - a[0], point[1] - a[1]]);
+    let length = (along[0] * along[0] + along[1] * along[1]).max(1e-9);
+    let share = ((to[0] * along[0] + to[1] * along[1]) / length).clamp(0.0, 1.0);
+    (to[0] - share * along[0]).hypot(to[1] - share * along[1])
 }
 
 /// Centred, and so large that the area has room for all nodes.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::layout::distance;
 use super::{Edge, Graph, GraphDrawing};
 use crate::report::drawing::Drawing;
 use crate::report::svg::{Frame, Pixel, Svg, number, text_width};
@@ -93,7 +94,7 @@ impl<'a> Panel<'a> {
         }
         for (at, edge) in self.labels.iter().zip(&self.graph.edges) {
             let (colour, weight) = if edge.branch { (BRANCH, "600") } else { (FAINT, "400") };
-            text(svg, at, &edge.label, 12.0, &format!(r#"fill="{colour}" font-weight="{weight}""#));
+            text(svg, at, &printed(&edge.label), 12.0, &format!(r#"fill="{colour}" font-weight="{weight}""#));
         }
         for (index, (name, at)) in self.graph.nodes.iter().zip(&self.names).enumerate() {
             let [nx, ny] = self.graph.places[index];
@@ -108,6 +109,11 @@ impl<'a> Panel<'a> {
         }
         svg.raw("</g>");
     }
+}
+
+/// A label with its Greek letter.
+fn printed(label: &str) -> String {
+    label.replace("Theta", "Θ")
 }
 
 /// Parallel edges bend to either side; all edges of a pair of nodes are spread evenly.
@@ -136,14 +142,6 @@ fn curves(graph: &Graph, nodes: &[Pixel]) -> Vec<Curve> {
         }
     }
     curves
-}
-
-/// Distance of a point from a line between two others.
-fn distance(point: Pixel, a: Pixel, b: Pixel) -> f64 {
-    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [point[0] - a[0], point[1] - a[1]]);
-    let square = (along[0] * along[0] + along[1] * along[1]).max(1e-9);
-    let share = ((to[0] * along[0] + to[1] * along[1]) / square).clamp(0.0, 1.0);
-    (to[0] - share * along[0]).hypot(to[1] - share * along[1])
 }
 
 impl Curve {
@@ -179,7 +177,7 @@ impl Curve {
 
 /// Beside its edge, where least is covered.
 fn place_label(curve: &Curve, edge: &Edge, covered: &mut Vec<Frame>) -> Frame {
-    let (width, height) = (text_width(&edge.label, 12.0), 14.0);
+    let (width, height) = (text_width(&printed(&edge.label), 12.0), 14.0);
     let shares = [0.45, 0.36, 0.54, 0.28, 0.68, 0.2, 0.78];
     let candidates = shares.iter().enumerate().flat_map(|(order, &share)| {
         let (at, direction) = (curve.at(share), curve.direction(share));
@@ -257,7 +255,7 @@ fn legend(svg: &mut Svg, drawing: &GraphDrawing, [x, y]: Pixel, width: f64) -> f
     let rows = drawing.elements.len().div_ceil(columns);
     for (index, (label, name)) in drawing.elements.iter().enumerate() {
         let at = [x + (longest + 62.0) * (index / rows.max(1)) as f64, y + 24.0 + 17.0 * (index % rows.max(1)) as f64];
-        svg.text(at, &format!(r#"font-size="11.5" font-weight="600" fill="{INK}""#), label);
+        svg.text(at, &format!(r#"font-size="11.5" font-weight="600" fill="{INK}""#), &printed(label));
         svg.text([at[0] + 46.0, at[1]], &style, name);
     }
     y + 24.0 + 17.0 * rows as f64
