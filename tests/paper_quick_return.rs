@@ -79,8 +79,9 @@ fn row<'a>(equations: &'a Equations, name: &str) -> &'a Constraint {
     equations.constraints.iter().find(named).unwrap()
 }
 
-fn close(value: f64, expected: f64) -> Result<(), TestCaseError> {
-    prop_assert!((value - expected).abs() <= 1e-13 * (1.0 + expected.abs()) * 4.0, "{value} instead of {expected}");
+/// Angles of up to 30 rad are rounded to 4e-15; their sines carry that into terms of the given size.
+fn close(value: f64, expected: f64, size: f64) -> Result<(), TestCaseError> {
+    prop_assert!((value - expected).abs() <= 3e-14 * size, "{value} instead of {expected}");
     Ok(())
 }
 
@@ -106,14 +107,14 @@ proptest! {
     fn eq38(point in point()) {
         let mechanism = mechanism();
         let equations = equations(&mechanism);
-        close(point.evaluate(&equations, row(&equations, "rocker_slot").value), point.eq38())?;
+        close(point.evaluate(&equations, row(&equations, "rocker_slot").value), point.eq38(), 10.0)?;
     }
 
     #[test]
     fn eq39(point in point()) {
         let mechanism = mechanism();
         let equations = equations(&mechanism);
-        close(point.evaluate(&equations, row(&equations, "tool_slide").value), point.eq39())?;
+        close(point.evaluate(&equations, row(&equations, "tool_slide").value), point.eq39(), 10.0)?;
     }
 
     /// The projection of the tool's circuit on the direction of sliding.
@@ -125,7 +126,7 @@ proptest! {
         let slide = Variable { owner: Owner::Joint(cotree::mechanism::JointId(joint)), quantity: Quantity::S };
         let expr = equations.variable(slide);
         // The paper's s20 counts from the line of both pivots; so does the guide at x = 0.
-        close(point.evaluate(&equations, expr), point.eq42())?;
+        close(point.evaluate(&equations, expr), point.eq42(), 10.0)?;
     }
 
     /// Equations (19)-(21) of (38), by hand: the rates and accelerations that the crank's 4 pi rad/s demand.
@@ -136,9 +137,9 @@ proptest! {
         let slot = row(&equations, "rocker_slot");
         let (l, difference, crank) = (point.l[7] + point.l[8], point.th[0] - point.crank(), 4.0 * PI);
         let by_rocker = l * difference.cos() + point.l[2] * point.th[0].sin();
-        close(point.evaluate(&equations, slot.jacobian[0].1), by_rocker)?;
-        close(point.evaluate(&equations, slot.time_rate), -l * difference.cos() * crank)?;
+        close(point.evaluate(&equations, slot.jacobian[0].1), by_rocker, 10.0)?;
+        close(point.evaluate(&equations, slot.time_rate), -l * difference.cos() * crank, 100.0)?;
         let gamma = l * difference.sin() * (point.w[0] - crank).powi(2) - point.l[2] * point.th[0].cos() * point.w[0].powi(2);
-        close(point.evaluate(&equations, slot.gamma), gamma)?;
+        close(point.evaluate(&equations, slot.gamma), gamma, 3000.0)?;
     }
 }
