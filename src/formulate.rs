@@ -184,9 +184,10 @@ fn assembly_fault(equations: &Equations, failure: &Failure) -> Fault {
         Failure::Redundant { gap, .. } | Failure::Drift { gap, .. } | Failure::LockUp { gap, .. } => {
             ("assembly::conflict", owner(&gap.owner), "contradicts the others")
         }
-        Failure::NotFinite { .. } | Failure::StepUnderflow { .. } | Failure::Singular { .. } => {
-            ("assembly::not_finite", Span::default(), "")
-        }
+        Failure::NotFinite { .. }
+        | Failure::StepUnderflow { .. }
+        | Failure::Singular { .. }
+        | Failure::TooManySteps { .. } => ("assembly::not_finite", Span::default(), ""),
     };
     Fault::new(code, message, span).label(label).help(help)
 }
