@@ -35,9 +35,10 @@ pub fn explain(equations: &Equations, model: &Model, failure: &Failure) -> Fault
             Fault::new("assembly::conflict", failure.to_string(), owner_span(equations, &gap.owner))
                 .label("contradicts the others")
         }
-        Failure::NotFinite { .. } | Failure::StepUnderflow { .. } | Failure::Singular { .. } => {
-            Fault::new("assembly::not_finite", failure.to_string(), Span::default())
-        }
+        Failure::NotFinite { .. }
+        | Failure::StepUnderflow { .. }
+        | Failure::Singular { .. }
+        | Failure::TooManySteps { .. } => Fault::new("assembly::not_finite", failure.to_string(), Span::default()),
     }
 }
 

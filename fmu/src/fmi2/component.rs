@@ -2,12 +2,16 @@
 
 use super::logging::{Category, Logger};
 use super::types::{fmi2Status, fmi2StatusKind};
+use crate::frame::Mark;
 use crate::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot};
 
 /// How far a communication point may be from the time reached, relative to the step.
 const OFFSET: f64 = 1e-3;
 /// The same, in units of the rounding of times.
 const ROUNDING: f64 = 64.0;
+
+/// Longest communication step [s]: thirty years. More is a mistake of the importer, and would take for ever.
+const LONGEST: f64 = 1e9;
 
 /// Modes of the standard's state machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -186,7 +190,7 @@ impl Component {
     /// All derivatives or none.
     pub fn set_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Outcome {
         let modes = [Mode::Instantiated, Mode::Initialization, Mode::StepComplete];
-        self.allow("fmi2SetRealInputDerivatives", &modes)?;
+        self.allow_only(Interface::CoSimulation, "fmi2SetRealInputDerivatives", &modes)?;
         let all = || references.iter().zip(orders).zip(values);
         for ((&reference, &order), &value) in all() {
             self.instance.check_set_derivative(reference as usize, order, value)?;
@@ -219,7 +223,8 @@ impl Component {
 
     /// Derivatives of calculated variables by time.
     pub fn output_derivatives(&mut self, references: &[u32], orders: &[i32], values: &mut [f64]) -> Outcome {
-        self.allow("fmi2GetRealOutputDerivatives", &[Mode::StepComplete, Mode::Terminated])?;
+        let modes = [Mode::StepComplete, Mode::Terminated];
+        self.allow_only(Interface::CoSimulation, "fmi2GetRealOutputDerivatives", &modes)?;
         if let Some(order) = orders.iter().find(|order| !(1..=DERIVATIVE_ORDER).contains(*order)) {
             return Err(Refusal(format!("derivatives of order {order} are not provided, only of order 1")));
         }
@@ -244,29 +249,31 @@ impl Component {
     }
 
     pub fn states(&mut self, states: &mut [f64]) -> Outcome {
-        self.allow_exchange("fmi2GetContinuousStates", &READABLE)?;
+        self.allow_only(Interface::ModelExchange, "fmi2GetContinuousStates", &READABLE)?;
         Ok(self.instance.states(states)?)
     }
 
     pub fn state_derivatives(&mut self, derivatives: &mut [f64]) -> Outcome {
-        self.allow_exchange("fmi2GetDerivatives", &READABLE)?;
+        self.allow_only(Interface::ModelExchange, "fmi2GetDerivatives", &READABLE)?;
         Ok(self.instance.state_derivatives(derivatives)?)
     }
 
     pub fn indicators(&mut self, indicators: &mut [f64]) -> Outcome {
-        self.allow_exchange("fmi2GetEventIndicators", &READABLE)?;
+        self.allow_only(Interface::ModelExchange, "fmi2GetEventIndicators", &READABLE)?;
         Ok(self.instance.indicators(indicators)?)
     }
 
     pub fn nominals(&mut self, nominals: &mut [f64]) -> Outcome {
-        self.allow_exchange("fmi2GetNominalsOfContinuousStates", &MODES)?;
+        self.allow_only(Interface::ModelExchange, "fmi2GetNominalsOfContinuousStates", &MODES)?;
         Ok(self.instance.nominals(nominals)?)
     }
 
-    fn allow_exchange(&self, call: &str, modes: &[Mode]) -> Outcome {
-        match self.interface {
-            Interface::ModelExchange => self.allow(call, modes),
-            Interface::CoSimulation => Err(Refusal(format!("{call} is for Model Exchange"))),
+    /// For calls whose modes alone do not tell the interface.
+    fn allow_only(&self, interface: Interface, call: &str, modes: &[Mode]) -> Outcome {
+        match (interface, self.interface == interface) {
+            (_, true) => self.allow(call, modes),
+            (Interface::ModelExchange, false) => Err(Refusal(format!("{call} is for Model Exchange only"))),
+            (Interface::CoSimulation, false) => Err(Refusal(format!("{call} is for Co-Simulation only"))),
         }
     }
 
@@ -296,7 +303,7 @@ impl Component {
 
     pub fn do_step(&mut self, point: f64, step: f64) -> Outcome {
         self.allow("fmi2DoStep", &[Mode::StepComplete])?;
-        if !(point.is_finite() && step.is_finite() && step > 0.0) {
+        if !(point.is_finite() && step > 0.0 && step <= LONGEST) {
             return Err(Refusal(format!("a step of {step} s from t = {point} s is impossible")));
         }
         let time = self.instance.time();
@@ -333,8 +340,9 @@ impl Component {
     }
 
     pub fn deserialize(&self, bytes: &[u8]) -> Outcome<SavedState> {
-        let changed = || Refusal::from("the saved state is incomplete or has been changed");
-        let (&[interface, mode, set_up], rest) = bytes.split_first_chunk::<3>().ok_or_else(changed)?;
+        let changed = || Refusal::from("the saved state has been changed");
+        let content = MARK.open(bytes).map_err(|error| Refusal(format!("the saved state cannot be read: {error}")))?;
+        let (&[interface, mode, set_up], rest) = content.split_first_chunk::<3>().ok_or_else(changed)?;
         let interface = INTERFACES.into_iter().find(|known| *known as u8 == interface).ok_or_else(changed)?;
         let mode = MODES.into_iter().find(|known| *known as u8 == mode).ok_or_else(changed)?;
         let snapshot = Snapshot::from_bytes(self.instance.model(), rest)?;
@@ -343,6 +351,7 @@ impl Component {
     }
 }
 
+const MARK: Mark = Mark { magic: *b"cotI", version: 1, name: "a saved state of a cotree FMU" };
 const INTERFACES: [Interface; 2] = [Interface::ModelExchange, Interface::CoSimulation];
 const MODES: [Mode; 6] =
     [Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::Terminated, Mode::Event, Mode::ContinuousTime];
@@ -366,6 +375,6 @@ impl SavedState {
     pub fn to_bytes(&self) -> Outcome<Vec<u8>> {
         let mut bytes = vec![self.interface as u8, self.mode as u8, u8::from(self.set_up)];
         bytes.extend(self.snapshot.to_bytes()?);
-        Ok(bytes)
+        Ok(MARK.seal(&bytes))
     }
 }

@@ -18,6 +18,9 @@ const FINEST: f64 = 1e-14;
 /// Times nearer to zero than this are spaced as if they were there [s].
 const EARLY: f64 = 1e-6;
 
+/// Most steps between two communication points.
+const MOST_STEPS: u64 = 10_000_000;
+
 /// Storage for dynamic motion.
 #[derive(Clone, Debug)]
 pub struct Dynamic {
@@ -75,7 +78,11 @@ impl Dynamic {
 
     /// Takes steps until the front has reached the target.
     pub fn advance(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+        let last = context.statistics.steps + MOST_STEPS;
         while run.front_time < horizon.target {
+            if context.statistics.steps >= last {
+                return Err(Failure::TooManySteps { time: run.front_time, steps: MOST_STEPS });
+            }
             self.begin(context, run)?;
             self.step(context, run, horizon)?;
         }
