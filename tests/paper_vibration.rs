@@ -149,6 +149,11 @@ fn check_eq33(text: &str, q: &[f64], v: &[f64], t: f64) {
     near(&mass, &m);
     near(&stiffness(&mut equations, Order::Velocity, &values), &d);
     near(&stiffness(&mut equations, Order::Position, &values), &k);
+    let vibration = equations.vibration().unwrap();
+    for (symbolic, product) in [(&vibration.mass, &m), (&vibration.damping, &d), (&vibration.stiffness, &k)] {
+        let entries: Vec<f64> = equations.system.arena.evaluate(&symbolic.concat(), &values);
+        near(&DMatrix::from_row_slice(4, 4, &entries), product);
+    }
     // The whole equation: Q = A_F F - D v - K q.
     let forces: Vec<(String, f64)> = [10.0 * (3.0 * t).sin(), 5.0 * (-0.2 * t).exp() * (7.0 * t).cos(), 3.0, -2.5]
         .into_iter()
@@ -158,6 +163,8 @@ fn check_eq33(text: &str, q: &[f64], v: &[f64], t: f64) {
     let names: Vec<&str> = forces.iter().map(|(name, _)| name.as_str()).collect();
     let applied =
         cutset_columns(&equations, &names) * DVector::from_iterator(4, forces.iter().map(|(_, force)| *force));
+    let forces = equations.system.arena.evaluate(&vibration.force, &values);
+    near(&DMatrix::from_vec(4, 1, forces), &DMatrix::from_column_slice(4, 1, applied.as_slice()));
     let expected = applied - d * DVector::from_column_slice(v) - k * DVector::from_column_slice(q);
     let load = equations.system.arena.evaluate(&dynamics.load, &values);
     near(&DMatrix::from_vec(4, 1, load), &DMatrix::from_column_slice(4, 1, expected.as_slice()));

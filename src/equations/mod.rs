@@ -11,6 +11,7 @@ mod laws;
 mod transfer;
 mod variables;
 mod vector;
+mod vibration;
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -19,6 +20,7 @@ pub use couplings::CoupledChord;
 pub use dynamics::Dynamics;
 use dynamics::Laws;
 use kinematics::Kinematics;
+pub use vibration::Vibration;
 
 use crate::element::{Angle, CoordinateName, System};
 use crate::expr::{Expr, Order, Symbol};

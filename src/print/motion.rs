@@ -30,6 +30,7 @@ impl Motion {
         let mut groups = Vec::new();
         if dynamic {
             groups.extend(dynamics(equations));
+            groups.extend(vibration(equations));
         }
         groups.extend(loops(equations));
         groups.push(("Slides that are no coordinates", slides(equations)));
@@ -108,6 +109,24 @@ fn dynamics(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
     });
     let load = dynamics.load.iter().enumerate().map(|(row, entry)| (Name::entry("Q", &[row]), *entry));
     [("Mass matrix (symmetric; zeros left out)", mass.collect()), ("Loads", load.collect())]
+}
+
+/// \[D\], \[K\] and {F} of masses on a line (33).
+fn vibration(equations: &mut Equations) -> Vec<(&'static str, Vec<Entry>)> {
+    let Some(vibration) = equations.vibration() else { return Vec::new() };
+    let upper = |symbol: &str, matrix: &[Vec<Expr>]| -> Vec<Entry> {
+        let rows = matrix.iter().enumerate();
+        let entries =
+            rows.flat_map(|(row, entries)| (row..entries.len()).map(move |column| (row, column, entries[column])));
+        let some = entries.filter(|(.., entry)| *entry != Expr::ZERO);
+        some.map(|(row, column, entry)| (Name::entry(symbol, &[row, column]), entry)).collect()
+    };
+    let force = vibration.force.iter().enumerate().map(|(row, &entry)| (Name::entry("F", &[row]), entry));
+    vec![
+        ("Damping matrix (symmetric; zeros left out)", upper("D", &vibration.damping)),
+        ("Stiffness matrix (symmetric; zeros left out)", upper("K", &vibration.stiffness)),
+        ("Forces: Q = F - D v - K q", force.collect()),
+    ]
 }
 
 fn loops(equations: &Equations) -> [(&'static str, Vec<Entry>); 4] {
