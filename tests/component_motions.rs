@@ -367,6 +367,39 @@ fn springs_and_frictions_of_a_file() {
     assert!(energy < 0.7 * start, "{energy} of {start} is left");
 }
 
+/// A disc that rolls on the last of many links: deep enough for the kernel to be made in other trees than the equations.
+fn disc_on_a_chain() -> Scene {
+    let mut scene = Scene::new("chain").gravity([0.0, -G]);
+    for link in 0..10 {
+        let name = format!("link{link}");
+        let before = if link == 0 { "ground".to_string() } else { format!("link{}.end", link - 1) };
+        let body = Body::new().mass(1.0).inertia(0.02).point("start", [-0.1, 0.0]).point("end", [0.1, 0.0]);
+        scene = scene
+            .body(&name, body)
+            .revolute(&format!("pin{link}"), &before, &format!("{name}.start"))
+            .initial(&format!("{name}.angle"), 0.1 * f64::from(link * link))
+            .initial(&format!("{name}.omega"), 1.0 - 0.3 * f64::from(link));
+    }
+    scene
+        .body("disc", Body::new().mass(0.7).inertia(0.003))
+        .joint("contact", Joint::rolling("link9.start", "disc", [0.8, 0.6], 0.05))
+        .initial("contact.s", 0.12)
+        .initial("contact.v", 0.4)
+}
+
+#[test]
+fn couplings_in_a_solve_tree() {
+    let names = ["contact.fn", "contact.ft", "contact.a", "disc.alpha", "pin9.fx", "pin0.fy", "link4.alpha"];
+    let scene = with_outputs(disc_on_a_chain(), &names);
+    let mechanism = scene.resolve().unwrap().mechanism;
+    assert!(cotree::formulate::formulate(&mechanism).unwrap().lowered.solve_tree.is_some());
+    let (mut deep, mut absolute) = (Run::new(&scene), Run::new(&scene.clone().preset("absolute")));
+    for name in names {
+        let expected = absolute.get(name);
+        deep.check(name, expected);
+    }
+}
+
 /// The words of the file and those of Rust mean the same.
 #[test]
 fn joints_of_files_and_of_the_builder() {

@@ -86,11 +86,13 @@ impl Equations<'_> {
         }
     }
 
-    /// s = r . u, s' = v . u, s'' = a . u + s omega^2
+    /// s = r . u, s' = v . u, s'' = a . u + s omega^2, with r = s u what is left without the known part.
     fn slide(&mut self, id: ElementId, quantity: Quantity) -> Expr {
         let Some(row) = self.system.element(id).translation.clone() else { return Expr::ZERO };
         let Some(&(direction, _)) = row.motion.first() else { return Expr::ZERO };
+        let known = self.kinematics.known(&mut self.system, &row.known);
         let across = self.kinematics.across(&mut self.system.arena, row.ends);
+        let across = Motion::between(&mut self.system.arena, &known, &across);
         let (frame, axis) = self.kinematics.direction(&mut self.system, direction);
         match quantity {
             Quantity::S => self.dot(&across.position, &axis),

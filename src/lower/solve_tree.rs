@@ -16,7 +16,7 @@ use super::eliminate::Undetermined;
 use super::motion::{Branch, LoopRow, MotionSystem, Solver, scales};
 use super::program::{Pose, kernel_cost};
 use crate::element::{Held, System};
-use crate::equations::{Coordinate, Equations};
+use crate::equations::{Constraint, Coordinate, Equations};
 use crate::expr::{Expr, Order, Symbol};
 use crate::graph::ElementId;
 use crate::mechanism::BodyId;
@@ -118,14 +118,15 @@ pub fn in_solve_tree(equations: &mut Equations, trees: Trees, active: &[bool], l
 
 /// The other trees' loop equations, without those that are not active in branch coordinates.
 fn active_rows(equations: &Equations, other: &Equations, active: &[bool]) -> Vec<LoopRow> {
-    // Several equations of one chord in one graph come in the same order for all trees.
-    let mut own: HashMap<(ElementId, bool), Vec<usize>> = HashMap::new();
+    // Several equations of one chord in one graph come in the same order for all trees; a coupling of it is none of them.
+    let kind = |row: &Constraint| (row.element, row.held == Held::Angle, row.coupled.is_empty());
+    let mut own: HashMap<(ElementId, bool, bool), Vec<usize>> = HashMap::new();
     for (index, constraint) in equations.constraints.iter().enumerate().rev() {
-        own.entry((constraint.element, constraint.held == Held::Angle)).or_default().push(index);
+        own.entry(kind(constraint)).or_default().push(index);
     }
     let mut rows = Vec::new();
     for constraint in &other.constraints {
-        let branch = own.get_mut(&(constraint.element, constraint.held == Held::Angle)).and_then(Vec::pop);
+        let branch = own.get_mut(&kind(constraint)).and_then(Vec::pop);
         if branch.is_none_or(|index| active[index]) && !constraint.is_trivial() {
             rows.push(LoopRow { jacobian: constraint.jacobian.clone(), gamma: constraint.gamma, branch });
         }

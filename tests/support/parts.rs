@@ -167,6 +167,18 @@ impl Extended {
         (residual, jacobian, gamma)
     }
 
+    /// s and theta of a slot or rolling disc, each with its rate and acceleration.
+    pub fn motion(&self, part: &Part, state: &State, acceleration: &DVector<f64>) -> Option<[[f64; 3]; 2]> {
+        let (Part::Slot { between, axis } | Part::Rolling { between, axis, .. }) = *part else { return None };
+        let at = |along| {
+            let pose = Pose { q: &state.q, along };
+            let [a, b] = between.map(|at| pose.angle(at.body));
+            [pose.along(between, axis), b - a]
+        };
+        let (moving, pushed) = (at(&state.v), at(acceleration));
+        Some([0, 1].map(|i| [moving[i].0[0], moving[i].0[1], moving[i].0[2] + pushed[i].0[1]]))
+    }
+
     /// The velocity nearest to that of the state which all joints permit.
     pub fn permitted_velocity(&self, state: &State) -> DVector<f64> {
         let (_, jacobian, _) = self.constraints(state);

@@ -190,6 +190,10 @@ impl Draft<'_> {
                 Part::Gear { .. } => &["torque"],
             };
             add(format!("p{i}"), names, load);
+            if let Some([slide, turn]) = self.extended.motion(part, state, &loads.acceleration) {
+                add(format!("p{i}"), &["s", "v", "a"], &slide);
+                add(format!("p{i}"), &["angle", "omega", "alpha"], &turn);
+            }
             if let Part::Rack { radius, .. } = part {
                 add(format!("p{i}"), &["torque"], &[-radius * load[0]]);
             }
