@@ -561,7 +561,8 @@ fn shift(program: &mut Program, from: u32) {
     for tape in every.into_iter().chain(&mut tapes.inverse) {
         tape.results.iter_mut().for_each(moved);
         for instruction in &mut tape.instructions {
-            [&mut instruction.target, &mut instruction.a, &mut instruction.b, &mut instruction.c].map(moved);
+            let Instruction { target, a, b, c, .. } = instruction;
+            [target, a, b, c].into_iter().for_each(moved);
         }
     }
     program.registers += 1;
