@@ -1,6 +1,7 @@
 //! Feeds damaged scenes or programs to cotree and looks for panics and for inputs that take too long.
 //!
 //! usage: fuzz scene|program SECONDS [SEED]
+//!        fuzz scene|program FILE             tries one input again
 //!
 //! What is found is saved in `target/fuzz/`, and the exit code is 1. The same seed gives the same inputs. A build with debug
 //! assertions also finds arithmetic that overflows.
@@ -19,7 +20,7 @@ use std::{env, fs};
 use mutate::Random;
 
 /// An input that takes longer is reported.
-const SLOW: Duration = Duration::from_secs(10);
+const SLOW: Duration = Duration::from_secs(60);
 
 /// What is fed: it makes an input, and tries it.
 trait Target: Send {
@@ -36,18 +37,35 @@ fn main() -> ExitCode {
         [target, seconds, seed] => (target, seconds.parse(), seed.parse()),
         _ => return usage(),
     };
-    let (Ok(seconds), Ok(seed)) = (seconds, seed) else { return usage() };
     let worker: Box<dyn Target> = match target {
         "scene" => Box::new(scene::Scenes::new()),
         "program" => Box::new(program::Programs::new()),
         _ => return usage(),
     };
+    if let (Err(_), [_, file]) = (&seconds, &words[..]) {
+        return again(worker.as_ref(), file);
+    }
+    let (Ok(seconds), Ok(seed)) = (seconds, seed) else {
+        return usage();
+    };
     fuzz(target, worker, Duration::from_secs(seconds), seed)
 }
 
 fn usage() -> ExitCode {
-    eprintln!("usage: fuzz scene|program SECONDS [SEED]");
+    eprintln!("usage: fuzz scene|program SECONDS [SEED]\n       fuzz scene|program FILE");
     ExitCode::from(2)
+}
+
+/// Tries one input, without catching anything.
+fn again(target: &dyn Target, file: &str) -> ExitCode {
+    match fs::read(file) {
+        Ok(input) => println!("{file}: {}", if target.attempt(&input) { "runs" } else { "is refused" }),
+        Err(error) => {
+            eprintln!("error: cannot read `{file}`: {error}");
+            return ExitCode::from(2);
+        }
+    }
+    ExitCode::SUCCESS
 }
 
 /// The inputs are tried in a thread of their own, so that one that never ends can be reported.
@@ -74,7 +92,7 @@ fn fuzz(name: &str, mut target: Box<dyn Target>, time: Duration, seed: u64) -> E
             Err(_) => {
                 found += 1;
                 report(name, "slow", count, &input);
-                match results.recv_timeout(6 * SLOW) {
+                match results.recv_timeout(5 * SLOW) {
                     Ok(result) => result,
                     Err(_) => break,
                 }

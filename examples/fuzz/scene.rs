@@ -81,15 +81,20 @@ fn tell(faults: &Faults) -> bool {
     false
 }
 
-/// One short step, and every variable; errors are fine.
+/// Evaluations that a damaged model may spend.
+const BUDGET: u64 = 2000;
+
+/// A few steps, and every variable; errors are fine. The first steps are tiny, because damaged models can be absurdly fast.
 pub fn move_a_little(model: Arc<Model>) {
-    let experiment = model.program().experiment;
     let variables = model.program().variables.len();
     let mut instance = Instance::new(model);
-    let started = instance.setup(experiment.start, None, None).and_then(|()| instance.initialise());
-    let end = experiment.start + 1e-6;
-    if started.is_ok() && end > experiment.start {
-        let _ = instance.step_to(end);
+    let started = instance.setup(0.0, None, None).and_then(|()| instance.initialise());
+    if started.is_ok() {
+        for halvings in (10..300).rev() {
+            if instance.step_to(0.5f64.powi(halvings)).is_err() || instance.statistics().evaluations > BUDGET {
+                break;
+            }
+        }
     }
     for variable in 0..variables {
         let _ = instance.get(variable);

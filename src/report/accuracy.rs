@@ -18,8 +18,8 @@ pub const REFERENCE: f64 = 1e-12;
 const POINTS: u32 = 64;
 /// About how many operations the reference run may take. Longer experiments are measured on their first part only.
 const BUDGET: u64 = 50_000_000;
-/// The shortest part of an experiment that is measured is 2^-HALVINGS of it.
-const HALVINGS: i32 = 20;
+/// The shortest part of an experiment that is measured is 2^-HALVINGS of it: for motion that is absurdly fast.
+const HALVINGS: i32 = 100;
 /// A variable that stays below this [SI units] is compared by its absolute error.
 const SMALL: f64 = 1e-6;
 
