@@ -101,7 +101,7 @@ fn every_static_case() {
         fixed::Archive::open(&work.path().join(format!("{model}.fmu")), &folder)
     });
     for (case, what, check) in fixed::CASES {
-        let results = archives.each_ref().map(|archive| check(archive));
+        let results = archives.each_ref().map(check);
         let words = results.each_ref().map(|found| if found.is_empty() { "ok" } else { "FAILED" });
         println!("{case:5}{}  {what}", words.map(|word| format!("{word:>14}")).concat());
         let failed = results.into_iter().zip(MODELS).filter(|(found, _)| !found.is_empty());

@@ -136,8 +136,9 @@ fn a_direction_is_a_sum_and_refuses_what_does_not_move_by_itself() {
         .iter()
         .sum();
     instance.begin_direction();
-    [(force, 2.0), (crank, -0.5), (rod, 1.0), (rod, 2.0)]
-        .map(|(known, share)| instance.add_direction(known, share).expect("independent"));
+    for (known, share) in [(force, 2.0), (crank, -0.5), (rod, 1.0), (rod, 2.0)] {
+        instance.add_direction(known, share).expect("independent");
+    }
     instance.differentiate().expect("regular");
     let together = instance.derivative(alpha).expect("calculated");
     assert!((single - together).abs() < 1e-12 * together.abs().max(1.0));
