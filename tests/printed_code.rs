@@ -243,7 +243,7 @@ impl Case<'_> {
             }
             main.push_str("}\n");
         }
-        main.push_str("return 0; }\n");
+        main.push_str("(void)a; (void)lambda; (void)M; (void)Q; return 0; }\n");
         let [source, program] = ["main.c", "main_c"].map(|file| self.folder.join(file));
         std::fs::write(self.folder.join("code.c"), code).unwrap();
         std::fs::write(&source, main).unwrap();

@@ -74,7 +74,7 @@ mod tests {
         assert_eq!(rounded(24.525000000000002), 24.525);
         assert_eq!(rounded(0.0006002800000000006), 0.00060028);
         assert_eq!(rounded(0.0416667), 0.0416667);
-        assert_eq!(rounded(f64::MIN_POSITIVE), f64::MIN_POSITIVE);
+        assert_eq!(rounded(PI), PI);
         let sixth = 1.0 / 6.0;
         assert_eq!(rounded(sixth), sixth);
     }

@@ -118,6 +118,8 @@ struct Reader<'a> {
     arena: &'a Arena,
     /// Collected but not yet tidy: sums may still grow.
     known: HashMap<Expr, Sum>,
+    /// Tidy, as factors of products.
+    products: HashMap<Expr, Term>,
     weights: &'a HashSet<Symbol>,
     definitions: Vec<Definition>,
 }
@@ -130,7 +132,13 @@ impl<'a> Reader<'a> {
         context: &'a Context,
         (names, forced): (&HashSet<Expr>, &HashSet<Expr>),
     ) -> (Reading, Vec<Expr>) {
-        let mut reader = Reader { arena, known: HashMap::new(), weights: &context.weights, definitions: Vec::new() };
+        let mut reader = Reader {
+            arena,
+            known: HashMap::new(),
+            products: HashMap::new(),
+            weights: &context.weights,
+            definitions: Vec::new(),
+        };
         let mut expressions = Vec::new();
         for &expr in order {
             let sum = reader.sum(expr);
@@ -154,9 +162,13 @@ impl<'a> Reader<'a> {
         (Reading::counted(reader.definitions, roots), expressions)
     }
 
-    fn sum(&self, expr: Expr) -> Sum {
+    fn sum(&mut self, expr: Expr) -> Sum {
+        if let Node::Binary(Binary::Multiply | Binary::Divide, a, b) = self.arena.node(expr) {
+            let (a, b) = (self.product(a), self.product(b));
+            let is_quotient = matches!(self.arena.node(expr), Node::Binary(Binary::Divide, ..));
+            return Sum::of(a.times(&if is_quotient { b.inverse() } else { b }));
+        }
         let known = |operand: Expr| &self.known[&operand];
-        let product = |operand: Expr| known(operand).clone().tidy().product();
         match self.arena.node(expr) {
             Node::Constant(bits) => Sum::of(Term::number(f64::from_bits(bits))),
             Node::Symbol(symbol) => Sum::of(Term::factor(Factor::Symbol(symbol, self.weights.contains(&symbol)))),
@@ -170,11 +182,14 @@ impl<'a> Reader<'a> {
             Node::Binary(Binary::Subtract, a, b) => {
                 Sum::collect(known(a).0.iter().cloned().chain(known(b).scaled(-1.0).0))
             }
-            Node::Binary(Binary::Multiply, a, b) => Sum::of(product(a).times(&product(b))),
-            Node::Binary(Binary::Divide, a, b) => Sum::of(product(a).times(&product(b).inverse())),
             Node::Binary(function, a, b) => self.call(Function::Two(function), &[a, b]),
             Node::Select(a, b, c) => self.call(Function::Select, &[a, b, c]),
         }
+    }
+
+    fn product(&mut self, operand: Expr) -> Term {
+        let known = &self.known;
+        self.products.entry(operand).or_insert_with(|| known[&operand].clone().tidy().product()).clone()
     }
 
     fn call(&self, function: Function, operands: &[Expr]) -> Sum {

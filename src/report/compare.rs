@@ -235,18 +235,14 @@ fn at_start(equations: &Equations, state: &cotree_fmu::model::State, exprs: &[Ex
 
 /// Largest over smallest singular value, after rows and columns have been scaled to largest entries of about 1 (Ruiz).
 fn condition(mut matrix: DMatrix<f64>) -> Option<f64> {
-    const ROUNDS: usize = 20;
+    const ROUNDS: usize = 40;
     for _ in 0..ROUNDS {
-        for mut row in matrix.row_iter_mut() {
-            let largest = row.amax();
-            if largest > 0.0 {
-                row /= largest.sqrt();
-            }
-        }
-        for mut column in matrix.column_iter_mut() {
-            let largest = column.amax();
-            if largest > 0.0 {
-                column /= largest.sqrt();
+        let factor = |largest: f64| if largest > 0.0 { largest.sqrt().recip() } else { 1.0 };
+        let rows: Vec<f64> = matrix.row_iter().map(|row| factor(row.amax())).collect();
+        let columns: Vec<f64> = matrix.column_iter().map(|column| factor(column.amax())).collect();
+        for (row, by_row) in rows.iter().enumerate() {
+            for (column, by_column) in columns.iter().enumerate() {
+                matrix[(row, column)] *= by_row * by_column;
             }
         }
     }

@@ -122,7 +122,8 @@ fn number(value: f64) -> String {
 
 fn name(name: &Name) -> String {
     let letter = match compound(&name.base) {
-        Some((letter, below)) => format!("[{}_{below}]", self::letter(letter)),
+        // In braces: a bracket behind a line break would be its argument.
+        Some((letter, below)) => format!("{{[{}_{below}]}}", self::letter(letter)),
         None => self::letter(&name.base),
     };
     let letter = if name.bold { format!(r"\mathbf{{{letter}}}") } else { letter };

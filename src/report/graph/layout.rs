@@ -55,7 +55,7 @@ pub fn near(graph: &Graph, places: &[Point]) -> Vec<Point> {
 pub fn around(graph: &Graph) -> Vec<Point> {
     let order = circular_order(graph);
     let count = order.len();
-    let radius = (0.32 * count as f64).max(1.0);
+    let radius = (0.32 * count as f64).max(0.09 * graph.edges.len() as f64).max(1.0);
     let mut places = vec![[0.0; 2]; count];
     for (position, node) in order.into_iter().enumerate() {
         let angle = -std::f64::consts::FRAC_PI_2 - std::f64::consts::TAU * position as f64 / count as f64;
