@@ -112,7 +112,7 @@ fn file_order(system: &System, start: &Trees) -> Trees {
     Trees { translation: system.translation.tree(order), rotation: start.rotation.clone() }
 }
 
-/// The acceleration kernel in branch coordinates [ns].
+/// The effort of the kernels in branch coordinates [ns].
 fn cost(system: &System, trees: &Trees) -> Option<f64> {
     let mut formulated = formulate_with(Equations::new(system.clone(), trees.clone())).ok()?;
     if formulated.lowered.program.motion == Motion::Kinematic {

@@ -152,17 +152,22 @@ impl Kinematics {
 
     /// Motion of a node relative to one that its path to the datum passes.
     fn relative(&self, arena: &mut Arena, base: TNode, node: TNode) -> Motion {
+        let mut motion = Motion::default();
+        for across in self.path(base, node) {
+            motion.accumulate(arena, Expr::ONE, across);
+        }
+        motion
+    }
+
+    /// Across variables of the branches on the way to a node from one that its path to the datum passes.
+    fn path(&self, base: TNode, node: TNode) -> impl Iterator<Item = &Motion> {
         let mut path = Vec::new();
         let mut at = node;
         while let (true, Some(step)) = (at != base, &self.steps[at.index()]) {
             path.push(&step.across);
             at = step.parent;
         }
-        let mut motion = Motion::default();
-        for across in path.into_iter().rev() {
-            motion.accumulate(arena, Expr::ONE, across);
-        }
-        motion
+        path.into_iter().rev()
     }
 
     /// Where the paths of two nodes to the datum meet.
@@ -224,6 +229,29 @@ impl Kinematics {
                 motion
             }
             Place::Origin | Place::Centre(_) => Motion::default(),
+        }
+    }
+
+    /// Position of any point of the scene: [`Kinematics::place`] without what a drawing does not need.
+    pub fn position(&self, system: &mut System, place: Place) -> Vector {
+        let sum = |arena: &mut Arena, node: TNode| {
+            let mut position = Vector::default();
+            self.path(TNode::DATUM, node).for_each(|across| position.accumulate(arena, &across.position));
+            position
+        };
+        let node = system.t_node(place);
+        match place {
+            _ if system.has_node(place) => sum(&mut system.arena, node),
+            Place::Point(body, point) => {
+                let at = system.mechanism.bodies[body.0].points[point].at.each_ref();
+                let at = at.map(|formula| system.value(formula));
+                let centre = system.t_node(Place::Centre(body));
+                let mut position = sum(&mut system.arena, centre);
+                let arm = self.fixed(system, Some(body), at).position;
+                position.accumulate(&mut system.arena, &arm);
+                position
+            }
+            Place::Ground(_) | Place::Origin | Place::Centre(_) => self.place(system, place).position,
         }
     }
 

@@ -36,6 +36,10 @@ impl Equations<'_> {
                 let angle = self.kinematics.angle(node).clone();
                 self.of_angle(&angle, quantity)
             }
+            Quantity::X | Quantity::Y => {
+                let position = self.kinematics.position(&mut self.system, place);
+                self.of_motion(&Motion { position, ..Motion::default() }, quantity)
+            }
             _ => {
                 let motion = self.kinematics.place(&mut self.system, place);
                 self.of_motion(&motion, quantity)

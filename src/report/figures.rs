@@ -105,9 +105,16 @@ fn names(equations: &Equations, branches: &[ElementId]) -> Vec<String> {
     named.map(|element| element.name.clone()).collect()
 }
 
+/// With more bodies the presets are not compared: relative angles of a long chain alone take more than all its other equations.
+const COMPARED: usize = 200;
+
 /// Coordinates and loop equations for the presets, and for the scene's own trees.
 fn counts(own: &Equations) -> Counts {
-    let of = |choice: &Coordinates| equations(own.system.mechanism, choice).ok().map(|other| count(&other));
+    let mechanism = own.system.mechanism;
+    let of = |choice: &Coordinates| {
+        let small = mechanism.bodies.len() <= COMPARED;
+        small.then(|| equations(mechanism, choice).ok().map(|other| count(&other))).flatten()
+    };
     Counts {
         used: count(own),
         recommended: of(&Coordinates::Recommended),

@@ -107,7 +107,7 @@ pub struct Cheapest {
     pub largest: usize,
 }
 
-/// Numbers of equations for each choice of trees; `None` where a choice is not possible.
+/// Numbers of equations for each choice of trees; `None` where a choice is not possible, or the mechanism too large to compare.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     /// What the scene uses.
