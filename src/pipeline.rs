@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use cotree_fmu::check;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Program;
 
@@ -86,6 +87,7 @@ pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
     let mut program = formulated.lowered.program.clone();
     let bytes = program.to_bytes().map_err(|error| faults(vec![internal(&error.to_string())]))?;
     program.guid = guid(&bytes);
+    program.check().map_err(|fault| faults(vec![impossible(&fault)]))?;
     Ok(Compiled {
         description: describe(&formulated, &program.guid),
         drawing: draw(&mut formulated),
@@ -167,6 +169,16 @@ fn guid(bytes: &[u8]) -> String {
     format!("{{{}}}", parts.join("-"))
 }
 
+/// What the runtime would refuse.
+fn impossible(fault: &check::Fault) -> Fault {
+    let check::Fault::Value { what } = fault else {
+        return internal(&fault.to_string());
+    };
+    let message = format!("the numbers of this scene are too large or too small to compute with: {what} is not finite");
+    Fault::new("scene::out_of_range", message, Span::default())
+        .help("look for a mass, an inertia, a length or a stiffness with a wrong unit or power of ten")
+}
+
 /// Something that no scene should be able to cause.
 fn internal(what: &str) -> Fault {
     Fault::new("cotree::internal", format!("the program cannot be written: {what}"), Span::default())
@@ -238,6 +250,13 @@ mod tests {
 
     fn metre() -> Unit {
         Unit { exponents: [0, 1, 0, 0], si: "m".into(), display: None }
+    }
+
+    #[test]
+    fn masses_beyond_all_bounds_are_faults_of_the_scene() {
+        let text = include_str!("../models/slider_crank/scene.toml").replace("mass = 3.0", "mass = 1e308");
+        let faults = compile(&Scene::from_toml(&text).unwrap()).unwrap_err().to_json().to_string();
+        assert!(faults.contains("scene::out_of_range") && faults.contains("power of ten"), "{faults}");
     }
 
     #[test]

@@ -96,9 +96,9 @@ fn a_sweep_gives_the_stroke_of_every_crank() {
     }
 }
 
-/// The FMU in the FMI project's own client for Rust gives the bits that `cotree simulate` gives.
+/// The FMU in the FMI project's own client for Rust gives the values that `cotree simulate` gives.
 #[test]
-fn fmi_rs_gets_the_same_bits() {
+fn fmi_rs_gets_the_same_values() {
     let work = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fmi-rs");
     let fmu = export("models/slider_crank/scene.toml", &work);
     let mut client = Command::new(env!("CARGO"));
