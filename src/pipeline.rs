@@ -7,19 +7,22 @@ use cotree_fmu::check;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Program;
 
+use crate::equations::Equations;
 use crate::export::ExportError;
 use crate::export::archive::{self, Package, SceneText};
 use crate::export::describe::describe;
 use crate::export::description::Description;
-use crate::export::page::{self, Page};
+use crate::export::page::Page;
 use crate::export::runtime::Runtime;
 use crate::formulate::{Formulated, formulate};
 use crate::mechanism::Unit;
-use crate::print;
+use crate::print::{self, Prose};
 use crate::report::accuracy::{self, Accuracy};
 use crate::report::assumptions::assumptions;
+use crate::report::compare::{Comparison, compare};
 use crate::report::drawing::Drawing;
 use crate::report::figures::summarise;
+use crate::report::graph::GraphDrawing;
 use crate::report::pose::draw;
 use crate::report::summary::Summary;
 use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, read};
@@ -51,8 +54,20 @@ pub struct Compiled {
 pub enum Notation {
     /// For people.
     Text,
+    /// A LaTeX document.
+    Latex,
+    /// A self-contained HTML page with MathML.
+    Html,
     /// C99.
     C,
+    /// A module in Fortran 2008.
+    Fortran,
+    /// Rust, without any crate.
+    Rust,
+    /// Python with numpy.
+    Python,
+    /// For other programs.
+    Json,
 }
 
 /// Reads a scene file, TOML or JSON.
@@ -76,13 +91,22 @@ pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
     Ok(Compiled {
         description: describe(&formulated, &program.guid),
         drawing: draw(&mut formulated),
-        equations: page::preformatted(&print::text(&mut formulated.equations)),
+        equations: equations_for_the_page(&mut formulated.equations),
         summary: summarise(&formulated),
         assumptions: assumptions(&mut formulated),
         warnings: (!warnings.is_empty()).then(|| faults(warnings)),
         source: scene.source.clone(),
         program,
     })
+}
+
+/// More equations than this nobody reads on a page.
+const MOST_EQUATIONS: usize = 40;
+
+/// The equations of motion as MathML, if they are few enough to be read.
+fn equations_for_the_page(equations: &mut Equations) -> String {
+    let count = equations.coordinates.len() + equations.constraints.len();
+    if count > MOST_EQUATIONS { String::new() } else { print::mathml(equations) }
 }
 
 /// The equations of a scene.
@@ -94,9 +118,45 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
     let formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
     let Formulated { mut equations, lowered, .. } = formulated;
     Ok(match notation {
-        Notation::Text => print::text(&mut equations),
-        Notation::C => print::c_code(&mut equations, &lowered.solved),
+        Notation::Text => print::motion(&mut equations, Prose::Text),
+        Notation::Latex => print::motion(&mut equations, Prose::Latex),
+        Notation::Html => print::motion(&mut equations, Prose::Html),
+        Notation::C => print::code(&mut equations, &lowered.solved, &print::C),
+        Notation::Fortran => print::code(&mut equations, &lowered.solved, &print::Fortran),
+        Notation::Rust => print::code(&mut equations, &lowered.solved, &print::Rust),
+        Notation::Python => print::code(&mut equations, &lowered.solved, &print::Python),
+        Notation::Json => print::json(&mut equations),
     })
+}
+
+/// How a scene derives its equations, as a lesson.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
+    formulated(scene, |formulated| print::steps(&mut formulated.equations, prose))
+}
+
+/// The linear graphs of a scene with their trees, and the mechanism at its start.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn graph(scene: &Scene) -> Result<(GraphDrawing, Drawing), Faults> {
+    formulated(scene, |formulated| (GraphDrawing::new(formulated), draw(formulated)))
+}
+
+/// What the scene costs in other coordinates.
+///
+/// # Errors
+/// Everything that is wrong with the scene; trees that do not work are part of the comparison.
+pub fn comparison(scene: &Scene) -> Result<Comparison, Faults> {
+    Ok(compare(&scene.resolve()?.mechanism))
+}
+
+fn formulated<T>(scene: &Scene, then: impl FnOnce(&mut Formulated) -> T) -> Result<T, Faults> {
+    let mechanism = scene.resolve()?.mechanism;
+    let mut formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    Ok(then(&mut formulated))
 }
 
 /// A name for these very bytes: their 128-bit FNV-1a hash, written as a GUID.

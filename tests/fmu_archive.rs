@@ -26,6 +26,7 @@ fn variable(name: &str, unit: Unit, causality: Causality) -> ScalarVariable {
         description: format!("the <{name}> & \"more\"\nof it"),
         unit,
         causality,
+        start: None,
         derivative_of: None,
         dependencies: vec![],
         initial_dependencies: vec![],
@@ -64,6 +65,7 @@ fn pendulum() -> Description {
         guid: "{0123}".into(),
         description: "A \"pendulum\" & its <arm>".into(),
         experiment: Experiment { start: 0.0, stop: 10.0, step: 1e-3, tolerance: 1e-6 },
+        exchange: Some(2),
         variables: vec![
             variable("time", unit("s", [0, 0, 1, 0], None), Causality::Independent),
             variable("length", unit("m", [0, 1, 0, 0], Some(("mm", 1e-3))), length),

@@ -3,19 +3,24 @@
 //! M qdd + Phi_q^T lambda = Q,  Phi(q, t) = 0   (22)
 
 mod constraints;
+mod couplings;
 mod dynamics;
 mod form;
 mod kinematics;
 mod laws;
+mod transfer;
 mod variables;
 mod vector;
+mod vibration;
 
 use std::collections::{BTreeMap, HashMap};
 
 pub use constraints::Constraint;
+pub use couplings::CoupledChord;
 pub use dynamics::Dynamics;
 use dynamics::Laws;
 use kinematics::Kinematics;
+pub use vibration::Vibration;
 
 use crate::element::{Angle, CoordinateName, System};
 use crate::expr::{Expr, Order, Symbol};

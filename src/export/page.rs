@@ -77,16 +77,21 @@ belongs to whoever wrote its scene.</p>\n";
 /// How to use it, and what it cannot do.
 fn about(description: &Description) -> String {
     let experiment = description.experiment;
+    let interfaces = match description.exchange {
+        Some(_) => "for Co-Simulation, with the integrator inside, and for Model Exchange",
+        None => "for Co-Simulation; the integrator is inside",
+    };
     format!(
-        "<h2>Use</h2>\n<p>FMI 2.0; the integrator is inside. Default experiment: {:?} s to {:?} s, communication step {:?} s, relative \
-         tolerance {:?}. In Python, with fmpy:</p>\n{}\
+        "<h2>Use</h2>\n<p>FMI 2.0 {interfaces}. Default experiment: {:?} s to {:?} s, communication step {:?} s, \
+         relative tolerance {:?}. In Python, with fmpy:</p>\n{}\
          <ul>\n<li>All values are in SI units; display units are in <code>modelDescription.xml</code>.</li>\n\
          <li>The solver chooses its own steps within a communication step and keeps the loops closed.</li>\n\
          <li>Between communication points an input keeps its value, or follows the rate given by \
          <code>fmi2SetRealInputDerivatives</code>. Two FMUs that exchange values once in a communication step see each \
          other one step late; this is a property of co-simulation.</li>\n\
          <li>Fixed parameters may be set until initialisation, tunable ones at any communication point.</li>\n\
-         <li>The state can be saved, restored and serialised.</li>\n</ul>\n",
+         <li>The state can be saved, restored and serialised; derivatives along directions and of outputs by time are \
+         exact.</li>\n</ul>\n",
         experiment.start,
         experiment.stop,
         experiment.step,

@@ -3,13 +3,22 @@
 //! First the kernels of positions and velocities ([`positions`]): with them the mechanism is assembled and its redundant loop
 //! equations are found. Then, knowing which equations count, everything ([`program`]).
 
+mod blocks;
+mod cost;
 mod eliminate;
+mod indicators;
 mod initial;
+mod motion;
 mod program;
+mod solve_tree;
+mod strengthen;
 mod table;
 mod tape;
 
+pub use cost::Cost;
 pub use eliminate::{Factor, System, Undetermined};
-pub use program::{Lowered, Pose, positions, program};
-pub use table::{Row, Table};
+pub use motion::{MotionSystem, Solver};
+pub use program::{Lowered, Pose, kernel_cost, positions, program};
+pub use solve_tree::{SolveTree, in_solve_tree};
+pub use table::{Row, Start, Table};
 pub use tape::Assembler;

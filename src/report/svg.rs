@@ -65,6 +65,11 @@ impl Svg {
         self.element(format_args!("{element}"));
     }
 
+    /// The elements so far, without a sheet.
+    pub fn elements(&self) -> &str {
+        &self.elements
+    }
+
     /// The whole picture on a white sheet; `title` is read out by screen readers.
     pub fn finish(self, frame: Frame, title: &str) -> String {
         let [x, y, width, height] = [frame.x, frame.y, frame.width, frame.height].map(number);

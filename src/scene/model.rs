@@ -2,7 +2,7 @@
 
 use super::quantity::Quantity;
 use super::span::{Source, Span, Text};
-use crate::mechanism::Dimension;
+use crate::mechanism::{Dimension, Side};
 
 /// A mechanism as the user describes it: the scene file in Rust, field by field.
 ///
@@ -144,6 +144,8 @@ pub struct Body {
     pub inertia: Option<Quantity>,
     /// Mass centre in the frame of the points [m]; the origin if absent.
     pub com: Option<Vector>,
+    /// Does gravity leave it alone?
+    pub weightless: bool,
     /// Its points.
     pub points: Vec<Point>,
 }
@@ -166,6 +168,8 @@ pub enum JointKind {
     Revolute {
         /// [N.m.s]
         damping: Option<Quantity>,
+        /// Dry friction.
+        friction: Option<Friction>,
     },
     /// Sliding along an axis.
     Prismatic {
@@ -175,12 +179,66 @@ pub enum JointKind {
         angle: Option<Quantity>,
         /// [N.s/m]
         damping: Option<Quantity>,
+        /// Dry friction.
+        friction: Option<Friction>,
     },
     /// Nothing.
     Weld {
         /// Second body's angle minus the first's.
         angle: Option<Quantity>,
     },
+    /// Sliding along a line fixed in the first body, and turning.
+    Slot {
+        /// In the first body's frame.
+        axis: Vector,
+        /// [N.s/m]
+        damping: Option<Quantity>,
+        /// Dry friction.
+        friction: Option<Friction>,
+    },
+    /// A disc about the second point rolls on a line fixed in the first body, to the left of its axis.
+    Rolling {
+        /// In the first body's frame.
+        axis: Vector,
+        /// Of the disc [m].
+        radius: Quantity,
+        /// Of the centre along the axis where the relative angle is zero [m].
+        displacement: Option<Quantity>,
+    },
+    /// A constant distance between the points.
+    Distance {
+        /// [m]
+        length: Quantity,
+    },
+    /// Two wheels that turn in a constant ratio, seen from the carrier.
+    Gear {
+        /// A body; the ground if absent.
+        carrier: Option<Text>,
+        /// Second wheel's turns for one of the first; negative if they turn against each other.
+        ratio: Quantity,
+        /// Second wheel's angle where the first's is zero.
+        angle: Option<Quantity>,
+    },
+    /// The first body, a pinion, moves the second point along an axis of the carrier.
+    Rack {
+        /// A point; the ground's origin if absent.
+        carrier: Option<Text>,
+        /// In the carrier's frame.
+        axis: Vector,
+        /// Of the pinion [m]; negative if the rack goes back when the pinion turns forward.
+        radius: Quantity,
+        /// Of the rack where the pinion's angle is zero [m].
+        displacement: Option<Quantity>,
+    },
+}
+
+/// Dry friction of a constant level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Friction {
+    /// Level [N.m] or [N].
+    pub coulomb: Quantity,
+    /// Velocity at which three quarters of the level act [rad/s] or [m/s].
+    pub velocity: Quantity,
 }
 
 /// A prescribed motion.
@@ -290,6 +348,10 @@ pub enum LoadKind {
         length: Option<Quantity>,
         /// [N.s/m]
         damping: Option<Quantity>,
+        /// [N/m3]
+        cubic: Option<Quantity>,
+        /// Where it acts.
+        side: Side,
     },
     /// A spring that resists turning.
     TorsionSpring {
@@ -301,6 +363,10 @@ pub enum LoadKind {
         angle: Option<Quantity>,
         /// [N.m.s]
         damping: Option<Quantity>,
+        /// [N.m/rad3]
+        cubic: Option<Quantity>,
+        /// Where it acts.
+        side: Side,
     },
     /// A force law along the line between two points.
     Actuator {
