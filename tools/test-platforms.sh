@@ -38,6 +38,8 @@ path() { case $1 in win64) printf 'Z:%s' "${2//\//\\}" ;; *) printf '%s' "$2" ;;
 uri() { case $1 in win64) printf 'file:///Z:%s' "$2" ;; *) printf 'file://%s' "$2" ;; esac; }
 
 mkdir -p "$work"
+[ ! -d "$runtimes/win64" ] ||
+    x86_64-w64-mingw32-gcc -O1 -Wall -shared -o "$work/bcryptprimitives.dll" tests/platforms/prng.c -ladvapi32
 cargo build --quiet
 platforms=(linux64)
 for folder in "$runtimes"/*/; do

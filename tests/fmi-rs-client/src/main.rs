@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let references: Vec<u32> = outputs.iter().map(|variable| variable.valueReference).collect();
     let instance = builder.instantiate_cs("client")?;
     let mut values = vec![0.0; references.len()];
-    check("setupExperiment", instance.setupExperiment(None, 0.0, None))?;
+    check("setupExperiment", instance.setupExperiment(None, 0.0, Some(f64::from(count) * step)))?;
     check("enterInitializationMode", instance.enterInitializationMode())?;
     check("exitInitializationMode", instance.exitInitializationMode())?;
     println!("time,{}", names.join(","));
