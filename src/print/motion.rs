@@ -207,7 +207,8 @@ fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
 fn weights(equations: &Equations) -> HashSet<Symbol> {
     let parameters = &equations.system.mechanism.parameters;
     let is_weight = |symbol: &Symbol| match symbol {
-        Symbol::Parameter(index) => parameters[*index].unit.exponents[0] != 0,
+        // Initial values that can be set are parameters of the program, not of the scene.
+        Symbol::Parameter(index) => parameters.get(*index).is_some_and(|own| own.unit.exponents[0] != 0),
         symbol => matches!(symbol, Symbol::Missing(..)),
     };
     let all = equations.system.arena.all().filter_map(|expr| match equations.system.arena.node(expr) {
