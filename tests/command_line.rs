@@ -182,7 +182,9 @@ fn info_reads_an_fmu_back() {
     let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     let row = stdout(&info).lines().map(words).find(|words| words.get(1).is_some_and(|name| name == "crank_length"));
     assert_eq!(row.unwrap()[..5], ["parameter", "crank_length", "m", "start", "0.5"]);
-    for text in ["crank: ", "  made by     cotree ", "FMI 2.0 Co-Simulation", "0.0 s to 10.0 s", "  output "] {
+    for text in
+        ["crank: ", "  made by     cotree ", "FMI 2.0 Model Exchange, Co-Simulation", "0.0 s to 10.0 s", "  output "]
+    {
         assert!(stdout(&info).contains(text), "{text}\n{}", stdout(&info));
     }
     let scene = cotree(folder.path(), &["info", "crank.fmu", "--scene"]);

@@ -29,6 +29,7 @@ fn variable(name: &str, unit: Unit, causality: Causality) -> ScalarVariable {
         start: None,
         derivative_of: None,
         dependencies: vec![],
+        state: None,
         initial_dependencies: vec![],
     }
 }
@@ -40,6 +41,7 @@ fn pendulum() -> Description {
     let damping = Causality::Parameter { tunable: true, start: 1e-7, min: None, max: Some(3.0) };
     let torque = Causality::Input { start: 0.0, min: None, max: None };
     let angle = ScalarVariable {
+        state: None,
         initial_dependencies: vec![1],
         dependencies: vec![4],
         ..variable(
@@ -56,6 +58,7 @@ fn pendulum() -> Description {
     let alpha = ScalarVariable {
         derivative_of: Some(5),
         dependencies: vec![5, 3, 4, 3],
+        state: None,
         initial_dependencies: vec![3, 2, 1],
         ..variable("arm.alpha", rad("rad/s2", -2), Causality::Output)
     };
@@ -149,8 +152,15 @@ fn sections_stand_in_the_order_of_the_schema() {
         .filter_map(|(path, _)| path.strip_prefix("fmiModelDescription/").map(str::to_owned))
         .filter(|path| !path.contains('/'))
         .collect();
-    let wanted =
-        ["CoSimulation", "UnitDefinitions", "LogCategories", "DefaultExperiment", "ModelVariables", "ModelStructure"];
+    let wanted = [
+        "ModelExchange",
+        "CoSimulation",
+        "UnitDefinitions",
+        "LogCategories",
+        "DefaultExperiment",
+        "ModelVariables",
+        "ModelStructure",
+    ];
     assert_eq!(order, wanted);
 }
 

@@ -163,6 +163,16 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
             exact.insert(format!("Phi_t[{row_number}]"), row.time_rate);
         }
     }
+    if let Some(vibration) = equations.vibration() {
+        for (symbol, matrix) in [("D", &vibration.damping), ("K", &vibration.stiffness)] {
+            let entries = matrix.iter().enumerate().flat_map(|(row, entries)| {
+                (row..entries.len())
+                    .map(move |column| (format!("{symbol}[{},{}]", row + 1, column + 1), entries[column]))
+            });
+            exact.extend(entries.filter(|(_, entry)| *entry != Expr::ZERO));
+        }
+        exact.extend(vibration.force.iter().enumerate().map(|(row, &force)| (format!("F[{}]", row + 1), force)));
+    }
     let mut count = 0;
     let groups = json["equations"].as_object().unwrap();
     for entry in groups.values().flat_map(|group| group.as_array().unwrap()) {

@@ -67,6 +67,7 @@ fn description() -> Description {
         start: None,
         derivative_of: None,
         dependencies: vec![],
+        state: None,
         initial_dependencies: vec![],
     });
     Description {

@@ -2,6 +2,7 @@
 
 use super::constraints::split;
 use super::form::Form;
+use super::kinematics::Motion;
 use super::vector::Scalar;
 use super::{Coordinate, Equations};
 use crate::element::Direction;
@@ -21,8 +22,7 @@ impl Equations<'_> {
             let angle = self.kinematics.angle_across(arena, row.ends);
             return if order == Order::Velocity { angle.velocity.total(arena) } else { angle.position.total(arena) };
         }
-        let Some((ends, direction)) = self.free_direction(coordinate) else { return Expr::ZERO };
-        let across = self.kinematics.across(&mut self.system.arena, ends);
+        let Some((across, direction)) = self.free_motion(coordinate) else { return Expr::ZERO };
         let (_, axis) = self.kinematics.direction(&mut self.system, direction);
         if order == Order::Velocity {
             return self.kinematics.component(&mut self.system, &across.velocity, &axis);
@@ -49,8 +49,7 @@ impl Equations<'_> {
             let angle = self.kinematics.angle_across(arena, row.ends);
             return angle.acceleration.map(arena, |_, &coefficient| Scalar::plain(coefficient));
         }
-        let Some((ends, direction)) = self.free_direction(coordinate) else { return Form::default() };
-        let across = self.kinematics.across(&mut self.system.arena, ends);
+        let Some((across, direction)) = self.free_motion(coordinate) else { return Form::default() };
         let (frame, axis) = self.kinematics.direction(&mut self.system, direction);
         let arena = &mut self.system.arena;
         let mut form = across.acceleration.map(arena, |arena, vector| vector.dot(arena, &axis));
@@ -95,10 +94,13 @@ impl Equations<'_> {
         self.coordinates.iter().position(|own| own.element == coordinate.element && own.name == coordinate.name)
     }
 
-    /// The nodes of a coordinate's element and the direction in which the coordinate lets it move.
-    fn free_direction(&self, coordinate: &Coordinate) -> Option<([TNode; 2], Direction)> {
-        let row = self.system.element(coordinate.element).translation.as_ref()?;
-        let (direction, _) = row.motion.iter().find(|(_, name)| *name == coordinate.name)?;
-        Some((row.ends, *direction))
+    /// What a coordinate's element leaves free, its known part taken off, and the direction of the coordinate.
+    fn free_motion(&mut self, coordinate: &Coordinate) -> Option<(Motion, Direction)> {
+        let row = self.system.element(coordinate.element).translation.clone()?;
+        let direction = row.motion.iter().find(|(_, name)| *name == coordinate.name)?.0;
+        let known = self.kinematics.known(&mut self.system, &row.known);
+        let arena = &mut self.system.arena;
+        let across = self.kinematics.across(arena, row.ends);
+        Some((Motion::between(arena, &known, &across), direction))
     }
 }

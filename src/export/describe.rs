@@ -58,6 +58,12 @@ fn variable(mechanism: &Mechanism, row: &Row, settable: &[usize]) -> ScalarVaria
             false => Start::Approximate(start.value),
         }),
         derivative_of: row.derivative_of,
+        // States are q and v of each coordinate in turn.
+        state: row.derivative_of.and(match row.source {
+            Source::Rate(index) => Some(2 * index as usize),
+            Source::Acceleration(index) => Some(2 * index as usize + 1),
+            _ => None,
+        }),
         dependencies: row.dependencies.clone(),
         initial_dependencies: if is_settable(row) { Vec::new() } else { settable.to_vec() },
     }

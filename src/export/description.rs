@@ -36,6 +36,8 @@ pub struct ScalarVariable {
     pub start: Option<Start>,
     /// Index of the variable whose derivative it is.
     pub derivative_of: Option<usize>,
+    /// For a derivative, the place of its state among the states.
+    pub state: Option<usize>,
     /// Indices of the inputs and states that it depends on while simulating.
     pub dependencies: Vec<usize>,
     /// Indices of the parameters, inputs and time that its initial value depends on.
@@ -115,9 +117,11 @@ impl Description {
         self.indices(|variable| variable.causality == Causality::Output)
     }
 
-    /// Indices of the derivatives.
+    /// Indices of the derivatives, in the order of the states.
     pub fn derivatives(&self) -> Vec<usize> {
-        self.indices(|variable| variable.derivative_of.is_some())
+        let mut derivatives = self.indices(|variable| variable.derivative_of.is_some());
+        derivatives.sort_by_key(|&index| self.variables[index].state);
+        derivatives
     }
 
     /// Indices of what must be solved for at initialisation: the calculated or guessed ones among outputs, states and derivatives.
