@@ -52,7 +52,7 @@ pub struct Search {
 pub struct Effort {
     /// Of a kinematic model: the cubes of the sizes of the systems that must be solved one after another, in all.
     pub blocks: usize,
-    /// Time by the model of the cost [ns]: the accelerations, and a share of the projections, which a step of the solver needs
+    /// Time by the model of the cost \[ns\]: the accelerations, and a share of the projections, which a step of the solver needs
     /// once for its twelve accelerations.
     pub nanoseconds: f64,
 }

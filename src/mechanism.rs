@@ -151,7 +151,7 @@ pub struct Point {
 pub struct Body {
     /// The user's name.
     pub name: String,
-    /// Mass [kg]; a kinematic scene needs none.
+    /// Mass \[kg\]; a kinematic scene needs none.
     pub mass: Option<Formula>,
     /// Inertia about the mass centre [kg.m2]; a body that cannot turn needs none.
     pub inertia: Option<Formula>,
@@ -213,7 +213,7 @@ pub enum JointKind {
     Prismatic {
         /// Unit vector in the first body's axes.
         axis: [Formula; 2],
-        /// Second body's angle minus the first's [rad].
+        /// Second body's angle minus the first's \[rad\].
         angle: Formula,
         /// [N.s/m]
         damping: Formula,
@@ -222,7 +222,7 @@ pub enum JointKind {
     },
     /// Nothing.
     Weld {
-        /// Second body's angle minus the first's [rad].
+        /// Second body's angle minus the first's \[rad\].
         angle: Formula,
     },
     /// The second point slides along a line fixed in the first body and turns freely.
@@ -238,14 +238,14 @@ pub enum JointKind {
     Rolling {
         /// Unit vector in the first body's axes.
         axis: [Formula; 2],
-        /// Of the disc [m].
+        /// Of the disc \[m\].
         radius: Formula,
-        /// Of the centre along the axis where the relative angle is zero [m].
+        /// Of the centre along the axis where the relative angle is zero \[m\].
         displacement: Formula,
     },
     /// A constant distance between the points.
     Distance {
-        /// [m]
+        /// \[m\]
         length: Formula,
     },
     /// The second body turns `ratio` times as far as the first, both against the carrier.
@@ -254,7 +254,7 @@ pub enum JointKind {
         carrier: Option<BodyId>,
         /// Negative if they turn against each other.
         ratio: Formula,
-        /// Second wheel's angle where the first's is zero [rad].
+        /// Second wheel's angle where the first's is zero \[rad\].
         angle: Formula,
     },
     /// The second point moves along an axis of the carrier by `radius` times the angle that the first body, the pinion, turns against it.
@@ -263,9 +263,9 @@ pub enum JointKind {
         carrier: Place,
         /// Unit vector in the carrier's axes.
         axis: [Formula; 2],
-        /// Of the pinion [m]; negative if the rack goes back when the pinion turns forward.
+        /// Of the pinion \[m\]; negative if the rack goes back when the pinion turns forward.
         radius: Formula,
-        /// Where the pinion's angle is zero [m].
+        /// Where the pinion's angle is zero \[m\].
         displacement: Formula,
     },
 }
@@ -273,7 +273,7 @@ pub enum JointKind {
 /// Dry friction of a constant level, smooth through zero velocity: level x tanh(v / velocity).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Friction {
-    /// Level [N.m] or [N].
+    /// Level [N.m] or \[N\].
     pub coulomb: Formula,
     /// Velocity at which three quarters of the level act [rad/s] or [m/s].
     pub velocity: Formula,
@@ -310,17 +310,17 @@ pub enum DriverKind {
         between: [Option<BodyId>; 2],
         /// The revolute joint named by the user, if one was.
         joint: Option<JointId>,
-        /// The motion [rad].
+        /// The motion \[rad\].
         motion: Motion,
     },
-    /// The displacement of a prismatic joint [m].
+    /// The displacement of a prismatic joint \[m\].
     Displacement {
         /// A prismatic joint.
         joint: JointId,
-        /// The motion [m].
+        /// The motion \[m\].
         motion: Motion,
     },
-    /// The position of a point in the world [m]; one component in one dimension (the second is then the number 0).
+    /// The position of a point in the world \[m\]; one component in one dimension (the second is then the number 0).
     Position {
         /// The point.
         on: Place,
@@ -354,7 +354,7 @@ pub struct Load {
 /// What a load is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LoadKind {
-    /// A force on a point [N].
+    /// A force on a point \[N\].
     Force {
         /// The point.
         on: Place,
@@ -374,21 +374,21 @@ pub enum LoadKind {
     Spring {
         /// The points.
         between: [Place; 2],
-        /// Force by length [N] and [m].
+        /// Force by length \[N\] and \[m\].
         law: SpringLaw,
     },
     /// A torsion spring and damper.
     TorsionSpring {
         /// `None` is the ground.
         between: [Option<BodyId>; 2],
-        /// Torque by angle [N.m] and [rad].
+        /// Torque by angle [N.m] and \[rad\].
         law: SpringLaw,
     },
     /// A force law along the line between two points.
     Actuator {
         /// The points.
         between: [Place; 2],
-        /// Positive pushes the points apart [N]. `length` and `rate` are resolved to this load's own variables.
+        /// Positive pushes the points apart \[N\]. `length` and `rate` are resolved to this load's own variables.
         force: Formula,
     },
     /// A torque law between two bodies.
@@ -421,7 +421,7 @@ pub struct SpringLaw {
     pub cubic: Formula,
     /// c [N.s/m] or [N.m.s]
     pub damping: Formula,
-    /// Length [m] or angle [rad] where x is zero.
+    /// Length \[m\] or angle \[rad\] where x is zero.
     pub free: Formula,
     /// Where it acts.
     pub side: Side,
@@ -458,11 +458,11 @@ pub struct Output {
 /// Default experiment, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Experiment {
-    /// Start time [s].
+    /// Start time \[s\].
     pub start: f64,
-    /// Stop time [s].
+    /// Stop time \[s\].
     pub stop: f64,
-    /// Communication step [s].
+    /// Communication step \[s\].
     pub step: f64,
     /// Relative tolerance.
     pub tolerance: f64,
@@ -477,7 +477,7 @@ pub struct Solver {
     pub rtol: Option<f64>,
     /// Absolute tolerance, if cotree is not to choose it.
     pub atol: Option<f64>,
-    /// Longest step [s].
+    /// Longest step \[s\].
     pub max_step: Option<f64>,
 }
 

@@ -12,7 +12,7 @@ fn scenes() -> Vec<(String, Scene)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
     let names = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
     let read = |name: String| {
-        let scene = Scene::read(&folder.join(&name).join("scene.toml")).unwrap_or_else(|faults| panic!("{faults}"));
+        let scene = Scene::read(folder.join(&name).join("scene.toml")).unwrap_or_else(|faults| panic!("{faults}"));
         (name, scene)
     };
     let scenes: Vec<(String, Scene)> = names.map(read).collect();

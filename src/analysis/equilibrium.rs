@@ -18,7 +18,7 @@ pub struct Equilibrium {
     pub point: Point,
     /// What a small disturbance does.
     pub stability: Stability,
-    /// Eigenvalues of the projected stiffness [J], for changes of 1 rad and of the mechanism's length, ascending.
+    /// Eigenvalues of the projected stiffness \[J\], for changes of 1 rad and of the mechanism's length, ascending.
     pub stiffness: Vec<f64>,
 }
 

@@ -41,7 +41,7 @@ pub enum Failure {
          determined; choose another pose"
     )]
     Singular {
-        /// When [s].
+        /// When \[s\].
         time: f64,
         /// A coordinate.
         coordinate: String,
@@ -49,7 +49,7 @@ pub enum Failure {
     /// An expression has no value or no derivative here.
     #[error("at t = {time} s `{what}` has no finite value or derivative")]
     NotFinite {
-        /// When [s].
+        /// When \[s\].
         time: f64,
         /// A coordinate or an output.
         what: String,

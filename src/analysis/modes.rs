@@ -32,7 +32,7 @@ impl Mode {
         self.eigenvalue == Complex::default()
     }
 
-    /// Oscillations a second [Hz]; zero if it does not oscillate.
+    /// Oscillations a second \[Hz\]; zero if it does not oscillate.
     pub fn frequency(&self) -> f64 {
         self.eigenvalue.im / std::f64::consts::TAU
     }

@@ -44,7 +44,7 @@ impl Point {
         Point { layout, registers }
     }
 
-    /// Time [s].
+    /// Time \[s\].
     pub fn time(&self) -> f64 {
         self.registers[self.layout.time()]
     }

@@ -30,7 +30,7 @@ pub struct Signal {
 /// The linear system at one point.
 #[derive(Clone, Debug)]
 pub struct StateSpace {
-    /// When [s].
+    /// When \[s\].
     pub time: f64,
     /// Independent coordinates, their rates, then positions and rates of drivers that integrate an input.
     pub states: Vec<Signal>,

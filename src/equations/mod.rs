@@ -35,7 +35,7 @@ pub struct Coordinate {
     pub element: ElementId,
     /// What the user calls it.
     pub name: CoordinateName,
-    /// An angle [rad]? Otherwise a displacement [m].
+    /// An angle \[rad\]? Otherwise a displacement \[m\].
     pub angular: bool,
 }
 

@@ -13,13 +13,13 @@ use crate::mechanism::{Dimension, LoadKind, Side, SpringLaw};
 /// The matrices of Eq. (24), n x n by rows, and the forces {F}.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Vibration {
-    /// \[M\] [kg]
+    /// \[M\] \[kg\]
     pub mass: Vec<Vec<Expr>>,
     /// \[D\] [N.s/m]
     pub damping: Vec<Vec<Expr>>,
     /// \[K\] [N/m]
     pub stiffness: Vec<Vec<Expr>>,
-    /// {F} [N]: external forces, actuators, and what springs exert at q = 0.
+    /// {F} \[N\]: external forces, actuators, and what springs exert at q = 0.
     pub force: Vec<Expr>,
 }
 

@@ -29,11 +29,11 @@ pub struct Contents {
     pub interfaces: Vec<&'static str>,
     /// Default experiment.
     pub experiment: Experiment,
-    /// The platforms it runs on, with the size of their shared libraries [bytes].
+    /// The platforms it runs on, with the size of their shared libraries \[bytes\].
     pub platforms: Vec<(String, u64)>,
     /// Every variable.
     pub variables: Vec<Variable>,
-    /// Size of the file [bytes].
+    /// Size of the file \[bytes\].
     pub size: u64,
     /// The text of the scene it was made from, if that was a file.
     pub scene: Option<String>,

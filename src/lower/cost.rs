@@ -37,7 +37,7 @@ impl Cost {
         cost
     }
 
-    /// Time by the model [ns].
+    /// Time by the model \[ns\].
     pub fn nanoseconds(&self) -> f64 {
         1.02 * self.operations as f64 + 3.2 * self.pairs as f64 + 0.06 * self.cycles as f64
     }

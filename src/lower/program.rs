@@ -33,7 +33,7 @@ pub struct Lowered {
 /// A consistent pose at default parameters: where the weight of pivots is judged.
 #[derive(Clone, Debug, Default)]
 pub struct Pose {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
     /// Coordinates.
     pub positions: Vec<f64>,

@@ -10,6 +10,9 @@ use crate::expr::{Binary, Order, Symbol, Unary};
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Sum(pub Vec<Term>);
 
+/// Factors with their powers.
+pub type Factors = Vec<(Factor, i32)>;
+
 /// number x product of factors; each factor once, with its power, in the order in which they are written.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Term {
@@ -177,7 +180,7 @@ impl Term {
     }
 
     /// The factors of parameters and those of the motion.
-    pub fn split(&self) -> (Vec<(Factor, i32)>, Vec<(Factor, i32)>) {
+    pub fn split(&self) -> (Factors, Factors) {
         self.factors.iter().cloned().partition(|(factor, _)| factor.is_constant())
     }
 

@@ -87,7 +87,7 @@ mod tests {
         assert_eq!(written(1450.0 * PI / 30.0), Written::Fraction { over: 145, under: 3, pi: 1 });
         assert_eq!(written(2.0 / 3.0), Written::Fraction { over: 2, under: 3, pi: 0 });
         assert_eq!(written(0.4356), Written::Decimal(0.4356));
-        assert_eq!(written(2.7182818284590452), Written::Decimal(std::f64::consts::E));
+        assert_eq!(written(std::f64::consts::E), Written::Decimal(std::f64::consts::E));
         assert_eq!(written(f64::INFINITY), Written::Decimal(f64::INFINITY));
     }
 

@@ -26,7 +26,7 @@ const SMALL: f64 = 1e-6;
 /// Errors and work of one model at its default parameters and inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accuracy {
-    /// When the measurement starts and ends [s].
+    /// When the measurement starts and ends \[s\].
     pub span: [f64; 2],
     /// One for each tolerance.
     pub measurements: Vec<Measurement>,

@@ -9,7 +9,7 @@ use super::svg::{Frame, Pixel, Svg, number};
 use labels::Labels;
 use view::View;
 
-/// What is drawn, in the world [m]. What has a coordinate that is not finite is left out.
+/// What is drawn, in the world \[m\]. What has a coordinate that is not finite is left out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawing {
     /// The scene's name.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-/// A point of the picture [px], y down.
+/// A point of the picture \[px\], y down.
 pub type Pixel = [f64; 2];
 
 /// Readable on any system; no font is embedded.
@@ -14,7 +14,7 @@ pub struct Svg {
     elements: String,
 }
 
-/// A rectangle of the picture [px].
+/// A rectangle of the picture \[px\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Left edge.

@@ -68,7 +68,7 @@ impl Scene {
         self
     }
 
-    /// Adds a point of the ground [m].
+    /// Adds a point of the ground \[m\].
     #[must_use]
     pub fn ground_point(mut self, name: &str, at: impl Into<Vector>) -> Scene {
         self.ground.push(Point { name: Text::from(name), at: at.into() });
@@ -149,21 +149,21 @@ impl Scene {
         self
     }
 
-    /// Start of the default experiment [s].
+    /// Start of the default experiment \[s\].
     #[must_use]
     pub fn start(mut self, time: impl Into<Quantity>) -> Scene {
         self.experiment.start = Some(time.into());
         self
     }
 
-    /// End of the default experiment [s].
+    /// End of the default experiment \[s\].
     #[must_use]
     pub fn stop(mut self, time: impl Into<Quantity>) -> Scene {
         self.experiment.stop = Some(time.into());
         self
     }
 
-    /// Communication step of the default experiment [s].
+    /// Communication step of the default experiment \[s\].
     #[must_use]
     pub fn step(mut self, time: impl Into<Quantity>) -> Scene {
         self.experiment.step = Some(time.into());
@@ -321,7 +321,7 @@ impl Body {
         Body::default()
     }
 
-    /// [kg]
+    /// \[kg\]
     #[must_use]
     pub fn mass(mut self, mass: impl Into<Quantity>) -> Body {
         self.mass = Some(mass.into());
@@ -335,7 +335,7 @@ impl Body {
         self
     }
 
-    /// Mass centre in the frame of the points [m].
+    /// Mass centre in the frame of the points \[m\].
     #[must_use]
     pub fn com(mut self, at: impl Into<Vector>) -> Body {
         self.com = Some(at.into());
@@ -349,7 +349,7 @@ impl Body {
         self
     }
 
-    /// Adds a point [m].
+    /// Adds a point \[m\].
     #[must_use]
     pub fn point(mut self, name: &str, at: impl Into<Vector>) -> Body {
         self.points.push(Point { name: Text::from(name), at: at.into() });
@@ -456,7 +456,7 @@ impl Load {
         Load::of(LoadKind::TorsionActuator { between: pair(first, second), torque: torque.into() })
     }
 
-    /// The free length of a spring [m], the free angle of a torsion spring [rad]; other loads have none.
+    /// The free length of a spring \[m\], the free angle of a torsion spring \[rad\]; other loads have none.
     #[must_use]
     pub fn free(mut self, value: impl Into<Quantity>) -> Load {
         if let LoadKind::Spring { length: free, .. } | LoadKind::TorsionSpring { angle: free, .. } = &mut self.kind {

@@ -73,7 +73,7 @@ impl Joint {
         self
     }
 
-    /// Dry friction of a revolute [N.m], prismatic or slot [N] joint, and the velocity below which it fades; others have none.
+    /// Dry friction of a revolute [N.m], prismatic or slot \[N\] joint, and the velocity below which it fades; others have none.
     #[must_use]
     pub fn friction(mut self, coulomb: impl Into<Quantity>, velocity: impl Into<Quantity>) -> Joint {
         if let JointKind::Revolute { friction, .. }
@@ -97,7 +97,7 @@ impl Joint {
         self
     }
 
-    /// The displacement of a rack or a rolling disc where the angle is zero [m]; others have none.
+    /// The displacement of a rack or a rolling disc where the angle is zero \[m\]; others have none.
     #[must_use]
     pub fn displacement(mut self, value: impl Into<Quantity>) -> Joint {
         if let JointKind::Rolling { displacement, .. } | JointKind::Rack { displacement, .. } = &mut self.kind {

@@ -129,7 +129,7 @@ pub struct Input {
 pub struct Point {
     /// The name within its body.
     pub name: Text,
-    /// Where it is in the body's frame [m].
+    /// Where it is in the body's frame \[m\].
     pub at: Vector,
 }
 
@@ -138,11 +138,11 @@ pub struct Point {
 pub struct Body {
     /// The name.
     pub name: Text,
-    /// [kg]
+    /// \[kg\]
     pub mass: Option<Quantity>,
     /// About the mass centre [kg.m2].
     pub inertia: Option<Quantity>,
-    /// Mass centre in the frame of the points [m]; the origin if absent.
+    /// Mass centre in the frame of the points \[m\]; the origin if absent.
     pub com: Option<Vector>,
     /// Does gravity leave it alone?
     pub weightless: bool,
@@ -200,14 +200,14 @@ pub enum JointKind {
     Rolling {
         /// In the first body's frame.
         axis: Vector,
-        /// Of the disc [m].
+        /// Of the disc \[m\].
         radius: Quantity,
-        /// Of the centre along the axis where the relative angle is zero [m].
+        /// Of the centre along the axis where the relative angle is zero \[m\].
         displacement: Option<Quantity>,
     },
     /// A constant distance between the points.
     Distance {
-        /// [m]
+        /// \[m\]
         length: Quantity,
     },
     /// Two wheels that turn in a constant ratio, seen from the carrier.
@@ -225,9 +225,9 @@ pub enum JointKind {
         carrier: Option<Text>,
         /// In the carrier's frame.
         axis: Vector,
-        /// Of the pinion [m]; negative if the rack goes back when the pinion turns forward.
+        /// Of the pinion \[m\]; negative if the rack goes back when the pinion turns forward.
         radius: Quantity,
-        /// Of the rack where the pinion's angle is zero [m].
+        /// Of the rack where the pinion's angle is zero \[m\].
         displacement: Option<Quantity>,
     },
 }
@@ -235,7 +235,7 @@ pub enum JointKind {
 /// Dry friction of a constant level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Friction {
-    /// Level [N.m] or [N].
+    /// Level [N.m] or \[N\].
     pub coulomb: Quantity,
     /// Velocity at which three quarters of the level act [rad/s] or [m/s].
     pub velocity: Quantity,
@@ -257,21 +257,21 @@ pub enum DriverKind {
     Angle {
         /// Of what.
         of: Turning,
-        /// [rad]
+        /// \[rad\]
         motion: Motion,
     },
     /// The displacement of a prismatic joint.
     Displacement {
         /// The joint.
         joint: Text,
-        /// [m]
+        /// \[m\]
         motion: Motion,
     },
     /// The position of a point in the world.
     Position {
         /// The point.
         on: Text,
-        /// [m]
+        /// \[m\]
         position: Vector,
     },
 }
@@ -326,7 +326,7 @@ pub enum LoadKind {
     Force {
         /// The point.
         on: Text,
-        /// [N]
+        /// \[N\]
         vector: Vector,
         /// Are the components in the body's frame?
         in_body: bool,
@@ -344,7 +344,7 @@ pub enum LoadKind {
         between: [Text; 2],
         /// [N/m]
         stiffness: Quantity,
-        /// Free length [m].
+        /// Free length \[m\].
         length: Option<Quantity>,
         /// [N.s/m]
         damping: Option<Quantity>,
@@ -359,7 +359,7 @@ pub enum LoadKind {
         between: [Text; 2],
         /// [N.m/rad]
         stiffness: Quantity,
-        /// Free angle [rad].
+        /// Free angle \[rad\].
         angle: Option<Quantity>,
         /// [N.m.s]
         damping: Option<Quantity>,
@@ -372,7 +372,7 @@ pub enum LoadKind {
     Actuator {
         /// The points.
         between: [Text; 2],
-        /// Pushes the points apart [N].
+        /// Pushes the points apart \[N\].
         force: Quantity,
     },
     /// A torque law between two bodies.
@@ -407,11 +407,11 @@ pub struct Outputs {
 /// Default experiment; what is absent is start 0 s, stop 10 s after the start, a thousand steps, tolerance 1e-6.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Experiment {
-    /// [s]
+    /// \[s\]
     pub start: Option<Quantity>,
-    /// [s]
+    /// \[s\]
     pub stop: Option<Quantity>,
-    /// Communication step [s].
+    /// Communication step \[s\].
     pub step: Option<Quantity>,
     /// Relative tolerance.
     pub tolerance: Option<Quantity>,
@@ -426,7 +426,7 @@ pub struct Solver {
     pub rtol: Option<Quantity>,
     /// Absolute tolerance.
     pub atol: Option<Quantity>,
-    /// Longest step [s].
+    /// Longest step \[s\].
     pub max_step: Option<Quantity>,
 }
 

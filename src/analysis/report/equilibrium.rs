@@ -19,11 +19,11 @@ const LEAST: f64 = 1e-6;
 pub struct Statics {
     /// The scene's name.
     pub name: String,
-    /// When drivers and loads were read [s].
+    /// When drivers and loads were read \[s\].
     pub time: f64,
     /// What a small disturbance does.
     pub stability: Stability,
-    /// Eigenvalues of the projected stiffness [J].
+    /// Eigenvalues of the projected stiffness \[J\].
     pub stiffness: Vec<f64>,
     /// Values, by groups.
     pub groups: Vec<Group>,

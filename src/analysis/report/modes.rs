@@ -13,7 +13,7 @@ const STILL: f64 = 1e-9;
 pub struct Vibration {
     /// The scene's name.
     pub name: String,
-    /// What about [s]: the time, and whether the mechanism is at rest.
+    /// What about \[s\]: the time, and whether the mechanism is at rest.
     pub time: f64,
     /// At rest, or frozen in its motion?
     pub resting: bool,
