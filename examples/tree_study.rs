@@ -56,7 +56,7 @@ fn study() {
         .unwrap_or_default();
     folders.sort();
     for folder in folders {
-        let Ok(scene) = Scene::read(&folder.join("scene.toml")) else { continue };
+        let Ok(scene) = Scene::read(folder.join("scene.toml")) else { continue };
         if let Some(losses) = losses(&scene) {
             let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let cells: Vec<String> = losses.iter().map(|loss| format!("{:>8.1}", 100.0 * (loss - 1.0))).collect();

@@ -20,7 +20,7 @@ const PAPER: [&str; 3] =
     ["tests/scenes/figure_1.toml", "models/quick_return/scene.toml", "models/vibration/scene.toml"];
 
 fn scene(path: &str) -> Scene {
-    Scene::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap_or_else(|faults| panic!("{faults}"))
+    Scene::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 fn models() -> Vec<String> {
