@@ -7,7 +7,7 @@ model="${1:-slider_crank}"
 work="$(mktemp -d)"
 trap 'rm -r "$work"' EXIT
 
-cargo run --quiet -- export "models/$model/scene.toml" -o "$work/model.fmu"
+cargo run --quiet --release -- export "models/$model/scene.toml" -o "$work/model.fmu"
 python3 -m zipfile -e "$work/model.fmu" "$work/model"
 library="$(echo "$work"/model/binaries/*/*.so)"
 guid="$(grep -o 'guid="[^"]*"' "$work/model/modelDescription.xml" | head -n 1 | cut -d '"' -f 2)"
