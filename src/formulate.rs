@@ -3,18 +3,19 @@
 use std::collections::BTreeSet;
 
 use cotree_fmu::model::{Model, State};
-use cotree_fmu::solver::Failure;
 use cotree_fmu::solver::initial::solve_initial;
 use cotree_fmu::solver::redundancy::redundancy;
 
-use crate::element::{Origin, System};
+use crate::assembly::{circuit_names, explain, span_of};
+use crate::cheapest::{self, Search};
+use crate::element::{Held, Origin, System};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
-use crate::graph::ElementId;
 use crate::lower::{self, Lowered, Pose};
 use crate::mechanism::{Coordinates, Formula, Mechanism, Output};
 use crate::print::symbol_name;
 use crate::scene::{Fault, Span};
+use crate::size;
 use crate::tree::Trees;
 
 /// How many poses are examined for redundant loop equations.
@@ -33,6 +34,8 @@ pub struct Formulated<'m> {
     pub redundant: Vec<usize>,
     /// Redundant joints and the like.
     pub warnings: Vec<Fault>,
+    /// What the search for the cheapest trees found, if the scene asks for it.
+    pub search: Option<Search>,
 }
 
 impl Formulated<'_> {
@@ -48,13 +51,24 @@ impl Formulated<'_> {
 /// # Errors
 /// Wrong trees, contradictions, loops that cannot be closed, masses that are missing where motion needs them.
 pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
-    let mut equations = equations(mechanism, &mechanism.coordinates)?;
+    match &mechanism.coordinates {
+        Coordinates::Cheapest => cheapest::formulate(mechanism),
+        choice => formulate_with(equations(mechanism, choice)?),
+    }
+}
+
+/// The same for trees that are chosen already.
+///
+/// # Errors
+/// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
+pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Vec<Fault>> {
+    let mechanism = equations.system.mechanism;
     check_trivial(&equations)?;
     let length = typical_length(&mut equations);
     let draft = lower::positions(&mut equations, length);
     let model = Model::of_positions(draft).map_err(|fault| vec![internal(mechanism, &fault.to_string())])?;
     let mut state = model.default_state(mechanism.experiment.start);
-    solve_initial(&model, &mut state).map_err(|failure| vec![assembly_fault(&equations, &failure)])?;
+    solve_initial(&model, &mut state).map_err(|failure| vec![explain(&equations, &model, &failure)])?;
     let independent: BTreeSet<usize> = redundancy(&model, &state, POSES).independent.into_iter().collect();
     let active: Vec<bool> = (0..equations.constraints.len()).map(|index| independent.contains(&index)).collect();
     let redundant: Vec<usize> = (0..active.len()).filter(|&index| !active[index]).collect();
@@ -67,16 +81,17 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
         .map_err(|lower::Undetermined(index)| vec![massless(&equations, index)])?;
     check_masses(&mut equations, &lowered)?;
     let warnings = redundancy_warnings(&equations, &redundant);
-    Ok(Formulated { equations, lowered, state, redundant, warnings })
+    Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
 }
 
 /// The equations for a choice of trees.
 ///
 /// # Errors
-/// The user's own trees are not spanning trees.
+/// The user's own trees are not spanning trees, or the equations would be too large.
 pub fn equations<'m>(mechanism: &'m Mechanism, choice: &Coordinates) -> Result<Equations<'m>, Vec<Fault>> {
     let system = System::new(mechanism);
     let trees = Trees::select(&system, choice)?;
+    size::check(&system, &trees)?;
     Ok(Equations::new(system, trees))
 }
 
@@ -93,7 +108,7 @@ fn typical_length(equations: &mut Equations) -> f64 {
 
 fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
     match symbol {
-        Symbol::Parameter(i) => mechanism.parameters[i].value,
+        Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
         Symbol::Input(i, crate::expr::Order::Position) => mechanism.inputs[i].start,
         Symbol::Time => mechanism.experiment.start,
         _ => 0.0,
@@ -123,7 +138,7 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64)
     let own = &equations.system.element(constraint.element).name;
     let others = circuit_names(equations, constraint);
     let with = others.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    let amount = if constraint.direction.is_none() { format!("{gap:.4} rad") } else { format!("{:.4} mm", 1e3 * gap) };
+    let amount = if constraint.held == Held::Angle { format!("{gap:.4} rad") } else { format!("{:.4} mm", 1e3 * gap) };
     Fault::new(
         "scene::conflict",
         format!("`{own}` conflicts with {with}: at t = {time} s they differ by {amount}"),
@@ -131,64 +146,6 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64)
     )
     .label("prescribes what is prescribed already")
     .help(format!("remove `{own}` or one of the others, or make them agree"))
-}
-
-/// Names of the branches that close the loop of a chord, arms left out.
-fn circuit_names(equations: &Equations, constraint: &Constraint) -> Vec<String> {
-    let (system, trees) = (&equations.system, &equations.trees);
-    let row = if constraint.direction.is_some() {
-        crate::graph::Topology::new(&system.translation, &trees.translation).circuit(constraint.element)
-    } else {
-        crate::graph::Topology::new(&system.rotation, &trees.rotation).circuit(constraint.element)
-    };
-    let named = row.into_iter().map(|(element, _)| system.element(element));
-    named
-        .filter(|element| !matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)))
-        .map(|element| element.name.clone())
-        .collect()
-}
-
-fn span_of(equations: &Equations, element: ElementId) -> Span {
-    let mechanism = equations.system.mechanism;
-    match equations.system.element(element).origin {
-        Origin::Body(body) => mechanism.bodies[body.0].span,
-        Origin::Arm(body, point) => mechanism.bodies[body.0].points[point].span,
-        Origin::GroundVector(point) => mechanism.ground[point].span,
-        Origin::Joint(joint) => mechanism.joints[joint.0].span,
-        Origin::Driver(driver) => mechanism.drivers[driver.0].span,
-        Origin::Load(load) => mechanism.loads[load.0].span,
-    }
-}
-
-/// The place in the scene that a failure of the assembly speaks of.
-fn assembly_fault(equations: &Equations, failure: &Failure) -> Fault {
-    let mechanism = equations.system.mechanism;
-    let owner = |name: &str| {
-        let element = equations.system.elements.iter().position(|element| element.name == name);
-        element.map_or_else(Span::default, |index| span_of(equations, ElementId(index)))
-    };
-    let condition = |name: &str| {
-        let initial = mechanism.initial.iter().find(|initial| mechanism.variable_name(initial.variable) == name);
-        initial.map_or_else(Span::default, |initial| initial.span)
-    };
-    let message = failure.to_string();
-    let (message, help) = message.split_once("; ").unwrap_or((&message, ""));
-    let (code, span, label) = match failure {
-        Failure::LoopsOpen { gap } => ("assembly::open_loop", owner(&gap.owner), "this does not meet"),
-        Failure::Contradiction { conditions, .. } => (
-            "assembly::contradiction",
-            conditions.first().map_or_else(Span::default, |name| condition(name)),
-            "cannot hold together with the others",
-        ),
-        Failure::OtherBranch { condition: name, .. } => ("assembly::other_branch", condition(name), "the guess"),
-        Failure::Redundant { gap, .. } | Failure::Drift { gap, .. } | Failure::LockUp { gap, .. } => {
-            ("assembly::conflict", owner(&gap.owner), "contradicts the others")
-        }
-        Failure::NotFinite { .. } | Failure::StepUnderflow { .. } | Failure::Singular { .. } => {
-            ("assembly::not_finite", Span::default(), "")
-        }
-    };
-    Fault::new(code, message, span).label(label).help(help)
 }
 
 /// What the kernels and the outputs need must be there.

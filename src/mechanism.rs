@@ -151,10 +151,12 @@ pub struct Point {
 pub struct Body {
     /// The user's name.
     pub name: String,
-    /// Mass [kg]; a kinematic scene needs none.
+    /// Mass \[kg\]; a kinematic scene needs none.
     pub mass: Option<Formula>,
     /// Inertia about the mass centre [kg.m2]; a body that cannot turn needs none.
     pub inertia: Option<Formula>,
+    /// Does gravity leave it alone?
+    pub weightless: bool,
     /// Its points.
     pub points: Vec<Point>,
     /// Where it stands in the file.
@@ -204,21 +206,88 @@ pub enum JointKind {
     Revolute {
         /// [N.m.s]
         damping: Formula,
+        /// Dry friction.
+        friction: Option<Friction>,
     },
     /// Sliding along an axis fixed in the first body.
     Prismatic {
         /// Unit vector in the first body's axes.
         axis: [Formula; 2],
-        /// Second body's angle minus the first's [rad].
+        /// Second body's angle minus the first's \[rad\].
         angle: Formula,
         /// [N.s/m]
         damping: Formula,
+        /// Dry friction.
+        friction: Option<Friction>,
     },
     /// Nothing.
     Weld {
-        /// Second body's angle minus the first's [rad].
+        /// Second body's angle minus the first's \[rad\].
         angle: Formula,
     },
+    /// The second point slides along a line fixed in the first body and turns freely.
+    Slot {
+        /// Unit vector in the first body's axes.
+        axis: [Formula; 2],
+        /// [N.s/m]
+        damping: Formula,
+        /// Dry friction.
+        friction: Option<Friction>,
+    },
+    /// A disc about the second point rolls without slip on a line fixed in the first body, to the left of its axis.
+    Rolling {
+        /// Unit vector in the first body's axes.
+        axis: [Formula; 2],
+        /// Of the disc \[m\].
+        radius: Formula,
+        /// Of the centre along the axis where the relative angle is zero \[m\].
+        displacement: Formula,
+    },
+    /// A constant distance between the points.
+    Distance {
+        /// \[m\]
+        length: Formula,
+    },
+    /// The second body turns `ratio` times as far as the first, both against the carrier.
+    Gear {
+        /// `None` is the ground.
+        carrier: Option<BodyId>,
+        /// Negative if they turn against each other.
+        ratio: Formula,
+        /// Second wheel's angle where the first's is zero \[rad\].
+        angle: Formula,
+    },
+    /// The second point moves along an axis of the carrier by `radius` times the angle that the first body, the pinion, turns against it.
+    Rack {
+        /// The point from which the displacement counts.
+        carrier: Place,
+        /// Unit vector in the carrier's axes.
+        axis: [Formula; 2],
+        /// Of the pinion \[m\]; negative if the rack goes back when the pinion turns forward.
+        radius: Formula,
+        /// Where the pinion's angle is zero \[m\].
+        displacement: Formula,
+    },
+}
+
+/// Dry friction of a constant level, smooth through zero velocity: level x tanh(v / velocity).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Friction {
+    /// Level [N.m] or \[N\].
+    pub coulomb: Formula,
+    /// Velocity at which three quarters of the level act [rad/s] or [m/s].
+    pub velocity: Formula,
+}
+
+impl Joint {
+    /// The points that it uses.
+    pub fn places(&self) -> Vec<Place> {
+        let [first, second] = self.between;
+        match self.kind {
+            JointKind::Rack { carrier, .. } => vec![first, second, carrier],
+            _ => vec![first, second],
+        }
+    }
 }
 
 /// A prescribed motion.
@@ -241,17 +310,17 @@ pub enum DriverKind {
         between: [Option<BodyId>; 2],
         /// The revolute joint named by the user, if one was.
         joint: Option<JointId>,
-        /// The motion [rad].
+        /// The motion \[rad\].
         motion: Motion,
     },
-    /// The displacement of a prismatic joint [m].
+    /// The displacement of a prismatic joint \[m\].
     Displacement {
         /// A prismatic joint.
         joint: JointId,
-        /// The motion [m].
+        /// The motion \[m\].
         motion: Motion,
     },
-    /// The position of a point in the world [m]; one component in one dimension (the second is then the number 0).
+    /// The position of a point in the world \[m\]; one component in one dimension (the second is then the number 0).
     Position {
         /// The point.
         on: Place,
@@ -285,7 +354,7 @@ pub struct Load {
 /// What a load is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LoadKind {
-    /// A force on a point [N].
+    /// A force on a point \[N\].
     Force {
         /// The point.
         on: Place,
@@ -301,33 +370,25 @@ pub enum LoadKind {
         /// Counter-clockwise.
         value: Formula,
     },
-    /// A linear spring and damper along the line between two points.
+    /// A spring and damper along the line between two points.
     Spring {
         /// The points.
         between: [Place; 2],
-        /// [N/m]
-        stiffness: Formula,
-        /// Free length [m].
-        length: Formula,
-        /// [N.s/m]
-        damping: Formula,
+        /// Force by length \[N\] and \[m\].
+        law: SpringLaw,
     },
-    /// A linear torsion spring and damper.
+    /// A torsion spring and damper.
     TorsionSpring {
         /// `None` is the ground.
         between: [Option<BodyId>; 2],
-        /// [N.m/rad]
-        stiffness: Formula,
-        /// Free angle [rad].
-        angle: Formula,
-        /// [N.m.s]
-        damping: Formula,
+        /// Torque by angle [N.m] and \[rad\].
+        law: SpringLaw,
     },
     /// A force law along the line between two points.
     Actuator {
         /// The points.
         between: [Place; 2],
-        /// Positive pushes the points apart [N]. `length` and `rate` are resolved to this load's own variables.
+        /// Positive pushes the points apart \[N\]. `length` and `rate` are resolved to this load's own variables.
         force: Formula,
     },
     /// A torque law between two bodies.
@@ -337,6 +398,33 @@ pub enum LoadKind {
         /// On the second body [N.m]. `angle` and `omega` are resolved to this load's own variables.
         torque: Formula,
     },
+}
+
+/// On which side of its free length (or angle) a spring acts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// Everywhere.
+    #[default]
+    Both,
+    /// Where it is longer than free; it only pulls.
+    Above,
+    /// Where it is shorter than free; it only pushes.
+    Below,
+}
+
+/// What a spring or torsion spring says: the force -k x - k3 x^3 - c x', with x from the free length (or angle).
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpringLaw {
+    /// k [N/m] or [N.m/rad]
+    pub stiffness: Formula,
+    /// k3 [N/m3] or [N.m/rad3]
+    pub cubic: Formula,
+    /// c [N.s/m] or [N.m.s]
+    pub damping: Formula,
+    /// Length \[m\] or angle \[rad\] where x is zero.
+    pub free: Formula,
+    /// Where it acts.
+    pub side: Side,
 }
 
 /// A line of `[initial]`.
@@ -370,11 +458,11 @@ pub struct Output {
 /// Default experiment, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Experiment {
-    /// Start time [s].
+    /// Start time \[s\].
     pub start: f64,
-    /// Stop time [s].
+    /// Stop time \[s\].
     pub stop: f64,
-    /// Communication step [s].
+    /// Communication step \[s\].
     pub step: f64,
     /// Relative tolerance.
     pub tolerance: f64,
@@ -389,7 +477,7 @@ pub struct Solver {
     pub rtol: Option<f64>,
     /// Absolute tolerance, if cotree is not to choose it.
     pub atol: Option<f64>,
-    /// Longest step [s].
+    /// Longest step \[s\].
     pub max_step: Option<f64>,
 }
 
@@ -411,6 +499,8 @@ pub enum Coordinates {
     Absolute,
     /// The same joints in both trees.
     Joint,
+    /// Those whose equations cost least, by a fixed model of the cost.
+    Cheapest,
     /// Names of bodies, joints, drivers and loads that are branches, beside the rigid arms and ground vectors; `None`: recommended.
     Chosen {
         /// Branches of the translational tree.
@@ -454,6 +544,7 @@ pub enum Quantity {
     Fx,
     Fy,
     Fn,
+    Ft,
     Force,
     Torque,
     Power,
@@ -588,6 +679,7 @@ impl Quantity {
             Quantity::Fx => "fx",
             Quantity::Fy => "fy",
             Quantity::Fn => "fn",
+            Quantity::Ft => "ft",
             Quantity::Force => "force",
             Quantity::Torque => "torque",
             Quantity::Power => "power",

@@ -1,22 +1,32 @@
 //! From a scene file to everything that the commands need.
 
 use std::path::Path;
+use std::sync::Arc;
 
+use cotree_fmu::check;
+use cotree_fmu::model::Model;
 use cotree_fmu::program::Program;
 
+use crate::equations::Equations;
 use crate::export::ExportError;
 use crate::export::archive::{self, Package, SceneText};
 use crate::export::describe::describe;
 use crate::export::description::Description;
+use crate::export::page::Page;
+use crate::export::runtime::Runtime;
 use crate::formulate::{Formulated, formulate};
 use crate::mechanism::Unit;
-use crate::print;
+use crate::print::{self, Prose};
+use crate::report::accuracy::{self, Accuracy};
 use crate::report::assumptions::assumptions;
+use crate::report::compare::{Comparison, compare};
 use crate::report::drawing::Drawing;
 use crate::report::figures::summarise;
+use crate::report::graph::GraphDrawing;
 use crate::report::pose::draw;
 use crate::report::summary::Summary;
 use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, read};
+use crate::simulation::reported;
 
 /// A scene, compiled.
 #[derive(Clone, Debug)]
@@ -29,6 +39,8 @@ pub struct Compiled {
     pub drawing: Drawing,
     /// Its figures.
     pub summary: Summary,
+    /// The equations of motion, as HTML.
+    pub equations: String,
     /// What was assumed because the scene does not say it, one sentence each.
     pub assumptions: Vec<String>,
     /// What is odd but no error.
@@ -42,8 +54,20 @@ pub struct Compiled {
 pub enum Notation {
     /// For people.
     Text,
+    /// A LaTeX document.
+    Latex,
+    /// A self-contained HTML page with MathML.
+    Html,
     /// C99.
     C,
+    /// A module in Fortran 2008.
+    Fortran,
+    /// Rust, without any crate.
+    Rust,
+    /// Python with numpy.
+    Python,
+    /// For other programs.
+    Json,
 }
 
 /// Reads a scene file, TOML or JSON.
@@ -63,15 +87,26 @@ pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
     let mut program = formulated.lowered.program.clone();
     let bytes = program.to_bytes().map_err(|error| faults(vec![internal(&error.to_string())]))?;
     program.guid = guid(&bytes);
+    program.check().map_err(|fault| faults(vec![impossible(&fault)]))?;
     Ok(Compiled {
         description: describe(&formulated, &program.guid),
         drawing: draw(&mut formulated),
+        equations: equations_for_the_page(&mut formulated.equations),
         summary: summarise(&formulated),
         assumptions: assumptions(&mut formulated),
         warnings: (!warnings.is_empty()).then(|| faults(warnings)),
         source: scene.source.clone(),
         program,
     })
+}
+
+/// More equations than this nobody reads on a page.
+const MOST_EQUATIONS: usize = 40;
+
+/// The equations of motion as MathML, if they are few enough to be read.
+fn equations_for_the_page(equations: &mut Equations) -> String {
+    let count = equations.coordinates.len() + equations.constraints.len();
+    if count > MOST_EQUATIONS { String::new() } else { print::mathml(equations) }
 }
 
 /// The equations of a scene.
@@ -83,9 +118,45 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
     let formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
     let Formulated { mut equations, lowered, .. } = formulated;
     Ok(match notation {
-        Notation::Text => print::text(&mut equations),
-        Notation::C => print::c_code(&mut equations, &lowered.solved),
+        Notation::Text => print::motion(&mut equations, Prose::Text),
+        Notation::Latex => print::motion(&mut equations, Prose::Latex),
+        Notation::Html => print::motion(&mut equations, Prose::Html),
+        Notation::C => print::code(&mut equations, &lowered.solved, &print::C),
+        Notation::Fortran => print::code(&mut equations, &lowered.solved, &print::Fortran),
+        Notation::Rust => print::code(&mut equations, &lowered.solved, &print::Rust),
+        Notation::Python => print::code(&mut equations, &lowered.solved, &print::Python),
+        Notation::Json => print::json(&mut equations),
     })
+}
+
+/// How a scene derives its equations, as a lesson.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
+    formulated(scene, |formulated| print::steps(&mut formulated.equations, prose))
+}
+
+/// The linear graphs of a scene with their trees, and the mechanism at its start.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn graph(scene: &Scene) -> Result<(GraphDrawing, Drawing), Faults> {
+    formulated(scene, |formulated| (GraphDrawing::new(formulated), draw(formulated)))
+}
+
+/// What the scene costs in other coordinates.
+///
+/// # Errors
+/// Everything that is wrong with the scene; trees that do not work are part of the comparison.
+pub fn comparison(scene: &Scene) -> Result<Comparison, Faults> {
+    Ok(compare(&scene.resolve()?.mechanism))
+}
+
+fn formulated<T>(scene: &Scene, then: impl FnOnce(&mut Formulated) -> T) -> Result<T, Faults> {
+    let mechanism = scene.resolve()?.mechanism;
+    let mut formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    Ok(then(&mut formulated))
 }
 
 /// A name for these very bytes: their 128-bit FNV-1a hash, written as a GUID.
@@ -96,6 +167,16 @@ fn guid(bytes: &[u8]) -> String {
     let digits = format!("{hash:032x}");
     let parts = [&digits[..8], &digits[8..12], &digits[12..16], &digits[16..20], &digits[20..]];
     format!("{{{}}}", parts.join("-"))
+}
+
+/// What the runtime would refuse.
+fn impossible(fault: &check::Fault) -> Fault {
+    let check::Fault::Value { what } = fault else {
+        return internal(&fault.to_string());
+    };
+    let message = format!("the numbers of this scene are too large or too small to compute with: {what} is not finite");
+    Fault::new("scene::out_of_range", message, Span::default())
+        .help("look for a mass, an inertia, a length or a stiffness with a wrong unit or power of ten")
 }
 
 /// Something that no scene should be able to cause.
@@ -116,14 +197,13 @@ pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
 }
 
 impl Scene {
-    /// Writes the scene as a self-contained FMU.
+    /// Writes the scene as a self-contained FMU for the platform that this program runs on.
     ///
     /// # Errors
     /// Everything that is wrong with the scene, or a file that cannot be written.
     pub fn export_fmu(&self, path: impl AsRef<Path>) -> Result<(), ExportFailure> {
-        let compiled = compile(self)?;
-        let program = compiled.program.to_bytes().map_err(ExportError::from)?;
-        Ok(archive::write(&compiled.package(&program), path.as_ref())?)
+        let runtime = Runtime::embedded().map_err(ExportError::from)?;
+        Ok(compile(self)?.write_fmu(&[runtime], path.as_ref())?)
     }
 }
 
@@ -139,12 +219,28 @@ pub enum ExportFailure {
 }
 
 impl Compiled {
-    /// What goes into the FMU; `program` is the program as bytes.
-    pub fn package<'a>(&'a self, program: &'a [u8]) -> Package<'a> {
+    /// Writes the FMU, for the platforms of the runtimes.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_fmu(&self, runtimes: &[Runtime], path: &Path) -> Result<(), ExportError> {
         let is_json = self.source.text.trim_start().starts_with('{');
         let extension = if is_json { "json" } else { "toml" };
-        let scene = (!self.source.text.is_empty()).then_some(SceneText { extension, text: &self.source.text });
-        Package { description: &self.description, program, scene, drawing: &self.drawing }
+        let package = Package {
+            description: &self.description,
+            program: &self.program.to_bytes()?,
+            scene: (!self.source.text.is_empty()).then_some(SceneText { extension, text: &self.source.text }),
+            page: Page { drawing: &self.drawing, equations: &self.equations, accuracy: &self.accuracy() },
+            runtimes,
+        };
+        archive::write(&package, path)
+    }
+
+    /// What accuracy costs with this model, or why it cannot be measured.
+    pub fn accuracy(&self) -> Result<Accuracy, String> {
+        let model = Model::new(self.program.clone()).map_err(|fault| fault.to_string())?;
+        let measured = accuracy::measure(&Arc::new(model), &reported(&self.description), self.description.experiment);
+        measured.map_err(|error| error.to_string())
     }
 }
 
@@ -154,6 +250,13 @@ mod tests {
 
     fn metre() -> Unit {
         Unit { exponents: [0, 1, 0, 0], si: "m".into(), display: None }
+    }
+
+    #[test]
+    fn masses_beyond_all_bounds_are_faults_of_the_scene() {
+        let text = include_str!("../models/slider_crank/scene.toml").replace("mass = 3.0", "mass = 1e308");
+        let faults = compile(&Scene::from_toml(&text).unwrap()).unwrap_err().to_json().to_string();
+        assert!(faults.contains("scene::out_of_range") && faults.contains("power of ten"), "{faults}");
     }
 
     #[test]

@@ -4,11 +4,11 @@
 //! Desirable: the fewest coordinates (Tables 2 and 3 are Kruskal's algorithm with the number of coordinates as weight, so none has
 //! fewer), and among those loops that are cut in their middle: revolutes are taken breadth first from the ground.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{HashMap, HashSet, VecDeque};
 
 use crate::element::{Origin, System};
-use crate::graph::{ElementId, LinearGraph, Rotation, Translation, Tree};
-use crate::mechanism::{Coordinates, Mechanism};
+use crate::graph::{ElementId, LinearGraph, Rotation, Topology, Translation, Tree};
+use crate::mechanism::{BodyId, Coordinates};
 use crate::scene::{Fault, Span};
 
 /// A spanning tree of each graph.
@@ -27,7 +27,8 @@ impl Trees {
     /// The user's own lists name something unknown, close a loop, or leave something out.
     pub fn select(system: &System, choice: &Coordinates) -> Result<Trees, Vec<Fault>> {
         match choice {
-            Coordinates::Recommended => Ok(recommended(system)),
+            // The search for the cheapest trees starts from these.
+            Coordinates::Recommended | Coordinates::Cheapest => Ok(recommended(system)),
             Coordinates::Absolute => Ok(absolute(system)),
             Coordinates::Joint => Ok(joint(system)),
             Coordinates::Chosen { translation, rotation } => {
@@ -37,9 +38,44 @@ impl Trees {
     }
 }
 
+impl Trees {
+    /// These trees with some bodies as branches of the translational tree in the place of joints, as far as arms and position
+    /// drivers permit.
+    pub fn with_bodies(&self, system: &System, chosen: impl Fn(BodyId) -> bool) -> Trees {
+        let branches: HashSet<ElementId> = self.translation.branches.iter().copied().collect();
+        let order = ordered(&system.translation, |id| match system.element(*id).origin {
+            Origin::Arm(..) | Origin::GroundVector(_) => 0,
+            Origin::Driver(_) if branches.contains(id) => 1,
+            Origin::Body(body) if chosen(body) => 2,
+            _ if branches.contains(id) => 3,
+            _ => 4,
+        });
+        Trees { translation: system.translation.tree(order), rotation: self.rotation.clone() }
+    }
+
+    /// All exchanges of one branch for one chord of the translational tree; arms, ground vectors and loads stay what they are.
+    pub fn exchanges(&self, system: &System) -> Vec<[ElementId; 2]> {
+        let topology = Topology::new(&system.translation, &self.translation);
+        let fixed = |id: &ElementId| is_arm(system, *id) || matches!(system.element(*id).origin, Origin::Load(_));
+        let chords = self.translation.chords.iter().copied().filter(|chord| !fixed(chord));
+        let pairs = chords.flat_map(|chord| {
+            let circuit = topology.circuit(chord).into_iter().map(|(branch, _)| branch);
+            circuit.filter(|branch| !fixed(branch)).map(|branch| [branch, chord]).collect::<Vec<_>>()
+        });
+        pairs.collect()
+    }
+
+    /// These trees with a chord of the translational tree in the place of a branch.
+    pub fn exchanged(&self, system: &System, [branch, chord]: [ElementId; 2]) -> Trees {
+        let own = self.translation.branches.iter();
+        let branches = own.map(|&id| if id == branch { chord } else { id }).collect();
+        Trees { translation: system.translation.tree_of(branches), rotation: self.rotation.clone() }
+    }
+}
+
 /// Tables 2 and 3.
 fn recommended(system: &System) -> Trees {
-    let depth = depths(system.mechanism);
+    let depth = depths(system);
     let key = |id: &ElementId| match system.element(*id).origin {
         Origin::Joint(joint) => depth[joint.0],
         _ => 0,
@@ -68,7 +104,7 @@ fn absolute(system: &System) -> Trees {
 /// One joint after another in both trees, welds and revolutes and slides alike breadth first from the ground, until they span; what no joint
 /// reaches moves by its body.
 fn joint(system: &System) -> Trees {
-    let depth = depths(system.mechanism);
+    let depth = depths(system);
     let rank = |id: &ElementId| match system.element(*id).origin {
         Origin::Arm(..) | Origin::GroundVector(_) => (0, 0),
         Origin::Joint(joint) => (1, depth[joint.0]),
@@ -88,10 +124,15 @@ fn ordered<D, K: Ord>(graph: &LinearGraph<D>, rank: impl Fn(&ElementId) -> K) ->
 }
 
 /// How far each joint is from the ground, counted in joints; joints of what is not connected to the ground come last.
-fn depths(mechanism: &Mechanism) -> Vec<usize> {
+fn depths(system: &System) -> Vec<usize> {
+    let mechanism = system.mechanism;
     let body_of = |joint: usize, side: usize| mechanism.joints[joint].between[side].body();
     let mut at: HashMap<_, Vec<usize>> = HashMap::new();
-    for joint in 0..mechanism.joints.len() {
+    // What only couples is no way from body to body.
+    let joins = system.elements.iter().filter(|element| element.translation.is_some());
+    for joint in
+        joins.filter_map(|element| if let Origin::Joint(joint) = element.origin { Some(joint.0) } else { None })
+    {
         at.entry(body_of(joint, 0)).or_default().push(joint);
         at.entry(body_of(joint, 1)).or_default().push(joint);
     }
@@ -158,7 +199,7 @@ fn branches<D>(
         let missing = list_names(&unreached);
         faults.push(
             Fault::new("coordinates::not_spanning", format!("the {list} tree does not reach {missing}"), span)
-                .label("these branches leave something out")
+                .label("these branches do not reach everything")
                 .help(format!("add a body, joint, driver or load that connects {missing} to the rest")),
         );
     }
@@ -177,13 +218,20 @@ fn not_in_graph(system: &System, name: &str, span: Span, list: &str) -> Fault {
         format!("the {list} tree names `{name}`, which is not in the scene")
     };
     let help = match (known, list) {
-        (true, "rotation") => "the rotational tree is made of bodies, joints, angle drivers and torque loads",
+        (true, "rotation") => {
+            "the rotational tree is made of bodies, joints, angle drivers and torque loads; gears, racks and distance links are in no tree"
+        }
         (true, _) => {
-            "the translational tree is made of bodies, joints, position drivers and force loads; rigid arms are always in it"
+            "the translational tree is made of bodies, joints, position drivers and force loads; rigid arms are always in it; gears, racks and distance links are in no tree"
         }
         (false, _) => "name a body, joint, driver or load of the scene",
     };
-    Fault::new("coordinates::unknown_branch", message, span).label("not an element of this graph").help(help)
+    let label = match (known, list) {
+        (true, "rotation") => "holds and carries no angle",
+        (true, _) => "holds and carries no displacement",
+        (false, _) => "not in the scene",
+    };
+    Fault::new("coordinates::unknown_branch", message, span).label(label).help(help)
 }
 
 fn loop_fault(name: &str, span: Span, list: &str, others: &[String]) -> Fault {

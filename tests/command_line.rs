@@ -23,7 +23,7 @@ fn stdout(output: &Output) -> String {
 fn every_command_explains_itself_with_an_example() {
     let folder = tempfile::tempdir().unwrap();
     let help = stdout(&cotree(folder.path(), &["--help"]));
-    for command in ["new", "check", "show", "simulate", "export"] {
+    for command in ["new", "check", "show", "simulate", "export", "info"] {
         assert!(help.contains(command), "{command}\n{help}");
         let output = cotree(folder.path(), &[command, "--help"]);
         assert_eq!(code(&output), 0);
@@ -171,6 +171,89 @@ fn show_gives_figures_to_scripts() {
     assert_eq!(summary["mobility"], 1);
     assert_eq!(summary["counts"]["absolute"]["coordinates"], 9);
     assert_eq!(summary["counts"]["recommended"]["constraints"], 1);
+}
+
+#[test]
+fn info_reads_an_fmu_back() {
+    let folder = with_scene();
+    assert_eq!(code(&cotree(folder.path(), &["export", "crank.toml"])), 0);
+    let info = cotree(folder.path(), &["info", "crank.fmu"]);
+    assert_eq!(code(&info), 0, "{}", stderr(&info));
+    let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    let row = stdout(&info).lines().map(words).find(|words| words.get(1).is_some_and(|name| name == "crank_length"));
+    assert_eq!(row.unwrap()[..5], ["parameter", "crank_length", "m", "start", "0.5"]);
+    for text in
+        ["crank: ", "  made by     cotree ", "FMI 2.0 Model Exchange, Co-Simulation", "0.0 s to 10.0 s", "  output "]
+    {
+        assert!(stdout(&info).contains(text), "{text}\n{}", stdout(&info));
+    }
+    let scene = cotree(folder.path(), &["info", "crank.fmu", "--scene"]);
+    assert_eq!(scene.stdout, std::fs::read(folder.path().join("crank.toml")).unwrap());
+}
+
+/// An archive with these files.
+fn archive(path: &Path, files: &[(&str, &str)]) {
+    let mut zip = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
+    for (name, content) in files {
+        zip.start_file(*name, zip::write::SimpleFileOptions::default()).unwrap();
+        std::io::Write::write_all(&mut zip, content.as_bytes()).unwrap();
+    }
+    zip.finish().unwrap();
+}
+
+#[test]
+fn info_says_why_it_cannot_read_a_file() {
+    let folder = with_scene();
+    let path = folder.path().join("a.fmu");
+    let by = |tool: &str| format!("<fmiModelDescription modelName=\"a\" generationTool=\"{tool}\"/>");
+    let (other, own) = (by("Other Tool 3"), by("cotree 0.1.0"));
+    let cases: [(&[(&str, &str)], &str); 5] = [
+        (&[("a.txt", "")], "no modelDescription.xml"),
+        (&[("modelDescription.xml", "<a></b>")], "damaged"),
+        (&[("modelDescription.xml", "<fmiModelDescription/>")], "made by another program, not by cotree"),
+        (&[("modelDescription.xml", &other), ("resources/program.bin", "x")], "made by Other Tool 3, not by cotree"),
+        (&[("modelDescription.xml", &own), ("resources/program.bin", "x")], "the program cannot be read"),
+    ];
+    for (files, message) in cases {
+        archive(&path, files);
+        let info = cotree(folder.path(), &["info", "a.fmu"]);
+        assert_eq!((code(&info), stdout(&info).as_str()), (2, ""));
+        assert!(stderr(&info).contains(message), "{message}: {}", stderr(&info));
+    }
+    for (file, message) in [("crank.toml", "it is no FMU"), ("missing.fmu", "missing.fmu")] {
+        let info = cotree(folder.path(), &["info", file]);
+        assert!(code(&info) == 2 && stderr(&info).contains(message), "{}", stderr(&info));
+    }
+}
+
+#[test]
+fn platforms_come_from_a_folder_of_runtimes() {
+    let folder = with_scene();
+    let library = folder.path().join("lib/win64/cotree_runtime.dll");
+    let export = |arguments: &[&str]| {
+        cotree(folder.path(), &[&["export", "crank.toml", "--runtimes", "lib"], arguments].concat())
+    };
+    let missing = export(&["--platform", "win64"]);
+    assert_eq!(code(&missing), 2);
+    assert!(stderr(&missing).contains("tools/build-runtimes.sh"), "{}", stderr(&missing));
+    std::fs::create_dir_all(library.parent().unwrap()).unwrap();
+    std::fs::write(&library, "text").unwrap();
+    let foreign = export(&["--platform", "win64"]);
+    assert!(stderr(&foreign).contains("is not a shared library for win64"), "{}", stderr(&foreign));
+    assert!(stderr(&export(&["--platform", "win"])).contains("there are: linux64, "));
+    let mut dll = vec![0; 0x90];
+    dll[..2].copy_from_slice(b"MZ");
+    dll[60] = 0x80;
+    dll[0x80..0x86].copy_from_slice(b"PE\0\0\x64\x86");
+    std::fs::write(&library, dll).unwrap();
+    let host = cotree::export::runtime::Platform::host().unwrap().folder;
+    for platforms in [format!("{host},win64"), "all".to_owned()] {
+        let all = export(&["--platform", &platforms]);
+        assert_eq!(code(&all), 0, "{}", stderr(&all));
+        let info = stdout(&cotree(folder.path(), &["info", "crank.fmu"]));
+        let line = info.lines().find(|line| line.starts_with("  platforms")).unwrap();
+        assert!(line.contains(host) && line.contains("win64 (1 kB)"), "{line}");
+    }
 }
 
 #[cfg(unix)]

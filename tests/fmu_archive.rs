@@ -5,9 +5,13 @@ use std::io::{Cursor, Read};
 
 use cotree::export::archive::{Package, SceneText, pack, write};
 use cotree::export::description::{Causality, Description, ScalarVariable};
-use cotree::export::{ExportError, runtime, xml};
+use cotree::export::page::{Page, preformatted};
+use cotree::export::runtime::{LIBRARY, Platform, Runtime};
+use cotree::export::{ExportError, xml};
 use cotree::mechanism::{DisplayUnit, Experiment, Unit};
-use cotree::report::drawing::Drawing;
+use cotree::report::accuracy::{Accuracy, Measurement};
+use cotree::report::drawing::{Body, Drawing};
+use cotree_fmu::solver::Statistics;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
@@ -22,8 +26,10 @@ fn variable(name: &str, unit: Unit, causality: Causality) -> ScalarVariable {
         description: format!("the <{name}> & \"more\"\nof it"),
         unit,
         causality,
+        start: None,
         derivative_of: None,
         dependencies: vec![],
+        state: None,
         initial_dependencies: vec![],
     }
 }
@@ -35,6 +41,7 @@ fn pendulum() -> Description {
     let damping = Causality::Parameter { tunable: true, start: 1e-7, min: None, max: Some(3.0) };
     let torque = Causality::Input { start: 0.0, min: None, max: None };
     let angle = ScalarVariable {
+        state: None,
         initial_dependencies: vec![1],
         dependencies: vec![4],
         ..variable(
@@ -51,6 +58,7 @@ fn pendulum() -> Description {
     let alpha = ScalarVariable {
         derivative_of: Some(5),
         dependencies: vec![5, 3, 4, 3],
+        state: None,
         initial_dependencies: vec![3, 2, 1],
         ..variable("arm.alpha", rad("rad/s2", -2), Causality::Output)
     };
@@ -60,6 +68,7 @@ fn pendulum() -> Description {
         guid: "{0123}".into(),
         description: "A \"pendulum\" & its <arm>".into(),
         experiment: Experiment { start: 0.0, stop: 10.0, step: 1e-3, tolerance: 1e-6 },
+        exchange: Some(2),
         variables: vec![
             variable("time", unit("s", [0, 0, 1, 0], None), Causality::Independent),
             variable("length", unit("m", [0, 1, 0, 0], Some(("mm", 1e-3))), length),
@@ -143,8 +152,15 @@ fn sections_stand_in_the_order_of_the_schema() {
         .filter_map(|(path, _)| path.strip_prefix("fmiModelDescription/").map(str::to_owned))
         .filter(|path| !path.contains('/'))
         .collect();
-    let wanted =
-        ["CoSimulation", "UnitDefinitions", "LogCategories", "DefaultExperiment", "ModelVariables", "ModelStructure"];
+    let wanted = [
+        "ModelExchange",
+        "CoSimulation",
+        "UnitDefinitions",
+        "LogCategories",
+        "DefaultExperiment",
+        "ModelVariables",
+        "ModelStructure",
+    ];
     assert_eq!(order, wanted);
 }
 
@@ -226,62 +242,172 @@ fn names_outside_the_structured_convention_are_called_flat() {
     assert_eq!(get(&below(&document, "fmiModelDescription")[0], "variableNamingConvention"), Some("flat"));
 }
 
-fn package<'a>(description: &'a Description, drawing: &'a Drawing) -> Package<'a> {
-    let scene = Some(SceneText { extension: "toml", text: "format = 1\n" });
-    Package { description, program: b"program", scene, drawing }
+/// What the archive is made of, apart from the description.
+struct Parts {
+    description: Description,
+    drawing: Drawing,
+    equations: String,
+    accuracy: Result<Accuracy, String>,
+    runtimes: Vec<Runtime>,
+}
+
+impl Parts {
+    fn new() -> Self {
+        let body = Body { name: "arm".into(), points: vec![[0.0, 0.0], [1.0, 0.5]], centre: [0.5, 0.25] };
+        let measurement = |tolerance: f64, evaluations| Measurement {
+            tolerance,
+            error: 3.0 * tolerance,
+            statistics: Statistics { steps: evaluations / 12, rejected: 1, evaluations, projections: 0, fallbacks: 0 },
+        };
+        Self {
+            description: pendulum(),
+            drawing: Drawing { bodies: vec![body], ..Drawing::default() },
+            equations: preformatted("Q[1] = a < b\n  Q[2] = 0\n"),
+            accuracy: Ok(Accuracy {
+                span: [0.0, 2.5],
+                measurements: vec![measurement(1e-4, 240), measurement(1e-6, 600)],
+            }),
+            runtimes: vec![Runtime::embedded().unwrap()],
+        }
+    }
+
+    fn page(&self) -> Page<'_> {
+        Page { drawing: &self.drawing, equations: &self.equations, accuracy: &self.accuracy }
+    }
+
+    fn package(&self) -> Package<'_> {
+        let scene = Some(SceneText { extension: "toml", text: "format = 1\n" });
+        let Self { description, runtimes, .. } = self;
+        Package { description, program: b"program", scene, page: self.page(), runtimes }
+    }
+}
+
+type Archive = zip::ZipArchive<Cursor<Vec<u8>>>;
+
+fn packed(parts: &Parts) -> Archive {
+    Archive::new(Cursor::new(pack(&parts.package()).unwrap())).unwrap()
+}
+
+fn names(archive: &Archive) -> Vec<String> {
+    archive.file_names().map(|name| name.unwrap().into_owned()).collect()
+}
+
+fn content(archive: &mut Archive, name: &str) -> Vec<u8> {
+    let mut content = vec![];
+    archive.by_name(name).unwrap().read_to_end(&mut content).unwrap();
+    content
 }
 
 #[test]
 fn the_same_package_gives_the_same_bytes() {
-    let (description, drawing) = (pendulum(), Drawing::default());
-    let first = pack(&package(&description, &drawing)).unwrap();
-    assert!(first == pack(&package(&description, &drawing)).unwrap());
+    assert!(pack(&Parts::new().package()).unwrap() == pack(&Parts::new().package()).unwrap());
 }
 
 #[test]
 fn the_archive_is_plain_and_complete() {
-    let (description, drawing) = (pendulum(), Drawing::default());
-    let bytes = pack(&package(&description, &drawing)).unwrap();
-    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
-    let platform = runtime::platform().unwrap();
+    let mut archive = packed(&Parts::new());
+    let platform = Platform::host().unwrap();
     let library = format!("binaries/{}/pendulum.{}", platform.folder, platform.extension);
-    let names: Vec<String> = archive.file_names().map(|name| name.unwrap().into_owned()).collect();
     let wanted = [
         library.as_str(),
         "documentation/index.html",
         "documentation/licenses/apache-2.0.txt",
         "documentation/licenses/license.txt",
+        "model.png",
         "modelDescription.xml",
         "resources/program.bin",
         "resources/scene.toml",
     ];
-    assert_eq!(names, wanted);
+    assert_eq!(names(&archive), wanted);
     for index in 0..archive.len() {
         let file = archive.by_index(index).unwrap();
         assert_eq!(file.compression(), zip::CompressionMethod::Deflated);
         assert!(!file.is_symlink() && !file.encrypted());
     }
-    let mut embedded = vec![];
-    archive.by_name(&library).unwrap().read_to_end(&mut embedded).unwrap();
-    assert!(embedded == runtime::LIBRARY);
+    assert!(content(&mut archive, &library) == LIBRARY);
 }
 
 #[test]
-fn the_page_names_every_parameter() {
-    let page = cotree::export::page::html(&pendulum(), &Drawing::default());
-    for text in ["<code>length</code>", "at least 0.1", "at most 3.0", "any time", "&lt;arm&gt;", "<svg"] {
-        assert!(page.contains(text), "{text}");
+fn every_platform_has_its_folder() {
+    let runtime =
+        |name, library: &'static [u8]| Runtime { platform: Platform::named(name).unwrap(), library: library.into() };
+    let runtimes = vec![runtime("win64", b"dll"), runtime("aarch64-linux", b"so")];
+    let mut archive = packed(&Parts { runtimes, ..Parts::new() });
+    let binaries: Vec<String> = names(&archive).into_iter().filter(|name| name.starts_with("binaries/")).collect();
+    assert_eq!(binaries, ["binaries/aarch64-linux/pendulum.so", "binaries/win64/pendulum.dll"]);
+    assert_eq!(content(&mut archive, &binaries[1]), b"dll");
+}
+
+#[test]
+fn the_icon_is_a_small_picture_that_is_not_blank() {
+    let icon = content(&mut packed(&Parts::new()), "model.png");
+    let picture = resvg::tiny_skia::Pixmap::decode_png(&icon).unwrap();
+    assert_eq!(picture.width().max(picture.height()), 320);
+    let colours: BTreeSet<[u8; 4]> =
+        picture.pixels().iter().map(|pixel| [pixel.red(), pixel.green(), pixel.blue(), pixel.alpha()]).collect();
+    assert!(colours.len() > 8, "{colours:?}");
+}
+
+#[test]
+fn nothing_to_draw_is_a_picture_too() {
+    assert!(!content(&mut packed(&Parts { drawing: Drawing::default(), ..Parts::new() }), "model.png").is_empty());
+}
+
+#[test]
+fn the_page_says_what_a_user_wants_to_know() {
+    let page = Parts::new().page().html(&pendulum());
+    let parameters = ["<code>length</code>", "at least 0.1", "at most 3.0", "any time", "&lt;arm&gt;"];
+    let script = ["simulate_fmu(&quot;pendulum.fmu&quot;", "stop_time=10.0", "{&quot;length&quot;: 0.5}", "arm.angle"];
+    let measured =
+        ["from 0.0 s to 2.5 s", "<td class=\"n\">1e-4</td><td class=\"n\">3.0e-4</td><td class=\"n\">20</td>"];
+    for text in
+        parameters.iter().chain(&script).chain(&measured).chain(&["a &lt; b\n  Q[2]", "documentation/licenses/"])
+    {
+        assert!(page.contains(text), "{text}\n{page}");
     }
-    assert!(!page.contains("<script") && !page.contains("href="));
+    assert_eq!(page.matches("<svg").count(), 2, "the drawing and the curve");
+    for foreign in ["<script", "href=", "src=", "url("] {
+        assert!(!page.contains(foreign), "{foreign}");
+    }
+}
+
+#[test]
+fn a_model_that_cannot_be_measured_says_why() {
+    let parts = Parts { accuracy: Err("it < sticks".into()), ..Parts::new() };
+    assert!(parts.page().html(&pendulum()).contains("Not measured: it &lt; sticks."));
 }
 
 #[test]
 fn a_missing_folder_is_named() {
-    let (description, drawing) = (pendulum(), Drawing::default());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("missing/pendulum.fmu");
-    let error = write(&package(&description, &drawing), &path).unwrap_err();
+    let error = write(&Parts::new().package(), &path).unwrap_err();
     assert!(matches!(error, ExportError::Write { .. }));
     assert!(error.to_string().contains("pendulum.fmu"), "{error}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// The packages that are compiled into the runtime.
+fn packages_of_the_runtime() -> BTreeSet<String> {
+    let arguments = "tree --locked --package cotree-fmu --edges normal,no-proc-macro --prefix none --format {lib}";
+    let mut cargo = std::process::Command::new(env!("CARGO"));
+    let output = cargo.args(arguments.split(' ')).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let lines = String::from_utf8(output.stdout).unwrap();
+    lines.lines().filter_map(|line| line.split_whitespace().next()).map(|name| name.replace('_', "-")).collect()
+}
+
+#[test]
+fn every_library_inside_the_runtime_is_named_in_the_licences() {
+    let licences =
+        String::from_utf8(content(&mut packed(&Parts::new()), "documentation/licenses/license.txt")).unwrap();
+    let list = &licences[licences.find("under Apache-2.0").unwrap()..licences.find("-----").unwrap()];
+    let words = list.split(|c: char| !(c.is_alphanumeric() || "-_".contains(c))).map(|word| word.replace('_', "-"));
+    let words: BTreeSet<String> = words.collect();
+    let packages = packages_of_the_runtime();
+    assert!(packages.len() > 10, "{packages:?}");
+    for package in packages.iter().filter(|package| *package != "cotree-fmu") {
+        assert!(words.contains(package), "{package} is not named");
+    }
+    assert!(!words.contains("libc"));
 }

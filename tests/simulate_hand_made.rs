@@ -18,7 +18,7 @@ fn program() -> data::Program {
     let instruction = |operation, target, a, b| Instruction { operation, target, a, b, c: 0 };
     let instructions = vec![instruction(Operation::Multiply, 8, 1, 5), instruction(Operation::Subtract, 9, 2, 8)];
     let acceleration = Tape { instructions, results: vec![9] };
-    let variable = |name: &str, source| data::Variable { name: name.into(), source };
+    let variable = |name: &str, source| data::Variable { name: name.into(), source, initial: None };
     data::Program {
         name: "mass".into(),
         guid: "mass".into(),
@@ -35,6 +35,7 @@ fn program() -> data::Program {
         coordinates: vec![data::Coordinate { name: "mass.x".into(), scale: 1.0 }],
         constraints: vec![],
         motion: data::Motion::Dynamic,
+        blocks: Vec::new(),
         length: 1.0,
         variables: vec![
             variable("time", data::Source::Time),
@@ -65,8 +66,10 @@ fn description() -> Description {
         description: String::new(),
         unit: Unit::default(),
         causality,
+        start: None,
         derivative_of: None,
         dependencies: vec![],
+        state: None,
         initial_dependencies: vec![],
     });
     Description {
@@ -75,6 +78,7 @@ fn description() -> Description {
         guid: "mass".into(),
         description: String::new(),
         experiment: Experiment { start: 0.0, stop: 1.0, step: 0.1, tolerance: 1e-9 },
+        exchange: None,
         variables: variables.collect(),
     }
 }

@@ -96,6 +96,10 @@ pub enum Fault {
         /// Active constraints.
         equations: usize,
     },
+    /// The blocks of a kinematic program must be square, hold every active equation and every coordinate once, and need only what earlier blocks
+    /// determine; a dynamic program has none.
+    #[error("the blocks of the loop equations do not fit the program")]
+    Blocks,
 }
 
 impl Program {
@@ -105,6 +109,9 @@ impl Program {
         let active = self.constraints.iter().filter(|constraint| constraint.active).count();
         if self.motion == Motion::Kinematic && active != self.coordinates.len() {
             return Err(Fault::Kinematic { coordinates: self.coordinates.len(), equations: active });
+        }
+        if !self.blocks_fit() {
+            return Err(Fault::Blocks);
         }
         self.check_motion_counts(active > 0)?;
         self.check_arms()
@@ -131,6 +138,36 @@ impl Program {
         self.check_references()?;
         self.check_registers()?;
         self.check_position_counts()
+    }
+
+    fn blocks_fit(&self) -> bool {
+        if self.motion == Motion::Dynamic {
+            return self.blocks.is_empty();
+        }
+        // The block of each equation and of each coordinate; inactive equations have none.
+        let mut rows: Vec<Option<usize>> = vec![None; self.constraints.len()];
+        let mut columns: Vec<Option<usize>> = vec![None; self.coordinates.len()];
+        let put = |places: &mut Vec<Option<usize>>, index: u32, block: usize| match places.get_mut(index as usize) {
+            Some(place) => place.replace(block).is_none(),
+            None => false,
+        };
+        for (index, block) in self.blocks.iter().enumerate() {
+            let square = block.rows.len() == block.columns.len() && !block.rows.is_empty();
+            let fits = block.rows.iter().all(|&row| put(&mut rows, row, index))
+                && block.columns.iter().all(|&column| put(&mut columns, column, index));
+            if !square || !fits {
+                return false;
+            }
+        }
+        let complete = rows.iter().zip(&self.constraints).all(|(block, row)| block.is_some() == row.active)
+            && columns.iter().all(Option::is_some);
+        complete
+            && self.tapes.jacobian.entries.iter().all(|&(row, column)| {
+                match (rows.get(row as usize), columns.get(column as usize)) {
+                    (Some(Some(row)), Some(Some(column))) => column <= row,
+                    _ => true, // an inactive equation, or a follower
+                }
+            })
     }
 
     fn check_names(&self) -> Result<(), Fault> {
@@ -197,7 +234,8 @@ impl Program {
                     (index, self.coordinates.len())
                 }
             };
-            if index as usize >= count {
+            let initial = variable.initial.is_none_or(|initial| (initial as usize) < self.parameters.len());
+            if index as usize >= count || !initial {
                 return Err(Fault::Reference { name: variable.name.clone() });
             }
         }
@@ -229,6 +267,7 @@ impl Program {
         if let Some(form) = &self.arms {
             registers.kernel("coefficients", &form.coefficients, layout.inputs())?;
         }
+        registers.kernel("indicators", &tapes.indicators, rates)?;
         registers.kernel("outputs", &tapes.outputs, layout.constants())?;
         registers.kernel("initial position", &self.initial.position, positions)?;
         registers.kernel("initial position jacobian", &self.initial.position_jacobian.tape, positions)?;
@@ -248,6 +287,7 @@ impl Program {
             &tapes.acceleration,
             &tapes.project_position,
             &tapes.project_velocity,
+            &tapes.indicators,
             &tapes.outputs,
             &initial.position,
             &initial.position_jacobian.tape,

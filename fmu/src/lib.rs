@@ -7,7 +7,7 @@
 //! * [`series`]: Taylor series of a motion from the arm form of its mechanism.
 //! * [`solver`]: consistent initial values, projection, integration, kinematic motion, communication points.
 //! * [`instance`]: one simulation, as the command line and the FMI functions use it.
-//! * [`fmi2`]: the functions of FMI 2.0 for Co-Simulation.
+//! * [`fmi2`]: the functions of FMI 2.0 for Co-Simulation and Model Exchange.
 
 #![allow(rustdoc::broken_intra_doc_links, reason = "square brackets hold units: [m], [rad]")]
 

@@ -73,6 +73,12 @@ impl Machine {
         tape.run(&mut self.registers);
     }
 
+    /// Runs a tape together with its derivative, and copies the derivatives of its first results out.
+    pub fn differentiate(&mut self, tape: &Tape, tangents: &mut [f64], results: &mut [f64]) {
+        tape.run_tangent(&mut self.registers, tangents);
+        results.iter_mut().zip(tape.results(tangents)).for_each(|(place, value)| *place = value);
+    }
+
     /// Runs a tape and copies its first results out.
     pub fn evaluate(&mut self, tape: &Tape, results: &mut [f64]) {
         self.run(tape);

@@ -18,7 +18,7 @@ pub struct Program {
     pub guid: String,
     /// Default experiment.
     pub experiment: Experiment,
-    /// FMU parameters, in the order of their registers.
+    /// FMU parameters, in the order of their registers; then the initial values that can be set under the names of their variables.
     pub parameters: Vec<Parameter>,
     /// FMU inputs, in the order of their registers.
     pub inputs: Vec<Input>,
@@ -30,6 +30,8 @@ pub struct Program {
     pub constraints: Vec<Constraint>,
     /// How the motion follows from the equations.
     pub motion: Motion,
+    /// Kinematic only: which loop equations determine which coordinates, in the order in which they can be solved.
+    pub blocks: Vec<Block>,
     /// A typical length of the mechanism [m]: tolerances on positions are relative to it.
     pub length: f64,
     /// What can be read by name, in the order of the value references.
@@ -146,6 +148,15 @@ pub struct Constraint {
     pub active: bool,
 }
 
+/// Loop equations that determine as many coordinates, given those of the blocks before.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Block {
+    /// Indices into [`Program::constraints`].
+    pub rows: Vec<u32>,
+    /// Indices into [`Program::coordinates`].
+    pub columns: Vec<u32>,
+}
+
 /// How the motion follows from the equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Motion {
@@ -157,7 +168,7 @@ pub enum Motion {
 }
 
 /// What a variable's value is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Source {
     /// The independent variable.
     Time,
@@ -187,6 +198,8 @@ pub struct Variable {
     pub name: String,
     /// Where its value comes from.
     pub source: Source,
+    /// Before initialisation, setting it sets this parameter: its value (or its guess) at the start.
+    pub initial: Option<u32>,
 }
 
 /// A sparse matrix whose nonzero entries are the results of a tape, in the order of `entries`.
@@ -224,6 +237,8 @@ pub struct Tapes {
     /// Kinematic only, and only if something requested needs reactions: Q - M a, n results, so that Phi_q^T lambda equals it. Reads
     /// time, inputs, followers, q, v, a.
     pub inverse: Option<Tape>,
+    /// Values that change sign where the accelerations have a step or a corner. Reads time, inputs, followers, q, v.
+    pub indicators: Tape,
     /// Every variable with `Source::Output`. Reads everything, a and lambda included.
     pub outputs: Tape,
 }
@@ -331,6 +346,19 @@ impl Layout {
 }
 
 impl Program {
+    /// Can somebody else integrate it? Not if a driver follows an input: the loops then need its rates, which nobody tells.
+    pub fn offers_exchange(&self) -> bool {
+        let layout = self.layout();
+        let inputs = (layout.inputs() as u32)..(layout.followers() as u32);
+        let tapes = &self.tapes;
+        let loops = [&tapes.constraint, &tapes.jacobian.tape, &tapes.constraint_rate, &tapes.gamma];
+        let mut reads = loops.into_iter().flat_map(|tape| {
+            let operands = tape.instructions.iter().flat_map(|instruction| instruction.operands());
+            operands.chain(tape.results.iter().copied())
+        });
+        self.followers.is_empty() && !reads.any(|register| inputs.contains(&register))
+    }
+
     /// The layout of this program's register file.
     pub fn layout(&self) -> Layout {
         Layout::new(

@@ -30,7 +30,7 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 #[test]
-fn stepping_setting_getting_and_saving_do_not_allocate() {
+fn stepping_setting_getting_differentiating_and_saving_do_not_allocate() {
     for program in [pendulum(), slider_crank(), four_bar(Drive::Velocity, true), four_bar(Drive::Position, false)] {
         let variables = program.variables.len();
         let mut instance = started(program);
@@ -52,8 +52,34 @@ fn stepping_setting_getting_and_saving_do_not_allocate() {
             for variable in 0..variables {
                 instance.get(variable).expect("defined");
             }
+            instance.begin_direction();
+            instance.add_direction(input, 1.0).expect("input");
+            instance.differentiate().expect("regular");
+            instance.differentiate_motion().expect("regular");
             instance.save_into(&mut snapshot);
             instance.restore(&snapshot).expect("own state");
+        }
+        assert_eq!(COUNT.get(), before);
+    }
+}
+
+#[test]
+fn model_exchange_does_not_allocate() {
+    for program in [pendulum(), slider_crank(), four_bar(Drive::Time, true)] {
+        let mut instance = unstarted(program);
+        instance.initialise_exchange().expect("offered");
+        let mut states = vec![0.0; instance.state_count()];
+        let mut rates = states.clone();
+        let before = COUNT.get();
+        for step in 0..200_u32 {
+            instance.set_time(f64::from(step) * 1e-3).expect("finite");
+            instance.states(&mut states).expect("regular");
+            instance.state_derivatives(&mut rates).expect("regular");
+            states.iter_mut().zip(&rates).for_each(|(state, rate)| *state += 1e-3 * rate);
+            instance.set_states(&states).expect("finite");
+            if instance.complete_step().expect("regular") {
+                instance.close_loops().expect("regular");
+            }
         }
         assert_eq!(COUNT.get(), before);
     }

@@ -1,19 +1,21 @@
 //! `cotree export`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::failure::Failure;
 use super::{MessageFormat, output};
-use crate::export::archive;
+use crate::export::ExportError;
+use crate::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
 
-/// Make an FMU: one file for any tool that reads FMI 2.0 for Co-Simulation
+/// Make an FMU: one file for any tool that reads FMI 2.0
 ///
 /// The FMU has its solver inside and needs neither cotree nor anything else. The same scene gives the same file.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  cotree export slider_crank.toml\n  cotree export slider_crank.toml -o fmus/crank.fmu"
+    after_help = "Examples:\n  cotree export slider_crank.toml\n  cotree export slider_crank.toml -o fmus/crank.fmu\n  \
+                  cotree export slider_crank.toml --platform linux64,win64 --runtimes target/runtimes"
 )]
 pub struct Export {
     /// Scene file (TOML or JSON)
@@ -21,14 +23,37 @@ pub struct Export {
     /// Where the FMU goes [default: <name of the scene>.fmu in the current folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Platforms that the FMU is to run on, such as linux64,win64; `all` for every one that there is a runtime for [default: this one]
+    #[arg(long, value_name = "PLATFORMS", value_delimiter = ',')]
+    platform: Vec<String>,
+    /// Folder with the runtimes of other platforms, made by tools/build-runtimes.sh [default: `runtimes` beside the program]
+    #[arg(long, value_name = "FOLDER", env = "COTREE_RUNTIMES")]
+    runtimes: Option<PathBuf>,
 }
 
 impl Export {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        let runtimes = self.runtimes().map_err(ExportError::from)?;
         let compiled = output::compile(&self.scene, format)?;
         let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
-        let program = compiled.program.to_bytes().map_err(|error| Failure::file("write", &path, error))?;
-        archive::write(&compiled.package(&program), &path)?;
+        compiled.write_fmu(&runtimes, &path)?;
         output::print(&format!("{}\n", path.display()))
     }
+
+    /// The runtimes for the platforms asked for.
+    fn runtimes(&self) -> Result<Vec<Runtime>, RuntimeError> {
+        let folder = self.runtimes.clone().unwrap_or_else(runtime::default_folder);
+        let platforms = match &self.platform[..] {
+            [] => vec![Platform::host().ok_or(RuntimeError::Host)?],
+            [all] if all == "all" => available(&folder),
+            names => names.iter().map(|name| Platform::named(name)).collect::<Result<_, _>>()?,
+        };
+        platforms.into_iter().map(|platform| Runtime::find(platform, &folder)).collect()
+    }
+}
+
+/// The platforms that there is a runtime for.
+fn available(folder: &Path) -> Vec<Platform> {
+    let is_there = |platform: &Platform| Platform::host() == Some(*platform) || platform.file(folder).exists();
+    PLATFORMS.iter().copied().filter(is_there).collect()
 }

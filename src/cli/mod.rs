@@ -1,12 +1,17 @@
 //! The command line: one file for each command.
 
 mod check;
+mod equilibrium;
 mod export;
 mod failure;
+mod info;
+mod linearize;
+mod modes;
 mod new;
 mod output;
 mod show;
 mod simulate;
+mod study;
 
 use std::process::ExitCode;
 
@@ -54,7 +59,11 @@ enum Command {
     Check(check::Check),
     Show(show::Show),
     Simulate(simulate::Simulate),
+    Equilibrium(equilibrium::Equilibrium),
+    Linearize(linearize::Linearize),
+    Modes(modes::Modes),
     Export(export::Export),
+    Info(info::Info),
 }
 
 /// Runs the command that the process was started with.
@@ -72,7 +81,11 @@ pub fn run() -> ExitCode {
         Command::Check(command) => command.run(format),
         Command::Show(command) => command.run(format),
         Command::Simulate(command) => command.run(format),
+        Command::Equilibrium(command) => command.run(format),
+        Command::Linearize(command) => command.run(format),
+        Command::Modes(command) => command.run(format),
         Command::Export(command) => command.run(format),
+        Command::Info(command) => command.run(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -82,7 +82,8 @@ pub fn compile(path: &Path, format: MessageFormat) -> Result<Compiled, Failure> 
     Ok(compiled)
 }
 
-fn warn(warnings: &Faults, format: MessageFormat) {
+/// Shows warnings on standard error.
+pub fn warn(warnings: &Faults, format: MessageFormat) {
     match format {
         MessageFormat::Human => failure::warn(warnings),
         MessageFormat::Json => failure::say(&format!("{}\n", warnings.to_json())),

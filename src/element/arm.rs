@@ -12,6 +12,7 @@ pub(super) fn of_body(system: &mut System, body: BodyId, point: usize) -> Elemen
         label: system.label("r"),
         name: format!("{}.{}", owner.name, owner.points[point].name),
         origin: Origin::Arm(body, point),
+        coupling: None,
         translation: Some(TranslationalRow {
             ends: [system.t_node(Place::Centre(body)), system.t_node(Place::Point(body, point))],
             priority: table2::ARM,
@@ -31,6 +32,7 @@ pub(super) fn of_ground(system: &mut System, point: usize) -> Element {
         label: system.label("R"),
         name: format!("ground.{}", owner.name),
         origin: Origin::GroundVector(point),
+        coupling: None,
         translation: Some(TranslationalRow {
             ends: [TNode::DATUM, system.t_node(Place::Ground(point))],
             priority: table2::ARM,

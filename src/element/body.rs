@@ -14,11 +14,12 @@ pub(super) fn element(system: &mut System, id: BodyId) -> Element {
     if plane {
         motion.push((Direction::Y, CoordinateName::new(name, ["y", "vy", "ay"])));
     }
-    let has_arms = system.used.iter().any(|place| matches!(place, Place::Point(body, _) if *body == id));
+    let has_arms = system.used.range(Place::Point(id, 0)..=Place::Point(id, usize::MAX)).next().is_some();
     Element {
         label: system.label("m"),
         name: name.clone(),
         origin: Origin::Body(id),
+        coupling: None,
         translation: Some(TranslationalRow {
             ends: [TNode::DATUM, system.t_node(Place::Centre(id))],
             priority: table2::BODY,

@@ -19,6 +19,7 @@ pub(super) fn element(
         label: system.label("R"),
         name: system.mechanism.drivers[id.0].name.clone(),
         origin: Origin::Driver(id),
+        coupling: None,
         translation: Some(TranslationalRow {
             ends: between.map(|place| system.t_node(place)),
             priority: table2::POSITION_DRIVER,

@@ -14,6 +14,7 @@ pub(super) fn element(system: &mut System, id: LoadId, on: Place, vector: &[Form
         label: system.label("F"),
         name: name.clone(),
         origin: Origin::Load(id),
+        coupling: None,
         translation: Some(TranslationalRow {
             ends: [TNode::DATUM, system.t_node(on)],
             priority: table2::FORCE,

@@ -4,16 +4,24 @@
 mod arm;
 mod body;
 mod displacement_driver;
+mod distance;
 mod force;
+mod gear;
 mod line;
 mod position_driver;
 mod prismatic;
+mod rack;
+mod resistance;
 mod revolute;
+mod rolling;
 mod rotation_driver;
+mod slot;
+pub(crate) mod spring;
 mod system;
 mod torque;
 mod weld;
 
+pub use resistance::Resistance;
 pub use system::System;
 
 use crate::expr::Expr;
@@ -72,6 +80,60 @@ pub struct Element {
     pub translation: Option<TranslationalRow>,
     /// Its edge in the rotational graph.
     pub rotation: Option<RotationalRow>,
+    /// A relation that it imposes beside what its edges hold.
+    pub coupling: Option<Coupling>,
+}
+
+/// A linear relation between across variables of either graph: sum of factor x across = offset. Every term stands for a chord
+/// whose through variable is factor x reaction (the transposed relation), so that a coupling does no work.
+#[derive(Clone, Debug)]
+pub struct Coupling {
+    /// At least one; the first gives the reaction its unit and direction.
+    pub terms: Vec<Term>,
+    /// The constant on the right.
+    pub offset: Expr,
+}
+
+/// A term of a coupling.
+#[derive(Clone, Debug)]
+pub struct Term {
+    /// Constant factor.
+    pub factor: Expr,
+    /// What is multiplied.
+    pub port: Port,
+}
+
+/// A pair of nodes, and which part of the across variable between them a coupling uses.
+#[derive(Clone, Copy, Debug)]
+pub enum Port {
+    /// The angle between two bodies.
+    Angle([RNode; 2]),
+    /// The displacement between two points along a direction.
+    Along([TNode; 2], Direction),
+    /// The distance between two points.
+    Length([TNode; 2]),
+}
+
+/// What part of an across variable a loop equation holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Held {
+    /// An angle; the reaction is a torque.
+    Angle,
+    /// A displacement along a direction; the reaction is a force.
+    Along(Direction),
+    /// The distance between two points; the reaction is a force along the line through them.
+    Length,
+}
+
+impl Port {
+    /// What it contributes to a loop equation.
+    pub fn held(self) -> Held {
+        match self {
+            Port::Angle(_) => Held::Angle,
+            Port::Along(_, direction) => Held::Along(direction),
+            Port::Length(_) => Held::Length,
+        }
+    }
 }
 
 /// A known function of time with its derivatives.
@@ -94,6 +156,16 @@ pub enum Direction {
     Y,
     /// A unit vector fixed in a body (or the ground).
     Fixed(Option<BodyId>, [Expr; 2]),
+}
+
+impl Direction {
+    /// The body that it turns with.
+    pub fn carrier(self) -> Option<BodyId> {
+        match self {
+            Direction::X | Direction::Y => None,
+            Direction::Fixed(body, _) => body,
+        }
+    }
 }
 
 /// The names of a branch coordinate, its rate and its acceleration.
@@ -134,6 +206,18 @@ pub struct TranslationalRow {
     pub through: Force,
 }
 
+impl TranslationalRow {
+    /// The body that the across variable turns with: r x F appears in its torque equation (Eq. 6).
+    pub fn carrier(&self) -> Option<BodyId> {
+        let known = match self.known {
+            Known::Fixed(body, _) | Known::Along(body, ..) => body,
+            Known::Zero | Known::Given(_) => None,
+        };
+        let directions = self.motion.iter().map(|(direction, _)| direction).chain(&self.reaction);
+        known.or_else(|| directions.copied().find_map(Direction::carrier))
+    }
+}
+
 /// The known part of a displacement.
 #[derive(Clone, Debug)]
 pub enum Known {
@@ -154,8 +238,8 @@ pub enum Force {
     None,
     /// F = -m (a - g).
     Inertia(BodyId),
-    /// F = -c v along the only direction of the motion space.
-    Damping(Expr),
+    /// Against the motion along the only direction of the motion space.
+    Resistance(Resistance),
     /// Components in the world.
     World([Formula; 2]),
     /// Components in a body's axes.
@@ -195,8 +279,8 @@ pub enum Torque {
     None,
     /// T = -I alpha - sum r x F over the body's arms and prismatic axes.
     Inertia(BodyId),
-    /// T = -c omega.
-    Damping(Expr),
+    /// Against the motion.
+    Resistance(Resistance),
     /// A law.
     Law(Formula),
 }

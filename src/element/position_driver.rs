@@ -11,6 +11,7 @@ pub(super) fn element(system: &mut System, id: DriverId, on: Place, position: &[
         label: system.label("R"),
         name: system.mechanism.drivers[id.0].name.clone(),
         origin: Origin::Driver(id),
+        coupling: None,
         translation: Some(TranslationalRow {
             ends: [TNode::DATUM, system.t_node(on)],
             priority: table2::POSITION_DRIVER,

@@ -1,19 +1,19 @@
-//! Revolute joint (h): r = 0, T = -c omega.
+//! Revolute joint (h): r = 0, T resists.
 
 use super::{
-    Angle, CoordinateName, Direction, Element, Force, Known, Origin, RotationalRow, System, Torque, TranslationalRow,
-    table2, table3,
+    Angle, CoordinateName, Direction, Element, Force, Known, Origin, Resistance, RotationalRow, System, Torque,
+    TranslationalRow, table2, table3,
 };
-use crate::expr::Expr;
-use crate::mechanism::{Formula, JointId};
+use crate::mechanism::{Formula, Friction, JointId};
 
-pub(super) fn element(system: &mut System, id: JointId, damping: &Formula) -> Element {
+pub(super) fn element(system: &mut System, id: JointId, damping: &Formula, friction: Option<&Friction>) -> Element {
     let joint = &system.mechanism.joints[id.0];
-    let damping = system.value(damping);
+    let resistance = Resistance::new(system, damping, friction);
     Element {
         label: system.label("h"),
         name: joint.name.clone(),
         origin: Origin::Joint(id),
+        coupling: None,
         translation: Some(TranslationalRow {
             ends: joint.between.map(|place| system.t_node(place)),
             priority: table2::REVOLUTE,
@@ -26,7 +26,7 @@ pub(super) fn element(system: &mut System, id: JointId, damping: &Formula) -> El
             ends: joint.between.map(|place| system.r_node(place.body())),
             priority: table3::REVOLUTE,
             angle: Angle::Free(CoordinateName::new(&joint.name, ["angle", "omega", "alpha"])),
-            through: if damping == Expr::ZERO { Torque::None } else { Torque::Damping(damping) },
+            through: resistance.map_or(Torque::None, Torque::Resistance),
         }),
     }
 }

@@ -9,6 +9,7 @@ pub(super) fn element(system: &mut System, id: DriverId, between: [Option<BodyId
         label: system.label("Theta"),
         name: system.mechanism.drivers[id.0].name.clone(),
         origin: Origin::Driver(id),
+        coupling: None,
         translation: None,
         rotation: Some(RotationalRow {
             ends: between.map(|body| system.r_node(body)),

@@ -5,14 +5,14 @@ use std::collections::{BTreeSet, HashMap};
 use petgraph::unionfind::UnionFind;
 
 use super::{
-    Angle, Element, RotationalRow, Signal, arm, body, displacement_driver, force, line, position_driver, prismatic,
-    revolute, rotation_driver, torque, weld,
+    Angle, Element, RotationalRow, Signal, arm, body, displacement_driver, distance, force, gear, line,
+    position_driver, prismatic, rack, revolute, rolling, rotation_driver, slot, spring, torque, weld,
 };
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
 use crate::mechanism::{
-    BodyId, DriverId, DriverKind, Formula, InputId, JointId, JointKind, LoadId, LoadKind, Mechanism, Motion, Place,
-    Quantity,
+    BodyId, DriverId, DriverKind, Formula, InputId, Joint, JointId, JointKind, LoadId, LoadKind, Mechanism, Motion,
+    Place, Quantity,
 };
 use crate::translate::translate;
 
@@ -161,9 +161,18 @@ impl<'m> System<'m> {
 
     fn joint(&mut self, id: JointId) -> Element {
         match &self.mechanism.joints[id.0].kind {
-            JointKind::Revolute { damping } => revolute::element(self, id, damping),
-            JointKind::Prismatic { axis, angle, damping } => prismatic::element(self, id, axis, angle, damping),
+            JointKind::Revolute { damping, friction } => revolute::element(self, id, damping, friction.as_ref()),
+            JointKind::Prismatic { axis, angle, damping, friction } => {
+                prismatic::element(self, id, axis, angle, damping, friction.as_ref())
+            }
             JointKind::Weld { angle } => weld::element(self, id, angle),
+            JointKind::Slot { axis, damping, friction } => slot::element(self, id, axis, damping, friction.as_ref()),
+            JointKind::Rolling { axis, radius, displacement } => rolling::element(self, id, axis, radius, displacement),
+            JointKind::Distance { length } => distance::element(self, id, length),
+            JointKind::Gear { carrier, ratio, angle } => gear::element(self, id, *carrier, ratio, angle),
+            JointKind::Rack { carrier, axis, radius, displacement } => {
+                rack::element(self, id, *carrier, axis, radius, displacement)
+            }
         }
     }
 
@@ -174,8 +183,9 @@ impl<'m> System<'m> {
             DriverKind::Displacement { joint, motion } => {
                 let along_x = [Formula::Number(1.0), Formula::Number(0.0)];
                 let axis = match &self.mechanism.joints[joint.0].kind {
-                    JointKind::Prismatic { axis, .. } => axis,
-                    JointKind::Revolute { .. } | JointKind::Weld { .. } => &along_x,
+                    JointKind::Prismatic { axis, .. } | JointKind::Slot { axis, .. } => axis,
+                    // Resolving refuses a displacement driver of anything else.
+                    _ => &along_x,
                 };
                 displacement_driver::element(self, id, *joint, axis, motion)
             }
@@ -188,14 +198,10 @@ impl<'m> System<'m> {
         match &self.mechanism.loads[id.0].kind {
             LoadKind::Force { on, vector, in_body } => force::element(self, id, *on, vector, *in_body),
             LoadKind::Torque { between, value } => torque::element(self, id, *between, value.clone()),
-            LoadKind::Spring { between, stiffness, length, damping } => {
-                let law = line::linear_law(id, linear, stiffness, length, damping);
-                line::element(self, id, *between, law)
-            }
+            LoadKind::Spring { between, law } => line::element(self, id, *between, spring::force(id, linear, law)),
             LoadKind::Actuator { between, force } => line::element(self, id, *between, force.clone()),
-            LoadKind::TorsionSpring { between, stiffness, angle, damping } => {
-                let law = line::linear_law(id, turning, stiffness, angle, damping);
-                torque::element(self, id, *between, law)
+            LoadKind::TorsionSpring { between, law } => {
+                torque::element(self, id, *between, spring::force(id, turning, law))
             }
             LoadKind::TorsionActuator { between, torque } => torque::element(self, id, *between, torque.clone()),
         }
@@ -215,7 +221,7 @@ impl<'m> System<'m> {
 
 /// The points that joints, drivers and loads use.
 fn used_places(mechanism: &Mechanism) -> BTreeSet<Place> {
-    let joints = mechanism.joints.iter().flat_map(|joint| joint.between);
+    let joints = mechanism.joints.iter().flat_map(Joint::places);
     let drivers = mechanism.drivers.iter().filter_map(|driver| match driver.kind {
         DriverKind::Position { on, .. } => Some(on),
         DriverKind::Angle { .. } | DriverKind::Displacement { .. } => None,

@@ -9,6 +9,7 @@ pub(super) fn element(system: &mut System, id: LoadId, between: [Option<BodyId>;
         label: system.label("T"),
         name: name.clone(),
         origin: Origin::Load(id),
+        coupling: None,
         translation: None,
         rotation: Some(RotationalRow {
             ends: between.map(|body| system.r_node(body)),

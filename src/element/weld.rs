@@ -13,6 +13,7 @@ pub(super) fn element(system: &mut System, id: JointId, angle: &Formula) -> Elem
         label: system.label("w"),
         name: joint.name.clone(),
         origin: Origin::Joint(id),
+        coupling: None,
         translation: Some(TranslationalRow {
             ends: joint.between.map(|place| system.t_node(place)),
             priority: table2::REVOLUTE,

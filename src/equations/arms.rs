@@ -6,13 +6,13 @@
 use std::collections::BTreeMap;
 
 use super::Equations;
-use super::dynamics::{damping_force, inertia, mass};
+use super::dynamics::{inertia, mass, resisting_force};
 use super::form::Coefficient;
 use super::kinematics::{ScalarMotion, is_constant, known_angle};
 use super::vector::{FrameId, Vector};
-use crate::element::{Angle, Force, Origin, Torque, TranslationalRow};
+use crate::element::{Angle, Coupling, Direction, Force, Held, Origin, Port, Torque, TranslationalRow};
 use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
-use crate::graph::ElementId;
+use crate::graph::{ElementId, RNode, TNode};
 use crate::mechanism::{BodyId, Owner, Quantity, Variable};
 
 /// Why there is no arm form: a clause about the mechanism.
@@ -191,7 +191,7 @@ impl Equations<'_> {
                 }
             }
             if let Some(ends) = translation {
-                let centre = self.kinematics.node(ends[1]).position.clone();
+                let centre = self.kinematics.node(&mut self.system.arena, ends[1]).position.clone();
                 let centre = self.decompose(&centre)?;
                 self.mass(body, &centre, arms);
             }
@@ -222,26 +222,88 @@ impl Equations<'_> {
     }
 
     fn row(&mut self, index: usize, arms: &mut ArmEquations) -> Result<(), Reason> {
-        let (element, direction) = (self.constraints[index].element, self.constraints[index].direction);
+        let (element, held) = (self.constraints[index].element, self.constraints[index].held);
         let element = self.system.element(element).clone();
-        match (direction, element.translation, element.rotation) {
-            (Some(direction), Some(row), _) => {
+        if let (Some(coupling), false) = (element.coupling, self.constraints[index].coupled.is_empty()) {
+            return self.coupled_row(index, &coupling, arms);
+        }
+        match (held, element.translation, element.rotation) {
+            (Held::Along(direction), Some(row), _) => {
                 let mut gap = self.kinematics.known(&mut self.system, &row.known).position;
                 let across = self.kinematics.across(&mut self.system.arena, row.ends).position;
                 let minus = self.system.arena.constant(-1.0);
                 let across = across.scaled(&mut self.system.arena, minus);
                 gap.accumulate(&mut self.system.arena, &across);
                 let gap = self.decompose(&gap)?;
-                let (frame, along) = self.kinematics.direction(&mut self.system, direction);
-                let along = along.parts().next().map_or([Expr::ZERO; 2], |(_, components)| components);
+                let (frame, along) = self.along(direction);
                 self.translational_row(index, gap, (frame, along), arms);
             }
-            (None, _, Some(row)) => {
-                let [a, b] = row.ends.map(|node| self.kinematics.placement(node));
-                self.rotational_row(index, &row.angle, [a, b], arms)?;
+            (Held::Angle, _, Some(row)) => {
+                let ends = row.ends.map(|node| self.kinematics.placement(node));
+                self.rotational_row(index, &row.angle, ends, arms)?;
             }
             _ => {}
         }
+        Ok(())
+    }
+
+    fn along(&mut self, direction: Direction) -> (FrameId, [Expr; 2]) {
+        let (frame, along) = self.kinematics.direction(&mut self.system, direction);
+        (frame, along.parts().next().map_or([Expr::ZERO; 2], |(_, components)| components))
+    }
+
+    /// offset - sum of factor x across.
+    fn coupled_row(&mut self, constraint: usize, coupling: &Coupling, arms: &mut ArmEquations) -> Result<(), Reason> {
+        let mut row = Row { constraint, constant: vec![coupling.offset], ..Row::default() };
+        for term in &coupling.terms {
+            let factor = self.system.arena.negate(term.factor);
+            match term.port {
+                Port::Angle(ends) => self.angle_between(ends, factor, arms, &mut row),
+                Port::Along(ends, direction) => self.displacement_between(ends, direction, factor, &mut row)?,
+                Port::Length(_) => return Err("a distance is held".into()),
+            }
+        }
+        arms.rows.push(row);
+        Ok(())
+    }
+
+    /// factor x the angle of the second node seen from the first.
+    fn angle_between(&mut self, ends: [RNode; 2], factor: Expr, arms: &ArmEquations, row: &mut Row) {
+        let arena = &mut self.system.arena;
+        let minus = arena.negate(factor);
+        for (node, factor) in ends.into_iter().zip([minus, factor]) {
+            let (frame, offset) = self.kinematics.placement(node);
+            row.constant.push(arena.multiply(factor, offset));
+            if let Some(turning) = arms.frames.iter().find(|turning| turning.frame == frame) {
+                row.angles.push((frame, factor));
+                row.signals.push((turning.signal, factor));
+            }
+        }
+    }
+
+    /// factor x the part along a direction of the way from the first node to the second.
+    fn displacement_between(
+        &mut self,
+        ends: [TNode; 2],
+        direction: Direction,
+        factor: Expr,
+        row: &mut Row,
+    ) -> Result<(), Reason> {
+        let gap = self.kinematics.across(&mut self.system.arena, ends).position;
+        let gap = self.decompose(&gap)?;
+        let (frame, along) = self.along(direction);
+        let arena = &mut self.system.arena;
+        let along = along.map(|component| arena.multiply(factor, component));
+        let part = match frame == FrameId::WORLD {
+            true => projected_row(arena, row.constraint, gap, along),
+            false => {
+                row_in_frame(arena, row.constraint, gap, (frame, along)).ok_or("a coupling follows a turning line")?
+            }
+        };
+        row.arms.extend(part.arms);
+        row.displacements.extend(part.displacements);
+        row.signals.extend(part.signals);
+        row.constant.extend(part.constant);
         Ok(())
     }
 
@@ -255,16 +317,7 @@ impl Equations<'_> {
         let arena = &mut self.system.arena;
         if frame == FrameId::WORLD {
             arms.rows.push(projected_row(arena, constraint, gap, along));
-        } else if gap.keys().all(|arm| arm.frame == frame) {
-            let mut row = Row { constraint, ..Row::default() };
-            for (arm, z) in gap {
-                let [factor, _] = conjugate_product(arena, along, z);
-                match arm.factor {
-                    Factor::One => row.constant.push(factor),
-                    Factor::Displacement(index) => row.displacements.push((index, factor)),
-                    Factor::Signal(signal) => row.signals.push((signal, factor)),
-                }
-            }
+        } else if let Some(row) = row_in_frame(arena, constraint, gap.clone(), (frame, along)) {
             arms.rows.push(row);
         } else {
             // Across the direction the gap is free: a displacement closes it, and both components hold.
@@ -337,7 +390,7 @@ impl Equations<'_> {
         let force = match &row.through {
             Force::None => return Vec::new(),
             Force::Inertia(body) => return self.weight(*body, row),
-            Force::Damping(coefficient) => damping_force(&mut self.system, &self.kinematics, row, *coefficient),
+            Force::Resistance(law) => resisting_force(&mut self.system, &self.kinematics, row, *law),
             Force::World(_) | Force::InBody(..) | Force::Line(_) => {
                 self.laws.forces.get(&id).cloned().unwrap_or_default()
             }
@@ -347,7 +400,7 @@ impl Equations<'_> {
 
     fn weight(&mut self, body: BodyId, row: &TranslationalRow) -> Vec<(Expr, Vector)> {
         let gravity = self.system.mechanism.gravity.each_ref().map(|component| self.system.value(component));
-        let moves = self.kinematics.node(row.ends[1]).position != Vector::default();
+        let moves = self.kinematics.node(&mut self.system.arena, row.ends[1]).position != Vector::default();
         if gravity == [Expr::ZERO; 2] || !moves {
             return Vec::new();
         }
@@ -381,10 +434,9 @@ impl Equations<'_> {
         let arena = &mut self.system.arena;
         let value = match row.through {
             Torque::None | Torque::Inertia(_) => return,
-            Torque::Damping(coefficient) => {
+            Torque::Resistance(law) => {
                 let rate = self.kinematics.angle_across(arena, row.ends).velocity.total(arena);
-                let torque = arena.multiply(coefficient, rate);
-                arena.negate(torque)
+                law.at(arena, rate)
             }
             Torque::Law(_) => self.laws.torques.get(&id).copied().unwrap_or(Expr::ZERO),
         };
@@ -439,6 +491,23 @@ fn projected_row(arena: &mut Arena, constraint: usize, gap: Arms, direction: [Ex
         }
     }
     row
+}
+
+/// direction . gap, if the gap and its direction are fixed in the same turning frame but for displacements.
+fn row_in_frame(arena: &mut Arena, constraint: usize, gap: Arms, (frame, along): (FrameId, [Expr; 2])) -> Option<Row> {
+    let mut row = Row { constraint, ..Row::default() };
+    for (arm, z) in gap {
+        if arm.frame != frame {
+            return None;
+        }
+        let [factor, _] = conjugate_product(arena, along, z);
+        match arm.factor {
+            Factor::One => row.constant.push(factor),
+            Factor::Displacement(index) => row.displacements.push((index, factor)),
+            Factor::Signal(signal) => row.signals.push((signal, factor)),
+        }
+    }
+    Some(row)
 }
 
 /// conj(a) b

@@ -2,20 +2,23 @@
 
 use std::collections::BTreeMap;
 
+use super::couplings::{self, CoupledChord};
 use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, known_angle, project};
 use super::vector::Scalar;
-use crate::element::{Angle, Direction, System};
+use crate::element::{Angle, Held, System};
 use crate::expr::{Arena, Expr, Node, Order, Symbol};
 use crate::graph::{ElementId, Rotation, Translation, Tree};
 
 /// One scalar loop equation Phi = 0 with its derivatives, and the reaction that belongs to it.
 #[derive(Clone, Debug)]
 pub struct Constraint {
-    /// The chord.
+    /// The chord, or the element that couples others.
     pub element: ElementId,
-    /// The direction that it holds; `None` for an angle.
-    pub direction: Option<Direction>,
+    /// What is held.
+    pub held: Held,
+    /// The chords through which a coupling acts; none if it is the element's own circuit.
+    pub coupled: Vec<CoupledChord>,
     /// Phi (Eq. 15): the projection of \[B_f\]{r}, so that the multiplier is the chord's through variable.
     pub value: Expr,
     /// Phi_q: (coordinate, entry).
@@ -35,7 +38,7 @@ impl Constraint {
     }
 }
 
-/// The loop equations of both graphs.
+/// The loop equations of both graphs, then those of the couplings.
 pub fn constraints(
     system: &mut System,
     kinematics: &Kinematics,
@@ -57,7 +60,8 @@ pub fn constraints(
             let arena = &mut system.arena;
             let (value, velocity, acceleration) = project(kinematics, arena, &gap, &along);
             let value = value.total(arena, &kinematics.frames);
-            rows.push(assemble(arena, kinematics, (chord, Some(direction)), value, &velocity, &acceleration));
+            let held = Held::Along(direction);
+            rows.push(assemble(arena, kinematics, (chord, held), value, &velocity, &acceleration));
         }
     }
     for &chord in &r_tree.chords {
@@ -73,15 +77,16 @@ pub fn constraints(
         let value = gap.position.total(arena);
         let [velocity, acceleration] = [&gap.velocity, &gap.acceleration]
             .map(|form| form.map(arena, |_, &coefficient| Scalar::plain(coefficient)));
-        rows.push(assemble(arena, kinematics, (chord, None), value, &velocity, &acceleration));
+        rows.push(assemble(arena, kinematics, (chord, Held::Angle), value, &velocity, &acceleration));
     }
+    couplings::append(system, kinematics, &mut rows);
     rows
 }
 
-fn assemble(
+pub(super) fn assemble(
     arena: &mut Arena,
     kinematics: &Kinematics,
-    (element, direction): (ElementId, Option<Direction>),
+    (element, held): (ElementId, Held),
     value: Expr,
     velocity: &Form<Scalar>,
     acceleration: &Form<Scalar>,
@@ -90,7 +95,7 @@ fn assemble(
     let (_, rest) = split(arena, kinematics, acceleration, Order::Acceleration);
     let gamma = arena.negate(rest);
     let followers = follower_rates(arena, kinematics, velocity);
-    Constraint { element, direction, value, jacobian: rates, time_rate, gamma, followers }
+    Constraint { element, held, coupled: Vec::new(), value, jacobian: rates, time_rate, gamma, followers }
 }
 
 /// Splits a form into its coefficients by the coordinates' derivatives of one order, and the rest.

@@ -7,13 +7,14 @@
 use std::collections::HashMap;
 
 use super::constraints::{Constraint, split};
+use super::couplings::Couplings;
 use super::form::{Coefficient, Form};
 use super::kinematics::Kinematics;
 use super::vector::{Scalar, Vector};
-use crate::element::{Angle, Direction, Force, Origin, System, Torque, TranslationalRow};
+use crate::element::{Angle, Direction, Force, Held, Resistance, System, Torque, TranslationalRow};
 use crate::expr::{Arena, Expr, Node, Order, Property, Symbol};
 use crate::graph::{ElementId, Rotation, Topology, Translation, Tree};
-use crate::mechanism::{BodyId, JointKind};
+use crate::mechanism::BodyId;
 
 /// Forces and torques of all elements, and the projected cutset equations.
 #[derive(Clone, Debug)]
@@ -54,24 +55,28 @@ impl Dynamics {
             reactions: Vec::new(),
             load: Vec::new(),
         };
+        let held = by_chord(constraints);
+        let of = |chord: ElementId| held.get(&chord).into_iter().flatten().map(|&index| (index, &constraints[index]));
+        let couplings = Couplings::new(&mut system.arena, constraints);
         for &chord in &t_tree.chords {
             let mut force = constitutive_force(system, kinematics, laws, chord);
-            add_reactions(system, kinematics, constraints, chord, &mut force);
+            for (index, constraint) in of(chord) {
+                add_reaction(system, kinematics, (index, constraint), &mut force);
+            }
             dynamics.forces.insert(chord, force);
         }
-        dynamics.branch_forces(&mut system.arena, t_tree, t_topology);
-        let moments = dynamics.moments(system, kinematics);
+        dynamics.branch_forces(&mut system.arena, t_tree, t_topology, &couplings);
+        let mut moments = dynamics.moments(system, kinematics);
+        couplings.add_moments(system, kinematics, &mut moments);
         for &chord in &r_tree.chords {
             let mut torque = constitutive_torque(system, kinematics, laws, &moments, chord);
-            for (index, constraint) in constraints.iter().enumerate() {
-                if constraint.element == chord && constraint.direction.is_none() && !constraint.is_trivial() {
-                    let reaction = system.arena.symbol(Symbol::Reaction(index));
-                    torque.add_term(&mut system.arena, reaction, &Scalar::plain(Expr::ONE));
-                }
+            for (index, _) in of(chord).filter(|(_, constraint)| constraint.held == Held::Angle) {
+                let reaction = system.arena.symbol(Symbol::Reaction(index));
+                torque.add_term(&mut system.arena, reaction, &Scalar::plain(Expr::ONE));
             }
             dynamics.torques.insert(chord, torque);
         }
-        dynamics.branch_torques(&mut system.arena, r_tree, r_topology);
+        dynamics.branch_torques(&mut system.arena, r_tree, r_topology, &couplings);
         for &branch in &t_tree.branches {
             dynamics.translational_rows(system, kinematics, laws, branch);
         }
@@ -92,8 +97,14 @@ impl Dynamics {
     }
 
     /// {F}_b = -\[A\]{F}_c, from the leaves inwards: what reaches a node from outside it must pass its branch.
-    fn branch_forces(&mut self, arena: &mut Arena, tree: &Tree<Translation>, topology: &Topology<Translation>) {
-        let mut sums: HashMap<usize, Form<Vector>> = HashMap::new();
+    fn branch_forces(
+        &mut self,
+        arena: &mut Arena,
+        tree: &Tree<Translation>,
+        topology: &Topology<Translation>,
+        couplings: &Couplings,
+    ) {
+        let mut sums = couplings.forces.clone();
         let minus = arena.constant(-1.0);
         for &chord in &tree.chords {
             let [a, b] = topology.ends(chord);
@@ -110,8 +121,14 @@ impl Dynamics {
     }
 
     /// {T}_b = -\[A\]{T}_c
-    fn branch_torques(&mut self, arena: &mut Arena, tree: &Tree<Rotation>, topology: &Topology<Rotation>) {
-        let mut sums: HashMap<usize, Form<Scalar>> = HashMap::new();
+    fn branch_torques(
+        &mut self,
+        arena: &mut Arena,
+        tree: &Tree<Rotation>,
+        topology: &Topology<Rotation>,
+        couplings: &Couplings,
+    ) {
+        let mut sums = couplings.torques.clone();
         let minus = arena.constant(-1.0);
         for &chord in &tree.chords {
             let [a, b] = topology.ends(chord);
@@ -131,10 +148,8 @@ impl Dynamics {
     fn moments(&self, system: &mut System, kinematics: &Kinematics) -> HashMap<BodyId, Form<Scalar>> {
         let mut moments: HashMap<BodyId, Form<Scalar>> = HashMap::new();
         for index in 0..system.elements.len() {
-            let element = &system.elements[index];
-            let Some(row) = &element.translation else { continue };
-            let (Some(body), Some(force)) = (carrier(system, element.origin), self.forces.get(&ElementId(index)))
-            else {
+            let Some(row) = &system.elements[index].translation else { continue };
+            let (Some(body), Some(force)) = (row.carrier(), self.forces.get(&ElementId(index))) else {
                 continue;
             };
             let arm = kinematics.across(&mut system.arena, row.ends).position;
@@ -209,37 +224,24 @@ fn without_reactions(arena: &mut Arena, kinematics: &Kinematics, balance: &Form<
     load.total(arena)
 }
 
-/// The body in whose torque equation an element's r x F appears.
-fn carrier(system: &System, origin: Origin) -> Option<BodyId> {
-    let slide = |joint: usize| system.mechanism.joints[joint].between[0].body();
-    match origin {
-        Origin::Arm(body, _) => Some(body),
-        Origin::Joint(joint) => match system.mechanism.joints[joint.0].kind {
-            JointKind::Prismatic { .. } => slide(joint.0),
-            JointKind::Revolute { .. } | JointKind::Weld { .. } => None,
-        },
-        Origin::Driver(driver) => match system.mechanism.drivers[driver.0].kind {
-            crate::mechanism::DriverKind::Displacement { joint, .. } => slide(joint.0),
-            _ => None,
-        },
-        Origin::Body(_) | Origin::GroundVector(_) | Origin::Load(_) => None,
+/// The circuit equations that say something, by their chord; couplings act through other elements' chords.
+fn by_chord(constraints: &[Constraint]) -> HashMap<ElementId, Vec<usize>> {
+    let mut held: HashMap<ElementId, Vec<usize>> = HashMap::new();
+    let own = |constraint: &Constraint| !constraint.is_trivial() && constraint.coupled.is_empty();
+    for (index, constraint) in constraints.iter().enumerate().filter(|(_, constraint)| own(constraint)) {
+        held.entry(constraint.element).or_default().push(index);
     }
+    held
 }
 
-/// lambda x direction for every loop equation of a chord.
-fn add_reactions(
+/// lambda x direction, if the loop equation is one of the translational graph.
+fn add_reaction(
     system: &mut System,
     kinematics: &Kinematics,
-    constraints: &[Constraint],
-    chord: ElementId,
+    (index, constraint): (usize, &Constraint),
     force: &mut Form<Vector>,
 ) {
-    for (index, constraint) in constraints.iter().enumerate() {
-        let (true, Some(direction), false) =
-            (constraint.element == chord, constraint.direction, constraint.is_trivial())
-        else {
-            continue;
-        };
+    if let Held::Along(direction) = constraint.held {
         let (_, along) = kinematics.direction(system, direction);
         let reaction = system.arena.symbol(Symbol::Reaction(index));
         force.add_term(&mut system.arena, reaction, &along);
@@ -252,7 +254,7 @@ fn constitutive_force(system: &mut System, kinematics: &Kinematics, laws: &Laws,
     match &row.through {
         Force::None => Form::default(),
         Force::Inertia(body) => inertia_force(system, kinematics, &row, *body),
-        Force::Damping(coefficient) => damping_force(system, kinematics, &row, *coefficient),
+        Force::Resistance(law) => resisting_force(system, kinematics, &row, *law),
         Force::World(_) | Force::InBody(..) | Force::Line(_) => laws.forces.get(&id).cloned().unwrap_or_default(),
     }
 }
@@ -260,10 +262,14 @@ fn constitutive_force(system: &mut System, kinematics: &Kinematics, laws: &Laws,
 /// F = -m (a - g) (Eq. 5; gravity is a force actuator beside the body).
 fn inertia_force(system: &mut System, kinematics: &Kinematics, row: &TranslationalRow, body: BodyId) -> Form<Vector> {
     let mass = mass(system, body);
+    let weightless = system.mechanism.bodies[body.0].weightless;
     let gravity = system.mechanism.gravity.each_ref().map(|component| system.value(component));
     let arena = &mut system.arena;
     let minus_mass = arena.negate(mass);
-    let mut force = kinematics.node(row.ends[1]).acceleration.scaled(arena, minus_mass);
+    let mut force = kinematics.node(arena, row.ends[1]).acceleration.scaled(arena, minus_mass);
+    if weightless {
+        return force;
+    }
     for (component, axis) in gravity.into_iter().zip([Vector::x(), Vector::y()]) {
         let weight = arena.multiply(mass, component);
         let along = axis.scaled(arena, weight);
@@ -272,18 +278,17 @@ fn inertia_force(system: &mut System, kinematics: &Kinematics, row: &Translation
     force
 }
 
-/// F = -c (v . u) u
-pub fn damping_force(
+/// F = f(v . u) u
+pub fn resisting_force(
     system: &mut System,
     kinematics: &Kinematics,
     row: &TranslationalRow,
-    coefficient: Expr,
+    law: Resistance,
 ) -> Form<Vector> {
     let direction = row.motion.first().map_or(Direction::X, |(direction, _)| *direction);
     let speed = kinematics.speed_along(system, row.ends, direction);
     let (_, along) = kinematics.direction(system, direction);
-    let force = system.arena.multiply(coefficient, speed);
-    let resisting = system.arena.negate(force);
+    let resisting = law.at(&mut system.arena, speed);
     Form::term(&mut system.arena, resisting, &along)
 }
 
@@ -300,11 +305,10 @@ fn constitutive_torque(
     match row.through {
         Torque::None => Form::default(),
         Torque::Inertia(body) => inertia_torque(system, kinematics, row.ends[1], body, moments),
-        Torque::Damping(coefficient) => {
+        Torque::Resistance(law) => {
             let arena = &mut system.arena;
             let omega = kinematics.angle_across(arena, row.ends).velocity.total(arena);
-            let torque = arena.multiply(coefficient, omega);
-            let resisting = arena.negate(torque);
+            let resisting = law.at(arena, omega);
             plain(arena, resisting)
         }
         Torque::Law(_) => {

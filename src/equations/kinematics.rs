@@ -89,7 +89,22 @@ pub struct Kinematics {
     angles: Vec<ScalarMotion>,
     /// For each rotational node its frame, and the constant angle from the frame to the body.
     placement: Vec<(FrameId, Expr)>,
-    nodes: Vec<Motion>,
+    /// For each translational node but the datum, the step to it.
+    steps: Vec<Option<Step>>,
+}
+
+/// The branch between a node and the one before it. Sums along paths are made where they are needed: of a deep tree only
+/// few are.
+#[derive(Clone, Debug)]
+struct Step {
+    parent: TNode,
+    /// Branches between the node and the datum.
+    depth: usize,
+    /// How often the path from the datum changes to another turning frame, and the frame it comes in.
+    angles: usize,
+    frame: FrameId,
+    /// Motion of the node relative to the one before it.
+    across: Motion,
 }
 
 impl Kinematics {
@@ -103,22 +118,68 @@ impl Kinematics {
     ) -> Self {
         let angles = angles(system, rotation, r_coordinates);
         let (frames, placement) = frames(&mut system.arena, &angles);
-        let nodes = vec![Motion::default(); system.translation.nodes()];
-        let mut kinematics = Kinematics { frames, angles, placement, nodes };
+        let steps = vec![None; system.translation.nodes()];
+        let mut kinematics = Kinematics { frames, angles, placement, steps };
         for (node, parent, branch, sign) in translation.outward() {
             let Some(row) = system.elements[branch.0].translation.clone() else { continue };
-            let across = kinematics.across_branch(system, &row, t_coordinates.get(&branch).copied());
-            let mut motion = kinematics.nodes[parent.index()].clone();
+            let unsigned = kinematics.across_branch(system, &row, t_coordinates.get(&branch).copied());
             let sign = system.arena.constant(f64::from(sign));
-            motion.accumulate(&mut system.arena, sign, &across);
-            kinematics.nodes[node.index()] = motion;
+            let mut across = Motion::default();
+            across.accumulate(&mut system.arena, sign, &unsigned);
+            let before = kinematics.steps[parent.index()].as_ref();
+            let (depth, angles, frame) = before.map_or((0, 0, FrameId::WORLD), |s| (s.depth, s.angles, s.frame));
+            let turned = across.position.frames().find(|&own| own != FrameId::WORLD && own != frame);
+            let (angles, frame) = turned.map_or((angles, frame), |own| (angles + 1, own));
+            kinematics.steps[node.index()] = Some(Step { parent, depth: depth + 1, angles, frame, across });
         }
         kinematics
     }
 
     /// Motion of a node of the translational graph.
-    pub fn node(&self, node: TNode) -> &Motion {
-        &self.nodes[node.index()]
+    pub fn node(&self, arena: &mut Arena, node: TNode) -> Motion {
+        self.relative(arena, TNode::DATUM, node)
+    }
+
+    /// How many turning frames lie on the path between two nodes.
+    pub fn angles_between(&self, ends: [TNode; 2]) -> usize {
+        let angles = |node: TNode| self.steps[node.index()].as_ref().map_or(0, |step| step.angles);
+        angles(ends[0]) + angles(ends[1]) - 2 * angles(self.meeting(ends))
+    }
+
+    fn depth(&self, node: TNode) -> usize {
+        self.steps[node.index()].as_ref().map_or(0, |step| step.depth)
+    }
+
+    /// Motion of a node relative to one that its path to the datum passes.
+    fn relative(&self, arena: &mut Arena, base: TNode, node: TNode) -> Motion {
+        let mut motion = Motion::default();
+        for across in self.path(base, node) {
+            motion.accumulate(arena, Expr::ONE, across);
+        }
+        motion
+    }
+
+    /// Across variables of the branches on the way to a node from one that its path to the datum passes.
+    fn path(&self, base: TNode, node: TNode) -> impl Iterator<Item = &Motion> {
+        let mut path = Vec::new();
+        let mut at = node;
+        while let (true, Some(step)) = (at != base, &self.steps[at.index()]) {
+            path.push(&step.across);
+            at = step.parent;
+        }
+        path.into_iter().rev()
+    }
+
+    /// Where the paths of two nodes to the datum meet.
+    fn meeting(&self, [mut a, mut b]: [TNode; 2]) -> TNode {
+        while a != b {
+            let deeper = if self.depth(a) >= self.depth(b) { &mut a } else { &mut b };
+            match &self.steps[deeper.index()] {
+                Some(step) => *deeper = step.parent,
+                None => return TNode::DATUM,
+            }
+        }
+        a
     }
 
     /// Angle of a body, or of the ground.
@@ -126,9 +187,11 @@ impl Kinematics {
         &self.angles[node.index()]
     }
 
-    /// Across variable of an element from the motion of its nodes.
+    /// Across variable of an element from the branches that connect its nodes (Eq. 12).
     pub fn across(&self, arena: &mut Arena, ends: [TNode; 2]) -> Motion {
-        Motion::between(arena, self.node(ends[0]), self.node(ends[1]))
+        let base = self.meeting(ends);
+        let [from, to] = ends.map(|end| self.relative(arena, base, end));
+        Motion::between(arena, &from, &to)
     }
 
     /// Angle across an element from those of its nodes.
@@ -149,19 +212,46 @@ impl Kinematics {
     pub fn place(&self, system: &mut System, place: Place) -> Motion {
         let mechanism = system.mechanism;
         match place {
-            _ if system.has_node(place) => self.node(system.t_node(place)).clone(),
+            _ if system.has_node(place) => {
+                let node = system.t_node(place);
+                self.node(&mut system.arena, node)
+            }
             Place::Ground(point) => {
                 let at = mechanism.ground[point].at.each_ref().map(|formula| system.value(formula));
                 self.fixed(system, None, at)
             }
             Place::Point(body, point) => {
                 let at = mechanism.bodies[body.0].points[point].at.each_ref().map(|formula| system.value(formula));
-                let mut motion = self.node(system.t_node(Place::Centre(body))).clone();
+                let centre = system.t_node(Place::Centre(body));
+                let mut motion = self.node(&mut system.arena, centre);
                 let arm = self.fixed(system, Some(body), at);
                 motion.accumulate(&mut system.arena, Expr::ONE, &arm);
                 motion
             }
             Place::Origin | Place::Centre(_) => Motion::default(),
+        }
+    }
+
+    /// Position of any point of the scene: [`Kinematics::place`] without what a drawing does not need.
+    pub fn position(&self, system: &mut System, place: Place) -> Vector {
+        let sum = |arena: &mut Arena, node: TNode| {
+            let mut position = Vector::default();
+            self.path(TNode::DATUM, node).for_each(|across| position.accumulate(arena, &across.position));
+            position
+        };
+        let node = system.t_node(place);
+        match place {
+            _ if system.has_node(place) => sum(&mut system.arena, node),
+            Place::Point(body, point) => {
+                let at = system.mechanism.bodies[body.0].points[point].at.each_ref();
+                let at = at.map(|formula| system.value(formula));
+                let centre = system.t_node(Place::Centre(body));
+                let mut position = sum(&mut system.arena, centre);
+                let arm = self.fixed(system, Some(body), at).position;
+                position.accumulate(&mut system.arena, &arm);
+                position
+            }
+            Place::Ground(_) | Place::Origin | Place::Centre(_) => self.place(system, place).position,
         }
     }
 

@@ -21,7 +21,7 @@ impl Equations<'_> {
                     Force::World(vector) => self.components(None, &vector),
                     Force::InBody(body, vector) => self.components(Some(body), &vector),
                     Force::Line(law) => self.line_force(ends, &law),
-                    Force::None | Force::Inertia(_) | Force::Damping(_) => continue,
+                    Force::None | Force::Inertia(_) | Force::Resistance(_) => continue,
                 };
                 self.laws.forces.insert(id, force);
             } else if let Some(Torque::Law(law)) = element.rotation.as_ref().map(|row| row.through.clone()) {

@@ -4,20 +4,25 @@
 
 pub mod arms;
 mod constraints;
+mod couplings;
 mod dynamics;
 mod form;
 mod kinematics;
 mod laws;
+mod transfer;
 mod variables;
 mod vector;
+mod vibration;
 
 use std::collections::{BTreeMap, HashMap};
 
 pub use constraints::Constraint;
+pub use couplings::CoupledChord;
 pub use dynamics::Dynamics;
 use dynamics::Laws;
 use kinematics::Kinematics;
 pub use vector::FrameId;
+pub use vibration::Vibration;
 
 use crate::element::{Angle, CoordinateName, System};
 use crate::expr::{Expr, Order, Symbol};
@@ -32,7 +37,7 @@ pub struct Coordinate {
     pub element: ElementId,
     /// What the user calls it.
     pub name: CoordinateName,
-    /// An angle [rad]? Otherwise a displacement [m].
+    /// An angle \[rad\]? Otherwise a displacement \[m\].
     pub angular: bool,
 }
 

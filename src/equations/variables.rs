@@ -1,12 +1,12 @@
 //! Every variable of the naming table as an expression of time, inputs, coordinates, rates, accelerations and reactions.
 
-use super::Equations;
 use super::dynamics::{inertia, mass};
 use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, Motion, ScalarMotion};
 use super::vector::Vector;
-use crate::element::{Direction, Origin, System};
-use crate::expr::{Binary, Expr, Unary};
+use super::{Constraint, Equations};
+use crate::element::{Angle, Direction, Force, Origin, Port, RotationalRow, System, Torque, TranslationalRow, spring};
+use crate::expr::{Binary, Expr, Symbol, Unary};
 use crate::graph::{ElementId, TNode};
 use crate::mechanism::{
     BodyId, Dimension, DriverId, DriverKind, JointId, LoadId, LoadKind, Owner, Place, Quantity, Variable,
@@ -35,6 +35,10 @@ impl Equations<'_> {
                 let node = self.system.r_node(place.body());
                 let angle = self.kinematics.angle(node).clone();
                 self.of_angle(&angle, quantity)
+            }
+            Quantity::X | Quantity::Y => {
+                let position = self.kinematics.position(&mut self.system, place);
+                self.of_motion(&Motion { position, ..Motion::default() }, quantity)
             }
             _ => {
                 let motion = self.kinematics.place(&mut self.system, place);
@@ -80,16 +84,19 @@ impl Equations<'_> {
             Quantity::Fx => self.force_along(id, Direction::X),
             Quantity::Fy => self.force_along(id, Direction::Y),
             Quantity::Fn => self.normal_force(joint, id),
-            Quantity::Torque => self.torque_of(id),
+            Quantity::Ft => self.coupling_reaction(id),
+            Quantity::Force | Quantity::Torque => self.joint_effort(id, quantity),
             _ => Expr::ZERO,
         }
     }
 
-    /// s = r . u, s' = v . u, s'' = a . u + s omega^2
+    /// s = r . u, s' = v . u, s'' = a . u + s omega^2, with r = s u what is left without the known part.
     fn slide(&mut self, id: ElementId, quantity: Quantity) -> Expr {
         let Some(row) = self.system.element(id).translation.clone() else { return Expr::ZERO };
         let Some(&(direction, _)) = row.motion.first() else { return Expr::ZERO };
+        let known = self.kinematics.known(&mut self.system, &row.known);
         let across = self.kinematics.across(&mut self.system.arena, row.ends);
+        let across = Motion::between(&mut self.system.arena, &known, &across);
         let (frame, axis) = self.kinematics.direction(&mut self.system, direction);
         match quantity {
             Quantity::S => self.dot(&across.position, &axis),
@@ -103,6 +110,50 @@ impl Equations<'_> {
                 let centrifugal = arena.multiply(displacement, square);
                 arena.add(along, centrifugal)
             }
+        }
+    }
+
+    /// The force along what a joint leaves free or couples; the torque that it holds, or exerts about what it leaves free or couples.
+    fn joint_effort(&mut self, id: ElementId, quantity: Quantity) -> Expr {
+        let element = self.system.element(id).clone();
+        let row = element.rotation.as_ref();
+        match (quantity, element.coupling) {
+            (Quantity::Force, None) => self.resisting_force(element.translation.as_ref()),
+            (Quantity::Force, Some(_)) => self.coupling_reaction(id),
+            (_, None) if row.is_some_and(|row| matches!(row.angle, Angle::Constant(_))) => self.torque_of(id),
+            (_, None) => self.resisting_torque(row),
+            (_, Some(coupling)) => {
+                let factor = coupling.terms.iter().find(|term| matches!(term.port, Port::Angle(_)));
+                let reaction = self.coupling_reaction(id);
+                factor.map_or(Expr::ZERO, |term| self.system.arena.multiply(term.factor, reaction))
+            }
+        }
+    }
+
+    /// Damping and friction along the only direction of the motion space.
+    fn resisting_force(&mut self, row: Option<&TranslationalRow>) -> Expr {
+        let Some((row, &(direction, _))) = row.and_then(|row| Some((row, row.motion.first()?))) else {
+            return Expr::ZERO;
+        };
+        let Force::Resistance(law) = row.through else { return Expr::ZERO };
+        let speed = self.kinematics.speed_along(&mut self.system, row.ends, direction);
+        law.at(&mut self.system.arena, speed)
+    }
+
+    /// Damping and friction against turning.
+    fn resisting_torque(&mut self, row: Option<&RotationalRow>) -> Expr {
+        let Some((row, Torque::Resistance(law))) = row.map(|row| (row, &row.through)) else { return Expr::ZERO };
+        let arena = &mut self.system.arena;
+        let omega = self.kinematics.angle_across(arena, row.ends).velocity.total(arena);
+        law.at(arena, omega)
+    }
+
+    /// The multiplier of an element's coupling.
+    fn coupling_reaction(&mut self, id: ElementId) -> Expr {
+        let of_coupling = |row: &Constraint| row.element == id && !row.coupled.is_empty() && !row.is_trivial();
+        match self.constraints.iter().position(of_coupling) {
+            Some(index) => self.system.arena.symbol(Symbol::Reaction(index)),
+            None => Expr::ZERO,
         }
     }
 
@@ -207,9 +258,7 @@ impl Equations<'_> {
             let pulls = matches!(self.system.mechanism.loads[load.0].kind, LoadKind::Spring { .. });
             return if pulls { self.system.arena.negate(along) } else { along };
         }
-        let Some(crate::element::Force::Line(law)) =
-            self.system.element(id).translation.as_ref().map(|row| row.through.clone())
-        else {
+        let Some(Force::Line(law)) = self.system.element(id).translation.as_ref().map(|row| row.through.clone()) else {
             return Expr::ZERO;
         };
         self.formula(&law)
@@ -261,7 +310,7 @@ impl Equations<'_> {
         for index in 0..mechanism.bodies.len() {
             let body = BodyId(index);
             for (quantity, component) in [Quantity::X, Quantity::Y].into_iter().zip(gravity) {
-                if component.is_zero() {
+                if component.is_zero() || mechanism.bodies[index].weightless {
                     continue;
                 }
                 let position = self.variable(Variable { owner: Owner::Place(Place::Centre(body)), quantity });
@@ -273,20 +322,13 @@ impl Equations<'_> {
             }
         }
         for (index, load) in mechanism.loads.iter().enumerate() {
-            let (quantity, stiffness, free) = match &load.kind {
-                LoadKind::Spring { stiffness, length, .. } => (Quantity::Length, stiffness, length),
-                LoadKind::TorsionSpring { stiffness, angle, .. } => (Quantity::Angle, stiffness, angle),
+            let (quantity, law) = match &load.kind {
+                LoadKind::Spring { law, .. } => (Quantity::Length, law),
+                LoadKind::TorsionSpring { law, .. } => (Quantity::Angle, law),
                 _ => continue,
             };
-            let value = self.variable(Variable { owner: Owner::Load(LoadId(index)), quantity });
-            let (stiffness, free) = (self.formula(stiffness), self.formula(free));
-            let arena = &mut self.system.arena;
-            let half = arena.constant(0.5);
-            let stretch = arena.subtract(value, free);
-            let square = arena.square(stretch);
-            let double = arena.multiply(stiffness, square);
-            let energy = arena.multiply(half, double);
-            total = arena.add(total, energy);
+            let energy = self.formula(&spring::energy(LoadId(index), quantity, law));
+            total = self.system.arena.add(total, energy);
         }
         total
     }

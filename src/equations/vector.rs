@@ -99,6 +99,11 @@ impl Vector {
         self.0.iter().map(|(&frame, &components)| (frame, components))
     }
 
+    /// The frames in which it has components.
+    pub fn frames(&self) -> impl Iterator<Item = FrameId> {
+        self.0.keys().copied()
+    }
+
     /// Turned by +90 degrees: k x self.
     pub fn turned(&self, arena: &mut Arena) -> Self {
         Vector(self.0.iter().map(|(&frame, &[x, y])| (frame, [arena.negate(y), x])).collect())

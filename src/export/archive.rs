@@ -8,9 +8,10 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::description::Description;
-use super::{ExportError, page, runtime, xml};
+use super::page::Page;
+use super::runtime::Runtime;
+use super::{ExportError, icon, xml};
 use crate::files;
-use crate::report::drawing::Drawing;
 
 const LICENSE: &str = include_str!("license.txt");
 const APACHE: &str = include_str!("apache-2.0.txt");
@@ -24,8 +25,10 @@ pub struct Package<'a> {
     pub program: &'a [u8],
     /// The text that the scene came from, if it came from a file.
     pub scene: Option<SceneText<'a>>,
-    /// The mechanism at its start.
-    pub drawing: &'a Drawing,
+    /// What its documentation shows.
+    pub page: Page<'a>,
+    /// The runtimes, one for each platform that the FMU is to run on.
+    pub runtimes: &'a [Runtime],
 }
 
 /// The text of a scene file.
@@ -59,17 +62,20 @@ pub fn pack(package: &Package) -> Result<Vec<u8>, ExportError> {
 
 /// Every file of the FMU, by name.
 fn entries(package: &Package) -> Result<BTreeMap<String, Vec<u8>>, ExportError> {
-    let platform = runtime::platform().ok_or(ExportError::Platform)?;
-    let library = format!("binaries/{}/{}.{}", platform.folder, package.description.identifier, platform.extension);
     let description = xml::model_description(package.description).map_err(ExportError::Description)?;
     let mut entries = BTreeMap::from([
         ("modelDescription.xml".to_owned(), description),
-        (library, runtime::LIBRARY.to_vec()),
+        ("model.png".to_owned(), icon::png(package.page.drawing)?),
         ("resources/program.bin".to_owned(), package.program.to_vec()),
-        ("documentation/index.html".to_owned(), page::html(package.description, package.drawing).into_bytes()),
+        ("documentation/index.html".to_owned(), package.page.html(package.description).into_bytes()),
         ("documentation/licenses/license.txt".to_owned(), LICENSE.into()),
         ("documentation/licenses/apache-2.0.txt".to_owned(), APACHE.into()),
     ]);
+    for Runtime { platform, library } in package.runtimes {
+        let identifier = &package.description.identifier;
+        let name = format!("binaries/{}/{identifier}.{}", platform.folder, platform.extension);
+        entries.insert(name, library.to_vec());
+    }
     if let Some(scene) = package.scene {
         entries.insert(format!("resources/scene.{}", scene.extension), scene.text.into());
     }

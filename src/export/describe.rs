@@ -2,7 +2,7 @@
 
 use cotree_fmu::program::Source;
 
-use super::description::{Causality, Description, ScalarVariable, identifier};
+use super::description::{Causality, Description, ScalarVariable, Start, identifier};
 use crate::formulate::Formulated;
 use crate::lower::Row;
 use crate::mechanism::Mechanism;
@@ -10,6 +10,7 @@ use crate::mechanism::Mechanism;
 /// What an importer is told.
 pub fn describe(formulated: &Formulated, guid: &str) -> Description {
     let mechanism = formulated.equations.system.mechanism;
+    let program = &formulated.lowered.program;
     let rows = &formulated.lowered.table.rows;
     let settable: Vec<usize> = (0..rows.len()).filter(|&place| is_settable(&rows[place])).collect();
     Description {
@@ -18,12 +19,14 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         guid: guid.to_string(),
         description: mechanism.description.clone(),
         experiment: mechanism.experiment,
+        exchange: program.offers_exchange().then_some(program.tapes.indicators.results.len()),
         variables: rows.iter().map(|row| variable(mechanism, row, &settable)).collect(),
     }
 }
 
+/// Is its value at the start given from outside?
 fn is_settable(row: &Row) -> bool {
-    matches!(row.source, Source::Parameter(_) | Source::Input(_))
+    matches!(row.source, Source::Parameter(_) | Source::Input(_)) || row.start.is_some_and(|start| start.known)
 }
 
 fn variable(mechanism: &Mechanism, row: &Row, settable: &[usize]) -> ScalarVariable {
@@ -50,7 +53,17 @@ fn variable(mechanism: &Mechanism, row: &Row, settable: &[usize]) -> ScalarVaria
         description: row.description.clone(),
         unit: row.unit.clone(),
         causality,
+        start: row.start.map(|start| match start.known {
+            true => Start::Exact(start.value),
+            false => Start::Approximate(start.value),
+        }),
         derivative_of: row.derivative_of,
+        // States are q and v of each coordinate in turn.
+        state: row.derivative_of.and(match row.source {
+            Source::Rate(index) => Some(2 * index as usize),
+            Source::Acceleration(index) => Some(2 * index as usize + 1),
+            _ => None,
+        }),
         dependencies: row.dependencies.clone(),
         initial_dependencies: if is_settable(row) { Vec::new() } else { settable.to_vec() },
     }

@@ -15,6 +15,8 @@ pub struct Description {
     pub description: String,
     /// Default experiment.
     pub experiment: Experiment,
+    /// Number of event indicators, if somebody else can integrate the model: Model Exchange.
+    pub exchange: Option<usize>,
     /// Every variable; its place is its value reference.
     pub variables: Vec<ScalarVariable>,
 }
@@ -30,12 +32,25 @@ pub struct ScalarVariable {
     pub unit: Unit,
     /// What it is to the importer.
     pub causality: Causality,
+    /// Its initial value, if it is calculated and that can be set.
+    pub start: Option<Start>,
     /// Index of the variable whose derivative it is.
     pub derivative_of: Option<usize>,
+    /// For a derivative, the place of its state among the states.
+    pub state: Option<usize>,
     /// Indices of the inputs and states that it depends on while simulating.
     pub dependencies: Vec<usize>,
     /// Indices of the parameters, inputs and time that its initial value depends on.
     pub initial_dependencies: Vec<usize>,
+}
+
+/// The initial value of a calculated variable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// It holds.
+    Exact(f64),
+    /// A guess that picks the assembly.
+    Approximate(f64),
 }
 
 /// What a variable is to the importer.
@@ -102,19 +117,24 @@ impl Description {
         self.indices(|variable| variable.causality == Causality::Output)
     }
 
-    /// Indices of the derivatives.
+    /// Indices of the derivatives, in the order of the states.
     pub fn derivatives(&self) -> Vec<usize> {
-        self.indices(|variable| variable.derivative_of.is_some())
+        let mut derivatives = self.indices(|variable| variable.derivative_of.is_some());
+        derivatives.sort_by_key(|&index| self.variables[index].state);
+        derivatives
     }
 
-    /// Indices of what must be solved for at initialisation: the calculated ones among outputs, states and derivatives.
+    /// Indices of what must be solved for at initialisation: the calculated or guessed ones among outputs, states and derivatives.
     pub fn initial_unknowns(&self) -> Vec<usize> {
         let mut wanted = self.outputs();
         for derivative in self.derivatives() {
             wanted.push(derivative);
             wanted.extend(self.variables[derivative].derivative_of);
         }
-        wanted.retain(|&index| self.variables[index].causality.is_calculated());
+        wanted.retain(|&index| {
+            let variable = &self.variables[index];
+            variable.causality.is_calculated() && !matches!(variable.start, Some(Start::Exact(_)))
+        });
         wanted.sort_unstable();
         wanted.dedup();
         wanted

@@ -3,6 +3,8 @@
 pub mod archive;
 pub mod describe;
 pub mod description;
+pub mod icon;
+pub mod inspect;
 pub mod page;
 pub mod runtime;
 pub mod xml;
@@ -10,9 +12,12 @@ pub mod xml;
 /// Why no FMU could be made.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// FMI has no name for the platform, so no importer would find the shared library.
-    #[error("FMI has no folder name for this platform ({} on {})", std::env::consts::OS, std::env::consts::ARCH)]
-    Platform,
+    /// There is no runtime for a platform.
+    #[error(transparent)]
+    Runtime(#[from] runtime::RuntimeError),
+    /// The picture could not be drawn.
+    #[error("cannot draw model.png: {0}")]
+    Picture(String),
     /// The model description could not be written.
     #[error("cannot write the model description: {0}")]
     Description(std::io::Error),

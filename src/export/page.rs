@@ -2,7 +2,10 @@
 
 use std::fmt::Write;
 
+use cotree_fmu::solver::Statistics;
+
 use super::description::{Causality, Description, ScalarVariable};
+use crate::report::accuracy::{Accuracy, Measurement, REFERENCE};
 use crate::report::drawing::Drawing;
 use crate::report::svg::escape;
 
@@ -10,26 +13,52 @@ const STYLE: &str = "body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,san
 margin:2rem auto;padding:0 1rem}svg{max-width:100%;height:auto;border:1px solid #e6eaef;border-radius:6px}\
 table{border-collapse:collapse;width:100%;font-size:.92rem}th,td{text-align:left;padding:.3rem .7rem;\
 border-bottom:1px solid #e6eaef;vertical-align:top}td.n{text-align:right;font-variant-numeric:tabular-nums}\
-code{font-size:.92em;background:#f3f5f8;padding:.1em .3em;border-radius:3px}";
+code{font-size:.92em;background:#f3f5f8;padding:.1em .3em;border-radius:3px}\
+pre{font-size:.86rem;background:#f3f5f8;padding:.7rem;border-radius:6px;overflow:auto;max-height:40rem}\
+math{font-size:1.05em}";
 
-/// The page.
-pub fn html(description: &Description, drawing: &Drawing) -> String {
-    let name = escape(&description.model_name);
-    let mut page = format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{name}</title>\n\
-         <style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n"
-    );
-    if !description.description.is_empty() {
-        add(&mut page, format_args!("<p>{}</p>\n", escape(&description.description)));
+/// What the page shows beside the description.
+#[derive(Clone, Copy, Debug)]
+pub struct Page<'a> {
+    /// The mechanism at its start.
+    pub drawing: &'a Drawing,
+    /// The equations of motion, as HTML.
+    pub equations: &'a str,
+    /// What accuracy costs, or why it could not be measured.
+    pub accuracy: &'a Result<Accuracy, String>,
+}
+
+impl Page<'_> {
+    /// The page.
+    pub fn html(&self, description: &Description) -> String {
+        let name = escape(&description.model_name);
+        let mut page = format!(
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{name}</title>\n\
+             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n"
+        );
+        if !description.description.is_empty() {
+            add(&mut page, format_args!("<p>{}</p>\n", escape(&description.description)));
+        }
+        page.push_str(&self.drawing.svg());
+        page.push_str(&about(description));
+        for (title, wanted) in SECTIONS {
+            table(&mut page, title, description.variables.iter().filter(|variable| wanted(variable.causality)));
+        }
+        page.push_str(&accuracy(self.accuracy, description.experiment.tolerance));
+        if !self.equations.is_empty() {
+            add(&mut page, format_args!("<h2>Equations of motion</h2>\n{}", self.equations));
+        }
+        page.push_str(LICENCES);
+        page.push_str("</body>\n</html>\n");
+        page
     }
-    page.push_str(&drawing.svg());
-    page.push_str(&about(description));
-    for (title, wanted) in SECTIONS {
-        table(&mut page, title, description.variables.iter().filter(|variable| wanted(variable.causality)));
-    }
-    page.push_str("</body>\n</html>\n");
-    page
+}
+
+/// Text as HTML that keeps its lines and spaces.
+pub fn preformatted(text: &str) -> String {
+    let lines: Vec<String> = text.lines().map(escape).collect();
+    format!("<pre>{}</pre>\n", lines.join("\n"))
 }
 
 type Section = (&'static str, fn(Causality) -> bool);
@@ -41,22 +70,90 @@ const SECTIONS: [Section; 4] = [
     ("Other variables", |causality| causality == Causality::Local),
 ];
 
+const LICENCES: &str = "<h2>Licences</h2>\n<p>The shared libraries in <code>binaries/</code> are the cotree runtime, under the MIT \
+or the Apache 2.0 licence. The texts, and those of the libraries in it, are in <code>documentation/licenses/</code>. The model itself \
+belongs to whoever wrote its scene.</p>\n";
+
 /// How to use it, and what it cannot do.
 fn about(description: &Description) -> String {
     let experiment = description.experiment;
+    let interfaces = match description.exchange {
+        Some(_) => "for Co-Simulation, with the integrator inside, and for Model Exchange",
+        None => "for Co-Simulation; the integrator is inside",
+    };
     format!(
-        "<h2>Use</h2>\n<p>FMI 2.0 for Co-Simulation; the integrator is inside. Default experiment: {:?} s to {:?} s, \
-         communication step {:?} s, relative tolerance {:?}.</p>\n\
+        "<h2>Use</h2>\n<p>FMI 2.0 {interfaces}. Default experiment: {:?} s to {:?} s, communication step {:?} s, \
+         relative tolerance {:?}. In Python, with fmpy:</p>\n{}\
          <ul>\n<li>All values are in SI units; display units are in <code>modelDescription.xml</code>.</li>\n\
          <li>The solver chooses its own steps within a communication step and keeps the loops closed.</li>\n\
          <li>Between communication points an input keeps its value, or follows the rate given by \
          <code>fmi2SetRealInputDerivatives</code>. Two FMUs that exchange values once in a communication step see each \
          other one step late; this is a property of co-simulation.</li>\n\
          <li>Fixed parameters may be set until initialisation, tunable ones at any communication point.</li>\n\
-         <li>The state can be saved, restored and serialised. There are no directional derivatives, and there is no \
-         Model Exchange.</li>\n</ul>\n",
-        experiment.start, experiment.stop, experiment.step, experiment.tolerance
+         <li>The state can be saved, restored and serialised; derivatives along directions and of outputs by time are \
+         exact.</li>\n</ul>\n",
+        experiment.start,
+        experiment.stop,
+        experiment.step,
+        experiment.tolerance,
+        preformatted(&fmpy(description))
     )
+}
+
+/// A script that runs the FMU, with one of its parameters and one of its results.
+fn fmpy(description: &Description) -> String {
+    let first =
+        |wanted: fn(Causality) -> bool| description.variables.iter().find(|variable| wanted(variable.causality));
+    let Description { identifier, experiment, .. } = description;
+    let start = match first(|causality| matches!(causality, Causality::Parameter { .. })) {
+        Some(ScalarVariable { name, causality: Causality::Parameter { start, .. }, .. }) => {
+            format!(", start_values={{{name:?}: {start:?}}}")
+        }
+        _ => String::new(),
+    };
+    let result = first(|causality| causality == Causality::Output);
+    let shown = result.map_or("result".into(), |variable| format!("result[\"time\"], result[{:?}]", variable.name));
+    format!(
+        "from fmpy import simulate_fmu\n\nresult = simulate_fmu(\"{identifier}.fmu\", stop_time={:?}, output_interval={:?}{start})\n\
+         print({shown})\n",
+        experiment.stop, experiment.step
+    )
+}
+
+/// What accuracy costs.
+fn accuracy(measured: &Result<Accuracy, String>, default: f64) -> String {
+    let mut text = String::from("<h2>Accuracy and work</h2>\n");
+    let accuracy = match measured {
+        Ok(accuracy) => accuracy,
+        Err(reason) => {
+            add(&mut text, format_args!("<p>Not measured: {}.</p>\n", escape(reason)));
+            return text;
+        }
+    };
+    let [from, to] = accuracy.span;
+    add(
+        &mut text,
+        format_args!(
+            "<p>Measured with this model from {from:?} s to {to:?} s, at default parameters and inputs. The error is the largest of any \
+             output at any time, relative to the output's largest value, and against a run with tolerance {REFERENCE:e}. The default tolerance \
+             is {default:e}.</p>\n"
+        ),
+    );
+    if let Some(curve) = accuracy.curve() {
+        text.push_str(&curve.svg());
+    }
+    text.push_str(
+        "<table>\n<tr><th>tolerance</th><th>error</th><th>steps</th><th>rejected</th><th>evaluations</th></tr>\n",
+    );
+    for Measurement { tolerance, error, statistics } in &accuracy.measurements {
+        let Statistics { steps, rejected, evaluations, .. } = statistics;
+        let (tolerance, error) = (format!("{tolerance:e}"), format!("{error:.1e}"));
+        let cells = [tolerance, error, steps.to_string(), rejected.to_string(), evaluations.to_string()];
+        let cells = cells.map(|cell| format!("<td class=\"n\">{cell}</td>")).concat();
+        add(&mut text, format_args!("<tr>{cells}</tr>\n"));
+    }
+    text.push_str("</table>\n");
+    text
 }
 
 /// A table of variables, if there are any.

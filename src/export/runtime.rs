@@ -1,7 +1,18 @@
-//! The runtime that goes into every FMU: the shared library of `fmu/`, embedded by `build.rs`.
+//! The runtime that goes into every FMU, one shared library for each platform.
+//!
+//! The one for the platform that cotree runs on is embedded by `build.rs`. Others, and better ones for the same platform
+//! (linked against an older C library, say), are read from a folder: `<platform>/cotree_runtime.so` and so on.
+
+use std::borrow::Cow;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
 /// The shared library for the platform that cotree runs on.
 pub static LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/runtime"));
+
+/// Name of the folder beside the `cotree` program where runtimes are looked for.
+const FOLDER: &str = "runtimes";
 
 /// What FMI 2.0 calls a platform, and how its shared libraries end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,20 +21,211 @@ pub struct Platform {
     pub folder: &'static str,
     /// File name extension.
     pub extension: &'static str,
+    /// Operating system and processor in the words of Rust's standard library.
+    host: [&'static str; 2],
+    /// The kind of shared library, and the number of the processor in its header.
+    format: (Format, u32),
 }
 
-/// The platform that cotree was built for, if importers have a name for it. FMI 2.0 names the x86 platforms; the
-/// others go by their FMI 3.0 names, as importers expect.
-pub fn platform() -> Option<Platform> {
-    let (folder, extension) = match (std::env::consts::OS, std::env::consts::ARCH) {
-        ("linux", "x86_64") => ("linux64", "so"),
-        ("linux", "x86") => ("linux32", "so"),
-        ("linux", "aarch64") => ("aarch64-linux", "so"),
-        ("windows", "x86_64") => ("win64", "dll"),
-        ("windows", "x86") => ("win32", "dll"),
-        ("macos", "x86_64") => ("darwin64", "dylib"),
-        ("macos", "aarch64") => ("aarch64-darwin", "dylib"),
-        _ => return None,
-    };
-    Some(Platform { folder, extension })
+/// A kind of shared library.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Elf,
+    Pe,
+    MachO,
+}
+
+/// Every platform that importers have a name for. FMI 2.0 names the x86 platforms; the others go by their FMI 3.0 names,
+/// as importers expect.
+pub static PLATFORMS: [Platform; 7] = [
+    platform("linux64", "so", ["linux", "x86_64"], (Format::Elf, 62)),
+    platform("linux32", "so", ["linux", "x86"], (Format::Elf, 3)),
+    platform("aarch64-linux", "so", ["linux", "aarch64"], (Format::Elf, 183)),
+    platform("win64", "dll", ["windows", "x86_64"], (Format::Pe, 0x8664)),
+    platform("win32", "dll", ["windows", "x86"], (Format::Pe, 0x14c)),
+    platform("darwin64", "dylib", ["macos", "x86_64"], (Format::MachO, 0x0100_0007)),
+    platform("aarch64-darwin", "dylib", ["macos", "aarch64"], (Format::MachO, 0x0100_000c)),
+];
+
+const fn platform(
+    folder: &'static str,
+    extension: &'static str,
+    host: [&'static str; 2],
+    format: (Format, u32),
+) -> Platform {
+    Platform { folder, extension, host, format }
+}
+
+impl Platform {
+    /// The platform that cotree was built for, if importers have a name for it.
+    pub fn host() -> Option<Self> {
+        let host = [std::env::consts::OS, std::env::consts::ARCH];
+        PLATFORMS.iter().copied().find(|platform| platform.host == host)
+    }
+
+    /// The platform of that name.
+    ///
+    /// # Errors
+    /// There is no such platform.
+    pub fn named(name: &str) -> Result<Self, RuntimeError> {
+        let known = PLATFORMS.iter().copied().find(|platform| platform.folder == name);
+        known.ok_or_else(|| RuntimeError::Unknown { name: name.to_owned() })
+    }
+
+    /// Where its runtime lies in a folder of runtimes.
+    pub fn file(&self, runtimes: &Path) -> PathBuf {
+        runtimes.join(self.folder).join(format!("cotree_runtime.{}", self.extension))
+    }
+
+    /// Is this a shared library for the platform?
+    fn accepts(&self, library: &[u8]) -> bool {
+        let (format, processor) = self.format;
+        match format {
+            Format::Elf => library.starts_with(b"\x7fELF") && number(library, 18, 2) == Some(processor),
+            Format::MachO => library.starts_with(b"\xcf\xfa\xed\xfe") && number(library, 4, 4) == Some(processor),
+            Format::Pe => {
+                let header = number(library, 60, 4).map_or(usize::MAX, |offset| offset as usize);
+                let marked = header.checked_add(4).and_then(|end| library.get(header..end)) == Some(b"PE\0\0");
+                library.starts_with(b"MZ") && marked && number(library, header + 4, 2) == Some(processor)
+            }
+        }
+    }
+}
+
+/// A number of a header, lowest byte first.
+fn number(bytes: &[u8], from: usize, length: usize) -> Option<u32> {
+    let field = bytes.get(from..from.checked_add(length)?)?;
+    Some(field.iter().rev().fold(0, |number, &byte| number << 8 | u32::from(byte)))
+}
+
+/// A shared library and the platform it is for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Runtime {
+    /// The platform.
+    pub platform: Platform,
+    /// The shared library.
+    pub library: Cow<'static, [u8]>,
+}
+
+/// Why there is no runtime for a platform.
+#[derive(Debug, thiserror::Error)]
+pub enum RuntimeError {
+    /// FMI has no name for the platform, so no importer would find the shared library.
+    #[error("FMI has no folder name for this platform ({} on {})", std::env::consts::OS, std::env::consts::ARCH)]
+    Host,
+    /// There is no platform of that name.
+    #[error("there is no platform `{name}`; there are: {}", PLATFORMS.map(|platform| platform.folder).join(", "))]
+    Unknown {
+        /// What was asked for.
+        name: String,
+    },
+    /// No folder of runtimes has it.
+    #[error(
+        "there is no runtime for {platform}: `{}` does not exist\nBuild it with tools/build-runtimes.sh, and name its folder with \
+         --runtimes or in COTREE_RUNTIMES",
+        file.display()
+    )]
+    Missing {
+        /// The platform.
+        platform: &'static str,
+        /// Where it was looked for.
+        file: PathBuf,
+    },
+    /// The file cannot be read.
+    #[error("cannot read the runtime `{}`: {error}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Why not.
+        error: std::io::Error,
+    },
+    /// The file is for another platform, or no shared library at all.
+    #[error("`{}` is not a shared library for {platform}", file.display())]
+    Foreign {
+        /// The platform that it should be for.
+        platform: &'static str,
+        /// The file.
+        file: PathBuf,
+    },
+}
+
+impl Runtime {
+    /// The runtime that cotree carries inside itself.
+    ///
+    /// # Errors
+    /// FMI has no name for the platform.
+    pub fn embedded() -> Result<Self, RuntimeError> {
+        let platform = Platform::host().ok_or(RuntimeError::Host)?;
+        Ok(Self { platform, library: Cow::Borrowed(LIBRARY) })
+    }
+
+    /// The runtime for a platform: from the folder if it is there, otherwise the embedded one if it fits.
+    ///
+    /// # Errors
+    /// There is none, or the file is none.
+    pub fn find(platform: Platform, runtimes: &Path) -> Result<Self, RuntimeError> {
+        let file = platform.file(runtimes);
+        match fs::read(&file) {
+            Ok(library) if platform.accepts(&library) => Ok(Self { platform, library: library.into() }),
+            Ok(_) => Err(RuntimeError::Foreign { platform: platform.folder, file }),
+            Err(error) if error.kind() == ErrorKind::NotFound && Platform::host() == Some(platform) => Self::embedded(),
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                Err(RuntimeError::Missing { platform: platform.folder, file })
+            }
+            Err(error) => Err(RuntimeError::Read { file, error }),
+        }
+    }
+}
+
+/// The folder beside the `cotree` program where runtimes are looked for if no other is named.
+pub fn default_folder() -> PathBuf {
+    let program = std::env::current_exe().and_then(|program| program.canonicalize());
+    program.ok().and_then(|program| Some(program.parent()?.join(FOLDER))).unwrap_or_else(|| FOLDER.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_embedded_runtime_is_for_this_platform() {
+        let runtime = Runtime::embedded().unwrap();
+        for platform in PLATFORMS {
+            assert_eq!(platform.accepts(&runtime.library), platform == runtime.platform, "{platform:?}");
+        }
+    }
+
+    #[test]
+    fn headers_of_other_platforms_are_known() {
+        let mut dll = vec![0; 0x90];
+        dll[..2].copy_from_slice(b"MZ");
+        dll[60] = 0x80;
+        dll[0x80..0x86].copy_from_slice(b"PE\0\0\x64\x86");
+        assert!(Platform::named("win64").unwrap().accepts(&dll));
+        assert!(!Platform::named("win32").unwrap().accepts(&dll));
+        assert!(Platform::named("aarch64-darwin").unwrap().accepts(b"\xcf\xfa\xed\xfe\x0c\0\0\x01"));
+    }
+
+    #[test]
+    fn cut_off_libraries_are_refused() {
+        let mut far = vec![0xff; 64];
+        far[..2].copy_from_slice(b"MZ");
+        for bytes in [&b""[..], b"MZ", b"\x7fELF", b"\xcf\xfa\xed\xfe", &far] {
+            assert!(PLATFORMS.iter().all(|platform| !platform.accepts(bytes)), "{bytes:?}");
+        }
+    }
+
+    #[test]
+    fn a_folder_comes_before_the_embedded_runtime() {
+        let folder = tempfile::tempdir().unwrap();
+        let host = Platform::host().unwrap();
+        assert_eq!(Runtime::find(host, folder.path()).unwrap().library, LIBRARY);
+        let file = host.file(folder.path());
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        let mine = [LIBRARY, b"mine"].concat();
+        fs::write(&file, &mine).unwrap();
+        assert_eq!(Runtime::find(host, folder.path()).unwrap().library, mine);
+        fs::write(&file, b"text").unwrap();
+        assert!(matches!(Runtime::find(host, folder.path()), Err(RuntimeError::Foreign { .. })));
+    }
 }

@@ -1,12 +1,13 @@
-//! `modelDescription.xml` of FMI 2.0 for Co-Simulation.
+//! `modelDescription.xml` of FMI 2.0 for Co-Simulation and Model Exchange.
 
 use std::collections::BTreeMap;
 use std::io;
 
+use cotree_fmu::instance::DERIVATIVE_ORDER;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 
-use super::description::{Causality, Description, ScalarVariable, is_structured};
+use super::description::{Causality, Description, ScalarVariable, Start, is_structured};
 use crate::mechanism::Unit;
 
 /// Names of the log categories that the runtime uses, and what is logged under them.
@@ -21,6 +22,9 @@ pub fn model_description(description: &Description) -> io::Result<Vec<u8>> {
     let mut out = Writer::new_with_indent(Vec::new(), b' ', 2);
     out.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     element(&mut out, "fmiModelDescription", header(description), |out| {
+        if description.exchange.is_some() {
+            leaf(out, "ModelExchange", common(description))?;
+        }
         leaf(out, "CoSimulation", capabilities(description))?;
         units(out, description)?;
         element(out, "LogCategories", vec![], |out| {
@@ -49,21 +53,29 @@ fn header(description: &Description) -> Attributes {
     attributes.extend(about(&description.description));
     attributes.push(("generationTool", concat!("cotree ", env!("CARGO_PKG_VERSION")).into()));
     attributes.push(("variableNamingConvention", if structured { "structured" } else { "flat" }.into()));
+    attributes.extend(description.exchange.map(|indicators| ("numberOfEventIndicators", indicators.to_string())));
     attributes
 }
 
 fn capabilities(description: &Description) -> Attributes {
     let flags = [
+        ("canHandleVariableCommunicationStepSize", "true".to_owned()),
+        ("canInterpolateInputs", "true".to_owned()),
+        ("maxOutputDerivativeOrder", DERIVATIVE_ORDER.to_string()),
+        ("canRunAsynchronuously", "false".to_owned()), // spelt like this in the standard
+    ];
+    common(description).into_iter().chain(flags).collect()
+}
+
+/// What both interfaces can do.
+fn common(description: &Description) -> Attributes {
+    let flags = [
         ("needsExecutionTool", "false"),
-        ("canHandleVariableCommunicationStepSize", "true"),
-        ("canInterpolateInputs", "true"),
-        ("maxOutputDerivativeOrder", "0"),
-        ("canRunAsynchronuously", "false"), // spelt like this in the standard
         ("canBeInstantiatedOnlyOncePerProcess", "false"),
         ("canNotUseMemoryManagementFunctions", "true"),
         ("canGetAndSetFMUstate", "true"),
         ("canSerializeFMUstate", "true"),
-        ("providesDirectionalDerivative", "false"),
+        ("providesDirectionalDerivative", "true"),
     ];
     let mut attributes = vec![("modelIdentifier", description.identifier.clone())];
     attributes.extend(flags.map(|(name, value)| (name, value.to_owned())));
@@ -117,7 +129,14 @@ fn scalar(out: &mut Out, index: usize, variable: &ScalarVariable) -> io::Result<
     attributes.push(("variability", variable.causality.variability().into()));
     match variable.causality {
         Causality::Parameter { .. } => attributes.push(("initial", "exact".into())),
-        Causality::Output | Causality::Local => attributes.push(("initial", "calculated".into())),
+        Causality::Output | Causality::Local => {
+            let initial = match variable.start {
+                None => "calculated",
+                Some(Start::Exact(_)) => "exact",
+                Some(Start::Approximate(_)) => "approx",
+            };
+            attributes.push(("initial", initial.into()));
+        }
         Causality::Input { .. } | Causality::Independent => {} // the standard permits none
     }
     element(out, "ScalarVariable", attributes, |out| leaf(out, "Real", real(variable)))
@@ -134,6 +153,9 @@ fn real(variable: &ScalarVariable) -> Attributes {
         attributes.extend(min.map(|value| ("min", number(value))));
         attributes.extend(max.map(|value| ("max", number(value))));
         attributes.push(("start", number(start)));
+    }
+    if let Some(Start::Exact(value) | Start::Approximate(value)) = variable.start {
+        attributes.push(("start", number(value)));
     }
     attributes.extend(variable.derivative_of.map(|state| ("derivative", ordinal(state))));
     attributes

@@ -11,6 +11,13 @@ impl Arena {
         self.chain(expr, &of_symbol)
     }
 
+    /// d roots / d symbol; what the roots share is differentiated once.
+    pub fn derivatives(&mut self, roots: &[Expr], symbol: Symbol) -> Vec<Expr> {
+        let of_symbol = |_: &mut Arena, s: Symbol| if s == symbol { Expr::ONE } else { Expr::ZERO };
+        let known = self.chain_all(roots, &of_symbol);
+        roots.iter().map(|root| known[root]).collect()
+    }
+
     /// d expr / dt, through time, inputs, followers and coordinates; the derivatives of accelerations are not known and must
     /// not be asked for.
     pub fn time_derivative(&mut self, expr: Expr) -> Expr {
@@ -29,8 +36,13 @@ impl Arena {
 
     /// The chain rule, given the derivative of each symbol.
     fn chain(&mut self, expr: Expr, of_symbol: &dyn Fn(&mut Arena, Symbol) -> Expr) -> Expr {
+        self.chain_all(&[expr], of_symbol)[&expr]
+    }
+
+    /// The derivatives of everything that the roots are made of.
+    fn chain_all(&mut self, roots: &[Expr], of_symbol: &dyn Fn(&mut Arena, Symbol) -> Expr) -> HashMap<Expr, Expr> {
         let mut known: HashMap<Expr, Expr> = HashMap::new();
-        for inner in self.reachable([expr]) {
+        for inner in self.reachable(roots.iter().copied()) {
             let derivative = match self.node(inner) {
                 Node::Constant(_) => Expr::ZERO,
                 Node::Symbol(symbol) => of_symbol(self, symbol),
@@ -51,7 +63,7 @@ impl Arena {
             };
             known.insert(inner, derivative);
         }
-        known[&expr]
+        known
     }
 
     /// f'(a), where `value` is f(a).

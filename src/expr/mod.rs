@@ -2,6 +2,7 @@
 
 mod derivative;
 mod evaluate;
+mod import;
 mod simplify;
 
 use std::collections::HashMap;
@@ -196,14 +197,18 @@ impl Arena {
 
     /// All expressions that the given ones are made of, operands first.
     pub fn reachable(&self, roots: impl IntoIterator<Item = Expr>) -> Vec<Expr> {
-        let mut seen = vec![false; self.nodes.len()];
         let mut stack: Vec<Expr> = roots.into_iter().collect();
+        // No larger than the roots need: most questions are about small expressions of a large arena.
+        let mut seen = vec![false; stack.iter().max().map_or(0, |root| root.index() + 1)];
+        let mut found = Vec::new();
         while let Some(expr) = stack.pop() {
             if !std::mem::replace(&mut seen[expr.index()], true) {
+                found.push(expr);
                 stack.extend(self.node(expr).operands());
             }
         }
-        (0..self.nodes.len()).filter(|&i| seen[i]).map(|i| Expr(i as u32)).collect()
+        found.sort_unstable();
+        found
     }
 
     /// The symbols that the given expressions depend on, in order.

@@ -89,6 +89,11 @@ impl<D> LinearGraph<D> {
         &self.graph[NodeIndex::new(node.0)]
     }
 
+    /// The user's names of all nodes, the datum's first.
+    pub fn node_names(&self) -> impl Iterator<Item = &str> {
+        self.graph.node_weights().map(String::as_str)
+    }
+
     /// The elements and their nodes, in the order in which they were added.
     pub fn edges(&self) -> impl Iterator<Item = (ElementId, [Node<D>; 2])> + '_ {
         self.graph.edge_indices().map(|edge| (self.graph[edge], self.ends(edge)))

@@ -58,7 +58,11 @@ impl<D> Topology<D> {
 
     /// The row of the circuit matrix \[B\] of one chord: {r}_c = -\[B\]{r}_b (Eq. 12).
     pub fn circuit(&self, chord: ElementId) -> SignedRow {
-        let [a, b] = self.ends(chord);
+        self.circuit_between(self.ends(chord))
+    }
+
+    /// The row of a chord that is no edge of the graph.
+    pub fn circuit_between(&self, [a, b]: [Node<D>; 2]) -> SignedRow {
         let mut row: HashMap<ElementId, i8> = HashMap::new();
         for (end, side) in [(b, -1), (a, 1)] {
             let mut node = end;

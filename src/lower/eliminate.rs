@@ -1,12 +1,14 @@
 //! Symbolic LDL^T of the equations of motion \[M J^T; J 0\], in an order that is safe for every pose.
 //!
-//! Safe pivots: (a) a coordinate that moves mass, at any time; (b) a multiplier, once all its coordinates are eliminated; (c) a light coordinate
-//! together with a multiplier whose entry for it is a constant: the pair's determinant is minus the square of that constant,
-//! whatever the pose and however small the mass. Among those the cheapest (least fill) goes first.
+//! First, each light coordinate goes together with a multiplier whose entry for it is a constant, if there is one: the pair's determinant is minus the
+//! square of that constant, whatever the pose and however small the mass. Then loop equations are added to the mass matrix until it is positive
+//! definite ([`super::strengthen`]). After that every pivot is safe that is (a) a coordinate, or (b) a multiplier whose coordinates have all been eliminated. Among
+//! those the cheapest (least fill) goes first.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use crate::expr::{Arena, Expr};
+use super::strengthen::{LIGHT, Row, additions};
+use crate::expr::{Arena, Expr, Symbol};
 
 /// Rows of a symmetric matrix, both triangles stored.
 type Rows = Vec<BTreeMap<usize, Expr>>;
@@ -24,21 +26,25 @@ enum Step {
     One { index: usize, inverse: Expr, below: Vec<(usize, Expr)> },
     /// A pair \[a b; b 0\] with constant b, and (row, multipliers of the pair's rows).
     Two { pair: [usize; 2], diagonal: Expr, inverse: Expr, below: Vec<(usize, [Expr; 2])> },
+    /// A loop equation is added to rows of coordinates: (row, minus the factor).
+    Add { index: usize, to: Vec<(usize, Expr)> },
 }
 
-/// A coordinate that moves no mass, so that its acceleration is not determined.
+/// A coordinate that moves no mass and is not held, so that its acceleration is not determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undetermined(pub usize);
 
 /// The matrix to be eliminated.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy)]
 pub struct System<'a> {
     /// \[M\] by rows.
     pub mass: &'a [Vec<(usize, Expr)>],
     /// \[Phi_q\] by rows, active constraints only.
     pub jacobian: &'a [Vec<(usize, Expr)>],
-    /// Which coordinates move so little mass that their pivot would be poor.
-    pub light: &'a [bool],
+    /// Natural sizes of the coordinates: a mass and an inertia compare by the energy of a motion of this size.
+    pub scales: &'a [f64],
+    /// Values of all symbols in a typical pose: they tell which pivots are poor.
+    pub values: &'a dyn Fn(Symbol) -> f64,
 }
 
 impl Factor {
@@ -49,18 +55,15 @@ impl Factor {
     pub fn new(arena: &mut Arena, system: &System) -> Result<Factor, Undetermined> {
         let coordinates = system.mass.len();
         let size = coordinates + system.jacobian.len();
-        let mut elimination =
-            Elimination { rows: rows(system), left: (0..size).collect(), light: system.light, coordinates };
-        let mut steps = Vec::with_capacity(size);
-        while !elimination.left.is_empty() {
-            let step = match elimination.choose(arena, system) {
-                Some(Pivot::One(index)) => elimination.eliminate_one(arena, index),
-                Some(Pivot::Two(pair)) => elimination.eliminate_two(arena, pair),
-                None => return Err(Undetermined(elimination.stuck())),
-            };
-            steps.push(step);
+        let mut elimination = Elimination::new(system);
+        elimination.eliminate_pairs(arena, system);
+        elimination.strengthen(arena, system)?;
+        elimination.find_safe();
+        while elimination.left > 0 {
+            let index = elimination.choose().ok_or_else(|| Undetermined(elimination.stuck()))?;
+            elimination.eliminate_one(arena, index);
         }
-        Ok(Factor { steps, size })
+        Ok(Factor { steps: elimination.steps, size })
     }
 
     /// Solves for one right-hand side: first the coordinates' entries, then the multipliers'.
@@ -69,7 +72,7 @@ impl Factor {
         x.resize(self.size, Expr::ZERO);
         for step in &self.steps {
             match step {
-                Step::One { index, below, .. } => {
+                Step::One { index, below, .. } | Step::Add { index, to: below } => {
                     for (row, factor) in below {
                         x[*row] = minus_product(arena, x[*row], *factor, x[*index]);
                     }
@@ -111,58 +114,139 @@ impl Step {
                 x[*i] = first;
                 x[*k] = second;
             }
+            // The added equation holds: the solution is that without it.
+            Step::Add { .. } => {}
         }
     }
 }
 
-enum Pivot {
-    One(usize),
-    Two([usize; 2]),
-}
-
-struct Elimination<'a> {
+struct Elimination {
     rows: Rows,
-    left: Vec<usize>,
-    light: &'a [bool],
     coordinates: usize,
+    gone: Vec<bool>,
+    /// How many rows are not eliminated yet.
+    left: usize,
+    /// For each coordinate the multipliers that wait for it.
+    waiting: Vec<Vec<usize>>,
+    /// For each multiplier how many of its coordinates are left.
+    awaited: Vec<usize>,
+    /// Safe pivots, the cheapest first.
+    safe: BTreeSet<(usize, usize)>,
+    /// The cost under which a row is among the safe ones.
+    costs: Vec<Option<usize>>,
+    steps: Vec<Step>,
 }
 
-impl Elimination<'_> {
-    /// The cheapest safe pivot; if there is none, the least unsafe one.
-    fn choose(&self, arena: &Arena, system: &System) -> Option<Pivot> {
-        let cost = |index: usize| self.rows[index].len() * self.rows[index].len();
-        let safe = self.left.iter().copied().filter(|&index| self.is_safe(system, index));
-        if let Some(index) = safe.min_by_key(|&index| (cost(index), index)) {
-            return Some(Pivot::One(index));
-        }
-        let pairs = self.left.iter().filter(|&&index| self.is_light(index)).flat_map(|&index| {
-            let row = &self.rows[index];
-            row.iter()
-                .filter(|(other, entry)| self.is_fresh_multiplier(**other) && arena.as_constant(**entry).is_some())
-                .map(move |(&other, _)| [index, other])
-        });
-        if let Some(pair) = pairs.min_by_key(|&[i, k]| (cost(i) + cost(k), i)) {
-            return Some(Pivot::Two(pair));
-        }
-        self.left.iter().copied().filter(|&index| self.has_pivot(index)).min_by_key(|&i| (cost(i), i)).map(Pivot::One)
-    }
-
-    fn is_safe(&self, system: &System, index: usize) -> bool {
-        if index < self.coordinates {
-            !self.light[index]
-        } else {
-            let row = &system.jacobian[index - self.coordinates];
-            self.has_pivot(index) && row.iter().all(|(column, _)| self.left.binary_search(column).is_err())
+impl Elimination {
+    fn new(system: &System) -> Self {
+        let coordinates = system.mass.len();
+        let size = coordinates + system.jacobian.len();
+        Elimination {
+            rows: rows(system),
+            coordinates,
+            gone: vec![false; size],
+            left: size,
+            waiting: vec![Vec::new(); coordinates],
+            awaited: vec![0; system.jacobian.len()],
+            safe: BTreeSet::new(),
+            costs: vec![None; size],
+            steps: Vec::new(),
         }
     }
 
-    fn is_light(&self, index: usize) -> bool {
-        index < self.coordinates && self.light[index]
+    /// Light coordinates whose multiplier has a constant entry for them.
+    fn eliminate_pairs(&mut self, arena: &mut Arena, system: &System) {
+        let diagonal: Vec<Expr> = (0..self.coordinates).map(|i| self.entry(i, i)).collect();
+        let mut weights = arena.evaluate(&diagonal, &system.values);
+        weights.iter_mut().zip(system.scales).for_each(|(weight, scale)| *weight *= scale * scale);
+        let heaviest = weights.iter().copied().fold(0.0, f64::max);
+        let light: Vec<usize> = (0..self.coordinates).filter(|&i| weights[i] <= LIGHT * heaviest).collect();
+        loop {
+            let cost = |index: usize| self.rows[index].len() * self.rows[index].len();
+            let left = light.iter().filter(|&&index| !self.gone[index]);
+            let pairs = left.flat_map(|&index| {
+                let constant = |entry: Expr| arena.as_constant(entry).is_some_and(|value| value != 0.0);
+                let row = self.rows[index].range(self.coordinates..);
+                row.filter(move |(_, entry)| constant(**entry)).map(move |(&other, _)| [index, other])
+            });
+            let Some(pair) = pairs.min_by_key(|&[i, k]| (cost(i) + cost(k), i)) else { return };
+            self.eliminate_two(arena, pair);
+        }
     }
 
-    /// A multiplier whose diagonal is still zero.
-    fn is_fresh_multiplier(&self, index: usize) -> bool {
-        index >= self.coordinates && !self.has_pivot(index)
+    /// Adds loop equations until the mass matrix is positive definite.
+    fn strengthen(&mut self, arena: &mut Arena, system: &System) -> Result<(), Undetermined> {
+        let mut places: Vec<(usize, usize)> = Vec::new();
+        for index in (0..self.rows.len()).filter(|&index| !self.gone[index]) {
+            places.extend(self.rows[index].range(..self.coordinates).map(|(&column, _)| (index, column)));
+        }
+        let entries: Vec<Expr> = places.iter().map(|&(row, column)| self.entry(row, column)).collect();
+        let mut mass = vec![Row::new(); self.coordinates];
+        let mut loops: BTreeMap<usize, Row> = BTreeMap::new();
+        for index in (0..self.coordinates).filter(|&index| !self.gone[index]) {
+            mass[index].insert(index, 0.0);
+        }
+        for ((row, column), value) in places.into_iter().zip(arena.evaluate(&entries, &system.values)) {
+            let value = value * system.scales[column];
+            if row < self.coordinates {
+                mass[row].insert(column, value * system.scales[row]);
+            } else {
+                loops.entry(row).or_default().insert(column, value);
+            }
+        }
+        for (index, weight) in additions(mass, &loops)? {
+            self.add(arena, index, weight);
+        }
+        Ok(())
+    }
+
+    /// From here on a multiplier waits for the coordinates that it now holds.
+    fn find_safe(&mut self) {
+        for multiplier in self.coordinates..self.rows.len() {
+            for &column in self.rows[multiplier].range(..self.coordinates).map(|(column, _)| column) {
+                self.waiting[column].push(multiplier);
+                self.awaited[multiplier - self.coordinates] += 1;
+            }
+        }
+        (0..self.rows.len()).for_each(|index| self.refresh(index));
+    }
+
+    /// M + w J_k^T J_k
+    fn add(&mut self, arena: &mut Arena, index: usize, weight: f64) {
+        let row: Vec<(usize, Expr)> = self.rows[index].range(..self.coordinates).map(|(&c, &e)| (c, e)).collect();
+        let minus_weight = arena.constant(-weight);
+        let to: Vec<(usize, Expr)> = row.iter().map(|&(c, e)| (c, arena.multiply(minus_weight, e))).collect();
+        for (place, &(column, factor)) in to.iter().enumerate() {
+            for &(other, entry) in &row[place..] {
+                self.subtract(arena, [column, other], factor, entry);
+            }
+        }
+        self.steps.push(Step::Add { index, to });
+    }
+
+    /// The cheapest safe pivot.
+    fn choose(&self) -> Option<usize> {
+        self.safe.first().map(|&(_, index)| index)
+    }
+
+    fn is_safe(&self, index: usize) -> bool {
+        self.has_pivot(index) && (index < self.coordinates || self.awaited[index - self.coordinates] == 0)
+    }
+
+    /// Notes anew whether a row is a safe pivot, and at what cost.
+    fn refresh(&mut self, index: usize) {
+        if let Some(cost) = self.costs[index].take() {
+            self.safe.remove(&(cost, index));
+        }
+        if !self.gone[index] && self.is_safe(index) {
+            let cost = self.rows[index].len() * self.rows[index].len();
+            self.costs[index] = Some(cost);
+            self.safe.insert((cost, index));
+        }
+    }
+
+    fn entry(&self, row: usize, column: usize) -> Expr {
+        self.rows[row].get(&column).copied().unwrap_or(Expr::ZERO)
     }
 
     fn has_pivot(&self, index: usize) -> bool {
@@ -170,10 +254,10 @@ impl Elimination<'_> {
     }
 
     fn stuck(&self) -> usize {
-        self.left.iter().copied().find(|&index| index < self.coordinates).unwrap_or_default()
+        (0..self.coordinates).find(|&index| !self.gone[index]).unwrap_or_default()
     }
 
-    fn eliminate_one(&mut self, arena: &mut Arena, index: usize) -> Step {
+    fn eliminate_one(&mut self, arena: &mut Arena, index: usize) {
         let mut column = self.take(index);
         let pivot = column.remove(&index).unwrap_or(Expr::ZERO);
         let inverse = arena.divide(Expr::ONE, pivot);
@@ -184,10 +268,11 @@ impl Elimination<'_> {
                 self.subtract(arena, [row, other], factor, entry);
             }
         }
-        Step::One { index, inverse, below }
+        below.iter().for_each(|&(row, _)| self.refresh(row));
+        self.steps.push(Step::One { index, inverse, below });
     }
 
-    fn eliminate_two(&mut self, arena: &mut Arena, [i, k]: [usize; 2]) -> Step {
+    fn eliminate_two(&mut self, arena: &mut Arena, [i, k]: [usize; 2]) {
         let (mut first, mut second) = (self.take(i), self.take(k));
         let diagonal = first.remove(&i).unwrap_or(Expr::ZERO);
         let coupling = first.remove(&k).unwrap_or(Expr::ZERO);
@@ -208,7 +293,7 @@ impl Elimination<'_> {
                 }
             }
         }
-        Step::Two { pair: [i, k], diagonal, inverse, below: below.into_iter().collect() }
+        self.steps.push(Step::Two { pair: [i, k], diagonal, inverse, below: below.into_iter().collect() });
     }
 
     /// Takes a row out of the matrix.
@@ -217,7 +302,15 @@ impl Elimination<'_> {
         for other in row.keys().filter(|&&other| other != index) {
             self.rows[*other].remove(&index);
         }
-        self.left.retain(|&other| other != index);
+        self.gone[index] = true;
+        self.left -= 1;
+        self.refresh(index);
+        if index < self.coordinates {
+            for multiplier in std::mem::take(&mut self.waiting[index]) {
+                self.awaited[multiplier - self.coordinates] -= 1;
+                self.refresh(multiplier);
+            }
+        }
         row
     }
 
@@ -259,7 +352,7 @@ mod tests {
     use super::*;
 
     /// Solves a system of numbers and compares with what it was made from.
-    fn check(mass: &[&[f64]], jacobian: &[&[f64]], light: &[bool]) {
+    fn check(mass: &[&[f64]], jacobian: &[&[f64]]) {
         let mut arena = Arena::default();
         let mut sparse = |rows: &[&[f64]]| -> Vec<Vec<(usize, Expr)>> {
             rows.iter()
@@ -269,7 +362,8 @@ mod tests {
                 .collect()
         };
         let (mass_rows, jacobian_rows) = (sparse(mass), sparse(jacobian));
-        let system = System { mass: &mass_rows, jacobian: &jacobian_rows, light };
+        let system =
+            System { mass: &mass_rows, jacobian: &jacobian_rows, scales: &vec![1.0; mass.len()], values: &|_| 0.0 };
         let factor = Factor::new(&mut arena, &system).unwrap();
         let (n, m) = (mass.len(), jacobian.len());
         let solution: Vec<f64> = (0..n + m).map(|i| 1.0 + i as f64 * 0.7).collect();
@@ -291,22 +385,24 @@ mod tests {
 
     #[test]
     fn coordinates_before_their_multipliers() {
-        check(
-            &[&[4.0, 1.0, 0.0], &[1.0, 3.0, 0.5], &[0.0, 0.5, 2.0]],
-            &[&[1.0, 2.0, 0.0], &[0.0, 1.0, -1.0]],
-            &[false; 3],
-        );
+        check(&[&[4.0, 1.0, 0.0], &[1.0, 3.0, 0.5], &[0.0, 0.5, 2.0]], &[&[1.0, 2.0, 0.0], &[0.0, 1.0, -1.0]]);
     }
 
     #[test]
     fn a_coordinate_without_mass_goes_with_its_multiplier() {
-        check(&[&[4.0, 1.0, 0.0], &[1.0, 3.0, 0.0], &[0.0, 0.0, 0.0]], &[&[0.3, 0.2, 1.0]], &[false, false, true]);
+        check(&[&[4.0, 1.0, 0.0], &[1.0, 3.0, 0.0], &[0.0, 0.0, 0.0]], &[&[0.3, 0.2, 1.0]]);
+    }
+
+    #[test]
+    fn coordinates_that_move_the_same_mass_need_their_loop_equation() {
+        check(&[&[4.0, 4.0, 0.0], &[4.0, 4.0, 0.0], &[0.0, 0.0, 1.0]], &[&[0.3, 0.2, 1.0]]);
     }
 
     #[test]
     fn a_coordinate_that_nothing_holds_is_reported() {
         let mut arena = Arena::default();
-        let system = System { mass: &[vec![(0, Expr::ONE)], vec![]], jacobian: &[], light: &[false, true] };
+        let system =
+            System { mass: &[vec![(0, Expr::ONE)], vec![]], jacobian: &[], scales: &[1.0; 2], values: &|_| 0.0 };
         assert_eq!(Factor::new(&mut arena, &system).unwrap_err(), Undetermined(1));
     }
 }

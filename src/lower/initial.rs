@@ -16,9 +16,31 @@ pub(super) struct Conditions {
     pub jacobian: Vec<((u32, u32), Expr)>,
 }
 
+/// A line of `[initial]` whose value is a number: it can be set under the name of its variable.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Settable<'m> {
+    /// The line.
+    pub line: &'m Initial,
+    /// The number.
+    pub value: f64,
+}
+
+/// All initial values that can be set. In the register file they come after the scene's parameters.
+pub(super) fn settable<'m>(equations: &mut Equations<'m>) -> Vec<Settable<'m>> {
+    let mut settable = Vec::new();
+    for line in &equations.system.mechanism.initial {
+        let value = equations.formula(&line.value);
+        if let Some(value) = equations.system.arena.as_constant(value) {
+            settable.push(Settable { line, value });
+        }
+    }
+    settable
+}
+
 /// The conditions on positions (`Order::Position`) or on velocities.
 pub(super) fn conditions(equations: &mut Equations, order: Order, length: f64) -> Conditions {
     let mechanism = equations.system.mechanism;
+    let settable = settable(equations);
     let chosen: Vec<&Initial> =
         mechanism.initial.iter().filter(|initial| order_of(initial.variable.quantity) == order).collect();
     let mut result = Conditions::default();
@@ -33,7 +55,10 @@ pub(super) fn conditions(equations: &mut Equations, order: Order, length: f64) -
             scale: if angular { 1.0 } else { length },
         });
         result.results.push(value);
-        targets.push(equations.formula(&initial.value));
+        targets.push(match settable.iter().position(|settable| std::ptr::eq(settable.line, initial)) {
+            Some(place) => equations.system.arena.symbol(Symbol::Parameter(mechanism.parameters.len() + place)),
+            None => equations.formula(&initial.value),
+        });
         differentiate(equations, value, order, row, &mut result.jacobian);
     }
     result.results.extend(targets);
@@ -61,7 +86,7 @@ fn differentiate(
     }
 }
 
-fn order_of(quantity: Quantity) -> Order {
+pub(super) fn order_of(quantity: Quantity) -> Order {
     match quantity {
         Quantity::Vx | Quantity::Vy | Quantity::Omega | Quantity::V | Quantity::Rate => Order::Velocity,
         _ => Order::Position,

@@ -4,14 +4,23 @@
 //! equations are found. Then, knowing which equations count, everything ([`program`]).
 
 mod arms;
+mod blocks;
+mod cost;
 mod eliminate;
+mod indicators;
 mod initial;
+mod motion;
 mod program;
 mod series;
+mod solve_tree;
+mod strengthen;
 mod table;
 mod tape;
 
+pub use cost::Cost;
 pub use eliminate::{Factor, System, Undetermined};
-pub use program::{Lowered, Pose, positions, program};
-pub use table::{Row, Table};
+pub use motion::{MotionSystem, Solver};
+pub use program::{Lowered, Pose, kernel_cost, positions, program};
+pub use solve_tree::{SolveTree, in_solve_tree};
+pub use table::{Row, Start, Table};
 pub use tape::Assembler;

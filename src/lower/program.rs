@@ -1,16 +1,21 @@
 //! The kernels of a program.
 
 use cotree_fmu::program::{
-    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion, Parameter,
-    Program, SparseTape, Tapes,
+    Block, Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion,
+    Parameter, Program, SparseTape, Tapes,
 };
 use cotree_fmu::series::form::ArmForm;
 
 use super::arms::arm_form;
-use super::eliminate::{Factor, System, Undetermined};
-use super::initial::{Conditions, conditions};
+use super::blocks::blocks;
+use super::cost::Cost;
+use super::eliminate::Undetermined;
+use super::indicators::indicators;
+use super::initial::{Conditions, Settable, conditions, settable};
+use super::solve_tree::{self, SolveTree};
 use super::table::Table;
 use super::tape::Assembler;
+use crate::element::Held;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::mechanism::Method;
@@ -26,12 +31,14 @@ pub struct Lowered {
     pub solved: Vec<Expr>,
     /// Why dynamic motion is not integrated by Taylor series, if it is not.
     pub no_series: Option<String>,
+    /// The trees behind the acceleration kernel, where they are not those of the coordinates.
+    pub solve_tree: Option<SolveTree>,
 }
 
 /// A consistent pose at default parameters: where the weight of pivots is judged.
 #[derive(Clone, Debug, Default)]
 pub struct Pose {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
     /// Coordinates.
     pub positions: Vec<f64>,
@@ -57,8 +64,10 @@ struct MotionKernels {
     project_position: Vec<Expr>,
     project_velocity: Vec<Expr>,
     inverse: Option<Vec<Expr>>,
+    indicators: Vec<Expr>,
     outputs: Vec<Expr>,
     arms: Option<(ArmForm, Vec<Expr>)>,
+    solve_tree: Option<SolveTree>,
 }
 
 /// A program with which the mechanism can be assembled, but not moved.
@@ -78,8 +87,9 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     let kernels = PositionKernels::new(equations, length);
     let mut moving = MotionKernels::default();
     if motion == Motion::Dynamic {
-        moving.eliminate(equations, &kernels, active, pose)?;
+        moving.eliminate(equations, &kernels, (length, active), pose)?;
     }
+    moving.indicators = indicators(&mut equations.system.arena, &moving.acceleration);
     let solved = if motion == Motion::Dynamic { moving.acceleration.clone() } else { driving(&kernels) };
     let table = Table::new(equations, motion, &solved);
     moving.outputs.clone_from(&table.results);
@@ -87,7 +97,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
         moving.inverse = Some(inverse(equations));
     }
-    let series = if motion == Motion::Dynamic { series(equations, active) } else { Ok(None) };
+    let series = if motion == Motion::Dynamic { series(equations, active).map(Some) } else { Ok(None) };
     let mut no_series = series.as_ref().err().cloned();
     moving.arms = series.unwrap_or_default();
     let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
@@ -95,13 +105,13 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         program.engine = Engine::Dop853;
         no_series = Some("its equations are many and know little of each other".into());
     }
-    Ok(Lowered { program, table, solved: moving.acceleration, no_series })
+    Ok(Lowered { program, table, solved: moving.acceleration, solve_tree: moving.solve_tree, no_series })
 }
 
 /// The arm form with the expressions of its coefficients, unless the scene asks for another method.
-fn series(equations: &mut Equations, active: &[bool]) -> Result<Option<(ArmForm, Vec<Expr>)>, String> {
+fn series(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Expr>), String> {
     match equations.system.mechanism.solver.method {
-        Method::Auto => arm_form(equations, active).map(Some),
+        Method::Auto => arm_form(equations, active),
         Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
     }
 }
@@ -148,37 +158,21 @@ impl MotionKernels {
         &mut self,
         equations: &mut Equations,
         kernels: &PositionKernels,
-        active: &[bool],
+        (length, active): (f64, &[bool]),
         pose: &Pose,
     ) -> Result<(), Undetermined> {
-        let dynamics = equations.dynamics().clone();
-        let light = light(equations, &dynamics.mass, pose);
-        let rows: Vec<usize> = (0..active.len()).filter(|&row| active[row]).collect();
-        let jacobian: Vec<Vec<(usize, Expr)>> =
-            rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
+        let (solver, solve_tree) = solve_tree::solver(equations, active, length, pose)?;
+        self.solve_tree = solve_tree;
         let arena = &mut equations.system.arena;
-        let factor = Factor::new(arena, &System { mass: &dynamics.mass, jacobian: &jacobian, light: &light })?;
-        let coordinates = dynamics.load.len();
-
-        let mut right = dynamics.load;
-        right.extend(rows.iter().map(|&row| kernels.gamma[row]));
-        let solution = factor.solve(arena, &right);
-        self.acceleration = solution[..coordinates].to_vec();
-        let mut reactions = vec![Expr::ZERO; active.len()];
-        for (&row, &reaction) in rows.iter().zip(&solution[coordinates..]) {
-            reactions[row] = reaction;
-        }
-        self.acceleration.extend(reactions);
-        if rows.is_empty() {
+        self.acceleration = solver.motion(arena, active.len());
+        if !active.contains(&true) {
             return Ok(());
         }
         for (residuals, kernel) in
             [(&kernels.constraint, &mut self.project_position), (&kernels.constraint_rate, &mut self.project_velocity)]
         {
-            let mut right = vec![Expr::ZERO; coordinates];
-            right.extend(rows.iter().map(|&row| arena.negate(residuals[row])));
             kernel.clone_from(residuals);
-            kernel.extend(&factor.solve(arena, &right)[..coordinates]);
+            kernel.extend(solver.projection(arena, residuals));
         }
         Ok(())
     }
@@ -199,29 +193,26 @@ fn inverse(equations: &mut Equations) -> Vec<Expr> {
     .collect()
 }
 
-/// Coordinates whose mass is under 1e-4 of the largest at the pose: their pivots wait until nothing better is left.
-fn light(equations: &Equations, mass: &[Vec<(usize, Expr)>], pose: &Pose) -> Vec<bool> {
-    let diagonal: Vec<Expr> = mass
-        .iter()
-        .enumerate()
-        .map(|(index, row)| row.iter().find(|(column, _)| *column == index).map_or(Expr::ZERO, |(_, entry)| *entry))
-        .collect();
+/// The registers of the inputs of all kernels.
+fn layout(equations: &Equations, starts: usize) -> Layout {
     let mechanism = equations.system.mechanism;
-    let values = |symbol: Symbol| match symbol {
-        Symbol::Time => pose.time,
-        Symbol::Parameter(i) => mechanism.parameters[i].value,
-        Symbol::Input(i, Order::Position) => mechanism.inputs[i].start,
-        Symbol::Coordinate(i, Order::Position) => pose.positions.get(i).copied().unwrap_or_default(),
-        Symbol::Follower(i, Order::Position) => pose.followers.get(i).copied().unwrap_or_default(),
-        _ => 0.0,
-    };
-    let weights = equations.system.arena.evaluate(&diagonal, &values);
-    let heaviest = weights.iter().copied().fold(0.0, f64::max);
-    weights.iter().map(|weight| *weight <= 1e-4 * heaviest).collect()
+    Layout::new(
+        mechanism.parameters.len() + starts,
+        mechanism.inputs.len(),
+        equations.system.followers.len(),
+        equations.coordinates.len(),
+        equations.constraints.len(),
+    )
+}
+
+/// What a kernel with these results costs, the parameter stage left out.
+pub fn kernel_cost(equations: &Equations, results: &[Expr]) -> Cost {
+    let mut assembler = Assembler::new(&equations.system.arena, layout(equations, 0), &[results]);
+    Cost::of(&assembler.tape(results))
 }
 
 fn assemble(
-    equations: &Equations,
+    equations: &mut Equations,
     (length, active): (f64, &[bool]),
     position: &PositionKernels,
     moving: &MotionKernels,
@@ -229,13 +220,8 @@ fn assemble(
     table: &Table,
 ) -> Program {
     let mechanism = equations.system.mechanism;
-    let layout = Layout::new(
-        mechanism.parameters.len(),
-        mechanism.inputs.len(),
-        equations.system.followers.len(),
-        equations.coordinates.len(),
-        equations.constraints.len(),
-    );
+    let starts = settable(equations);
+    let layout = layout(equations, starts.len());
     let sparse = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
     let (jacobian, q_jacobian, v_jacobian) =
         (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
@@ -257,6 +243,7 @@ fn assemble(
             &moving.project_position,
             &moving.project_velocity,
             inverse,
+            &moving.indicators,
             &moving.outputs,
             coefficients,
         ],
@@ -272,6 +259,7 @@ fn assemble(
         project_position: assembler.tape(&moving.project_position),
         project_velocity: assembler.tape(&moving.project_velocity),
         inverse: moving.inverse.as_ref().map(|results| assembler.tape(results)),
+        indicators: assembler.tape(&moving.indicators),
         outputs: assembler.tape(&moving.outputs),
     };
     let initial = Initial {
@@ -296,12 +284,13 @@ fn assemble(
         name: mechanism.name.clone(),
         guid: String::from("draft"),
         experiment: experiment(equations),
-        parameters: parameters(equations),
+        parameters: parameters(equations, &starts),
         inputs: inputs(equations),
         followers: followers(equations, length),
         coordinates: coordinates(equations, length),
         constraints: constraints(equations, length, active),
         motion,
+        blocks: if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() },
         length,
         variables: table.variables(),
         constants: assembler.constants.clone(),
@@ -311,6 +300,15 @@ fn assemble(
         engine: if arms.is_some() { Engine::Taylor } else { Engine::Dop853 },
         arms,
     }
+}
+
+/// The blocks of the independent loop equations.
+fn solution_order(equations: &Equations, active: &[bool]) -> Vec<Block> {
+    let rows = equations.constraints.iter().enumerate().filter(|(row, _)| active[*row]);
+    let incidence: Vec<(u32, Vec<u32>)> = rows
+        .map(|(row, constraint)| (row as u32, constraint.jacobian.iter().map(|&(column, _)| column as u32).collect()))
+        .collect();
+    blocks(&incidence, equations.coordinates.len())
 }
 
 fn experiment(equations: &Equations) -> Experiment {
@@ -325,7 +323,8 @@ fn experiment(equations: &Equations) -> Experiment {
     }
 }
 
-fn parameters(equations: &Equations) -> Vec<Parameter> {
+/// Those of the scene, then the initial values that can be set.
+fn parameters(equations: &Equations, starts: &[Settable]) -> Vec<Parameter> {
     let of = |parameter: &crate::mechanism::Parameter| Parameter {
         name: parameter.name.clone(),
         start: parameter.value,
@@ -333,7 +332,15 @@ fn parameters(equations: &Equations) -> Vec<Parameter> {
         max: parameter.max,
         tunable: parameter.tunable,
     };
-    equations.system.mechanism.parameters.iter().map(of).collect()
+    let mechanism = equations.system.mechanism;
+    let start = |start: &Settable| Parameter {
+        name: mechanism.variable_name(start.line.variable),
+        start: start.value,
+        min: None,
+        max: None,
+        tunable: false,
+    };
+    mechanism.parameters.iter().map(of).chain(starts.iter().map(start)).collect()
 }
 
 fn inputs(equations: &Equations) -> Vec<Input> {
@@ -372,7 +379,7 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
 fn constraints(equations: &Equations, length: f64, active: &[bool]) -> Vec<Constraint> {
     let rows = equations.constraints.iter().zip(active);
     rows.map(|(constraint, &active)| {
-        let angular = constraint.direction.is_none();
+        let angular = constraint.held == Held::Angle;
         Constraint {
             owner: equations.system.element(constraint.element).name.clone(),
             scale: if angular { 1.0 } else { length },

@@ -1,12 +1,13 @@
 //! The variables of the FMU: parameters, inputs, coordinates with their derivatives, and what the scene asks for.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use cotree_fmu::program::{Motion, Source, Variable};
 
+use super::initial::{order_of, settable};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::mechanism::Unit;
+use crate::mechanism::{Quantity, Unit};
 
 /// A variable with what the outside world is told about it.
 #[derive(Clone, Debug)]
@@ -23,10 +24,23 @@ pub struct Row {
     pub output: bool,
     /// Its row's derivative, if it is one: the place of what it is the derivative of.
     pub derivative_of: Option<usize>,
+    /// Its initial value, if that can be set.
+    pub start: Option<Start>,
     /// Its value as an expression.
     pub value: Expr,
     /// Places of the inputs and states that it depends on.
     pub dependencies: Vec<usize>,
+}
+
+/// An initial value that can be set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// Its default, SI.
+    pub value: f64,
+    /// Does it hold, or is it a guess?
+    pub known: bool,
+    /// Its place among the parameters of the program.
+    pub parameter: u32,
 }
 
 /// All variables, and the expressions of those that need a kernel.
@@ -43,15 +57,24 @@ impl Table {
     pub fn new(equations: &mut Equations, motion: Motion, solved: &[Expr]) -> Table {
         let mut table = Table::default();
         table.add_parameters_and_inputs(equations);
-        table.add_coordinates(equations, motion);
-        table.add_outputs(equations);
+        let members = coordinate_members(equations);
+        table.add_outputs(equations, &members);
+        table.add_members(&members, motion);
+        table.add_starts(equations);
         table.find_dependencies(equations, motion, solved);
         table
     }
 
     /// What the runtime needs to know.
     pub fn variables(&self) -> Vec<Variable> {
-        self.rows.iter().map(|row| Variable { name: row.name.clone(), source: row.source }).collect()
+        self.rows
+            .iter()
+            .map(|row| Variable {
+                name: row.name.clone(),
+                source: row.source,
+                initial: row.start.map(|start| start.parameter),
+            })
+            .collect()
     }
 
     fn add_parameters_and_inputs(&mut self, equations: &mut Equations) {
@@ -70,58 +93,71 @@ impl Table {
         }
     }
 
-    /// q, v and a of every coordinate; in a dynamic model v is the derivative of q and a that of v.
-    fn add_coordinates(&mut self, equations: &mut Equations, motion: Motion) {
-        for (index, coordinate) in equations.coordinates.clone().into_iter().enumerate() {
-            let kind = if coordinate.angular { Unit::angle() } else { Unit::length() };
-            let [rate, acceleration] = [kind.per_second(), kind.per_second().per_second()];
-            let about = equations.system.element(coordinate.element).name.clone();
-            let place = index as u32;
-            let members = [
-                (coordinate.name.position, "coordinate", kind, Source::Coordinate(place), Order::Position),
-                (coordinate.name.rate, "rate of the coordinate", rate, Source::Rate(place), Order::Velocity),
-                (
-                    coordinate.name.acceleration,
-                    "acceleration of the coordinate",
-                    acceleration,
-                    Source::Acceleration(place),
-                    Order::Acceleration,
-                ),
-            ];
-            for (name, what, unit, source, order) in members {
-                let value = equations.system.arena.symbol(Symbol::Coordinate(index, order));
-                self.push((&name, &format!("{what} of `{about}`"), &unit), source, value);
-                if motion == Motion::Dynamic && order != Order::Position {
-                    let before = self.rows.len() - 2;
-                    if let Some(row) = self.rows.last_mut() {
-                        row.derivative_of = Some(before);
-                    }
-                }
+    /// What the scene asks for, in its order.
+    fn add_outputs(&mut self, equations: &mut Equations, members: &[Row]) {
+        for output in &equations.system.mechanism.outputs {
+            if let Some(member) = members.iter().find(|member| member.name == output.name) {
+                let description = output.description.clone();
+                self.rows.push(Row { output: true, description, ..member.clone() });
+                continue;
+            }
+            let value = equations.formula(&output.value);
+            let source = self.computed(equations, value);
+            self.push((&output.name, &output.description, &output.unit), source, value);
+            if let Some(row) = self.rows.last_mut() {
+                row.output = true;
             }
         }
     }
 
-    fn add_outputs(&mut self, equations: &mut Equations) {
-        let places: HashMap<String, usize> =
-            self.rows.iter().enumerate().map(|(i, row)| (row.name.clone(), i)).collect();
-        let mut results: HashMap<Expr, u32> = HashMap::new();
-        for output in &equations.system.mechanism.outputs {
-            if let Some(&place) = places.get(&output.name) {
-                let row = &mut self.rows[place];
-                row.output = true;
-                row.description.clone_from(&output.description);
-                continue;
-            }
-            let value = equations.formula(&output.value);
-            let result = *results.entry(value).or_insert_with(|| {
-                self.results.push(value);
-                self.results.len() as u32 - 1
+    /// Coordinates, rates and accelerations that are no outputs. In a dynamic model v is the derivative of q and a that of v.
+    fn add_members(&mut self, members: &[Row], motion: Motion) {
+        let there: HashSet<String> = self.rows.iter().map(|row| row.name.clone()).collect();
+        self.rows.extend(members.iter().filter(|member| !there.contains(&member.name)).cloned());
+        if motion == Motion::Kinematic {
+            return;
+        }
+        let places: HashMap<Source, usize> =
+            self.rows.iter().enumerate().map(|(place, row)| (row.source, place)).collect();
+        for row in &mut self.rows {
+            let state = match row.source {
+                Source::Rate(index) => Source::Coordinate(index),
+                Source::Acceleration(index) => Source::Rate(index),
+                _ => continue,
+            };
+            row.derivative_of = places.get(&state).copied();
+        }
+    }
+
+    /// The result of the output kernel with that value.
+    fn computed(&mut self, equations: &Equations, value: Expr) -> Source {
+        let known = self.results.iter().position(|&result| result == value);
+        let result = known.unwrap_or_else(|| {
+            self.results.push(value);
+            self.results.len() - 1
+        });
+        let accelerated = equations.system.arena.symbols([value]).into_iter().any(Symbol::is_solved);
+        Source::Output { result: result as u32, accelerated }
+    }
+
+    /// Initial values that can be set belong to their variables; one that is nothing else yet becomes a row.
+    fn add_starts(&mut self, equations: &mut Equations) {
+        let mechanism = equations.system.mechanism;
+        for (index, settable) in settable(equations).into_iter().enumerate() {
+            let variable = settable.line.variable;
+            let name = mechanism.variable_name(variable);
+            let place = self.rows.iter().position(|row| row.name == name).unwrap_or_else(|| {
+                let value = equations.variable(variable);
+                let source = self.computed(equations, value);
+                let angular = matches!(variable.quantity, Quantity::Angle | Quantity::Omega);
+                let unit = if angular { Unit::angle() } else { Unit::length() };
+                let rate = order_of(variable.quantity) == Order::Velocity;
+                let unit = if rate { unit.per_second() } else { unit };
+                self.push((&name, "known at the start", &unit), source, value);
+                self.rows.len() - 1
             });
-            let accelerated = equations.system.arena.symbols([value]).into_iter().any(Symbol::is_solved);
-            self.push((&output.name, &output.description, &output.unit), Source::Output { result, accelerated }, value);
-            if let Some(row) = self.rows.last_mut() {
-                row.output = true;
-            }
+            let parameter = (mechanism.parameters.len() + index) as u32;
+            self.rows[place].start = Some(Start { value: settable.value, known: settable.line.known, parameter });
         }
     }
 
@@ -133,6 +169,7 @@ impl Table {
             source,
             output: false,
             derivative_of: None,
+            start: None,
             value,
             dependencies: Vec::new(),
         });
@@ -175,4 +212,31 @@ impl Table {
             row.dependencies = found.into_iter().collect();
         }
     }
+}
+
+/// q, v and a of every coordinate.
+fn coordinate_members(equations: &mut Equations) -> Vec<Row> {
+    let mut table = Table::default();
+    for (index, coordinate) in equations.coordinates.clone().into_iter().enumerate() {
+        let kind = if coordinate.angular { Unit::angle() } else { Unit::length() };
+        let [rate, acceleration] = [kind.per_second(), kind.per_second().per_second()];
+        let owner = equations.system.element(coordinate.element).name.clone();
+        let (name, place) = (coordinate.name, index as u32);
+        let members = [
+            (name.position, "coordinate", kind, Source::Coordinate(place), Order::Position),
+            (name.rate, "rate of the coordinate", rate, Source::Rate(place), Order::Velocity),
+            (
+                name.acceleration,
+                "acceleration of the coordinate",
+                acceleration,
+                Source::Acceleration(place),
+                Order::Acceleration,
+            ),
+        ];
+        for (name, what, unit, source, order) in members {
+            let value = equations.system.arena.symbol(Symbol::Coordinate(index, order));
+            table.push((&name, &format!("{what} of `{owner}`"), &unit), source, value);
+        }
+    }
+    table.rows
 }

@@ -1,36 +1,61 @@
 //! Equations for people and for other programs.
 
-mod c;
-mod formula;
-mod text;
+mod code;
+mod document;
+mod factor;
+mod json;
+mod motion;
+mod name;
+mod normal;
+mod notation;
+mod number;
+mod read;
+mod steps;
+mod tree;
+mod weight;
 
-pub use c::c_code;
-pub use text::text;
+pub use code::{C, Fortran, Language, Python, Rust, code};
+pub use json::json;
+pub use steps::steps;
 
 use crate::equations::Equations;
-use crate::expr::{Order, Symbol};
+use crate::expr::Symbol;
+use motion::Motion;
+
+/// A language for people.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Prose {
+    /// Plain text.
+    Text,
+    /// A LaTeX document.
+    Latex,
+    /// A self-contained HTML page with MathML.
+    Html,
+}
 
 /// What a symbol is called in the user's words.
 pub fn symbol_name(equations: &Equations, symbol: Symbol) -> String {
-    let mechanism = equations.system.mechanism;
-    let primes = |order: Order| match order {
-        Order::Position => "",
-        Order::Velocity => "'",
-        Order::Acceleration => "''",
-    };
-    match symbol {
-        Symbol::Time => "t".to_string(),
-        Symbol::Parameter(i) => mechanism.parameters[i].name.clone(),
-        Symbol::Input(i, order) => format!("{}{}", mechanism.inputs[i].name, primes(order)),
-        Symbol::Follower(i, order) => {
-            let driver = equations.system.followers[i].0;
-            format!("{}{}", mechanism.drivers[driver.0].name, primes(order))
-        }
-        Symbol::Coordinate(i, Order::Position) => equations.coordinates[i].name.position.clone(),
-        Symbol::Coordinate(i, Order::Velocity) => equations.coordinates[i].name.rate.clone(),
-        Symbol::Coordinate(i, Order::Acceleration) => equations.coordinates[i].name.acceleration.clone(),
-        Symbol::Reaction(i) => format!("lambda{}", i + 1),
-        Symbol::Missing(body, crate::expr::Property::Mass) => format!("{}.mass", mechanism.bodies[body].name),
-        Symbol::Missing(body, crate::expr::Property::Inertia) => format!("{}.inertia", mechanism.bodies[body].name),
+    name::symbol_name(equations, symbol).plain
+}
+
+/// The equations of motion for people: coordinates, reactions, abbreviations, then M, Q, Phi, Phi_q, Phi_t, gamma and the
+/// displacements that the loops determine. A kinematic model whose bodies have no mass has no M and Q.
+pub fn motion(equations: &mut Equations, prose: Prose) -> String {
+    let blocks = Motion::new(equations).blocks(equations);
+    let title = format!("Equations of motion of {}", equations.system.mechanism.name);
+    page(&title, &blocks, prose)
+}
+
+/// The equations of motion as a piece of HTML with MathML, to be put into a page.
+pub fn mathml(equations: &mut Equations) -> String {
+    let blocks = Motion::new(equations).blocks(equations);
+    document::fragment(&blocks)
+}
+
+fn page(title: &str, blocks: &[document::Block], prose: Prose) -> String {
+    match prose {
+        Prose::Text => document::text(title, blocks),
+        Prose::Latex => document::latex(title, blocks),
+        Prose::Html => document::html(title, blocks),
     }
 }

@@ -5,11 +5,11 @@ mod shapes;
 mod symbols;
 mod view;
 
-use super::svg::{Pixel, Svg};
+use super::svg::{Frame, Pixel, Svg, number};
 use labels::Labels;
 use view::View;
 
-/// What is drawn, in the world [m]. What has a coordinate that is not finite is left out.
+/// What is drawn, in the world \[m\]. What has a coordinate that is not finite is left out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawing {
     /// The scene's name.
@@ -102,6 +102,18 @@ const MARGIN: f64 = 20.0;
 impl Drawing {
     /// The picture, self-contained.
     pub fn svg(&self) -> String {
+        let (svg, frame) = self.picture();
+        svg.finish(frame, &self.title)
+    }
+
+    /// The picture as a group of elements with its upper left corner at the origin, to be put into another; width and height.
+    pub fn nested(&self) -> (String, [f64; 2]) {
+        let (svg, Frame { x, y, width, height }) = self.picture();
+        let shift = [-x, -y].map(number);
+        (format!("<g transform=\"translate({} {})\">\n{}</g>", shift[0], shift[1], svg.elements()), [width, height])
+    }
+
+    fn picture(&self) -> (Svg, Frame) {
         let view = View::fit(self);
         let mut svg = Svg::default();
         let mut labels = Labels::default();
@@ -111,7 +123,7 @@ impl Drawing {
         self.draw_joints(&view, &mut svg, &mut labels);
         labels.place(&mut svg);
         let frame = labels.frame(MARGIN);
-        svg.finish(frame, &self.title)
+        (svg, frame)
     }
 
     fn draw_ground(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {

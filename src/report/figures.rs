@@ -1,13 +1,16 @@
 //! The figures of `cotree show`.
 
-use cotree_fmu::program::{Engine, Motion};
+use std::collections::HashSet;
 
-use super::summary::{Coordinate, Count, Counts, Joint, Summary, Tree, Trees};
+use cotree_fmu::program::{Block, Engine, Motion, Program};
+
+use super::summary::{Cheapest, Coordinate, Count, Counts, Joint, SolveTree, Summary, Tree, Trees};
+use crate::cheapest::LARGEST;
 use crate::element::{Angle, Origin};
 use crate::equations::Equations;
 use crate::formulate::{Formulated, equations};
 use crate::graph::ElementId;
-use crate::lower::Lowered;
+use crate::lower::{self, Lowered};
 use crate::mechanism::{Coordinates, JointKind, Mechanism};
 
 /// A mechanism in figures and names.
@@ -37,11 +40,14 @@ pub fn summarise(formulated: &Formulated) -> Summary {
             .filter(|index| real.contains(index))
             .map(|&index| owner(index))
             .collect(),
+        blocks: blocks(&formulated.lowered.program),
         trees: Trees {
             translation: names(own, &own.trees.translation.branches),
             rotation: names(own, &own.trees.rotation.branches),
         },
         counts: counts(own),
+        solve_tree: formulated.lowered.solve_tree.as_ref().map(|tree| solve_tree(own, tree)),
+        cheapest: (mechanism.coordinates == Coordinates::Cheapest).then(|| cheapest(formulated)),
     }
 }
 
@@ -55,11 +61,40 @@ fn solver(lowered: &Lowered) -> String {
     }
 }
 
+/// What is solved for together, by names.
+fn blocks(program: &Program) -> Vec<Vec<String>> {
+    let names = |block: &Block| {
+        block.columns.iter().map(|&column| program.coordinates[column as usize].name.clone()).collect::<Vec<_>>()
+    };
+    program.blocks.iter().map(names).collect()
+}
+
+fn solve_tree(own: &Equations, tree: &lower::SolveTree) -> SolveTree {
+    let before: HashSet<ElementId> = own.trees.translation.branches.iter().copied().collect();
+    let added = tree.trees.translation.branches.iter().filter(|id| !before.contains(id));
+    let bodies = added.map(|&id| own.system.element(id).name.clone()).collect();
+    let saving = |branch_cost: lower::Cost| 1.0 - tree.cost.nanoseconds() / branch_cost.nanoseconds();
+    SolveTree { bodies, saving: tree.branch_cost.map(saving) }
+}
+
+fn cheapest(formulated: &Formulated) -> Cheapest {
+    let (counted, saving) = formulated.search.map_or((0, 0.0), |search| {
+        let saving = 1.0 - search.chosen.nanoseconds / search.recommended.nanoseconds;
+        (search.counted, if search.chosen == search.recommended { 0.0 } else { saving })
+    });
+    Cheapest { counted, saving, largest: LARGEST }
+}
+
 fn describe_joint(mechanism: &Mechanism, joint: &crate::mechanism::Joint) -> Joint {
     let kind = match joint.kind {
         JointKind::Revolute { .. } => "revolute",
         JointKind::Prismatic { .. } => "prismatic",
         JointKind::Weld { .. } => "weld",
+        JointKind::Slot { .. } => "slot",
+        JointKind::Rolling { .. } => "rolling",
+        JointKind::Distance { .. } => "distance",
+        JointKind::Gear { .. } => "gear",
+        JointKind::Rack { .. } => "rack",
     };
     let between = joint.between.map(|place| mechanism.place_name(place));
     Joint { name: joint.name.clone(), kind: kind.to_string(), between }
@@ -81,9 +116,16 @@ fn names(equations: &Equations, branches: &[ElementId]) -> Vec<String> {
     named.map(|element| element.name.clone()).collect()
 }
 
+/// With more bodies the presets are not compared: relative angles of a long chain alone take more than all its other equations.
+const COMPARED: usize = 200;
+
 /// Coordinates and loop equations for the presets, and for the scene's own trees.
 fn counts(own: &Equations) -> Counts {
-    let of = |choice: &Coordinates| equations(own.system.mechanism, choice).ok().map(|other| count(&other));
+    let mechanism = own.system.mechanism;
+    let of = |choice: &Coordinates| {
+        let small = mechanism.bodies.len() <= COMPARED;
+        small.then(|| equations(mechanism, choice).ok().map(|other| count(&other))).flatten()
+    };
     Counts {
         used: count(own),
         recommended: of(&Coordinates::Recommended),

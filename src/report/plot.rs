@@ -23,7 +23,7 @@ pub struct Series {
 pub struct Plot {
     /// Above the panels.
     pub title: String,
-    /// [s]
+    /// \[s\]
     pub time: Vec<f64>,
     /// The curves.
     pub series: Vec<Series>,

@@ -18,7 +18,7 @@ pub fn draw(formulated: &mut Formulated) -> Drawing {
         title: mechanism.name.clone(),
         bodies: (0..mechanism.bodies.len()).map(|index| pose.body(BodyId(index))).collect(),
         ground,
-        joints: mechanism.joints.iter().map(|joint| pose.joint(joint)).collect(),
+        joints: mechanism.joints.iter().filter_map(|joint| pose.joint(joint)).collect(),
         springs: pose.springs(),
         forces: pose.forces(),
         turns: pose.turns(),
@@ -41,6 +41,11 @@ fn pushes(mechanism: &Mechanism, joints: &[Joint]) -> Vec<Force> {
         JointKind::Revolute | JointKind::Weld => None,
     });
     arrows.collect()
+}
+
+/// Where a point is at the start.
+pub fn position(formulated: &mut Formulated, place: Place) -> [f64; 2] {
+    Pose { equations: &mut formulated.equations, state: &formulated.state }.at(place)
 }
 
 /// Where joints and springs meet the ground.
@@ -103,23 +108,28 @@ impl Pose<'_, '_> {
         }
     }
 
-    fn joint(&mut self, joint: &mechanism::Joint) -> Joint {
+    /// What holds points together; what only couples them is not drawn.
+    fn joint(&mut self, joint: &mechanism::Joint) -> Option<Joint> {
         let kind = match &joint.kind {
             mechanism::JointKind::Revolute { .. } => JointKind::Revolute,
             mechanism::JointKind::Weld { .. } => JointKind::Weld,
-            mechanism::JointKind::Prismatic { axis, .. } => {
+            mechanism::JointKind::Prismatic { axis, .. } | mechanism::JointKind::Slot { axis, .. } => {
                 let axis = axis.each_ref().map(|component| self.equations.formula(component));
                 let axis = self.values(&axis);
                 let (sine, cosine) = self.angle(joint.between[0].body()).sin_cos();
                 JointKind::Prismatic([cosine * axis[0] - sine * axis[1], sine * axis[0] + cosine * axis[1]])
             }
+            mechanism::JointKind::Rolling { .. }
+            | mechanism::JointKind::Distance { .. }
+            | mechanism::JointKind::Gear { .. }
+            | mechanism::JointKind::Rack { .. } => return None,
         };
-        Joint {
+        Some(Joint {
             name: joint.name.clone(),
             kind,
             between: joint.between.map(|place| place.body().map(|body| body.0)),
             at: joint.between.map(|place| self.at(place)),
-        }
+        })
     }
 
     fn springs(&mut self) -> Vec<Spring> {

@@ -37,10 +37,16 @@ pub struct Summary {
     pub constraints: Vec<String>,
     /// What the redundant ones among them belong to.
     pub redundant: Vec<String>,
+    /// If the drivers determine the motion: coordinates that are solved for together, in the order of solution.
+    pub blocks: Vec<Vec<String>>,
     /// Branches of the trees.
     pub trees: Trees,
     /// How many equations the choices of trees give.
     pub counts: Counts,
+    /// The trees behind the acceleration kernel, where they are not those of the coordinates.
+    pub solve_tree: Option<SolveTree>,
+    /// What the search for the cheapest trees came to, if the scene asks for it.
+    pub cheapest: Option<Cheapest>,
 }
 
 /// A joint.
@@ -83,7 +89,27 @@ pub struct Trees {
     pub rotation: Vec<String>,
 }
 
-/// Numbers of equations for each choice of trees; `None` where a choice is not possible.
+/// The trees behind the acceleration kernel.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SolveTree {
+    /// Bodies that are branches of its translational tree, but not of that of the coordinates.
+    pub bodies: Vec<String>,
+    /// What it saves of the cost by the model, between 0 and 1; `None` if the mechanism is too large to count.
+    pub saving: Option<f64>,
+}
+
+/// The search for the cheapest trees.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Cheapest {
+    /// Trees that were formulated; none if the mechanism is too large to search.
+    pub counted: usize,
+    /// What the chosen trees save of the cost by the model against the recommended ones, between 0 and 1.
+    pub saving: f64,
+    /// Largest number of bodies with which there is a search.
+    pub largest: usize,
+}
+
+/// Numbers of equations for each choice of trees; `None` where a choice is not possible, or the mechanism too large to compare.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     /// What the scene uses.
@@ -126,7 +152,8 @@ impl fmt::Display for Summary {
         };
         writeln!(f, "  {:<12}{:>4}  {motion}\n", "mobility", self.mobility)?;
         self.write_equations(f)?;
-        self.write_counts(f)
+        self.write_counts(f)?;
+        self.write_savings(f)
     }
 }
 
@@ -152,10 +179,11 @@ impl Summary {
         }
         counted(f, "loops", self.constraints.len(), &tally(&self.constraints))?;
         counted(f, "redundant", self.redundant.len(), &tally(&self.redundant))?;
-        match self.solver.is_empty() {
-            true => Ok(()),
-            false => writeln!(f, "  {:<16}  {}", "solver", self.solver),
+        if !self.solver.is_empty() {
+            writeln!(f, "  {:<16}  {}", "solver", self.solver)?;
         }
+        let blocks: Vec<String> = self.blocks.iter().map(|names| names.join(" with ")).collect();
+        counted(f, "blocks", blocks.len(), &blocks)
     }
 
     fn write_counts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -173,6 +201,31 @@ impl Summary {
             }
         }
         Ok(())
+    }
+}
+
+impl Summary {
+    fn write_savings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.solve_tree.is_some() || self.cheapest.is_some() {
+            writeln!(f)?;
+        }
+        if let Some(tree) = &self.solve_tree {
+            let saving = tree.saving.map_or_else(String::new, |saving| format!(", {:.0} % cheaper", 100.0 * saving));
+            writeln!(f, "  solve tree: accelerations through {} bodies as branches{saving}", tree.bodies.len())?;
+        }
+        match self.cheapest {
+            None => Ok(()),
+            Some(Cheapest { counted: 0, largest, .. }) => {
+                writeln!(f, "  cheapest: not searched with more than {largest} bodies; these are the recommended trees")
+            }
+            Some(Cheapest { counted, saving: 0.0, .. }) => {
+                writeln!(f, "  cheapest: the recommended trees; {counted} counted, none clearly cheaper")
+            }
+            Some(Cheapest { counted, saving, .. }) => {
+                let percent = 100.0 * saving;
+                writeln!(f, "  cheapest: {percent:.0} % cheaper than the recommended trees; {counted} counted")
+            }
+        }
     }
 }
 
@@ -208,8 +261,11 @@ fn tally(names: &[String]) -> Vec<String> {
 mod tests {
     use super::*;
 
+    fn names(names: &[&str]) -> Vec<String> {
+        names.iter().map(|name| (*name).to_owned()).collect()
+    }
+
     fn slider_crank() -> Summary {
-        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
         let joint = |name: &str, kind: &str, first: &str, second: &str| Joint {
             name: name.into(),
             kind: kind.into(),
@@ -260,6 +316,26 @@ mod tests {
           joint                    -                -
           this scene               2                1
         ");
+    }
+
+    #[test]
+    fn savings_are_told_where_there_are_any() {
+        let told = |solve_tree, cheapest| {
+            let text = Summary { solve_tree, cheapest, ..slider_crank() }.to_string();
+            text.split_once("this scene").map_or_else(String::new, |(_, rest)| rest.lines().skip(2).collect())
+        };
+        let solve_tree = SolveTree { bodies: names(&["a", "b"]), saving: Some(0.336) };
+        let cheapest = Cheapest { counted: 17, saving: 0.12, largest: 40 };
+        assert_eq!(
+            told(Some(solve_tree), None),
+            "  solve tree: accelerations through 2 bodies as branches, 34 % cheaper"
+        );
+        assert_eq!(told(None, Some(cheapest)), "  cheapest: 12 % cheaper than the recommended trees; 17 counted");
+        let none = Cheapest { saving: 0.0, ..cheapest };
+        assert_eq!(told(None, Some(none)), "  cheapest: the recommended trees; 17 counted, none clearly cheaper");
+        let large = Cheapest { counted: 0, ..none };
+        let text = "  cheapest: not searched with more than 40 bodies; these are the recommended trees";
+        assert_eq!(told(None, Some(large)), text);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-/// A point of the picture [px], y down.
+/// A point of the picture \[px\], y down.
 pub type Pixel = [f64; 2];
 
 /// Readable on any system; no font is embedded.
@@ -14,7 +14,7 @@ pub struct Svg {
     elements: String,
 }
 
-/// A rectangle of the picture [px].
+/// A rectangle of the picture \[px\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Left edge.
@@ -63,6 +63,11 @@ impl Svg {
     /// Any element that is not listed here.
     pub fn raw(&mut self, element: &str) {
         self.element(format_args!("{element}"));
+    }
+
+    /// The elements so far, without a sheet.
+    pub fn elements(&self) -> &str {
+        &self.elements
     }
 
     /// The whole picture on a white sheet; `title` is read out by screen readers.

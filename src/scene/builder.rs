@@ -1,12 +1,12 @@
 //! Builds scenes in Rust, with the words of the scene file.
 
 use super::model::{
-    Body, Coordinates, Driver, DriverKind, Experiment, Initial, Input, InputAs, Joint, JointKind, Load, LoadKind,
-    Motion, Outputs, Parameter, Point, Scene, Solver, Turning, Vector,
+    Body, Coordinates, Driver, DriverKind, Experiment, Initial, Input, InputAs, Joint, Load, LoadKind, Motion, Outputs,
+    Parameter, Point, Scene, Solver, Turning, Vector,
 };
 use super::quantity::Quantity;
 use super::span::{Source, Span, Text};
-use crate::mechanism::Dimension;
+use crate::mechanism::{Dimension, Side};
 
 impl Scene {
     /// An empty scene in the plane.
@@ -68,7 +68,7 @@ impl Scene {
         self
     }
 
-    /// Adds a point of the ground [m].
+    /// Adds a point of the ground \[m\].
     #[must_use]
     pub fn ground_point(mut self, name: &str, at: impl Into<Vector>) -> Scene {
         self.ground.push(Point { name: Text::from(name), at: at.into() });
@@ -149,21 +149,21 @@ impl Scene {
         self
     }
 
-    /// Start of the default experiment [s].
+    /// Start of the default experiment \[s\].
     #[must_use]
     pub fn start(mut self, time: impl Into<Quantity>) -> Scene {
         self.experiment.start = Some(time.into());
         self
     }
 
-    /// End of the default experiment [s].
+    /// End of the default experiment \[s\].
     #[must_use]
     pub fn stop(mut self, time: impl Into<Quantity>) -> Scene {
         self.experiment.stop = Some(time.into());
         self
     }
 
-    /// Communication step of the default experiment [s].
+    /// Communication step of the default experiment \[s\].
     #[must_use]
     pub fn step(mut self, time: impl Into<Quantity>) -> Scene {
         self.experiment.step = Some(time.into());
@@ -321,7 +321,7 @@ impl Body {
         Body::default()
     }
 
-    /// [kg]
+    /// \[kg\]
     #[must_use]
     pub fn mass(mut self, mass: impl Into<Quantity>) -> Body {
         self.mass = Some(mass.into());
@@ -335,14 +335,21 @@ impl Body {
         self
     }
 
-    /// Mass centre in the frame of the points [m].
+    /// Mass centre in the frame of the points \[m\].
     #[must_use]
     pub fn com(mut self, at: impl Into<Vector>) -> Body {
         self.com = Some(at.into());
         self
     }
 
-    /// Adds a point [m].
+    /// Gravity leaves it alone.
+    #[must_use]
+    pub fn weightless(mut self) -> Body {
+        self.weightless = true;
+        self
+    }
+
+    /// Adds a point \[m\].
     #[must_use]
     pub fn point(mut self, name: &str, at: impl Into<Vector>) -> Body {
         self.points.push(Point { name: Text::from(name), at: at.into() });
@@ -350,47 +357,8 @@ impl Body {
     }
 }
 
-fn pair(first: &str, second: &str) -> [Text; 2] {
+pub(super) fn pair(first: &str, second: &str) -> [Text; 2] {
     [Text::from(first), Text::from(second)]
-}
-
-impl Joint {
-    fn of(kind: JointKind, first: &str, second: &str) -> Joint {
-        Joint { name: Text::default(), between: pair(first, second), kind }
-    }
-
-    /// Turning about the common point.
-    pub fn revolute(first: &str, second: &str) -> Joint {
-        Joint::of(JointKind::Revolute { damping: None }, first, second)
-    }
-
-    /// Sliding along an axis in the first body's frame.
-    pub fn prismatic(first: &str, second: &str, axis: impl Into<Vector>) -> Joint {
-        Joint::of(JointKind::Prismatic { axis: axis.into(), angle: None, damping: None }, first, second)
-    }
-
-    /// No motion.
-    pub fn weld(first: &str, second: &str) -> Joint {
-        Joint::of(JointKind::Weld { angle: None }, first, second)
-    }
-
-    /// Viscous friction of a revolute [N.m.s] or prismatic [N.s/m] joint; a weld has none.
-    #[must_use]
-    pub fn damping(mut self, value: impl Into<Quantity>) -> Joint {
-        if let JointKind::Revolute { damping } | JointKind::Prismatic { damping, .. } = &mut self.kind {
-            *damping = Some(value.into());
-        }
-        self
-    }
-
-    /// The second body's angle minus the first's in a prismatic joint or weld; a revolute joint has none.
-    #[must_use]
-    pub fn angle(mut self, value: impl Into<Quantity>) -> Joint {
-        if let JointKind::Prismatic { angle, .. } | JointKind::Weld { angle } = &mut self.kind {
-            *angle = Some(value.into());
-        }
-        self
-    }
 }
 
 impl<T: Into<Quantity>> From<T> for Motion {
@@ -455,13 +423,27 @@ impl Load {
     /// A spring between two points.
     pub fn spring(first: &str, second: &str, stiffness: impl Into<Quantity>) -> Load {
         let between = pair(first, second);
-        Load::of(LoadKind::Spring { between, stiffness: stiffness.into(), length: None, damping: None })
+        Load::of(LoadKind::Spring {
+            between,
+            stiffness: stiffness.into(),
+            length: None,
+            damping: None,
+            cubic: None,
+            side: Side::Both,
+        })
     }
 
     /// A spring that resists turning.
     pub fn torsion_spring(first: &str, second: &str, stiffness: impl Into<Quantity>) -> Load {
         let between = pair(first, second);
-        Load::of(LoadKind::TorsionSpring { between, stiffness: stiffness.into(), angle: None, damping: None })
+        Load::of(LoadKind::TorsionSpring {
+            between,
+            stiffness: stiffness.into(),
+            angle: None,
+            damping: None,
+            cubic: None,
+            side: Side::Both,
+        })
     }
 
     /// A force law between two points.
@@ -474,7 +456,7 @@ impl Load {
         Load::of(LoadKind::TorsionActuator { between: pair(first, second), torque: torque.into() })
     }
 
-    /// The free length of a spring [m], the free angle of a torsion spring [rad]; other loads have none.
+    /// The free length of a spring \[m\], the free angle of a torsion spring \[rad\]; other loads have none.
     #[must_use]
     pub fn free(mut self, value: impl Into<Quantity>) -> Load {
         if let LoadKind::Spring { length: free, .. } | LoadKind::TorsionSpring { angle: free, .. } = &mut self.kind {
@@ -488,6 +470,24 @@ impl Load {
     pub fn damping(mut self, value: impl Into<Quantity>) -> Load {
         if let LoadKind::Spring { damping, .. } | LoadKind::TorsionSpring { damping, .. } = &mut self.kind {
             *damping = Some(value.into());
+        }
+        self
+    }
+
+    /// The cubic stiffness of a spring [N/m3] or torsion spring [N.m/rad3]; other loads have none.
+    #[must_use]
+    pub fn cubic(mut self, value: impl Into<Quantity>) -> Load {
+        if let LoadKind::Spring { cubic, .. } | LoadKind::TorsionSpring { cubic, .. } = &mut self.kind {
+            *cubic = Some(value.into());
+        }
+        self
+    }
+
+    /// Lets a spring or torsion spring act on one side of its free length or angle only; other loads have none.
+    #[must_use]
+    pub fn side(mut self, value: Side) -> Load {
+        if let LoadKind::Spring { side, .. } | LoadKind::TorsionSpring { side, .. } = &mut self.kind {
+            *side = value;
         }
         self
     }

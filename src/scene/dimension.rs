@@ -45,6 +45,8 @@ pub(crate) const ENERGY: Wanted = wanted("an energy", "J", [1, 2, -2, 0]);
 pub(crate) const POWER: Wanted = wanted("a power", "W", [1, 2, -3, 0]);
 pub(crate) const STIFFNESS: Wanted = wanted("a stiffness", "N/m", [1, 0, -2, 0]);
 pub(crate) const TORSION_STIFFNESS: Wanted = wanted("a torsional stiffness", "N.m/rad", [1, 2, -2, -1]);
+pub(crate) const CUBIC_STIFFNESS: Wanted = wanted("a cubic stiffness", "N/m3", [1, -2, -2, 0]);
+pub(crate) const CUBIC_TORSION_STIFFNESS: Wanted = wanted("a cubic torsional stiffness", "N.m/rad3", [1, 2, -2, -3]);
 pub(crate) const DAMPING: Wanted = wanted("a damping coefficient", "N.s/m", [1, 0, -1, 0]);
 pub(crate) const TORSION_DAMPING: Wanted = wanted("a torsional damping coefficient", "N.m.s", [1, 2, -1, 0]);
 

@@ -10,6 +10,7 @@ mod dimension;
 mod document;
 mod expression;
 mod fault;
+mod joints;
 mod json;
 mod model;
 mod quantity;
@@ -19,10 +20,11 @@ mod span;
 mod suggest;
 mod unit;
 
+pub use crate::mechanism::Side;
 pub use fault::{Fault, Faults, Severity};
 pub use model::{
-    Body, Coordinates, Driver, DriverKind, Experiment, Initial, Input, InputAs, Joint, JointKind, Load, LoadKind,
-    Motion, Outputs, Parameter, Point, Scene, Solver, Turning, Vector,
+    Body, Coordinates, Driver, DriverKind, Experiment, Friction, Initial, Input, InputAs, Joint, JointKind, Load,
+    LoadKind, Motion, Outputs, Parameter, Point, Scene, Solver, Turning, Vector,
 };
 pub use quantity::{Quantity, Value};
 pub(crate) use quantity::{Reading, read};

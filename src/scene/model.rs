@@ -2,7 +2,7 @@
 
 use super::quantity::Quantity;
 use super::span::{Source, Span, Text};
-use crate::mechanism::Dimension;
+use crate::mechanism::{Dimension, Side};
 
 /// A mechanism as the user describes it: the scene file in Rust, field by field.
 ///
@@ -129,7 +129,7 @@ pub struct Input {
 pub struct Point {
     /// The name within its body.
     pub name: Text,
-    /// Where it is in the body's frame [m].
+    /// Where it is in the body's frame \[m\].
     pub at: Vector,
 }
 
@@ -138,12 +138,14 @@ pub struct Point {
 pub struct Body {
     /// The name.
     pub name: Text,
-    /// [kg]
+    /// \[kg\]
     pub mass: Option<Quantity>,
     /// About the mass centre [kg.m2].
     pub inertia: Option<Quantity>,
-    /// Mass centre in the frame of the points [m]; the origin if absent.
+    /// Mass centre in the frame of the points \[m\]; the origin if absent.
     pub com: Option<Vector>,
+    /// Does gravity leave it alone?
+    pub weightless: bool,
     /// Its points.
     pub points: Vec<Point>,
 }
@@ -166,6 +168,8 @@ pub enum JointKind {
     Revolute {
         /// [N.m.s]
         damping: Option<Quantity>,
+        /// Dry friction.
+        friction: Option<Friction>,
     },
     /// Sliding along an axis.
     Prismatic {
@@ -175,12 +179,66 @@ pub enum JointKind {
         angle: Option<Quantity>,
         /// [N.s/m]
         damping: Option<Quantity>,
+        /// Dry friction.
+        friction: Option<Friction>,
     },
     /// Nothing.
     Weld {
         /// Second body's angle minus the first's.
         angle: Option<Quantity>,
     },
+    /// Sliding along a line fixed in the first body, and turning.
+    Slot {
+        /// In the first body's frame.
+        axis: Vector,
+        /// [N.s/m]
+        damping: Option<Quantity>,
+        /// Dry friction.
+        friction: Option<Friction>,
+    },
+    /// A disc about the second point rolls on a line fixed in the first body, to the left of its axis.
+    Rolling {
+        /// In the first body's frame.
+        axis: Vector,
+        /// Of the disc \[m\].
+        radius: Quantity,
+        /// Of the centre along the axis where the relative angle is zero \[m\].
+        displacement: Option<Quantity>,
+    },
+    /// A constant distance between the points.
+    Distance {
+        /// \[m\]
+        length: Quantity,
+    },
+    /// Two wheels that turn in a constant ratio, seen from the carrier.
+    Gear {
+        /// A body; the ground if absent.
+        carrier: Option<Text>,
+        /// Second wheel's turns for one of the first; negative if they turn against each other.
+        ratio: Quantity,
+        /// Second wheel's angle where the first's is zero.
+        angle: Option<Quantity>,
+    },
+    /// The first body, a pinion, moves the second point along an axis of the carrier.
+    Rack {
+        /// A point; the ground's origin if absent.
+        carrier: Option<Text>,
+        /// In the carrier's frame.
+        axis: Vector,
+        /// Of the pinion \[m\]; negative if the rack goes back when the pinion turns forward.
+        radius: Quantity,
+        /// Of the rack where the pinion's angle is zero \[m\].
+        displacement: Option<Quantity>,
+    },
+}
+
+/// Dry friction of a constant level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Friction {
+    /// Level [N.m] or \[N\].
+    pub coulomb: Quantity,
+    /// Velocity at which three quarters of the level act [rad/s] or [m/s].
+    pub velocity: Quantity,
 }
 
 /// A prescribed motion.
@@ -199,21 +257,21 @@ pub enum DriverKind {
     Angle {
         /// Of what.
         of: Turning,
-        /// [rad]
+        /// \[rad\]
         motion: Motion,
     },
     /// The displacement of a prismatic joint.
     Displacement {
         /// The joint.
         joint: Text,
-        /// [m]
+        /// \[m\]
         motion: Motion,
     },
     /// The position of a point in the world.
     Position {
         /// The point.
         on: Text,
-        /// [m]
+        /// \[m\]
         position: Vector,
     },
 }
@@ -268,7 +326,7 @@ pub enum LoadKind {
     Force {
         /// The point.
         on: Text,
-        /// [N]
+        /// \[N\]
         vector: Vector,
         /// Are the components in the body's frame?
         in_body: bool,
@@ -286,10 +344,14 @@ pub enum LoadKind {
         between: [Text; 2],
         /// [N/m]
         stiffness: Quantity,
-        /// Free length [m].
+        /// Free length \[m\].
         length: Option<Quantity>,
         /// [N.s/m]
         damping: Option<Quantity>,
+        /// [N/m3]
+        cubic: Option<Quantity>,
+        /// Where it acts.
+        side: Side,
     },
     /// A spring that resists turning.
     TorsionSpring {
@@ -297,16 +359,20 @@ pub enum LoadKind {
         between: [Text; 2],
         /// [N.m/rad]
         stiffness: Quantity,
-        /// Free angle [rad].
+        /// Free angle \[rad\].
         angle: Option<Quantity>,
         /// [N.m.s]
         damping: Option<Quantity>,
+        /// [N.m/rad3]
+        cubic: Option<Quantity>,
+        /// Where it acts.
+        side: Side,
     },
     /// A force law along the line between two points.
     Actuator {
         /// The points.
         between: [Text; 2],
-        /// Pushes the points apart [N].
+        /// Pushes the points apart \[N\].
         force: Quantity,
     },
     /// A torque law between two bodies.
@@ -341,11 +407,11 @@ pub struct Outputs {
 /// Default experiment; what is absent is start 0 s, stop 10 s after the start, a thousand steps, tolerance 1e-6.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Experiment {
-    /// [s]
+    /// \[s\]
     pub start: Option<Quantity>,
-    /// [s]
+    /// \[s\]
     pub stop: Option<Quantity>,
-    /// Communication step [s].
+    /// Communication step \[s\].
     pub step: Option<Quantity>,
     /// Relative tolerance.
     pub tolerance: Option<Quantity>,
@@ -360,7 +426,7 @@ pub struct Solver {
     pub rtol: Option<Quantity>,
     /// Absolute tolerance.
     pub atol: Option<Quantity>,
-    /// Longest step [s].
+    /// Longest step \[s\].
     pub max_step: Option<Quantity>,
 }
 

@@ -2,7 +2,11 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 pub mod absolute;
+pub mod chain;
 pub mod loads;
+pub mod parts;
+pub mod point;
 pub mod random;
+pub mod random_parts;
 pub mod scene_text;
 pub mod variables;

@@ -1,21 +1,41 @@
-//! The state machine of FMI 2.0 for Co-Simulation, over one instance.
+//! The state machines of FMI 2.0, for Co-Simulation and for Model Exchange, over one instance.
 
 use super::logging::{Category, Logger};
 use super::types::{fmi2Status, fmi2StatusKind};
-use crate::instance::{Instance, InstanceError, Snapshot};
+use crate::frame::Mark;
+use crate::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot};
 
 /// How far a communication point may be from the time reached, relative to the step.
 const OFFSET: f64 = 1e-3;
 /// The same, in units of the rounding of times.
 const ROUNDING: f64 = 64.0;
 
+/// Longest communication step [s]: thirty years. More is a mistake of the importer, and would take for ever.
+const LONGEST: f64 = 1e9;
+
 /// Modes of the standard's state machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     Instantiated,
     Initialization,
+    /// Co-Simulation only.
     StepComplete,
     Terminated,
+    /// Model Exchange only.
+    Event,
+    /// Model Exchange only.
+    ContinuousTime,
+}
+
+/// Modes in which values can be read.
+const READABLE: [Mode; 5] =
+    [Mode::Initialization, Mode::StepComplete, Mode::Event, Mode::ContinuousTime, Mode::Terminated];
+
+/// Who integrates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interface {
+    ModelExchange,
+    CoSimulation,
 }
 
 /// Why a call is refused.
@@ -39,6 +59,7 @@ type Outcome<T = ()> = Result<T, Refusal>;
 /// What an importer holds.
 pub struct Component {
     pub logger: Logger,
+    interface: Interface,
     mode: Mode,
     /// Has the experiment been set up since instantiation or reset?
     set_up: bool,
@@ -48,14 +69,15 @@ pub struct Component {
 /// What `fmi2GetFMUstate` hands out.
 #[derive(Clone)]
 pub struct SavedState {
+    interface: Interface,
     mode: Mode,
     set_up: bool,
     snapshot: Snapshot,
 }
 
 impl Component {
-    pub fn new(logger: Logger, instance: Instance) -> Self {
-        Self { logger, mode: Mode::Instantiated, set_up: false, instance }
+    pub fn new(logger: Logger, interface: Interface, instance: Instance) -> Self {
+        Self { logger, interface, mode: Mode::Instantiated, set_up: false, instance }
     }
 
     pub fn refuse(&self, reason: &Refusal) {
@@ -71,6 +93,8 @@ impl Component {
             Mode::Initialization => "in initialization mode",
             Mode::StepComplete => "during the simulation",
             Mode::Terminated => "after termination",
+            Mode::Event => "in event mode",
+            Mode::ContinuousTime => "in continuous-time mode",
         };
         Err(Refusal(format!("{call} is not allowed {now}")))
     }
@@ -99,14 +123,22 @@ impl Component {
 
     pub fn exit_initialization(&mut self) -> Outcome {
         self.allow("fmi2ExitInitializationMode", &[Mode::Initialization])?;
-        self.instance.initialise()?;
-        self.mode = Mode::StepComplete;
+        self.mode = match self.interface {
+            Interface::CoSimulation => {
+                self.instance.initialise()?;
+                Mode::StepComplete
+            }
+            Interface::ModelExchange => {
+                self.instance.initialise_exchange()?;
+                Mode::Event
+            }
+        };
         self.event(|| format!("initialised at t = {} s", self.instance.time()));
         Ok(())
     }
 
     pub fn terminate(&mut self) -> Outcome {
-        self.allow("fmi2Terminate", &[Mode::StepComplete])?;
+        self.allow("fmi2Terminate", &[Mode::StepComplete, Mode::Event, Mode::ContinuousTime])?;
         self.mode = Mode::Terminated;
         self.event(|| format!("terminated at t = {} s", self.instance.time()));
         self.report();
@@ -132,7 +164,7 @@ impl Component {
     }
 
     pub fn get(&mut self, references: &[u32], values: &mut [f64]) -> Outcome {
-        self.allow("fmi2GetReal", &[Mode::Initialization, Mode::StepComplete, Mode::Terminated])?;
+        self.allow("fmi2GetReal", &READABLE)?;
         for (value, &reference) in values.iter_mut().zip(references) {
             *value = self.instance.get(reference as usize)?;
         }
@@ -141,9 +173,13 @@ impl Component {
 
     /// All values or none.
     pub fn set(&mut self, references: &[u32], values: &[f64]) -> Outcome {
-        self.allow("fmi2SetReal", &[Mode::Instantiated, Mode::Initialization, Mode::StepComplete])?;
+        let modes = [Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::Event, Mode::ContinuousTime];
+        self.allow("fmi2SetReal", &modes)?;
         for (&value, &reference) in values.iter().zip(references) {
             self.instance.check_set(reference as usize, value)?;
+            if self.mode == Mode::ContinuousTime && !self.instance.is_input(reference as usize) {
+                return Err("parameters change in event mode only".into());
+            }
         }
         for (&value, &reference) in values.iter().zip(references) {
             self.instance.set(reference as usize, value)?;
@@ -154,7 +190,7 @@ impl Component {
     /// All derivatives or none.
     pub fn set_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Outcome {
         let modes = [Mode::Instantiated, Mode::Initialization, Mode::StepComplete];
-        self.allow("fmi2SetRealInputDerivatives", &modes)?;
+        self.allow_only(Interface::CoSimulation, "fmi2SetRealInputDerivatives", &modes)?;
         let all = || references.iter().zip(orders).zip(values);
         for ((&reference, &order), &value) in all() {
             self.instance.check_set_derivative(reference as usize, order, value)?;
@@ -165,9 +201,109 @@ impl Component {
         Ok(())
     }
 
+    /// Derivatives along a direction of what can be set and of the states.
+    pub fn directional_derivative(
+        &mut self,
+        unknowns: &[u32],
+        derivatives: &mut [f64],
+        knowns: &[u32],
+        direction: &[f64],
+    ) -> Outcome {
+        self.allow("fmi2GetDirectionalDerivative", &READABLE)?;
+        self.instance.begin_direction();
+        for (&reference, &change) in knowns.iter().zip(direction) {
+            self.instance.add_direction(reference as usize, change)?;
+        }
+        self.instance.differentiate()?;
+        for (derivative, &reference) in derivatives.iter_mut().zip(unknowns) {
+            *derivative = self.instance.derivative(reference as usize)?;
+        }
+        Ok(())
+    }
+
+    /// Derivatives of calculated variables by time.
+    pub fn output_derivatives(&mut self, references: &[u32], orders: &[i32], values: &mut [f64]) -> Outcome {
+        let modes = [Mode::StepComplete, Mode::Terminated];
+        self.allow_only(Interface::CoSimulation, "fmi2GetRealOutputDerivatives", &modes)?;
+        if let Some(order) = orders.iter().find(|order| !(1..=DERIVATIVE_ORDER).contains(*order)) {
+            return Err(Refusal(format!("derivatives of order {order} are not provided, only of order 1")));
+        }
+        if references.is_empty() {
+            return Ok(());
+        }
+        self.instance.differentiate_motion()?;
+        for (value, &reference) in values.iter_mut().zip(references) {
+            *value = self.instance.derivative(reference as usize)?;
+        }
+        Ok(())
+    }
+
+    pub fn set_time(&mut self, time: f64) -> Outcome {
+        self.allow("fmi2SetTime", &[Mode::Event, Mode::ContinuousTime])?;
+        Ok(self.instance.set_time(time)?)
+    }
+
+    pub fn set_states(&mut self, states: &[f64]) -> Outcome {
+        self.allow("fmi2SetContinuousStates", &[Mode::ContinuousTime])?;
+        Ok(self.instance.set_states(states)?)
+    }
+
+    pub fn states(&mut self, states: &mut [f64]) -> Outcome {
+        self.allow_only(Interface::ModelExchange, "fmi2GetContinuousStates", &READABLE)?;
+        Ok(self.instance.states(states)?)
+    }
+
+    pub fn state_derivatives(&mut self, derivatives: &mut [f64]) -> Outcome {
+        self.allow_only(Interface::ModelExchange, "fmi2GetDerivatives", &READABLE)?;
+        Ok(self.instance.state_derivatives(derivatives)?)
+    }
+
+    pub fn indicators(&mut self, indicators: &mut [f64]) -> Outcome {
+        self.allow_only(Interface::ModelExchange, "fmi2GetEventIndicators", &READABLE)?;
+        Ok(self.instance.indicators(indicators)?)
+    }
+
+    pub fn nominals(&mut self, nominals: &mut [f64]) -> Outcome {
+        self.allow_only(Interface::ModelExchange, "fmi2GetNominalsOfContinuousStates", &MODES)?;
+        Ok(self.instance.nominals(nominals)?)
+    }
+
+    /// For calls whose modes alone do not tell the interface.
+    fn allow_only(&self, interface: Interface, call: &str, modes: &[Mode]) -> Outcome {
+        match (interface, self.interface == interface) {
+            (_, true) => self.allow(call, modes),
+            (Interface::ModelExchange, false) => Err(Refusal(format!("{call} is for Model Exchange only"))),
+            (Interface::CoSimulation, false) => Err(Refusal(format!("{call} is for Co-Simulation only"))),
+        }
+    }
+
+    pub fn enter_event_mode(&mut self) -> Outcome {
+        self.allow("fmi2EnterEventMode", &[Mode::ContinuousTime])?;
+        self.mode = Mode::Event;
+        Ok(())
+    }
+
+    /// Says whether the states have changed.
+    pub fn new_discrete_states(&mut self) -> Outcome<bool> {
+        self.allow("fmi2NewDiscreteStates", &[Mode::Event])?;
+        Ok(self.instance.close_loops()?)
+    }
+
+    pub fn enter_continuous_time_mode(&mut self) -> Outcome {
+        self.allow("fmi2EnterContinuousTimeMode", &[Mode::Event])?;
+        self.mode = Mode::ContinuousTime;
+        Ok(())
+    }
+
+    /// Says whether the importer should enter event mode.
+    pub fn completed_integrator_step(&mut self) -> Outcome<bool> {
+        self.allow("fmi2CompletedIntegratorStep", &[Mode::ContinuousTime])?;
+        Ok(self.instance.complete_step()?)
+    }
+
     pub fn do_step(&mut self, point: f64, step: f64) -> Outcome {
         self.allow("fmi2DoStep", &[Mode::StepComplete])?;
-        if !(point.is_finite() && step.is_finite() && step > 0.0) {
+        if !(point.is_finite() && step > 0.0 && step <= LONGEST) {
             return Err(Refusal(format!("a step of {step} s from t = {point} s is impossible")));
         }
         let time = self.instance.time();
@@ -185,44 +321,60 @@ impl Component {
     }
 
     pub fn save(&self) -> SavedState {
-        SavedState { mode: self.mode, set_up: self.set_up, snapshot: self.instance.save() }
+        let Self { interface, mode, set_up, .. } = *self;
+        SavedState { interface, mode, set_up, snapshot: self.instance.save() }
     }
 
     pub fn save_into(&self, state: &mut SavedState) {
-        (state.mode, state.set_up) = (self.mode, self.set_up);
+        (state.interface, state.mode, state.set_up) = (self.interface, self.mode, self.set_up);
         self.instance.save_into(&mut state.snapshot);
     }
 
     pub fn restore(&mut self, state: &SavedState) -> Outcome {
+        if state.interface != self.interface {
+            return Err("the state was saved by an instance of the other interface".into());
+        }
         self.instance.restore(&state.snapshot)?;
         (self.mode, self.set_up) = (state.mode, state.set_up);
         Ok(())
     }
 
     pub fn deserialize(&self, bytes: &[u8]) -> Outcome<SavedState> {
-        let truncated = || Refusal::from("the saved state is incomplete");
-        let (&[mode, set_up], rest) = bytes.split_first_chunk::<2>().ok_or_else(truncated)?;
-        let mode = match mode {
-            0 => Mode::Instantiated,
-            1 => Mode::Initialization,
-            2 => Mode::StepComplete,
-            3 => Mode::Terminated,
-            _ => return Err("the saved state has been changed".into()),
-        };
+        let changed = || Refusal::from("the saved state has been changed");
+        let content = MARK.open(bytes).map_err(|error| Refusal(format!("the saved state cannot be read: {error}")))?;
+        let (&[interface, mode, set_up], rest) = content.split_first_chunk::<3>().ok_or_else(changed)?;
+        let interface = INTERFACES.into_iter().find(|known| *known as u8 == interface).ok_or_else(changed)?;
+        let mode = MODES.into_iter().find(|known| *known as u8 == mode).ok_or_else(changed)?;
         let snapshot = Snapshot::from_bytes(self.instance.model(), rest)?;
-        let running = matches!(mode, Mode::StepComplete | Mode::Terminated);
-        if set_up > 1 || snapshot.is_running() != running || (mode != Mode::Instantiated && set_up == 0) {
-            return Err("the saved state has been changed".into());
-        }
-        Ok(SavedState { mode, set_up: set_up == 1, snapshot })
+        let state = SavedState { interface, mode, set_up: set_up != 0, snapshot };
+        if set_up <= 1 && state.is_sound() { Ok(state) } else { Err(changed()) }
     }
 }
 
+const MARK: Mark = Mark { magic: *b"cotI", version: 1, name: "a saved state of a cotree FMU" };
+const INTERFACES: [Interface; 2] = [Interface::ModelExchange, Interface::CoSimulation];
+const MODES: [Mode; 6] =
+    [Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::Terminated, Mode::Event, Mode::ContinuousTime];
+
 impl SavedState {
-    /// The mode, whether the experiment is set up, the snapshot.
+    /// Does the mode fit the rest?
+    fn is_sound(&self) -> bool {
+        let running = !matches!(self.mode, Mode::Instantiated | Mode::Initialization);
+        let exchange = match self.mode {
+            Mode::Event | Mode::ContinuousTime => true,
+            Mode::StepComplete => false,
+            _ => self.interface == Interface::ModelExchange,
+        };
+        exchange == (self.interface == Interface::ModelExchange)
+            && self.snapshot.is_running() == running
+            && self.snapshot.is_exchange() == (running && exchange)
+            && (self.set_up || self.mode == Mode::Instantiated)
+    }
+
+    /// The interface, the mode, whether the experiment is set up, the snapshot.
     pub fn to_bytes(&self) -> Outcome<Vec<u8>> {
-        let mut bytes = vec![self.mode as u8, u8::from(self.set_up)];
+        let mut bytes = vec![self.interface as u8, self.mode as u8, u8::from(self.set_up)];
         bytes.extend(self.snapshot.to_bytes()?);
-        Ok(bytes)
+        Ok(MARK.seal(&bytes))
     }
 }

@@ -11,12 +11,12 @@ use std::ffi::{CStr, CString};
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Once;
 
-use super::component::{Component, Refusal, SavedState};
+use super::component::{Component, Interface, Refusal, SavedState};
 use super::logging::{Category, Logger};
 use super::resource;
 use super::types::fmi2Status::{fmi2Discard, fmi2Error, fmi2OK};
 use super::types::*;
-use crate::instance::Instance;
+use crate::instance::{Instance, InstanceError};
 
 /// Runs a call on a component; refusals are logged.
 fn call(component: fmi2Component, run: impl FnOnce(&mut Component) -> Result<fmi2Status, Refusal>) -> fmi2Status {
@@ -150,7 +150,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
         let (callback, environment) = (functions.logger, functions.componentEnvironment);
         let logger = Logger::new(callback, environment, CString::from(name), loggingOn != fmi2False);
         match instantiate(name, fmuType, string(fmuGUID), string(fmuResourceLocation)) {
-            Ok(instance) => Some(Component::new(logger, instance)),
+            Ok((interface, instance)) => Some(Component::new(logger, interface, instance)),
             Err(refusal) => {
                 logger.log(fmi2Error, Category::Errors, &refusal.0);
                 None
@@ -163,13 +163,20 @@ pub unsafe extern "C" fn fmi2Instantiate(
     }
 }
 
-fn instantiate(name: &CStr, kind: fmi2Type, guid: Option<&CStr>, location: Option<&CStr>) -> Result<Instance, Refusal> {
+fn instantiate(
+    name: &CStr,
+    kind: fmi2Type,
+    guid: Option<&CStr>,
+    location: Option<&CStr>,
+) -> Result<(Interface, Instance), Refusal> {
     if name.is_empty() {
         return Err("the instance needs a name".into());
     }
-    if kind != fmi2CoSimulation {
-        return Err("this FMU is for Co-Simulation only".into());
-    }
+    let interface = match kind {
+        fmi2CoSimulation => Interface::CoSimulation,
+        fmi2ModelExchange => Interface::ModelExchange,
+        _ => return Err("the interface is neither Co-Simulation nor Model Exchange".into()),
+    };
     let guid = guid.ok_or("the GUID is missing")?;
     let model = resource::load(location.unwrap_or_default()).map_err(Refusal)?;
     if guid.to_bytes() != model.program().guid.as_bytes() {
@@ -177,7 +184,10 @@ fn instantiate(name: &CStr, kind: fmi2Type, guid: Option<&CStr>, location: Optio
             "the GUID is not that of this FMU: modelDescription.xml and the program do not belong together".into()
         );
     }
-    Ok(Instance::new(model))
+    if interface == Interface::ModelExchange && !model.program().offers_exchange() {
+        return Err(InstanceError::NoExchange.into());
+    }
+    Ok((interface, Instance::new(model)))
 }
 
 /// Frees an instance.
@@ -427,18 +437,21 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     })
 }
 
-/// Not provided.
+/// Derivatives of calculated variables by inputs, parameters and states, along a direction.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     c: fmi2Component,
-    _vUnknown_ref: *const fmi2ValueReference,
-    _nUnknown: usize,
-    _vKnown_ref: *const fmi2ValueReference,
-    _nKnown: usize,
-    _dvKnown: *const fmi2Real,
-    _dvUnknown: *mut fmi2Real,
+    vUnknown_ref: *const fmi2ValueReference,
+    nUnknown: usize,
+    vKnown_ref: *const fmi2ValueReference,
+    nKnown: usize,
+    dvKnown: *const fmi2Real,
+    dvUnknown: *mut fmi2Real,
 ) -> fmi2Status {
-    plain(c, |_| Err("this FMU does not provide directional derivatives".into()))
+    plain(c, |component| {
+        let (unknowns, derivatives) = (array(vUnknown_ref, nUnknown)?, array_mut(dvUnknown, nUnknown)?);
+        component.directional_derivative(unknowns, derivatives, array(vKnown_ref, nKnown)?, array(dvKnown, nKnown)?)
+    })
 }
 
 /// Sets the first and second derivatives of inputs.
@@ -453,19 +466,16 @@ pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
     plain(c, |component| component.set_derivatives(array(vr, nvr)?, array(order, nvr)?, array(value, nvr)?))
 }
 
-/// Not provided: the largest order is 0.
+/// Derivatives of calculated variables by time.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
     c: fmi2Component,
-    _vr: *const fmi2ValueReference,
+    vr: *const fmi2ValueReference,
     nvr: usize,
-    _order: *const fmi2Integer,
-    _value: *mut fmi2Real,
+    order: *const fmi2Integer,
+    value: *mut fmi2Real,
 ) -> fmi2Status {
-    plain(c, |_| match nvr {
-        0 => Ok(()),
-        _ => Err("this FMU does not provide derivatives of outputs".into()),
-    })
+    plain(c, |component| component.output_derivatives(array(vr, nvr)?, array(order, nvr)?, array_mut(value, nvr)?))
 }
 
 /// Moves to the next communication point.
@@ -537,4 +547,94 @@ pub unsafe extern "C" fn fmi2GetStringStatus(
     _value: *mut fmi2String,
 ) -> fmi2Status {
     call(c, |_| Ok(fmi2Discard))
+}
+
+/// Sets the time of Model Exchange.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetTime(c: fmi2Component, time: fmi2Real) -> fmi2Status {
+    plain(c, |component| component.set_time(time))
+}
+
+/// Sets q and v.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetContinuousStates(c: fmi2Component, x: *const fmi2Real, nx: usize) -> fmi2Status {
+    plain(c, |component| component.set_states(array(x, nx)?))
+}
+
+/// From continuous-time mode to an event.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2EnterEventMode(c: fmi2Component) -> fmi2Status {
+    plain(c, Component::enter_event_mode)
+}
+
+/// Closes the loops.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2NewDiscreteStates(c: fmi2Component, eventInfo: *mut fmi2EventInfo) -> fmi2Status {
+    plain(c, |component| {
+        let info = place(eventInfo)?;
+        let moved = component.new_discrete_states()?;
+        *info = fmi2EventInfo {
+            newDiscreteStatesNeeded: fmi2False,
+            terminateSimulation: fmi2False,
+            nominalsOfContinuousStatesChanged: fmi2False,
+            valuesOfContinuousStatesChanged: moved.into(),
+            nextEventTimeDefined: fmi2False,
+            nextEventTime: 0.0,
+        };
+        Ok(())
+    })
+}
+
+/// From an event back to continuous-time mode.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2EnterContinuousTimeMode(c: fmi2Component) -> fmi2Status {
+    plain(c, Component::enter_continuous_time_mode)
+}
+
+/// Asks for an event when the loops have come apart.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2CompletedIntegratorStep(
+    c: fmi2Component,
+    _noSetFMUStatePriorToCurrentPoint: fmi2Boolean,
+    enterEventMode: *mut fmi2Boolean,
+    terminateSimulation: *mut fmi2Boolean,
+) -> fmi2Status {
+    plain(c, |component| {
+        let (enter, terminate) = (place(enterEventMode)?, place(terminateSimulation)?);
+        *enter = component.completed_integrator_step()?.into();
+        *terminate = fmi2False;
+        Ok(())
+    })
+}
+
+/// v and a.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetDerivatives(c: fmi2Component, derivatives: *mut fmi2Real, nx: usize) -> fmi2Status {
+    plain(c, |component| component.state_derivatives(array_mut(derivatives, nx)?))
+}
+
+/// Values that change sign at events.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetEventIndicators(
+    c: fmi2Component,
+    eventIndicators: *mut fmi2Real,
+    ni: usize,
+) -> fmi2Status {
+    plain(c, |component| component.indicators(array_mut(eventIndicators, ni)?))
+}
+
+/// q and v.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetContinuousStates(c: fmi2Component, x: *mut fmi2Real, nx: usize) -> fmi2Status {
+    plain(c, |component| component.states(array_mut(x, nx)?))
+}
+
+/// Natural sizes of q and v.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetNominalsOfContinuousStates(
+    c: fmi2Component,
+    x_nominal: *mut fmi2Real,
+    nx: usize,
+) -> fmi2Status {
+    plain(c, |component| component.nominals(array_mut(x_nominal, nx)?))
 }

@@ -1,4 +1,4 @@
-//! The functions of FMI 2.0 for Co-Simulation (FMI standard 2.0.4, chapters 2.1 and 4.2).
+//! The functions of FMI 2.0 for Co-Simulation and Model Exchange (FMI standard 2.0.4, chapters 2.1, 3.2 and 4.2).
 //!
 //! One layer each: [`types`] are the C types; `functions` are what the importer calls, and the only place with `unsafe`; `component` is the state
 //! machine of the standard over an [`crate::instance::Instance`]; `logging` and `resource` are what their names say.

@@ -15,13 +15,13 @@ pub enum InstanceError {
         index: usize,
     },
     /// The variable is calculated.
-    #[error("`{name}` is calculated: only parameters and inputs can be set")]
+    #[error("`{name}` is calculated: only parameters, inputs and initial values can be set")]
     Calculated {
         /// The variable.
         name: String,
     },
-    /// A fixed parameter after initialisation.
-    #[error("parameter `{name}` is fixed: it can only be set before the simulation starts")]
+    /// A fixed parameter or an initial value after initialisation.
+    #[error("`{name}` can only be set before the simulation starts")]
     Fixed {
         /// The parameter.
         name: String,
@@ -33,6 +33,39 @@ pub enum InstanceError {
         name: String,
         /// The order asked for.
         order: i32,
+    },
+    /// Derivatives are with respect to what can change by itself.
+    #[error("there is no derivative with respect to `{name}`: it is neither an input nor a parameter nor a state")]
+    NotIndependent {
+        /// The variable.
+        name: String,
+    },
+    /// Only what is calculated has a derivative.
+    #[error("`{name}` is not calculated: it has no derivative")]
+    NotCalculated {
+        /// The variable.
+        name: String,
+    },
+    /// The derivative is not a number.
+    #[error("at t = {time} s `{name}` has no finite derivative")]
+    NoDerivative {
+        /// The variable.
+        name: String,
+        /// When [s].
+        time: f64,
+    },
+    /// Model Exchange knows no rates of inputs.
+    #[error(
+        "no Model Exchange: a driver follows an input, and the importer does not tell the input's rate; use Co-Simulation"
+    )]
+    NoExchange,
+    /// An array of the wrong length.
+    #[error("an array of {found} values instead of {expected}")]
+    Count {
+        /// Length found.
+        found: usize,
+        /// Length expected.
+        expected: usize,
     },
     /// NaN or infinite.
     #[error("`{name}` cannot be set to {value}: it must be a finite number")]

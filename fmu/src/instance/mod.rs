@@ -4,20 +4,24 @@
 //! again. Values can be read as soon as setup is done; the initial state is solved for when it is first needed and again after a
 //! change. A failure leaves the instance as it was: other values may be tried.
 
+mod derivatives;
 mod error;
+mod exchange;
 mod snapshot;
 
 use std::sync::Arc;
 
+pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
 pub use snapshot::Snapshot;
 
 use crate::machine::Machine;
 use crate::model::{Model, State};
-use crate::program::Source;
+use crate::program::{Motion, Source};
 use crate::solver::accelerations::Accelerations;
 use crate::solver::initial::solve_initial;
 use crate::solver::stepping::Stepper;
+use crate::solver::tangent::Tangent;
 use crate::solver::{Engine, Settings, Statistics};
 use snapshot::{Phase, TOLERANCES};
 
@@ -25,11 +29,13 @@ use snapshot::{Phase, TOLERANCES};
 const OVERRUN: f64 = 1e-3;
 
 /// What has been computed for the present state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Computed {
-    Nothing,
-    Outputs,
-    AcceleratedOutputs,
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Computed {
+    /// Is the state consistent?
+    state: bool,
+    accelerations: bool,
+    /// Outputs, and with them those that need accelerations?
+    outputs: Option<bool>,
 }
 
 /// One simulation of a model.
@@ -40,6 +46,9 @@ pub struct Instance {
     machine: Machine,
     stepper: Stepper,
     accelerations: Accelerations,
+    tangent: Tangent,
+    /// The pose of a driven mechanism that fits a change of time, parameters or inputs, before the change has become a step.
+    shown: State,
     outputs: Vec<f64>,
     computed: Computed,
 }
@@ -52,8 +61,10 @@ impl Instance {
             machine: Machine::new(&model),
             stepper: Stepper::new(&model),
             accelerations: Accelerations::new(&model),
+            tangent: Tangent::new(&model),
+            shown: model.default_state(0.0),
             outputs: vec![0.0; model.program().tapes.outputs.results.len()],
-            computed: Computed::Nothing,
+            computed: Computed::default(),
             model,
         }
     }
@@ -85,7 +96,7 @@ impl Instance {
 
     /// Start time, stop time if there is one, tolerance if it is not the default.
     pub fn setup(&mut self, start: f64, stop: Option<f64>, tolerance: Option<f64>) -> Result<(), InstanceError> {
-        if self.now.phase == Phase::Running {
+        if self.is_running() {
             return Err(InstanceError::Phase { running: true });
         }
         let refuse = |reason| Err(InstanceError::Experiment { reason });
@@ -118,12 +129,17 @@ impl Instance {
         Ok(())
     }
 
+    /// Is it an input?
+    pub fn is_input(&self, variable: usize) -> bool {
+        matches!(self.settable(variable), Ok(Settable::Input(_)))
+    }
+
     /// Would [`Instance::set`] accept this?
     pub fn check_set(&self, variable: usize, value: f64) -> Result<(), InstanceError> {
         let (name, min, max) = match self.settable(variable)? {
             Settable::Parameter(index) => {
                 let parameter = &self.model.program().parameters[index];
-                if self.now.phase == Phase::Running && !parameter.tunable {
+                if self.is_running() && !parameter.tunable {
                     return Err(InstanceError::Fixed { name: parameter.name.clone() });
                 }
                 (&parameter.name, parameter.min, parameter.max)
@@ -149,6 +165,9 @@ impl Instance {
             Settable::Parameter(index) => {
                 if self.now.state.parameters()[index].to_bits() != value.to_bits() {
                     self.touch();
+                    if self.is_running() {
+                        self.now.run.change(&self.now.state);
+                    }
                     self.now.state.parameters_mut()[index] = value;
                 }
             }
@@ -200,21 +219,35 @@ impl Instance {
         }
     }
 
-    /// To be called before parameters or inputs change.
+    /// To be called before parameters, inputs or the time change.
     fn touch(&mut self) {
-        self.computed = Computed::Nothing;
+        self.computed = Computed::default();
+        let driven = self.model.program().motion == Motion::Kinematic;
         match &mut self.now.phase {
             Phase::Initial { solved } => *solved = false,
             Phase::Running => self.now.run.change(&self.now.state),
+            Phase::Exchange if driven => self.now.run.change(&self.now.state),
+            // The importer's own integrator carries the motion on.
+            Phase::Exchange => {}
         }
+    }
+
+    fn is_running(&self) -> bool {
+        self.now.is_running()
+    }
+
+    /// Is the state that can be seen the one in `shown`?
+    fn is_shown(&self) -> bool {
+        self.is_running() && self.now.run.is_changed() && self.model.program().motion == Motion::Kinematic
     }
 
     fn settable(&self, variable: usize) -> Result<Settable, InstanceError> {
         let found = self.model.program().variables.get(variable);
         let found = found.ok_or(InstanceError::UnknownVariable { index: variable })?;
-        match found.source {
-            Source::Parameter(index) => Ok(Settable::Parameter(index as usize)),
-            Source::Input(index) => Ok(Settable::Input(index as usize)),
+        match (found.source, found.initial) {
+            (Source::Parameter(index), _) => Ok(Settable::Parameter(index as usize)),
+            (Source::Input(index), _) => Ok(Settable::Input(index as usize)),
+            (_, Some(index)) => Ok(Settable::Parameter(index as usize)),
             _ => Err(InstanceError::Calculated { name: found.name.clone() }),
         }
     }
@@ -237,7 +270,7 @@ impl Instance {
             solve_initial(&self.model, &mut state)?;
             self.now.state = state;
             self.now.phase = Phase::Initial { solved: true };
-            self.computed = Computed::Nothing;
+            self.computed = Computed::default();
         }
         Ok(())
     }
@@ -256,43 +289,40 @@ impl Instance {
         {
             return Err(InstanceError::Stop { to: time, stop });
         }
-        let settings = Settings {
-            engine: self.now.engine,
-            tolerance: self.now.tolerance,
-            max_step: self.model.program().experiment.max_step,
-            stop: self.now.stop,
-        };
+        let settings = self.settings();
         let Snapshot { state, run, .. } = &mut self.now;
-        self.computed = Computed::Nothing;
+        self.computed = Computed::default();
         self.stepper.step_to(&self.model, &mut self.machine, state, run, time, &settings)?;
         self.now.derivatives.fill(false);
         Ok(())
     }
 
-    /// The value of a variable at the present time. A change of an input shows in accelerations at once, in positions and
-    /// velocities from the next step on.
+    fn settings(&self) -> Settings {
+        Settings {
+            engine: Engine::default(),
+            tolerance: self.now.tolerance,
+            max_step: self.model.program().experiment.max_step,
+            stop: self.now.stop,
+        }
+    }
+
+    /// The value of a variable at the present time. A change of an input shows in accelerations at once; in positions and velocities from
+    /// the next step on if they are states, and at once in those of a driven mechanism, which has none.
     pub fn get(&mut self, variable: usize) -> Result<f64, InstanceError> {
         let found = self.model.program().variables.get(variable);
         let source = found.ok_or(InstanceError::UnknownVariable { index: variable })?.source;
-        let state = &self.now.state;
         let value = match source {
-            Source::Time => return Ok(state.time()),
-            Source::Parameter(index) => return Ok(state.parameters()[index as usize]),
-            Source::Input(index) => return Ok(state.inputs()[index as usize]),
-            Source::Coordinate(index) => {
-                self.solve()?;
-                self.now.state.positions()[index as usize]
-            }
-            Source::Rate(index) => {
-                self.solve()?;
-                self.now.state.rates()[index as usize]
-            }
+            Source::Time => return Ok(self.now.state.time()),
+            Source::Parameter(index) => return Ok(self.now.state.parameters()[index as usize]),
+            Source::Input(index) => return Ok(self.now.state.inputs()[index as usize]),
+            Source::Coordinate(index) => self.seen()?.positions()[index as usize],
+            Source::Rate(index) => self.seen()?.rates()[index as usize],
             Source::Acceleration(index) => {
-                self.compute(Computed::AcceleratedOutputs)?;
+                self.accelerate()?;
                 self.accelerations.accelerations()[index as usize]
             }
             Source::Output { result, accelerated } => {
-                self.compute(if accelerated { Computed::AcceleratedOutputs } else { Computed::Outputs })?;
+                self.evaluate_outputs(accelerated)?;
                 self.outputs[result as usize]
             }
         };
@@ -306,16 +336,53 @@ impl Instance {
         }
     }
 
-    /// Computes outputs for the present state, with accelerations and reactions only if they are wanted.
-    fn compute(&mut self, wanted: Computed) -> Result<(), InstanceError> {
+    /// The consistent state of the present time.
+    fn seen(&mut self) -> Result<&State, InstanceError> {
+        self.settle()?;
+        Ok(if self.is_shown() { &self.shown } else { &self.now.state })
+    }
+
+    fn settle(&mut self) -> Result<(), InstanceError> {
+        if self.computed.state {
+            return Ok(());
+        }
         self.solve()?;
-        if self.computed < wanted {
-            self.machine.load(&self.model, &self.now.state);
-            if wanted == Computed::AcceleratedOutputs {
-                self.accelerations.evaluate(&self.model, &mut self.machine)?;
+        if self.is_shown() {
+            let settings = self.settings();
+            self.shown.copy_from(&self.now.state);
+            let before = self.now.run.before();
+            self.stepper.settle(&self.model, &mut self.machine, before, &mut self.shown, &settings)?;
+        }
+        self.computed.state = true;
+        Ok(())
+    }
+
+    /// Brings the state that can be seen into the registers. Accelerations and reactions stay there.
+    fn load(&mut self) -> Result<(), InstanceError> {
+        self.settle()?;
+        let seen = if self.is_shown() { &self.shown } else { &self.now.state };
+        self.machine.load(&self.model, seen);
+        Ok(())
+    }
+
+    fn accelerate(&mut self) -> Result<(), InstanceError> {
+        if !self.computed.accelerations {
+            self.load()?;
+            self.accelerations.evaluate(&self.model, &mut self.machine)?;
+            self.computed.accelerations = true;
+        }
+        Ok(())
+    }
+
+    /// Evaluates outputs, with accelerations and reactions only if they are wanted.
+    fn evaluate_outputs(&mut self, accelerated: bool) -> Result<(), InstanceError> {
+        if self.computed.outputs < Some(accelerated) {
+            if accelerated {
+                self.accelerate()?;
             }
+            self.load()?;
             self.machine.evaluate(&self.model.program().tapes.outputs, &mut self.outputs);
-            self.computed = wanted;
+            self.computed.outputs = Some(self.computed.accelerations);
         }
         Ok(())
     }
@@ -323,7 +390,7 @@ impl Instance {
     /// Back to the defaults, as a new instance.
     pub fn reset(&mut self) {
         self.now = Snapshot::new(&self.model);
-        self.computed = Computed::Nothing;
+        self.computed = Computed::default();
         self.stepper.forget();
     }
 
@@ -339,11 +406,12 @@ impl Instance {
 
     /// Goes back (or on) to a saved state.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), InstanceError> {
-        if !snapshot.belongs_to(&self.model) {
+        // What is in memory was saved by an instance; bytes are checked when they are read.
+        if snapshot.model != self.now.model {
             return Err(InstanceError::ForeignState);
         }
         self.now.copy_from(snapshot);
-        self.computed = Computed::Nothing;
+        self.computed = Computed::default();
         self.stepper.forget();
         Ok(())
     }

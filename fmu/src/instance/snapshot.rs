@@ -20,6 +20,8 @@ pub(super) enum Phase {
         solved: bool,
     },
     Running,
+    /// The importer integrates.
+    Exchange,
 }
 
 /// All that the future of an instance depends on. Saving is a copy.
@@ -76,7 +78,12 @@ impl Snapshot {
 
     /// Was it saved after initialisation?
     pub fn is_running(&self) -> bool {
-        self.phase == Phase::Running
+        matches!(self.phase, Phase::Running | Phase::Exchange)
+    }
+
+    /// Was it saved while the importer integrated?
+    pub fn is_exchange(&self) -> bool {
+        self.phase == Phase::Exchange
     }
 
     /// As bytes.

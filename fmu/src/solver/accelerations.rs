@@ -1,7 +1,6 @@
 //! Accelerations and reactions at a state: Eq. (22) for dynamic motion, Eqs. (21) and (14) for kinematic motion.
 
 use super::Failure;
-use super::dense::Singular;
 use super::loops::Loops;
 use crate::machine::Machine;
 use crate::model::Model;
@@ -33,20 +32,15 @@ impl Accelerations {
             None => machine.evaluate(&model.program().tapes.acceleration, &mut self.values),
             Some(loops) => {
                 let tapes = &model.program().tapes;
-                if let Err(Singular(column)) = loops.factor(model, machine) {
-                    return Err(Failure::Singular {
-                        time: machine.registers()[model.layout().time()],
-                        coordinate: model.program().coordinates[column].name.clone(),
-                    });
-                }
+                loops.factor_regular(model, machine)?;
                 machine.evaluate(&tapes.gamma, &mut self.gamma);
                 let (accelerations, reactions) = self.values.split_at_mut(n);
-                accelerations.copy_from_slice(loops.solve(model, &self.gamma));
+                accelerations.copy_from_slice(loops.solve(&self.gamma));
                 reactions.fill(0.0);
                 if let Some(inverse) = &tapes.inverse {
                     machine.load_accelerations(model, accelerations, reactions);
                     machine.evaluate(inverse, &mut self.loads);
-                    loops.reactions(model, &self.loads, reactions);
+                    loops.reactions(&self.loads, reactions);
                 }
             }
         }

@@ -64,6 +64,22 @@ impl Continuation {
         }
     }
 
+    /// Has anything changed since the last communication point?
+    pub fn is_changed(&self) -> bool {
+        self.changed
+    }
+
+    /// The state before the first change.
+    pub fn before(&self) -> &State {
+        &self.before
+    }
+
+    /// Goes on from a state that somebody else has moved.
+    pub fn keep(&mut self, state: &State) {
+        self.before.copy_from(state);
+        self.changed = false;
+    }
+
     /// Forgets the step that went beyond a state; the run goes on from that state.
     pub(super) fn restart(&mut self, model: &Model, state: &State) {
         self.origin.copy_from(state);

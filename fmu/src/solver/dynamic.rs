@@ -11,8 +11,15 @@ use crate::model::{Model, State};
 const STRETCH: f64 = 1.01;
 /// Shortest step, in units of the spacing of floating-point times.
 const SHORTEST: f64 = 16.0;
+/// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
+const SHARE_OF_TOLERANCE: f64 = 0.01;
+/// Rounding is larger than an error below this.
+const FINEST: f64 = 1e-14;
 /// Times nearer to zero than this are spaced as if they were there [s].
 const EARLY: f64 = 1e-6;
+
+/// Most steps between two communication points.
+const MOST_STEPS: u64 = 10_000_000;
 
 /// Storage for dynamic motion.
 #[derive(Clone, Debug)]
@@ -71,7 +78,11 @@ impl Dynamic {
 
     /// Takes steps until the front has reached the target.
     pub fn advance(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+        let last = context.statistics.steps + MOST_STEPS;
         while run.front_time < horizon.target {
+            if context.statistics.steps >= last {
+                return Err(Failure::TooManySteps { time: run.front_time, steps: MOST_STEPS });
+            }
             self.single(context, run, horizon)?;
         }
         Ok(())
@@ -191,7 +202,7 @@ impl Dynamic {
     /// Absolute tolerances of q and v. Rates count relative to themselves, but not below one scale a second.
     fn tolerate(&mut self, context: &Context, front: &[f64], next: bool) {
         let n = context.model.coordinates();
-        let tolerance = context.settings.tolerance;
+        let tolerance = (SHARE_OF_TOLERANCE * context.settings.tolerance).max(FINEST);
         for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
             let after = if next { self.next[n + index].abs() } else { 0.0 };
             let rate = front[n + index].abs().max(after);

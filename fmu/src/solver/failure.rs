@@ -91,6 +91,16 @@ pub enum Failure {
         /// Why the last step was rejected, if not for its error.
         cause: Option<Box<Failure>>,
     },
+    /// So many steps that it looks like for ever.
+    #[error(
+        "at t = {time} s the motion is too fast to be followed in reasonable time: more than {steps} steps since the last communication point; check masses, stiffnesses and inputs"
+    )]
+    TooManySteps {
+        /// When [s].
+        time: f64,
+        /// Steps taken.
+        steps: u64,
+    },
     /// The loops come apart during the motion.
     #[error("at t = {time} s the loops cannot be kept closed: the largest gap is {gap}")]
     Drift {

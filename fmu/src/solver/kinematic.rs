@@ -37,7 +37,10 @@ impl Kinematic {
     ) -> Result<(), Failure> {
         while state.time() < target {
             let remaining = target - state.time();
-            let natural = if *step > 0.0 { *step } else { remaining };
+            // The first sub-step is one that the scene calls usual: in a long one a driver could begin slowly and come
+            // around unnoticed.
+            let usual = context.model.program().experiment.step;
+            let natural = if *step > 0.0 { *step } else { usual.min(remaining) };
             let shortest = SHORTEST.max(4.0 * f64::EPSILON * target.abs());
             let h = natural.min(context.settings.max_step).max(shortest).min(remaining);
             let time = if h < remaining { state.time() + h } else { target };

@@ -19,6 +19,7 @@ pub mod poses;
 pub mod projection;
 pub mod redundancy;
 pub mod stepping;
+pub mod tangent;
 mod taylor;
 
 pub use crate::program::Engine;

@@ -6,7 +6,7 @@
 use super::loops::Loops;
 use super::{Failure, Gap};
 use crate::machine::Machine;
-use crate::model::Model;
+use crate::model::{Model, State};
 use crate::program::Motion;
 use crate::tape::Tape;
 
@@ -108,6 +108,16 @@ impl Projection {
         Ok(())
     }
 
+    /// The larger of the relative gaps of positions and of rates, at the state in the registers.
+    pub fn gap(&mut self, model: &Model, machine: &mut Machine, state: &State) -> f64 {
+        let mut relative = |level: Level, size: f64| {
+            machine.evaluate(level.residual(model), &mut self.step);
+            self.residual(model) / size
+        };
+        let position = relative(Level::Position, 1.0);
+        crate::math::maximum(position, relative(Level::Rate, 1.0 + largest(model, state.rates())))
+    }
+
     #[allow(clippy::too_many_arguments)] // Private, and every one is a different thing.
     fn newton(
         &mut self,
@@ -159,7 +169,7 @@ impl Projection {
         let (residuals, corrections) = self.step.split_at_mut(model.program().constraints.len());
         machine.evaluate(level.residual(model), residuals);
         if regular {
-            let solution = loops.solve(model, residuals);
+            let solution = loops.solve(residuals);
             corrections.iter_mut().zip(solution).for_each(|(correction, value)| *correction = -value);
             Ok(())
         } else if self.residual(model) == 0.0 {

@@ -7,6 +7,9 @@ use crate::model::{Model, State};
 
 /// A row counts as dependent when less than this share of it is new.
 const NEW: f64 = 1e-8;
+/// Where more than this share of each independent row is new, the pose is regular. Elsewhere, near a change point, rounding errors of the pose make
+/// dependent rows look independent.
+const CLEAR: f64 = 1e-5;
 /// How far the poses are apart, in units of the scales.
 const REACH: f64 = 0.3;
 
@@ -34,20 +37,22 @@ pub fn redundancy(model: &Model, state: &State, samples: usize) -> Redundancy {
         matrix
     };
     let poses = consistent_poses(model, state, samples, REACH);
-    let mut independent = Vec::new();
+    let mut best = (false, Vec::new());
     for pose in &poses {
-        let rows = independent_rows(&scaled(pose));
-        if rows.len() > independent.len() {
-            independent = rows;
+        let found = independent_rows(&scaled(pose));
+        if (found.0, found.1.len()) > (best.0, best.1.len()) {
+            best = found;
         }
     }
+    let independent = best.1;
     Redundancy { rank: independent.len(), independent }
 }
 
-/// Gram-Schmidt with reorthogonalisation, row by row.
-fn independent_rows(matrix: &DMatrix<f64>) -> Vec<usize> {
+/// Gram-Schmidt with reorthogonalisation, row by row. Is the choice clear, and which rows are independent?
+fn independent_rows(matrix: &DMatrix<f64>) -> (bool, Vec<usize>) {
     let mut basis: Vec<nalgebra::RowDVector<f64>> = Vec::new();
     let mut independent = Vec::new();
+    let mut clear = true;
     for (index, row) in matrix.row_iter().enumerate() {
         let size = row.norm();
         let mut rest = row.into_owned();
@@ -58,10 +63,11 @@ fn independent_rows(matrix: &DMatrix<f64>) -> Vec<usize> {
         }
         // Rows are of natural size 1, so that a row of rounding errors is not a direction.
         if rest.norm() > NEW * size.max(1.0) {
+            clear &= rest.norm() > CLEAR * size.max(1.0);
             rest /= rest.norm();
             basis.push(rest);
             independent.push(index);
         }
     }
-    independent
+    (clear, independent)
 }

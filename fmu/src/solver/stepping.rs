@@ -65,6 +65,26 @@ impl Stepper {
         }
     }
 
+    /// Closes the loops at a state whose time, parameters or inputs have changed, but not yet its motion. On failure the state stays as it was.
+    pub fn settle(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        before: &State,
+        state: &mut State,
+        settings: &Settings,
+    ) -> Result<(), Failure> {
+        let Self { projection, settling, statistics, .. } = self;
+        let context = &mut Context { model, machine, projection, statistics, settings };
+        settling.close(context, before, state)
+    }
+
+    /// How far the loops have come apart at a state, relative to the scales: in positions, or in rates relative to those. The state must be in
+    /// the registers.
+    pub fn gap(&mut self, model: &Model, machine: &mut Machine, state: &State) -> f64 {
+        self.projection.gap(model, machine, state)
+    }
+
     /// Moves a state to a later time. On failure the state stays as it was.
     pub fn step_to(
         &mut self,

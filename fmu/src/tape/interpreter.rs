@@ -33,7 +33,7 @@ impl Instruction {
     }
 
     #[inline(always)]
-    fn run(&self, registers: &mut [f64]) {
+    pub(super) fn run(&self, registers: &mut [f64]) {
         let a = registers[self.a as usize];
         let b = registers[self.b as usize];
         let value = match self.operation {

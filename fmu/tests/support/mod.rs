@@ -120,7 +120,7 @@ pub fn condition(name: &str, known: bool) -> Condition {
 }
 
 pub fn variable(name: &str, source: Source) -> Variable {
-    Variable { name: name.into(), source }
+    Variable { name: name.into(), source, initial: None }
 }
 
 fn output(result: u32, accelerated: bool) -> Source {
@@ -138,6 +138,7 @@ fn empty(name: &str, motion: Motion) -> Program {
         coordinates: Vec::new(),
         constraints: Vec::new(),
         motion,
+        blocks: Vec::new(),
         length: 1.0,
         variables: Vec::new(),
         constants: Vec::new(),
@@ -369,6 +370,7 @@ pub fn four_bar(drive: Drive, redundant: bool) -> Program {
     program.inputs = vec![input("load", 0.0), input("crank_drive", 0.0)];
     program.coordinates = vec![coordinate("coupler.angle"), coordinate("rocker.angle")];
     program.constraints = vec![constraint("rocker_pin"), constraint("rocker_pin")];
+    program.blocks = vec![Block { rows: vec![0, 1], columns: vec![0, 1] }];
     if redundant {
         program.constraints.push(Constraint { active: false, ..constraint("spare_pin") });
     }
@@ -521,4 +523,49 @@ pub fn value(instance: &mut Instance, name: &str) -> f64 {
 pub fn set(instance: &mut Instance, name: &str, value: f64) {
     let index = instance.variable(name).expect("known name");
     instance.set(index, value).expect("permitted");
+}
+
+/// Lets an initial value be set under the name of its variable: its target, a constant so far, becomes a parameter. Returns the parameter.
+pub fn initial_parameter(program: &mut Program, name: &str) -> Option<u32> {
+    let row = program.initial.positions.iter().position(|condition| condition.name == name)?;
+    let before = program.layout();
+    let target = program.initial.position.results[program.initial.positions.len() + row];
+    let value = program.constants[target as usize - before.constants()];
+    let place = program.parameters.len() as u32;
+    program.parameters.push(parameter(name, value, false));
+    shift(program, before.inputs() as u32);
+    let conditions = program.initial.positions.len();
+    program.initial.position.results[conditions + row] = before.inputs() as u32;
+    program.variables.iter_mut().find(|variable| variable.name == name)?.initial = Some(place);
+    Some(place)
+}
+
+/// Makes room for one more register at `from`.
+fn shift(program: &mut Program, from: u32) {
+    let (tapes, initial) = (&mut program.tapes, &mut program.initial);
+    let every = [
+        &mut tapes.parameters,
+        &mut tapes.constraint,
+        &mut tapes.jacobian.tape,
+        &mut tapes.constraint_rate,
+        &mut tapes.gamma,
+        &mut tapes.acceleration,
+        &mut tapes.project_position,
+        &mut tapes.project_velocity,
+        &mut tapes.indicators,
+        &mut tapes.outputs,
+        &mut initial.position,
+        &mut initial.position_jacobian.tape,
+        &mut initial.velocity,
+        &mut initial.velocity_jacobian.tape,
+    ];
+    let moved = |register: &mut u32| *register += u32::from(*register >= from);
+    for tape in every.into_iter().chain(&mut tapes.inverse) {
+        tape.results.iter_mut().for_each(moved);
+        for instruction in &mut tape.instructions {
+            let Instruction { target, a, b, c, .. } = instruction;
+            [target, a, b, c].into_iter().for_each(moved);
+        }
+    }
+    program.registers += 1;
 }

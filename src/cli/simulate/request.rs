@@ -68,8 +68,9 @@ fn set(description: &Description, setting: &str) -> Result<(usize, f64), Failure
     let wrong = |message: String| Failure::Usage(format!("--set {setting}: {message}"));
     let (name, value) = setting.split_once('=').ok_or_else(|| wrong("write name=value".to_owned()))?;
     let (name, value) = (name.trim(), value.trim());
-    let settable =
-        |variable: &ScalarVariable| matches!(variable.causality, Causality::Parameter { .. } | Causality::Input { .. });
+    let settable = |variable: &ScalarVariable| {
+        matches!(variable.causality, Causality::Parameter { .. } | Causality::Input { .. }) || variable.start.is_some()
+    };
     let index = find(description, name, settable)
         .ok_or_else(|| wrong(unknown(description, name, "parameter or input", settable)))?;
     let variable = &description.variables[index];

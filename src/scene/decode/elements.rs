@@ -1,20 +1,20 @@
-//! Parameters, inputs, bodies, joints, drivers and loads.
+//! Parameters, inputs, bodies, drivers and loads.
 
 use super::Decoder;
 use super::fields::Fields;
+use crate::mechanism::Side;
 use crate::scene::document::{Kind, Node};
 use crate::scene::fault::Fault;
 use crate::scene::model::{
-    Body, Driver, DriverKind, Input, InputAs, Joint, JointKind, Load, LoadKind, Motion, Parameter, Point, Turning,
+    Body, Driver, DriverKind, Input, InputAs, Load, LoadKind, Motion, Parameter, Point, Turning,
 };
 use crate::scene::span::Text;
 use crate::scene::suggest;
 
-const TWO_POINTS: &str = "give two points: `between = [\"ground.bearing\", \"crank.inner\"]`";
-const TWO_BODIES: &str = "give two bodies: `between = [\"ground\", \"crank\"]`";
+pub(super) const TWO_POINTS: &str = "give two points: `between = [\"ground.bearing\", \"crank.inner\"]`";
+pub(super) const TWO_BODIES: &str = "give two bodies: `between = [\"ground\", \"crank\"]`";
 const ONE_POINT: &str = "give a point: `on = \"slider\"` or `on = \"crank.outer\"`";
 const TWO_COMPONENTS: &str = "give two components, such as `[\"-gas_force\", 0.0]`";
-const JOINT_TYPES: [&str; 3] = ["revolute", "prismatic", "weld"];
 const LOAD_TYPES: [&str; 6] = ["force", "torque", "spring", "torsion_spring", "actuator", "torsion_actuator"];
 const MOTIONS: [&str; 3] = ["angle", "displacement", "position"];
 
@@ -83,19 +83,21 @@ impl Decoder {
     }
 
     pub(super) fn body(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Body> {
-        let keys = ["mass", "inertia", "com", "points"];
+        let keys = ["mass", "inertia", "com", "gravity", "points"];
         let fields = Fields::open(node, owner, name.span, &keys, &mut self.faults)?;
+        let gravity = fields.get("gravity").and_then(|node| self.boolean(node, &fields.name_of("gravity")));
         Some(Body {
             name: name.clone(),
             mass: self.optional_quantity(&fields, "mass"),
             inertia: self.optional_quantity(&fields, "inertia"),
             com: fields.get("com").and_then(|node| self.vector(node, &fields.name_of("com"))),
+            weightless: gravity == Some(false),
             points: self.points(&fields, &name.text),
         })
     }
 
     /// The `type` of a joint or load, one of `types`.
-    fn kind(&mut self, name: &Text, node: &Node, owner: &str, types: &[&str]) -> Option<Text> {
+    pub(super) fn kind(&mut self, name: &Text, node: &Node, owner: &str, types: &[&str]) -> Option<Text> {
         let Kind::Table(entries) = &node.kind else {
             // Reports that it is no table.
             Fields::open(node, owner, name.span, types, &mut self.faults);
@@ -120,33 +122,6 @@ impl Decoder {
             return None;
         }
         Some(kind)
-    }
-
-    pub(super) fn joint(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Joint> {
-        let kind = self.kind(name, node, owner, &JOINT_TYPES)?;
-        let keys: &[&str] = match kind.text.as_str() {
-            "revolute" => &["type", "between", "damping"],
-            "prismatic" => &["type", "between", "axis", "angle", "damping"],
-            _ => &["type", "between", "angle"],
-        };
-        let owner = owner.replacen("joint", &format!("{} joint", kind.text), 1);
-        let fields = Fields::open(node, &owner, name.span, keys, &mut self.faults)?;
-        let between = self.required_pair(&fields, TWO_POINTS);
-        let damping = self.optional_quantity(&fields, "damping");
-        let angle = self.optional_quantity(&fields, "angle");
-        let kind = match kind.text.as_str() {
-            "revolute" => JointKind::Revolute { damping },
-            "prismatic" => {
-                let axis = self.required_vector(
-                    &fields,
-                    "axis",
-                    "give the direction in the first body's frame: `axis = [1.0, 0.0]`",
-                );
-                JointKind::Prismatic { axis: axis?, angle, damping }
-            }
-            _ => JointKind::Weld { angle },
-        };
-        Some(Joint { name: name.clone(), between: between?, kind })
     }
 
     pub(super) fn driver(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Driver> {
@@ -244,8 +219,8 @@ impl Decoder {
         let keys: &[&str] = match kind.text.as_str() {
             "force" => &["type", "on", "vector", "frame"],
             "torque" => &["type", "on", "between", "value"],
-            "spring" => &["type", "between", "stiffness", "length", "damping"],
-            "torsion_spring" => &["type", "between", "stiffness", "angle", "damping"],
+            "spring" => &["type", "between", "stiffness", "length", "damping", "cubic", "side"],
+            "torsion_spring" => &["type", "between", "stiffness", "angle", "damping", "cubic", "side"],
             "actuator" => &["type", "between", "force"],
             _ => &["type", "between", "torque"],
         };
@@ -316,7 +291,30 @@ impl Decoder {
         let stiffness = self.required_quantity(fields, "stiffness", "give the stiffness [N/m]; 0 makes it a damper");
         let length = self.optional_quantity(fields, "length");
         let damping = self.optional_quantity(fields, "damping");
-        Some(LoadKind::Spring { between: between?, stiffness: stiffness?, length, damping })
+        let cubic = self.optional_quantity(fields, "cubic");
+        let side = self.side(fields);
+        Some(LoadKind::Spring { between: between?, stiffness: stiffness?, length, damping, cubic, side })
+    }
+
+    /// `side` of a spring.
+    fn side(&mut self, fields: &Fields<'_>) -> Side {
+        let Some(side) = self.optional_text(fields, "side") else { return Side::Both };
+        match side.text.as_str() {
+            "both" => Side::Both,
+            "above" => Side::Above,
+            "below" => Side::Below,
+            other => {
+                let choices = ["both", "above", "below"];
+                let otherwise =
+                    "a spring acts on \"both\" sides of its free length or angle, or only \"above\" or \"below\" it";
+                self.faults.push(
+                    Fault::new("scene::wrong_value", format!("`side` of {} is `{other}`", fields.owner), side.span)
+                        .label("no such side")
+                        .help(suggest::hint(other, choices, otherwise.to_string())),
+                );
+                Side::Both
+            }
+        }
     }
 
     fn torsion_spring(&mut self, fields: &Fields<'_>) -> Option<LoadKind> {
@@ -325,6 +323,8 @@ impl Decoder {
             self.required_quantity(fields, "stiffness", "give the stiffness [N.m/rad]; 0 makes it a damper");
         let angle = self.optional_quantity(fields, "angle");
         let damping = self.optional_quantity(fields, "damping");
-        Some(LoadKind::TorsionSpring { between: between?, stiffness: stiffness?, angle, damping })
+        let cubic = self.optional_quantity(fields, "cubic");
+        let side = self.side(fields);
+        Some(LoadKind::TorsionSpring { between: between?, stiffness: stiffness?, angle, damping, cubic, side })
     }
 }

@@ -55,7 +55,7 @@ impl Resolver<'_> {
             None => [Formula::Number(0.0), Formula::Number(0.0)],
         };
         let points = self.points(&body.points, name, &centre);
-        Body { name: name.clone(), mass, inertia, points, span: body.name.span }
+        Body { name: name.clone(), mass, inertia, weightless: body.weightless, points, span: body.name.span }
     }
 
     /// Points relative to a centre.

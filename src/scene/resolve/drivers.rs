@@ -68,11 +68,25 @@ impl Resolver<'_> {
             return None;
         };
         let (found, help) = match (&self.scene.joints[id.0].kind, motion) {
-            (model::JointKind::Revolute { .. }, "angle") | (model::JointKind::Prismatic { .. }, "displacement") => {
+            (
+                model::JointKind::Revolute { .. } | model::JointKind::Slot { .. } | model::JointKind::Rolling { .. },
+                "angle",
+            )
+            | (model::JointKind::Prismatic { .. } | model::JointKind::Slot { .. }, "displacement") => {
                 return Some(id);
             }
             (model::JointKind::Revolute { .. }, _) => ("revolute", "give `angle = ...` instead of `displacement`"),
             (model::JointKind::Prismatic { .. }, _) => ("prismatic", "give `displacement = ...` instead of `angle`"),
+            (model::JointKind::Rolling { .. }, _) => {
+                ("a rolling disc", "give `angle = ...` instead of `displacement`: the disc's angle moves its centre")
+            }
+            (model::JointKind::Distance { .. }, _) => {
+                ("a distance link", "its length is constant; a driver with `position` moves a point")
+            }
+            (model::JointKind::Gear { .. } | model::JointKind::Rack { .. }, _) => {
+                ("a gear pair or rack", "name the joint in which a wheel turns or the rack slides")
+            }
+            (model::JointKind::Slot { .. }, _) => ("a slot", "give `displacement = ...` or `angle = ...`"),
             (model::JointKind::Weld { .. }, _) => {
                 ("a weld", "a weld permits no motion: name a revolute or a prismatic joint")
             }

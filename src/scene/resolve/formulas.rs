@@ -42,6 +42,36 @@ impl Resolver<'_> {
         formula
     }
 
+    /// A constant that is more than zero.
+    pub(super) fn positive_constant(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
+        self.constant_where(quantity, what, wanted, |value| value > 0.0, "must be positive")
+    }
+
+    /// A constant that is not zero.
+    pub(super) fn nonzero_constant(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
+        self.constant_where(quantity, what, wanted, |value| value != 0.0, "must not be zero")
+    }
+
+    fn constant_where(
+        &mut self,
+        quantity: &Quantity,
+        what: &str,
+        wanted: &Wanted,
+        permitted: impl Fn(f64) -> bool,
+        rule: &str,
+    ) -> Formula {
+        let formula = self.constant(quantity, what, wanted);
+        let value = self.value(&formula);
+        if !value.is_nan() && !permitted(value) {
+            let by_default = if constant::number(&formula).is_some() { "" } else { " with the default parameters" };
+            let unit = if wanted.si.is_empty() { String::new() } else { format!(" {}", wanted.si) };
+            // Adding zero makes a negative zero positive.
+            let message = format!("{what} {rule}, but is {}{unit}{by_default}", value + 0.0);
+            self.faults.push(Fault::new("scene::out_of_range", message, quantity.span).label(rule));
+        }
+        formula
+    }
+
     /// The value of a constant formula at the default parameters.
     pub(super) fn value(&self, formula: &Formula) -> f64 {
         constant::evaluate(formula, &self.values)

@@ -2,8 +2,11 @@
 
 use super::Resolver;
 use super::lower::Context;
-use crate::mechanism::{Load, LoadId, LoadKind};
-use crate::scene::dimension::{ANGLE, DAMPING, FORCE, LENGTH, STIFFNESS, TORQUE, TORSION_DAMPING, TORSION_STIFFNESS};
+use crate::mechanism::{Load, LoadId, LoadKind, SpringLaw};
+use crate::scene::dimension::{
+    ANGLE, CUBIC_STIFFNESS, CUBIC_TORSION_STIFFNESS, DAMPING, FORCE, LENGTH, STIFFNESS, TORQUE, TORSION_DAMPING,
+    TORSION_STIFFNESS,
+};
 use crate::scene::model;
 
 impl Resolver<'_> {
@@ -46,27 +49,31 @@ impl Resolver<'_> {
     }
 
     fn spring(&mut self, load: &model::Load) -> Option<LoadKind> {
-        let model::LoadKind::Spring { between, stiffness, length, damping } = &load.kind else {
+        let model::LoadKind::Spring { between, stiffness, length, damping, cubic, side } = &load.kind else {
             return None;
         };
         let user = format!("spring `{}`", load.name.text);
         let of = |key: &str| format!("`{key}` of {user}");
         let stiffness = self.constant(stiffness, &of("stiffness"), &STIFFNESS);
-        let length = self.constant_or_zero(length.as_ref(), &of("length"), &LENGTH);
+        let free = self.constant_or_zero(length.as_ref(), &of("length"), &LENGTH);
         let damping = self.constant_or_zero(damping.as_ref(), &of("damping"), &DAMPING);
-        self.places(between, &user).map(|between| LoadKind::Spring { between, stiffness, length, damping })
+        let cubic = self.constant_or_zero(cubic.as_ref(), &of("cubic"), &CUBIC_STIFFNESS);
+        let law = SpringLaw { stiffness, cubic, damping, free, side: *side };
+        self.places(between, &user).map(|between| LoadKind::Spring { between, law })
     }
 
     fn torsion_spring(&mut self, load: &model::Load) -> Option<LoadKind> {
-        let model::LoadKind::TorsionSpring { between, stiffness, angle, damping } = &load.kind else {
+        let model::LoadKind::TorsionSpring { between, stiffness, angle, damping, cubic, side } = &load.kind else {
             return None;
         };
         let user = format!("torsion spring `{}`", load.name.text);
         self.must_not_turn(&user, load.name.span);
         let of = |key: &str| format!("`{key}` of {user}");
         let stiffness = self.constant(stiffness, &of("stiffness"), &TORSION_STIFFNESS);
-        let angle = self.constant_or_zero(angle.as_ref(), &of("angle"), &ANGLE);
+        let free = self.constant_or_zero(angle.as_ref(), &of("angle"), &ANGLE);
         let damping = self.constant_or_zero(damping.as_ref(), &of("damping"), &TORSION_DAMPING);
-        self.body_pair(between, &user).map(|between| LoadKind::TorsionSpring { between, stiffness, angle, damping })
+        let cubic = self.constant_or_zero(cubic.as_ref(), &of("cubic"), &CUBIC_TORSION_STIFFNESS);
+        let law = SpringLaw { stiffness, cubic, damping, free, side: *side };
+        self.body_pair(between, &user).map(|between| LoadKind::TorsionSpring { between, law })
     }
 }

@@ -4,6 +4,7 @@
 //! mechanism, which nobody gets to see, and checks of its value stay silent.
 
 mod bodies;
+mod couplings;
 mod drivers;
 mod formulas;
 mod initial;

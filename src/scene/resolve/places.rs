@@ -92,7 +92,7 @@ impl Resolver<'_> {
     }
 
     /// A whole body; the outer `None` is a fault, the inner the ground.
-    fn body(&mut self, name: &Text, user: &str) -> Option<Option<BodyId>> {
+    pub(super) fn body(&mut self, name: &Text, user: &str) -> Option<Option<BodyId>> {
         let (owner, point) = name.text.split_once('.').unwrap_or((&name.text, ""));
         let body = if owner == "ground" { None } else { Some(self.body_of(owner, name, user)?) };
         if !point.is_empty() {
@@ -126,7 +126,13 @@ impl Resolver<'_> {
         Some([first, second])
     }
 
-    fn different(&mut self, a: Option<BodyId>, b: Option<BodyId>, between: &[Text; 2], user: &str) -> Option<()> {
+    pub(super) fn different(
+        &mut self,
+        a: Option<BodyId>,
+        b: Option<BodyId>,
+        between: &[Text; 2],
+        user: &str,
+    ) -> Option<()> {
         if a != b {
             return Some(());
         }

@@ -115,8 +115,8 @@ impl Resolver<'_> {
             "recommended" => return Coordinates::Recommended,
             "absolute" => return Coordinates::Absolute,
             "joint" => return Coordinates::Joint,
-            "cheapest" => self.unavailable("the preset `cheapest`", name.span, "write `preset = \"recommended\"`"),
-            other => self.unknown_choice("preset", other, &["recommended", "absolute", "joint"], name.span),
+            "cheapest" => return Coordinates::Cheapest,
+            other => self.unknown_choice("preset", other, &["recommended", "absolute", "joint", "cheapest"], name.span),
         }
         Coordinates::Recommended
     }
@@ -157,6 +157,14 @@ impl Resolver<'_> {
 
     fn unknown_branch(&mut self, name: &Text, tree: &str) {
         if self.is_reported(name, &name.text) {
+            return;
+        }
+        if let Some((owner, _)) = name.text.split_once('.')
+            && (owner == "ground" || self.names.get(owner).is_some_and(|named| matches!(named, Named::Body(_))))
+        {
+            let message = format!("`{}` is a rigid arm or a ground vector: it is always in the tree", name.text);
+            let fault = Fault::new("scene::arm_in_tree", message, name.span).label("need not be named");
+            self.faults.push(fault.help("remove it: name bodies, joints, drivers and loads only"));
             return;
         }
         let known = self.names.all(|named| !matches!(named, Named::Parameter(_) | Named::Input(_)));

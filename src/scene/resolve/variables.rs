@@ -14,8 +14,8 @@ use crate::scene::span::Text;
 use crate::scene::suggest;
 
 use Quantity::{
-    A, Alpha, Angle, Ax, Ay, Fn, Force, Fx, Fy, KineticEnergy, Length, Omega, PositionResidual, PotentialEnergy, Power,
-    Rate, S, Torque, TotalEnergy, V, VelocityResidual, Vx, Vy, X, Y,
+    A, Alpha, Angle, Ax, Ay, Fn, Force, Ft, Fx, Fy, KineticEnergy, Length, Omega, PositionResidual, PotentialEnergy,
+    Power, Rate, S, Torque, TotalEnergy, V, VelocityResidual, Vx, Vy, X, Y,
 };
 
 /// What kind of thing a variable is.
@@ -34,7 +34,7 @@ impl Class {
             X | Y | Angle | S | Length => Class::Position,
             Vx | Vy | Omega | V | Rate => Class::Velocity,
             Ax | Ay | Alpha | A => Class::Acceleration,
-            Fx | Fy | Fn | Force | Torque | Power => Class::Effort,
+            Fx | Fy | Fn | Ft | Force | Torque | Power => Class::Effort,
             KineticEnergy | PotentialEnergy | TotalEnergy | PositionResidual | VelocityResidual => Class::System,
         }
     }
@@ -58,6 +58,7 @@ fn words(quantity: Quantity) -> (&'static str, &'static str) {
         Fx => ("fx", "x force of"),
         Fy => ("fy", "y force of"),
         Fn => ("fn", "normal force of"),
+        Ft => ("ft", "tangential force of"),
         Force => ("force", "force of"),
         Torque => ("torque", "torque of"),
         Power => ("power", "power of"),
@@ -80,7 +81,7 @@ pub(super) fn wanted(quantity: Quantity) -> Wanted {
         Angle => ANGLE,
         Omega => ANGULAR_VELOCITY,
         Alpha => ANGULAR_ACCELERATION,
-        Fx | Fy | Fn | Force => FORCE,
+        Fx | Fy | Fn | Ft | Force => FORCE,
         Torque => TORQUE,
         Power => POWER,
         KineticEnergy | PotentialEnergy | TotalEnergy => ENERGY,
@@ -94,9 +95,14 @@ const RESIDUALS: &[Quantity] = &[PositionResidual, VelocityResidual];
 
 fn of_joint(kind: &JointKind) -> (&'static str, &'static [Quantity]) {
     match kind {
-        JointKind::Revolute { .. } => ("revolute joint", &[Angle, Omega, Alpha, Fx, Fy]),
-        JointKind::Prismatic { .. } => ("prismatic joint", &[S, V, A, Fn, Torque]),
+        JointKind::Revolute { .. } => ("revolute joint", &[Angle, Omega, Alpha, Fx, Fy, Torque]),
+        JointKind::Prismatic { .. } => ("prismatic joint", &[S, V, A, Fn, Force, Torque]),
         JointKind::Weld { .. } => ("weld joint", &[Fx, Fy, Torque]),
+        JointKind::Slot { .. } => ("slot joint", &[S, V, A, Angle, Omega, Alpha, Fn, Force]),
+        JointKind::Rolling { .. } => ("rolling joint", &[S, V, A, Angle, Omega, Alpha, Fn, Ft]),
+        JointKind::Distance { .. } => ("distance joint", &[Force]),
+        JointKind::Gear { .. } => ("gear joint", &[Torque]),
+        JointKind::Rack { .. } => ("rack joint", &[Force, Torque]),
     }
 }
 

@@ -6,6 +6,7 @@
 
 mod positions;
 mod rates;
+pub(crate) mod tangent;
 
 use super::Failure;
 use super::least_squares::Entry;

@@ -1,0 +1,149 @@
+//! Model Exchange: the importer integrates. It moves time and the states q and v as it likes; the loops are closed again at events.
+//!
+//! States are q and v of each coordinate in turn. A driven mechanism has none: its pose follows from time, continued from the
+//! last completed step.
+
+use super::snapshot::Phase;
+use super::{Computed, Instance, InstanceError};
+use crate::program::Motion;
+
+impl Instance {
+    /// Solves for the initial state and hands the integration over to the importer.
+    pub fn initialise_exchange(&mut self) -> Result<(), InstanceError> {
+        if !self.model.program().offers_exchange() {
+            return Err(InstanceError::NoExchange);
+        }
+        self.initialise()?;
+        self.now.phase = Phase::Exchange;
+        Ok(())
+    }
+
+    /// Number of continuous states.
+    pub fn state_count(&self) -> usize {
+        match self.model.program().motion {
+            Motion::Dynamic => 2 * self.model.coordinates(),
+            Motion::Kinematic => 0,
+        }
+    }
+
+    /// Sets the time.
+    pub fn set_time(&mut self, time: f64) -> Result<(), InstanceError> {
+        if !time.is_finite() {
+            return Err(InstanceError::NotANumber { name: "time".to_owned(), value: time });
+        }
+        if time != self.time() {
+            self.touch();
+            self.now.state.registers_mut()[self.model.layout().time()] = time;
+        }
+        Ok(())
+    }
+
+    /// Sets the continuous states.
+    pub fn set_states(&mut self, states: &[f64]) -> Result<(), InstanceError> {
+        self.check_count(states.len())?;
+        if let Some(place) = states.iter().position(|value| !value.is_finite()) {
+            let name = self.model.program().coordinates[place / 2].name.clone();
+            return Err(InstanceError::NotANumber { name, value: states[place] });
+        }
+        self.computed = Computed::default();
+        for (index, pair) in states.chunks_exact(2).enumerate() {
+            self.now.state.positions_mut()[index] = pair[0];
+            self.now.state.rates_mut()[index] = pair[1];
+        }
+        Ok(())
+    }
+
+    /// The continuous states.
+    pub fn states(&mut self, states: &mut [f64]) -> Result<(), InstanceError> {
+        self.check_count(states.len())?;
+        self.settle()?;
+        let state = &self.now.state;
+        interleave(state.positions(), state.rates(), states);
+        Ok(())
+    }
+
+    /// Derivatives of the continuous states.
+    pub fn state_derivatives(&mut self, derivatives: &mut [f64]) -> Result<(), InstanceError> {
+        self.check_count(derivatives.len())?;
+        if !derivatives.is_empty() {
+            self.accelerate()?;
+            interleave(self.now.state.rates(), self.accelerations.accelerations(), derivatives);
+        }
+        Ok(())
+    }
+
+    /// Natural sizes of the continuous states.
+    pub fn nominals(&self, nominals: &mut [f64]) -> Result<(), InstanceError> {
+        self.check_count(nominals.len())?;
+        for (pair, coordinate) in nominals.chunks_exact_mut(2).zip(&self.model.program().coordinates) {
+            pair.fill(coordinate.scale);
+        }
+        Ok(())
+    }
+
+    /// Event indicators: they change sign where the accelerations have a step or a corner.
+    pub fn indicators(&mut self, indicators: &mut [f64]) -> Result<(), InstanceError> {
+        let tape = &self.model.program().tapes.indicators;
+        let expected = tape.results.len();
+        if indicators.len() != expected {
+            return Err(InstanceError::Count { found: indicators.len(), expected });
+        }
+        if expected > 0 {
+            self.load()?;
+            self.machine.evaluate(&self.model.program().tapes.indicators, indicators);
+        }
+        Ok(())
+    }
+
+    /// After an accepted step of the importer's integrator: have the loops come apart by more than the tolerance?
+    pub fn complete_step(&mut self) -> Result<bool, InstanceError> {
+        self.settle()?;
+        match self.model.program().motion {
+            Motion::Kinematic => {
+                self.adopt();
+                Ok(false)
+            }
+            Motion::Dynamic => {
+                self.load()?;
+                Ok(self.stepper.gap(&self.model, &mut self.machine, &self.now.state) > self.now.tolerance)
+            }
+        }
+    }
+
+    /// At an event: closes the loops. Says whether the states have changed.
+    pub fn close_loops(&mut self) -> Result<bool, InstanceError> {
+        self.settle()?;
+        if self.model.program().motion == Motion::Kinematic {
+            self.adopt();
+            return Ok(false);
+        }
+        let settings = self.settings();
+        let before = if self.now.run.is_changed() { self.now.run.before() } else { &self.now.state };
+        self.shown.copy_from(&self.now.state);
+        self.stepper.settle(&self.model, &mut self.machine, before, &mut self.shown, &settings)?;
+        let moved = self.shown != self.now.state;
+        self.now.state.copy_from(&self.shown);
+        self.now.run.keep(&self.now.state);
+        self.computed = Computed::default();
+        Ok(moved)
+    }
+
+    /// Takes the pose of the present time over as the one to continue from.
+    fn adopt(&mut self) {
+        if self.is_shown() {
+            self.now.state.copy_from(&self.shown);
+        }
+        self.now.run.keep(&self.now.state);
+    }
+
+    fn check_count(&self, found: usize) -> Result<(), InstanceError> {
+        let expected = self.state_count();
+        if found == expected { Ok(()) } else { Err(InstanceError::Count { found, expected }) }
+    }
+}
+
+fn interleave(positions: &[f64], rates: &[f64], pairs: &mut [f64]) {
+    for (pair, (position, rate)) in pairs.chunks_exact_mut(2).zip(positions.iter().zip(rates)) {
+        pair.copy_from_slice(&[*position, *rate]);
+    }
+}

@@ -1,0 +1,69 @@
+//! What the equations say about a mechanism before it is moved: where it rests, how it answers to small disturbances, how
+//! it vibrates. Everything is exact: the equations are differentiated, not sampled.
+
+mod equilibrium;
+mod independent;
+mod modes;
+mod point;
+pub mod report;
+mod rest;
+mod search;
+mod state_space;
+mod variation;
+
+pub use equilibrium::{Equilibrium, Stability};
+pub use modes::{Mode, modes};
+pub use point::Point;
+pub use rest::at_rest;
+pub use state_space::{Signal, StateSpace};
+pub use variation::Variation;
+
+use cotree_fmu::check::Fault;
+use cotree_fmu::instance::InstanceError;
+use cotree_fmu::solver;
+use thiserror::Error;
+
+/// Why an analysis has no result.
+#[derive(Debug, Error)]
+pub enum Failure {
+    /// Nothing was found near the guess.
+    #[error(
+        "no equilibrium was found from the guess; still accelerating there: {accelerating}; give another guess in \
+         `[initial]` or hold what accelerates"
+    )]
+    NoEquilibrium {
+        /// Coordinates and their accelerations.
+        accelerating: String,
+    },
+    /// The loop equations depend on each other in this pose only.
+    #[error(
+        "at t = {time} s the pose is singular: the loops leave more freedom than elsewhere and `{coordinate}` is not \
+         determined; choose another pose"
+    )]
+    Singular {
+        /// When \[s\].
+        time: f64,
+        /// A coordinate.
+        coordinate: String,
+    },
+    /// An expression has no value or no derivative here.
+    #[error("at t = {time} s `{what}` has no finite value or derivative")]
+    NotFinite {
+        /// When \[s\].
+        time: f64,
+        /// A coordinate or an output.
+        what: String,
+    },
+    /// The eigenvalues did not converge.
+    #[error("the eigenvalues cannot be computed: the iteration does not converge")]
+    Eigenvalues,
+    /// The motion up to the point of interest fails.
+    #[error(transparent)]
+    Motion(#[from] InstanceError),
+    /// The accelerations at the point of interest do.
+    #[error(transparent)]
+    Solver(#[from] solver::Failure),
+    /// The program contradicts itself.
+    #[error(transparent)]
+    Program(#[from] Fault),
+}

@@ -1,0 +1,148 @@
+//! Natural vibrations: the eigenvalues of the independent motion, with shapes in all coordinates.
+
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use nalgebra::{Complex, DMatrix, DVector, Schur};
+
+use super::Failure;
+use super::search::scales;
+use super::state_space::StateSpace;
+use crate::formulate::Formulated;
+
+/// Stiffness counts as none below this share of the largest.
+const FREE: f64 = 1e-12;
+/// An eigenvalue counts as zero below this share of the largest.
+const ZERO: f64 = 1e-9;
+/// Eigenvalues are the same within this share.
+const SAME: f64 = 1e-6;
+/// QR iterations for each eigenvalue.
+const ITERATIONS: usize = 300;
+
+/// One mode; of a conjugate pair the one that turns forward.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mode {
+    /// [1/s]; zero for free motion.
+    pub eigenvalue: Complex<f64>,
+    /// Of every branch coordinate; the largest part, in natural units, is 1.
+    pub shape: Vec<Complex<f64>>,
+}
+
+impl Mode {
+    /// Moves on without any stiffness against it.
+    pub fn is_free(&self) -> bool {
+        self.eigenvalue == Complex::default()
+    }
+
+    /// Oscillations a second \[Hz\]; zero if it does not oscillate.
+    pub fn frequency(&self) -> f64 {
+        self.eigenvalue.im / std::f64::consts::TAU
+    }
+
+    /// 1 or more: no oscillation; negative: it grows. Free motion has none.
+    pub fn damping_ratio(&self) -> Option<f64> {
+        (!self.is_free()).then(|| -self.eigenvalue.re / self.eigenvalue.norm())
+    }
+}
+
+/// The modes of a linear system, slowest first: the independent coordinates z with z'' = K z + C z'.
+///
+/// # Errors
+/// The eigenvalues do not converge.
+pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, Failure> {
+    let scales = scales(formulated);
+    let own: Vec<f64> = system.partition.independent.iter().map(|&index| scales[index]).collect();
+    let f = own.len();
+    let natural = |first: usize| DMatrix::from_fn(f, f, |i, j| system.a[(f + i, first + j)] * own[j] / own[i]);
+    let (stiffness, damping) = (natural(0), natural(f));
+    let free = free_motions(&stiffness);
+    let mut shapes: Vec<(Complex<f64>, DVector<Complex<f64>>)> =
+        free.column_iter().map(|motion| (Complex::default(), motion.map(Complex::from))).collect();
+    let eigenvalues = eigenvalues(&stiffness, &damping, &free)?;
+    for (index, &eigenvalue) in eigenvalues.iter().enumerate() {
+        let repeated =
+            eigenvalues[..index].iter().filter(|other| (*other - eigenvalue).norm() < SAME * eigenvalue.norm());
+        shapes.push((eigenvalue, vibration(&stiffness, &damping, eigenvalue, repeated.count())));
+    }
+    let expand = |(eigenvalue, natural): (Complex<f64>, DVector<Complex<f64>>)| {
+        let z = DVector::from_fn(f, |row, _| natural[row] * own[row]);
+        Mode { eigenvalue, shape: normalised(system.shape.map(Complex::from) * z, &scales) }
+    };
+    Ok(shapes.into_iter().map(expand).collect())
+}
+
+/// Orthonormal motions against which there is no stiffness.
+fn free_motions(stiffness: &DMatrix<f64>) -> DMatrix<f64> {
+    let f = stiffness.nrows();
+    if f == 0 {
+        return DMatrix::zeros(0, 0);
+    }
+    let svd = stiffness.clone().svd(false, true);
+    let least = FREE * svd.singular_values.max();
+    let free: Vec<usize> = (0..f).filter(|&index| svd.singular_values[index] <= least).collect();
+    svd.v_t.map_or_else(|| DMatrix::zeros(f, 0), |v_t| v_t.select_rows(&free).transpose())
+}
+
+/// Eigenvalues other than zero with a positive or no imaginary part, by size. Free motions are split off first: what is left has no double zero, which
+/// rounding would turn into a slow oscillation.
+fn eigenvalues(
+    stiffness: &DMatrix<f64>,
+    damping: &DMatrix<f64>,
+    free: &DMatrix<f64>,
+) -> Result<Vec<Complex<f64>>, Failure> {
+    let (f, p) = (stiffness.nrows(), free.ncols());
+    if f == 0 {
+        return Ok(Vec::new());
+    }
+    // First the free motions, then what is perpendicular to them.
+    let mut columns = free.clone().resize_horizontally(p + f, 0.0);
+    columns.view_mut((0, p), (f, f)).fill_with_identity();
+    let axes = columns.qr().q();
+    let turned = |matrix: &DMatrix<f64>| axes.transpose() * matrix * &axes;
+    let (stiffness, damping) = (turned(stiffness), turned(damping));
+    let size = 2 * f - p;
+    let mut system = DMatrix::zeros(size, size);
+    system.view_mut((0, f), (f - p, f - p)).fill_with_identity();
+    system.view_mut((f - p, 0), (f, f - p)).copy_from(&stiffness.columns(p, f - p));
+    system.view_mut((f - p, f - p), (f, f)).copy_from(&damping);
+    balance_parlett_reinsch(&mut system);
+    let schur = Schur::try_new(system, f64::EPSILON, ITERATIONS * size).ok_or(Failure::Eigenvalues)?;
+    let mut found: Vec<Complex<f64>> = schur.complex_eigenvalues().iter().copied().collect();
+    let largest = found.iter().map(|value| value.norm()).fold(0.0, f64::max);
+    if !largest.is_finite() {
+        return Err(Failure::Eigenvalues);
+    }
+    found.retain(|value| value.norm() > ZERO * largest && value.im >= 0.0);
+    found.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    // Which of two of the same size comes first must not depend on rounding.
+    for same in found.chunk_by_mut(|a, b| b.norm() - a.norm() <= SAME * b.norm()) {
+        same.sort_by(|a, b| a.re.total_cmp(&b.re));
+    }
+    Ok(found)
+}
+
+/// The shape that (lambda^2 - lambda C - K) does not see, or the next one of a repeated eigenvalue.
+fn vibration(
+    stiffness: &DMatrix<f64>,
+    damping: &DMatrix<f64>,
+    eigenvalue: Complex<f64>,
+    repeated: usize,
+) -> DVector<Complex<f64>> {
+    let f = stiffness.nrows();
+    let square = eigenvalue * eigenvalue;
+    let matrix = DMatrix::from_fn(f, f, |i, j| {
+        let diagonal = if i == j { square } else { Complex::default() };
+        diagonal - eigenvalue * damping[(i, j)] - stiffness[(i, j)]
+    });
+    match matrix.svd(false, true).v_t {
+        Some(v_t) => v_t.row(f - 1 - repeated.min(f - 1)).adjoint(),
+        None => DVector::zeros(f),
+    }
+}
+
+/// Scaled so that its largest part, in natural units, is 1.
+fn normalised(shape: DVector<Complex<f64>>, scales: &[f64]) -> Vec<Complex<f64>> {
+    let sizes = shape.iter().zip(scales).map(|(value, scale)| (value.norm() / scale, *value));
+    // Of equal parts the first, whatever rounding says.
+    let largest =
+        sizes.fold((0.0, Complex::from(1.0)), |most, part| if part.0 > most.0 * (1.0 + SAME) { part } else { most });
+    shape.iter().map(|value| value / largest.1).collect()
+}

@@ -1,0 +1,277 @@
+//! An equilibrium with everything that holds it.
+
+use serde_json::{Map, Value, json};
+
+use super::{Report, align, largest, number};
+use crate::analysis::{Equilibrium, Point, Stability};
+use crate::expr::{Expr, Symbol};
+use crate::formulate::Formulated;
+use crate::mechanism::{
+    BodyId, Dimension, DriverId, DriverKind, Formula, JointId, JointKind, LoadId, LoadKind, Mechanism, Owner, Place,
+    Quantity, Variable,
+};
+
+/// Groups are not magnified below this [m, rad, N, N.m].
+const LEAST: f64 = 1e-6;
+
+/// Everything about an equilibrium.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Statics {
+    /// The scene's name.
+    pub name: String,
+    /// When drivers and loads were read \[s\].
+    pub time: f64,
+    /// What a small disturbance does.
+    pub stability: Stability,
+    /// Eigenvalues of the projected stiffness \[J\].
+    pub stiffness: Vec<f64>,
+    /// Values, by groups.
+    pub groups: Vec<Group>,
+    /// A body whose missing mass keeps the reactions unknown.
+    pub weightless: Option<String>,
+}
+
+/// Values of one kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// What they are.
+    pub title: &'static str,
+    /// Name, value and unit.
+    pub values: Vec<(String, f64, &'static str)>,
+}
+
+impl Statics {
+    /// Evaluates everything at an equilibrium.
+    pub fn new(formulated: &mut Formulated, equilibrium: &Equilibrium) -> Self {
+        let mechanism = formulated.equations.system.mechanism;
+        let mut reader = Reader { formulated, point: &equilibrium.point };
+        let mut groups = vec![reader.coordinates(), reader.read("pose", poses(mechanism))];
+        let efforts = [("joints", joints(mechanism)), ("drivers", drivers(mechanism))];
+        let weightless = efforts.iter().find_map(|(_, variables)| reader.missing_mass(variables));
+        if weightless.is_none() {
+            groups.extend(efforts.map(|(title, variables)| reader.read(title, variables)));
+        }
+        groups.push(reader.loads());
+        groups.retain(|group| !group.values.is_empty());
+        Statics {
+            name: mechanism.name.clone(),
+            time: equilibrium.point.time(),
+            stability: equilibrium.stability.clone(),
+            stiffness: equilibrium.stiffness.clone(),
+            groups,
+            weightless,
+        }
+    }
+
+    /// The value of a name.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let mut values = self.groups.iter().flat_map(|group| &group.values);
+        values.find(|(known, ..)| known == name).map(|(_, value, _)| *value)
+    }
+}
+
+struct Reader<'a, 'm> {
+    formulated: &'a mut Formulated<'m>,
+    point: &'a Point,
+}
+
+impl Reader<'_, '_> {
+    fn values(&self, exprs: &[Expr]) -> Vec<f64> {
+        self.formulated.equations.system.arena.evaluate(exprs, self.point)
+    }
+
+    fn coordinates(&self) -> Group {
+        let coordinates = self.formulated.equations.coordinates.iter().zip(self.point.positions());
+        let values = coordinates.map(|(coordinate, &value)| {
+            (coordinate.name.position.clone(), value, if coordinate.angular { "rad" } else { "m" })
+        });
+        Group { title: "coordinates", values: values.collect() }
+    }
+
+    fn exprs(&mut self, variables: &[Variable]) -> Vec<Expr> {
+        variables.iter().map(|&variable| self.formulated.equations.variable(variable)).collect()
+    }
+
+    fn read(&mut self, title: &'static str, variables: Vec<Variable>) -> Group {
+        let exprs = self.exprs(&variables);
+        let values = variables.into_iter().zip(self.values(&exprs)).map(|(variable, value)| {
+            let name = self.formulated.equations.system.mechanism.variable_name(variable);
+            (name, value, unit(variable.quantity))
+        });
+        Group { title, values: values.collect() }
+    }
+
+    /// A body without mass of which these values depend: its weight is not known.
+    fn missing_mass(&mut self, variables: &[Variable]) -> Option<String> {
+        let mechanism = self.formulated.equations.system.mechanism;
+        let gravity = mechanism.gravity.each_ref().map(|component| self.formulated.equations.formula(component));
+        if self.values(&gravity) == [0.0; 2] {
+            return None;
+        }
+        let exprs = self.exprs(variables);
+        let symbols = self.formulated.equations.system.arena.symbols(exprs);
+        symbols.into_iter().find_map(|symbol| match symbol {
+            Symbol::Missing(body, crate::expr::Property::Mass) => Some(mechanism.bodies[body].name.clone()),
+            _ => None,
+        })
+    }
+
+    /// Springs and actuators by their variables, forces and torques by what the scene says.
+    fn loads(&mut self) -> Group {
+        let mechanism = self.formulated.equations.system.mechanism;
+        let mut group = Group { title: "loads", values: Vec::new() };
+        for (index, load) in mechanism.loads.iter().enumerate() {
+            let owner = Owner::Load(LoadId(index));
+            let of =
+                |quantities: &[Quantity]| quantities.iter().map(|&quantity| Variable { owner, quantity }).collect();
+            match &load.kind {
+                LoadKind::Spring { .. } | LoadKind::Actuator { .. } => {
+                    group.values.extend(self.read("", of(&[Quantity::Length, Quantity::Force])).values);
+                }
+                LoadKind::TorsionSpring { .. } | LoadKind::TorsionActuator { .. } => {
+                    group.values.extend(self.read("", of(&[Quantity::Angle, Quantity::Torque])).values);
+                }
+                LoadKind::Torque { value, .. } => group.values.push(self.formula(&load.name, "torque", value)),
+                LoadKind::Force { vector: [x, y], .. } => {
+                    group.values.push(self.formula(&load.name, "fx", x));
+                    if mechanism.dimension == Dimension::Two {
+                        group.values.push(self.formula(&load.name, "fy", y));
+                    }
+                }
+            }
+        }
+        group
+    }
+
+    /// A component of a load, in the axes in which the scene gives it.
+    fn formula(&mut self, owner: &str, word: &str, formula: &Formula) -> (String, f64, &'static str) {
+        let expr = self.formulated.equations.formula(formula);
+        let value = self.values(&[expr])[0];
+        (format!("{owner}.{word}"), value, if word == "torque" { "N.m" } else { "N" })
+    }
+}
+
+fn poses(mechanism: &Mechanism) -> Vec<Variable> {
+    let all = [Quantity::X, Quantity::Y, Quantity::Angle];
+    let quantities = if mechanism.dimension == Dimension::One { &all[..1] } else { &all };
+    let owners = (0..mechanism.bodies.len()).map(|index| Owner::Place(Place::Centre(BodyId(index))));
+    owners.flat_map(|owner| quantities.iter().map(move |&quantity| Variable { owner, quantity })).collect()
+}
+
+fn joints(mechanism: &Mechanism) -> Vec<Variable> {
+    let mut variables = Vec::new();
+    for (index, joint) in mechanism.joints.iter().enumerate() {
+        let quantities: &[Quantity] = match joint.kind {
+            JointKind::Revolute { .. } => &[Quantity::Angle, Quantity::Fx, Quantity::Fy],
+            JointKind::Prismatic { .. } => &[Quantity::S, Quantity::Fn, Quantity::Torque],
+            JointKind::Weld { .. } => &[Quantity::Fx, Quantity::Fy, Quantity::Torque],
+            JointKind::Slot { .. } => &[Quantity::S, Quantity::Angle, Quantity::Fn],
+            JointKind::Rolling { .. } => &[Quantity::S, Quantity::Angle, Quantity::Fn, Quantity::Ft],
+            JointKind::Distance { .. } => &[Quantity::Force],
+            JointKind::Gear { .. } => &[Quantity::Torque],
+            JointKind::Rack { .. } => &[Quantity::Force, Quantity::Torque],
+        };
+        let owner = Owner::Joint(JointId(index));
+        variables.extend(quantities.iter().map(|&quantity| Variable { owner, quantity }));
+    }
+    variables
+}
+
+fn drivers(mechanism: &Mechanism) -> Vec<Variable> {
+    let mut variables = Vec::new();
+    for (index, driver) in mechanism.drivers.iter().enumerate() {
+        let quantities: &[Quantity] = match (&driver.kind, mechanism.dimension) {
+            (DriverKind::Angle { .. }, _) => &[Quantity::Torque],
+            (DriverKind::Displacement { .. }, _) => &[Quantity::Force],
+            (DriverKind::Position { .. }, Dimension::One) => &[Quantity::Fx],
+            (DriverKind::Position { .. }, Dimension::Two) => &[Quantity::Fx, Quantity::Fy],
+        };
+        let owner = Owner::Driver(DriverId(index));
+        variables.extend(quantities.iter().map(|&quantity| Variable { owner, quantity }));
+    }
+    variables
+}
+
+fn unit(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Angle => "rad",
+        Quantity::Torque => "N.m",
+        Quantity::Fx | Quantity::Fy | Quantity::Fn | Quantity::Ft | Quantity::Force => "N",
+        _ => "m",
+    }
+}
+
+impl Stability {
+    fn word(&self) -> &'static str {
+        match self {
+            Stability::Held => "held",
+            Stability::Stable => "stable",
+            Stability::Neutral(_) => "neutral",
+            Stability::Unstable(_) => "unstable",
+        }
+    }
+
+    fn sentence(&self) -> String {
+        match self {
+            Stability::Held => "joints and drivers hold everything: nothing can move".to_owned(),
+            Stability::Stable => "stable: every disturbance is pushed back".to_owned(),
+            Stability::Neutral(most) => {
+                format!("neutral: one motion meets no stiffness; in it `{most}` moves most")
+            }
+            Stability::Unstable(most) => {
+                format!("unstable: one motion goes on by itself; in it `{most}` moves most")
+            }
+        }
+    }
+}
+
+impl Report for Statics {
+    fn text(&self) -> String {
+        let Statics { name, time, stability, .. } = self;
+        let mut text = format!("{name} at rest, t = {time} s\n{}\n", stability.sentence());
+        for group in &self.groups {
+            let largest = largest(group.values.iter().map(|(_, value, _)| value)).max(LEAST);
+            text.push_str(&format!("\n{}\n", group.title));
+            let line = |(name, value, unit): &(String, f64, &str)| {
+                vec![name.clone(), number(*value, largest), (*unit).to_owned()]
+            };
+            text.push_str(&align(&group.values.iter().map(line).collect::<Vec<_>>()));
+        }
+        if let Some(body) = &self.weightless {
+            text.push_str(&format!(
+                "\nThe reactions are not known: body `{body}` has no mass, so its weight is not known.\n"
+            ));
+        }
+        text
+    }
+
+    fn json(&self) -> Value {
+        let mut groups = Map::new();
+        for group in &self.groups {
+            let values = group.values.iter().map(|(name, value, _)| (name.clone(), json!(value)));
+            groups.insert(group.title.to_owned(), Value::Object(values.collect()));
+        }
+        let most = match &self.stability {
+            Stability::Neutral(most) | Stability::Unstable(most) => Some(most),
+            Stability::Held | Stability::Stable => None,
+        };
+        json!({
+            "name": self.name,
+            "time": self.time,
+            "stability": self.stability.word(),
+            "moves_most": most,
+            "stiffness": self.stiffness,
+            "values": groups,
+        })
+    }
+
+    fn csv(&self) -> String {
+        let mut text = String::from("group,name,value,unit\n");
+        for Group { title, values } in &self.groups {
+            for (name, value, unit) in values {
+                text.push_str(&format!("{title},{name},{value:?},{unit}\n"));
+            }
+        }
+        text
+    }
+}

@@ -1,0 +1,110 @@
+//! Linear systems at one or many points.
+
+use nalgebra::DMatrix;
+use serde_json::{Value, json};
+
+use super::{Report, align, largest, number};
+use crate::analysis::{Signal, StateSpace};
+
+/// Linear systems of one mechanism.
+#[derive(Clone, Debug)]
+pub struct Linearization {
+    /// The scene's name.
+    pub name: String,
+    /// One for each point.
+    pub points: Vec<StateSpace>,
+}
+
+/// A matrix with its name and the names of its rows and columns.
+type Named<'a> = (&'static str, &'a DMatrix<f64>, Vec<String>, Vec<String>);
+
+impl StateSpace {
+    fn matrices(&self) -> [Named<'_>; 4] {
+        let names = |signals: &[Signal]| signals.iter().map(|signal| signal.name.clone()).collect::<Vec<_>>();
+        let rates = || self.states.iter().map(|signal| format!("d({})/dt", signal.name)).collect::<Vec<_>>();
+        let (states, inputs, outputs) = (names(&self.states), names(&self.inputs), names(&self.outputs));
+        [
+            ("A", &self.a, rates(), states.clone()),
+            ("B", &self.b, rates(), inputs.clone()),
+            ("C", &self.c, outputs.clone(), states),
+            ("D", &self.d, outputs, inputs),
+        ]
+    }
+
+    fn json(&self) -> Value {
+        let rows = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
+            matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+        };
+        let signals = |signals: &[Signal]| -> Vec<Value> {
+            let one = |signal: &Signal| json!({"name": signal.name, "unit": signal.unit.si, "value": signal.value});
+            signals.iter().map(one).collect()
+        };
+        json!({
+            "time": self.time,
+            "states": signals(&self.states),
+            "inputs": signals(&self.inputs),
+            "outputs": signals(&self.outputs),
+            "A": rows(&self.a),
+            "B": rows(&self.b),
+            "C": rows(&self.c),
+            "D": rows(&self.d),
+        })
+    }
+
+    fn text(&self) -> String {
+        let mut text = format!("t = {} s\n", self.time);
+        for (title, signals) in [("states", &self.states), ("inputs", &self.inputs), ("outputs", &self.outputs)] {
+            if !signals.is_empty() {
+                let line =
+                    |signal: &Signal| vec![signal.name.clone(), number(signal.value, 1.0), signal.unit.si.clone()];
+                text.push_str(&format!("\n{title}\n{}", align(&signals.iter().map(line).collect::<Vec<_>>())));
+            }
+        }
+        for (name, matrix, rows, columns) in self.matrices() {
+            if matrix.is_empty() {
+                continue;
+            }
+            let largest = largest(matrix.iter());
+            let mut lines = vec![[vec![name.to_owned()], columns].concat()];
+            for (row, label) in matrix.row_iter().zip(rows) {
+                lines.push([vec![label], row.iter().map(|&value| number(value, largest)).collect()].concat());
+            }
+            text.push_str(&format!("\n{}", align(&lines)));
+        }
+        text
+    }
+}
+
+impl Report for Linearization {
+    fn text(&self) -> String {
+        let points: Vec<String> = self.points.iter().map(StateSpace::text).collect();
+        format!("{}: dx/dt = A x + B u, y = C x + D u\n{}", self.name, points.join("\n"))
+    }
+
+    /// One point is an object with the matrices, more are a list of those.
+    fn json(&self) -> Value {
+        match self.points.as_slice() {
+            [point] => {
+                let mut value = point.json();
+                value["name"] = json!(self.name);
+                value
+            }
+            points => json!({"name": self.name, "points": points.iter().map(StateSpace::json).collect::<Vec<_>>()}),
+        }
+    }
+
+    fn csv(&self) -> String {
+        let mut text = String::from("time,matrix,row,column,value\n");
+        for point in &self.points {
+            for (name, matrix, rows, columns) in point.matrices() {
+                for (row, label) in rows.iter().enumerate() {
+                    for (column, other) in columns.iter().enumerate() {
+                        let value = matrix[(row, column)];
+                        text.push_str(&format!("{:?},{name},{label},{other},{value:?}\n", point.time));
+                    }
+                }
+            }
+        }
+        text
+    }
+}

@@ -1,0 +1,114 @@
+//! Natural vibrations.
+
+use serde_json::{Map, Value, json};
+
+use super::{Report, align, number};
+use crate::analysis::Mode;
+
+/// Parts of a shape below this do not show in the table.
+const STILL: f64 = 1e-9;
+
+/// The modes of a mechanism.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vibration {
+    /// The scene's name.
+    pub name: String,
+    /// What about \[s\]: the time, and whether the mechanism is at rest.
+    pub time: f64,
+    /// At rest, or frozen in its motion?
+    pub resting: bool,
+    /// Names of all branch coordinates.
+    pub coordinates: Vec<String>,
+    /// Slowest first.
+    pub modes: Vec<Mode>,
+}
+
+impl Vibration {
+    fn table(&self) -> String {
+        let titles = ["mode", "frequency [Hz]", "damping ratio", "eigenvalue [1/s]", ""];
+        let mut lines = vec![titles.map(str::to_owned).to_vec()];
+        for (index, mode) in self.modes.iter().enumerate() {
+            let (value, size) = (mode.eigenvalue, mode.eigenvalue.norm());
+            let real = number(value.re, 1e3 * size);
+            let eigenvalue = if value.im > 0.0 { format!("{real} +- {}i", number(value.im, size)) } else { real };
+            let frequency = if value.im > 0.0 { number(mode.frequency(), 0.0) } else { "-".to_owned() };
+            let ratio = mode.damping_ratio().map_or_else(|| "-".to_owned(), |ratio| number(ratio, 1e3));
+            lines.push(vec![(index + 1).to_string(), frequency, ratio, eigenvalue, kind(mode).to_owned()]);
+        }
+        align(&lines)
+    }
+
+    fn shapes(&self) -> String {
+        let mut lines = vec![vec!["shape".to_owned()]];
+        lines[0].extend((1..=self.modes.len()).map(|mode| format!("mode {mode}")));
+        for (row, coordinate) in self.coordinates.iter().enumerate() {
+            let mut line = vec![coordinate.clone()];
+            line.extend(self.modes.iter().map(|mode| part(mode.shape[row])));
+            lines.push(line);
+        }
+        align(&lines)
+    }
+}
+
+/// Amplitude with its sign if all move in step, otherwise amplitude and phase.
+fn part(value: nalgebra::Complex<f64>) -> String {
+    match value.im.abs() > STILL * value.re.abs().max(STILL) && value.norm() > STILL {
+        true => format!("{} /_ {:.1} deg", number(value.norm(), 1.0), value.arg().to_degrees()),
+        false => number(value.re, STILL / 1e-13),
+    }
+}
+
+/// What a mode does, in words.
+fn kind(mode: &Mode) -> &'static str {
+    match (mode.is_free(), mode.damping_ratio()) {
+        (true, _) => "free motion",
+        (false, Some(ratio)) if ratio < -1e-9 => "grows",
+        (false, _) => "",
+    }
+}
+
+impl Report for Vibration {
+    fn text(&self) -> String {
+        let about =
+            if self.resting { "about its equilibrium" } else { "about its motion, as if the point stood still" };
+        let mut text = format!("{}: vibration {about}, t = {} s\n", self.name, self.time);
+        if self.modes.is_empty() {
+            text.push_str("\nThe drivers determine the motion: nothing can vibrate.\n");
+        } else {
+            text.push_str(&format!("\n{}\n{}", self.table(), self.shapes()));
+        }
+        text
+    }
+
+    fn json(&self) -> Value {
+        let mode = |mode: &Mode| {
+            let parts = self.coordinates.iter().zip(&mode.shape);
+            let shape: Map<String, Value> =
+                parts.map(|(name, value)| (name.clone(), json!([value.re, value.im]))).collect();
+            json!({
+                "eigenvalue": [mode.eigenvalue.re, mode.eigenvalue.im],
+                "frequency": mode.frequency(),
+                "natural_frequency": mode.eigenvalue.norm() / std::f64::consts::TAU,
+                "damping_ratio": mode.damping_ratio(),
+                "free": mode.is_free(),
+                "shape": shape,
+            })
+        };
+        let modes: Vec<Value> = self.modes.iter().map(mode).collect();
+        json!({"name": self.name, "time": self.time, "at_rest": self.resting, "modes": modes})
+    }
+
+    fn csv(&self) -> String {
+        let mut text =
+            String::from("mode,real,imaginary,frequency,damping_ratio,coordinate,shape_real,shape_imaginary\n");
+        for (index, mode) in self.modes.iter().enumerate() {
+            let ratio = mode.damping_ratio().map_or_else(String::new, |ratio| format!("{ratio:?}"));
+            let (value, frequency) = (mode.eigenvalue, mode.frequency());
+            for (name, part) in self.coordinates.iter().zip(&mode.shape) {
+                let head = format!("{},{:?},{:?},{frequency:?},{ratio}", index + 1, value.re, value.im);
+                text.push_str(&format!("{head},{name},{:?},{:?}\n", part.re, part.im));
+            }
+        }
+        text
+    }
+}

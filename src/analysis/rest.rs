@@ -1,0 +1,38 @@
+//! The mechanism as statics sees it.
+
+use crate::mechanism::{DriverKind, Formula, Mechanism, Motion, Quantity};
+
+/// The same mechanism with its drivers held where they start, and without initial velocities.
+pub fn at_rest(mechanism: &Mechanism) -> Mechanism {
+    let mut resting = mechanism.clone();
+    let start = mechanism.experiment.start;
+    for driver in &mut resting.drivers {
+        match &mut driver.kind {
+            DriverKind::Angle { motion, .. } | DriverKind::Displacement { motion, .. } => {
+                // An integrated input is at rest already: the rates of a resting point are zero.
+                if let Motion::Given(formula) = motion {
+                    hold(formula, start);
+                }
+            }
+            DriverKind::Position { position, .. } => position.iter_mut().for_each(|formula| hold(formula, start)),
+        }
+    }
+    resting.initial.retain(|initial| !is_rate(initial.variable.quantity));
+    resting
+}
+
+fn is_rate(quantity: Quantity) -> bool {
+    matches!(quantity, Quantity::Vx | Quantity::Vy | Quantity::Omega | Quantity::V | Quantity::Rate)
+}
+
+/// Puts a number in the place of time.
+fn hold(formula: &mut Formula, time: f64) {
+    match formula {
+        Formula::Time => *formula = Formula::Number(time),
+        Formula::Number(_) | Formula::Parameter(_) | Formula::Input(_) | Formula::Variable(_) => {}
+        Formula::Negate(inner) => hold(inner, time),
+        Formula::Binary(_, operands) => operands.iter_mut().for_each(|operand| hold(operand, time)),
+        Formula::Call(_, arguments) => arguments.iter_mut().for_each(|argument| hold(argument, time)),
+        Formula::If(_, parts) => parts.iter_mut().for_each(|part| hold(part, time)),
+    }
+}

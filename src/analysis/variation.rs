@@ -1,0 +1,232 @@
+//! The first variation of the equations: every derivative that statics and small motions need, once as expressions, then
+//! as numbers at as many points as wanted.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{Failure, Point};
+use crate::equations::Equations;
+use crate::expr::{Expr, Order, Symbol};
+use crate::formulate::Formulated;
+use crate::mechanism::Mechanism;
+
+/// The equations, by groups.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Row {
+    /// Phi of the independent loop equations.
+    Loops,
+    /// Phi_t + Phi_q v of the same.
+    Rates,
+    /// M a + Phi_q^T lambda - Q.
+    Motion,
+    /// Phi_q a - gamma.
+    Accelerations,
+    /// The outputs.
+    Outputs,
+}
+
+/// What they are differentiated by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Column {
+    /// q
+    Positions,
+    /// v
+    Rates,
+    /// a
+    Accelerations,
+    /// lambda of the independent loop equations.
+    Reactions,
+    /// Inputs and followers with their derivatives.
+    Signals,
+}
+
+/// The equations of one mechanism with their derivatives.
+#[derive(Clone, Debug)]
+pub struct Variation {
+    roots: Vec<Expr>,
+    columns: Vec<Symbol>,
+    /// (row, column) of each derivative that is not identically zero.
+    places: Vec<(usize, usize)>,
+    derivatives: Vec<Expr>,
+    coordinates: usize,
+    /// The independent loop equations.
+    active: Vec<usize>,
+}
+
+impl Variation {
+    /// Differentiates the equations and the outputs of a mechanism.
+    pub fn new(formulated: &mut Formulated) -> Self {
+        let active: Vec<usize> = (formulated.lowered.program.constraints.iter().enumerate())
+            .filter(|(_, constraint)| constraint.active)
+            .map(|(row, _)| row)
+            .collect();
+        let equations = &mut formulated.equations;
+        let coordinates = equations.coordinates.len();
+        let roots = roots(equations, &active);
+        let arena = &mut equations.system.arena;
+        let symbols = arena.symbols(roots.iter().copied());
+        let signals = symbols.into_iter().filter(|symbol| matches!(symbol, Symbol::Input(..) | Symbol::Follower(..)));
+        let motion = [Order::Position, Order::Velocity, Order::Acceleration];
+        let columns: Vec<Symbol> = (motion.into_iter())
+            .flat_map(|order| (0..coordinates).map(move |index| Symbol::Coordinate(index, order)))
+            .chain(active.iter().map(|&row| Symbol::Reaction(row)))
+            .chain(signals)
+            .collect();
+        let (mut places, mut derivatives) = (Vec::new(), Vec::new());
+        for (column, &symbol) in columns.iter().enumerate() {
+            for (row, derivative) in arena.derivatives(&roots, symbol).into_iter().enumerate() {
+                if derivative != Expr::ZERO {
+                    places.push((row, column));
+                    derivatives.push(derivative);
+                }
+            }
+        }
+        Variation { roots, columns, places, derivatives, coordinates, active }
+    }
+
+    /// The independent loop equations.
+    pub(super) fn active(&self) -> &[usize] {
+        &self.active
+    }
+
+    /// Inputs and followers with their derivatives, as far as anything depends on them.
+    pub(super) fn signals(&self) -> &[Symbol] {
+        &self.columns[self.column(Column::Signals)]
+    }
+
+    /// Values and derivatives at a point.
+    pub(super) fn at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
+        let wanted: Vec<Expr> = self.roots.iter().chain(&self.derivatives).copied().collect();
+        let numbers = equations.system.arena.evaluate(&wanted, point);
+        let (values, derivatives) = numbers.split_at(self.roots.len());
+        let mut matrix = DMatrix::zeros(self.roots.len(), self.columns.len());
+        for (&place, &value) in self.places.iter().zip(derivatives) {
+            matrix[place] = value;
+        }
+        let finite = |row: &usize| values[*row].is_finite() && matrix.row(*row).iter().all(|value| value.is_finite());
+        if let Some(row) = (0..values.len()).find(|row| !finite(row)) {
+            return Err(Failure::NotFinite { time: point.time(), what: self.name(equations, row) });
+        }
+        Ok(Numbers { variation: self, values: DVector::from_column_slice(values), matrix })
+    }
+
+    /// Values of the equations alone.
+    pub(super) fn values(&self, equations: &Equations, point: &Point, row: Row) -> DVector<f64> {
+        let roots = &self.roots[self.row(row)];
+        DVector::from_vec(equations.system.arena.evaluate(roots, point))
+    }
+
+    fn row(&self, row: Row) -> Range<usize> {
+        let (n, m) = (self.coordinates, self.active.len());
+        match row {
+            Row::Loops => 0..m,
+            Row::Rates => m..2 * m,
+            Row::Motion => 2 * m..2 * m + n,
+            Row::Accelerations => 2 * m + n..3 * m + n,
+            Row::Outputs => 3 * m + n..self.roots.len(),
+        }
+    }
+
+    fn column(&self, column: Column) -> Range<usize> {
+        let (n, m) = (self.coordinates, self.active.len());
+        match column {
+            Column::Positions => 0..n,
+            Column::Rates => n..2 * n,
+            Column::Accelerations => 2 * n..3 * n,
+            Column::Reactions => 3 * n..3 * n + m,
+            Column::Signals => 3 * n + m..self.columns.len(),
+        }
+    }
+
+    /// What an equation belongs to, as the user calls it.
+    fn name(&self, equations: &Equations, row: usize) -> String {
+        let within =
+            |group: Row| Some(self.row(group)).filter(|range| range.contains(&row)).map(|range| row - range.start);
+        if let Some(output) = within(Row::Outputs) {
+            equations.system.mechanism.outputs[output].name.clone()
+        } else if let Some(coordinate) = within(Row::Motion) {
+            equations.coordinates[coordinate].name.position.clone()
+        } else {
+            let place = [Row::Loops, Row::Rates, Row::Accelerations].into_iter().find_map(within);
+            let constraint = &equations.constraints[self.active[place.unwrap_or_default()]];
+            equations.system.element(constraint.element).name.clone()
+        }
+    }
+}
+
+fn roots(equations: &mut Equations, active: &[usize]) -> Vec<Expr> {
+    let mechanism: &Mechanism = equations.system.mechanism;
+    let mut roots: Vec<Expr> = active.iter().map(|&row| equations.constraints[row].value).collect();
+    roots.extend(active.iter().map(|&row| equations.constraint_rate(row)).collect::<Vec<_>>());
+    roots.extend(motion(equations));
+    roots.extend(active.iter().map(|&row| acceleration(equations, row)).collect::<Vec<_>>());
+    roots.extend(mechanism.outputs.iter().map(|output| equations.formula(&output.value)).collect::<Vec<_>>());
+    roots
+}
+
+/// M a + Phi_q^T lambda - Q
+fn motion(equations: &mut Equations) -> Vec<Expr> {
+    let dynamics = equations.dynamics().clone();
+    let arena = &mut equations.system.arena;
+    let rows = dynamics.mass.into_iter().zip(dynamics.reactions).zip(dynamics.load);
+    rows.map(|((mass, reactions), load)| {
+        let mut terms = vec![arena.negate(load)];
+        for (index, entry) in mass {
+            let acceleration = arena.symbol(Symbol::Coordinate(index, Order::Acceleration));
+            terms.push(arena.multiply(entry, acceleration));
+        }
+        for (index, entry) in reactions {
+            let reaction = arena.symbol(Symbol::Reaction(index));
+            terms.push(arena.multiply(entry, reaction));
+        }
+        arena.sum(terms)
+    })
+    .collect()
+}
+
+/// Phi_q a - gamma
+fn acceleration(equations: &mut Equations, row: usize) -> Expr {
+    let constraint = equations.constraints[row].clone();
+    let arena = &mut equations.system.arena;
+    let mut terms = vec![arena.negate(constraint.gamma)];
+    for (index, entry) in constraint.jacobian {
+        let acceleration = arena.symbol(Symbol::Coordinate(index, Order::Acceleration));
+        terms.push(arena.multiply(entry, acceleration));
+    }
+    arena.sum(terms)
+}
+
+/// The equations and their derivatives at one point.
+#[derive(Clone, Debug)]
+pub(super) struct Numbers<'v> {
+    variation: &'v Variation,
+    values: DVector<f64>,
+    matrix: DMatrix<f64>,
+}
+
+impl Numbers<'_> {
+    /// Values of a group of equations.
+    pub fn values(&self, row: Row) -> DVector<f64> {
+        let range = self.variation.row(row);
+        self.values.rows(range.start, range.len()).into_owned()
+    }
+
+    /// Their derivatives.
+    pub fn block(&self, row: Row, column: Column) -> DMatrix<f64> {
+        let (rows, columns) = (self.variation.row(row), self.variation.column(column));
+        self.matrix.view((rows.start, columns.start), (rows.len(), columns.len())).into_owned()
+    }
+
+    /// \[M Phi_q^T; Phi_q 0\]
+    pub fn system(&self) -> DMatrix<f64> {
+        let (mass, reactions) =
+            (self.block(Row::Motion, Column::Accelerations), self.block(Row::Motion, Column::Reactions));
+        let (n, m) = reactions.shape();
+        let mut system = DMatrix::zeros(n + m, n + m);
+        system.view_mut((0, 0), (n, n)).copy_from(&mass);
+        system.view_mut((0, n), (n, m)).copy_from(&reactions);
+        system.view_mut((n, 0), (m, n)).copy_from(&self.block(Row::Accelerations, Column::Accelerations));
+        system
+    }
+}

@@ -1,0 +1,88 @@
+//! `cotree linearize`
+
+use clap::Args;
+
+use super::MessageFormat;
+use super::failure::Failure;
+use super::study::{self, Motion, Study};
+use crate::analysis::report::Linearization;
+use crate::analysis::{StateSpace, Variation};
+use crate::formulate::Formulated;
+use crate::simulation;
+
+/// More points than this are a mistake in `--step` or `--stop`.
+const MOST_POINTS: u64 = 1_000_000;
+
+/// Linearise a mechanism: A, B, C, D from the inputs of the scene to its outputs
+///
+/// dx/dt = A x + B u, y = C x + D u for small changes about a point of the motion. The states are independent coordinates and
+/// their rates: as few as the mechanism has. The derivatives are exact.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  cotree linearize cart_pole.toml\n  \
+                  cotree linearize cart_pole.toml --equilibrium --json -o plant.json\n  \
+                  cotree linearize four_bar.toml --at \"0.5 s\"\n  \
+                  cotree linearize four_bar.toml --along --step \"50 ms\" --csv -o matrices.csv")]
+pub struct Linearize {
+    #[command(flatten)]
+    study: Study,
+    /// At this time of the motion [default: at its start]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, conflicts_with_all = ["equilibrium", "along"])]
+    at: Option<String>,
+    /// At the equilibrium next to the start
+    #[arg(long, conflicts_with = "along")]
+    equilibrium: bool,
+    /// At every communication point of the motion
+    #[arg(long)]
+    along: bool,
+    /// With --along: end of the motion [default: the scene's]
+    #[arg(long, value_name = "TIME", requires = "along", allow_hyphen_values = true)]
+    stop: Option<String>,
+    /// With --along: time between points [default: the scene's]
+    #[arg(long, value_name = "TIME", requires = "along", allow_hyphen_values = true)]
+    step: Option<String>,
+}
+
+impl Linearize {
+    pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        let (scene, mechanism) = self.study.open(format)?;
+        let name = mechanism.name.clone();
+        let points = if self.equilibrium {
+            study::rest(&scene, &mechanism, format, |formulated, variation, equilibrium| {
+                Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?])
+            })?
+        } else {
+            let mut formulated = study::equations(&scene, &mechanism, format)?;
+            along(&mut formulated, &self.times(mechanism.experiment)?)?
+        };
+        self.study.write(&Linearization { name, points })
+    }
+
+    fn times(&self, mut experiment: crate::mechanism::Experiment) -> Result<Vec<f64>, Failure> {
+        let start = experiment.start;
+        if !self.along {
+            return Ok(vec![self.at.as_deref().map_or(Ok(start), |at| study::time("at", at, start))?]);
+        }
+        if let Some(stop) = &self.stop {
+            experiment.stop = study::time("stop", stop, start)?;
+        }
+        if let Some(step) = &self.step {
+            experiment.step = study::time("step", step, 0.0)?;
+        }
+        if experiment.step <= 0.0 || simulation::count(experiment) > MOST_POINTS {
+            let message = format!("--step: {:?} s gives no points, or more than {MOST_POINTS}", experiment.step);
+            return Err(Failure::Usage(message));
+        }
+        Ok(simulation::points(experiment).collect())
+    }
+}
+
+/// The linear systems at these times of the motion.
+fn along(formulated: &mut Formulated, times: &[f64]) -> Result<Vec<StateSpace>, Failure> {
+    let variation = Variation::new(formulated);
+    let mut motion = Motion::new(formulated)?;
+    let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
+    for &time in times {
+        systems.push(StateSpace::new(formulated, &variation, &motion.point(time)?, systems.last())?);
+    }
+    Ok(systems)
+}

@@ -1,0 +1,161 @@
+//! Couplings: linear relations between across variables of both graphs. Each term is a chord that no tree ever takes; its
+//! through variable is the transposed relation, factor x reaction, so that the power of all terms together vanishes.
+
+use std::collections::HashMap;
+
+use super::constraints::{Constraint, assemble};
+use super::form::{Coefficient, Form};
+use super::kinematics::{Kinematics, Motion, project};
+use super::vector::{Scalar, Vector};
+use crate::element::{Coupling, Port, System};
+use crate::expr::{Arena, Expr, Symbol, Unary};
+use crate::graph::{ElementId, RNode, TNode};
+use crate::mechanism::BodyId;
+
+/// How the reaction of a coupling acts between two nodes, on the second from the first.
+#[derive(Clone, Debug)]
+pub enum CoupledChord {
+    /// A force of reaction x vector; the vector may turn with a body.
+    Force([TNode; 2], Vector, Option<BodyId>),
+    /// A torque of reaction x factor.
+    Torque([RNode; 2], Expr),
+}
+
+/// Value, rate and acceleration of a scalar across variable.
+type ScalarMotion = (Expr, Form<Scalar>, Form<Scalar>);
+
+/// Appends the relations of all couplings to the loop equations.
+pub(super) fn append(system: &mut System, kinematics: &Kinematics, rows: &mut Vec<Constraint>) {
+    for index in 0..system.elements.len() {
+        if let Some(coupling) = system.elements[index].coupling.clone() {
+            rows.extend(relation(system, kinematics, ElementId(index), &coupling));
+        }
+    }
+}
+
+/// Phi = offset - sum of factor x across.
+fn relation(
+    system: &mut System,
+    kinematics: &Kinematics,
+    element: ElementId,
+    coupling: &Coupling,
+) -> Option<Constraint> {
+    let held = coupling.terms.first()?.port.held();
+    let (mut value, mut velocity, mut acceleration) = (coupling.offset, Form::default(), Form::default());
+    let mut coupled = Vec::new();
+    for term in &coupling.terms {
+        let ((position, rate, second), chord) = across(system, kinematics, term.port, term.factor);
+        let arena = &mut system.arena;
+        let minus = arena.negate(term.factor);
+        let share = arena.multiply(minus, position);
+        value = arena.add(value, share);
+        velocity.accumulate(arena, minus, &rate);
+        acceleration.accumulate(arena, minus, &second);
+        coupled.push(chord);
+    }
+    let row = assemble(&mut system.arena, kinematics, (element, held), value, &velocity, &acceleration);
+    Some(Constraint { coupled, ..row })
+}
+
+/// The across variable of a port, and the chord that carries factor x reaction.
+fn across(system: &mut System, kinematics: &Kinematics, port: Port, factor: Expr) -> (ScalarMotion, CoupledChord) {
+    match port {
+        Port::Angle(ends) => {
+            let arena = &mut system.arena;
+            let angle = kinematics.angle_across(arena, ends);
+            let [rate, second] =
+                [&angle.velocity, &angle.acceleration].map(|form| form.map(arena, |_, &c| Scalar::plain(c)));
+            ((angle.position.total(arena), rate, second), CoupledChord::Torque(ends, factor))
+        }
+        Port::Along(ends, direction) => {
+            let along = kinematics.direction(system, direction);
+            let arena = &mut system.arena;
+            let gap = kinematics.across(arena, ends);
+            let (value, rate, second) = project(kinematics, arena, &gap, &along);
+            let value = value.total(arena, &kinematics.frames);
+            let vector = along.1.scaled(arena, factor);
+            ((value, rate, second), CoupledChord::Force(ends, vector, direction.carrier()))
+        }
+        Port::Length(ends) => {
+            let gap = kinematics.across(&mut system.arena, ends);
+            let (motion, unit) = length(system, kinematics, &gap);
+            let vector = unit.scaled(&mut system.arena, factor);
+            (motion, CoupledChord::Force(ends, vector, None))
+        }
+    }
+}
+
+/// |r| with its derivatives v.e and a.e + (v.v - (v.e)^2)/|r|, and the unit vector e = r/|r|.
+fn length(system: &mut System, kinematics: &Kinematics, gap: &Motion) -> (ScalarMotion, Vector) {
+    let speeds = [Vector::x(), Vector::y()].map(|axis| kinematics.component(system, &gap.velocity, &axis));
+    let arena = &mut system.arena;
+    let square = gap.position.dot(arena, &gap.position).total(arena, &kinematics.frames);
+    let length = arena.unary(Unary::Sqrt, square);
+    let inverse = arena.divide(Expr::ONE, length);
+    let unit = gap.position.scaled(arena, inverse);
+    let rate = gap.velocity.map(arena, |arena, v| v.dot(arena, &unit));
+    let mut second = gap.acceleration.map(arena, |arena, a| a.dot(arena, &unit));
+    let along = rate.map(arena, |arena, c| c.total(arena, &kinematics.frames)).total(arena);
+    let [xx, yy, along] = [speeds[0], speeds[1], along].map(|speed| arena.square(speed));
+    let all = arena.add(xx, yy);
+    let beside = arena.subtract(all, along);
+    let turning = arena.multiply(beside, inverse);
+    second.add_term(arena, turning, &Scalar::plain(Expr::ONE));
+    ((length, rate, second), unit)
+}
+
+/// What the couplings bring into the cutset equations: sums at the nodes of both graphs.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Couplings {
+    /// By node of the translational graph.
+    pub forces: HashMap<usize, Form<Vector>>,
+    /// By node of the rotational graph.
+    pub torques: HashMap<usize, Form<Scalar>>,
+    /// Forces that turn with a body.
+    turning: Vec<(BodyId, [TNode; 2], Form<Vector>)>,
+}
+
+impl Couplings {
+    pub fn new(arena: &mut Arena, constraints: &[Constraint]) -> Self {
+        let mut couplings = Couplings::default();
+        for (index, constraint) in constraints.iter().enumerate().filter(|(_, constraint)| !constraint.is_trivial()) {
+            for chord in &constraint.coupled {
+                let reaction = arena.symbol(Symbol::Reaction(index));
+                match chord {
+                    CoupledChord::Force(ends, vector, carrier) => {
+                        let force = Form::term(arena, reaction, vector);
+                        add(arena, &mut couplings.forces, ends.map(TNode::index), &force);
+                        couplings.turning.extend(carrier.map(|body| (body, *ends, force)));
+                    }
+                    CoupledChord::Torque(ends, factor) => {
+                        let torque = Form::term(arena, reaction, &Scalar::plain(*factor));
+                        add(arena, &mut couplings.torques, ends.map(RNode::index), &torque);
+                    }
+                }
+            }
+        }
+        couplings
+    }
+
+    /// sum r x F over the forces that turn with each body (Eq. 6).
+    pub fn add_moments(
+        &self,
+        system: &mut System,
+        kinematics: &Kinematics,
+        moments: &mut HashMap<BodyId, Form<Scalar>>,
+    ) {
+        let arena = &mut system.arena;
+        for (body, ends, force) in &self.turning {
+            let arm = kinematics.across(arena, *ends).position;
+            let moment = force.map(arena, |arena, f| arm.cross(arena, f));
+            moments.entry(*body).or_default().accumulate(arena, Expr::ONE, &moment);
+        }
+    }
+}
+
+/// A chord's through variable at its two nodes: it goes into the second and comes out of the first.
+fn add<C: Coefficient>(arena: &mut Arena, sums: &mut HashMap<usize, Form<C>>, [a, b]: [usize; 2], through: &Form<C>) {
+    let minus = arena.constant(-1.0);
+    sums.entry(b).or_default().accumulate(arena, Expr::ONE, through);
+    sums.entry(a).or_default().accumulate(arena, minus, through);
+}

@@ -1,0 +1,106 @@
+//! Coordinates of other trees in terms of these.
+
+use super::constraints::split;
+use super::form::Form;
+use super::kinematics::Motion;
+use super::vector::Scalar;
+use super::{Coordinate, Equations};
+use crate::element::Direction;
+use crate::expr::{Expr, Node, Order, Symbol};
+use crate::graph::TNode;
+use crate::mechanism::{BodyId, Place};
+
+impl Equations<'_> {
+    /// The position or rate that a coordinate of other trees of the same mechanism has.
+    pub fn value_of(&mut self, coordinate: &Coordinate, order: Order) -> Expr {
+        if let Some(index) = self.own(coordinate) {
+            return self.system.arena.symbol(Symbol::Coordinate(index, order));
+        }
+        let element = self.system.element(coordinate.element);
+        if let (true, Some(row)) = (coordinate.angular, element.rotation.clone()) {
+            let arena = &mut self.system.arena;
+            let angle = self.kinematics.angle_across(arena, row.ends);
+            return if order == Order::Velocity { angle.velocity.total(arena) } else { angle.position.total(arena) };
+        }
+        let Some((across, direction)) = self.free_motion(coordinate) else { return Expr::ZERO };
+        let (_, axis) = self.kinematics.direction(&mut self.system, direction);
+        if order == Order::Velocity {
+            return self.kinematics.component(&mut self.system, &across.velocity, &axis);
+        }
+        let arena = &mut self.system.arena;
+        across.position.dot(arena, &axis).total(arena, &self.kinematics.frames)
+    }
+
+    /// The acceleration that a coordinate of other trees has: coefficients by these coordinates' accelerations, and the rest. The
+    /// coefficients are those of small displacements too.
+    pub fn acceleration_of(&mut self, coordinate: &Coordinate) -> (Vec<(usize, Expr)>, Expr) {
+        if let Some(index) = self.own(coordinate) {
+            return (vec![(index, Expr::ONE)], Expr::ZERO);
+        }
+        let form = self.acceleration_form(coordinate);
+        split(&mut self.system.arena, &self.kinematics, &form, Order::Acceleration)
+    }
+
+    /// alpha, or s'' = a . u + s omega^2 along an axis that turns.
+    fn acceleration_form(&mut self, coordinate: &Coordinate) -> Form<Scalar> {
+        let element = self.system.element(coordinate.element);
+        if let (true, Some(row)) = (coordinate.angular, element.rotation.clone()) {
+            let arena = &mut self.system.arena;
+            let angle = self.kinematics.angle_across(arena, row.ends);
+            return angle.acceleration.map(arena, |_, &coefficient| Scalar::plain(coefficient));
+        }
+        let Some((across, direction)) = self.free_motion(coordinate) else { return Form::default() };
+        let (frame, axis) = self.kinematics.direction(&mut self.system, direction);
+        let arena = &mut self.system.arena;
+        let mut form = across.acceleration.map(arena, |arena, vector| vector.dot(arena, &axis));
+        let square = arena.square(self.kinematics.frames.get(frame).omega);
+        let displacement = across.position.dot(arena, &axis);
+        form.add_term(arena, square, &displacement);
+        form
+    }
+
+    /// The coordinates that move a body's centre, and its own angle.
+    pub fn moved_by(&mut self, body: BodyId) -> Vec<usize> {
+        let centre = self.system.t_node(Place::Centre(body));
+        let velocity = self.kinematics.node(&mut self.system.arena, centre).velocity;
+        let turning = &self.kinematics.angle(self.system.r_node(Some(body))).velocity;
+        let keys = velocity.terms().map(|(key, _)| key).chain(turning.terms().map(|(key, _)| key));
+        let mut coordinates: Vec<usize> = keys
+            .filter_map(|key| match self.system.arena.node(key) {
+                Node::Symbol(Symbol::Coordinate(index, _)) => Some(index),
+                _ => None,
+            })
+            .collect();
+        coordinates.sort_unstable();
+        coordinates.dedup();
+        coordinates
+    }
+
+    /// How many angles a body's centre moves with through the translational tree.
+    pub fn depth(&self, body: BodyId) -> usize {
+        let centre = self.system.t_node(Place::Centre(body));
+        self.kinematics.angles_between([TNode::DATUM, centre])
+    }
+
+    /// How many angles the largest loop that a chord closes has.
+    pub fn largest_loop(&self) -> usize {
+        let rows = self.trees.translation.chords.iter().filter_map(|&id| self.system.element(id).translation.as_ref());
+        let holding = rows.filter(|row| !row.reaction.is_empty());
+        holding.map(|row| self.kinematics.angles_between(row.ends)).max().unwrap_or(0)
+    }
+
+    /// Which of these coordinates it is, if it is one.
+    fn own(&self, coordinate: &Coordinate) -> Option<usize> {
+        self.coordinates.iter().position(|own| own.element == coordinate.element && own.name == coordinate.name)
+    }
+
+    /// What a coordinate's element leaves free, its known part taken off, and the direction of the coordinate.
+    fn free_motion(&mut self, coordinate: &Coordinate) -> Option<(Motion, Direction)> {
+        let row = self.system.element(coordinate.element).translation.clone()?;
+        let direction = row.motion.iter().find(|(_, name)| *name == coordinate.name)?.0;
+        let known = self.kinematics.known(&mut self.system, &row.known);
+        let arena = &mut self.system.arena;
+        let across = self.kinematics.across(arena, row.ends);
+        Some((Motion::between(arena, &known, &across), direction))
+    }
+}

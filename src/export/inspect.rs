@@ -1,0 +1,242 @@
+//! Reads an FMU of cotree back.
+
+use std::fmt;
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use cotree_fmu::program::{Experiment, Program};
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
+use zip::ZipArchive;
+use zip::result::ZipError;
+
+/// No file inside an FMU of cotree is larger than this [bytes].
+const LARGEST: u64 = 1 << 28;
+
+/// What an FMU of cotree says of itself.
+#[derive(Clone, Debug)]
+pub struct Contents {
+    /// The scene's name.
+    pub name: String,
+    /// One line; may be empty.
+    pub description: String,
+    /// The program that made it.
+    pub tool: String,
+    /// What it must be instantiated with.
+    pub guid: String,
+    /// `Co-Simulation`, `Model Exchange`.
+    pub interfaces: Vec<&'static str>,
+    /// Default experiment.
+    pub experiment: Experiment,
+    /// The platforms it runs on, with the size of their shared libraries \[bytes\].
+    pub platforms: Vec<(String, u64)>,
+    /// Every variable.
+    pub variables: Vec<Variable>,
+    /// Size of the file \[bytes\].
+    pub size: u64,
+    /// The text of the scene it was made from, if that was a file.
+    pub scene: Option<String>,
+}
+
+/// A variable as the model description has it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// `parameter`, `input`, `output`, `local` or `independent`.
+    pub causality: String,
+    /// Its unit; may be empty.
+    pub unit: String,
+    /// Value at the start, if it can be set.
+    pub start: Option<String>,
+    /// One line; may be empty.
+    pub description: String,
+}
+
+/// Why an FMU cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum InspectError {
+    /// The file cannot be read.
+    #[error("{0}")]
+    Read(#[from] std::io::Error),
+    /// It is no archive, or a damaged one.
+    #[error("it is no FMU: {0}")]
+    Archive(#[from] ZipError),
+    /// It is an archive, but not of a model.
+    #[error("it is no FMU: it has no modelDescription.xml")]
+    NoDescription,
+    /// The model description is damaged.
+    #[error("its modelDescription.xml is damaged: {0}")]
+    Description(String),
+    /// Another program has made it.
+    #[error("it was made by {}, not by cotree", if .0.is_empty() { "another program" } else { .0.as_str() })]
+    Foreign(String),
+    /// The program in it is damaged, or of another version of cotree.
+    #[error("{0}")]
+    Program(#[from] cotree_fmu::storage::LoadError),
+    /// A file in it is larger than any that cotree writes.
+    #[error("its `{0}` is larger than cotree would make it")]
+    Large(String),
+}
+
+type Archive = ZipArchive<BufReader<File>>;
+
+impl Contents {
+    /// Reads an FMU.
+    ///
+    /// # Errors
+    /// It cannot be read, is damaged, or was not made by cotree.
+    pub fn read(path: &Path) -> Result<Self, InspectError> {
+        let file = File::open(path)?;
+        let size = file.metadata()?.len();
+        let mut archive = Archive::new(BufReader::new(file))?;
+        let description = entry(&mut archive, "modelDescription.xml")?.ok_or(InspectError::NoDescription)?;
+        let header = Header::parse(&description)?;
+        let program = match entry(&mut archive, cotree_fmu::PROGRAM_FILE)? {
+            Some(bytes) if header.tool.starts_with("cotree ") => Program::from_bytes(&bytes)?,
+            _ => return Err(InspectError::Foreign(header.tool)),
+        };
+        let mut scene = None;
+        for name in ["resources/scene.toml", "resources/scene.json"] {
+            scene = scene.or(entry(&mut archive, name)?);
+        }
+        Ok(Self {
+            platforms: platforms(&mut archive)?,
+            experiment: program.experiment,
+            guid: program.guid,
+            name: header.name,
+            description: header.description,
+            tool: header.tool,
+            interfaces: header.interfaces,
+            variables: header.variables,
+            size,
+            scene: scene.map(|text| String::from_utf8_lossy(&text).into_owned()),
+        })
+    }
+}
+
+/// A file of the archive, if it is there.
+fn entry(archive: &mut Archive, name: &str) -> Result<Option<Vec<u8>>, InspectError> {
+    let mut content = Vec::new();
+    let file = match archive.by_name(name) {
+        Ok(file) => file,
+        Err(ZipError::FileNotFound) => return Ok(None),
+        Err(error) => return Err(error.into()),
+    };
+    if file.take(LARGEST + 1).read_to_end(&mut content)? as u64 > LARGEST {
+        return Err(InspectError::Large(name.to_owned()));
+    }
+    Ok(Some(content))
+}
+
+/// Folders of shared libraries, with the libraries' sizes.
+fn platforms(archive: &mut Archive) -> Result<Vec<(String, u64)>, InspectError> {
+    let mut platforms = Vec::new();
+    for index in 0..archive.len() {
+        let file = archive.by_index_raw(index)?;
+        let name = file.name().map(|name| name.into_owned()).unwrap_or_default();
+        if let Some((platform, _)) = name.strip_prefix("binaries/").and_then(|rest| rest.split_once('/')) {
+            platforms.push((platform.to_owned(), file.size()));
+        }
+    }
+    platforms.sort();
+    Ok(platforms)
+}
+
+/// What the model description says.
+#[derive(Default)]
+struct Header {
+    name: String,
+    description: String,
+    tool: String,
+    interfaces: Vec<&'static str>,
+    variables: Vec<Variable>,
+}
+
+impl Header {
+    fn parse(document: &[u8]) -> Result<Self, InspectError> {
+        let damaged = |error: &dyn fmt::Display| InspectError::Description(error.to_string());
+        let mut reader = Reader::from_reader(document);
+        let (mut header, mut buffer) = (Self::default(), Vec::new());
+        loop {
+            match reader.read_event_into(&mut buffer).map_err(|error| damaged(&error))? {
+                Event::Start(tag) | Event::Empty(tag) => header.add(&tag).map_err(|error| damaged(&error))?,
+                Event::Eof => return Ok(header),
+                _ => {}
+            }
+            buffer.clear();
+        }
+    }
+
+    fn add(&mut self, tag: &BytesStart) -> Result<(), quick_xml::Error> {
+        let get = |key: &str| -> Result<Option<String>, quick_xml::Error> {
+            let Some(attribute) = tag.try_get_attribute(key)? else { return Ok(None) };
+            Ok(Some(quick_xml::escape::unescape(&attribute.value)?.into_owned()))
+        };
+        let text = |key: &str| get(key).map(Option::unwrap_or_default);
+        match tag.name().as_ref() {
+            "fmiModelDescription" => {
+                (self.name, self.description, self.tool) =
+                    (text("modelName")?, text("description")?, text("generationTool")?);
+            }
+            "CoSimulation" => self.interfaces.push("Co-Simulation"),
+            "ModelExchange" => self.interfaces.push("Model Exchange"),
+            "ScalarVariable" => self.variables.push(Variable {
+                name: text("name")?,
+                causality: get("causality")?.unwrap_or_else(|| "local".into()),
+                description: text("description")?,
+                ..Variable::default()
+            }),
+            "Real" => {
+                if let Some(variable) = self.variables.last_mut() {
+                    (variable.unit, variable.start) = (text("unit")?, get("start")?);
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Contents {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Experiment { start, stop, step, tolerance, .. } = self.experiment;
+        writeln!(
+            f,
+            "{}{}",
+            self.name,
+            if self.description.is_empty() { String::new() } else { format!(": {}", self.description) }
+        )?;
+        writeln!(f, "  made by     {}", self.tool)?;
+        writeln!(f, "  guid        {}", self.guid)?;
+        writeln!(f, "  interfaces  FMI 2.0 {}", self.interfaces.join(", "))?;
+        let platforms: Vec<String> =
+            self.platforms.iter().map(|(name, size)| format!("{name} ({})", kilobytes(*size))).collect();
+        writeln!(f, "  platforms   {}", platforms.join(", "))?;
+        writeln!(f, "  experiment  {start:?} s to {stop:?} s, step {step:?} s, tolerance {tolerance:?}")?;
+        writeln!(f, "  size        {}", kilobytes(self.size))?;
+        writeln!(
+            f,
+            "  scene       {}",
+            if self.scene.is_some() { "inside: print it with --scene" } else { "not inside" }
+        )?;
+        let width = |field: fn(&Variable) -> &String| {
+            self.variables.iter().map(|v| field(v).chars().count()).max().unwrap_or(0)
+        };
+        let (name, unit) = (width(|variable| &variable.name), width(|variable| &variable.unit));
+        for variable in &self.variables {
+            let start = variable.start.as_ref().map(|start| format!("start {start}")).unwrap_or_default();
+            let line = format!(
+                "  {:11} {:name$}  {:unit$}  {start:20} {}",
+                variable.causality, variable.name, variable.unit, variable.description
+            );
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}
+
+fn kilobytes(size: u64) -> String {
+    format!("{} kB", size.div_ceil(1000))
+}

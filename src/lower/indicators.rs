@@ -1,0 +1,32 @@
+//! Event indicators: what changes sign where a law has a step or a corner.
+
+use std::collections::BTreeSet;
+use std::f64::consts::PI;
+
+use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
+
+/// Indicators of everything that the given results depend on: differences of what is compared, arguments of absolute values and
+/// signs. Those that only parameters move are left out.
+pub(super) fn indicators(arena: &mut Arena, results: &[Expr]) -> Vec<Expr> {
+    let reached = arena.reachable(results.iter().copied());
+    let found: BTreeSet<Expr> = reached.into_iter().filter_map(|expr| indicator(arena, expr)).collect();
+    found.into_iter().filter(|&expr| moves(arena, expr)).collect()
+}
+
+fn indicator(arena: &mut Arena, expr: Expr) -> Option<Expr> {
+    match arena.node(expr) {
+        Node::Binary(Binary::Less | Binary::LessEqual | Binary::Min | Binary::Max, a, b) => Some(arena.subtract(a, b)),
+        Node::Unary(Unary::Abs | Unary::Sign, a) => Some(a),
+        Node::Unary(Unary::Floor, a) => {
+            // Changes sign at every whole number.
+            let pi = arena.constant(PI);
+            let turns = arena.multiply(pi, a);
+            Some(arena.sin(turns))
+        }
+        _ => None,
+    }
+}
+
+fn moves(arena: &Arena, expr: Expr) -> bool {
+    arena.symbols([expr]).into_iter().any(|symbol| !matches!(symbol, Symbol::Parameter(_)))
+}

@@ -1,0 +1,168 @@
+//! Which loop equations must be added to the mass matrix before its coordinates can be eliminated.
+//!
+//! A coordinate may move no mass, and two coordinates may move the same mass only: then \[M\] is singular although the motion is determined. Because
+//! J a = gamma, the equations (M + w J_k^T J_k) a + J^T lambda = Q + w J_k^T gamma_k have the same solution for every weight w. With enough rows k the
+//! matrix in brackets is positive definite in every pose, so that coordinates can be eliminated in any order. Rows are found at one
+//! pose with numbers: each is the one that holds a motion without mass best.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::eliminate::Undetermined;
+
+/// A sparse row of numbers.
+pub(super) type Row = BTreeMap<usize, f64>;
+
+/// Coordinates with less than this share of the largest mass are light: a better pivot is wanted.
+pub(super) const LIGHT: f64 = 1e-4;
+/// A pivot that keeps less than this share of its mass is poor: a better one is wanted.
+const POOR: f64 = 1e-6;
+/// A pivot that keeps less than this share is zero but for rounding.
+const ZERO: f64 = 1e-12;
+/// A loop equation holds a motion if this share of its terms does not cancel.
+const HOLDS: f64 = 1e-6;
+
+/// Loop equations by index, each with its weight. `mass` may have empty rows for coordinates that are not wanted.
+///
+/// # Errors
+/// A motion that moves no mass and that no loop equation holds.
+pub(super) fn additions(mut mass: Vec<Row>, loops: &BTreeMap<usize, Row>) -> Result<Vec<(usize, f64)>, Undetermined> {
+    let heaviest = (0..mass.len()).map(|i| diagonal(&mass, i)).fold(0.0, f64::max);
+    let heaviest = if heaviest > 0.0 { heaviest } else { 1.0 };
+    let mut added = Vec::new();
+    let mut accepted = BTreeSet::new();
+    while let Some(Weak { coordinate, motion, is_zero }) = weak(&mass, heaviest, &accepted) {
+        let fresh = loops.iter().filter(|(index, _)| added.iter().all(|(other, _)| other != *index));
+        let best = fresh
+            .map(|(&index, row)| (index, row, hold(row, &motion)))
+            .filter(|(.., hold)| *hold > 0.0)
+            .max_by(|(.., a), (.., b)| a.total_cmp(b));
+        match best {
+            Some((index, row, _)) => {
+                let weight = weight(heaviest, row);
+                add(&mut mass, weight, row);
+                added.push((index, weight));
+            }
+            None if is_zero => return Err(Undetermined(largest(&motion).unwrap_or(coordinate))),
+            None => {
+                accepted.insert(coordinate);
+            }
+        }
+    }
+    Ok(added)
+}
+
+/// A motion that moves little mass.
+struct Weak {
+    coordinate: usize,
+    motion: Row,
+    is_zero: bool,
+}
+
+/// The first poor pivot of a Cholesky factorisation that takes the coordinates with the fewest neighbours first.
+fn weak(mass: &[Row], heaviest: f64, accepted: &BTreeSet<usize>) -> Option<Weak> {
+    let mut rows = mass.to_vec();
+    let mut left: BTreeSet<(usize, usize)> =
+        (0..rows.len()).filter(|&i| !rows[i].is_empty()).map(|i| (rows[i].len(), i)).collect();
+    let mut steps: Vec<(usize, Row)> = Vec::new();
+    while let Some((_, index)) = left.pop_first() {
+        let mut row = std::mem::take(&mut rows[index]);
+        let pivot = row.remove(&index).unwrap_or_default();
+        let own = diagonal(mass, index);
+        let poor = own <= LIGHT * heaviest || pivot <= POOR * own;
+        let is_zero = pivot <= ZERO * own.max(ZERO * heaviest);
+        if (poor && !accepted.contains(&index)) || is_zero {
+            return Some(Weak { coordinate: index, motion: motion(index, &steps), is_zero });
+        }
+        let below: Row = row.iter().map(|(&other, entry)| (other, entry / pivot)).collect();
+        for (&other, factor) in &below {
+            left.remove(&(rows[other].len(), other));
+            rows[other].remove(&index);
+            for (&column, entry) in &row {
+                *rows[other].entry(column).or_default() -= factor * entry;
+            }
+            left.insert((rows[other].len(), other));
+        }
+        steps.push((index, below));
+    }
+    None
+}
+
+/// The motion of one coordinate at rate 1 with which the eliminated ones go so as to move the least mass.
+fn motion(index: usize, steps: &[(usize, Row)]) -> Row {
+    let mut motion = Row::from([(index, 1.0)]);
+    for (eliminated, below) in steps.iter().rev() {
+        let rate: f64 =
+            below.iter().map(|(other, factor)| -factor * motion.get(other).copied().unwrap_or_default()).sum();
+        if rate != 0.0 {
+            motion.insert(*eliminated, rate);
+        }
+    }
+    motion
+}
+
+/// How fast a loop equation of unit length opens with a motion; 0 if it stays closed.
+fn hold(row: &Row, motion: &Row) -> f64 {
+    let terms = || row.iter().map(|(index, entry)| entry * motion.get(index).copied().unwrap_or_default());
+    let (sum, size) = (terms().sum::<f64>().abs(), terms().map(f64::abs).sum::<f64>());
+    let length = row.values().map(|entry| entry * entry).sum::<f64>().sqrt();
+    if sum > HOLDS * size { sum / length } else { 0.0 }
+}
+
+/// A power of two that makes the row's share of the mass as large as the largest mass.
+fn weight(heaviest: f64, row: &Row) -> f64 {
+    let largest = row.values().map(|entry| entry * entry).fold(0.0, f64::max);
+    (heaviest / largest).log2().round().exp2()
+}
+
+fn add(mass: &mut [Row], weight: f64, row: &Row) {
+    for (&i, a) in row {
+        for (&j, b) in row {
+            *mass[i].entry(j).or_default() += weight * a * b;
+        }
+    }
+}
+
+fn diagonal(mass: &[Row], index: usize) -> f64 {
+    mass[index].get(&index).copied().unwrap_or_default()
+}
+
+fn largest(motion: &Row) -> Option<usize> {
+    motion.iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())).map(|(&index, _)| index)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(dense: &[&[f64]]) -> Vec<Row> {
+        dense.iter().map(|row| row.iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect()).collect()
+    }
+
+    fn loops(dense: &[&[f64]]) -> BTreeMap<usize, Row> {
+        rows(dense).into_iter().enumerate().collect()
+    }
+
+    #[test]
+    fn nothing_is_added_to_a_definite_mass_matrix() {
+        assert_eq!(additions(rows(&[&[2.0, 1.0], &[1.0, 2.0]]), &loops(&[&[1.0, 1.0]])), Ok(vec![]));
+    }
+
+    /// Only the sum of both rates moves mass; the first equation does not hold their difference.
+    #[test]
+    fn the_equation_that_holds_the_massless_motion_is_added() {
+        let mass = rows(&[&[1.0, 1.0], &[1.0, 1.0]]);
+        assert_eq!(additions(mass, &loops(&[&[3.0, 3.0], &[2.0, 0.0]])), Ok(vec![(1, 0.25)]));
+    }
+
+    #[test]
+    fn a_massless_motion_that_nothing_holds_is_undetermined() {
+        let mass = rows(&[&[4.0, 2.0], &[2.0, 1.0]]);
+        assert_eq!(additions(mass, &loops(&[&[6.0, 3.0]])), Err(Undetermined(1)));
+    }
+
+    #[test]
+    fn light_coordinates_stay_if_nothing_holds_them() {
+        assert_eq!(additions(rows(&[&[1.0, 0.0], &[0.0, 1e-9]]), &loops(&[&[1.0, 0.0]])), Ok(vec![]));
+        assert_eq!(additions(rows(&[&[1.0, 0.0], &[0.0, 1e-9]]), &loops(&[&[1.0, 1.0]])), Ok(vec![(0, 1.0)]));
+    }
+}

@@ -1,0 +1,284 @@
+//! The equations as functions of other languages: straight-line code in the order of the arena, one operation on a line, so that it
+//! rounds exactly as the kernels do. A [`Language`] says how things are written; what is written is the same for all.
+
+mod c;
+mod fortran;
+mod python;
+mod rust;
+
+use super::motion::has_masses;
+use super::symbol_name;
+use super::tree::unary_name;
+use crate::equations::Equations;
+use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
+
+pub use c::C;
+pub use fortran::Fortran;
+pub use python::Python;
+pub use rust::Rust;
+
+/// How a programming language writes the equations.
+pub trait Language {
+    /// What comes first; `legend` says what the arguments are.
+    fn prelude(&self, name: &str, legend: &[String]) -> String;
+    /// A function from its first line to its last; `steps` are the lines between.
+    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String;
+    /// What comes last.
+    fn end(&self, name: &str) -> String;
+}
+
+/// How many there are of each kind.
+#[derive(Clone, Copy, Debug)]
+pub struct Sizes {
+    /// Parameters.
+    pub parameters: usize,
+    /// Inputs.
+    pub inputs: usize,
+    /// Drivers that integrate an input.
+    pub followers: usize,
+    /// Coordinates, n.
+    pub coordinates: usize,
+    /// Loop equations, m.
+    pub constraints: usize,
+}
+
+/// A function: its name, what it is for, and its results.
+#[derive(Clone, Debug)]
+pub struct Function {
+    /// Its name.
+    pub name: String,
+    /// One line.
+    pub about: &'static str,
+    /// The arrays that it fills, in the order in which it is given them.
+    pub outputs: &'static [Output],
+}
+
+/// An array of results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// \[M\]
+    Mass,
+    /// {Q}
+    Load,
+    /// {Phi}
+    Constraint,
+    /// \[Phi_q\]
+    Jacobian,
+    /// {Phi_t}
+    TimeRate,
+    /// gamma
+    Gamma,
+    /// Accelerations.
+    Acceleration,
+    /// Reactions.
+    Reaction,
+}
+
+/// One line of straight-line code. Operands are constants, symbols, or the results of earlier lines.
+#[derive(Clone, Copy, Debug)]
+pub enum Step {
+    /// result = f(a)
+    One(usize, Unary, Operand),
+    /// result = f(a, b)
+    Two(usize, Binary, Operand, Operand),
+    /// result = b if a is not zero, else c
+    Select(usize, Operand, Operand, Operand),
+    /// Both from one call: sine, cosine. Either may be used by nobody.
+    SineCosine([usize; 2], Operand),
+    /// An entry of an array of results: row, column.
+    Store(Output, [usize; 2], Operand),
+}
+
+/// What a line reads.
+#[derive(Clone, Copy, Debug)]
+pub enum Operand {
+    /// A number.
+    Number(f64),
+    /// An argument of the function.
+    Symbol(Symbol),
+    /// The result of an earlier line.
+    Result(usize),
+}
+
+const EQUATIONS: &[Output] =
+    &[Output::Mass, Output::Load, Output::Constraint, Output::Jacobian, Output::TimeRate, Output::Gamma];
+const SOLUTION: &[Output] = &[Output::Acceleration, Output::Reaction];
+
+impl Output {
+    /// Rows and columns; one column for what is no matrix.
+    pub fn shape(self, sizes: &Sizes) -> [usize; 2] {
+        let (n, m) = (sizes.coordinates, sizes.constraints);
+        match self {
+            Output::Mass => [n, n],
+            Output::Load | Output::Acceleration => [n, 1],
+            Output::Constraint | Output::TimeRate | Output::Gamma | Output::Reaction => [m, 1],
+            Output::Jacobian => [m, n],
+        }
+    }
+
+    /// Is it a matrix?
+    pub fn is_matrix(self) -> bool {
+        matches!(self, Output::Mass | Output::Jacobian)
+    }
+
+    /// Its name where upper and lower case differ.
+    pub fn name(self) -> &'static str {
+        match self {
+            Output::Mass => "M",
+            Output::Load => "Q",
+            Output::Constraint => "Phi",
+            Output::Jacobian => "Phi_q",
+            Output::TimeRate => "Phi_t",
+            Output::Gamma => "gamma",
+            Output::Acceleration => "a",
+            Output::Reaction => "lambda",
+        }
+    }
+}
+
+/// Functions that compute M, Q, Phi, Phi_q, Phi_t and gamma and, for a dynamic model, the accelerations and reactions
+/// (`solved`). Without masses there are no M and Q: they stay as they are given.
+pub fn code(equations: &mut Equations, solved: &[Expr], language: &dyn Language) -> String {
+    let name = equations.system.mechanism.name.clone();
+    let matrices = matrices(equations);
+    let sizes = Sizes {
+        parameters: equations.system.mechanism.parameters.len(),
+        inputs: equations.system.mechanism.inputs.len(),
+        followers: equations.system.followers.len(),
+        coordinates: equations.coordinates.len(),
+        constraints: equations.constraints.len(),
+    };
+    let arena = &equations.system.arena;
+    let mut text = language.prelude(&name, &legend(equations));
+    let function = Function {
+        name: format!("{name}_equations"),
+        about: "Equations of motion: M a + Phi_q^T lambda = Q, Phi = 0, Phi_q v = -Phi_t, Phi_q a = gamma.",
+        outputs: EQUATIONS,
+    };
+    text.push_str(&language.function(&function, &sizes, &steps(arena, &matrices)));
+    if !solved.is_empty() {
+        let results = solved.iter().enumerate().map(|(index, &expr)| match index.checked_sub(sizes.coordinates) {
+            None => (Output::Acceleration, [index, 0], expr),
+            Some(index) => (Output::Reaction, [index, 0], expr),
+        });
+        let function = Function {
+            name: format!("{name}_accelerations"),
+            about: "Accelerations a and reactions lambda, from the equations of motion.",
+            outputs: SOLUTION,
+        };
+        text.push_str(&language.function(&function, &sizes, &steps(arena, &results.collect::<Vec<_>>())));
+    }
+    text.push_str(&language.end(&name));
+    text
+}
+
+/// Dense results, zeros included.
+fn matrices(equations: &mut Equations) -> Vec<(Output, [usize; 2], Expr)> {
+    let n = equations.coordinates.len();
+    let mut results = Vec::new();
+    let mut dense = |output: Output, row: usize, entries: &[(usize, Expr)]| {
+        for column in 0..n {
+            let entry = entries.iter().find(|(at, _)| *at == column).map_or(Expr::ZERO, |(_, entry)| *entry);
+            results.push((output, [row, column], entry));
+        }
+    };
+    let dynamic = has_masses(equations);
+    if dynamic {
+        for (row, entries) in equations.dynamics().mass.iter().enumerate() {
+            dense(Output::Mass, row, entries);
+        }
+    }
+    for (row, constraint) in equations.constraints.iter().enumerate() {
+        dense(Output::Jacobian, row, &constraint.jacobian);
+    }
+    if dynamic {
+        let loads = equations.dynamics().load.iter().enumerate();
+        results.extend(loads.map(|(row, &load)| (Output::Load, [row, 0], load)));
+    }
+    for (row, constraint) in equations.constraints.iter().enumerate() {
+        results.push((Output::Constraint, [row, 0], constraint.value));
+        results.push((Output::TimeRate, [row, 0], constraint.time_rate));
+        results.push((Output::Gamma, [row, 0], constraint.gamma));
+    }
+    results
+}
+
+fn steps(arena: &Arena, results: &[(Output, [usize; 2], Expr)]) -> Vec<Step> {
+    let order = arena.reachable(results.iter().map(|(.., expr)| *expr));
+    let mut steps = Vec::with_capacity(order.len() + results.len());
+    let mut done = std::collections::HashSet::new();
+    let of = |expr: Expr| match arena.node(expr) {
+        Node::Constant(bits) => Operand::Number(f64::from_bits(bits)),
+        Node::Symbol(symbol) => Operand::Symbol(symbol),
+        _ => Operand::Result(expr.index()),
+    };
+    for &expr in &order {
+        let own = expr.index();
+        match arena.node(expr) {
+            Node::Constant(_) | Node::Symbol(_) => {}
+            Node::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
+                let other = if function == Unary::Sin { Unary::Cos } else { Unary::Sin };
+                // A partner that nobody wrote yet has a number beyond all others.
+                let partner = arena.existing(Node::Unary(other, a)).map_or(arena.len() + own, Expr::index);
+                if done.insert(a) {
+                    let pair = if function == Unary::Sin { [own, partner] } else { [partner, own] };
+                    steps.push(Step::SineCosine(pair, of(a)));
+                }
+            }
+            Node::Unary(function, a) => steps.push(Step::One(own, function, of(a))),
+            Node::Binary(function, a, b) => steps.push(Step::Two(own, function, of(a), of(b))),
+            Node::Select(a, b, c) => steps.push(Step::Select(own, of(a), of(b), of(c))),
+        }
+    }
+    steps.extend(results.iter().map(|&(output, place, expr)| Step::Store(output, place, of(expr))));
+    steps
+}
+
+/// What the arguments are, line by line.
+fn legend(equations: &Equations) -> Vec<String> {
+    let system = &equations.system;
+    let list = |title: &str, names: Vec<String>| (!names.is_empty()).then(|| format!("{title}: {}", names.join(", ")));
+    let parameters = system.mechanism.parameters.iter().map(|parameter| parameter.name.clone()).collect();
+    let inputs = system.mechanism.inputs.iter().map(|input| input.name.clone()).collect();
+    let followers =
+        (0..system.followers.len()).map(|i| symbol_name(equations, Symbol::Follower(i, Order::Position))).collect();
+    let coordinates = equations.coordinates.iter().map(|coordinate| coordinate.name.position.clone()).collect();
+    let reactions = equations.constraints.iter().map(|row| system.element(row.element).name.clone()).collect();
+    let lines = [
+        Some("t: time; all quantities in SI units".to_owned()),
+        list("p: parameters", parameters),
+        list("u: value, rate and acceleration of the inputs", inputs),
+        list("f: position, rate and acceleration of the drivers that integrate an input", followers),
+        list("q, v: coordinates and their rates", coordinates),
+        list("lambda: reactions", reactions),
+    ];
+    lines.into_iter().flatten().collect()
+}
+
+/// Arguments that the functions take, as arrays, and the index of a symbol in its array.
+pub fn argument(symbol: Symbol) -> Option<(&'static str, usize)> {
+    match symbol {
+        Symbol::Parameter(i) => Some(("p", i)),
+        Symbol::Input(i, order) => Some(("u", 3 * i + order as usize)),
+        Symbol::Follower(i, order) => Some(("f", 3 * i + order as usize)),
+        Symbol::Coordinate(i, Order::Position) => Some(("q", i)),
+        Symbol::Coordinate(i, Order::Velocity) => Some(("v", i)),
+        // Time is no array; accelerations and reactions are results, and without masses there is nothing that needs them.
+        Symbol::Time | Symbol::Coordinate(_, Order::Acceleration) | Symbol::Reaction(_) | Symbol::Missing(..) => None,
+    }
+}
+
+/// A comment cannot be ended by what stands in it, and lines stay short.
+pub fn wrapped(line: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in line.split(' ') {
+        let last = lines.len() - 1;
+        if !lines[last].is_empty() && lines[last].len() + word.len() + 1 > width {
+            lines.push(format!("  {word}"));
+        } else {
+            let gap = if lines[last].is_empty() { "" } else { " " };
+            lines[last].push_str(&format!("{gap}{word}"));
+        }
+    }
+    lines
+}

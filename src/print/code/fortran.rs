@@ -1,0 +1,182 @@
+//! Fortran 2008, free form.
+
+use std::fmt::Write;
+
+use super::{Function, Language, Operand, Output, Sizes, Step, argument, wrapped};
+use crate::expr::{Binary, Symbol, Unary};
+
+/// The small functions that Fortran lacks.
+const HELPERS: &str = "
+  pure subroutine sine_cosine(x, sine, cosine)
+    real(real64), intent(in) :: x
+    real(real64), intent(out) :: sine, cosine
+    sine = sin(x)
+    cosine = cos(x)
+  end subroutine sine_cosine
+
+  elemental real(real64) function signum(x)
+    real(real64), intent(in) :: x
+    signum = merge(1.0_real64, merge(-1.0_real64, x, x < 0.0_real64), x > 0.0_real64)
+  end function signum
+
+  elemental real(real64) function round_down(x)
+    real(real64), intent(in) :: x
+    round_down = aint(x)
+    if (round_down > x) round_down = round_down - 1.0_real64
+  end function round_down
+
+  elemental real(real64) function smaller(a, b)
+    real(real64), intent(in) :: a, b
+    smaller = merge(a, b, a < b .or. a /= a)
+  end function smaller
+
+  elemental real(real64) function larger(a, b)
+    real(real64), intent(in) :: a, b
+    larger = merge(a, b, a > b .or. a /= a)
+  end function larger
+";
+
+/// A module with subroutines. Upper and lower case are the same here, so the arrays have longer names.
+#[derive(Clone, Copy, Debug)]
+pub struct Fortran;
+
+impl Language for Fortran {
+    fn prelude(&self, name: &str, legend: &[String]) -> String {
+        let mut text = format!("! Equations of motion of `{name}`, Fortran 2008.\n");
+        for line in legend.iter().flat_map(|line| wrapped(line, 110)) {
+            let _ = writeln!(text, "! {line}"); // writing to a string cannot fail
+        }
+        let module = identifier(name);
+        text + &format!(
+            "module {module}_model\n  use, intrinsic :: iso_fortran_env, only: real64\n  \
+             use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf\n  \
+             implicit none\n  \
+             private :: sine_cosine, signum, round_down, smaller, larger\ncontains\n{HELPERS}"
+        )
+    }
+
+    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String {
+        let name = identifier(&function.name);
+        let outputs: Vec<&str> = function.outputs.iter().map(|output| array(*output)).collect();
+        let mut text = format!(
+            "\n  ! {}\n  subroutine {name}(t, p, u, f, q, v, &\n      {})\n    real(real64), intent(in) :: t\n",
+            function.about,
+            outputs.join(", ")
+        );
+        let Sizes { parameters, inputs, followers, coordinates, .. } = sizes;
+        let arguments =
+            [("p", *parameters), ("u", 3 * inputs), ("f", 3 * followers), ("q", *coordinates), ("v", *coordinates)];
+        for (argument, size) in arguments {
+            let _ = writeln!(text, "    real(real64), intent(in) :: {argument}({size})"); // writing to a string cannot fail
+        }
+        for output in function.outputs {
+            let [rows, columns] = output.shape(sizes);
+            let shape = if output.is_matrix() { format!("{rows}, {columns}") } else { rows.to_string() };
+            let _ = writeln!(text, "    real(real64), intent(inout) :: {}({shape})", array(*output)); // as above
+        }
+        for names in locals(steps).chunks(8) {
+            let _ = writeln!(text, "    real(real64) :: {}", names.join(", ")); // as above
+        }
+        for step in steps {
+            text.push_str(&line(step));
+        }
+        text + &format!("  end subroutine {name}\n")
+    }
+
+    fn end(&self, name: &str) -> String {
+        format!("end module {}_model\n", identifier(name))
+    }
+}
+
+/// Names begin with a letter and have at most 63 characters.
+fn identifier(name: &str) -> String {
+    let trimmed = name.trim_start_matches('_');
+    let begins_well = trimmed.starts_with(|c: char| c.is_ascii_alphabetic());
+    let name = if begins_well { trimmed.to_owned() } else { format!("m{trimmed}") };
+    if name.len() <= 56 {
+        return name;
+    }
+    // The end says which function it is.
+    let tail = ["_equations", "_accelerations"].into_iter().find(|tail| name.ends_with(tail)).unwrap_or("");
+    format!("{}{tail}", &name[..40])
+}
+
+fn array(output: Output) -> &'static str {
+    match output {
+        Output::Mass => "mass",
+        Output::Load => "load",
+        Output::Constraint => "phi",
+        Output::Jacobian => "phi_q",
+        Output::TimeRate => "phi_t",
+        Output::Gamma => "gamma",
+        Output::Acceleration => "a",
+        Output::Reaction => "lambda",
+    }
+}
+
+fn locals(steps: &[Step]) -> Vec<String> {
+    let results = steps.iter().flat_map(|step| match *step {
+        Step::One(own, ..) | Step::Two(own, ..) | Step::Select(own, ..) => vec![own],
+        Step::SineCosine(pair, _) => pair.to_vec(),
+        Step::Store(..) => Vec::new(),
+    });
+    results.map(|index| format!("x{index}")).collect()
+}
+
+fn line(step: &Step) -> String {
+    match *step {
+        Step::One(own, function, a) => format!("    x{own} = {}\n", unary(function, &operand(a))),
+        Step::Two(own, function, a, b) => format!("    x{own} = {}\n", binary(function, &operand(a), &operand(b))),
+        Step::Select(own, a, b, c) => {
+            format!("    x{own} = merge({}, {}, {} /= 0.0_real64)\n", operand(b), operand(c), operand(a))
+        }
+        Step::SineCosine([sine, cosine], angle) => {
+            format!("    call sine_cosine({}, x{sine}, x{cosine})\n", operand(angle))
+        }
+        Step::Store(output, [row, column], value) => {
+            let place = if output.is_matrix() { format!("{}, {}", row + 1, column + 1) } else { (row + 1).to_string() };
+            format!("    {}({place}) = {}\n", array(output), operand(value))
+        }
+    }
+}
+
+fn operand(operand: Operand) -> String {
+    const NAN: &str = "ieee_value(t, ieee_quiet_nan)";
+    match operand {
+        Operand::Number(value) if value.is_nan() => NAN.to_owned(),
+        Operand::Number(f64::INFINITY) => "ieee_value(t, ieee_positive_inf)".to_owned(),
+        Operand::Number(f64::NEG_INFINITY) => "(-ieee_value(t, ieee_positive_inf))".to_owned(),
+        Operand::Number(value) if value < 0.0 => format!("({value:e}_real64)"),
+        Operand::Number(value) => format!("{value:e}_real64"),
+        Operand::Symbol(Symbol::Time) => "t".to_owned(),
+        Operand::Symbol(symbol) => {
+            argument(symbol).map_or_else(|| NAN.to_owned(), |(array, index)| format!("{array}({})", index + 1))
+        }
+        Operand::Result(index) => format!("x{index}"),
+    }
+}
+
+fn unary(function: Unary, a: &str) -> String {
+    let name = match function {
+        Unary::Negate => return format!("-{a}"),
+        Unary::Sign => "signum",
+        Unary::Floor => "round_down",
+        other => super::unary_name(other),
+    };
+    format!("{name}({a})")
+}
+
+fn binary(function: Binary, a: &str, b: &str) -> String {
+    match function {
+        Binary::Add => format!("{a} + {b}"),
+        Binary::Subtract => format!("{a} - {b}"),
+        Binary::Multiply => format!("{a} * {b}"),
+        Binary::Divide => format!("{a} / {b}"),
+        Binary::Power => format!("{a}**{b}"),
+        Binary::Atan2 => format!("atan2({a}, {b})"),
+        Binary::Min => format!("smaller({a}, {b})"),
+        Binary::Max => format!("larger({a}, {b})"),
+        Binary::Less => format!("merge(1.0_real64, 0.0_real64, {a} < {b})"),
+        Binary::LessEqual => format!("merge(1.0_real64, 0.0_real64, {a} <= {b})"),
+    }
+}

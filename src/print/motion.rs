@@ -1,0 +1,254 @@
+//! The equations of motion as they are read: which quantities there are, and a formula for each.
+
+use std::collections::{HashMap, HashSet};
+
+use super::document::{Block, Piece};
+use super::name::{Name, Names};
+use super::read::{Context, Reading};
+use super::tree::{Formulas, Tree, formulas};
+use crate::element::{Direction, Held, Origin};
+use crate::equations::{Constraint, Equations};
+use crate::expr::{Arena, Expr, Node, Symbol};
+use crate::mechanism::{BodyId, Dimension, JointId, JointKind, LoadId, LoadKind, Owner, Place, Quantity, Variable};
+
+/// A quantity: what it is called, and its expression.
+pub type Entry = (Name, Expr);
+
+/// The equations, quantity by quantity. Zeros of matrices are left out.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    /// Quantities under their titles.
+    pub groups: Vec<(&'static str, Vec<Entry>)>,
+    /// Are the masses known?
+    pub dynamic: bool,
+}
+
+impl Motion {
+    /// Collects M and Q (of a model with masses), Phi, Phi_q, Phi_t, gamma, and the displacements that the loops determine.
+    pub fn new(equations: &mut Equations) -> Self {
+        let dynamic = has_masses(equations);
+        let mut groups = Vec::new();
+        if dynamic {
+            groups.extend(dynamics(equations));
+            groups.extend(vibration(equations));
+        }
+        groups.extend(loops(equations));
+        groups.push(("Slides that are no coordinates", slides(equations)));
+        groups.retain(|(_, entries)| !entries.is_empty());
+        Motion { groups, dynamic }
+    }
+
+    /// The formulas of all quantities, in order.
+    pub fn formulas(&self, equations: &mut Equations) -> Formulas {
+        let context = context(equations);
+        let roots: Vec<Expr> =
+            self.groups.iter().flat_map(|(_, entries)| entries.iter().map(|(_, expr)| *expr)).collect();
+        let reading = Reading::new(&equations.system.arena, &roots, &context);
+        formulas(&reading, &Names::new(equations))
+    }
+
+    /// The page.
+    pub fn blocks(&self, equations: &mut Equations) -> Vec<Block> {
+        let Formulas { angles, definitions, formulas } = self.formulas(equations);
+        let mut blocks = vec![Block::Equations(self.form(equations)), Block::Heading("Coordinates".into())];
+        blocks.push(Block::Table(Vec::new(), coordinates(equations)));
+        if !equations.constraints.is_empty() {
+            blocks.push(Block::Heading("Reactions".into()));
+            blocks.push(Block::Table(Vec::new(), reactions(equations)));
+        }
+        if !angles.is_empty() || !definitions.is_empty() {
+            blocks.push(Block::Heading("Abbreviations".into()));
+            blocks.push(Block::Equations(angles.into_iter().chain(definitions).collect()));
+        }
+        let mut formulas = formulas.into_iter();
+        for (title, entries) in &self.groups {
+            blocks.push(Block::Heading((*title).into()));
+            let names = entries.iter().map(|(name, _)| Tree::Name(name.clone()));
+            blocks.push(Block::Equations(names.zip(formulas.by_ref()).collect()));
+        }
+        blocks
+    }
+
+    /// The equations as matrices (Eqs 19-22).
+    fn form(&self, equations: &Equations) -> Vec<(Tree, Tree)> {
+        let name = |base: &str| Tree::Name(Name::letter(base, ""));
+        let [v, a] = ["v", "a"].map(name);
+        let [m, load, lambda] = ["M", "Q", "lambda"].map(name);
+        let jacobian = || Tree::Name(Name { plain: "Phi_q".into(), ..Name::letter("Phi", "q") });
+        let product = |a: Tree, b: Tree| Tree::product(vec![a, b]);
+        let mut rows = Vec::new();
+        if self.dynamic && equations.constraints.is_empty() {
+            rows.push((product(m, a.clone()), load));
+        } else if self.dynamic {
+            let transposed = Tree::power(jacobian(), name("T"));
+            rows.push((Tree::sum(vec![(false, product(m, a.clone())), (false, product(transposed, lambda))]), load));
+        }
+        if !equations.constraints.is_empty() {
+            rows.push((name("Phi"), Tree::zero()));
+            let rate = Tree::Name(Name::letter("Phi", "t"));
+            rows.push((product(jacobian(), v), Tree::Sum(vec![(true, rate)])));
+            rows.push((product(jacobian(), a), name("gamma")));
+        }
+        rows
+    }
+}
+
+/// Are all masses and inertias that the equations need given?
+pub fn has_masses(equations: &mut Equations) -> bool {
+    let dynamics = equations.dynamics();
+    let mut roots: Vec<Expr> = dynamics.load.clone();
+    roots.extend(dynamics.mass.iter().flatten().map(|(_, entry)| *entry));
+    !equations.system.arena.symbols(roots).into_iter().any(|symbol| matches!(symbol, Symbol::Missing(..)))
+}
+
+fn dynamics(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
+    let dynamics = equations.dynamics();
+    let mass = dynamics.mass.iter().enumerate().flat_map(|(row, entries)| {
+        let upper = entries.iter().filter(move |(column, _)| *column >= row);
+        upper.map(move |(column, entry)| (Name::entry("M", &[row, *column]), *entry))
+    });
+    let load = dynamics.load.iter().enumerate().map(|(row, entry)| (Name::entry("Q", &[row]), *entry));
+    [("Mass matrix (symmetric; zeros left out)", mass.collect()), ("Loads", load.collect())]
+}
+
+/// \[D\], \[K\] and {F} of masses on a line (33).
+fn vibration(equations: &mut Equations) -> Vec<(&'static str, Vec<Entry>)> {
+    let Some(vibration) = equations.vibration() else { return Vec::new() };
+    let upper = |symbol: &str, matrix: &[Vec<Expr>]| -> Vec<Entry> {
+        let rows = matrix.iter().enumerate();
+        let entries =
+            rows.flat_map(|(row, entries)| (row..entries.len()).map(move |column| (row, column, entries[column])));
+        let some = entries.filter(|(.., entry)| *entry != Expr::ZERO);
+        some.map(|(row, column, entry)| (Name::entry(symbol, &[row, column]), entry)).collect()
+    };
+    let force = vibration.force.iter().enumerate().map(|(row, &entry)| (Name::entry("F", &[row]), entry));
+    vec![
+        ("Damping matrix (symmetric; zeros left out)", upper("D", &vibration.damping)),
+        ("Stiffness matrix (symmetric; zeros left out)", upper("K", &vibration.stiffness)),
+        ("Forces: Q = F - D v - K q", force.collect()),
+    ]
+}
+
+fn loops(equations: &Equations) -> [(&'static str, Vec<Entry>); 4] {
+    let rows = |of: fn(&Constraint) -> Expr, symbol: &str| -> Vec<Entry> {
+        let rows = equations.constraints.iter().enumerate();
+        rows.map(|(index, constraint)| (Name::entry(symbol, &[index]), of(constraint))).collect()
+    };
+    let jacobian = equations.constraints.iter().enumerate().flat_map(|(row, constraint)| {
+        constraint.jacobian.iter().map(move |(column, entry)| (Name::entry("Phi_q", &[row, *column]), *entry))
+    });
+    let mut rates = rows(|constraint| constraint.time_rate, "Phi_t");
+    rates.retain(|(_, expr)| *expr != Expr::ZERO);
+    [
+        ("Loop equations", rows(|constraint| constraint.value, "Phi")),
+        ("Jacobian of the loop equations (zeros left out)", jacobian.collect()),
+        ("Partial derivatives by time (zeros left out)", rates),
+        ("Right-hand sides for accelerations", rows(|constraint| constraint.gamma, "gamma")),
+    ]
+}
+
+/// The displacements of prismatic joints in the cotree (Eqs 41, 42).
+fn slides(equations: &mut Equations) -> Vec<Entry> {
+    let slides: Vec<JointId> = equations
+        .trees
+        .translation
+        .chords
+        .iter()
+        .filter_map(|&chord| match equations.system.element(chord).origin {
+            Origin::Joint(joint) => Some(joint),
+            _ => None,
+        })
+        .filter(|joint| matches!(equations.system.mechanism.joints[joint.0].kind, JointKind::Prismatic { .. }))
+        .collect();
+    let entry = |joint| {
+        let variable = Variable { owner: Owner::Joint(joint), quantity: Quantity::S };
+        let name = Name::variable(&equations.system.mechanism.variable_name(variable));
+        (name, equations.variable(variable))
+    };
+    slides.into_iter().map(entry).collect()
+}
+
+/// What is known of the quantities for reading formulas.
+pub fn context(equations: &mut Equations) -> Context {
+    Context { variables: variables(equations), weights: weights(equations) }
+}
+
+/// Angles, rates and lengths that are no symbols themselves but have a name.
+fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
+    let mechanism = equations.system.mechanism;
+    if mechanism.dimension == Dimension::One {
+        return HashMap::new(); // sums of coordinates: the shorter the fewer names
+    }
+    let turning = [Quantity::Angle, Quantity::Omega];
+    let bodies = (0..mechanism.bodies.len()).map(|body| (Owner::Place(Place::Centre(BodyId(body))), turning));
+    let joints =
+        mechanism.joints.iter().enumerate().filter(|(_, joint)| matches!(joint.kind, JointKind::Revolute { .. }));
+    let joints = joints.map(|(joint, _)| (Owner::Joint(JointId(joint)), turning));
+    let lines = mechanism
+        .loads
+        .iter()
+        .enumerate()
+        .filter(|(_, load)| matches!(load.kind, LoadKind::Spring { .. } | LoadKind::Actuator { .. }));
+    let lines = lines.map(|(load, _)| (Owner::Load(LoadId(load)), [Quantity::Length, Quantity::Rate]));
+    let mut names = HashMap::new();
+    for (owner, quantities) in bodies.chain(joints).chain(lines).collect::<Vec<_>>() {
+        for quantity in quantities {
+            let variable = Variable { owner, quantity };
+            let expr = equations.variable(variable);
+            if deserves_name(&equations.system.arena, expr) {
+                names.entry(expr).or_insert_with(|| mechanism.variable_name(variable));
+            }
+        }
+    }
+    names
+}
+
+/// Parameters with mass in their unit (masses, inertias, forces, stiffnesses), and masses that are not given.
+fn weights(equations: &Equations) -> HashSet<Symbol> {
+    let parameters = &equations.system.mechanism.parameters;
+    let is_weight = |symbol: &Symbol| match symbol {
+        // Initial values that can be set are parameters of the program, not of the scene.
+        Symbol::Parameter(index) => parameters.get(*index).is_some_and(|own| own.unit.exponents[0] != 0),
+        symbol => matches!(symbol, Symbol::Missing(..)),
+    };
+    let all = equations.system.arena.all().filter_map(|expr| match equations.system.arena.node(expr) {
+        Node::Symbol(symbol) => Some(symbol),
+        _ => None,
+    });
+    all.filter(is_weight).collect()
+}
+
+/// Is it more than a symbol, and does it change?
+fn deserves_name(arena: &Arena, expr: Expr) -> bool {
+    !matches!(arena.node(expr), Node::Constant(_) | Node::Symbol(_))
+        && arena.symbols([expr]).iter().any(|symbol| !matches!(symbol, Symbol::Parameter(_)))
+}
+
+fn coordinates(equations: &Equations) -> Vec<Vec<Piece>> {
+    let row = |(index, coordinate): (usize, &crate::equations::Coordinate)| {
+        let number = (index + 1).to_string();
+        let short = Name { plain: format!("q{number}"), ..Name::letter("q", &number) };
+        let unit = if coordinate.angular { "rad" } else { "m" };
+        let own = [&coordinate.name.position, &coordinate.name.rate].map(|name| Tree::Name(Name::variable(name)));
+        let [position, rate] = own.map(Piece::Math);
+        let name = Piece::Code(equations.system.element(coordinate.element).name.clone());
+        vec![Piece::Math(Tree::Name(short)), position, Piece::words(unit), rate, Piece::words("branch"), name]
+    };
+    equations.coordinates.iter().enumerate().map(row).collect()
+}
+
+fn reactions(equations: &Equations) -> Vec<Vec<Piece>> {
+    let row = |(index, constraint): (usize, &Constraint)| {
+        let along = match constraint.held {
+            Held::Along(Direction::X) => "N, force along x",
+            Held::Along(Direction::Y) => "N, force along y",
+            Held::Along(Direction::Fixed(..)) => "N, force along the direction that it holds",
+            Held::Length => "N, force along the line that it holds",
+            Held::Angle => "N.m, torque",
+        };
+        let name = Tree::Name(super::name::symbol_name(equations, Symbol::Reaction(index)));
+        let owner = equations.system.element(constraint.element).name.clone();
+        vec![Piece::Math(name), Piece::Code(owner), Piece::words(along)]
+    };
+    equations.constraints.iter().enumerate().map(row).collect()
+}

@@ -1,0 +1,168 @@
+//! What quantities are called: in the user's words, and as a letter with a subscript and dots.
+
+use crate::equations::Equations;
+use crate::expr::{Order, Property, Symbol};
+
+/// A name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Name {
+    /// As the user writes it, such as `crank.omega`.
+    pub plain: String,
+    /// The letter or word, such as `theta`.
+    pub base: String,
+    /// Such as `crank`; may be empty.
+    pub subscript: String,
+    /// Time derivatives, written as dots.
+    pub dots: usize,
+    /// Is it written upright and bold: a vector or a matrix?
+    pub bold: bool,
+}
+
+impl Name {
+    /// A letter with a subscript; in plain text `letter_subscript`.
+    pub fn letter(base: &str, subscript: &str) -> Name {
+        let plain = if subscript.is_empty() { base.to_owned() } else { format!("{base}_{subscript}") };
+        Name { plain, base: base.to_owned(), subscript: subscript.to_owned(), dots: 0, bold: false }
+    }
+
+    /// A vector or matrix.
+    pub fn bold(base: &str, subscript: &str) -> Name {
+        Name { bold: true, ..Name::letter(base, subscript) }
+    }
+
+    /// An entry of a matrix or column, counted from 1 in plain text: `M[1,2]`.
+    pub fn entry(base: &str, places: &[usize]) -> Name {
+        let places: Vec<String> = places.iter().map(|place| (place + 1).to_string()).collect();
+        let places = places.join(",");
+        Name { plain: format!("{base}[{places}]"), ..Name::letter(base, &places) }
+    }
+
+    /// A word, such as the name of a parameter; digits at its end become a subscript.
+    pub fn word(plain: &str) -> Name {
+        let base = plain.trim_end_matches(|c: char| c.is_ascii_digit());
+        let base = if base.is_empty() || base.ends_with('_') { plain } else { base };
+        let subscript = &plain[base.len()..];
+        Name { plain: plain.to_owned(), ..Name::letter(base, subscript) }
+    }
+
+    /// A variable of the naming table, such as `crank.omega`: a letter for what it is, with its owner below.
+    pub fn variable(plain: &str) -> Name {
+        let Some((owner, word)) = plain.rsplit_once('.') else { return Name::word(plain) };
+        let (base, dots) = match word {
+            "angle" => ("theta", 0),
+            "omega" => ("theta", 1),
+            "alpha" => ("theta", 2),
+            "vx" => ("x", 1),
+            "vy" => ("y", 1),
+            "ax" => ("x", 2),
+            "ay" => ("y", 2),
+            "v" => ("s", 1),
+            "a" => ("s", 2),
+            "length" => ("r", 0),
+            "rate" => ("r", 1),
+            "acceleration" => ("r", 2),
+            "inertia" => ("I", 0),
+            "mass" => ("m", 0),
+            word => (word, 0),
+        };
+        Name { plain: plain.to_owned(), dots, ..Name::letter(base, owner) }
+    }
+
+    /// Does it stand for a variable of the naming table?
+    pub fn is_variable(&self) -> bool {
+        self.plain.contains('.')
+    }
+}
+
+/// The names of everything in the equations of one mechanism.
+#[derive(Clone, Copy, Debug)]
+pub struct Names<'a, 'm> {
+    equations: &'a Equations<'m>,
+    /// Number of coordinates.
+    pub coordinates: usize,
+    /// Letters for cosines, sines and shared parts that no parameter or input uses.
+    letters: [&'static str; 3],
+}
+
+impl<'a, 'm> Names<'a, 'm> {
+    /// Chooses letters that are free.
+    pub fn new(equations: &'a Equations<'m>) -> Self {
+        let mechanism = equations.system.mechanism;
+        let own = mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
+        let own: Vec<&str> = own.chain(mechanism.inputs.iter().map(|input| input.name.as_str())).collect();
+        let free = |letter: &str| {
+            let is_numbered = |name: &&str| {
+                name.strip_prefix(letter)
+                    .is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|b| b.is_ascii_digit()))
+            };
+            !own.iter().any(is_numbered)
+        };
+        let [short, shared] = [free("c") && free("s"), free("z")];
+        let letters = if short { ["c", "s"] } else { ["cos_", "sin_"] };
+        Names {
+            equations,
+            coordinates: equations.coordinates.len(),
+            letters: [letters[0], letters[1], if shared { "z" } else { "part_" }],
+        }
+    }
+
+    /// The name of a symbol of the arena.
+    pub fn symbol(&self, symbol: Symbol) -> Name {
+        symbol_name(self.equations, symbol)
+    }
+
+    /// The number of a coordinate that is an angle, counted from 1.
+    pub fn coordinate(&self, symbol: Symbol) -> Option<usize> {
+        match symbol {
+            Symbol::Coordinate(index, Order::Position) if self.equations.coordinates[index].angular => Some(index + 1),
+            _ => None,
+        }
+    }
+
+    /// `c1`, `s1`
+    pub fn trigonometric(&self, sine: bool, number: usize) -> Name {
+        self.numbered(self.letters[usize::from(sine)], number)
+    }
+
+    /// `z1`
+    pub fn shared(&self, number: usize) -> Name {
+        self.numbered(self.letters[2], number)
+    }
+
+    fn numbered(&self, letter: &str, number: usize) -> Name {
+        let base = letter.trim_end_matches('_');
+        Name { plain: format!("{letter}{number}"), ..Name::letter(base, &number.to_string()) }
+    }
+}
+
+/// The name of a symbol.
+pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
+    let mechanism = equations.system.mechanism;
+    let derivative = |name: Name, order: Order| {
+        let dots = order as usize;
+        Name { plain: format!("{}{}", name.plain, &"''"[..dots]), dots, ..name }
+    };
+    match symbol {
+        Symbol::Time => Name::word("t"),
+        Symbol::Parameter(i) => Name::word(&mechanism.parameters[i].name),
+        Symbol::Input(i, order) => derivative(Name::word(&mechanism.inputs[i].name), order),
+        Symbol::Follower(i, order) => {
+            let driver = equations.system.followers[i].0;
+            derivative(Name::word(&mechanism.drivers[driver.0].name), order)
+        }
+        Symbol::Coordinate(i, order) => {
+            let name = &equations.coordinates[i].name;
+            Name::variable(match order {
+                Order::Position => &name.position,
+                Order::Velocity => &name.rate,
+                Order::Acceleration => &name.acceleration,
+            })
+        }
+        Symbol::Reaction(i) => {
+            let number = (i + 1).to_string();
+            Name { plain: format!("lambda{number}"), ..Name::letter("lambda", &number) }
+        }
+        Symbol::Missing(body, Property::Mass) => Name::variable(&format!("{}.mass", mechanism.bodies[body].name)),
+        Symbol::Missing(body, Property::Inertia) => Name::variable(&format!("{}.inertia", mechanism.bodies[body].name)),
+    }
+}

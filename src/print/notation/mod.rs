@@ -1,0 +1,73 @@
+//! Formulas in plain text, LaTeX and MathML.
+
+pub mod latex;
+pub mod mathml;
+pub mod plain;
+
+use super::tree::Tree;
+
+/// How tightly what a formula is made of holds together.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+enum Binding {
+    Relation,
+    Sum,
+    Product,
+    Power,
+    Atom,
+}
+
+/// Dot and cross products bind as products do.
+fn relation_binding(sign: &str) -> Binding {
+    if matches!(sign, "." | "x") { Binding::Product } else { Binding::Relation }
+}
+
+/// How tightly a formula holds together where fractions and roots are drawn as such.
+fn drawn_binding(tree: &Tree) -> Binding {
+    match tree {
+        Tree::Relation(sign, _) => relation_binding(sign),
+        Tree::Sum(_) => Binding::Sum,
+        Tree::Product(_) => Binding::Product,
+        Tree::Power(_) => Binding::Power,
+        Tree::Quotient(_) => Binding::Product,
+        Tree::Number(_) | Tree::Pi | Tree::Name(_) | Tree::Root(_) | Tree::Call(..) => Binding::Atom,
+    }
+}
+
+/// Letters with a sign of their own, and that sign.
+const GREEK: [(&str, &str); 24] = [
+    ("alpha", "α"),
+    ("beta", "β"),
+    ("gamma", "γ"),
+    ("delta", "δ"),
+    ("epsilon", "ε"),
+    ("zeta", "ζ"),
+    ("eta", "η"),
+    ("theta", "θ"),
+    ("kappa", "κ"),
+    ("lambda", "λ"),
+    ("mu", "μ"),
+    ("nu", "ν"),
+    ("xi", "ξ"),
+    ("rho", "ρ"),
+    ("sigma", "σ"),
+    ("tau", "τ"),
+    ("phi", "φ"),
+    ("chi", "χ"),
+    ("psi", "ψ"),
+    ("omega", "ω"),
+    ("Phi", "Φ"),
+    ("Psi", "Ψ"),
+    ("Omega", "Ω"),
+    ("Theta", "Θ"),
+];
+
+/// The sign of a Greek letter.
+fn greek(name: &str) -> Option<&'static str> {
+    GREEK.iter().find(|(known, _)| *known == name).map(|(_, sign)| *sign)
+}
+
+/// A matrix whose name has a subscript of its own, such as `Phi_q`: letter and subscript.
+fn compound(base: &str) -> Option<(&str, &str)> {
+    let (letter, below) = base.split_once('_')?;
+    (letter == "Phi").then_some((letter, below))
+}

@@ -1,0 +1,120 @@
+//! A curve with labelled points over two logarithmic axes.
+
+use super::svg::{Frame, Pixel, Svg, polyline};
+
+/// A curve; all coordinates are above zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// Above the axes.
+    pub title: String,
+    /// Titles of the horizontal and of the vertical axis.
+    pub axes: [String; 2],
+    /// The points, each with its label.
+    pub points: Vec<([f64; 2], String)>,
+}
+
+const WIDTH: f64 = 640.0;
+const AXES: Frame = Frame { x: 84.0, y: 44.0, width: 520.0, height: 300.0 };
+/// Below the axes: tick labels and title [px].
+const BOTTOM: f64 = 52.0;
+/// Space between the axes' ends and the outer points, as a factor.
+const SPACE: f64 = 1.6;
+
+const GRID: &str = r##"stroke="#e6eaef" stroke-width="1""##;
+const AXIS: &str = r##"stroke="#9aa5b1" stroke-width="1""##;
+const SMALL: &str = r##"font-size="12" fill="#4b5563""##;
+const TITLE: &str = r##"font-size="12.5" fill="#1f2933" text-anchor="middle""##;
+const LINE: &str = r##"fill="none" stroke="#2f6cab" stroke-width="1.8" stroke-linejoin="round""##;
+
+impl Curve {
+    /// The picture, self-contained.
+    pub fn svg(&self) -> String {
+        let [across, up] = [0, 1].map(|axis| Scale::over(self.points.iter().map(|(point, _)| point[axis])));
+        let place = |[x, y]: [f64; 2]| -> Pixel {
+            [AXES.x + across.part(x) * AXES.width, AXES.y + (1.0 - up.part(y)) * AXES.height]
+        };
+        let mut svg = Svg::default();
+        svg.text([AXES.x, 27.0], r##"font-size="15" font-weight="600" fill="#1f2933""##, &self.title);
+        self.draw_axes(&mut svg, &across, &up);
+        let pixels: Vec<Pixel> = self.points.iter().map(|(point, _)| place(*point)).collect();
+        svg.path(&polyline(&pixels), LINE);
+        for ([x, y], (_, label)) in pixels.into_iter().zip(&self.points) {
+            svg.circle([x, y], 4.0, r##"fill="#2f6cab" stroke="#ffffff" stroke-width="1.5""##);
+            svg.text([x + 8.0, y - 6.0], SMALL, label);
+        }
+        svg.finish(Frame { x: 0.0, y: 0.0, width: WIDTH, height: AXES.y + AXES.height + BOTTOM }, &self.title)
+    }
+
+    fn draw_axes(&self, svg: &mut Svg, across: &Scale, up: &Scale) {
+        let Frame { x: left, y: top, width, height } = AXES;
+        let (right, bottom) = (left + width, top + height);
+        for tick in across.ticks() {
+            let x = left + across.part(tick) * width;
+            svg.line([x, top], [x, bottom], GRID);
+            svg.text([x, bottom + 18.0], &format!(r#"{SMALL} text-anchor="middle""#), &label(tick));
+        }
+        for tick in up.ticks() {
+            let y = bottom - up.part(tick) * height;
+            svg.line([left, y], [right, y], GRID);
+            svg.text([left - 8.0, y + 4.2], &format!(r#"{SMALL} text-anchor="end""#), &label(tick));
+        }
+        svg.line([left, top], [left, bottom], AXIS);
+        svg.line([left, bottom], [right, bottom], AXIS);
+        svg.text([left + 0.5 * width, bottom + 39.0], TITLE, &self.axes[0]);
+        let [x, y] = [20.0, top + 0.5 * height];
+        svg.text([x, y], &format!(r#"{TITLE} transform="rotate(-90 {x} {y})""#), &self.axes[1]);
+    }
+}
+
+/// A logarithmic axis: the decimal logarithms of its ends.
+struct Scale {
+    ends: [f64; 2],
+}
+
+impl Scale {
+    fn over(values: impl Iterator<Item = f64>) -> Self {
+        let [low, high] =
+            values.fold([f64::MAX, f64::MIN_POSITIVE], |[low, high], value| [low.min(value), high.max(value)]);
+        Self { ends: [(low / SPACE).log10(), (high * SPACE).log10()] }
+    }
+
+    /// Where a value is on the axis: 0 at its beginning, 1 at its end.
+    fn part(&self, value: f64) -> f64 {
+        (value.log10() - self.ends[0]) / (self.ends[1] - self.ends[0])
+    }
+
+    /// Powers of ten; on a short axis also twice and five times as much.
+    fn ticks(&self) -> Vec<f64> {
+        let [low, high] = self.ends;
+        let factors: &[f64] = if high - low < 2.5 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+        let decades = low.floor() as i32..=high.ceil() as i32;
+        let ticks = decades.flat_map(|decade| factors.iter().map(move |factor| factor * 10f64.powi(decade)));
+        ticks.filter(|tick| (low..=high).contains(&tick.log10())).collect()
+    }
+}
+
+/// A tick's text.
+fn label(value: f64) -> String {
+    if (1.0..1e5).contains(&value) { format!("{value:.0}") } else { format!("{value:.0e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_powers_of_ten_or_finer() {
+        let scale = Scale::over([1e-10, 1e-4].into_iter());
+        let labels: Vec<String> = scale.ticks().into_iter().map(label).collect();
+        assert_eq!(labels, ["1e-10", "1e-9", "1e-8", "1e-7", "1e-6", "1e-5", "1e-4"]);
+        let scale = Scale::over([300.0, 4000.0].into_iter());
+        let labels: Vec<String> = scale.ticks().into_iter().map(label).collect();
+        assert_eq!(labels, ["200", "500", "1000", "2000", "5000"]);
+    }
+
+    #[test]
+    fn one_point_has_axes_too() {
+        let scale = Scale::over([1.0].into_iter());
+        assert!((scale.part(1.0) - 0.5).abs() < 1e-12);
+    }
+}

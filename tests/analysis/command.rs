@@ -1,0 +1,114 @@
+//! The three commands as a user meets them.
+
+use super::support::model;
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn cotree(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cotree")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// A folder with two models and a body that falls.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["cart_pole", "slider_crank"] {
+        std::fs::write(folder.path().join(format!("{name}.toml")), model(name)).unwrap();
+    }
+    let falling = "format = 1\nname = \"falling\"\ngravity = [0, -9.81]\n[bodies.ball]\nmass = 1\ninertia = 1\n";
+    std::fs::write(folder.path().join("falling.toml"), falling).unwrap();
+    std::fs::write(folder.path().join("broken.toml"), "format = 1\nname = 3\n").unwrap();
+    folder
+}
+
+#[test]
+fn every_command_explains_itself_with_an_example() {
+    let folder = folder();
+    for command in ["equilibrium", "linearize", "modes"] {
+        let help = cotree(folder.path(), &[command, "--help"]);
+        assert!(help.status.success());
+        assert!(text(&help.stdout).contains(&format!("cotree {command} ")), "{}", text(&help.stdout));
+    }
+}
+
+#[test]
+fn exit_codes_say_who_is_at_fault() {
+    let folder = folder();
+    let cases: [(&[&str], i32, &str); 8] = [
+        (&["equilibrium", "cart_pole.toml"], 0, ""),
+        (&["equilibrium", "broken.toml"], 1, "broken.toml"),
+        (&["linearize", "missing.toml"], 2, "missing.toml"),
+        (&["modes", "cart_pole.toml", "--set", "mass=1"], 2, "`cart_mass`"),
+        (&["modes", "cart_pole.toml", "--set", "cart_mass=0"], 2, "at least"),
+        (&["linearize", "cart_pole.toml", "--at", "-1"], 2, "before the start"),
+        (&["linearize", "cart_pole.toml", "--at", "1", "--along"], 2, "cannot be used"),
+        (&["equilibrium", "falling.toml"], 3, "`ball.y`"),
+    ];
+    for (arguments, code, message) in cases {
+        let output = cotree(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", text(&output.stderr));
+        assert!(text(&output.stderr).contains(message), "{arguments:?}: {}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn settings_reach_the_analysis() {
+    let folder = folder();
+    let height = |arguments: &[&str]| {
+        let output = cotree(folder.path(), &[&["equilibrium", "slider_crank.toml", "--json"], arguments].concat());
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        json["values"]["pose"]["crank.y"].as_f64().unwrap().abs()
+    };
+    assert!((height(&[]) - 0.25).abs() < 1e-12);
+    assert!((height(&["--set", "crank_length=400 mm"]) - 0.2).abs() < 1e-12);
+}
+
+#[test]
+fn results_are_the_same_in_every_form() {
+    let folder = folder();
+    let run = |form: &str| text(&cotree(folder.path(), &["linearize", "cart_pole.toml", form]).stdout);
+    let json: Value = serde_json::from_str(&run("--json")).unwrap();
+    let entry = json["A"][2][3].as_f64().unwrap();
+    let csv = run("--csv");
+    let line = csv.lines().find(|line| line.starts_with("0.0,A,d(rail.v)/dt,pole.omega,")).unwrap();
+    assert_eq!(line.rsplit(',').next().unwrap().parse::<f64>().unwrap(), entry);
+    assert_eq!(json["states"][1]["name"], "pole.angle");
+    assert_eq!(json["outputs"].as_array().unwrap().len(), json["C"].as_array().unwrap().len());
+    let table = text(&cotree(folder.path(), &["linearize", "cart_pole.toml"]).stdout);
+    assert!(table.contains("d(pole.omega)/dt") && table.contains("push"), "{table}");
+}
+
+#[test]
+fn along_a_motion_every_point_has_its_matrices() {
+    let folder = folder();
+    let arguments =
+        ["linearize", "slider_crank.toml", "--along", "--stop", "0.3", "--step", "100 ms", "--json", "-o", "m.json"];
+    let output = cotree(folder.path(), &arguments);
+    assert!(output.status.success() && output.stdout.is_empty(), "{}", text(&output.stderr));
+    let json: Value = serde_json::from_slice(&std::fs::read(folder.path().join("m.json")).unwrap()).unwrap();
+    let times: Vec<f64> =
+        json["points"].as_array().unwrap().iter().map(|point| point["time"].as_f64().unwrap()).collect();
+    assert_eq!(times.len(), 4);
+    assert_eq!(times[3], 0.3);
+    // One of them alone is the same.
+    let single = cotree(folder.path(), &["linearize", "slider_crank.toml", "--at", "0.3", "--json"]);
+    let single: Value = serde_json::from_slice(&single.stdout).unwrap();
+    let [a, b] = [&json["points"][3]["A"][1][0], &single["A"][1][0]].map(|value| value.as_f64().unwrap());
+    assert!((a - b).abs() < 1e-4 * a.abs(), "{a} {b}");
+}
+
+#[test]
+fn modes_are_a_table() {
+    let folder = folder();
+    let output = text(&cotree(folder.path(), &["modes", "cart_pole.toml"]).stdout);
+    assert!(output.contains("free motion") && output.contains("grows") && output.contains("rail.s"), "{output}");
+    let csv = text(&cotree(folder.path(), &["modes", "cart_pole.toml", "--csv"]).stdout);
+    assert!(
+        csv.starts_with("mode,real,imaginary,frequency,damping_ratio,coordinate,shape_real,shape_imaginary\n1,0.0,"),
+        "{csv}"
+    );
+}

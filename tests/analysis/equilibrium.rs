@@ -1,0 +1,175 @@
+//! Equilibria against statics by hand.
+
+use super::support::*;
+use cotree::analysis::report::Statics;
+use cotree::analysis::{Failure, Stability};
+
+const G: f64 = 9.81;
+
+/// The equilibrium with everything that holds it.
+fn statics(text: &str) -> Statics {
+    resting(text, |formulated, _, equilibrium| Statics::new(formulated, &equilibrium.unwrap()))
+}
+
+fn value(statics: &Statics, name: &str) -> f64 {
+    statics.value(name).unwrap_or_else(|| panic!("{name} is not reported"))
+}
+
+fn hanging_slider_crank() -> String {
+    model("slider_crank").replace("\"0.6 rad\"", "\"-70 deg\"").replace("-0.19 rad", "0.2 rad")
+}
+
+#[test]
+fn a_slider_crank_hangs_and_its_reactions_are_its_weights() {
+    let found = statics(&hanging_slider_crank());
+    assert_eq!(found.stability, Stability::Stable);
+    let (crank, rod, slider) = (2.0 * G, 3.0 * G, 1.0 * G);
+    for (name, expected) in [
+        ("crank.angle", -std::f64::consts::FRAC_PI_2),
+        ("rod.angle", (0.5_f64 / 1.5).asin()),
+        ("main_bearing.fx", 0.0),
+        ("main_bearing.fy", crank + rod / 2.0),
+        ("crank_pin.fy", rod / 2.0),
+        ("wrist_pin.fy", -rod / 2.0),
+        ("cylinder.fn", slider + rod / 2.0),
+        ("cylinder.torque", 0.0),
+    ] {
+        close(name, value(&found, name), expected, 1e-12, 10.0);
+    }
+}
+
+#[test]
+fn trees_do_not_change_equilibrium_and_reactions() {
+    let text = hanging_slider_crank().replace("value = 0.0, unit = \"N/m\"", "value = 25.0, unit = \"N/m\"");
+    let expected = statics(&text);
+    assert!(value(&expected, "return_spring.force").abs() > 1.0);
+    for preset in ["absolute", "joint"] {
+        let found = statics(&format!("{text}\n[coordinates]\npreset = \"{preset}\"\n"));
+        assert_eq!(found.stability, expected.stability);
+        for group in expected.groups.iter().filter(|group| group.title != "coordinates") {
+            for (name, expected, _) in &group.values {
+                close(name, value(&found, name), *expected, 1e-10, 10.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_guess_picks_the_equilibrium_and_tells_stable_from_unstable() {
+    let hanging = statics(&PENDULUM.replace("GUESS", "-50 deg"));
+    assert_eq!(hanging.stability, Stability::Stable);
+    close("hanging", value(&hanging, "arm.angle"), -std::f64::consts::FRAC_PI_2, 1e-12, 1.0);
+    close("stiffness", hanging.stiffness[0], 2.0 * G * 0.7, 1e-12, 1.0);
+    let upright = statics(&PENDULUM.replace("GUESS", "60 deg"));
+    assert_eq!(upright.stability, Stability::Unstable("arm.angle".into()));
+    close("upright", value(&upright, "arm.angle"), std::f64::consts::FRAC_PI_2, 1e-12, 1.0);
+    close("weight", value(&upright, "pivot.fy"), 2.0 * G, 1e-12, 1.0);
+}
+
+/// Level, the stiffness is zero: Newton's method has no direction to go.
+#[test]
+fn a_level_pendulum_is_let_go_and_found_hanging() {
+    let found = statics(&PENDULUM.replace("GUESS", "0 deg"));
+    close("hanging", value(&found, "arm.angle").sin(), -1.0, 1e-12, 1.0);
+}
+
+/// Upright between a torsion spring k: stiffness k - m g l.
+#[test]
+fn a_torsion_spring_holds_a_pendulum_upright_if_it_is_stiff_enough() {
+    let critical = 2.0 * G * 0.7;
+    for (share, stable) in [(0.9, false), (1.1, true)] {
+        let stiffness = share * critical;
+        let spring = format!(
+            "[loads.hinge]\ntype = \"torsion_spring\"\nbetween = [\"ground\", \"arm\"]\nstiffness = {stiffness:?}\nangle = \"90 deg\"\n[initial]"
+        );
+        let found = statics(&PENDULUM.replace("[initial]", &spring).replace("GUESS", "89 deg"));
+        close("stiffness", found.stiffness[0], stiffness - critical, 1e-9, 1.0);
+        assert_eq!(found.stability == Stability::Stable, stable);
+    }
+}
+
+#[test]
+fn a_mass_on_a_spring_sinks_until_the_spring_carries_it() {
+    let found = statics(
+        r#"
+        format = 1
+        name = "hanging"
+        gravity = [0, -9.81]
+        [bodies.weight]
+        mass = 3.0
+        inertia = 0.1
+        [joints.guide]
+        type = "prismatic"
+        between = ["ground", "weight"]
+        axis = [0, -1]
+        [loads.spring]
+        type = "spring"
+        between = ["ground", "weight"]
+        stiffness = 200.0
+        length = 0.5
+        [initial]
+        "guide.s" = 0.4
+        "#,
+    );
+    assert_eq!(found.stability, Stability::Stable);
+    close("length", value(&found, "spring.length"), 0.5 + 3.0 * G / 200.0, 1e-12, 1.0);
+    close("force", value(&found, "spring.force"), -3.0 * G, 1e-12, 1.0);
+    close("normal force", value(&found, "guide.fn"), 0.0, 1e-12, 1.0);
+}
+
+#[test]
+fn what_falls_is_named() {
+    let falling = "format = 1\nname = \"falling\"\ngravity = [0, -9.81]\n[bodies.ball]\nmass = 1.0\ninertia = 0.1\n";
+    resting(falling, |_, _, found| {
+        let failure = found.unwrap_err();
+        assert!(matches!(failure, Failure::NoEquilibrium { .. }), "{failure}");
+        let text = failure.to_string();
+        assert!(text.contains("`ball.y` (-9.810 m/s2)") && !text.contains("ball.x"), "{text}");
+    });
+}
+
+/// A falling body beside a stiff spring: its weight is nothing beside the spring's energy, and still no equilibrium.
+#[test]
+fn a_stiff_spring_does_not_hide_what_falls() {
+    let text = format!(
+        "{}\n[bodies.ball]\nmass = 1e-3\ninertia = 1e-6\n[loads.stop]\ntype = \"torsion_spring\"\nbetween = [\"ground\", \"arm\"]\nstiffness = 1e9\nangle = 0.3\n",
+        PENDULUM.replace("GUESS", "20 deg")
+    );
+    resting(&text, |_, _, found| assert!(found.unwrap_err().to_string().contains("ball.y")));
+}
+
+#[test]
+fn free_chains_are_neutral() {
+    let found = statics(
+        "format = 1\nname = \"free\"\ndimension = 1\n[bodies.a]\nmass = 1.0\n[bodies.b]\nmass = 2.0\n\
+         [loads.k]\ntype = \"spring\"\nbetween = [\"a\", \"b\"]\nstiffness = 5.0\nlength = 0.2\n",
+    );
+    assert!(matches!(found.stability, Stability::Neutral(_)), "{:?}", found.stability);
+    close("length", value(&found, "k.length"), 0.2, 1e-12, 1.0);
+}
+
+/// The driver turns; statics sees it where it starts, and no centrifugal force.
+#[test]
+fn drivers_are_held_where_they_start() {
+    let text = model("double_pendulum")
+        .replace("[initial]", "[drivers.motor]\njoint = \"shoulder\"\nangle = \"0.3 + 5*t + 7*t^2\"\n\n[initial]")
+        .replace("\"upper.angle\" = \"-20 deg\"", "")
+        .replace("\"upper.omega\" = 0.0", "")
+        .replace("\"40 deg\"", "\"-60 deg\"");
+    let found = statics(&text);
+    assert_eq!(found.stability, Stability::Stable);
+    close("upper", value(&found, "upper.angle"), 0.3, 1e-12, 1.0);
+    close("lower", value(&found, "lower.angle"), -std::f64::consts::FRAC_PI_2, 1e-12, 1.0);
+    let moment = (1.0 * 0.5 + 0.7 * 1.0) * G * 0.3_f64.cos();
+    close("torque", value(&found, "motor.torque"), moment, 1e-12, 1.0);
+    close("bearing", value(&found, "shoulder.fy"), 1.7 * G, 1e-12, 1.0);
+}
+
+#[test]
+fn without_masses_reactions_are_known_only_without_gravity() {
+    let found = statics(&model("quick_return"));
+    assert_eq!(found.stability, Stability::Held);
+    assert_eq!(value(&found, "motor.torque"), 0.0);
+    let heavy = statics(&model("quick_return").replace("[parameters]", "gravity = [0, -9.81]\n[parameters]"));
+    assert!(heavy.weightless.is_some() && heavy.value("motor.torque").is_none());
+}

@@ -1,0 +1,501 @@
+//! Linear systems and modes against finite differences, closed forms, and themselves in other coordinates.
+
+use super::support::*;
+use cotree::analysis::{Failure, Point, StateSpace, Variation, modes};
+use cotree_fmu::instance::Instance;
+use cotree_fmu::machine::Machine;
+use cotree_fmu::model::{Model, State};
+use cotree_fmu::program::Source;
+use cotree_fmu::solver::accelerations::Accelerations;
+use nalgebra::{Complex, DMatrix, DVector, Matrix2};
+use std::sync::Arc;
+
+/// States of a model near a motion: what is independent is set, the loops give the rest.
+struct Nearby<'a> {
+    model: &'a Model,
+    /// Coordinates that are states.
+    independent: Vec<usize>,
+    state: State,
+}
+
+impl Nearby<'_> {
+    /// (dx/dt, y) when the named states and inputs differ by these amounts.
+    fn evaluate(&self, system: &StateSpace, change: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (model, f) = (self.model, self.independent.len());
+        let mut state = self.state.clone();
+        for (place, &index) in self.independent.iter().enumerate() {
+            state.positions_mut()[index] += change[place];
+            state.rates_mut()[index] += change[f + place];
+        }
+        let followers = state.follower_positions().len();
+        for index in 0..followers {
+            state.follower_positions_mut()[index] += change[2 * f + index];
+        }
+        for (place, rate) in (2 * f + followers..system.states.len()).zip(0..) {
+            state.follower_rates_mut()[rate] += change[place];
+        }
+        for (signal, change) in system.inputs.iter().zip(&change[system.states.len()..]) {
+            let order = usize::from(signal.name.ends_with("/dt")) + usize::from(signal.name.ends_with("/dt2")) * 2;
+            let base = signal.name.trim_start_matches("d2(").trim_start_matches("d(");
+            let base = base.trim_end_matches(")/dt2").trim_end_matches(")/dt");
+            let input = model.program().inputs.iter().position(|input| input.name == base).unwrap();
+            let mut polynomial = state.input_polynomial(input);
+            polynomial[order] += change;
+            state.set_input_polynomial(input, polynomial);
+        }
+        model.follow(state.registers_mut());
+        self.close(&mut state);
+        self.read(system, &state)
+    }
+
+    /// Dependent positions by Newton's method, dependent rates from the linear equations.
+    fn close(&self, state: &mut State) {
+        let (model, tapes) = (self.model, &self.model.program().tapes);
+        let active = model.active();
+        if active.is_empty() {
+            return;
+        }
+        let dependent: Vec<usize> =
+            (0..model.coordinates()).filter(|index| !self.independent.contains(index)).collect();
+        let mut machine = Machine::new(model);
+        let mut step = |tape: &cotree_fmu::tape::Tape, state: &State| {
+            machine.load(model, state);
+            machine.run(tape);
+            let residuals: Vec<f64> = tape.results(machine.registers()).collect();
+            let right = DVector::from_iterator(active.len(), active.iter().map(|&row| -residuals[row]));
+            let jacobian = cotree_fmu::solver::poses::jacobian(model, state);
+            jacobian.select_rows(active).select_columns(&dependent).lu().solve(&right).unwrap()
+        };
+        for _ in 0..8 {
+            let change = step(&tapes.constraint, state);
+            dependent.iter().zip(&change).for_each(|(&index, change)| state.positions_mut()[index] += change);
+        }
+        for _ in 0..2 {
+            let change = step(&tapes.constraint_rate, state);
+            dependent.iter().zip(&change).for_each(|(&index, change)| state.rates_mut()[index] += change);
+        }
+    }
+
+    fn read(&self, system: &StateSpace, state: &State) -> (Vec<f64>, Vec<f64>) {
+        let (model, program) = (self.model, self.model.program());
+        let mut machine = Machine::new(model);
+        machine.load(model, state);
+        let mut accelerations = Accelerations::new(model);
+        accelerations.evaluate(model, &mut machine).unwrap();
+        let own = |values: &[f64]| self.independent.iter().map(|&index| values[index]).collect::<Vec<_>>();
+        let mut rates = [own(state.rates()), own(accelerations.accelerations())].concat();
+        let registers = machine.registers().to_vec();
+        let layout = program.layout();
+        let followers = program.followers.len();
+        rates.extend(&registers[layout.follower_rates()..][..followers]);
+        let integrated = system.states.len() - rates.len();
+        rates.extend(&registers[layout.follower_accelerations()..][..integrated]);
+        machine.run(&program.tapes.outputs);
+        let results: Vec<f64> = program.tapes.outputs.results(machine.registers()).collect();
+        let value = |name: &str| {
+            let variable = program.variables.iter().find(|variable| variable.name == name).unwrap();
+            match variable.source {
+                Source::Output { result, .. } => results[result as usize],
+                Source::Coordinate(index) => state.positions()[index as usize],
+                Source::Rate(index) => state.rates()[index as usize],
+                Source::Acceleration(index) => registers[layout.accelerations() + index as usize],
+                Source::Input(index) => state.inputs()[index as usize],
+                Source::Parameter(_) | Source::Time => panic!("{name} is no output"),
+            }
+        };
+        (rates, system.outputs.iter().map(|output| value(&output.name)).collect())
+    }
+}
+
+/// Compares with central differences at some times of a motion.
+fn against_differences(text: &str, times: &[f64]) {
+    with(text, |formulated| {
+        let variation = Variation::new(formulated);
+        let model = Arc::new(Model::new(formulated.lowered.program.clone()).unwrap());
+        let mut instance = Instance::new(Arc::clone(&model));
+        instance.setup(0.0, None, Some(1e-10)).unwrap();
+        instance.initialise().unwrap();
+        for &time in times {
+            if time > 0.0 {
+                instance.step_to(time).unwrap();
+            }
+            let point = Point::moving(&model, instance.state()).unwrap();
+            let system = StateSpace::new(formulated, &variation, &point, None).unwrap();
+            let f = (system.states.len() - model.program().followers.len()) / 2;
+            let coordinates = &model.program().coordinates;
+            let place = |name: &str| coordinates.iter().position(|coordinate| coordinate.name == name).unwrap();
+            let independent: Vec<usize> = system.states.iter().take(f).map(|state| place(&state.name)).collect();
+            let nearby = Nearby { model: &model, independent, state: instance.state().clone() };
+            compare(&system, &nearby);
+        }
+    });
+}
+
+fn compare(system: &StateSpace, nearby: &Nearby) {
+    let states = system.states.len();
+    let count = states + system.inputs.len();
+    let step = 1e-5;
+    for column in 0..count {
+        let at = |size: f64| {
+            let mut change = vec![0.0; count];
+            change[column] = size;
+            nearby.evaluate(system, &change)
+        };
+        // Fourth order, so that the differences are good to 1e-6 of the largest entry.
+        let [a, b, c, d] = [2.0 * step, step, -step, -2.0 * step].map(at);
+        let slope = |a: f64, b: f64, c: f64, d: f64| (8.0 * (b - c) - (a - d)) / (12.0 * step);
+        let exact = |rows: [&DMatrix<f64>; 2], row: usize| match column.checked_sub(states) {
+            None => rows[0][(row, column)],
+            Some(input) => rows[1][(row, input)],
+        };
+        for row in 0..states {
+            let expected = slope(a.0[row], b.0[row], c.0[row], d.0[row]);
+            close("A or B", exact([&system.a, &system.b], row), expected, 1e-6, system.a.amax());
+        }
+        for row in 0..system.outputs.len() {
+            let expected = slope(a.1[row], b.1[row], c.1[row], d.1[row]);
+            let name = &system.outputs[row].name;
+            close(name, exact([&system.c, &system.d], row), expected, 1e-6, system.outputs[row].value.abs());
+        }
+    }
+}
+
+#[test]
+fn matrices_are_the_slopes_of_the_runtime() {
+    against_differences(&model("slider_crank"), &[0.0, 0.4]);
+    against_differences(&model("four_bar"), &[0.0, 0.3, 0.8]);
+    against_differences(&model("cart_pole"), &[0.5]);
+    against_differences(&model("double_pendulum"), &[0.7]);
+    against_differences(&model("vibration"), &[1.0]);
+}
+
+#[test]
+fn matrices_are_the_slopes_in_absolute_and_joint_coordinates_too() {
+    for preset in ["absolute", "joint"] {
+        let text = format!("{}\n[coordinates]\npreset = \"{preset}\"\n", model("four_bar"));
+        against_differences(&text, &[0.3]);
+    }
+}
+
+/// The crank's pivot of a slider-crank that a driver moves by an input.
+fn driven(how: &str) -> String {
+    format!(
+        r#"
+        format = 1
+        name = "driven"
+        gravity = [0, -9.81]
+        [inputs]
+        command = {{ start = 0.7, unit = "{unit}" }}
+        push = {{ start = 2.0, unit = "N" }}
+        [bodies.crank]
+        mass = 1.0
+        inertia = 0.1
+        points = {{ inner = [-0.2, 0], outer = [0.2, 0] }}
+        [bodies.arm]
+        mass = 0.5
+        inertia = 0.05
+        points = {{ root = [-0.3, 0], tip = [0.3, 0] }}
+        [joints.shoulder]
+        type = "revolute"
+        between = ["ground", "crank.inner"]
+        [joints.elbow]
+        type = "revolute"
+        between = ["crank.outer", "arm.root"]
+        damping = 0.1
+        [drivers.motor]
+        joint = "shoulder"
+        angle = {{ input = "command", as = "{how}" }}
+        [loads.wind]
+        type = "force"
+        on = "arm.tip"
+        vector = ["push", "0.5*push"]
+        [initial]
+        "crank.angle" = {start}
+        "arm.angle" = 0.9
+        [outputs]
+        variables = ["crank.angle", "crank.omega", "crank.alpha", "arm.tip.x", "arm.tip.ay", "motor.torque", "shoulder.fx", "elbow.fy"]
+        "#,
+        unit = match how {
+            "position" => "rad",
+            "velocity" => "rad/s",
+            _ => "rad/s2",
+        },
+        start = if how == "position" { "{ guess = 0.7 }" } else { "0.4" },
+    )
+}
+
+#[test]
+fn inputs_of_drivers_act_with_their_derivatives() {
+    for how in ["position", "velocity", "acceleration"] {
+        against_differences(&driven(how), &[0.0, 0.6]);
+    }
+    with(&driven("position"), |formulated| {
+        let names: Vec<String> = at_start(formulated).inputs.into_iter().map(|signal| signal.name).collect();
+        assert_eq!(names, ["command", "push", "d(command)/dt", "d2(command)/dt2"]);
+    });
+    with(&driven("acceleration"), |formulated| {
+        let names: Vec<String> = at_start(formulated).states.into_iter().map(|signal| signal.name).collect();
+        assert_eq!(names, ["arm.angle", "arm.omega", "motor.position", "motor.rate"]);
+    });
+}
+
+#[test]
+fn a_driven_mechanism_passes_its_inputs_on_without_states() {
+    let text = driven("position")
+        .replace("[drivers.motor]", "[drivers.second]\njoint = \"elbow\"\nangle = 0.3\n[drivers.motor]");
+    let text = text.replace("\"arm.angle\" = 0.9", "");
+    against_differences(&text, &[0.0]);
+    with(&text, |formulated| {
+        let system = at_start(formulated);
+        assert!(system.states.is_empty());
+        // Both turn as one body: the torque accelerates all of it.
+        let place = |name: &str| system.outputs.iter().position(|output| output.name == name).unwrap();
+        let column = system.inputs.iter().position(|input| input.name == "d2(command)/dt2").unwrap();
+        assert_eq!(system.d[(place("crank.alpha"), column)], 1.0);
+        let reach = (0.4_f64 + 0.3 * 0.3_f64.cos()).powi(2) + (0.3 * 0.3_f64.sin()).powi(2);
+        let inertia = 0.1 + 0.04 + 0.05 + 0.5 * reach;
+        close("inertia", system.d[(place("motor.torque"), column)], inertia, 1e-12, 1.0);
+    });
+}
+
+#[test]
+fn a_pendulum_on_a_cart_as_in_the_textbook() {
+    at_equilibrium(&model("cart_pole"), |_, system| {
+        // Upright: q = (s, angle), the pole's centre at half its length.
+        let (m, total, g, l) = (0.2, 1.2, 9.81, 0.5);
+        let inertia = m * 1.0 / 12.0 + m * l * l;
+        let mass = Matrix2::new(total, -m * l, -m * l, inertia);
+        let inverse = mass.try_inverse().unwrap();
+        let stiffness = inverse * Matrix2::new(0.0, 0.0, 0.0, m * g * l);
+        let damping = inverse * Matrix2::new(-0.5, 0.0, 0.0, -0.01);
+        let names: Vec<&str> = system.states.iter().map(|state| state.name.as_str()).collect();
+        assert_eq!(names, ["rail.s", "pole.angle", "rail.v", "pole.omega"]);
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            close("K", system.a[(2 + i, j)], stiffness[(i, j)], 1e-12, 1.0);
+            close("C", system.a[(2 + i, 2 + j)], damping[(i, j)], 1e-12, 1.0);
+            close("v", system.a[(i, 2 + j)], f64::from(u8::from(i == j)), 1e-15, 1.0);
+        }
+        close("B", system.b[(2, 0)], inverse[(0, 0)], 1e-12, 1.0);
+        close("B", system.b[(3, 0)], inverse[(1, 0)], 1e-12, 1.0);
+    });
+}
+
+#[test]
+fn a_pendulum_swings_as_its_length_says() {
+    let text = PENDULUM.replace("GUESS", "-80 deg");
+    at_equilibrium(&text, |formulated, system| {
+        let modes = modes(formulated, system).unwrap();
+        let (inertia, arm, mass) = (0.3, 0.7, 2.0);
+        let square: f64 = mass * 9.81 * arm / (inertia + mass * arm * arm);
+        assert_eq!(modes.len(), 1);
+        close("frequency", modes[0].frequency(), square.sqrt() / std::f64::consts::TAU, 1e-12, 1.0);
+        close("damping", modes[0].damping_ratio().unwrap(), 0.0, 1e-12, 1.0);
+        assert_eq!(modes[0].shape, [Complex::from(1.0)]);
+    });
+}
+
+#[test]
+fn a_double_pendulum_has_the_modes_of_its_closed_form() {
+    let text = model("double_pendulum").replace("-20 deg", "-89 deg").replace("40 deg", "-88 deg");
+    at_equilibrium(&text, |formulated, system| {
+        let (m1, l1, m2, l2, g) = (1.0, 1.0, 0.7, 0.8, 9.81);
+        let coupling = m2 * l1 * l2 / 2.0;
+        let mass = Matrix2::new(m1 * l1 * l1 / 3.0 + m2 * l1 * l1, coupling, coupling, m2 * l2 * l2 / 3.0);
+        let stiffness = Matrix2::new((m1 / 2.0 + m2) * g * l1, 0.0, 0.0, m2 * g * l2 / 2.0);
+        // det(K - w^2 M) = 0
+        let (a, c) = (mass.determinant(), stiffness.determinant());
+        let b = -(mass[(0, 0)] * stiffness[(1, 1)] + mass[(1, 1)] * stiffness[(0, 0)]);
+        let root = f64::sqrt(b * b - 4.0 * a * c);
+        let modes = modes(formulated, system).unwrap();
+        assert_eq!(modes.len(), 2);
+        for (mode, square) in modes.iter().zip([(-b - root) / (2.0 * a), (-b + root) / (2.0 * a)]) {
+            close("eigenvalue", mode.eigenvalue.im, f64::sqrt(square), 1e-11, 1.0);
+            // (K - w^2 M) shape = 0
+            let ratio = (stiffness[(0, 0)] - square * mass[(0, 0)]) / (square * coupling);
+            close("shape", (mode.shape[1] / mode.shape[0]).re, ratio, 1e-9, 1.0);
+        }
+    });
+}
+
+/// Eigenvalues with a positive imaginary part of M x'' + D x' + K x = 0.
+fn of_second_order(mass: &DMatrix<f64>, damping: &DMatrix<f64>, stiffness: &DMatrix<f64>) -> Vec<Complex<f64>> {
+    let n = mass.nrows();
+    let inverse = mass.clone().try_inverse().unwrap();
+    let mut system = DMatrix::zeros(2 * n, 2 * n);
+    system.view_mut((0, n), (n, n)).fill_with_identity();
+    system.view_mut((n, 0), (n, n)).copy_from(&(-&inverse * stiffness));
+    system.view_mut((n, n), (n, n)).copy_from(&(-inverse * damping));
+    let mut values: Vec<_> = system.complex_eigenvalues().iter().copied().filter(|value| value.im > 0.0).collect();
+    values.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    values
+}
+
+#[test]
+fn masses_on_a_line_have_the_eigenvalues_of_their_matrices() {
+    // In x1..x4 of models/vibration.
+    let mass = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0, 1.5, 0.8]));
+    let assemble = |elements: &[(Option<usize>, usize, f64)]| {
+        let mut matrix = DMatrix::zeros(4, 4);
+        for &(from, to, value) in elements {
+            matrix[(to, to)] += value;
+            if let Some(from) = from {
+                matrix[(from, from)] += value;
+                matrix[(from, to)] -= value;
+                matrix[(to, from)] -= value;
+            }
+        }
+        matrix
+    };
+    let damping = assemble(&[(None, 0, 0.6), (Some(2), 3, 0.4), (None, 3, 0.5)]);
+    let stiffness = assemble(&[
+        (None, 0, 40.0),
+        (Some(0), 1, 25.0),
+        (Some(0), 2, 15.0),
+        (None, 2, 30.0),
+        (Some(2), 3, 12.0),
+        (Some(2), 1, 35.0),
+        (None, 1, 10.0),
+        (Some(1), 3, 20.0),
+        (None, 3, 50.0),
+    ]);
+    let expected = of_second_order(&mass, &damping, &stiffness);
+    at_equilibrium(&model("vibration"), |formulated, system| {
+        let modes = modes(formulated, system).unwrap();
+        assert_eq!(modes.len(), 4);
+        for (mode, expected) in modes.iter().zip(&expected) {
+            assert!((mode.eigenvalue - expected).norm() < 1e-11 * expected.norm(), "{} {expected}", mode.eigenvalue);
+            // x2 = x3 + length of k13, x4 = x2 + length of k15.
+            let [x1, x3, k13, k15] = [0, 1, 2, 3].map(|index| mode.shape[index]);
+            let x = DVector::from_vec(vec![x1, x3 + k13, x3, x3 + k13 + k15]);
+            let complex = |matrix: &DMatrix<f64>| matrix.map(Complex::from);
+            let lambda = mode.eigenvalue;
+            let rest =
+                complex(&mass) * &x * (lambda * lambda) + complex(&damping) * &x * lambda + complex(&stiffness) * &x;
+            assert!(rest.camax() < 1e-9 * stiffness.amax());
+        }
+    });
+}
+
+#[test]
+fn free_motion_is_named_and_leaves_the_rest_exact() {
+    let chain = r#"
+        format = 1
+        name = "free"
+        dimension = 1
+        [bodies.left]
+        mass = 2.0
+        [bodies.right]
+        mass = 3.0
+        [loads.spring]
+        type = "spring"
+        between = ["left", "right"]
+        stiffness = 6.0
+        length = 0.0
+        damping = DAMPING
+    "#;
+    for damping in [0.0, 0.3] {
+        at_equilibrium(&chain.replace("DAMPING", &format!("{damping:?}")), |formulated, system| {
+            let modes = modes(formulated, system).unwrap();
+            assert_eq!(modes.len(), 2);
+            assert!(modes[0].is_free() && modes[0].damping_ratio().is_none());
+            // Together: the length of the spring, if it is a coordinate, does not change.
+            let moving: Vec<f64> = modes[0].shape.iter().map(|value| value.re).collect();
+            let names: Vec<&str> = formulated.equations.coordinates.iter().map(|q| q.name.position.as_str()).collect();
+            for (name, value) in names.iter().zip(moving) {
+                close(name, value, if name.ends_with(".x") { 1.0 } else { 0.0 }, 1e-12, 1.0);
+            }
+            let square: f64 = 6.0 * (1.0 / 2.0 + 1.0 / 3.0);
+            let real = -damping * (1.0 / 2.0 + 1.0 / 3.0) / 2.0;
+            close("real", modes[1].eigenvalue.re, real, 1e-12, 1.0);
+            close("imaginary", modes[1].eigenvalue.im, (square - real * real).sqrt(), 1e-12, 1.0);
+        });
+    }
+}
+
+/// A four-bar at rest between torsion springs that are free in this pose: one degree of freedom, w^2 = K/M by the velocity ratios.
+#[test]
+fn a_four_bar_on_torsion_springs_has_the_frequency_of_its_one_degree_of_freedom() {
+    let (a, b, c, d) = (0.2_f64, 0.5, 0.4, 0.5);
+    let crank = 1.1_f64;
+    let (x, y) = (d - a * crank.cos(), -a * crank.sin());
+    let diagonal = x.hypot(y);
+    let coupler = y.atan2(x) + ((b * b + diagonal * diagonal - c * c) / (2.0 * b * diagonal)).acos();
+    let rocker = (a * crank.sin() + b * coupler.sin()).atan2(a * crank.cos() + b * coupler.cos() - d);
+    // Velocity ratios from the loop's rate.
+    let coupler_ratio = -a * (crank - rocker).sin() / (b * (coupler - rocker).sin());
+    let rocker_ratio = a * (crank - coupler).sin() / (c * (rocker - coupler).sin());
+    let centre = nalgebra::Vector2::new(-crank.sin(), crank.cos()) * a
+        + nalgebra::Vector2::new(-coupler.sin(), coupler.cos()) * (b / 2.0 * coupler_ratio);
+    let mass = 0.01
+        + 1.0 * (a / 2.0).powi(2)
+        + 0.8 * centre.norm_squared()
+        + 0.017 * coupler_ratio.powi(2)
+        + (0.008 + 0.6 * (c / 2.0).powi(2)) * rocker_ratio.powi(2);
+    let stiffness = 2.0 + 3.0 * rocker_ratio.powi(2);
+    let damping = 0.02 + 0.05 * rocker_ratio.powi(2);
+    let text = model("four_bar")
+        .replace("gravity = [0.0, -9.81]", "")
+        .replace("torsion_actuator", "torsion_spring")
+        .replace("torque  = \"stall_torque*(1 - omega/no_load_speed)\"", &format!("stiffness = 2.0\nangle = {crank:?}"))
+        .replace("angle     = \"100 deg\"", &format!("angle = {rocker:?}"))
+        .replace("\"60 deg\"", &format!("{crank:?}"));
+    for preset in ["recommended", "absolute", "joint"] {
+        let text = format!("{text}\n[coordinates]\npreset = \"{preset}\"\n");
+        at_equilibrium(&text, |formulated, system| {
+            assert_eq!(system.states.len(), 2, "{preset}");
+            let modes = modes(formulated, system).unwrap();
+            let real = -damping / (2.0 * mass);
+            close("real", modes[0].eigenvalue.re, real, 1e-9, 1.0);
+            close("imaginary", modes[0].eigenvalue.im, (stiffness / mass - real * real).sqrt(), 1e-9, 1.0);
+            let place = |name: &str| formulated.equations.coordinates.iter().position(|q| q.name.position == name);
+            if let (Some(first), Some(second)) = (place("crank.angle"), place("rocker.angle")) {
+                close("shape", (modes[0].shape[second] / modes[0].shape[first]).re, rocker_ratio, 1e-9, 1.0);
+            }
+        });
+    }
+}
+
+/// A parallelogram folded flat can open in two ways.
+#[test]
+fn a_pose_with_more_freedom_is_named() {
+    let text = model("four_bar")
+        .replace("\"0.2 m\"", "\"0.4 m\"")
+        .replace("\"60 deg\"", "\"70 deg\"")
+        .replace("{ guess = \"90 deg\" }", "{ guess = \"70 deg\" }")
+        .replace("{ guess = \"20 deg\" }", "{ guess = \"0 deg\" }");
+    with(&text, |formulated| {
+        let variation = Variation::new(formulated);
+        let model = Model::new(formulated.lowered.program.clone()).unwrap();
+        let mut point = Point::resting(&model, &formulated.state);
+        assert!(StateSpace::new(formulated, &variation, &point, None).is_ok());
+        point.positions_mut().fill(0.0);
+        let failure = StateSpace::new(formulated, &variation, &point, None).unwrap_err();
+        assert!(matches!(failure, Failure::Singular { .. }), "{failure}");
+        assert!(failure.to_string().contains(".angle` is not determined"), "{failure}");
+    });
+}
+
+#[test]
+fn trees_do_not_change_the_eigenvalues() {
+    for scene in ["slider_crank", "double_pendulum", "andrews"] {
+        let of = |preset: &str| {
+            let text = format!("{}\n[coordinates]\npreset = \"{preset}\"\n", model(scene));
+            let mut values = Vec::new();
+            at_equilibrium(&text, |formulated, system| {
+                let modes = modes(formulated, system).unwrap();
+                values = modes.into_iter().map(|mode| mode.eigenvalue).collect::<Vec<_>>();
+                assert_eq!(system.states.len(), 2 * formulated.mobility(), "{scene} {preset}");
+            });
+            values
+        };
+        let expected = of("recommended");
+        assert!(!expected.is_empty());
+        for preset in ["absolute", "joint"] {
+            let values = of(preset);
+            assert_eq!(values.len(), expected.len());
+            for (value, expected) in values.iter().zip(&expected) {
+                assert!((value - expected).norm() < 1e-7 * expected.norm(), "{scene} {preset}: {value} {expected}");
+            }
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Equilibria, linear systems, modes, and the structure of driven mechanisms.
+
+mod command;
+mod driven;
+mod equilibrium;
+mod linear;
+mod support;

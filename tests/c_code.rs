@@ -1,0 +1,219 @@
+//! The C of `show --equations c` compiles alone, without a warning, and gives the very bits of the kernels.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use cotree::equations::Equations;
+use cotree::expr::{Expr, Symbol};
+use cotree::formulate::formulate;
+use cotree::pipeline::{self, Notation};
+use cotree::scene::Scene;
+use cotree_fmu::machine::Machine;
+use cotree_fmu::model::{Model, State};
+
+mod support;
+use support::point::value;
+use support::random::Random;
+
+const POINTS: usize = 100;
+
+#[test]
+fn compiled_equations_have_the_bits_of_the_kernels() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let mut paths: Vec<PathBuf> =
+        models.read_dir().unwrap().map(|entry| entry.unwrap().path().join("scene.toml")).collect();
+    paths.sort();
+    assert!(paths.len() >= 9);
+    let folder = tempfile::tempdir().unwrap();
+    for path in paths {
+        check(&path, folder.path());
+    }
+}
+
+fn check(path: &Path, folder: &Path) {
+    let scene = Scene::read(path).unwrap();
+    let mechanism = scene.resolve().unwrap().mechanism;
+    let mut formulated = formulate(&mechanism).unwrap();
+    let model = Model::new(formulated.lowered.program.clone()).unwrap();
+    let sizes = Sizes::new(&model, &formulated.lowered.solved);
+    let code = pipeline::equations(&scene, Notation::C).unwrap() + &sizes.driver(&mechanism.name);
+    let program = compile(&mechanism.name, &code, folder);
+
+    let results = results(&mut formulated.equations);
+    let mut random = Random(7);
+    let points: Vec<State> = (0..POINTS).map(|_| random_point(&model, &formulated.state, &mut random)).collect();
+    let lines: Vec<String> = points.iter().map(|state| sizes.line(state)).collect();
+    let output = run(&program, &lines.join(""));
+    let mut found = output.split_whitespace().map(|word| u64::from_str_radix(word, 16).unwrap());
+    for state in &points {
+        let mut machine = Machine::new(&model);
+        machine.load(&model, state);
+        let tape = &model.program().tapes.acceleration;
+        machine.run(tape);
+        let kernels: Vec<f64> = tape.results(machine.registers()).collect();
+        let values = |symbol: Symbol| value(model.layout(), state.registers(), symbol);
+        let equations = formulated.equations.system.arena.evaluate(&results, &values);
+        for (index, expected) in equations.into_iter().chain(kernels).enumerate() {
+            let bits = found.next().expect("the program printed all results");
+            assert_eq!(
+                bits,
+                expected.to_bits(),
+                "{}, result {index}: {} instead of {expected}",
+                mechanism.name,
+                f64::from_bits(bits)
+            );
+        }
+    }
+    assert_eq!(found.next(), None);
+}
+
+/// Everything that `NAME_equations` computes, in the order of its arguments. A scene without masses has no M and Q.
+fn results(equations: &mut Equations) -> Vec<Expr> {
+    let dynamics = equations.dynamics().clone();
+    let (n, m) = (equations.coordinates.len(), equations.constraints.len());
+    let dense = |row: &Vec<(usize, Expr)>| {
+        let entry = |column| row.iter().find(|(at, _)| *at == column).map_or(Expr::ZERO, |(_, entry)| *entry);
+        (0..n).map(entry).collect::<Vec<_>>()
+    };
+    let mut results: Vec<Expr> = dynamics.mass.iter().flat_map(dense).chain(dynamics.load).collect();
+    let symbols = equations.system.arena.symbols(results.iter().copied());
+    if symbols.iter().any(|symbol| matches!(symbol, Symbol::Missing(..))) {
+        results = vec![Expr::ZERO; n * n + n];
+    }
+    let rows = &equations.constraints;
+    results.extend(rows.iter().map(|row| row.value));
+    results.extend(rows.iter().flat_map(|row| dense(&row.jacobian)));
+    results.extend(rows.iter().map(|row| row.time_rate));
+    results.extend(rows.iter().map(|row| row.gamma));
+    assert_eq!(results.len(), n * n + n + 3 * m + m * n);
+    results
+}
+
+/// Anywhere: the loops are open and the parameters are not the scene's.
+fn random_point(model: &Model, start: &State, random: &mut Random) -> State {
+    let mut state = start.clone();
+    let first_signal = model.layout().inputs();
+    state.parameters_mut().iter_mut().for_each(|p| *p *= random.number(0.5, 1.5));
+    state.registers_mut()[first_signal..].iter_mut().for_each(|x| *x = random.number(-4.0, 4.0));
+    state.registers_mut()[0] = random.number(0.0, 3.0);
+    state
+}
+
+struct Sizes {
+    parameters: usize,
+    inputs: usize,
+    followers: usize,
+    coordinates: usize,
+    constraints: usize,
+    accelerations: bool,
+}
+
+impl Sizes {
+    fn new(model: &Model, solved: &[Expr]) -> Self {
+        let program = model.program();
+        Sizes {
+            parameters: program.parameters.len(),
+            inputs: program.inputs.len(),
+            followers: program.followers.len(),
+            coordinates: program.coordinates.len(),
+            constraints: program.constraints.len(),
+            accelerations: !solved.is_empty(),
+        }
+    }
+
+    /// A C program that reads arguments and prints results, all as the bits of doubles in hexadecimal.
+    fn driver(&self, name: &str) -> String {
+        let (n, m) = (self.coordinates, self.constraints);
+        let offsets = [1, self.parameters, 3 * self.inputs, 3 * self.followers, n, n];
+        let starts: Vec<usize> =
+            offsets.iter().scan(0, |sum, size| Some(std::mem::replace(sum, *sum + size))).collect();
+        let arguments = format!(
+            "in[0], in + {}, in + {}, in + {}, in + {}, in + {}",
+            starts[1], starts[2], starts[3], starts[4], starts[5]
+        );
+        let arrays =
+            [("M", n * n), ("Q", n), ("Phi", m), ("Phi_q", m * n), ("Phi_t", m), ("gamma", m), ("a", n), ("lambda", m)];
+        let used = if self.accelerations { 8 } else { 6 };
+        let mut body = String::new();
+        for (array, size) in &arrays[..used] {
+            let _ = writeln!(body, "        double {array}[{}] = {{0}};", (*size).max(1));
+        }
+        let _ = writeln!(body, "        {name}_equations({arguments}, M, Q, Phi, Phi_q, Phi_t, gamma);");
+        if self.accelerations {
+            let _ = writeln!(body, "        {name}_accelerations({arguments}, a, lambda);");
+        }
+        for (array, size) in &arrays[..used] {
+            let _ = writeln!(body, "        print({array}, {size});");
+        }
+        format!(
+            r#"
+#include <inttypes.h>
+#include <stdio.h>
+
+static void print(const double *x, int count)
+{{
+    for (int i = 0; i < count; i++) {{
+        uint64_t bits;
+        memcpy(&bits, &x[i], sizeof bits);
+        printf("%" PRIx64 "\n", bits);
+    }}
+}}
+
+int main(void)
+{{
+    double in[{inputs}];
+    for (;;) {{
+        for (int i = 0; i < {inputs}; i++) {{
+            uint64_t bits;
+            if (scanf("%" SCNx64, &bits) != 1)
+                return 0;
+            memcpy(&in[i], &bits, sizeof bits);
+        }}
+{body}    }}
+}}
+"#,
+            inputs = offsets.iter().sum::<usize>()
+        )
+    }
+
+    /// The arguments at a state: inputs and followers come with their value, rate and acceleration side by side.
+    fn line(&self, state: &State) -> String {
+        let registers = state.registers();
+        let signals = 1 + self.parameters;
+        let followers = signals + 3 * self.inputs;
+        let motion = followers + 3 * self.followers;
+        let triples = |first: usize, count: usize| {
+            (0..count).flat_map(move |i| (0..3).map(move |order| first + order * count + i))
+        };
+        let places = (0..signals)
+            .chain(triples(signals, self.inputs))
+            .chain(triples(followers, self.followers))
+            .chain(motion..motion + 2 * self.coordinates);
+        places.map(|place| format!("{:x}\n", registers[place].to_bits())).collect()
+    }
+}
+
+fn compile(name: &str, code: &str, folder: &Path) -> PathBuf {
+    let (source, program) = (folder.join(format!("{name}.c")), folder.join(name));
+    std::fs::write(&source, code).unwrap();
+    let mut gcc = Command::new("gcc");
+    gcc.args(["-O2", "-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-o"]);
+    let output = gcc.arg(&program).arg(&source).arg("-lm").output().unwrap_or_else(|error| {
+        panic!("gcc cannot be started ({error}): this test compiles C, install a C compiler named gcc (Debian: apt install gcc libc6-dev)")
+    });
+    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    program
+}
+
+fn run(program: &Path, input: &str) -> String {
+    let mut child = Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let input = input.to_string();
+    let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
+    let output = child.wait_with_output().unwrap();
+    writer.join().unwrap().unwrap();
+    assert!(output.status.success());
+    String::from_utf8(output.stdout).unwrap()
+}

@@ -1,0 +1,178 @@
+//! What the kernels cost, and that trees change nothing but the cost.
+
+mod support;
+
+use std::fmt::Write;
+use std::path::Path;
+
+use cotree::cheapest::Effort;
+use cotree::expr::{Expr, Order, Symbol};
+use cotree::formulate::{Formulated, formulate};
+use cotree::lower::{Cost, MotionSystem, Pose, in_solve_tree};
+use cotree::mechanism::{BodyId, Coordinates, Mechanism};
+use cotree::scene::Scene;
+use cotree_fmu::program::Motion;
+use cotree_fmu::tape::Tape;
+use support::chain::{chain, ring};
+use support::random::{Family, random_case};
+
+fn resolve(scene: &Scene) -> Mechanism {
+    scene.resolve().unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))).mechanism
+}
+
+fn resolve_text(text: &str) -> Mechanism {
+    resolve(&Scene::from_toml(text).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))))
+}
+
+fn formulated(mechanism: &Mechanism) -> Formulated<'_> {
+    formulate(mechanism).unwrap_or_else(|faults| panic!("{}: {}", mechanism.name, faults[0].message))
+}
+
+/// Values at the initial state; `solved` are accelerations, then reactions.
+fn values(formulated: &Formulated, exprs: &[Expr], solved: &[f64]) -> Vec<f64> {
+    let (state, n) = (&formulated.state, formulated.equations.coordinates.len());
+    let value = |symbol: Symbol| match symbol {
+        Symbol::Time => state.time(),
+        Symbol::Parameter(i) => state.parameters()[i],
+        Symbol::Coordinate(i, Order::Position) => state.positions()[i],
+        Symbol::Coordinate(i, Order::Velocity) => state.rates()[i],
+        Symbol::Coordinate(i, Order::Acceleration) => solved[i],
+        Symbol::Reaction(i) => solved[n + i],
+        other => panic!("{other:?} has no value"),
+    };
+    formulated.equations.system.arena.evaluate(exprs, &value)
+}
+
+fn assert_close(what: &str, found: &[f64], expected: &[f64], tolerance: f64) {
+    let size = expected.iter().fold(1.0_f64, |size, value| size.max(value.abs()));
+    for (index, (found, expected)) in found.iter().zip(expected).enumerate() {
+        assert!((found - expected).abs() <= tolerance * size, "{what} {index}: {found} instead of {expected}");
+    }
+    assert_eq!(found.len(), expected.len(), "{what}");
+}
+
+fn pose(formulated: &Formulated) -> Pose {
+    let state = &formulated.state;
+    Pose { time: state.time(), positions: state.positions().to_vec(), followers: state.follower_positions().to_vec() }
+}
+
+/// Accelerations, reactions and a projection by a solve tree against those in branch coordinates.
+fn check_solve_trees(mechanism: &Mechanism) {
+    let mut formulated = formulated(mechanism);
+    if formulated.lowered.program.motion == Motion::Kinematic {
+        return;
+    }
+    let pose = pose(&formulated);
+    let length = formulated.lowered.program.length;
+    let active: Vec<bool> =
+        (0..formulated.equations.constraints.len()).map(|i| !formulated.redundant.contains(&i)).collect();
+    let residuals: Vec<Expr> =
+        (0..active.len()).map(|i| formulated.equations.system.arena.constant(1e-3 * (1.0 + i as f64))).collect();
+    let mut solutions = Vec::new();
+    for stride in [None, Some(1), Some(2), Some(3)] {
+        let equations = &mut formulated.equations;
+        let system = match stride {
+            None => MotionSystem::in_branch_coordinates(equations, &active, length),
+            Some(stride) => {
+                let chosen = |body: BodyId| equations.depth(body).is_multiple_of(stride);
+                let trees = equations.trees.with_bodies(&equations.system, chosen);
+                in_solve_tree(equations, trees, &active, length)
+            }
+        };
+        let solver = system.factorise(equations, &pose).unwrap();
+        let motion = solver.motion(&mut equations.system.arena, active.len());
+        let projection = solver.projection(&mut equations.system.arena, &residuals);
+        solutions.push([values(&formulated, &motion, &[]), values(&formulated, &projection, &[])]);
+    }
+    for other in &solutions[1..] {
+        for (found, expected) in other.iter().zip(&solutions[0]) {
+            assert_close(&mechanism.name, found, expected, 1e-9);
+        }
+    }
+}
+
+#[test]
+fn solve_trees_give_the_accelerations_reactions_and_projections_of_the_branch_coordinates() {
+    for family in [Family::Chain, Family::Tree, Family::Loops, Family::Redundant, Family::Driven] {
+        for seed in 0..15 {
+            check_solve_trees(&resolve_text(&random_case(seed, family).scene));
+        }
+    }
+    check_solve_trees(&resolve(&chain(12)));
+    check_solve_trees(&resolve(&ring(13)));
+}
+
+/// With the cheapest trees every variable has the value that absolute coordinates give it.
+#[test]
+fn cheapest_trees_are_never_costlier_and_move_alike() {
+    let mut searched = 0;
+    for (family, seed) in
+        [Family::Tree, Family::Loops, Family::Driven].into_iter().flat_map(|f| (0..6).map(move |s| (f, s)))
+    {
+        let case = random_case(seed, family);
+        let mut mechanism = resolve_text(&case.scene);
+        let recommended = Effort::of(&formulated(&mechanism));
+        mechanism.coordinates = Coordinates::Cheapest;
+        let mut cheapest = formulated(&mechanism);
+        let effort = Effort::of(&cheapest);
+        let search = cheapest.search.unwrap();
+        assert_eq!((search.recommended, search.chosen), (recommended, effort));
+        assert!(
+            (effort.blocks, effort.nanoseconds) <= (recommended.blocks, recommended.nanoseconds),
+            "{family:?} {seed}"
+        );
+        searched += search.counted;
+        if cheapest.lowered.program.motion == Motion::Kinematic {
+            continue;
+        }
+        let solved = values(&cheapest, &cheapest.lowered.solved, &[]);
+        let (names, exprs): (Vec<&str>, Vec<Expr>) = (mechanism.outputs.iter())
+            .map(|output| (output.name.as_str(), cheapest.equations.formula(&output.value)))
+            .unzip();
+        let expected: Vec<f64> = names.iter().map(|name| case.expected[*name]).collect();
+        assert_close(&format!("{family:?} {seed}"), &values(&cheapest, &exprs, &solved), &expected, 1e-8);
+    }
+    assert!(searched > 25, "{searched} trees were counted");
+}
+
+#[test]
+fn the_kernel_of_a_chain_grows_with_its_length() {
+    let count = |n: usize| {
+        let mechanism = resolve(&chain(n));
+        let formulated = formulated(&mechanism);
+        assert!(formulated.lowered.solve_tree.is_some());
+        formulated.lowered.program.tapes.acceleration.instructions.len()
+    };
+    let [short, middle, long] = [30, 60, 90].map(count);
+    let (first, second) = (middle - short, long - middle);
+    assert!(second.abs_diff(first) * 20 <= first, "{short} {middle} {long}");
+}
+
+/// Instructions of every kernel of the models. A change that makes one longer must be worth it.
+#[test]
+fn the_kernels_of_the_models_have_the_known_lengths() {
+    let mut table =
+        format!("{:24}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "model", "loops", "motion", "sines", "project", "outputs");
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let mut folders: Vec<_> = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path()).collect();
+    folders.sort();
+    for folder in folders {
+        let Ok(text) = std::fs::read_to_string(folder.join("scene.toml")) else { continue };
+        let mechanism = resolve_text(&text);
+        let program = formulated(&mechanism).lowered.program;
+        let tapes = &program.tapes;
+        let length = |tape: &Tape| tape.instructions.len();
+        let loops = length(&tapes.constraint) + length(&tapes.jacobian.tape) + length(&tapes.gamma);
+        let project = length(&tapes.project_position) + length(&tapes.project_velocity);
+        let cost = Cost::of(&tapes.acceleration);
+        let _ = writeln!(
+            table,
+            "{:24}{loops:>10}{:>10}{:>10}{project:>10}{:>10}",
+            folder.file_name().unwrap().to_string_lossy(),
+            length(&tapes.acceleration),
+            cost.pairs,
+            length(&tapes.outputs)
+        );
+    }
+    insta::assert_snapshot!(table);
+}

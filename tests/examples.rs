@@ -1,0 +1,124 @@
+//! The examples do what their pages say.
+
+#[path = "support/python.rs"]
+mod python;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::LazyLock;
+
+const REQUIREMENTS: &str = include_str!("../examples/requirements.txt");
+
+/// One environment for all examples, made once.
+static ENVIRONMENT: LazyLock<Option<(PathBuf, PathBuf)>> = LazyLock::new(|| python::python("examples", REQUIREMENTS));
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Exports a scene into a folder of its own for one test.
+fn export(scene: &str, folder: &Path) -> PathBuf {
+    let scene = root().join(scene);
+    std::fs::create_dir_all(folder).unwrap();
+    let stem = match scene.file_stem().unwrap().to_str().unwrap() {
+        "scene" => scene.parent().unwrap().file_name().unwrap().to_str().unwrap().to_owned(),
+        stem => stem.to_owned(),
+    };
+    let fmu = folder.join(format!("{stem}.fmu"));
+    python::run(Command::new(env!("CARGO_BIN_EXE_cotree")).arg("export").arg(scene).arg("-o").arg(&fmu)).unwrap();
+    fmu
+}
+
+/// Runs a script with these arguments: what it prints.
+fn script(python: &Path, script: &str, arguments: &[&Path]) -> String {
+    python::run(Command::new(python).arg(root().join(script)).args(arguments))
+        .unwrap_or_else(|report| panic!("{report}"))
+}
+
+/// The numbers of a line.
+fn numbers(line: &str) -> Vec<f64> {
+    line.split_whitespace().map(|word| word.parse().unwrap()).collect()
+}
+
+#[test]
+fn run_prints_a_table() {
+    let Some((work, python)) = &*ENVIRONMENT else { return };
+    let fmu = export("models/slider_crank/scene.toml", &work.join("run"));
+    let table = script(python, "examples/run.py", &[&fmu, Path::new("crank_length=0.4")]);
+    let rows: Vec<Vec<f64>> = table.lines().skip(1).take(11).map(numbers).collect();
+    assert_eq!((rows[0][0], rows[10][0]), (0.0, 10.0), "{table}");
+    let stroke = 0.4 * 0.6f64.cos() + (1.5f64.powi(2) - (0.4 * 0.6f64.sin()).powi(2)).sqrt();
+    assert!((rows[0][3] - stroke).abs() < 1e-5, "{table}");
+    assert!(table.lines().last().unwrap().contains("plot: "), "{table}");
+}
+
+#[test]
+fn run_names_what_can_be_set() {
+    let Some((work, python)) = &*ENVIRONMENT else { return };
+    let fmu = export("models/slider_crank/scene.toml", &work.join("names"));
+    let error =
+        python::run(Command::new(python).arg(root().join("examples/run.py")).arg(fmu).arg("rod=1")).unwrap_err();
+    assert!(error.contains("cannot set rod; there are crank_length, "), "{error}");
+}
+
+#[test]
+fn coupled_fmus_converge_to_the_undivided_mechanism() {
+    let Some((work, python)) = &*ENVIRONMENT else { return };
+    let work = work.join("coupled");
+    for name in ["crank", "load", "whole"] {
+        export(&format!("examples/coupled/{name}.toml"), &work);
+    }
+    let table = script(python, "examples/coupled/couple.py", &[&work]);
+    let rows: Vec<Vec<f64>> = table.lines().skip(1).map(numbers).collect();
+    assert_eq!(rows.len(), 5, "{table}");
+    for pair in rows.windows(2).skip(1) {
+        let order = |column: usize| (pair[0][column] / pair[1][column]).log2();
+        assert!((0.8..1.5).contains(&order(1)), "Gauss-Seidel is of first order:\n{table}");
+        assert!((1.8..2.2).contains(&order(2)), "iterated steps are of second order:\n{table}");
+    }
+    assert!(rows[4][2] < 1e-4 && rows.iter().all(|row| row[3] < 20.0), "{table}");
+    let ssp = work.join("both.ssp");
+    script(python, "examples/coupled/ssp.py", &[&work, &ssp]);
+    script(python, "tests/fmpy/ssp.py", &[&work.join("whole.fmu"), &ssp]);
+}
+
+#[test]
+fn a_sweep_gives_the_stroke_of_every_crank() {
+    let Some((work, python)) = &*ENVIRONMENT else { return };
+    let fmu = export("models/slider_crank/scene.toml", &work.join("sweep"));
+    let table = script(python, "examples/sweep.py", &[&fmu, Path::new("2"), Path::new("2")]);
+    assert!(table.contains("4/4 runs"), "{table}");
+    let rows: Vec<Vec<f64>> = table.lines().skip(2).take(2).map(numbers).collect();
+    assert_eq!((rows[0][0], rows[1][0]), (0.3, 0.6), "{table}");
+    for row in rows {
+        // The crank turns around: the stroke is its diameter, up to the distance between communication points.
+        assert!(row[1..].iter().all(|stroke| (stroke - 2.0 * row[0]).abs() < 2e-3), "{table}");
+    }
+}
+
+/// The FMU in the FMI project's own client for Rust gives the values that `cotree simulate` gives.
+#[test]
+fn fmi_rs_gets_the_same_values() {
+    let work = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fmi-rs");
+    let fmu = export("models/slider_crank/scene.toml", &work);
+    let mut client = Command::new(env!("CARGO"));
+    client.args(["run", "--quiet", "--locked", "--manifest-path"]).arg(root().join("tests/fmi-rs-client/Cargo.toml"));
+    client.arg("--target-dir").arg(work.join("target")).arg("--").arg(fmu).args(["0.01", "100"]);
+    let from_client = python::run(&mut client).unwrap_or_else(|report| {
+        panic!("the client could not be built or run; its crates come from crates.io, which is needed once:\n{report}")
+    });
+    let mut cotree = Command::new(env!("CARGO_BIN_EXE_cotree"));
+    cotree.arg("simulate").arg(root().join("models/slider_crank/scene.toml")).args(["--step", "0.01", "--stop", "1"]);
+    let from_cotree = python::run(&mut cotree).unwrap();
+    let rows = |table: &str| -> Vec<Vec<f64>> {
+        table.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect()
+    };
+    assert_eq!(from_client.lines().next(), from_cotree.lines().next());
+    let (client, cotree) = (rows(&from_client), rows(&from_cotree));
+    assert_eq!((client.len(), cotree.len()), (101, 101));
+    for (client, cotree) in client.iter().zip(&cotree) {
+        for (client, cotree) in client.iter().zip(cotree) {
+            assert!((client - cotree).abs() <= 1e-6 * cotree.abs().max(1.0), "{client:?} is not {cotree:?}");
+        }
+    }
+}

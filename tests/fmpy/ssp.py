@@ -1,0 +1,29 @@
+"""Simulates the coupled example from its SSP file at two steps: the shorter one is closer to the undivided mechanism.
+
+usage: ssp.py WHOLE.fmu BOTH.ssp
+"""
+
+import sys
+
+from fmpy import simulate_fmu
+from fmpy.ssp.simulation import simulate_ssp
+
+STOP = 0.5
+
+
+def position(ssp, step):
+    """The slider's position at the end: `simulate_ssp` labels a row with the time at which its step begins."""
+    result = simulate_ssp(ssp, stop_time=STOP - step / 2, step_size=step)
+    assert abs(result["time"][-1] + step - STOP) < 1e-9, result["time"][-1]
+    return result["crank.cylinder.s"][-1]
+
+
+def main(whole, ssp):
+    exact = simulate_fmu(whole, fmi_type="CoSimulation", stop_time=STOP, output_interval=0.1)["cylinder.s"][-1]
+    errors = [abs(position(ssp, step) - exact) for step in (0.01, 0.0025)]
+    print(f"errors of the slider's position: {errors[0]:.2e} m, {errors[1]:.2e} m")
+    assert errors[0] < 0.1 and errors[1] < errors[0] / 3, errors
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

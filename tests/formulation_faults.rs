@@ -1,0 +1,110 @@
+//! Scenes whose faults show only in their equations: what each is told, as reviewed in the snapshots.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use cotree::pipeline::compile;
+use cotree::scene::{Faults, Scene, Source};
+
+/// The scenes, in alphabetical order.
+fn scenes() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faults/equations");
+    let files = folder.read_dir().unwrap().map(|entry| entry.unwrap().path());
+    let mut paths: Vec<PathBuf> = files.filter(|path| path.extension().is_some_and(|end| end == "toml")).collect();
+    paths.sort();
+    paths
+}
+
+/// Errors, or warnings.
+fn faults(name: &str, text: String) -> Option<Faults> {
+    match Scene::from_source(Source::new(name, text), false).and_then(|scene| compile(&scene)) {
+        Err(faults) => Some(faults),
+        Ok(compiled) => compiled.warnings,
+    }
+}
+
+#[test]
+fn each_scene_is_told_what_to_do() {
+    let mut settings = insta::Settings::clone_current();
+    settings.set_snapshot_path("faults/equations");
+    settings.set_prepend_module_to_snapshot(false);
+    settings.set_omit_expression(true);
+    for path in scenes() {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let faults = faults(&name, text).unwrap_or_else(|| panic!("{name} has no fault"));
+        settings.bind(|| insta::assert_snapshot!(name, faults.render(false, 100)));
+    }
+}
+
+/// Scenes with a warning work all the same.
+#[test]
+fn redundant_joints_are_solved() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faults/equations/redundant_rod.toml");
+    let compiled = compile(&Scene::read(&path).unwrap()).unwrap();
+    assert!(compiled.warnings.is_some());
+    let active = compiled.program.constraints.iter().filter(|row| row.active).count();
+    assert_eq!(compiled.program.coordinates.len() - active, 1, "one degree of freedom");
+}
+
+fn free_bodies(count: usize) -> String {
+    let mut text = String::from("name = \"many\"\ngravity = [0, -9.81]\n");
+    for index in 0..count {
+        let _ = writeln!(text, "[bodies.b{index}]\nmass = 1\ninertia = 0.1");
+    }
+    text
+}
+
+fn chain(count: usize, preset: &str) -> String {
+    let mut text = String::from("name = \"chain\"\ngravity = [0, -9.81]\n");
+    for index in 0..count {
+        let before = if index == 0 { "ground".to_string() } else { format!("b{}.end", index - 1) };
+        let _ = writeln!(
+            text,
+            "[bodies.b{index}]\nmass = 1\ninertia = 0.1\npoints = {{ start = [-0.1, 0], end = [0.1, 0] }}\n\
+             [joints.j{index}]\ntype = \"revolute\"\nbetween = [\"{before}\", \"b{index}.start\"]"
+        );
+    }
+    let _ = writeln!(text, "[coordinates]\npreset = \"{preset}\"");
+    text
+}
+
+#[test]
+fn thousands_of_free_bodies_are_no_problem() {
+    assert_eq!(faults("many.toml", free_bodies(5000)), None);
+}
+
+/// Nothing that would take hours and all the memory is begun.
+#[test]
+fn what_is_too_large_is_refused_before_it_is_tried() {
+    for preset in ["recommended", "absolute", "joint"] {
+        let faults = faults("chain.toml", chain(5000, preset)).unwrap();
+        assert_eq!(faults.list.iter().map(|fault| fault.code).collect::<Vec<_>>(), ["scene::too_large"], "{preset}");
+        insta::assert_snapshot!(format!("too_large_{preset}"), faults.render(false, 100));
+    }
+}
+
+#[test]
+fn chains_of_moderate_length_are_formulated() {
+    for preset in ["recommended", "absolute", "joint"] {
+        assert_eq!(faults("chain.toml", chain(40, preset)), None);
+    }
+}
+
+/// Ten megabytes: a hundred thousand bodies in chains of two.
+#[test]
+fn a_huge_file_is_answered() {
+    let mut text = String::from("name = \"huge\"\n");
+    let mut index = 0;
+    while text.len() < 10_000_000 {
+        let _ = writeln!(
+            text,
+            "[bodies.upper{index}]\nmass = 1\ninertia = 0.1\npoints = {{ pin = [0.1, 0] }}\n\
+             [bodies.lower{index}]\nmass = 1\ninertia = 0.1\npoints = {{ pin = [-0.1, 0] }}\n\
+             [joints.pin{index}]\ntype = \"revolute\"\nbetween = [\"upper{index}.pin\", \"lower{index}.pin\"]"
+        );
+        index += 1;
+    }
+    let faults = faults("huge.toml", text).unwrap();
+    assert_eq!(faults.list.iter().map(|fault| fault.code).collect::<Vec<_>>(), ["scene::too_large"]);
+}

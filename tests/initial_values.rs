@@ -1,0 +1,149 @@
+//! Initial values of the scene that an importer sets instead, and the description that offers them.
+
+use std::sync::Arc;
+
+use cotree::export::description::Start;
+use cotree::pipeline::{Compiled, compile};
+use cotree::scene::Scene;
+use cotree_fmu::instance::{Instance, InstanceError};
+use cotree_fmu::model::Model;
+
+const SLIDER_CRANK: &str = include_str!("../models/slider_crank/scene.toml");
+
+fn compiled(text: &str) -> Compiled {
+    compile(&Scene::from_toml(text).expect("well-formed")).expect("sound")
+}
+
+fn instance(compiled: &Compiled) -> Instance {
+    let mut instance = Instance::new(Arc::new(Model::new(compiled.program.clone()).expect("sound")));
+    instance.setup(0.0, None, None).expect("possible");
+    instance
+}
+
+fn index(compiled: &Compiled, name: &str) -> usize {
+    compiled.description.variables.iter().position(|variable| variable.name == name).expect("there")
+}
+
+#[test]
+fn known_values_are_exact_and_guesses_approximate() {
+    let compiled = compiled(SLIDER_CRANK);
+    let start = |name| compiled.description.variables[index(&compiled, name)].start;
+    assert_eq!(start("crank.angle"), Some(Start::Exact(0.6)));
+    assert_eq!(start("crank.omega"), Some(Start::Exact(0.0)));
+    assert_eq!(start("rod.angle"), Some(Start::Approximate(-0.19)));
+    assert_eq!(start("cylinder.s"), None);
+}
+
+#[test]
+fn setting_an_initial_value_is_like_writing_it_into_the_scene() {
+    let (set, written) = (compiled(SLIDER_CRANK), compiled(&SLIDER_CRANK.replace("\"0.6 rad\"", "\"1.1 rad\"")));
+    let (mut first, mut second) = (instance(&set), instance(&written));
+    first.set(index(&set, "crank.angle"), 1.1).expect("an initial value");
+    for instance in [&mut first, &mut second] {
+        instance.initialise().expect("closes");
+        instance.step_to(0.5).expect("regular");
+    }
+    let motion = |instance: &Instance| [instance.state().positions(), instance.state().rates()].concat();
+    assert_eq!(motion(&first), motion(&second));
+}
+
+#[test]
+fn another_guess_gives_the_other_assembly() {
+    let compiled = compiled(SLIDER_CRANK);
+    let mut crossed = instance(&compiled);
+    crossed.set(index(&compiled, "rod.angle"), 3.3).expect("a guess");
+    crossed.initialise().expect("closes");
+    let angle = crossed.get(index(&compiled, "rod.angle")).expect("defined");
+    let expected = std::f64::consts::PI + (0.5 * 0.6_f64.sin() / 1.5).asin();
+    assert!((angle - expected).abs() < 1e-9, "{angle} for {expected}");
+}
+
+#[test]
+fn what_cannot_be_assembled_is_named_and_can_be_corrected() {
+    // The rod is known too: both angles cannot hold at once.
+    let rod = format!("{:?}", -(0.5 * 0.6_f64.sin() / 1.5).asin());
+    let text = SLIDER_CRANK.replace("{ guess = \"-0.19 rad\" }", &rod);
+    let compiled = compiled(&text);
+    let mut instance = instance(&compiled);
+    let (crank, rod) = (index(&compiled, "crank.angle"), index(&compiled, "rod.angle"));
+    instance.set(crank, 1.2).expect("an initial value");
+    let error = instance.initialise().expect_err("contradicts the rod").to_string();
+    assert!(error.contains("`crank.angle`") && error.contains("`rod.angle`"), "{error}");
+    instance.set(rod, -(0.5 * 1.2_f64.sin() / 1.5).asin()).expect("an initial value");
+    instance.initialise().expect("fits now");
+    assert!((instance.get(crank).expect("defined") - 1.2).abs() < 1e-9);
+    assert!(matches!(instance.set(crank, 1.0), Err(InstanceError::Fixed { .. })));
+}
+
+#[test]
+fn an_initial_value_of_something_else_becomes_a_variable() {
+    let text = SLIDER_CRANK.replace("\"crank.omega\" = 0.0", "\"cylinder.v\" = \"0.3 m/s\"");
+    let text = text.replace("\"cylinder.s\", ", "");
+    let compiled = compiled(&text);
+    let speed = index(&compiled, "cylinder.v");
+    assert_eq!(compiled.description.variables[speed].start, Some(Start::Exact(0.3)));
+    assert_eq!(compiled.description.variables[speed].unit.si, "m/s");
+    let mut instance = instance(&compiled);
+    instance.set(speed, -0.2).expect("an initial value");
+    instance.initialise().expect("closes");
+    assert!((instance.get(speed).expect("defined") + 0.2).abs() < 1e-12);
+}
+
+#[test]
+fn values_that_are_formulas_follow_their_parameters_and_cannot_be_set() {
+    let text = SLIDER_CRANK.replace("\"crank.angle\" = \"0.6 rad\"", "\"crank.angle\" = \"0.6*crank_length/0.5\"");
+    let text = text.replace("crank_length = \"0.5 m\"", "crank_length = 0.5");
+    let compiled = compiled(&text);
+    let angle = index(&compiled, "crank.angle");
+    assert_eq!(compiled.description.variables[angle].start, None);
+    let mut instance = instance(&compiled);
+    assert!(matches!(instance.set(angle, 1.0), Err(InstanceError::Calculated { .. })));
+    instance.set(index(&compiled, "crank_length"), 0.55).expect("a parameter");
+    instance.initialise().expect("closes");
+    assert!((instance.get(angle).expect("defined") - 0.66).abs() < 1e-9);
+}
+
+/// A cart against a one-sided spring, with dry friction.
+const STOP: &str = r#"
+format = 1
+name = "stop"
+gravity = [0, 0]
+[inputs]
+push = { start = "1 N" }
+[bodies.cart]
+mass = 1.0
+[joints.rail]
+type = "prismatic"
+between = ["ground", "cart"]
+axis = [1, 0]
+[loads.wall]
+type = "actuator"
+between = ["ground", "cart"]
+force = "if(length > 1, -1000*(length - 1), 0) + max(push, -3)"
+[initial]
+"rail.s" = 0.5
+"rail.v" = 0.0
+[outputs]
+variables = ["rail.s"]
+"#;
+
+#[test]
+fn laws_with_corners_have_event_indicators() {
+    let compiled = compiled(STOP);
+    assert_eq!(compiled.description.exchange, Some(2));
+    let mut instance = instance(&compiled);
+    instance.initialise_exchange().expect("offered");
+    let mut signs = |position: f64, push: f64| {
+        instance.set(index(&compiled, "push"), push).expect("an input");
+        instance.set_states(&[position, 0.0]).expect("finite");
+        let mut indicators = [f64::NAN; 2];
+        instance.indicators(&mut indicators).expect("two");
+        indicators.map(|indicator| indicator > 0.0)
+    };
+    let (free, hit, pulled) = (signs(0.5, 1.0), signs(1.5, 1.0), signs(0.5, -4.0));
+    assert_eq!((0..2).filter(|&i| free[i] != hit[i]).count(), 1);
+    assert_eq!((0..2).filter(|&i| free[i] != pulled[i]).count(), 1);
+    assert_ne!(hit, pulled);
+    let smooth = compile(&Scene::from_toml(SLIDER_CRANK).expect("well-formed")).expect("sound");
+    assert_eq!(smooth.description.exchange, Some(0));
+}

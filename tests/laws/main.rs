@@ -1,0 +1,34 @@
+//! The laws of the formulation: the trees change the size of the equations, never the motion; and every matrix is what it claims to be.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod agreement;
+mod energy;
+mod graphs;
+mod structure;
+mod trees;
+
+use cotree::mechanism::{Coordinates, Mechanism};
+use cotree::scene::Scene;
+use support::random::{Case, Family, Random, random_case};
+use trees::random_trees;
+
+/// The mechanism of a scene.
+fn mechanism(scene: &str) -> Mechanism {
+    let resolved = Scene::from_toml(scene).and_then(|scene| scene.resolve());
+    resolved.unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))).mechanism
+}
+
+/// Random mechanisms of a family, with their seeds.
+fn cases(family: Family, count: u64) -> impl Iterator<Item = (u64, Case)> {
+    (0..count).map(move |seed| (seed, random_case(seed, family)))
+}
+
+/// The presets, and some random trees.
+fn choices(mechanism: &Mechanism, seed: u64, random_pairs: usize) -> Vec<Coordinates> {
+    let mut random = Random(seed ^ 0x7265_6573);
+    let mut choices = vec![Coordinates::Recommended, Coordinates::Absolute, Coordinates::Joint];
+    choices.extend((0..random_pairs).map(|_| random_trees(mechanism, &mut random)));
+    choices
+}
