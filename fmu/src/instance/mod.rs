@@ -299,7 +299,7 @@ impl Instance {
 
     fn settings(&self) -> Settings {
         Settings {
-            engine: Engine::default(),
+            engine: self.now.engine,
             tolerance: self.now.tolerance,
             max_step: self.model.program().experiment.max_step,
             stop: self.now.stop,
