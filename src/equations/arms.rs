@@ -401,7 +401,7 @@ impl Equations<'_> {
     fn weight(&mut self, body: BodyId, row: &TranslationalRow) -> Vec<(Expr, Vector)> {
         let gravity = self.system.mechanism.gravity.each_ref().map(|component| self.system.value(component));
         let moves = self.kinematics.node(&mut self.system.arena, row.ends[1]).position != Vector::default();
-        if gravity == [Expr::ZERO; 2] || !moves {
+        if gravity == [Expr::ZERO; 2] || !moves || self.system.mechanism.bodies[body.0].weightless {
             return Vec::new();
         }
         let mass = mass(&mut self.system, body);
