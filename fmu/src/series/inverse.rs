@@ -27,11 +27,13 @@ impl Inverse {
     }
 
     /// Zero.
+    #[inline(always)]
     pub fn clear(&mut self) {
         self.rows.fill(ZERO);
     }
 
     /// Adds to an entry and its mirror image.
+    #[inline(always)]
     pub fn add(&mut self, row: usize, column: usize, value: f64) {
         let (width, [at_row, at_column]) = (self.width * WIDTH, [row, column].map(|index| self.places[index]));
         let flat = self.rows.as_flattened_mut();
@@ -45,6 +47,12 @@ impl Inverse {
     #[cfg(test)]
     fn row(&self, row: usize) -> &[Lane] {
         &self.rows[row * self.width..][..self.width]
+    }
+
+    /// Its rows; none if they are not N lanes wide.
+    #[inline(always)]
+    pub fn rows<const N: usize>(&self) -> &[[Lane; N]] {
+        if self.width == N { self.rows.as_chunks().0 } else { &[] }
     }
 
     /// The inverse times a vector by equations, in lanes.

@@ -8,6 +8,7 @@
 //! and the loop equations are constant combinations of the b_k themselves. At every order the newest coefficients enter linearly, with the
 //! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
 
+mod frames;
 mod orders;
 mod start;
 
@@ -105,6 +106,10 @@ struct Scatter {
 /// The series of one motion.
 #[derive(Clone, Debug)]
 pub struct Jet {
+    /// Has the processor AVX2?
+    wide: bool,
+    /// Lanes of frames and of all equations, if there is nothing but frames.
+    frames: [usize; 2],
     form: ArmForm,
     shape: Shape,
     /// Coordinates, what carries an angle before what it carries.
@@ -199,7 +204,13 @@ impl Jet {
         pushes.sort_by_key(|push| push.value.is_some());
         loads.sort_by_key(|load| load.value.is_some());
         let constants = |list: &[Scatter]| list.partition_point(|entry| entry.value.is_none());
+        #[cfg(target_arch = "x86_64")]
+        let wide = std::arch::is_x86_feature_detected!("avx2");
+        #[cfg(not(target_arch = "x86_64"))]
+        let wide = false;
         let mut jet = Self {
+            wide,
+            frames: [0; 2],
             coupling: Columns::new(all, &masses),
             rows: Columns::new(lanes(form.rows.len()), &arms_of_rows),
             reactions: Columns::new(all, &transposed),
@@ -238,6 +249,9 @@ impl Jet {
             form,
         };
         jet.prepare_terms();
+        if jet.has_only_frames() {
+            jet.frames = [all, room / WIDTH];
+        }
         Some(jet)
     }
 
