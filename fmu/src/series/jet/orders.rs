@@ -6,14 +6,6 @@ use crate::series::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, 
 use crate::series::tape::Vectors;
 
 impl Jet {
-    /// To be called once after [`Jet::begin`], before the first order.
-    #[inline(always)]
-    pub fn begin_orders(&mut self) {
-        for k in 0..2 {
-            self.follow(k);
-        }
-    }
-
     /// Order k of accelerations, order k + 2 of positions; all lower ones are known.
     pub fn advance(&mut self, k: usize) {
         #[cfg(target_arch = "x86_64")]
@@ -65,7 +57,7 @@ impl Jet {
 
     /// Scalar series of positions.
     #[inline(always)]
-    fn follow(&mut self, k: usize) {
+    pub(super) fn follow(&mut self, k: usize) {
         let vectors = Vectors {
             x: self.x.as_flattened(),
             y: self.y.as_flattened(),

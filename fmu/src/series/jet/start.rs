@@ -10,11 +10,35 @@ use crate::series::lane::{WIDTH, ZERO, add, multiply, splat};
 const CLOSED: f64 = 1e-13;
 
 impl Jet {
-    /// Begins at q and v: factors the matrix, and puts the motion back on the loops. The registers hold the signals of this time.
-    /// Returns how far the loops were open, relative to their scales.
-    #[inline(always)]
+    /// Begins at q and v: factors the matrix, puts the motion back on the loops, and finds its accelerations. The registers hold the
+    /// signals of this time. Returns how far the loops were open, relative to their scales.
     pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize, motion: &[f64]) -> Result<f64, Singular> {
         self.scalars.begin(model, registers, order);
+        let open = self.begin_either(model, motion)?;
+        for k in 0..2 {
+            self.follow(k);
+        }
+        self.advance(0);
+        Ok(open)
+    }
+
+    fn begin_either(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> {
+        #[cfg(target_arch = "x86_64")]
+        if self.wide {
+            // SAFETY: `wide` is set only where the processor has AVX2.
+            return unsafe { self.begin_wide(model, motion) };
+        }
+        self.begin_any(model, motion)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn begin_wide(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> {
+        self.begin_any(model, motion)
+    }
+
+    #[inline(always)]
+    fn begin_any(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> {
         let (q, v) = motion.split_at(self.form.coordinates.len());
         self.load(0, q);
         self.load(1, v);
@@ -23,6 +47,7 @@ impl Jet {
         let open = self.close(model, 0);
         self.turn_rates();
         self.close(model, 1);
+        self.weigh();
         Ok(open)
     }
 
@@ -40,22 +65,6 @@ impl Jet {
                     unknowns[arm as usize] = if reversed { carried - value } else { carried + value };
                 }
             }
-        }
-    }
-
-    /// Coefficients of the coordinates.
-    #[inline(always)]
-    pub fn coordinates(&self, order: usize, values: &mut [f64]) {
-        let first = order * self.shape.all() * WIDTH;
-        let unknowns = &self.values.as_flattened()[first..];
-        for (value, place) in values.iter_mut().zip(&self.form.coordinates) {
-            *value = match *place {
-                Place::Displacement { arm } => unknowns[self.shape.place(arm)],
-                Place::Angle { arm, parent, reversed } => {
-                    let angle = unknowns[arm as usize] - parent.map_or(0.0, |parent| unknowns[parent as usize]);
-                    if reversed { -angle } else { angle }
-                }
-            };
         }
     }
 
