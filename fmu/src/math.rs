@@ -109,7 +109,7 @@ pub fn rough_log2(x: f64) -> f64 {
     const EXPONENT: u64 = 0x7FF;
     const FRACTION: u64 = (1 << 52) - 1;
     let bits = x.to_bits();
-    if !(x >= f64::MIN_POSITIVE && x.is_finite()) {
+    if x.is_nan() || x < f64::MIN_POSITIVE || x == f64::INFINITY {
         return libm::log2(x);
     }
     let exponent = (bits >> 52 & EXPONENT) as f64 - 1023.0;
@@ -121,7 +121,7 @@ pub fn rough_log2(x: f64) -> f64 {
 #[inline]
 pub fn rough_exp2(x: f64) -> f64 {
     let whole = libm::floor(x);
-    if !(whole.abs() < 1000.0) {
+    if x.is_nan() || whole.abs() >= 1000.0 {
         return libm::exp2(x);
     }
     let f = x - whole;

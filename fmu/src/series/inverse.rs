@@ -120,10 +120,7 @@ impl<R: AsRef<[Lane]> + AsMut<[Lane]>> Elimination<'_, R> {
             if !regular {
                 return false;
             }
-            if pivot != column {
-                self.rows.swap(column, pivot);
-                self.largest.swap(column, pivot);
-            }
+            self.swap(column, pivot);
             self.pivots[column] = pivot;
             self.eliminate(column);
         }
@@ -153,6 +150,15 @@ impl<R: AsRef<[Lane]> + AsMut<[Lane]>> Elimination<'_, R> {
             }
         }
         pivot
+    }
+
+    #[inline(always)]
+    fn swap(&mut self, a: usize, b: usize) {
+        let (upper, lower) = self.rows.split_at_mut(b);
+        if let (true, Some(a), Some(b)) = (a < b, upper.get_mut(a), lower.first_mut()) {
+            a.as_mut().swap_with_slice(b.as_mut());
+        }
+        self.largest.swap(a, b);
     }
 
     #[inline(always)]

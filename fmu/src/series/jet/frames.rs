@@ -89,8 +89,10 @@ impl Jet {
             _ => fixed.reactions.react(solution[F..].as_flattened(), applied),
         };
         let force = fixed.coupling.couple(&second, applied);
-        for f in 0..F {
-            (frames.force[0][f][k], frames.force[1][f][k]) = (force[0][f], force[1][f]);
+        for (series, force) in frames.force.iter_mut().zip(force) {
+            for (series, force) in series.iter_mut().zip(force) {
+                series[k] = force;
+            }
         }
         if !self.scalars.is_still() {
             self.scalars.positions(k + 2, vectors(&self.x, &self.y, &self.values, F));
