@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use cotree_fmu::series::MAX_SWITCHES;
 use cotree_fmu::series::form::{Given, Operation, SeriesTape, Slot, Source, Step, Term};
 
 use crate::equations::arms::Reason;
@@ -116,6 +117,7 @@ impl SeriesBuilder {
         let operands: Vec<Slot> = match operation {
             Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => vec![a, b],
             Operation::ArcTangent(a, b, s) => vec![a, b, s],
+            Operation::Choose { switch, above, below } => vec![self.tape.switches[switch as usize], above, below],
             Operation::Power(a, _)
             | Operation::SquareRoot(a)
             | Operation::SineCosine(a, _)
@@ -205,7 +207,7 @@ impl SeriesBuilder {
             Node::Unary(function, a) => self.unary(arena, c, function, a),
             Node::Binary(function, a, b) => self.binary(arena, c, function, a, b),
             Node::Constant(_) => Ok(Series::Constant(expr)),
-            Node::Select(..) => Err("a law chooses between expressions (`if`)".into()),
+            Node::Select(condition, yes, no) => self.select(arena, c, condition, [yes, no]),
         }
     }
 
@@ -232,15 +234,20 @@ impl SeriesBuilder {
     }
 
     fn unary(&mut self, arena: &mut Arena, c: &mut Coefficients, function: Unary, a: Expr) -> Result<Series, Reason> {
-        let refuse = |name: &str| Err(format!("a law has a kink or a jump (`{name}`)"));
         match function {
             Unary::Negate => {
                 let minus = arena.constant(-1.0);
                 self.scaled(arena, c, a, minus)
             }
-            Unary::Abs => refuse("abs"),
-            Unary::Sign => refuse("sign"),
-            Unary::Floor => refuse("floor"),
+            Unary::Abs => {
+                let minus = arena.negate(a);
+                self.choose(arena, c, a, [a, minus])
+            }
+            Unary::Sign => {
+                let minus = arena.constant(-1.0);
+                self.choose(arena, c, a, [Expr::ONE, minus])
+            }
+            Unary::Floor => Err("a law has a jump (`floor`)".into()),
             Unary::Tan => {
                 let (sine, cosine) = (arena.sin(a), arena.cos(a));
                 let tangent = arena.divide(sine, cosine);
@@ -279,6 +286,46 @@ impl SeriesBuilder {
         }
     }
 
+    /// `if`: a comparison switches where its sides are equal, any other condition at one half.
+    fn select(
+        &mut self,
+        arena: &mut Arena,
+        c: &mut Coefficients,
+        condition: Expr,
+        pieces: [Expr; 2],
+    ) -> Result<Series, Reason> {
+        let function = match arena.node(condition) {
+            Node::Binary(Binary::Less | Binary::LessEqual, a, b) => arena.subtract(b, a),
+            _ => {
+                let half = arena.constant(0.5);
+                arena.subtract(condition, half)
+            }
+        };
+        self.choose(arena, c, function, pieces)
+    }
+
+    /// The first piece while a switching function is positive, else the second.
+    fn choose(
+        &mut self,
+        arena: &mut Arena,
+        c: &mut Coefficients,
+        function: Expr,
+        pieces: [Expr; 2],
+    ) -> Result<Series, Reason> {
+        let function = self.slot(arena, c, function)?;
+        let [above, below] = [self.slot(arena, c, pieces[0])?, self.slot(arena, c, pieces[1])?];
+        let known = self.tape.switches.iter().position(|slot| *slot == function);
+        let switch = known.unwrap_or(self.tape.switches.len());
+        if known.is_none() {
+            self.tape.switches.push(function);
+        }
+        if self.tape.switches.len() > MAX_SWITCHES {
+            return Err(format!("its laws have more than {MAX_SWITCHES} pieces"));
+        }
+        let slot = self.operate(Operation::Choose { switch: switch as u32, above, below });
+        Ok(self.of_slot(slot))
+    }
+
     /// asin a = atan2(a, sqrt(1 - a^2)), acos a = atan2(sqrt(1 - a^2), a), atan a = atan2(a, 1)
     fn arc(&mut self, arena: &mut Arena, c: &mut Coefficients, function: Unary, a: Expr) -> Result<Series, Reason> {
         let square = arena.square(a);
@@ -306,7 +353,6 @@ impl SeriesBuilder {
         a: Expr,
         b: Expr,
     ) -> Result<Series, Reason> {
-        let refuse = |name: &str| Err(format!("a law has a kink or a jump (`{name}`)"));
         match function {
             Binary::Add => self.added(arena, c, [(a, 1.0), (b, 1.0)]),
             Binary::Subtract => self.added(arena, c, [(a, 1.0), (b, -1.0)]),
@@ -334,9 +380,15 @@ impl SeriesBuilder {
                 self.series(arena, c, power)
             }
             Binary::Atan2 => self.arc_tangent(arena, c, a, b),
-            Binary::Min => refuse("min"),
-            Binary::Max => refuse("max"),
-            Binary::Less | Binary::LessEqual => Err("a law compares (`<`)".into()),
+            Binary::Min | Binary::Max => {
+                let difference = arena.subtract(a, b);
+                let pieces = if function == Binary::Max { [a, b] } else { [b, a] };
+                self.choose(arena, c, difference, pieces)
+            }
+            Binary::Less | Binary::LessEqual => {
+                let difference = arena.subtract(b, a);
+                self.choose(arena, c, difference, [Expr::ONE, Expr::ZERO])
+            }
         }
     }
 

@@ -1,5 +1,6 @@
 //! What must hold for an arm form, so that finding series cannot fail.
 
+use super::MAX_SWITCHES;
 use super::form::{ArmForm, Factor, Operation, Place, Slot, Source, Step};
 
 /// Holds, or what does not.
@@ -105,6 +106,7 @@ impl ArmForm {
         let steps = tape.signals.len() + tape.positions.len() + tape.rates.len();
         // The bound keeps a damaged file from asking for all of the memory.
         holds(tape.slots as usize <= tape.given.len() + 2 * steps, "the number of series")?;
+        holds(tape.switches.len() <= MAX_SWITCHES, "the number of switches")?;
         let mut written = vec![false; tape.slots as usize];
         for &(slot, _) in &tape.given {
             *written.get_mut(slot as usize).ok_or("a given series")? = true;
@@ -118,6 +120,7 @@ impl ArmForm {
                 }
             }
         }
+        holds(tape.switches.iter().all(|slot| written.get(*slot as usize) == Some(&true)), "a switch")?;
         Ok(written)
     }
 
@@ -141,6 +144,10 @@ impl ArmForm {
             Operation::ArcTangent(y, x, square) => known(y) && known(x) && known(square),
             // A rate reads one order ahead: of what is a series of positions already.
             Operation::Rate(a) => level == 2 && known(a) && !self.is_rate(a),
+            Operation::Choose { switch, above, below } => {
+                let function = self.tape.switches.get(switch as usize);
+                function.is_some_and(|slot| known(*slot)) && known(above) && known(below)
+            }
             Operation::SquareRoot(a)
             | Operation::SineCosine(a, _)
             | Operation::Exponential(a)

@@ -166,6 +166,8 @@ pub struct SeriesTape {
     pub rates: Vec<Step>,
     /// Terms of the linear steps.
     pub terms: Vec<Term>,
+    /// Switching functions: series whose signs choose between others, at most [`super::MAX_SWITCHES`].
+    pub switches: Vec<Slot>,
 }
 
 /// A series that is given by the state.
@@ -222,6 +224,15 @@ pub enum Operation {
     ArcTangent(Slot, Slot, Slot),
     /// Time derivative of a series of positions.
     Rate(Slot),
+    /// The first series while a switching function is positive, else the second.
+    Choose {
+        /// Number of the switching function.
+        switch: u32,
+        /// While it is positive.
+        above: Slot,
+        /// While it is negative.
+        below: Slot,
+    },
 }
 
 /// factor x source

@@ -2,6 +2,7 @@
 //!
 //! * [`form`]: the mechanism as data: arms, masses between them, loop equations, loads.
 //! * `jet`: the series of one motion, by one factorisation and one pass for each order.
+//! * `switch`: laws in pieces.
 //! * `tape`: scalar series for signals of time and the laws of loads.
 //! * `columns`, `inverse`, `lane`: sparse constants, the factorisation, four numbers at a time.
 
@@ -11,9 +12,11 @@ pub mod form;
 mod inverse;
 mod jet;
 mod lane;
+mod switch;
 mod tape;
 
 pub use jet::{Jet, Singular};
+pub use switch::{Choices, MAX_SWITCHES};
 
 /// The highest order of positions.
 pub const MAX_ORDER: usize = 20;

@@ -2,6 +2,7 @@
 
 use super::form::{Given, Operation, SeriesTape, Slot, Source, Step};
 use super::lane::WIDTH;
+use super::switch::Choices;
 use crate::math;
 use crate::model::Model;
 use crate::program::FollowerOrder;
@@ -27,6 +28,9 @@ pub(super) struct Scalars {
     /// Factors of the terms.
     factors: Vec<f64>,
     coefficients: Vec<f64>,
+    /// What is known of the choices before a series begins, and what has been chosen since.
+    forced: Choices,
+    chosen: Choices,
 }
 
 impl Scalars {
@@ -51,6 +55,8 @@ impl Scalars {
             factors: vec![0.0; tape.terms.len()],
             coefficients: vec![0.0; coefficients],
             room,
+            forced: Choices::default(),
+            chosen: Choices::default(),
             tape,
         }
     }
@@ -73,6 +79,7 @@ impl Scalars {
     /// Writes the given series and what depends on them only, up to an order. The registers hold the signals at the start.
     #[inline(always)]
     pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize) {
+        self.chosen = self.forced;
         for index in 0..self.tape.given.len() {
             let (slot, given) = self.tape.given[index];
             let polynomial = polynomial(model, registers, given);
@@ -88,6 +95,31 @@ impl Scalars {
                 }
             }
         }
+    }
+
+    /// Choices that the next series begins with; the others follow from the signs of their switching functions.
+    pub fn force(&mut self, choices: Choices) {
+        self.forced = choices;
+    }
+
+    /// The choices of the present series.
+    pub fn chosen(&self) -> Choices {
+        self.chosen
+    }
+
+    /// Numbers of the switching functions with their series up to an order.
+    pub fn switches(&self, order: usize) -> impl Iterator<Item = (u32, &[f64])> {
+        (0..).zip(&self.tape.switches).map(move |(switch, slot)| (switch, &self.series(*slot)[..=order]))
+    }
+
+    #[inline(always)]
+    fn choose(&mut self, switch: u32) -> bool {
+        if let Some(positive) = self.chosen.get(switch) {
+            return positive;
+        }
+        let positive = self.get(self.tape.switches[switch as usize], 0) >= 0.0;
+        self.chosen.set(switch, positive);
+        positive
     }
 
     /// Does nothing depend on rates?
@@ -152,6 +184,10 @@ impl Scalars {
             Operation::HyperbolicTangent(a, slope) => self.hyperbolic_tangent(a, step.target, slope, k),
             Operation::ArcTangent(y, x, square) => self.arc_tangent([y, x, square], step.target, k),
             Operation::Rate(a) => (k + 1) as f64 * self.get(a, k + 1),
+            Operation::Choose { switch, above, below } => {
+                let positive = self.choose(switch);
+                self.get(if positive { above } else { below }, k)
+            }
         };
         self.values[step.target as usize * self.room + k] = value;
     }

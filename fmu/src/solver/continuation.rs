@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::explicit::Explicit;
 use super::taylor::Taylor;
 use crate::model::{Model, State, motion};
+use crate::series::Choices;
 
 /// Together with the [`State`] it determines the rest of the run bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,6 +24,8 @@ pub struct Continuation {
     pub(super) dense: Vec<f64>,
     /// Order of the polynomial that the dense output is; 0 for that of the explicit method.
     pub(super) order: u32,
+    /// Pieces of laws that the next step begins in, where the front is at the end of a piece.
+    pub(super) choices: Choices,
     /// Natural length of the next step; 0 if it is not known.
     pub(super) step: f64,
     /// Has anything changed at this communication point?
@@ -42,6 +45,7 @@ impl Continuation {
             dense_from: state.time(),
             dense: vec![0.0; dense_length(model)],
             order: 0,
+            choices: Choices::default(),
             step: 0.0,
             changed: false,
             changed_before: false,
@@ -82,6 +86,7 @@ impl Continuation {
 
     /// Forgets the step that went beyond a state; the run goes on from that state.
     pub(super) fn restart(&mut self, model: &Model, state: &State) {
+        self.choices = Choices::default();
         self.origin.copy_from(state);
         self.front_time = state.time();
         self.front.copy_from_slice(&state.registers()[motion(model.layout())]);
@@ -96,6 +101,7 @@ impl Continuation {
         self.dense_from = other.dense_from;
         self.dense.clone_from(&other.dense);
         self.order = other.order;
+        self.choices = other.choices;
         self.step = other.step;
         self.changed = other.changed;
         self.changed_before = other.changed_before;

@@ -8,7 +8,7 @@ use super::continuation::Continuation;
 use super::dynamic::{Dynamic, Horizon};
 use super::{Context, Failure};
 use crate::model::Model;
-use crate::series::{Jet, MAX_ORDER};
+use crate::series::{Choices, Jet, MAX_ORDER};
 
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
 const SHARE_OF_TOLERANCE: f64 = 0.03;
@@ -113,6 +113,7 @@ impl Taylor {
     fn begin(&mut self, context: &mut Context, run: &Continuation) {
         if self.known == Start::Unknown {
             self.next.copy_from_slice(&run.front);
+            self.jet.force(run.choices);
             self.known = match self.start(context, run, run.front_time) {
                 Some(_) => Start::Regular,
                 None => Start::Singular,
@@ -145,19 +146,33 @@ impl Taylor {
         let natural = self.natural_step(order, tolerance);
         let longest = if run.step > 0.0 { GROW * run.step } else { LONGEST };
         let mut h = natural.min(longest).min(LONGEST).min(context.settings.max_step);
+        let piece = self.jet.end_of_piece(order, if STRETCH * h >= room { room } else { h });
+        if let Some((_, choices)) = piece.filter(|(length, _)| *length < shortest) {
+            return self.change_at_once(run, choices);
+        }
+        let chosen = self.jet.chosen();
         for _ in 0..HALVINGS {
             // Written so that NaN is too short.
             let long = h >= shortest;
             if !long {
                 return false;
             }
-            let end = if STRETCH * h >= room { horizon.limit } else { time + h };
+            let whole = if STRETCH * h >= room { horizon.limit } else { time + h };
+            let change = piece.filter(|(length, _)| time + length <= whole);
+            let end = change.map_or(whole, |(length, _)| time + length);
+            // What lies behind the end of a piece says nothing about the step up to it.
+            self.jet.force(if change.is_some() { chosen } else { Choices::default() });
             self.jet.evaluate(&run.dense, order, end - time, &mut self.next);
             let goal = OPENING * tolerance;
             let closed = self.start(context, run, end).is_some_and(|open| open <= goal);
             if closed && self.jet.defect(order, end - time) <= goal {
                 // A step cut short by a limit says nothing against the natural length.
-                run.step = if end == horizon.limit { h.max(run.step) } else { end - time };
+                let cut = end == horizon.limit || change.is_some();
+                run.step = if cut { h.max(run.step) } else { end - time };
+                run.choices = change.map_or(Choices::default(), |(_, choices)| choices);
+                if change.is_some() {
+                    self.known = Start::Unknown;
+                }
                 run.dense_from = time;
                 run.front_time = end;
                 run.front.copy_from_slice(&self.next);
@@ -168,6 +183,15 @@ impl Taylor {
             h = 0.5 * (end - time);
         }
         false
+    }
+
+    /// Begins anew in another piece at the front; false if that has been done already, so that the motion stays on the border.
+    fn change_at_once(&mut self, run: &mut Continuation, choices: Choices) -> bool {
+        let again = run.choices.known & choices.known != 0;
+        run.choices.known |= choices.known;
+        run.choices.positive |= choices.positive;
+        self.known = Start::Unknown;
+        !again
     }
 
     /// The step that the tolerance permits. Rates decide, or positions if the step is so long that their error is larger.
@@ -215,6 +239,7 @@ impl Taylor {
         explicit.forget();
         run.step = 0.0;
         run.order = 0;
+        run.choices = Choices::default();
         context.machine.load(context.model, &run.origin);
         explicit.single(context, run, horizon)?;
         context.statistics.fallbacks += 1;

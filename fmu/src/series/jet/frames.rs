@@ -1,11 +1,10 @@
 //! The orders of a mechanism of frames only: every angle an unknown of its own, no displacements, no signals in the loops. What
 //! [`super::orders`] does for all, with everything between two stores in registers.
 
-use super::{Jet, ORDERS};
+use super::{Jet, ORDERS, vectors};
 use crate::series::columns::Columns;
 use crate::series::inverse::Inverse;
 use crate::series::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract};
-use crate::series::tape::Vectors;
 
 /// Series of F lanes.
 type Series<const F: usize> = [[Lane; ORDERS]; F];
@@ -99,11 +98,6 @@ impl Jet {
         }
         Some(())
     }
-}
-
-#[inline(always)]
-fn vectors<'a>(x: &'a [Lane], y: &'a [Lane], values: &'a [Lane], lanes: usize) -> Vectors<'a> {
-    Vectors { x: x.as_flattened(), y: y.as_flattened(), unknowns: values.as_flattened(), stride: lanes * WIDTH }
 }
 
 #[inline(always)]

@@ -10,6 +10,7 @@
 
 mod frames;
 mod orders;
+mod pieces;
 mod start;
 mod step;
 
@@ -19,7 +20,7 @@ use crate::series::columns::Columns;
 use crate::series::form::{ArmForm, Factor, Place, Slot};
 use crate::series::inverse::Inverse;
 use crate::series::lane::{Lane, WIDTH, ZERO, lanes, splat};
-use crate::series::tape::Scalars;
+use crate::series::tape::{Scalars, Vectors};
 use step::Read;
 
 /// Storage for the series of positions, orders 0 to [`MAX_ORDER`].
@@ -338,6 +339,12 @@ impl Jet {
             *place = c[frame.inertia as usize];
         }
     }
+}
+
+/// What scalar series read of the others.
+#[inline(always)]
+fn vectors<'a>(x: &'a [Lane], y: &'a [Lane], values: &'a [Lane], lanes: usize) -> Vectors<'a> {
+    Vectors { x: x.as_flattened(), y: y.as_flattened(), unknowns: values.as_flattened(), stride: lanes * WIDTH }
 }
 
 /// Places of the unknowns: angles, then displacements.

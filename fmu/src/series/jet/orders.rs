@@ -1,9 +1,8 @@
 //! One order after the other.
 
-use super::{Jet, at, flat, series};
+use super::{Jet, at, flat, series, vectors};
 use crate::series::form::Factor;
 use crate::series::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract};
-use crate::series::tape::Vectors;
 
 impl Jet {
     /// Order k of accelerations, order k + 2 of positions; all lower ones are known.
@@ -40,13 +39,7 @@ impl Jet {
 
     #[inline(always)]
     fn advance_general(&mut self, k: usize) {
-        let vectors = Vectors {
-            x: self.x.as_flattened(),
-            y: self.y.as_flattened(),
-            unknowns: self.values.as_flattened(),
-            stride: self.shape.all() * WIDTH,
-        };
-        self.scalars.rates(k, vectors);
+        self.scalars.rates(k, vectors(&self.x, &self.y, &self.values, self.shape.all()));
         self.predict(k);
         self.apply_loads(k);
         self.lack_of_balance(k);
@@ -58,13 +51,7 @@ impl Jet {
     /// Scalar series of positions.
     #[inline(always)]
     pub(super) fn follow(&mut self, k: usize) {
-        let vectors = Vectors {
-            x: self.x.as_flattened(),
-            y: self.y.as_flattened(),
-            unknowns: self.values.as_flattened(),
-            stride: self.shape.all() * WIDTH,
-        };
-        self.scalars.positions(k, vectors);
+        self.scalars.positions(k, vectors(&self.x, &self.y, &self.values, self.shape.all()));
     }
 
     /// Second derivatives of the arms without the new accelerations.
