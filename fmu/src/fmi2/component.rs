@@ -226,14 +226,14 @@ impl Component {
         let modes = [Mode::StepComplete, Mode::Terminated];
         self.allow_only(Interface::CoSimulation, "fmi2GetRealOutputDerivatives", &modes)?;
         if let Some(order) = orders.iter().find(|order| !(1..=DERIVATIVE_ORDER).contains(*order)) {
-            return Err(Refusal(format!("derivatives of order {order} are not provided, only of order 1")));
+            let reason =
+                format!("derivatives of order {order} are not provided, only of orders 1 to {DERIVATIVE_ORDER}");
+            return Err(Refusal(reason));
         }
-        if references.is_empty() {
-            return Ok(());
-        }
-        self.instance.differentiate_motion()?;
-        for (value, &reference) in values.iter_mut().zip(references) {
-            *value = self.instance.derivative(reference as usize)?;
+        let Some(&highest) = orders.iter().max() else { return Ok(()) };
+        self.instance.differentiate_motion(highest)?;
+        for ((value, &reference), &order) in values.iter_mut().zip(references).zip(orders) {
+            *value = self.instance.motion_derivative(reference as usize, order)?;
         }
         Ok(())
     }

@@ -19,6 +19,7 @@ use crate::machine::Machine;
 use crate::model::{Model, State};
 use crate::program::{Motion, Source};
 use crate::solver::accelerations::Accelerations;
+use crate::solver::expansion::Expansion;
 use crate::solver::initial::solve_initial;
 use crate::solver::stepping::Stepper;
 use crate::solver::tangent::Tangent;
@@ -47,6 +48,7 @@ pub struct Instance {
     stepper: Stepper,
     accelerations: Accelerations,
     tangent: Tangent,
+    expansion: Expansion,
     /// The pose of a driven mechanism that fits a change of time, parameters or inputs, before the change has become a step.
     shown: State,
     outputs: Vec<f64>,
@@ -62,6 +64,7 @@ impl Instance {
             stepper: Stepper::new(&model),
             accelerations: Accelerations::new(&model),
             tangent: Tangent::new(&model),
+            expansion: Expansion::default(),
             shown: model.default_state(0.0),
             outputs: vec![0.0; model.program().tapes.outputs.results.len()],
             computed: Computed::default(),
