@@ -53,6 +53,8 @@ pub struct Instance {
     shown: State,
     outputs: Vec<f64>,
     computed: Computed,
+    /// Has time moved on along the last step's polynomial, and the rest of the state not yet?
+    behind: bool,
 }
 
 impl Instance {
@@ -68,6 +70,7 @@ impl Instance {
             shown: model.default_state(0.0),
             outputs: vec![0.0; model.program().tapes.outputs.results.len()],
             computed: Computed::default(),
+            behind: false,
             model,
         }
     }
@@ -82,9 +85,9 @@ impl Instance {
         self.now.state.time()
     }
 
-    /// The state; consistent once initialised.
-    pub fn state(&self) -> &State {
-        &self.now.state
+    /// A copy of the state; consistent once initialised.
+    pub fn state(&self) -> State {
+        self.save().state
     }
 
     /// What the solver has done so far.
@@ -164,6 +167,7 @@ impl Instance {
     /// Sets a parameter or an input. Derivatives of an input become zero, unless they were set at this very communication point.
     pub fn set(&mut self, variable: usize, value: f64) -> Result<(), InstanceError> {
         self.check_set(variable, value)?;
+        self.catch_up();
         match self.settable(variable)? {
             Settable::Parameter(index) => {
                 if self.now.state.parameters()[index].to_bits() != value.to_bits() {
@@ -199,6 +203,7 @@ impl Instance {
     /// a later one.
     pub fn set_derivative(&mut self, variable: usize, order: i32, value: f64) -> Result<(), InstanceError> {
         self.check_set_derivative(variable, order, value)?;
+        self.catch_up();
         if let Settable::Input(index) = self.settable(variable)? {
             let mut polynomial = self.kept_polynomial(index);
             polynomial[if order == 1 { 1 } else { 2 }] = value;
@@ -292,12 +297,25 @@ impl Instance {
         {
             return Err(InstanceError::Stop { to: time, stop });
         }
-        let settings = self.settings();
-        let Snapshot { state, run, .. } = &mut self.now;
         self.computed = Computed::default();
-        self.stepper.step_to(&self.model, &mut self.machine, state, run, time, &settings)?;
+        if self.now.glide(time) {
+            self.behind = true;
+        } else {
+            let settings = self.settings();
+            let Snapshot { state, run, .. } = &mut self.now;
+            self.stepper.step_to(&self.model, &mut self.machine, state, run, time, &settings)?;
+            self.behind = false;
+        }
         self.now.derivatives.fill(false);
         Ok(())
+    }
+
+    /// Brings the state to its time, if only time has moved on.
+    fn catch_up(&mut self) {
+        if self.behind {
+            self.now.catch_up(&self.model);
+            self.behind = false;
+        }
     }
 
     fn settings(&self) -> Settings {
@@ -317,7 +335,10 @@ impl Instance {
         let value = match source {
             Source::Time => return Ok(self.now.state.time()),
             Source::Parameter(index) => return Ok(self.now.state.parameters()[index as usize]),
-            Source::Input(index) => return Ok(self.now.state.inputs()[index as usize]),
+            Source::Input(index) => {
+                self.catch_up();
+                return Ok(self.now.state.inputs()[index as usize]);
+            }
             Source::Coordinate(index) => self.seen()?.positions()[index as usize],
             Source::Rate(index) => self.seen()?.rates()[index as usize],
             Source::Acceleration(index) => {
@@ -349,6 +370,7 @@ impl Instance {
         if self.computed.state {
             return Ok(());
         }
+        self.catch_up();
         self.solve()?;
         if self.is_shown() {
             let settings = self.settings();
@@ -394,17 +416,25 @@ impl Instance {
     pub fn reset(&mut self) {
         self.now = Snapshot::new(&self.model);
         self.computed = Computed::default();
+        self.behind = false;
         self.stepper.forget();
     }
 
     /// A copy of all that the future depends on.
     pub fn save(&self) -> Snapshot {
-        self.now.clone()
+        let mut snapshot = self.now.clone();
+        if self.behind {
+            snapshot.catch_up(&self.model);
+        }
+        snapshot
     }
 
     /// The same into a snapshot of the same model, without allocating.
     pub fn save_into(&self, snapshot: &mut Snapshot) {
         snapshot.copy_from(&self.now);
+        if self.behind {
+            snapshot.catch_up(&self.model);
+        }
     }
 
     /// Goes back (or on) to a saved state.
@@ -415,6 +445,7 @@ impl Instance {
         }
         self.now.copy_from(snapshot);
         self.computed = Computed::default();
+        self.behind = false;
         self.stepper.forget();
         Ok(())
     }

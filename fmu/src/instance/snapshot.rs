@@ -66,6 +66,20 @@ impl Snapshot {
         self.engine = other.engine;
     }
 
+    /// Moves time on, if a later state is already known as a polynomial; [`Snapshot::catch_up`] then brings the rest.
+    pub(super) fn glide(&mut self, time: f64) -> bool {
+        let known = self.run.glide(time);
+        if known {
+            self.state.set_time(time);
+        }
+        known
+    }
+
+    /// Brings the state to its time along the polynomial.
+    pub(super) fn catch_up(&mut self, model: &Model) {
+        self.run.read(model, &mut self.state);
+    }
+
     pub(super) fn belongs_to(&self, model: &Model) -> bool {
         self.model == identity(model)
             && self.state.belongs_to(model)

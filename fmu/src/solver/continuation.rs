@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::explicit::Explicit;
-use super::taylor::Taylor;
+use super::taylor::{self, Taylor};
 use crate::model::{Model, State, motion};
 
 /// Together with the [`State`] it determines the rest of the run bit for bit.
@@ -78,6 +78,23 @@ impl Continuation {
     pub fn keep(&mut self, state: &State) {
         self.before.copy_from(state);
         self.changed = false;
+    }
+
+    /// Is the state at a later time known from the last step's polynomial? That communication point is then passed.
+    pub(crate) fn glide(&mut self, time: f64) -> bool {
+        let known = !self.changed && self.order > 0 && self.dense_from < time && time < self.front_time;
+        if known {
+            self.changed_before = false;
+        }
+        known
+    }
+
+    /// Signals, q and v at the time of a state within the last step.
+    pub(crate) fn read(&self, model: &Model, state: &mut State) {
+        let time = state.time();
+        model.advance_signals(&self.origin, time, state.registers_mut());
+        let motion = &mut state.registers_mut()[motion(model.layout())];
+        taylor::evaluate(&self.dense, self.order as usize, time - self.dense_from, motion);
     }
 
     /// Forgets the step that went beyond a state; the run goes on from that state.

@@ -283,7 +283,7 @@ fn natural_step(model: &Model, dense: &[f64], order: usize, tolerance: f64) -> f
 }
 
 /// q and v of a polynomial.
-fn evaluate(dense: &[f64], order: usize, dt: f64, motion: &mut [f64]) {
+pub(super) fn evaluate(dense: &[f64], order: usize, dt: f64, motion: &mut [f64]) {
     let n = motion.len() / 2;
     let (q, v) = motion.split_at_mut(n);
     q.fill(0.0);
