@@ -351,7 +351,7 @@ impl Component {
     }
 }
 
-const MARK: Mark = Mark { magic: *b"cotI", version: 1, name: "a saved state of a cotree FMU" };
+const MARK: Mark = Mark { magic: *b"cotI", name: "a saved state of a cotree FMU" };
 const INTERFACES: [Interface; 2] = [Interface::ModelExchange, Interface::CoSimulation];
 const MODES: [Mode; 6] =
     [Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::Terminated, Mode::Event, Mode::ContinuousTime];

@@ -8,7 +8,7 @@ use crate::model::{Model, State};
 use crate::program::Engine;
 use crate::solver::stepping::Continuation;
 
-const MARK: Mark = Mark { magic: *b"cotS", version: 2, name: "a saved cotree state" };
+const MARK: Mark = Mark { magic: *b"cotS", name: "a saved cotree state" };
 /// The finest and the coarsest tolerance that mean something in double precision.
 pub(super) const TOLERANCES: [f64; 2] = [1e-13, 1e-2];
 
