@@ -89,6 +89,8 @@ pub const CASES: &[Case] = &[
     ("X01", "a second copy of the library in the same process", second_library),
     ("X02", "a state from another process", state_from_file),
     ("X03", "an initial value that does not fit", impossible_initial),
+    ("X04", "damaged resources", damaged_resources),
+    ("X05", "another model's FMU in the same process", another_model),
 ];
 
 /// Comes before the reason why a model has nothing that a case is about.
@@ -1201,4 +1203,52 @@ fn impossible_initial(fmu: &Fmu) {
     }
     slave.start();
     slave.run(0..2);
+}
+
+/// Whatever has happened to the program: no instance, one message, no crash.
+fn damaged_resources(fmu: &Fmu) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let whole = std::fs::read(fmu.folder.join("resources/program.bin")).expect("a program");
+    let refused = |bytes: Option<&[u8]>| {
+        let file = folder.path().join("program.bin");
+        match bytes {
+            Some(bytes) => std::fs::write(&file, bytes).expect("a file"),
+            None => std::fs::remove_file(&file).expect("a file"),
+        }
+        let [name, guid, _] = good(fmu);
+        let location = CString::new(format!("file://{}", folder.path().display())).expect("no zero");
+        let messages = Messages::default();
+        let c = make(fmu, [Some(&name), Some(&guid), Some(&location)], &callbacks(&messages));
+        assert!(c.is_null() && messages.lock().expect("not poisoned").len() == 1);
+    };
+    let places = (0..whole.len()).step_by(whole.len() / 200 + 1);
+    for place in places {
+        let mut changed = whole.clone();
+        changed[place] ^= 0x24;
+        refused(Some(&changed));
+        refused(Some(&whole[..place]));
+    }
+    refused(Some(&[&whole[..], b"more"].concat()));
+    refused(None);
+    located(fmu, &fmu.resources());
+}
+
+/// In turns with an instance of each other model, each from its own library.
+fn another_model(fmu: &Fmu) {
+    let models = fmu.folder.parent().expect("models beside it");
+    let folders = std::fs::read_dir(models).expect("a folder").map(|entry| entry.expect("an entry").path());
+    let folders = folders.filter(|path| path.join("modelDescription.xml").is_file() && *path != fmu.folder);
+    let others: Vec<Fmu> = folders.map(|folder| Fmu::open(&folder)).collect();
+    assert!(!others.is_empty());
+    let expected = fmu.started().run(0..20);
+    let slave = fmu.started();
+    let strangers: Vec<Slave> = others.iter().map(Fmu::started).collect();
+    for step in 0..20 {
+        strangers.iter().for_each(|stranger| drop(stranger.run(step..step + 1)));
+        assert!(slave.run(step..step + 1) == expected[step as usize..=step as usize]);
+    }
+    // A state of another model is refused.
+    let state = strangers[0].save();
+    assert_eq!(slave.deserialize(&strangers[0].bytes(state)), Err(fmi2Error));
+    strangers[0].free(state);
 }
