@@ -9,10 +9,12 @@ from pathlib import Path
 
 import numpy as np
 from fmpy import extract, instantiate_fmu, read_model_description, simulate_fmu
+from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
 HEAD = "format = 1\n"
 CS, ME = "CoSimulation", "ModelExchange"
+MODELS = Path(__file__).resolve().parents[2] / "models"
 
 DRIVEN = HEAD + """
 name = "driven"
@@ -243,6 +245,32 @@ def check_fixed(make):
         close(result["foot.fx"], -3.0, 1e-9, "wind")
         close(result["foot.fy"], 20.0, 1e-9, "weight")
         close(result["post.angle"], np.pi / 6, 1e-12, "angle")
+
+
+def check_impossible(make):
+    """A crank too long for the rod: an error that names what does not fit, and the instance takes another value."""
+    fmu = make("impossible", (MODELS / "slider_crank/scene.toml").read_text())
+    messages = []
+    logger = lambda environment, name, status, category, message: messages.append(message.decode())
+    for kind in (CS, ME):
+        slave = instantiate_fmu(fmu.folder, fmu.description, kind, logger=logger)
+        crank = [fmu.reference("crank_length")]
+        slave.setupExperiment(startTime=0.0)
+        slave.setReal(crank, [5.0])
+        slave.enterInitializationMode()
+        try:
+            slave.exitInitializationMode()
+            raise AssertionError("a loop that cannot be closed was closed")
+        except FMICallException:
+            assert any("crank.angle" in message for message in messages), messages
+        slave.setReal(crank, [0.5])
+        slave.exitInitializationMode()
+        angle = slave.getReal([fmu.reference("rod.angle")])
+        close(angle, [-np.arcsin(0.5 * np.sin(0.6) / 1.5)], 1e-9, "the rod's angle")
+        if kind == CS:
+            slave.doStep(0.0, 0.1)
+        slave.terminate()
+        slave.freeInstance()
 
 
 def check_silent(make):
