@@ -30,25 +30,20 @@ fn main() {
         measure(model, work.path());
     }
     println!(
-        "\nstep: fmi2DoStep by {} of the default step, constant inputs; + get: with all outputs read; + set: with an input or tunable\n\
-         parameter that changes before each step; save, restore: the state, into an existing one; start: instantiate, initialise, free;\n\
-         size: the archive for this platform",
-        SHARE
+        "\nstep: fmi2DoStep by the default step, constant inputs; + get: with all outputs read; + set: with an input or tunable parameter\n\
+         that changes before each step; save, restore: the state, into an existing one; start: instantiate, initialise, free; size: the\n\
+         archive for this platform"
     );
 }
-
-/// Communication step, relative to the model's default.
-const SHARE: f64 = 0.2;
 
 fn measure(model: &str, work: &Path) {
     let archive = work.join(format!("{model}.fmu"));
     let fmu = Fmu::open(&unpacked(model, &archive));
     let experiment = fmu.below("/DefaultExperiment")[0];
-    let step: f64 = fmu::attribute(experiment, "stepSize").and_then(|text| text.parse().ok()).expect("a step");
+    let h: f64 = fmu::attribute(experiment, "stepSize").and_then(|text| text.parse().ok()).expect("a step");
     let slave = fmu.slave();
     let outputs = fmu.outputs();
     let settable = fmu.inputs().into_iter().chain(fmu.tunable()).next();
-    let h = SHARE * step;
     let plain = stepping(&slave, h, |_| {});
     let read = stepping(&slave, h, |_| drop(slave.read(&outputs)));
     let set = settable.map(|known| {

@@ -58,7 +58,7 @@ impl Page<'_> {
 /// Text as HTML, with names between backticks as code.
 fn prose(text: &str) -> String {
     let parts: Vec<&str> = text.split('`').collect();
-    if parts.len() % 2 == 0 {
+    if parts.len().is_multiple_of(2) {
         return escape(text);
     }
     let part = |(index, part): (usize, &&str)| match index % 2 {
@@ -92,7 +92,10 @@ fn about(description: &Description) -> String {
     let experiment = description.experiment;
     let interfaces = match description.exchange {
         Some(_) => "for Co-Simulation, with the integrator inside, and for Model Exchange",
-        None => "for Co-Simulation; the integrator is inside",
+        None => {
+            "for Co-Simulation, with the integrator inside. No Model Exchange: a driver follows an input, and an importer that \
+             integrates does not tell the input's rate"
+        }
     };
     format!(
         "<h2>Use</h2>\n<p>FMI 2.0 {interfaces}. Default experiment: {:?} s to {:?} s, communication step {:?} s, \
