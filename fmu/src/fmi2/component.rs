@@ -320,12 +320,12 @@ impl Component {
         known.then(|| self.instance.time())
     }
 
-    pub fn save(&self) -> SavedState {
+    pub fn save(&mut self) -> SavedState {
         let Self { interface, mode, set_up, .. } = *self;
         SavedState { interface, mode, set_up, snapshot: self.instance.save() }
     }
 
-    pub fn save_into(&self, state: &mut SavedState) {
+    pub fn save_into(&mut self, state: &mut SavedState) {
         (state.interface, state.mode, state.set_up) = (self.interface, self.mode, self.set_up);
         self.instance.save_into(&mut state.snapshot);
     }

@@ -87,7 +87,8 @@ impl Instance {
 
     /// A copy of the state; consistent once initialised.
     pub fn state(&self) -> State {
-        self.save().state
+        // Whoever steps in a hurry does not ask for this.
+        if self.behind { self.clone().save().state } else { self.now.state.clone() }
     }
 
     /// What the solver has done so far.
@@ -313,7 +314,8 @@ impl Instance {
     /// Brings the state to its time, if only time has moved on.
     fn catch_up(&mut self) {
         if self.behind {
-            self.now.catch_up(&self.model);
+            let Snapshot { state, run, .. } = &mut self.now;
+            self.stepper.catch_up(&self.model, state, run);
             self.behind = false;
         }
     }
@@ -421,20 +423,15 @@ impl Instance {
     }
 
     /// A copy of all that the future depends on.
-    pub fn save(&self) -> Snapshot {
-        let mut snapshot = self.now.clone();
-        if self.behind {
-            snapshot.catch_up(&self.model);
-        }
-        snapshot
+    pub fn save(&mut self) -> Snapshot {
+        self.catch_up();
+        self.now.clone()
     }
 
     /// The same into a snapshot of the same model, without allocating.
-    pub fn save_into(&self, snapshot: &mut Snapshot) {
+    pub fn save_into(&mut self, snapshot: &mut Snapshot) {
+        self.catch_up();
         snapshot.copy_from(&self.now);
-        if self.behind {
-            snapshot.catch_up(&self.model);
-        }
     }
 
     /// Goes back (or on) to a saved state.

@@ -66,18 +66,13 @@ impl Snapshot {
         self.engine = other.engine;
     }
 
-    /// Moves time on, if a later state is already known as a polynomial; [`Snapshot::catch_up`] then brings the rest.
+    /// Moves time on, if a later state is already known as a polynomial.
     pub(super) fn glide(&mut self, time: f64) -> bool {
         let known = self.run.glide(time);
         if known {
             self.state.set_time(time);
         }
         known
-    }
-
-    /// Brings the state to its time along the polynomial.
-    pub(super) fn catch_up(&mut self, model: &Model) {
-        self.run.read(model, &mut self.state);
     }
 
     pub(super) fn belongs_to(&self, model: &Model) -> bool {

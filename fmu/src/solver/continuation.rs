@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::explicit::Explicit;
-use super::taylor::{self, Taylor};
+use super::taylor::Taylor;
 use crate::model::{Model, State, motion};
 
 /// Together with the [`State`] it determines the rest of the run bit for bit.
@@ -87,14 +87,6 @@ impl Continuation {
             self.changed_before = false;
         }
         known
-    }
-
-    /// Signals, q and v at the time of a state within the last step.
-    pub(crate) fn read(&self, model: &Model, state: &mut State) {
-        let time = state.time();
-        model.advance_signals(&self.origin, time, state.registers_mut());
-        let motion = &mut state.registers_mut()[motion(model.layout())];
-        taylor::evaluate(&self.dense, self.order as usize, time - self.dense_from, motion);
     }
 
     /// Forgets the step that went beyond a state; the run goes on from that state.
