@@ -28,13 +28,13 @@ fn built_by_cargo(out: &Path) -> Result<PathBuf, String> {
     let (host, target) = (variable("HOST")?, variable("TARGET")?);
     if host != target {
         return Err(format!(
-            "cross-compiling for {target}: build `fmu/library` for {target} first and name its shared library in \
+            "cross-compiling for {target}: build `tools/runtime` for {target} first and name its shared library in \
              {OVERRIDE}"
         ));
     }
     let folders = dependency_folders(out);
     newest_runtime(&folders).ok_or_else(|| {
-        format!("no shared library of `cotree-runtime` in {folders:?}; build `fmu/library` and name it in {OVERRIDE}")
+        format!("no shared library of `cotree-runtime` in {folders:?}; build `tools/runtime` and name it in {OVERRIDE}")
     })
 }
 

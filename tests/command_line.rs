@@ -227,6 +227,27 @@ fn info_says_why_it_cannot_read_a_file() {
 }
 
 #[test]
+fn all_means_every_variable() {
+    let folder = with_scene();
+    let lines = |arguments: &[&str]| {
+        let export = cotree(folder.path(), &[&["export", "crank.toml"], arguments].concat());
+        assert_eq!(code(&export), 0, "{}", stderr(&export));
+        stdout(&cotree(folder.path(), &["info", "crank.fmu"])).lines().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let (asked, all) = (lines(&[]), lines(&["--all"]));
+    for name in ["rod.small_end.vx", "crank_pin.fy", "main_bearing.torque", "energy.kinetic", "constraint.position"] {
+        let is_there = |lines: &[String]| lines.iter().any(|line| line.split_whitespace().nth(1) == Some(name));
+        assert!(is_there(&all) && !is_there(&asked), "{name}");
+    }
+    let first = |lines: &[String]| lines.iter().find(|line| line.starts_with("  output")).cloned();
+    assert_eq!(
+        first(&asked).map(|line| line.split_whitespace().nth(1).map(str::to_owned)),
+        first(&all).map(|line| line.split_whitespace().nth(1).map(str::to_owned)),
+        "what the scene asks for comes first"
+    );
+}
+
+#[test]
 fn platforms_come_from_a_folder_of_runtimes() {
     let folder = with_scene();
     let library = folder.path().join("lib/win64/cotree_runtime.dll");
@@ -245,7 +266,11 @@ fn platforms_come_from_a_folder_of_runtimes() {
     dll[..2].copy_from_slice(b"MZ");
     dll[60] = 0x80;
     dll[0x80..0x86].copy_from_slice(b"PE\0\0\x64\x86");
-    std::fs::write(&library, dll).unwrap();
+    std::fs::write(&library, &dll).unwrap();
+    let older = export(&["--platform", "win64"]);
+    assert!(stderr(&older).contains("another version of cotree"), "{}", stderr(&older));
+    dll.extend_from_slice(cotree_fmu::storage::KIND.as_bytes());
+    std::fs::write(&library, &dll).unwrap();
     let host = cotree::export::runtime::Platform::host().unwrap().folder;
     for platforms in [format!("{host},win64"), "all".to_owned()] {
         let all = export(&["--platform", &platforms]);

@@ -1,5 +1,5 @@
 //! The catalogue of what an FMU must do, on real FMUs: rules for the archive and the description, and calls through the C interface
-//! alone, each case in a fresh process. Prints a table.
+//! alone, each case in a fresh process. Prints a table; with COTREE_CONFORMANCE_TABLE=FILE also writes it there (see tools/conformance.sh).
 
 #[path = "conformance/dynamic.rs"]
 mod dynamic;
@@ -7,6 +7,10 @@ mod dynamic;
 mod fixed;
 #[path = "conformance/fmu.rs"]
 mod fmu;
+#[path = "support/python.rs"]
+mod python;
+#[path = "conformance/table.rs"]
+mod table;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -15,20 +19,27 @@ use std::{env, fs, thread};
 
 use cotree::scene::Scene;
 use fmu::Fmu;
+use table::{Outcome, Row};
 
-/// An open chain, closed loops, a mechanism driven by time, and the same driven by an input.
-const MODELS: [&str; 4] = ["cart_pole", "slider_crank", "quick_return", DRIVEN];
+/// An open chain, closed loops, a stiff one, a mechanism driven by time, and the same driven by an input.
+const MODELS: [&str; 5] = ["cart_pole", "slider_crank", "stiff", "quick_return", DRIVEN];
 const DRIVEN: &str = "driven";
 /// A case that takes longer hangs.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(300);
 const CASE: &str = "COTREE_CONFORMANCE_CASE";
 const FOLDER: &str = "COTREE_CONFORMANCE_FMU";
+const TABLE: &str = "COTREE_CONFORMANCE_TABLE";
+/// The schema comes with this importer.
+const REQUIREMENTS: &str = include_str!("fmpy/requirements.txt");
 
 /// The scene of a model.
 fn text(model: &str) -> String {
-    let file = if model == DRIVEN { "quick_return" } else { model };
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(file).join("scene.toml");
-    let text = fs::read_to_string(path).expect("a scene");
+    let file = match model {
+        "stiff" => "tests/scenes/stiff.toml".to_owned(),
+        DRIVEN => "models/quick_return/scene.toml".to_owned(),
+        _ => format!("models/{model}/scene.toml"),
+    };
+    let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).expect("a scene");
     if model != DRIVEN {
         return text;
     }
@@ -48,7 +59,7 @@ fn unpacked(model: &str, work: &Path) -> PathBuf {
 }
 
 /// Runs one case in a process of its own; the reason if it fails.
-fn run(case: &str, folder: &Path) -> Result<(), String> {
+fn run(case: &str, folder: &Path) -> Result<Outcome, String> {
     let mut command = Command::new(env::current_exe().map_err(|error| error.to_string())?);
     command.args(["one_case", "--exact", "--ignored", "--nocapture"]).env(CASE, case).env(FOLDER, folder);
     let output = folder.join("output.txt");
@@ -60,10 +71,11 @@ fn run(case: &str, folder: &Path) -> Result<(), String> {
     loop {
         if let Some(status) = child.try_wait().map_err(|error| error.to_string())? {
             let printed = fs::read_to_string(&output).unwrap_or_default();
-            return if status.success() && printed.contains("1 passed") {
-                Ok(())
-            } else {
-                Err(format!("{status}\n{printed}"))
+            let nothing = printed.lines().find_map(|line| line.split_once(dynamic::NOTHING));
+            return match nothing {
+                _ if !status.success() || !printed.contains("1 passed") => Err(format!("{status}\n{printed}")),
+                Some((_, reason)) => Ok(Outcome::Nothing(reason.to_owned())),
+                None => Ok(Outcome::Passed),
             };
         }
         if started.elapsed() > PATIENCE {
@@ -77,7 +89,8 @@ fn run(case: &str, folder: &Path) -> Result<(), String> {
 /// Runs the present case again in a process of its own.
 fn respawn() {
     let (case, folder) = (env::var(CASE).expect("a case"), env::var(FOLDER).expect("a folder"));
-    run(&case, Path::new(&folder)).unwrap_or_else(|reason| panic!("{reason}"));
+    let outcome = run(&case, Path::new(&folder)).unwrap_or_else(|reason| panic!("{reason}"));
+    assert_eq!(outcome, Outcome::Passed);
 }
 
 #[test]
@@ -88,37 +101,52 @@ fn one_case() {
     check(&Fmu::open(Path::new(&folder)));
 }
 
-#[test]
-fn every_dynamic_case() {
-    let work = tempfile::tempdir().expect("a folder");
-    let folders = MODELS.map(|model| unpacked(model, work.path()));
-    let mut failures = Vec::new();
-    println!("{:5}{}  what", "case", MODELS.map(|model| format!("{model:>14}")).concat());
-    for (case, what, _) in dynamic::CASES {
-        let results = folders.each_ref().map(|folder| run(case, folder));
-        let words = results.each_ref().map(|result| if result.is_ok() { "ok" } else { "FAILED" });
-        println!("{case:5}{}  {what}", words.map(|word| format!("{word:>14}")).concat());
-        let failed = results.into_iter().zip(MODELS).filter_map(|(result, model)| Some((model, result.err()?)));
-        failures.extend(failed.map(|(model, reason)| format!("{case} {model}: {what}\n{reason}")));
+/// S01: every description against the official schema.
+fn schema(folders: &[PathBuf]) -> Row {
+    let outcomes = match python::python("fmpy", REQUIREMENTS) {
+        None => folders.iter().map(|_| Outcome::Nothing("COTREE_SKIP_FMPY=1 is set".to_owned())).collect(),
+        Some((_, python)) => folders.iter().map(|folder| valid(&python, folder)).collect(),
+    };
+    Row { case: "S01", what: "valid by the official schema", outcomes }
+}
+
+fn valid(python: &Path, folder: &Path) -> Outcome {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fmpy/schema.py");
+    match python::run(Command::new(python).arg(script).arg(folder.join("modelDescription.xml"))) {
+        Ok(_) => Outcome::Passed,
+        Err(complaints) => Outcome::Failed(complaints),
     }
-    assert!(failures.is_empty(), "{}", failures.join("\n\n"));
+}
+
+/// The cases of the catalogue that the standard and the users ask for.
+fn expected() -> impl Iterator<Item = String> {
+    (1..=19).map(|number| format!("S{number:02}")).chain((1..=68).map(|number| format!("D{number:02}")))
 }
 
 #[test]
-fn every_static_case() {
+fn every_case_of_the_catalogue() {
     let work = tempfile::tempdir().expect("a folder");
-    let mut failures = Vec::new();
-    println!("{:5}{}  what", "case", MODELS.map(|model| format!("{model:>14}")).concat());
-    let archives = MODELS.map(|model| {
-        let folder = unpacked(model, work.path());
-        fixed::Archive::open(&work.path().join(format!("{model}.fmu")), &folder)
-    });
-    for (case, what, check) in fixed::CASES {
-        let results = archives.each_ref().map(check);
-        let words = results.each_ref().map(|found| if found.is_empty() { "ok" } else { "FAILED" });
-        println!("{case:5}{}  {what}", words.map(|word| format!("{word:>14}")).concat());
-        let failed = results.into_iter().zip(MODELS).filter(|(found, _)| !found.is_empty());
-        failures.extend(failed.map(|(found, model)| format!("{case} {model}: {what}\n{}", found.join("\n"))));
+    let folders: Vec<PathBuf> = MODELS.iter().map(|model| unpacked(model, work.path())).collect();
+    let archives = MODELS.iter().zip(&folders);
+    let archives: Vec<_> = archives
+        .map(|(model, folder)| fixed::Archive::open(&work.path().join(format!("{model}.fmu")), folder))
+        .collect();
+    let mut rows = vec![schema(&folders)];
+    for &(case, what, check) in fixed::CASES {
+        let outcomes = archives.iter().map(|archive| Outcome::of_complaints(check(archive))).collect();
+        rows.push(Row { case, what, outcomes });
     }
+    for &(case, what, _) in dynamic::CASES {
+        let outcomes = folders.iter().map(|folder| run(case, folder).unwrap_or_else(Outcome::Failed)).collect();
+        rows.push(Row { case, what, outcomes });
+    }
+    println!("{}", table::plain(&MODELS, &rows));
+    if let Some(file) = env::var_os(TABLE) {
+        fs::write(file, table::markdown(&MODELS, &rows, &archives[0].glibc())).expect("the table can be written");
+    }
+    let known: Vec<&str> = rows.iter().map(|row| row.case).collect();
+    let missing: Vec<String> = expected().filter(|case| !known.contains(&case.as_str())).collect();
+    assert!(missing.is_empty(), "{missing:?} are not checked");
+    let failures = table::failures(&MODELS, &rows);
     assert!(failures.is_empty(), "{}", failures.join("\n\n"));
 }

@@ -20,3 +20,15 @@ fn every_model_runs_in_fmpy() {
         Err(report) => panic!("{report}"),
     }
 }
+
+#[test]
+fn odd_scenes_behave_in_fmpy_as_worked_out_by_hand() {
+    let Some((work, python)) = python::python("fmpy", REQUIREMENTS) else { return };
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut check = Command::new(python);
+    check.arg(root.join("tests/fmpy/odd.py")).arg(env!("CARGO_BIN_EXE_cotree")).arg(work);
+    match python::run(&mut check) {
+        Ok(report) => println!("{report}"),
+        Err(report) => panic!("{report}"),
+    }
+}

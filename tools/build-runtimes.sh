@@ -76,7 +76,7 @@ build() {
     say "$platform"
     (
         choose_toolchain "$target"
-        options=(--release --locked --package cotree-runtime --target-dir "$work" "${std[@]}")
+        options=(--release --manifest-path tools/runtime/Cargo.toml --target-dir "$work" "${std[@]}")
         # Paths of this machine are nobody's business, and the same source gives the same bytes anywhere.
         export RUSTFLAGS="--remap-path-prefix=$PWD=cotree --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=cargo"
         if [ "$platform" = win64 ]; then
@@ -96,5 +96,6 @@ if [ "${1-}" = -o ]; then
     shift 2
 fi
 [ $# -gt 0 ] || set -- linux64 aarch64-linux win64
+cp Cargo.lock tools/runtime/Cargo.lock # a package of its own, but with the same versions
 for platform; do build "$platform"; done
 say "done: $folder"

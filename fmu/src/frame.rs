@@ -2,6 +2,12 @@
 
 use thiserror::Error;
 
+/// The format of what is stored, from the sources that define it.
+pub const FORMAT: u32 = match u32::from_str_radix(env!("COTREE_FORMAT"), 16) {
+    Ok(format) => format,
+    Err(_) => panic!("the build script writes a hexadecimal number"),
+};
+
 /// Bytes before the payload.
 const HEADER: usize = 24;
 
@@ -15,11 +21,11 @@ pub enum FrameError {
         expected: &'static str,
     },
     /// Written by another version.
-    #[error("format version {found} is not understood here (only {expected}): export again")]
+    #[error("format {found:08x} is not understood here (only {expected:08x}): export again")]
     Version {
-        /// Version found.
+        /// Format found.
         found: u32,
-        /// Version understood.
+        /// Format understood.
         expected: u32,
     },
     /// Cut off, or with bytes added.
@@ -40,8 +46,6 @@ pub enum FrameError {
 pub(crate) struct Mark {
     /// The first bytes.
     pub magic: [u8; 4],
-    /// Format version.
-    pub version: u32,
     /// What it is, for messages.
     pub name: &'static str,
 }
@@ -51,7 +55,7 @@ impl Mark {
     pub fn seal(&self, payload: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(HEADER + payload.len());
         bytes.extend_from_slice(&self.magic);
-        bytes.extend_from_slice(&self.version.to_le_bytes());
+        bytes.extend_from_slice(&FORMAT.to_le_bytes());
         bytes.extend_from_slice(&(payload.len() as u64).to_le_bytes());
         bytes.extend_from_slice(&checksum(payload).to_le_bytes());
         bytes.extend_from_slice(payload);
@@ -69,8 +73,8 @@ impl Mark {
             return Err(foreign);
         }
         let found = u32::from_le_bytes(*version);
-        if found != self.version {
-            return Err(FrameError::Version { found, expected: self.version });
+        if found != FORMAT {
+            return Err(FrameError::Version { found, expected: FORMAT });
         }
         let expected = u64::from_le_bytes(*length);
         if payload.len() as u64 != expected {

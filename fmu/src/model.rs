@@ -131,6 +131,12 @@ impl State {
         self.registers[self.layout.time()]
     }
 
+    /// Moves time on, and nothing else.
+    pub(crate) fn set_time(&mut self, time: f64) {
+        let place = self.layout.time();
+        self.registers[place] = time;
+    }
+
     /// Parameters.
     pub fn parameters(&self) -> &[f64] {
         &self.registers[self.layout.parameters()..self.layout.inputs()]

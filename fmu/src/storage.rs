@@ -6,7 +6,10 @@ use crate::check::Fault;
 use crate::frame::{FrameError, Mark};
 use crate::program::Program;
 
-const MARK: Mark = Mark { magic: *b"cotP", version: 2, name: "a cotree program" };
+const MARK: Mark = Mark { magic: *b"cotP", name: KIND };
+
+/// What a runtime calls the programs that it reads. It is among the bytes of the runtime's shared library.
+pub const KIND: &str = concat!("a cotree program of format ", env!("COTREE_FORMAT"));
 
 /// Why a program cannot be loaded.
 #[derive(Clone, Debug, PartialEq, Error)]

@@ -83,7 +83,7 @@ fn call() -> impl Strategy<Value = Call> {
         4 => (reference(), number()).prop_map(|(reference, value)| Call::Set(reference, value)),
         2 => (reference(), -1..4, number()).prop_map(|(reference, order, value)| Call::SetDerivative(reference, order, value)),
         2 => (reference(), reference()).prop_map(|(unknown, known)| Call::Derivative(unknown, known)),
-        2 => (reference(), -1..3).prop_map(|(reference, order)| Call::OutputDerivative(reference, order)),
+        2 => (reference(), -1..7).prop_map(|(reference, order)| Call::OutputDerivative(reference, order)),
         2 => Just(Call::Save),
         2 => Just(Call::Restore),
         1 => proptest::option::of(any::<usize>()).prop_map(|damage| Call::Serialise { damage }),
@@ -175,7 +175,7 @@ impl Subject {
             Call::OutputDerivative(reference, order) => needs(
                 matches!(mode, Mode::Stepping | Mode::Terminated)
                     && !self.exchange
-                    && *order == 1
+                    && (1..=4).contains(order)
                     && self.source(*reference).is_some(),
             ),
             Call::Save | Call::Reset => Some(true),

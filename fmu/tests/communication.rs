@@ -117,7 +117,7 @@ fn a_state_can_be_saved_between_a_change_and_its_step() {
 
 #[test]
 fn damaged_and_foreign_states_are_refused() {
-    let instance = started(slider_crank());
+    let mut instance = started(slider_crank());
     let bytes = instance.save().to_bytes().expect("can be written");
     for place in 0..bytes.len() {
         let mut damaged = bytes.clone();

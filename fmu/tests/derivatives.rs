@@ -2,7 +2,7 @@
 
 mod support;
 
-use cotree_fmu::instance::{Instance, InstanceError};
+use cotree_fmu::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot};
 use cotree_fmu::program::{Motion, Program, Source};
 use support::*;
 
@@ -24,6 +24,14 @@ fn along(instance: &mut Instance, known: usize, unknowns: &[usize]) -> Vec<f64> 
     instance.add_direction(known, 1.0).expect("independent");
     instance.differentiate().expect("regular");
     unknowns.iter().map(|&unknown| instance.derivative(unknown).expect("calculated")).collect()
+}
+
+/// Derivatives of an order by time, of a run from a saved state to that time.
+fn by_time(instance: &mut Instance, start: &Snapshot, time: f64, unknowns: &[usize], order: i32) -> Vec<f64> {
+    instance.restore(start).expect("own state");
+    instance.step_to(time).expect("regular");
+    instance.differentiate_motion(order).expect("regular");
+    unknowns.iter().map(|&unknown| instance.motion_derivative(unknown, order).expect("calculated")).collect()
 }
 
 /// Central differences of fourth order of the values after `change`.
@@ -173,12 +181,14 @@ fn derivatives_by_time_are_those_of_the_motion() {
             values(&mut instance, &unknowns)
         };
         let found = differences(at, 2e-3);
-        instance.restore(&start).expect("own state");
-        instance.step_to(0.2).expect("regular");
-        instance.differentiate_motion().expect("regular");
-        let exact: Vec<f64> =
-            unknowns.iter().map(|&unknown| instance.derivative(unknown).expect("calculated")).collect();
+        let exact = by_time(&mut instance, &start, 0.2, &unknowns, 1);
         assert_agree(&program, &unknowns, &exact, &found, "t");
+        for order in 2..=DERIVATIVE_ORDER {
+            let at = |time: f64| by_time(&mut instance, &start, 0.2 + time, &unknowns, order - 1);
+            let found = differences(at, 2e-3);
+            let exact = by_time(&mut instance, &start, 0.2, &unknowns, order);
+            assert_agree(&program, &unknowns, &exact, &found, &format!("t^{order}"));
+        }
     }
 }
 
@@ -193,7 +203,7 @@ fn derivatives_do_not_disturb_the_run() {
                 instance.set(input, f64::from(step % 4) * 0.2).expect("input");
             }
             along(&mut observed, input, &calculated(&program));
-            observed.differentiate_motion().expect("regular");
+            observed.differentiate_motion(3).expect("regular");
             values(&mut observed, &calculated(&program));
             for instance in [&mut plain, &mut observed] {
                 instance.step_to(f64::from(step) * 0.02).expect("regular");

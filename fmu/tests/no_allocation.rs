@@ -42,6 +42,7 @@ fn stepping_setting_getting_differentiating_and_saving_do_not_allocate() {
             .position(|variable| matches!(variable.source, cotree_fmu::program::Source::Input(_)));
         let input = input.expect("all have one");
         let mut snapshot = instance.save();
+        instance.differentiate_motion(1).expect("regular");
         let before = COUNT.get();
         for step in 1..=200_u32 {
             if step % 3 == 0 {
@@ -55,7 +56,7 @@ fn stepping_setting_getting_differentiating_and_saving_do_not_allocate() {
             instance.begin_direction();
             instance.add_direction(input, 1.0).expect("input");
             instance.differentiate().expect("regular");
-            instance.differentiate_motion().expect("regular");
+            instance.differentiate_motion(4).expect("regular");
             instance.save_into(&mut snapshot);
             instance.restore(&snapshot).expect("own state");
         }

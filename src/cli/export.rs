@@ -23,6 +23,9 @@ pub struct Export {
     /// Where the FMU goes [default: <name of the scene>.fmu in the current folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Every variable that the mechanism has, not only those that the scene asks for
+    #[arg(long)]
+    all: bool,
     /// Platforms that the FMU is to run on, such as linux64,win64; `all` for every one that there is a runtime for [default: this one]
     #[arg(long, value_name = "PLATFORMS", value_delimiter = ',')]
     platform: Vec<String>,
@@ -34,7 +37,9 @@ pub struct Export {
 impl Export {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let runtimes = self.runtimes().map_err(ExportError::from)?;
-        let compiled = output::compile(&self.scene, format)?;
+        let scene = output::load(&self.scene)?;
+        let scene = if self.all { scene.with_every_output() } else { scene };
+        let compiled = output::compile_scene(&scene, format)?;
         let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
         compiled.write_fmu(&runtimes, &path)?;
         output::print(&format!("{}\n", path.display()))

@@ -75,7 +75,12 @@ pub fn load(path: &Path) -> Result<Scene, Failure> {
 
 /// Reads and compiles a scene file; its warnings go to standard error.
 pub fn compile(path: &Path, format: MessageFormat) -> Result<Compiled, Failure> {
-    let compiled = pipeline::compile(&load(path)?)?;
+    compile_scene(&load(path)?, format)
+}
+
+/// Compiles a scene; its warnings go to standard error.
+pub fn compile_scene(scene: &Scene, format: MessageFormat) -> Result<Compiled, Failure> {
+    let compiled = pipeline::compile(scene)?;
     if let Some(warnings) = &compiled.warnings {
         warn(warnings, format);
     }

@@ -120,7 +120,7 @@ impl Motion {
         if time > self.instance.time() {
             self.instance.step_to(time)?;
         }
-        Point::moving(&self.model, self.instance.state())
+        Point::moving(&self.model, &self.instance.state())
     }
 }
 

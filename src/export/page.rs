@@ -12,7 +12,7 @@ use crate::report::svg::escape;
 const STYLE: &str = "body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;color:#1f2933;max-width:60rem;\
 margin:2rem auto;padding:0 1rem}svg{max-width:100%;height:auto;border:1px solid #e6eaef;border-radius:6px}\
 table{border-collapse:collapse;width:100%;font-size:.92rem}th,td{text-align:left;padding:.3rem .7rem;\
-border-bottom:1px solid #e6eaef;vertical-align:top}td.n{text-align:right;font-variant-numeric:tabular-nums}\
+border-bottom:1px solid #e6eaef;vertical-align:top}.n{text-align:right;font-variant-numeric:tabular-nums}\
 code{font-size:.92em;background:#f3f5f8;padding:.1em .3em;border-radius:3px}\
 pre{font-size:.86rem;background:#f3f5f8;padding:.7rem;border-radius:6px;overflow:auto;max-height:40rem}\
 math{font-size:1.05em}";
@@ -38,7 +38,7 @@ impl Page<'_> {
              <style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n"
         );
         if !description.description.is_empty() {
-            add(&mut page, format_args!("<p>{}</p>\n", escape(&description.description)));
+            add(&mut page, format_args!("<p>{}</p>\n", prose(&description.description)));
         }
         page.push_str(&self.drawing.svg());
         page.push_str(&about(description));
@@ -53,6 +53,19 @@ impl Page<'_> {
         page.push_str("</body>\n</html>\n");
         page
     }
+}
+
+/// Text as HTML, with names between backticks as code.
+fn prose(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    if parts.len().is_multiple_of(2) {
+        return escape(text);
+    }
+    let part = |(index, part): (usize, &&str)| match index % 2 {
+        0 => escape(part),
+        _ => format!("<code>{}</code>", escape(part)),
+    };
+    parts.iter().enumerate().map(part).collect()
 }
 
 /// Text as HTML that keeps its lines and spaces.
@@ -79,7 +92,10 @@ fn about(description: &Description) -> String {
     let experiment = description.experiment;
     let interfaces = match description.exchange {
         Some(_) => "for Co-Simulation, with the integrator inside, and for Model Exchange",
-        None => "for Co-Simulation; the integrator is inside",
+        None => {
+            "for Co-Simulation, with the integrator inside. No Model Exchange: a driver follows an input, and an importer that \
+             integrates does not tell the input's rate"
+        }
     };
     format!(
         "<h2>Use</h2>\n<p>FMI 2.0 {interfaces}. Default experiment: {:?} s to {:?} s, communication step {:?} s, \
@@ -90,8 +106,8 @@ fn about(description: &Description) -> String {
          <code>fmi2SetRealInputDerivatives</code>. Two FMUs that exchange values once in a communication step see each \
          other one step late; this is a property of co-simulation.</li>\n\
          <li>Fixed parameters may be set until initialisation, tunable ones at any communication point.</li>\n\
-         <li>The state can be saved, restored and serialised; derivatives along directions and of outputs by time are \
-         exact.</li>\n</ul>\n",
+         <li>The state can be saved, restored and serialised; derivatives along directions, and of outputs by time up to \
+         the fourth order, are exact.</li>\n</ul>\n",
         experiment.start,
         experiment.stop,
         experiment.step,
@@ -107,15 +123,15 @@ fn fmpy(description: &Description) -> String {
     let Description { identifier, experiment, .. } = description;
     let start = match first(|causality| matches!(causality, Causality::Parameter { .. })) {
         Some(ScalarVariable { name, causality: Causality::Parameter { start, .. }, .. }) => {
-            format!(", start_values={{{name:?}: {start:?}}}")
+            format!("    start_values={{{name:?}: {start:?}}},\n")
         }
         _ => String::new(),
     };
     let result = first(|causality| causality == Causality::Output);
     let shown = result.map_or("result".into(), |variable| format!("result[\"time\"], result[{:?}]", variable.name));
     format!(
-        "from fmpy import simulate_fmu\n\nresult = simulate_fmu(\"{identifier}.fmu\", stop_time={:?}, output_interval={:?}{start})\n\
-         print({shown})\n",
+        "from fmpy import simulate_fmu\n\nresult = simulate_fmu(\n    \"{identifier}.fmu\",\n    stop_time={:?},\n    \
+         output_interval={:?},\n{start})\nprint({shown})\n",
         experiment.stop, experiment.step
     )
 }
@@ -142,9 +158,9 @@ fn accuracy(measured: &Result<Accuracy, String>, default: f64) -> String {
     if let Some(curve) = accuracy.curve() {
         text.push_str(&curve.svg());
     }
-    text.push_str(
-        "<table>\n<tr><th>tolerance</th><th>error</th><th>steps</th><th>rejected</th><th>evaluations</th></tr>\n",
-    );
+    let heads = ["tolerance", "error", "steps", "rejected", accuracy.work()];
+    let heads = heads.map(|head| format!("<th class=\"n\">{head}</th>")).concat();
+    add(&mut text, format_args!("<table>\n<tr>{heads}</tr>\n"));
     for Measurement { tolerance, error, statistics } in &accuracy.measurements {
         let Statistics { steps, rejected, evaluations, .. } = statistics;
         let (tolerance, error) = (format!("{tolerance:e}"), format!("{error:.1e}"));
@@ -163,7 +179,7 @@ fn table<'a>(page: &mut String, title: &str, variables: impl Iterator<Item = &'a
         return;
     };
     let range = range(first.causality).is_some();
-    let columns = if range { "<th>default</th><th>permitted</th><th>may change</th>" } else { "" };
+    let columns = if range { "<th class=\"n\">default</th><th>permitted</th><th>may change</th>" } else { "" };
     add(
         page,
         format_args!("<h2>{title}</h2>\n<table>\n<tr><th>name</th><th>unit</th>{columns}<th>meaning</th></tr>\n"),
@@ -174,7 +190,7 @@ fn table<'a>(page: &mut String, title: &str, variables: impl Iterator<Item = &'a
         if let Some((start, permitted, change)) = self::range(variable.causality) {
             add(page, format_args!("<td class=\"n\">{start:?}</td><td>{permitted}</td><td>{change}</td>"));
         }
-        add(page, format_args!("<td>{}</td></tr>\n", escape(&variable.description)));
+        add(page, format_args!("<td>{}</td></tr>\n", prose(&variable.description)));
     }
     page.push_str("</table>\n");
 }

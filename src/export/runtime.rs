@@ -8,6 +8,8 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use cotree_fmu::storage::KIND;
+
 /// The shared library for the platform that cotree runs on.
 pub static LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/runtime"));
 
@@ -92,6 +94,11 @@ impl Platform {
     }
 }
 
+/// Does a shared library read the programs that this cotree writes?
+fn understands(library: &[u8]) -> bool {
+    library.windows(KIND.len()).any(|bytes| bytes == KIND.as_bytes())
+}
+
 /// A number of a header, lowest byte first.
 fn number(bytes: &[u8], from: usize, length: usize) -> Option<u32> {
     let field = bytes.get(from..from.checked_add(length)?)?;
@@ -139,6 +146,12 @@ pub enum RuntimeError {
         /// Why not.
         error: std::io::Error,
     },
+    /// It reads other programs than this cotree writes.
+    #[error("`{}` is the runtime of another version of cotree\nBuild it again with tools/build-runtimes.sh", file.display())]
+    Version {
+        /// The file.
+        file: PathBuf,
+    },
     /// The file is for another platform, or no shared library at all.
     #[error("`{}` is not a shared library for {platform}", file.display())]
     Foreign {
@@ -166,7 +179,10 @@ impl Runtime {
     pub fn find(platform: Platform, runtimes: &Path) -> Result<Self, RuntimeError> {
         let file = platform.file(runtimes);
         match fs::read(&file) {
-            Ok(library) if platform.accepts(&library) => Ok(Self { platform, library: library.into() }),
+            Ok(library) if platform.accepts(&library) && understands(&library) => {
+                Ok(Self { platform, library: library.into() })
+            }
+            Ok(library) if platform.accepts(&library) => Err(RuntimeError::Version { file }),
             Ok(_) => Err(RuntimeError::Foreign { platform: platform.folder, file }),
             Err(error) if error.kind() == ErrorKind::NotFound && Platform::host() == Some(platform) => Self::embedded(),
             Err(error) if error.kind() == ErrorKind::NotFound => {
@@ -225,6 +241,11 @@ mod tests {
         let mine = [LIBRARY, b"mine"].concat();
         fs::write(&file, &mine).unwrap();
         assert_eq!(Runtime::find(host, folder.path()).unwrap().library, mine);
+        let at = mine.windows(KIND.len()).position(|bytes| bytes == KIND.as_bytes()).unwrap();
+        let mut other = mine.clone();
+        other[at + KIND.len() - 1] ^= 1;
+        fs::write(&file, other).unwrap();
+        assert!(matches!(Runtime::find(host, folder.path()), Err(RuntimeError::Version { .. })));
         fs::write(&file, b"text").unwrap();
         assert!(matches!(Runtime::find(host, folder.path()), Err(RuntimeError::Foreign { .. })));
     }

@@ -9,6 +9,10 @@ use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::mechanism::{Quantity, Unit};
 
+/// With more accelerations and reactions than this each of them counts as depending on all that any of them depends on: finding out costs
+/// the square of their number.
+const SINGLE: usize = 100;
+
 /// A variable with what the outside world is told about it.
 #[derive(Clone, Debug)]
 pub struct Row {
@@ -196,19 +200,29 @@ impl Table {
             Symbol::Follower(i, _) => places.get(&Symbol::Input(equations.system.followers[i].1.0, Order::Position)),
             other => places.get(&other),
         };
-        let direct: BTreeSet<usize> = arena.symbols(solved.iter().copied()).iter().filter_map(place).copied().collect();
+        let of =
+            |value: Expr| -> BTreeSet<usize> { arena.symbols([value]).iter().filter_map(place).copied().collect() };
+        let together: BTreeSet<usize> =
+            arena.symbols(solved.iter().copied()).iter().filter_map(place).copied().collect();
+        let single: Option<Vec<_>> = (motion == Motion::Dynamic && solved.len() <= SINGLE)
+            .then(|| solved.iter().map(|&value| of(value)).collect());
+        let coordinates = equations.coordinates.len();
+        let through = |symbol: &Symbol| -> Option<&BTreeSet<usize>> {
+            let index = match *symbol {
+                Symbol::Coordinate(index, Order::Acceleration) => index,
+                Symbol::Reaction(index) => coordinates + index,
+                Symbol::Coordinate(..) if motion == Motion::Kinematic => return Some(&together),
+                _ => return None,
+            };
+            Some(single.as_ref().and_then(|single| single.get(index)).unwrap_or(&together))
+        };
         for row in &mut self.rows {
             if matches!(row.source, Source::Parameter(_) | Source::Input(_)) {
                 continue;
             }
             let symbols = arena.symbols([row.value]);
             let mut found: BTreeSet<usize> = symbols.iter().filter_map(place).copied().collect();
-            let of_coordinates = symbols.iter().any(|symbol| matches!(symbol, Symbol::Coordinate(..)));
-            let through =
-                symbols.iter().any(|symbol| symbol.is_solved()) || (motion == Motion::Kinematic && of_coordinates);
-            if through {
-                found.extend(&direct);
-            }
+            symbols.iter().filter_map(through).for_each(|more| found.extend(more));
             row.dependencies = found.into_iter().collect();
         }
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
+use cotree_fmu::program::Engine;
 use cotree_fmu::solver::Statistics;
 
 use super::curve::Curve;
@@ -28,6 +29,8 @@ const SMALL: f64 = 1e-6;
 pub struct Accuracy {
     /// When the measurement starts and ends \[s\].
     pub span: [f64; 2],
+    /// What integrated.
+    pub engine: Engine,
     /// One for each tolerance.
     pub measurements: Vec<Measurement>,
 }
@@ -54,7 +57,8 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
         let (values, statistics) = run(model, variables, part, tolerance)?;
         Ok(Measurement { tolerance, error: largest_error(&values, &exact), statistics })
     });
-    Ok(Accuracy { span: [part.start, part.stop], measurements: measurements.collect::<Result<_, _>>()? })
+    let span = [part.start, part.stop];
+    Ok(Accuracy { span, engine: model.program().engine, measurements: measurements.collect::<Result<_, _>>()? })
 }
 
 /// When a run at the reference tolerance has used up its budget. Stops where it stands after parts of the experiment that
@@ -112,6 +116,14 @@ fn largest_error(values: &[Vec<f64>], exact: &[Vec<f64>]) -> f64 {
 }
 
 impl Accuracy {
+    /// What the work is counted in.
+    pub fn work(&self) -> &'static str {
+        match self.engine {
+            Engine::Taylor => "Taylor series",
+            Engine::Dop853 => "evaluations of the accelerations",
+        }
+    }
+
     /// Errors over evaluations, if there is a curve to draw.
     pub fn curve(&self) -> Option<Curve> {
         let points = self.measurements.iter().map(|measurement| {
@@ -120,7 +132,7 @@ impl Accuracy {
         });
         let points: Vec<_> = points.filter(|([x, y], _)| *x > 0.0 && *y > 0.0).collect();
         let title = "error over work, at each tolerance".into();
-        let axes = ["evaluations of the accelerations".into(), "largest relative error".into()];
+        let axes = [self.work().into(), "largest relative error".into()];
         (points.len() > 1).then_some(Curve { title, axes, points })
     }
 }

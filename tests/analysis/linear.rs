@@ -119,13 +119,13 @@ fn against_differences(text: &str, times: &[f64]) {
             if time > 0.0 {
                 instance.step_to(time).unwrap();
             }
-            let point = Point::moving(&model, instance.state()).unwrap();
+            let point = Point::moving(&model, &instance.state()).unwrap();
             let system = StateSpace::new(formulated, &variation, &point, None).unwrap();
             let f = (system.states.len() - model.program().followers.len()) / 2;
             let coordinates = &model.program().coordinates;
             let place = |name: &str| coordinates.iter().position(|coordinate| coordinate.name == name).unwrap();
             let independent: Vec<usize> = system.states.iter().take(f).map(|state| place(&state.name)).collect();
-            let nearby = Nearby { model: &model, independent, state: instance.state().clone() };
+            let nearby = Nearby { model: &model, independent, state: instance.state() };
             compare(&system, &nearby);
         }
     });

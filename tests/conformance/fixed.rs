@@ -1,5 +1,4 @@
-//! Rules for the archive, the description and the library, none of which is run. Validity by the official schema is checked in
-//! `fmu_in_fmpy`, where the schema comes with the importer.
+//! Rules for the archive, the description and the library, none of which is run.
 
 use std::collections::{BTreeSet, HashSet};
 use std::fs;
@@ -44,6 +43,15 @@ impl Archive {
         let fmu = Fmu::open(folder);
         let library = Fmu::library_path(folder, &fmu.identifier);
         Self { bytes: fs::read(archive).expect("a file"), fmu, library }
+    }
+
+    /// The newest version of the C library that the shared library asks for.
+    pub fn glibc(&self) -> String {
+        let symbols = printed("objdump", &["-T"], &self.library);
+        let versions = symbols.split(|c: char| c.is_whitespace() || "()".contains(c));
+        let versions = versions.filter(|word| word.starts_with("GLIBC_") && !word.ends_with("PRIVATE"));
+        let newest = versions.reduce(|newest, version| if newer(version, newest) { version } else { newest });
+        newest.expect("it uses the C library").to_owned()
     }
 
     fn text<'a>(&'a self, end: &str, key: &str) -> Vec<&'a str> {
@@ -272,15 +280,28 @@ fn needed(archive: &Archive) -> Vec<String> {
     let foreign = libraries.filter(|line| !PERMITTED.iter().any(|name| line.contains(name)));
     let mut complaints: Vec<String> = foreign.map(str::to_owned).collect();
     complaints.extend(dynamic.lines().filter(|line| line.contains("PATH)")).map(str::to_owned));
+    complaints.extend(complain(!newer(&archive.glibc(), NEWEST_GLIBC), format!("needs {}", archive.glibc())));
     let segments = printed("readelf", &["-lW"], &archive.library);
     let stack = segments.lines().find(|line| line.contains("GNU_STACK"));
     complaints.extend(stack.filter(|line| line.contains("RWE")).map(str::to_owned));
     complaints
 }
 
+/// The C library of Debian 10 and RHEL 8.
+const NEWEST_GLIBC: &str = "GLIBC_2.28";
+
+/// Is the first version newer than the second?
+fn newer(version: &str, other: &str) -> bool {
+    let numbers = |text: &str| -> Vec<u32> {
+        let number = |part: &str| part.parse().expect("a number");
+        text.trim_start_matches("GLIBC_").split('.').map(number).collect()
+    };
+    numbers(version) > numbers(other)
+}
+
 fn documentation(archive: &Archive) -> Vec<String> {
     let names: Vec<String> = entries(&archive.bytes).into_iter().map(|entry| entry.4).collect();
-    let wanted = ["documentation/index.html", "documentation/licenses/license.txt"];
+    let wanted = ["documentation/index.html", "documentation/licenses/license.txt", "model.png"];
     wanted.into_iter().filter(|name| !names.iter().any(|known| known == name)).map(str::to_owned).collect()
 }
 

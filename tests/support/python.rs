@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Mutex;
 use std::{env, fs};
 
 /// A folder of its own under `target/` for a test, and the Python of an environment with these packages. Nothing if
@@ -14,6 +15,9 @@ pub fn python(name: &str, requirements: &str) -> Option<(PathBuf, PathBuf)> {
         writeln!(io::stderr(), "{note}").expect("standard error is open");
         return None;
     }
+    // Tests run side by side; the first one makes the environment.
+    static FIRST: Mutex<()> = Mutex::new(());
+    let _turn = FIRST.lock();
     let work = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     fs::create_dir_all(&work).expect("the target folder is writable");
     let python = environment(&work, requirements).unwrap_or_else(|reason| {

@@ -226,14 +226,14 @@ impl Component {
         let modes = [Mode::StepComplete, Mode::Terminated];
         self.allow_only(Interface::CoSimulation, "fmi2GetRealOutputDerivatives", &modes)?;
         if let Some(order) = orders.iter().find(|order| !(1..=DERIVATIVE_ORDER).contains(*order)) {
-            return Err(Refusal(format!("derivatives of order {order} are not provided, only of order 1")));
+            let reason =
+                format!("derivatives of order {order} are not provided, only of orders 1 to {DERIVATIVE_ORDER}");
+            return Err(Refusal(reason));
         }
-        if references.is_empty() {
-            return Ok(());
-        }
-        self.instance.differentiate_motion()?;
-        for (value, &reference) in values.iter_mut().zip(references) {
-            *value = self.instance.derivative(reference as usize)?;
+        let Some(&highest) = orders.iter().max() else { return Ok(()) };
+        self.instance.differentiate_motion(highest)?;
+        for ((value, &reference), &order) in values.iter_mut().zip(references).zip(orders) {
+            *value = self.instance.motion_derivative(reference as usize, order)?;
         }
         Ok(())
     }
@@ -320,12 +320,12 @@ impl Component {
         known.then(|| self.instance.time())
     }
 
-    pub fn save(&self) -> SavedState {
+    pub fn save(&mut self) -> SavedState {
         let Self { interface, mode, set_up, .. } = *self;
         SavedState { interface, mode, set_up, snapshot: self.instance.save() }
     }
 
-    pub fn save_into(&self, state: &mut SavedState) {
+    pub fn save_into(&mut self, state: &mut SavedState) {
         (state.interface, state.mode, state.set_up) = (self.interface, self.mode, self.set_up);
         self.instance.save_into(&mut state.snapshot);
     }
@@ -351,7 +351,7 @@ impl Component {
     }
 }
 
-const MARK: Mark = Mark { magic: *b"cotI", version: 1, name: "a saved state of a cotree FMU" };
+const MARK: Mark = Mark { magic: *b"cotI", name: "a saved state of a cotree FMU" };
 const INTERFACES: [Interface; 2] = [Interface::ModelExchange, Interface::CoSimulation];
 const MODES: [Mode; 6] =
     [Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::Terminated, Mode::Event, Mode::ContinuousTime];

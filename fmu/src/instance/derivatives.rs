@@ -3,9 +3,16 @@
 use super::{Instance, InstanceError};
 use crate::program::{Motion, Source};
 use crate::solver::tangent::Movement;
+use crate::tape::ORDER;
 
 /// The highest order of [`Instance::motion_derivative`].
-pub const DERIVATIVE_ORDER: i32 = 1;
+pub const DERIVATIVE_ORDER: i32 = ORDER as i32;
+
+/// Where the value of a calculated variable is.
+enum Calculated {
+    Register(usize),
+    Output(usize),
+}
 
 impl Instance {
     /// Starts a direction along which [`Instance::derivative`] differentiates.
@@ -48,35 +55,54 @@ impl Instance {
         Ok(())
     }
 
-    /// Differentiates everything along the motion.
-    pub fn differentiate_motion(&mut self) -> Result<(), InstanceError> {
+    /// Differentiates everything by time along the motion, up to an order.
+    pub fn differentiate_motion(&mut self, order: i32) -> Result<(), InstanceError> {
         self.accelerate()?;
         self.load()?;
         let seen = if self.is_shown() { &self.shown } else { &self.now.state };
-        self.tangent.begin_motion(&self.model, seen, self.accelerations.accelerations());
-        self.tangent.evaluate(&self.model, &mut self.machine, Movement::Continued)?;
+        let order = order.clamp(1, DERIVATIVE_ORDER) as usize;
+        self.expansion.evaluate(&self.model, &mut self.machine, seen, order)?;
         Ok(())
     }
 
-    /// The derivative of a calculated variable, after [`Instance::differentiate`] or [`Instance::differentiate_motion`].
+    /// The derivative of a calculated variable along the direction, after [`Instance::differentiate`].
     pub fn derivative(&self, variable: usize) -> Result<f64, InstanceError> {
+        let value = match self.calculated(variable)? {
+            Calculated::Register(register) => self.tangent.registers()[register],
+            Calculated::Output(result) => self.tangent.outputs()[result],
+        };
+        self.defined(variable, value)
+    }
+
+    /// The derivative of a calculated variable by time, after [`Instance::differentiate_motion`] up to this order.
+    pub fn motion_derivative(&self, variable: usize, order: i32) -> Result<f64, InstanceError> {
+        let series = match self.calculated(variable)? {
+            Calculated::Register(register) => self.expansion.registers()[register],
+            Calculated::Output(result) => self.expansion.outputs()[result],
+        };
+        self.defined(variable, series.derivative(order.clamp(1, DERIVATIVE_ORDER) as usize))
+    }
+
+    fn calculated(&self, variable: usize) -> Result<Calculated, InstanceError> {
         let layout = self.model.layout();
         let found = self.model.program().variables.get(variable);
         let found = found.ok_or(InstanceError::UnknownVariable { index: variable })?;
-        let registers = self.tangent.registers();
-        let value = match found.source {
-            Source::Coordinate(index) => registers[layout.positions() + index as usize],
-            Source::Rate(index) => registers[layout.rates() + index as usize],
-            Source::Acceleration(index) => registers[layout.accelerations() + index as usize],
-            Source::Output { result, .. } => self.tangent.outputs()[result as usize],
+        Ok(match found.source {
+            Source::Coordinate(index) => Calculated::Register(layout.positions() + index as usize),
+            Source::Rate(index) => Calculated::Register(layout.rates() + index as usize),
+            Source::Acceleration(index) => Calculated::Register(layout.accelerations() + index as usize),
+            Source::Output { result, .. } => Calculated::Output(result as usize),
             Source::Time | Source::Parameter(_) | Source::Input(_) => {
                 return Err(InstanceError::NotCalculated { name: found.name.clone() });
             }
-        };
+        })
+    }
+
+    fn defined(&self, variable: usize, value: f64) -> Result<f64, InstanceError> {
         if value.is_finite() {
-            Ok(value)
-        } else {
-            Err(InstanceError::NoDerivative { name: found.name.clone(), time: self.time() })
+            return Ok(value);
         }
+        let name = self.model.program().variables[variable].name.clone();
+        Err(InstanceError::NoDerivative { name, time: self.time() })
     }
 }

@@ -19,6 +19,7 @@ use crate::machine::Machine;
 use crate::model::{Model, State};
 use crate::program::{Motion, Source};
 use crate::solver::accelerations::Accelerations;
+use crate::solver::expansion::Expansion;
 use crate::solver::initial::solve_initial;
 use crate::solver::stepping::Stepper;
 use crate::solver::tangent::Tangent;
@@ -47,10 +48,13 @@ pub struct Instance {
     stepper: Stepper,
     accelerations: Accelerations,
     tangent: Tangent,
+    expansion: Expansion,
     /// The pose of a driven mechanism that fits a change of time, parameters or inputs, before the change has become a step.
     shown: State,
     outputs: Vec<f64>,
     computed: Computed,
+    /// Has time moved on along the last step's polynomial, and the rest of the state not yet?
+    behind: bool,
 }
 
 impl Instance {
@@ -62,9 +66,11 @@ impl Instance {
             stepper: Stepper::new(&model),
             accelerations: Accelerations::new(&model),
             tangent: Tangent::new(&model),
+            expansion: Expansion::default(),
             shown: model.default_state(0.0),
             outputs: vec![0.0; model.program().tapes.outputs.results.len()],
             computed: Computed::default(),
+            behind: false,
             model,
         }
     }
@@ -79,9 +85,10 @@ impl Instance {
         self.now.state.time()
     }
 
-    /// The state; consistent once initialised.
-    pub fn state(&self) -> &State {
-        &self.now.state
+    /// A copy of the state; consistent once initialised.
+    pub fn state(&self) -> State {
+        // Whoever steps in a hurry does not ask for this.
+        if self.behind { self.clone().save().state } else { self.now.state.clone() }
     }
 
     /// What the solver has done so far.
@@ -161,6 +168,7 @@ impl Instance {
     /// Sets a parameter or an input. Derivatives of an input become zero, unless they were set at this very communication point.
     pub fn set(&mut self, variable: usize, value: f64) -> Result<(), InstanceError> {
         self.check_set(variable, value)?;
+        self.catch_up();
         match self.settable(variable)? {
             Settable::Parameter(index) => {
                 if self.now.state.parameters()[index].to_bits() != value.to_bits() {
@@ -196,6 +204,7 @@ impl Instance {
     /// a later one.
     pub fn set_derivative(&mut self, variable: usize, order: i32, value: f64) -> Result<(), InstanceError> {
         self.check_set_derivative(variable, order, value)?;
+        self.catch_up();
         if let Settable::Input(index) = self.settable(variable)? {
             let mut polynomial = self.kept_polynomial(index);
             polynomial[if order == 1 { 1 } else { 2 }] = value;
@@ -289,12 +298,26 @@ impl Instance {
         {
             return Err(InstanceError::Stop { to: time, stop });
         }
-        let settings = self.settings();
-        let Snapshot { state, run, .. } = &mut self.now;
         self.computed = Computed::default();
-        self.stepper.step_to(&self.model, &mut self.machine, state, run, time, &settings)?;
+        if self.now.glide(time) {
+            self.behind = true;
+        } else {
+            let settings = self.settings();
+            let Snapshot { state, run, .. } = &mut self.now;
+            self.stepper.step_to(&self.model, &mut self.machine, state, run, time, &settings)?;
+            self.behind = false;
+        }
         self.now.derivatives.fill(false);
         Ok(())
+    }
+
+    /// Brings the state to its time, if only time has moved on.
+    fn catch_up(&mut self) {
+        if self.behind {
+            let Snapshot { state, run, .. } = &mut self.now;
+            self.stepper.catch_up(&self.model, state, run);
+            self.behind = false;
+        }
     }
 
     fn settings(&self) -> Settings {
@@ -314,7 +337,10 @@ impl Instance {
         let value = match source {
             Source::Time => return Ok(self.now.state.time()),
             Source::Parameter(index) => return Ok(self.now.state.parameters()[index as usize]),
-            Source::Input(index) => return Ok(self.now.state.inputs()[index as usize]),
+            Source::Input(index) => {
+                self.catch_up();
+                return Ok(self.now.state.inputs()[index as usize]);
+            }
             Source::Coordinate(index) => self.seen()?.positions()[index as usize],
             Source::Rate(index) => self.seen()?.rates()[index as usize],
             Source::Acceleration(index) => {
@@ -346,6 +372,7 @@ impl Instance {
         if self.computed.state {
             return Ok(());
         }
+        self.catch_up();
         self.solve()?;
         if self.is_shown() {
             let settings = self.settings();
@@ -391,16 +418,19 @@ impl Instance {
     pub fn reset(&mut self) {
         self.now = Snapshot::new(&self.model);
         self.computed = Computed::default();
+        self.behind = false;
         self.stepper.forget();
     }
 
     /// A copy of all that the future depends on.
-    pub fn save(&self) -> Snapshot {
+    pub fn save(&mut self) -> Snapshot {
+        self.catch_up();
         self.now.clone()
     }
 
     /// The same into a snapshot of the same model, without allocating.
-    pub fn save_into(&self, snapshot: &mut Snapshot) {
+    pub fn save_into(&mut self, snapshot: &mut Snapshot) {
+        self.catch_up();
         snapshot.copy_from(&self.now);
     }
 
@@ -412,6 +442,7 @@ impl Instance {
         }
         self.now.copy_from(snapshot);
         self.computed = Computed::default();
+        self.behind = false;
         self.stepper.forget();
         Ok(())
     }

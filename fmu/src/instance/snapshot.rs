@@ -8,7 +8,7 @@ use crate::model::{Model, State};
 use crate::program::Engine;
 use crate::solver::stepping::Continuation;
 
-const MARK: Mark = Mark { magic: *b"cotS", version: 3, name: "a saved cotree state" };
+const MARK: Mark = Mark { magic: *b"cotS", name: "a saved cotree state" };
 /// The finest and the coarsest tolerance that mean something in double precision.
 pub(super) const TOLERANCES: [f64; 2] = [1e-13, 1e-2];
 
@@ -64,6 +64,15 @@ impl Snapshot {
         self.stop = other.stop;
         self.tolerance = other.tolerance;
         self.engine = other.engine;
+    }
+
+    /// Moves time on, if a later state is already known as a polynomial.
+    pub(super) fn glide(&mut self, time: f64) -> bool {
+        let known = self.run.glide(time);
+        if known {
+            self.state.set_time(time);
+        }
+        known
     }
 
     pub(super) fn belongs_to(&self, model: &Model) -> bool {

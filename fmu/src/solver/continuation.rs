@@ -84,6 +84,15 @@ impl Continuation {
         self.changed = false;
     }
 
+    /// Is the state at a later time known from the last step's polynomial? That communication point is then passed.
+    pub(crate) fn glide(&mut self, time: f64) -> bool {
+        let known = !self.changed && self.order > 0 && self.dense_from < time && time < self.front_time;
+        if known {
+            self.changed_before = false;
+        }
+        known
+    }
+
     /// Forgets the step that went beyond a state; the run goes on from that state.
     pub(super) fn restart(&mut self, model: &Model, state: &State) {
         self.choices = Choices::default();

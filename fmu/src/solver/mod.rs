@@ -9,6 +9,7 @@ mod continuation;
 mod dense;
 mod dop853;
 mod dynamic;
+pub mod expansion;
 pub mod explicit;
 pub mod failure;
 pub mod initial;

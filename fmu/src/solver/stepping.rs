@@ -85,6 +85,15 @@ impl Stepper {
         self.projection.gap(model, machine, state)
     }
 
+    /// Signals, q and v at the time of a state within the last step, of which there is a polynomial.
+    pub fn catch_up(&mut self, model: &Model, state: &mut State, run: &Continuation) {
+        let time = state.time();
+        model.advance_signals(&run.origin, time, state.registers_mut());
+        if let Some(taylor) = &mut self.taylor {
+            taylor.glide(run, time, &mut state.registers_mut()[range(model.layout())]);
+        }
+    }
+
     /// Moves a state to a later time. On failure the state stays as it was.
     pub fn step_to(
         &mut self,

@@ -3,15 +3,13 @@
 //! A direction says how time, parameters, inputs and followers change, and with dynamic motion also how q and v do: each on its own, as the
 //! states of an explicit differential equation; the loops hold q and v together, but a derivative by one of them is taken at fixed others.
 //! With kinematic motion q and v follow from the loops, and so do their derivatives.
-//!
-//! With higher derivatives of the step's polynomial at hand, derivatives of outputs of a higher order follow in the same way from
-//! truncated series instead of tangents.
+//! Derivatives by time, also of higher order, are those of [`super::expansion`].
 
 use super::Failure;
 use super::initial;
 use super::loops::Loops;
 use crate::machine::Machine;
-use crate::model::{Model, State, motion};
+use crate::model::{Model, motion};
 use crate::program::Motion;
 
 /// The derivative of a whole register file, with storage for evaluating it.
@@ -62,25 +60,6 @@ impl Tangent {
     /// The direction, in the layout of the register file.
     pub fn direction(&mut self) -> &mut [f64] {
         &mut self.registers
-    }
-
-    /// The direction in which a state moves on, with the accelerations given.
-    pub fn begin_motion(&mut self, model: &Model, state: &State, accelerations: &[f64]) {
-        let layout = *model.layout();
-        self.begin();
-        let direction = &mut self.registers;
-        direction[layout.time()] = 1.0;
-        for index in 0..model.program().inputs.len() {
-            let [_, rate, acceleration] = state.input_polynomial(index);
-            direction[layout.inputs() + index] = rate;
-            direction[layout.input_rates() + index] = acceleration;
-        }
-        let registers = state.registers();
-        let [first, second, third] = [layout.followers(), layout.follower_rates(), layout.follower_accelerations()];
-        direction[first..second].copy_from_slice(&registers[second..third]);
-        direction[second..third].copy_from_slice(&registers[third..layout.positions()]);
-        direction[layout.positions()..layout.rates()].copy_from_slice(state.rates());
-        direction[layout.rates()..layout.accelerations()].copy_from_slice(accelerations);
     }
 
     /// Evaluates everything along the direction, at the state in the registers of the machine with its accelerations and reactions.

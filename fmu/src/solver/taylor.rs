@@ -105,8 +105,13 @@ impl Taylor {
             motion.copy_from_slice(if regular { &self.closed } else { &run.front });
             return if regular { Reading::Closed } else { Reading::Open };
         }
-        self.jet.evaluate(&run.dense, run.order as usize, target - run.dense_from, motion);
+        self.glide(run, target, motion);
         Reading::Closed
+    }
+
+    /// (q, v) at the target, from the polynomial.
+    pub fn glide(&mut self, run: &Continuation, target: f64, motion: &mut [f64]) {
+        self.jet.evaluate(&run.dense, run.order as usize, target - run.dense_from, motion);
     }
 
     /// Puts the front on the loops, if that has not been done.

@@ -1,9 +1,12 @@
 //! Straight-line programs over a register file of `f64`.
 
 mod interpreter;
+mod series;
 mod tangent;
 
 use serde::{Deserialize, Serialize};
+
+pub use series::{ORDER, Series};
 
 /// A straight-line program: no branch, no loop, no memory but the registers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -53,7 +53,9 @@ fn write(text: &mut String, tree: &Tree) {
             text.push_str("<mrow>");
             for (index, factor) in factors.iter().enumerate() {
                 if index > 0 {
-                    text.push_str("<mo>&#x2062;</mo>");
+                    // Words would run into each other.
+                    let words = is_word(factor) || is_word(&factors[index - 1]);
+                    text.push_str(if words { "<mo rspace=\"0.2em\">&#x2062;</mo>" } else { "<mo>&#x2062;</mo>" });
                 }
                 bound(text, factor, Binding::Product);
             }
@@ -83,6 +85,15 @@ fn write(text: &mut String, tree: &Tree) {
             bound(text, &parts[1], least);
             text.push_str("</mrow>");
         }
+    }
+}
+
+/// Is it a name of more than one letter?
+fn is_word(tree: &Tree) -> bool {
+    match tree {
+        Tree::Name(name) => greek(&name.base).is_none() && name.base.chars().nth(1).is_some(),
+        Tree::Power(parts) => is_word(&parts[0]),
+        _ => false,
     }
 }
 

@@ -6,6 +6,7 @@
 mod bodies;
 mod couplings;
 mod drivers;
+mod everything;
 mod formulas;
 mod initial;
 mod islands;

@@ -41,7 +41,7 @@ impl Class {
 }
 
 /// The last word of a variable's name and what it is in words.
-fn words(quantity: Quantity) -> (&'static str, &'static str) {
+pub(super) fn words(quantity: Quantity) -> (&'static str, &'static str) {
     match quantity {
         X => ("x", "x position of"),
         Y => ("y", "y position of"),
@@ -88,12 +88,12 @@ pub(super) fn wanted(quantity: Quantity) -> Wanted {
     }
 }
 
-const BODY: &[Quantity] = &[X, Y, Angle, Vx, Vy, Omega, Ax, Ay, Alpha];
-const POINT: &[Quantity] = &[X, Y, Vx, Vy, Ax, Ay];
-const ENERGIES: &[Quantity] = &[KineticEnergy, PotentialEnergy, TotalEnergy];
-const RESIDUALS: &[Quantity] = &[PositionResidual, VelocityResidual];
+pub(super) const BODY: &[Quantity] = &[X, Y, Angle, Vx, Vy, Omega, Ax, Ay, Alpha];
+pub(super) const POINT: &[Quantity] = &[X, Y, Vx, Vy, Ax, Ay];
+pub(super) const ENERGIES: &[Quantity] = &[KineticEnergy, PotentialEnergy, TotalEnergy];
+pub(super) const RESIDUALS: &[Quantity] = &[PositionResidual, VelocityResidual];
 
-fn of_joint(kind: &JointKind) -> (&'static str, &'static [Quantity]) {
+pub(super) fn of_joint(kind: &JointKind) -> (&'static str, &'static [Quantity]) {
     match kind {
         JointKind::Revolute { .. } => ("revolute joint", &[Angle, Omega, Alpha, Fx, Fy, Torque]),
         JointKind::Prismatic { .. } => ("prismatic joint", &[S, V, A, Fn, Force, Torque]),
@@ -106,7 +106,7 @@ fn of_joint(kind: &JointKind) -> (&'static str, &'static [Quantity]) {
     }
 }
 
-fn of_driver(kind: &DriverKind) -> &'static [Quantity] {
+pub(super) fn of_driver(kind: &DriverKind) -> &'static [Quantity] {
     match kind {
         DriverKind::Angle { .. } => &[Torque, Power],
         DriverKind::Displacement { .. } => &[Force, Power],
@@ -114,7 +114,7 @@ fn of_driver(kind: &DriverKind) -> &'static [Quantity] {
     }
 }
 
-fn of_load(kind: &LoadKind) -> (&'static str, &'static [Quantity]) {
+pub(super) fn of_load(kind: &LoadKind) -> (&'static str, &'static [Quantity]) {
     match kind {
         LoadKind::Force { .. } => ("force", &[]),
         LoadKind::Torque { .. } => ("torque", &[]),
@@ -126,7 +126,7 @@ fn of_load(kind: &LoadKind) -> (&'static str, &'static [Quantity]) {
 }
 
 /// Is there such a thing on a line?
-fn on_a_line(quantity: Quantity) -> bool {
+pub(super) fn on_a_line(quantity: Quantity) -> bool {
     !matches!(quantity, Y | Vy | Ay | Fy | Angle | Omega | Alpha | Torque)
 }
 

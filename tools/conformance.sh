@@ -1,0 +1,9 @@
+#!/usr/bin/env bash
+# Runs every case of the conformance catalogue and writes the table to docs/conformance.md.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+COTREE_DATE=$(date -u +%Y-%m-%d)
+COTREE_COMMIT=$(git rev-parse --short HEAD)
+[ -z "$(git status --porcelain --untracked-files=no)" ] || COTREE_COMMIT+=" with changes"
+export COTREE_DATE COTREE_COMMIT COTREE_CONFORMANCE_TABLE=$PWD/docs/conformance.md
+cargo test --quiet --test conformance -- --nocapture every_case
