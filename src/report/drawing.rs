@@ -1,11 +1,13 @@
 //! A drawing of the mechanism in one position, as a textbook would draw it.
 
+mod coupling;
 mod labels;
 mod shapes;
 mod symbols;
 mod view;
 
 use super::svg::{Frame, Pixel, Svg, number};
+pub use coupling::{Coupling, CouplingKind, Wheel};
 use labels::Labels;
 use view::View;
 
@@ -20,6 +22,8 @@ pub struct Drawing {
     pub ground: Vec<[f64; 2]>,
     /// The joints.
     pub joints: Vec<Joint>,
+    /// Gears, racks, rolling discs and links.
+    pub couplings: Vec<Coupling>,
     /// Springs and actuators between two points.
     pub springs: Vec<Spring>,
     /// Forces.
@@ -59,6 +63,8 @@ pub enum JointKind {
     Revolute,
     /// Sliding along this direction in the world.
     Prismatic([f64; 2]),
+    /// Sliding along this direction in the world, and turning.
+    Slot([f64; 2]),
     /// Nothing.
     Weld,
 }
@@ -117,6 +123,7 @@ impl Drawing {
         let view = View::fit(self);
         let mut svg = Svg::default();
         let mut labels = Labels::default();
+        self.draw_couplings(&view, &mut svg, &mut labels);
         self.draw_ground(&view, &mut svg, &mut labels);
         self.draw_bodies(&view, &mut svg, &mut labels);
         self.draw_loads(&view, &mut svg, &mut labels);
@@ -139,7 +146,14 @@ impl Drawing {
                     labels.obstruct(&ends, 1.2 * view.pin);
                 }
                 JointKind::Weld => symbols::wall(svg, view, at, [0.0, -1.0]),
+                JointKind::Slot(_) => {}
             }
+        }
+        let links = self.couplings.iter().filter(|coupling| coupling.is_finite());
+        for end in links.flat_map(Coupling::link_ends).filter(|end| self.ground.contains(end)) {
+            let at = view.pixel(end);
+            symbols::pedestal(svg, view, at);
+            labels.cover(shapes::along(at, 2.5 * view.pin, [0.0, 1.0]), 3.0 * view.pin);
         }
         let anchors = self.ground.iter().filter(|at| is_finite(at) && !self.is_jointed_to_ground(at, view));
         for anchor in anchors {
@@ -152,9 +166,21 @@ impl Drawing {
         }
     }
 
+    fn draw_couplings(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        for coupling in self.couplings.iter().filter(|coupling| coupling.is_finite()) {
+            let anchor = coupling.draw(view, svg, labels);
+            if self.joints.len() <= NAMED_JOINTS {
+                labels.joint(&coupling.name, anchor, 2.0 * view.pin);
+            }
+        }
+    }
+
     fn draw_bodies(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
         for joint in self.joints.iter().filter(|joint| joint.is_finite()) {
             symbols::rod(svg, view, joint);
+            if let Some(slot) = symbols::slot(svg, view, joint) {
+                labels.obstruct(&slot, 1.6 * view.pin);
+            }
         }
         for index in self.drawing_order(view) {
             let outline = self.outline(index, view);
@@ -258,10 +284,13 @@ impl Drawing {
     }
 
     fn draw_joints(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        for coupling in self.couplings.iter().filter(|coupling| coupling.is_finite()) {
+            coupling.draw_front(view, svg);
+        }
         for joint in self.joints.iter().filter(|joint| joint.is_finite()) {
             let at = view.pixel(joint.moving().1);
             match joint.kind {
-                JointKind::Revolute => symbols::pin(svg, view, at),
+                JointKind::Revolute | JointKind::Slot(_) => symbols::pin(svg, view, at),
                 JointKind::Weld => symbols::weld(svg, view, at),
                 JointKind::Prismatic(_) => {}
             }
@@ -325,7 +354,10 @@ impl Joint {
     }
 
     fn is_finite(&self) -> bool {
-        let axis = if let JointKind::Prismatic(axis) = self.kind { axis } else { [0.0, 0.0] };
+        let axis = match self.kind {
+            JointKind::Prismatic(axis) | JointKind::Slot(axis) => axis,
+            JointKind::Revolute | JointKind::Weld => [0.0, 0.0],
+        };
         self.at.iter().all(is_finite) && is_finite(&axis)
     }
 }
@@ -352,6 +384,7 @@ mod tests {
                 body("slider", &[], wrist),
             ],
             ground: vec![bearing, wall],
+            couplings: vec![],
             joints: vec![
                 joint("main_bearing", JointKind::Revolute, [None, Some(0)], [bearing; 2]),
                 joint("crank_pin", JointKind::Revolute, [Some(0), Some(1)], [pin; 2]),
