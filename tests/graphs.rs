@@ -16,7 +16,7 @@ fn scenes() -> Vec<(String, Scene)> {
         (name, scene)
     };
     let scenes: Vec<(String, Scene)> = names.map(read).collect();
-    assert!(scenes.len() >= 9);
+    assert!(scenes.len() >= 15);
     scenes
 }
 

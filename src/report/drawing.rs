@@ -166,8 +166,15 @@ impl Drawing {
         }
     }
 
+    /// All couplings but those that roll: these lie between the bodies.
     fn draw_couplings(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
-        for coupling in self.couplings.iter().filter(|coupling| coupling.is_finite()) {
+        for coupling in self.couplings.iter().filter(|coupling| coupling.rolling_bodies().is_none()) {
+            self.draw_coupling(coupling, view, svg, labels);
+        }
+    }
+
+    fn draw_coupling(&self, coupling: &Coupling, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        if coupling.is_finite() {
             let anchor = coupling.draw(view, svg, labels);
             if self.joints.len() <= NAMED_JOINTS {
                 labels.joint(&coupling.name, anchor, 2.0 * view.pin);
@@ -183,6 +190,8 @@ impl Drawing {
             }
         }
         for index in self.drawing_order(view) {
+            let rolls = |coupling: &&Coupling| coupling.rolling_bodies().is_some_and(|(_, disc)| disc == index);
+            self.couplings.iter().filter(rolls).for_each(|coupling| self.draw_coupling(coupling, view, svg, labels));
             let outline = self.outline(index, view);
             let block = self.slider(index).map(|(at, axis)| (view.pixel(at), view.direction(axis)));
             symbols::body(svg, view, index, &outline, block);
@@ -199,11 +208,15 @@ impl Drawing {
         }
     }
 
-    /// Bodies from back to front: what slides on the ground, what carries a slider, that slider, the others; long ones
+    /// Bodies from back to front: what slides on the ground, what carries a slider or a rolling disc, those, the others; long ones
     /// first.
     fn drawing_order(&self, view: &View) -> Vec<usize> {
         let layer = |body: usize| {
             let prismatic = self.joints.iter().filter(|joint| matches!(joint.kind, JointKind::Prismatic(_)));
+            let rolling = self.couplings.iter().filter_map(Coupling::rolling_bodies).filter_map(|(line, disc)| {
+                let carries = (line == Some(body)).then_some(1);
+                carries.or((disc == body).then_some(2))
+            });
             prismatic
                 .filter_map(|joint| match joint.between {
                     [Some(first), Some(_)] if first == body => Some(1),
@@ -211,6 +224,7 @@ impl Drawing {
                     sides if sides.contains(&Some(body)) => Some(0),
                     _ => None,
                 })
+                .chain(rolling)
                 .min()
                 .unwrap_or(3)
         };

@@ -82,6 +82,14 @@ impl Coupling {
         if let CouplingKind::Link(ends) = self.kind { ends.to_vec() } else { Vec::new() }
     }
 
+    /// The body of the line (`None` is the ground) and that of the disc that rolls on it.
+    pub fn rolling_bodies(&self) -> Option<(Option<usize>, usize)> {
+        match &self.kind {
+            CouplingKind::Rolling { disc, line, .. } => disc.body.map(|disc| (*line, disc)),
+            _ => None,
+        }
+    }
+
     /// Draws what lies behind the bodies. Returns where its name belongs.
     pub fn draw(&self, view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
         match &self.kind {
