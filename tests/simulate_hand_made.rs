@@ -48,6 +48,8 @@ fn program() -> data::Program {
         registers: 10,
         tapes: data::Tapes { acceleration, ..data::Tapes::default() },
         initial: data::Initial::default(),
+        engine: data::Engine::Dop853,
+        arms: None,
     }
 }
 

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
-use crate::program::{Condition, Layout, Motion, Program, Source, SparseTape};
+use crate::program::{Condition, Engine, Layout, Motion, Program, Source, SparseTape};
 use crate::tape::Tape;
 
 /// What is wrong with a program.
@@ -82,6 +82,12 @@ pub enum Fault {
         /// Its name.
         name: String,
     },
+    /// The arm form contradicts itself.
+    #[error("the arm form is damaged: {what}")]
+    Arms {
+        /// What is wrong.
+        what: &'static str,
+    },
     /// Kinematic motion needs as many independent loop equations as coordinates.
     #[error("{coordinates} coordinates but {equations} independent loop equations")]
     Kinematic {
@@ -107,7 +113,21 @@ impl Program {
         if !self.blocks_fit() {
             return Err(Fault::Blocks);
         }
-        self.check_motion_counts(active > 0)
+        self.check_motion_counts(active > 0)?;
+        self.check_arms()
+    }
+
+    fn check_arms(&self) -> Result<(), Fault> {
+        let Some(form) = &self.arms else {
+            return match self.engine {
+                Engine::Taylor => Err(Fault::Arms { what: "there is none" }),
+                Engine::Dop853 => Ok(()),
+            };
+        };
+        if self.motion == Motion::Kinematic || !form.coefficients.instructions.is_empty() {
+            return Err(Fault::Arms { what: "its coefficients" });
+        }
+        form.check(self.coordinates.len(), self.constraints.len()).map_err(|what| Fault::Arms { what })
     }
 
     /// Checks what the analysis of positions reads, before the kernels of the motion exist: everything but the numbers of results
@@ -243,6 +263,9 @@ impl Program {
         registers.kernel("project_velocity", &tapes.project_velocity, rates)?;
         if let Some(inverse) = &tapes.inverse {
             registers.kernel("inverse", inverse, layout.reactions())?;
+        }
+        if let Some(form) = &self.arms {
+            registers.kernel("coefficients", &form.coefficients, layout.inputs())?;
         }
         registers.kernel("indicators", &tapes.indicators, rates)?;
         registers.kernel("outputs", &tapes.outputs, layout.constants())?;

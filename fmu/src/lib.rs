@@ -4,6 +4,7 @@
 //! * [`math`], [`tape`]: arithmetic with the same bits everywhere, and straight-line programs over registers.
 //! * [`program`], [`check`], [`storage`]: the model as data, what must hold for it, its file.
 //! * [`model`], [`machine`]: a program ready to run, its state, the registers it runs on.
+//! * [`series`]: Taylor series of a motion from the arm form of its mechanism.
 //! * [`solver`]: consistent initial values, projection, integration, kinematic motion, communication points.
 //! * [`instance`]: one simulation, as the command line and the FMI functions use it.
 //! * [`fmi2`]: the functions of FMI 2.0 for Co-Simulation and Model Exchange.
@@ -18,6 +19,7 @@ pub mod machine;
 pub mod math;
 pub mod model;
 pub mod program;
+pub mod series;
 pub mod solver;
 pub mod storage;
 pub mod tape;

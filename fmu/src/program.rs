@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::series::form::ArmForm;
 use crate::tape::Tape;
 
 /// One mechanism, ready to run.
@@ -43,6 +44,20 @@ pub struct Program {
     pub tapes: Tapes,
     /// What is known and guessed of the initial state.
     pub initial: Initial,
+    /// How dynamic motion is integrated, unless the caller asks for something else.
+    pub engine: Engine,
+    /// What the Taylor series of the motion are found from, if they exist.
+    pub arms: Option<ArmForm>,
+}
+
+/// The integrator of dynamic motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Engine {
+    /// Taylor series of the motion (`solver::taylor`); needs [`Program::arms`].
+    Taylor,
+    /// Explicit Runge-Kutta method of order 8 with dense output of order 7 ([`crate::solver::explicit`]).
+    #[default]
+    Dop853,
 }
 
 /// The default experiment of the scene.

@@ -279,7 +279,7 @@ fn inertia_force(system: &mut System, kinematics: &Kinematics, row: &Translation
 }
 
 /// F = f(v . u) u
-fn resisting_force(
+pub fn resisting_force(
     system: &mut System,
     kinematics: &Kinematics,
     row: &TranslationalRow,

@@ -265,6 +265,11 @@ impl Kinematics {
         (frame, Vector::fixed(frame, components))
     }
 
+    /// The frame that a body (or the ground) turns with, and the constant angle from the frame to the body.
+    pub fn placement(&self, node: RNode) -> (FrameId, Expr) {
+        self.placement[node.index()]
+    }
+
     /// A direction as a vector, and the frame that it turns with.
     pub fn direction(&self, system: &mut System, direction: Direction) -> (FrameId, Vector) {
         match direction {
@@ -381,7 +386,7 @@ pub fn known_angle(arena: &mut Arena, angle: &Angle) -> ScalarMotion {
 }
 
 /// Does an expression depend on nothing but parameters?
-fn is_constant(arena: &Arena, expr: Expr) -> bool {
+pub fn is_constant(arena: &Arena, expr: Expr) -> bool {
     match arena.node(expr) {
         Node::Constant(_) => true,
         Node::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
@@ -423,7 +428,7 @@ fn frames(arena: &mut Arena, angles: &[ScalarMotion]) -> (Frames, Vec<(FrameId, 
             let unit = [arena.cos(total), arena.sin(total)];
             let omega = angle.velocity.total(arena);
             let (rate, acceleration) = (angle.velocity.clone(), angle.acceleration.clone());
-            frames.push(Frame { unit, rate, acceleration, omega })
+            frames.push(Frame { unit, rate, acceleration, omega, angle: total })
         });
         placement.push((*frame, offset));
     }

@@ -2,6 +2,7 @@
 //!
 //! M qdd + Phi_q^T lambda = Q,  Phi(q, t) = 0   (22)
 
+pub mod arms;
 mod constraints;
 mod couplings;
 mod dynamics;
@@ -20,6 +21,7 @@ pub use couplings::CoupledChord;
 pub use dynamics::Dynamics;
 use dynamics::Laws;
 use kinematics::Kinematics;
+pub use vector::FrameId;
 pub use vibration::Vibration;
 
 use crate::element::{Angle, CoordinateName, System};

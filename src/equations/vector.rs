@@ -27,6 +27,8 @@ pub struct Frame {
     pub acceleration: Form<Expr>,
     /// omega as one expression.
     pub omega: Expr,
+    /// Its angle, without constants.
+    pub angle: Expr,
 }
 
 /// All frames of a mechanism.
@@ -40,6 +42,7 @@ impl Default for Frames {
             rate: Form::default(),
             acceleration: Form::default(),
             omega: Expr::ZERO,
+            angle: Expr::ZERO,
         };
         Frames(vec![world])
     }
@@ -50,6 +53,11 @@ impl Frames {
     pub fn push(&mut self, frame: Frame) -> FrameId {
         self.0.push(frame);
         FrameId(self.0.len() - 1)
+    }
+
+    /// All frames, the world first.
+    pub fn iter(&self) -> impl Iterator<Item = (FrameId, &Frame)> {
+        self.0.iter().enumerate().map(|(index, frame)| (FrameId(index), frame))
     }
 
     /// The frame behind an index.
@@ -84,6 +92,11 @@ impl Vector {
     /// Components in one frame.
     pub fn fixed(frame: FrameId, components: [Expr; 2]) -> Self {
         if components == [Expr::ZERO; 2] { Vector::default() } else { Vector(BTreeMap::from([(frame, components)])) }
+    }
+
+    /// Its parts: frame and components in the axes of that frame.
+    pub fn parts(&self) -> impl Iterator<Item = (FrameId, [Expr; 2])> {
+        self.0.iter().map(|(&frame, &components)| (frame, components))
     }
 
     /// The frames in which it has components.

@@ -3,6 +3,7 @@
 //! First the kernels of positions and velocities ([`positions`]): with them the mechanism is assembled and its redundant loop
 //! equations are found. Then, knowing which equations count, everything ([`program`]).
 
+mod arms;
 mod blocks;
 mod cost;
 mod eliminate;
@@ -10,6 +11,7 @@ mod indicators;
 mod initial;
 mod motion;
 mod program;
+mod series;
 mod solve_tree;
 mod strengthen;
 mod table;

@@ -1,10 +1,12 @@
 //! The kernels of a program.
 
 use cotree_fmu::program::{
-    Block, Constraint, Coordinate, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion, Parameter,
-    Program, SparseTape, Tapes,
+    Block, Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion,
+    Parameter, Program, SparseTape, Tapes,
 };
+use cotree_fmu::series::form::ArmForm;
 
+use super::arms::arm_form;
 use super::blocks::blocks;
 use super::cost::Cost;
 use super::eliminate::Undetermined;
@@ -16,6 +18,7 @@ use super::tape::Assembler;
 use crate::element::Held;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
+use crate::mechanism::Method;
 
 /// Everything there is to know about a mechanism that has been formulated and assembled.
 #[derive(Clone, Debug)]
@@ -26,6 +29,8 @@ pub struct Lowered {
     pub table: Table,
     /// Accelerations and reactions as expressions; empty for a kinematic model.
     pub solved: Vec<Expr>,
+    /// Why dynamic motion is not integrated by Taylor series, if it is not.
+    pub no_series: Option<String>,
     /// The trees behind the acceleration kernel, where they are not those of the coordinates.
     pub solve_tree: Option<SolveTree>,
 }
@@ -61,6 +66,7 @@ struct MotionKernels {
     inverse: Option<Vec<Expr>>,
     indicators: Vec<Expr>,
     outputs: Vec<Expr>,
+    arms: Option<(ArmForm, Vec<Expr>)>,
     solve_tree: Option<SolveTree>,
 }
 
@@ -91,8 +97,33 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
         moving.inverse = Some(inverse(equations));
     }
-    let program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
-    Ok(Lowered { program, table, solved: moving.acceleration, solve_tree: moving.solve_tree })
+    let series = if motion == Motion::Dynamic { series(equations, active).map(Some) } else { Ok(None) };
+    let mut no_series = series.as_ref().err().cloned();
+    moving.arms = series.unwrap_or_default();
+    let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
+    if program.arms.as_ref().is_some_and(|arms| is_too_large(arms, program.tapes.acceleration.instructions.len())) {
+        program.engine = Engine::Dop853;
+        no_series = Some("its equations are many and know little of each other".into());
+    }
+    Ok(Lowered { program, table, solved: moving.acceleration, solve_tree: moving.solve_tree, no_series })
+}
+
+/// The arm form with the expressions of its coefficients, unless the scene asks for another method.
+fn series(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Expr>), String> {
+    match equations.system.mechanism.solver.method {
+        Method::Auto => arm_form(equations, active),
+        Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
+    }
+}
+
+/// Would a step by Taylor series cost more than one by Runge-Kutta? The first inverts a dense matrix and multiplies with it at every
+/// order; the second runs a tape that knows which entries vanish, for every stage.
+fn is_too_large(arms: &ArmForm, instructions: usize) -> bool {
+    const ORDERS: usize = 18;
+    const STAGES: usize = 12;
+    let size = arms.coordinates.len() + arms.auxiliary.len() + arms.rows.len();
+    // A multiplication in a row costs a third of an instruction; a step by series is about twice as long.
+    size * size * (size + ORDERS) > 2 * 3 * STAGES * instructions.max(1000)
 }
 
 /// What the motion of a kinematic model depends on.
@@ -195,6 +226,7 @@ fn assemble(
     let (jacobian, q_jacobian, v_jacobian) =
         (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
     let inverse = moving.inverse.as_deref().unwrap_or_default();
+    let coefficients = moving.arms.as_ref().map_or(&[][..], |(_, coefficients)| coefficients);
     let mut assembler = Assembler::new(
         &equations.system.arena,
         layout,
@@ -213,6 +245,7 @@ fn assemble(
             inverse,
             &moving.indicators,
             &moving.outputs,
+            coefficients,
         ],
     );
     let places = |entries: &[((u32, u32), Expr)]| entries.iter().map(|(place, _)| *place).collect();
@@ -243,6 +276,10 @@ fn assemble(
             tape: assembler.tape(&v_jacobian),
         },
     };
+    let arms = moving.arms.as_ref().map(|(form, coefficients)| {
+        let coefficients = assembler.tape(coefficients);
+        ArmForm { coefficients, ..form.clone() }
+    });
     Program {
         name: mechanism.name.clone(),
         guid: String::from("draft"),
@@ -260,6 +297,8 @@ fn assemble(
         registers: assembler.registers,
         tapes,
         initial,
+        engine: if arms.is_some() { Engine::Taylor } else { Engine::Dop853 },
+        arms,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use cotree_fmu::program::{Block, Program};
+use cotree_fmu::program::{Block, Engine, Motion, Program};
 
 use super::summary::{Cheapest, Coordinate, Count, Counts, Joint, SolveTree, Summary, Tree, Trees};
 use crate::cheapest::LARGEST;
@@ -10,7 +10,7 @@ use crate::element::{Angle, Origin};
 use crate::equations::Equations;
 use crate::formulate::{Formulated, equations};
 use crate::graph::ElementId;
-use crate::lower;
+use crate::lower::{self, Lowered};
 use crate::mechanism::{Coordinates, JointKind, Mechanism};
 
 /// A mechanism in figures and names.
@@ -30,7 +30,8 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         inputs: mechanism.inputs.iter().map(|input| input.name.clone()).collect(),
         outputs: mechanism.outputs.iter().map(|output| output.name.clone()).collect(),
         mobility: formulated.mobility(),
-        kinematic: formulated.lowered.program.motion == cotree_fmu::program::Motion::Kinematic,
+        kinematic: formulated.lowered.program.motion == Motion::Kinematic,
+        solver: solver(&formulated.lowered),
         coordinates: coordinates(own),
         constraints: real.iter().map(|&index| owner(index)).collect(),
         redundant: formulated
@@ -47,6 +48,16 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         counts: counts(own),
         solve_tree: formulated.lowered.solve_tree.as_ref().map(|tree| solve_tree(own, tree)),
         cheapest: (mechanism.coordinates == Coordinates::Cheapest).then(|| cheapest(formulated)),
+    }
+}
+
+/// How the motion is found.
+fn solver(lowered: &Lowered) -> String {
+    match (lowered.program.motion, lowered.program.engine, &lowered.no_series) {
+        (Motion::Kinematic, ..) => String::new(),
+        (Motion::Dynamic, Engine::Taylor, _) => "Taylor series".into(),
+        (Motion::Dynamic, Engine::Dop853, Some(reason)) => format!("Runge-Kutta (DOP853): {reason}"),
+        (Motion::Dynamic, Engine::Dop853, None) => "Runge-Kutta (DOP853)".into(),
     }
 }
 

@@ -29,6 +29,8 @@ pub struct Summary {
     pub mobility: usize,
     /// Does the motion follow from drivers and loops alone, without forces?
     pub kinematic: bool,
+    /// How the motion is found, and why not by Taylor series if it is not; empty if the drivers determine it.
+    pub solver: String,
     /// The branch coordinates.
     pub coordinates: Vec<Coordinate>,
     /// What the loop equations belong to, one name for each equation.
@@ -177,6 +179,9 @@ impl Summary {
         }
         counted(f, "loops", self.constraints.len(), &tally(&self.constraints))?;
         counted(f, "redundant", self.redundant.len(), &tally(&self.redundant))?;
+        if !self.solver.is_empty() {
+            writeln!(f, "  {:<16}  {}", "solver", self.solver)?;
+        }
         let blocks: Vec<String> = self.blocks.iter().map(|names| names.join(" with ")).collect();
         counted(f, "blocks", blocks.len(), &blocks)
     }
@@ -277,6 +282,7 @@ mod tests {
             ],
             outputs: names(&["crank.angle"]),
             mobility: 1,
+            solver: "Taylor series".into(),
             coordinates: vec![coordinate("crank.angle"), coordinate("rod.angle")],
             constraints: names(&["cylinder", "cylinder"]),
             counts: Counts {
@@ -302,6 +308,7 @@ mod tests {
 
           rotation       2  crank.angle, rod.angle
           loops          2  cylinder (2)
+          solver            Taylor series
 
           choice         coordinates   loop equations
           recommended              2                1

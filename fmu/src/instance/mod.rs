@@ -117,6 +117,18 @@ impl Instance {
         Ok(())
     }
 
+    /// Replaces the integrator that the program names, until the next reset.
+    ///
+    /// # Errors
+    /// After initialisation.
+    pub fn set_engine(&mut self, engine: Engine) -> Result<(), InstanceError> {
+        if self.now.phase == Phase::Running {
+            return Err(InstanceError::Phase { running: true });
+        }
+        self.now.engine = engine;
+        Ok(())
+    }
+
     /// Is it an input?
     pub fn is_input(&self, variable: usize) -> bool {
         matches!(self.settable(variable), Ok(Settable::Input(_)))
@@ -287,7 +299,7 @@ impl Instance {
 
     fn settings(&self) -> Settings {
         Settings {
-            engine: Engine::default(),
+            engine: self.now.engine,
             tolerance: self.now.tolerance,
             max_step: self.model.program().experiment.max_step,
             stop: self.now.stop,

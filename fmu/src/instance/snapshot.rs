@@ -5,9 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::InstanceError;
 use crate::frame::{Mark, checksum};
 use crate::model::{Model, State};
+use crate::program::Engine;
 use crate::solver::stepping::Continuation;
 
-const MARK: Mark = Mark { magic: *b"cotS", version: 1, name: "a saved cotree state" };
+const MARK: Mark = Mark { magic: *b"cotS", version: 2, name: "a saved cotree state" };
 /// The finest and the coarsest tolerance that mean something in double precision.
 pub(super) const TOLERANCES: [f64; 2] = [1e-13, 1e-2];
 
@@ -35,6 +36,7 @@ pub struct Snapshot {
     pub(super) derivatives: Vec<bool>,
     pub(super) stop: Option<f64>,
     pub(super) tolerance: f64,
+    pub(super) engine: Engine,
 }
 
 impl Snapshot {
@@ -48,6 +50,7 @@ impl Snapshot {
             state,
             derivatives: vec![false; model.program().inputs.len()],
             stop: None,
+            engine: model.program().engine,
             tolerance: experiment.tolerance.clamp(TOLERANCES[0], TOLERANCES[1]),
         }
     }
@@ -60,6 +63,7 @@ impl Snapshot {
         self.derivatives.clone_from(&other.derivatives);
         self.stop = other.stop;
         self.tolerance = other.tolerance;
+        self.engine = other.engine;
     }
 
     pub(super) fn belongs_to(&self, model: &Model) -> bool {

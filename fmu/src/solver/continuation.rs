@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::explicit::Explicit;
+use super::taylor::Taylor;
 use crate::model::{Model, State, motion};
 
 /// Together with the [`State`] it determines the rest of the run bit for bit.
@@ -20,6 +21,8 @@ pub struct Continuation {
     pub(super) dense_from: f64,
     /// Dense output of the last step, if that went beyond a communication point.
     pub(super) dense: Vec<f64>,
+    /// Order of the polynomial that the dense output is; 0 for that of the explicit method.
+    pub(super) order: u32,
     /// Natural length of the next step; 0 if it is not known.
     pub(super) step: f64,
     /// Has anything changed at this communication point?
@@ -37,7 +40,8 @@ impl Continuation {
             front_time: state.time(),
             front: state.registers()[motion(model.layout())].to_vec(),
             dense_from: state.time(),
-            dense: vec![0.0; Explicit::dense_length(2 * model.coordinates())],
+            dense: vec![0.0; dense_length(model)],
+            order: 0,
             step: 0.0,
             changed: false,
             changed_before: false,
@@ -91,6 +95,7 @@ impl Continuation {
         self.front.clone_from(&other.front);
         self.dense_from = other.dense_from;
         self.dense.clone_from(&other.dense);
+        self.order = other.order;
         self.step = other.step;
         self.changed = other.changed;
         self.changed_before = other.changed_before;
@@ -102,9 +107,16 @@ impl Continuation {
         let states = [&self.origin, &self.before];
         states.into_iter().all(|state| state.belongs_to(model) && state.is_finite())
             && self.front.len() == size
-            && self.dense.len() == Explicit::dense_length(size)
+            && self.dense.len() == dense_length(model)
+            && self.order as usize <= crate::series::MAX_ORDER
             && self.front.iter().chain(&self.dense).all(|value| value.is_finite())
             && [self.front_time, self.dense_from, self.step].into_iter().all(f64::is_finite)
             && self.step >= 0.0
     }
+}
+
+/// Room for the dense output of any engine.
+fn dense_length(model: &Model) -> usize {
+    let explicit = Explicit::dense_length(2 * model.coordinates());
+    if model.program().arms.is_some() { explicit.max(Taylor::dense_length(model)) } else { explicit }
 }

@@ -83,10 +83,15 @@ impl Dynamic {
             if context.statistics.steps >= last {
                 return Err(Failure::TooManySteps { time: run.front_time, steps: MOST_STEPS });
             }
-            self.begin(context, run)?;
-            self.step(context, run, horizon)?;
+            self.single(context, run, horizon)?;
         }
         Ok(())
+    }
+
+    /// Takes one step.
+    pub fn single(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+        self.begin(context, run)?;
+        self.step(context, run, horizon)
     }
 
     /// (q, v) at the target, from the front or from the dense output; says whether it was interpolated.

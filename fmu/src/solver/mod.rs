@@ -20,21 +20,14 @@ pub mod projection;
 pub mod redundancy;
 pub mod stepping;
 pub mod tangent;
+mod taylor;
 
+pub use crate::program::Engine;
 pub use failure::{Failure, Gap};
 
 use crate::machine::Machine;
 use crate::model::Model;
 use projection::Projection;
-
-/// The integrator of dynamic motion. Another one is one variant here and one arm in [`stepping`]; the model's tapes, the projection
-/// and the policy between communication points stay as they are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Engine {
-    /// Explicit Runge-Kutta method of order 8 with dense output of order 7 ([`explicit`]).
-    #[default]
-    Dop853,
-}
 
 /// How to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,10 +49,12 @@ pub struct Statistics {
     pub steps: u64,
     /// Rejected steps.
     pub rejected: u64,
-    /// Evaluations of the accelerations.
+    /// Evaluations of the accelerations, or series of the motion.
     pub evaluations: u64,
     /// Projections that moved the state.
     pub projections: u64,
+    /// Steps of the explicit method where there was no Taylor series.
+    pub fallbacks: u64,
 }
 
 /// What the parts of the solver work on together.

@@ -9,9 +9,10 @@ pub use super::continuation::Continuation;
 use super::dynamic::{Dynamic, Horizon};
 use super::kinematic::{Kinematic, REACH, lock_up};
 use super::projection::Projection;
+use super::taylor::{Reading, Taylor};
 use super::{Context, Engine, Failure, Settings, Statistics};
 use crate::machine::Machine;
-use crate::model::{Model, State, motion};
+use crate::model::{Model, State, motion as range};
 use crate::program::Motion;
 
 /// Shortest part of a change that is followed.
@@ -21,6 +22,7 @@ const SHORTEST_PART: f64 = 1e-4;
 #[derive(Clone, Debug)]
 pub struct Stepper {
     dynamic: Dynamic,
+    taylor: Option<Taylor>,
     kinematic: Kinematic,
     projection: Projection,
     work: State,
@@ -41,6 +43,7 @@ impl Stepper {
         let work = model.default_state(0.0);
         Self {
             dynamic: Dynamic::new(model),
+            taylor: Taylor::new(model),
             kinematic: Kinematic::new(model),
             projection: Projection::new(model),
             settling: Settling { reached: work.clone(), trial: work.clone() },
@@ -57,6 +60,9 @@ impl Stepper {
     /// To be called when the continuation was replaced by another one.
     pub fn forget(&mut self) {
         self.dynamic.forget();
+        if let Some(taylor) = &mut self.taylor {
+            taylor.forget();
+        }
     }
 
     /// Closes the loops at a state whose time, parameters or inputs have changed, but not yet its motion. On failure the state stays as it was.
@@ -89,7 +95,7 @@ impl Stepper {
         target: f64,
         settings: &Settings,
     ) -> Result<(), Failure> {
-        let Self { dynamic, kinematic, projection, work, settling, statistics } = self;
+        let Self { dynamic, taylor, kinematic, projection, work, settling, statistics } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
         let exact = run.changed && run.changed_before;
         work.copy_from(state);
@@ -97,18 +103,32 @@ impl Stepper {
             settling.close(context, &run.before, work)?;
             run.restart(model, work);
             dynamic.forget();
+            if let Some(taylor) = taylor {
+                taylor.forget();
+            }
         }
         match model.program().motion {
             Motion::Kinematic => kinematic.advance(context, work, &mut run.step, target)?,
-            Motion::Dynamic => match settings.engine {
-                Engine::Dop853 => {
-                    let stop = settings.stop.unwrap_or(f64::INFINITY);
-                    let limit = if exact { target } else { stop.max(target) };
-                    context.machine.load(model, &run.origin);
-                    dynamic.advance(context, run, Horizon { target, limit })?;
-                    read(dynamic, context, run, target, work)?;
+            Motion::Dynamic => {
+                let stop = settings.stop.unwrap_or(f64::INFINITY);
+                let limit = if exact { target } else { stop.max(target) };
+                let horizon = Horizon { target, limit };
+                context.machine.load(model, &run.origin);
+                match (settings.engine, taylor) {
+                    (Engine::Taylor, Some(taylor)) => {
+                        taylor.advance(context, dynamic, run, horizon)?;
+                        read(context, run, target, work, |context, run, motion| match run.order {
+                            0 if run.front_time != target => dynamic.read(run, target, motion),
+                            _ => taylor.read(context, run, target, motion) == Reading::Open,
+                        })?;
+                    }
+                    _ => {
+                        run.order = 0;
+                        dynamic.advance(context, run, horizon)?;
+                        read(context, run, target, work, |_, run, motion| dynamic.read(run, target, motion))?;
+                    }
                 }
-            },
+            }
         }
         state.copy_from(work);
         run.changed_before = run.changed;
@@ -117,19 +137,20 @@ impl Stepper {
     }
 }
 
-/// The state at a communication point that the front has reached.
+/// The state at a communication point that the front has reached. `motion` writes (q, v) and says whether it must be projected.
 fn read(
-    dynamic: &Dynamic,
     context: &mut Context,
     run: &Continuation,
     target: f64,
     state: &mut State,
+    mut motion: impl FnMut(&mut Context, &Continuation, &mut [f64]) -> bool,
 ) -> Result<(), Failure> {
-    let Context { model, machine, projection, settings, .. } = context;
     state.copy_from(&run.origin);
-    model.advance_signals(&run.origin, target, state.registers_mut());
-    let interpolated = dynamic.read(run, target, &mut state.registers_mut()[motion(model.layout())]);
-    if interpolated && !model.active().is_empty() {
+    context.model.advance_signals(&run.origin, target, state.registers_mut());
+    let range = range(context.model.layout());
+    let open = motion(context, run, &mut state.registers_mut()[range]);
+    let Context { model, machine, projection, settings, .. } = context;
+    if open && !model.active().is_empty() {
         machine.load(model, state);
         projection.positions(model, machine, state.positions_mut(), settings.tolerance, f64::INFINITY)?;
         projection.rates(model, machine, state.rates_mut(), settings.tolerance)?;

@@ -145,6 +145,8 @@ fn empty(name: &str, motion: Motion) -> Program {
         registers: 0,
         tapes: Tapes::default(),
         initial: Initial::default(),
+        engine: cotree_fmu::program::Engine::Dop853,
+        arms: None,
     }
 }
 

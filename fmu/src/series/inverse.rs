@@ -1,0 +1,165 @@
+//! The inverse of the symmetric matrix [M J^T; J 0], once a step.
+
+use super::lane::{Lane, WIDTH, ZERO, add, lanes, minus, multiply, plus, splat};
+
+/// The smallest pivot that counts, relative to the largest entry of its row.
+const SINGULAR: f64 = 1e-13;
+
+/// A square matrix by rows, whose rows and columns may have their own places.
+#[derive(Clone, Debug)]
+pub(super) struct Inverse {
+    size: usize,
+    /// Lanes of a row.
+    width: usize,
+    /// Place of each column in its row.
+    places: Vec<usize>,
+    rows: Vec<Lane>,
+    /// Row that was the pivot of each column.
+    pivots: Vec<usize>,
+    largest: Vec<f64>,
+}
+
+impl Inverse {
+    /// For columns at these places of rows with room for so many.
+    pub fn new(places: Vec<usize>, room: usize) -> Self {
+        let (size, width) = (places.len(), lanes(room));
+        Self { size, width, places, rows: vec![ZERO; size * width], pivots: vec![0; size], largest: vec![0.0; size] }
+    }
+
+    /// Zero.
+    pub fn clear(&mut self) {
+        self.rows.fill(ZERO);
+    }
+
+    /// Adds to an entry and its mirror image.
+    pub fn add(&mut self, row: usize, column: usize, value: f64) {
+        let (width, [at_row, at_column]) = (self.width * WIDTH, [row, column].map(|index| self.places[index]));
+        let flat = self.rows.as_flattened_mut();
+        flat[row * width + at_column] += value;
+        if row != column {
+            flat[column * width + at_row] += value;
+        }
+    }
+
+    /// Row (and column) of the inverse, in lanes.
+    #[cfg(test)]
+    fn row(&self, row: usize) -> &[Lane] {
+        &self.rows[row * self.width..][..self.width]
+    }
+
+    /// The inverse times a vector by equations, in lanes.
+    #[inline(always)]
+    pub fn times(&self, vector: &[f64], product: &mut [Lane]) {
+        for (lane, place) in product.iter_mut().enumerate() {
+            let (mut even, mut odd) = (ZERO, ZERO);
+            let mut rows = self.rows.chunks_exact(2 * self.width);
+            let mut values = vector.chunks_exact(2);
+            for (rows, values) in (&mut rows).zip(&mut values) {
+                even = plus(even, rows[lane], splat(values[0]));
+                odd = plus(odd, rows[self.width + lane], splat(values[1]));
+            }
+            if let (row @ [_, ..], [value]) = (rows.remainder(), values.remainder()) {
+                even = plus(even, row[lane], splat(*value));
+            }
+            *place = add(even, odd);
+        }
+    }
+
+    /// Replaces the matrix by its inverse, by Gauss and Jordan with row pivots. False if it has none.
+    pub fn invert(&mut self) -> bool {
+        let width = self.width * WIDTH;
+        for (row, largest) in self.rows.as_flattened().chunks_exact(width).zip(&mut self.largest) {
+            *largest = row.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+        }
+        for column in 0..self.size {
+            let place = self.places[column];
+            let flat = self.rows.as_flattened();
+            let weight = |row: usize| flat[row * width + place].abs() / self.largest[row];
+            let mut pivot = column;
+            for row in column + 1..self.size {
+                if weight(row) > weight(pivot) {
+                    pivot = row;
+                }
+            }
+            // Written so that NaN is singular too.
+            let regular = weight(pivot) > SINGULAR;
+            if !regular {
+                return false;
+            }
+            self.swap(column, pivot);
+            self.pivots[column] = pivot;
+            self.eliminate(column);
+        }
+        // Rows were swapped on the way in, so columns are on the way out.
+        for column in (0..self.size).rev() {
+            let (a, b) = (self.places[column], self.places[self.pivots[column]]);
+            if a != b {
+                self.rows.as_flattened_mut().chunks_exact_mut(width).for_each(|row| row.swap(a, b));
+            }
+        }
+        true
+    }
+
+    fn swap(&mut self, a: usize, b: usize) {
+        if a != b {
+            let (upper, lower) = self.rows.split_at_mut(b * self.width);
+            upper[a * self.width..][..self.width].swap_with_slice(&mut lower[..self.width]);
+            self.largest.swap(a, b);
+        }
+    }
+
+    fn eliminate(&mut self, column: usize) {
+        let (width, place) = (self.width, self.places[column]);
+        let (lane, at) = (place / WIDTH, place % WIDTH);
+        let (before, rest) = self.rows.split_at_mut(column * width);
+        let (pivot, after) = rest.split_at_mut(width);
+        let inverse = 1.0 / pivot[lane][at];
+        pivot[lane][at] = 1.0;
+        pivot.iter_mut().for_each(|entries| *entries = multiply(*entries, splat(inverse)));
+        for row in before.chunks_exact_mut(width).chain(after.chunks_exact_mut(width)) {
+            let factor = row[lane][at];
+            if factor == 0.0 {
+                continue;
+            }
+            row[lane][at] = 0.0;
+            for (entries, above) in row.iter_mut().zip(&*pivot) {
+                *entries = minus(*entries, splat(factor), *above);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_saddle_point_matrix_has_its_inverse() {
+        // Two masses, one of them zero, held together: zero pivots on the diagonal.
+        let entries = [(0, 0, 2.0), (0, 2, 1.0), (1, 2, -1.0), (1, 3, 1.0), (0, 3, 0.5)];
+        let places = [0, 1, 4, 5];
+        let mut matrix = Inverse::new(places.to_vec(), 8);
+        let mut dense = [[0.0; 4]; 4];
+        for (row, column, value) in entries {
+            matrix.add(row, column, value);
+            dense[row][column] = value;
+            dense[column][row] = value;
+        }
+        assert!(matrix.invert());
+        for (row, values) in dense.iter().enumerate() {
+            for (column, place) in places.iter().enumerate() {
+                let entry: f64 = (0..4).map(|k| values[k] * matrix.row(k).as_flattened()[*place]).sum();
+                assert!((entry - f64::from(u8::from(row == column))).abs() < 1e-14, "{row} {column}: {entry}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_singular_matrix_has_none() {
+        let mut matrix = Inverse::new(vec![0, 1], 4);
+        for (row, column) in [(0, 0), (0, 1), (1, 1)] {
+            matrix.add(row, column, 1.0);
+        }
+        assert!(!matrix.invert());
+    }
+}

@@ -1,0 +1,353 @@
+//! Taylor series of one motion: one factorisation, then order by order.
+//!
+//! Virtual work on arms b_k = sigma_k e_k, with forces G_k = sum A_kl b_l'' + sum p lambda - loads, gives for each unknown
+//!
+//! * an angle: I alpha + sum b_k x G_k = torques, over the arms of its frames;
+//! * a displacement: e_k . G_k = loads;
+//!
+//! and the loop equations are constant combinations of the b_k themselves. At every order the newest coefficients enter linearly, with the
+//! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
+
+mod orders;
+mod start;
+
+use crate::model::Model;
+use crate::series::MAX_ORDER;
+use crate::series::columns::Columns;
+use crate::series::form::{ArmForm, Factor, Place, Slot};
+use crate::series::inverse::Inverse;
+use crate::series::lane::{Lane, WIDTH, ZERO, lanes};
+use crate::series::tape::Scalars;
+
+/// Storage for the series of positions, orders 0 to [`MAX_ORDER`].
+const ORDERS: usize = MAX_ORDER + 1;
+
+/// Place of one order of a lane: the orders of a lane lie side by side.
+#[inline(always)]
+fn at(lane: usize, order: usize) -> usize {
+    lane * ORDERS + order
+}
+
+/// The same for a single number.
+#[inline(always)]
+fn flat(place: usize, order: usize) -> usize {
+    at(place / WIDTH, order) * WIDTH + place % WIDTH
+}
+
+/// Orders 0 to k of a lane.
+#[inline(always)]
+fn series(lanes: &[Lane], lane: usize, k: usize) -> &[Lane] {
+    &lanes[at(lane, 0)..][..=k]
+}
+
+/// Lanes and places of arms.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    /// Lanes of frames, of products, of world arms.
+    lanes: [usize; 3],
+    counts: [usize; 3],
+}
+
+impl Shape {
+    fn new(form: &ArmForm) -> Self {
+        let counts = [form.frames.len(), form.products.len(), form.world.len()];
+        Self { lanes: counts.map(lanes), counts }
+    }
+
+    fn all(&self) -> usize {
+        self.lanes.iter().sum()
+    }
+
+    /// Place of an arm.
+    fn place(&self, arm: u32) -> usize {
+        let (mut arm, mut first) = (arm as usize, 0);
+        for (count, lanes) in self.counts.into_iter().zip(self.lanes) {
+            if arm < count {
+                return first + arm;
+            }
+            arm -= count;
+            first += lanes * WIDTH;
+        }
+        first
+    }
+}
+
+/// How an arm changes with an unknown: unknown (by equation), place of the derivative.
+type Touch = (usize, usize);
+
+/// One term of M: derivative . A derivative.
+#[derive(Clone, Copy, Debug)]
+struct MassTerm {
+    row: usize,
+    column: usize,
+    left: usize,
+    right: usize,
+    mass: [u32; 2],
+}
+
+/// One term of J: p . derivative.
+#[derive(Clone, Copy, Debug)]
+struct LoopTerm {
+    row: usize,
+    column: usize,
+    derivative: usize,
+    p: [u32; 2],
+}
+
+/// value x (x, y) on places.
+#[derive(Clone, Copy, Debug)]
+struct Scatter {
+    place: usize,
+    value: Option<Slot>,
+    factors: [u32; 2],
+}
+
+/// The series of one motion.
+#[derive(Clone, Debug)]
+pub struct Jet {
+    form: ArmForm,
+    shape: Shape,
+    /// Coordinates, what carries an angle before what it carries.
+    chain: Vec<usize>,
+    /// Places of the unknowns, in the order of their equations.
+    unknowns: Vec<usize>,
+    /// Place of each frame's unknown.
+    turned_by: Vec<Option<usize>>,
+    /// Frames whose unknown is another frame's, or that have none, or a signal: handled one by one.
+    special: Vec<usize>,
+    mass_terms: Vec<MassTerm>,
+    inertia_terms: Vec<(usize, u32)>,
+    loop_terms: Vec<LoopTerm>,
+    linear_terms: Vec<(usize, usize, u32)>,
+    pushes: Vec<Scatter>,
+    loads: Vec<Scatter>,
+    /// So many of them, the first ones, are constant.
+    constant_pushes: usize,
+    constant_loads: usize,
+    coupling: Columns,
+    rows: Columns,
+    reactions: Columns,
+    scalars: Scalars,
+    coefficients: Vec<f64>,
+    inertia: Vec<Lane>,
+    inverse: Inverse,
+    /// World components of arms, by orders.
+    x: Vec<Lane>,
+    y: Vec<Lane>,
+    /// Rates of frames, by orders.
+    omega: Vec<Lane>,
+    /// Lengths and unit vectors of products, by orders.
+    sigma: Vec<Lane>,
+    unit: [Vec<Lane>; 2],
+    /// Forces on arms, by orders.
+    force: [Vec<Lane>; 2],
+    /// Minus the loads on arms at the present order.
+    applied: [Vec<Lane>; 2],
+    /// Unknowns, by orders.
+    values: Vec<Lane>,
+    /// Second derivatives of arms at the present order.
+    second: [Vec<Lane>; 2],
+    /// Known part of the second derivatives of products: all but their ends.
+    inner: [Vec<Lane>; 2],
+    /// What the equations lack, by equation.
+    lack: Vec<f64>,
+    lack_lanes: Vec<Lane>,
+    gaps: Vec<Lane>,
+    solution: Vec<Lane>,
+    /// Derivatives of arms: first by the angle, then by the length.
+    derivatives: [Vec<Lane>; 2],
+}
+
+/// There is no inverse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Singular;
+
+impl Jet {
+    /// Storage for a model with an arm form.
+    pub fn new(model: &Model) -> Option<Self> {
+        let form = model.program().arms.clone()?;
+        let shape = Shape::new(&form);
+        let all = shape.all();
+        let turned_by: Vec<Option<usize>> =
+            form.frames.iter().map(|frame| frame.unknown.map(|unknown| unknown as usize)).collect();
+        let special = (0..form.frames.len())
+            .filter(|&index| turned_by[index] != Some(index) || form.frames[index].signal.is_some())
+            .collect();
+        let unknowns = unknowns(&form, &shape);
+        let equations: Vec<usize> =
+            (unknowns.iter().copied()).chain((0..form.rows.len()).map(|row| all * WIDTH + row)).collect();
+        let room = (all + lanes(form.rows.len())) * WIDTH;
+        let count = form.coefficients.results.len();
+        let place = |arm: u32| shape.place(arm);
+        let arms_of_rows: Vec<(usize, usize, [u32; 2])> = form
+            .rows
+            .iter()
+            .enumerate()
+            .flat_map(|(row, data)| data.arms.iter().map(move |&(arm, p)| (row, shape.place(arm), p)))
+            .collect();
+        let transposed: Vec<(usize, usize, [u32; 2])> =
+            arms_of_rows.iter().map(|&(row, arm, p)| (arm, row, p)).collect();
+        let masses: Vec<(usize, usize, [u32; 2])> =
+            form.coupling.iter().map(|entry| (place(entry.on), place(entry.from), entry.mass)).collect();
+        let one = |slot, factor| Scatter { place: slot, value: None, factors: [factor, 0] };
+        let pushes =
+            form.pushes.iter().map(|push| Scatter { value: push.value, ..one(place(push.unknown), push.factor) });
+        let loads =
+            form.loads.iter().map(|load| Scatter { place: place(load.arm), value: load.value, factors: load.along });
+        let orders = |lanes: usize| vec![ZERO; ORDERS * lanes];
+        let (mut pushes, mut loads): (Vec<Scatter>, Vec<Scatter>) = (pushes.collect(), loads.collect());
+        pushes.sort_by_key(|push| push.value.is_some());
+        loads.sort_by_key(|load| load.value.is_some());
+        let constants = |list: &[Scatter]| list.partition_point(|entry| entry.value.is_none());
+        let mut jet = Self {
+            coupling: Columns::new(all, &masses),
+            rows: Columns::new(lanes(form.rows.len()), &arms_of_rows),
+            reactions: Columns::new(all, &transposed),
+            scalars: Scalars::new(&form.tape, ORDERS, count, place, |arm| flat(place(arm), 0)),
+            coefficients: vec![f64::NAN; count],
+            inertia: vec![ZERO; shape.lanes[0]],
+            inverse: Inverse::new(equations.clone(), room),
+            mass_terms: Vec::new(),
+            inertia_terms: Vec::new(),
+            loop_terms: Vec::new(),
+            linear_terms: Vec::new(),
+            constant_pushes: constants(&pushes),
+            constant_loads: constants(&loads),
+            pushes,
+            loads,
+            applied: [vec![ZERO; all], vec![ZERO; all]],
+            chain: chain(&form),
+            x: orders(all),
+            y: orders(all),
+            omega: orders(shape.lanes[0]),
+            sigma: orders(shape.lanes[1]),
+            unit: [orders(shape.lanes[1]), orders(shape.lanes[1])],
+            force: [orders(all), orders(all)],
+            values: orders(all),
+            second: [vec![ZERO; all], vec![ZERO; all]],
+            inner: [vec![ZERO; shape.lanes[1]], vec![ZERO; shape.lanes[1]]],
+            lack: vec![0.0; equations.len()],
+            lack_lanes: vec![ZERO; all],
+            gaps: vec![ZERO; lanes(form.rows.len())],
+            solution: vec![ZERO; room / WIDTH],
+            derivatives: [vec![ZERO; 2 * all], vec![ZERO; 2 * all]],
+            unknowns,
+            turned_by,
+            special,
+            shape,
+            form,
+        };
+        jet.prepare_terms();
+        Some(jet)
+    }
+
+    /// Unknowns that move an arm, with the places of the derivatives.
+    fn touches(&self, arm: u32) -> Vec<Touch> {
+        let place = self.shape.place(arm);
+        let equation = |place: usize| self.unknowns.iter().position(|unknown| *unknown == place);
+        let [frames, products, _] = self.shape.counts;
+        let index = arm as usize;
+        let (frame, factor) = if index < frames {
+            (Some(index), None)
+        } else if index < frames + products {
+            let product = self.form.products[index - frames];
+            (Some(product.frame as usize), Some(product.factor))
+        } else {
+            (None, Some(self.form.world[index - frames - products]))
+        };
+        let turn = frame.and_then(|frame| self.turned_by[frame]).and_then(equation).map(|row| (row, place));
+        let slide = (factor == Some(Factor::Unknown)).then(|| equation(place)).flatten();
+        let slide = slide.map(|row| (row, self.shape.all() * WIDTH + place));
+        turn.into_iter().chain(slide).collect()
+    }
+
+    fn prepare_terms(&mut self) {
+        let equation = |place: usize| self.unknowns.iter().position(|unknown| *unknown == place).unwrap_or_default();
+        let (mut masses, mut loops, mut inertia, mut linear) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for entry in &self.form.coupling {
+            for (row, left) in self.touches(entry.on) {
+                for (column, right) in self.touches(entry.from) {
+                    if row <= column {
+                        masses.push(MassTerm { row, column, left, right, mass: entry.mass });
+                    }
+                }
+            }
+        }
+        for (frame, turned_by) in self.form.frames.iter().zip(&self.turned_by) {
+            if let Some(place) = turned_by {
+                inertia.push((equation(*place), frame.inertia));
+            }
+        }
+        let first = self.unknowns.len();
+        for (index, row) in self.form.rows.iter().enumerate() {
+            for &(arm, p) in &row.arms {
+                for (column, derivative) in self.touches(arm) {
+                    loops.push(LoopTerm { row: first + index, column, derivative, p });
+                }
+            }
+            for &(unknown, factor) in &row.unknowns {
+                linear.push((first + index, equation(self.shape.place(unknown)), factor));
+            }
+        }
+        (self.mass_terms, self.loop_terms, self.inertia_terms, self.linear_terms) = (masses, loops, inertia, linear);
+    }
+
+    /// Takes the coefficients over from the registers, after the parameter stage ran.
+    pub fn update(&mut self, registers: &[f64]) {
+        let results = self.form.coefficients.results(registers);
+        let same = self.coefficients.iter().zip(results).all(|(old, new)| old.to_bits() == new.to_bits());
+        if same {
+            return;
+        }
+        for (place, value) in self.coefficients.iter_mut().zip(self.form.coefficients.results(registers)) {
+            *place = value;
+        }
+        let c = &self.coefficients;
+        self.coupling.fill(c);
+        self.rows.fill(c);
+        self.reactions.fill(c);
+        self.scalars.fill(c);
+        for (place, frame) in self.inertia.as_flattened_mut().iter_mut().zip(&self.form.frames) {
+            *place = c[frame.inertia as usize];
+        }
+    }
+}
+
+/// Places of the unknowns: angles, then displacements.
+fn unknowns(form: &ArmForm, shape: &Shape) -> Vec<usize> {
+    let own =
+        |(index, frame): (usize, &super::form::Frame)| (frame.unknown == Some(index as u32)).then_some(index as u32);
+    let frames = form.frames.iter().enumerate().filter_map(own);
+    let products = form.products.iter().map(|product| product.factor);
+    let lengths = products.chain(form.world.iter().copied()).enumerate();
+    let displacements = lengths.filter(|(_, factor)| *factor == Factor::Unknown);
+    let displacements = displacements.map(|(index, _)| (form.frames.len() + index) as u32);
+    frames.chain(displacements).map(|arm| shape.place(arm)).collect()
+}
+
+/// Coordinates, what carries an angle before what it carries.
+pub(super) fn chain(form: &ArmForm) -> Vec<usize> {
+    let mut known = vec![false; form.frames.len()];
+    let mut rest: Vec<usize> = (0..form.coordinates.len()).collect();
+    let mut chain = Vec::new();
+    while !rest.is_empty() {
+        let before = rest.len();
+        rest.retain(|&index| {
+            let ready = match form.coordinates[index] {
+                Place::Angle { parent: Some(parent), .. } => known[parent as usize],
+                _ => true,
+            };
+            if let (true, Place::Angle { arm, .. }) = (ready, form.coordinates[index]) {
+                known[arm as usize] = true;
+            }
+            if ready {
+                chain.push(index);
+            }
+            !ready
+        });
+        if rest.len() == before {
+            break;
+        }
+    }
+    chain
+}

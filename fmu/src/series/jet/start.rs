@@ -1,0 +1,255 @@
+//! The start of a step: the pose, the matrix of its equations, the motion put back on the loops.
+
+use super::{Jet, Singular, at, flat};
+use crate::math;
+use crate::model::Model;
+use crate::series::form::{Auxiliary, Factor, Place, Slot};
+use crate::series::lane::{WIDTH, ZERO, add, multiply, splat};
+
+/// Loops that are open less than this, relative to their scales, are left alone.
+const CLOSED: f64 = 1e-13;
+
+impl Jet {
+    /// Begins at q and v: factors the matrix, and puts the motion back on the loops. The registers hold the signals of this time.
+    /// Returns how far the loops were open, relative to their scales.
+    pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize, motion: &[f64]) -> Result<f64, Singular> {
+        self.scalars.begin(model, registers, order);
+        let (q, v) = motion.split_at(self.form.coordinates.len());
+        self.load(0, q);
+        self.load(1, v);
+        self.turn();
+        self.factor()?;
+        let open = self.close(model, 0);
+        self.turn_rates();
+        self.close(model, 1);
+        Ok(open)
+    }
+
+    /// The unknowns of coordinates.
+    fn load(&mut self, order: usize, values: &[f64]) {
+        let first = order * self.shape.all() * WIDTH;
+        let unknowns = &mut self.values.as_flattened_mut()[first..];
+        for &index in &self.chain {
+            let value = values[index];
+            match self.form.coordinates[index] {
+                Place::Displacement { arm } => unknowns[self.shape.place(arm)] = value,
+                Place::Angle { arm, parent, reversed } => {
+                    let carried = parent.map_or(0.0, |parent| unknowns[parent as usize]);
+                    unknowns[arm as usize] = if reversed { carried - value } else { carried + value };
+                }
+            }
+        }
+    }
+
+    /// Coefficients of the coordinates.
+    pub fn coordinates(&self, order: usize, values: &mut [f64]) {
+        let first = order * self.shape.all() * WIDTH;
+        let unknowns = &self.values.as_flattened()[first..];
+        for (value, place) in values.iter_mut().zip(&self.form.coordinates) {
+            *value = match *place {
+                Place::Displacement { arm } => unknowns[self.shape.place(arm)],
+                Place::Angle { arm, parent, reversed } => {
+                    let angle = unknowns[arm as usize] - parent.map_or(0.0, |parent| unknowns[parent as usize]);
+                    if reversed { -angle } else { angle }
+                }
+            };
+        }
+    }
+
+    /// One coefficient of a signal, zero if there is none.
+    pub(super) fn signal(&self, slot: Option<Slot>, order: usize) -> f64 {
+        slot.map_or(0.0, |slot| self.scalars.get(slot, order))
+    }
+
+    /// Poses of arms from the unknowns.
+    fn turn(&mut self) {
+        for index in 0..self.shape.counts[0] {
+            let angle = self.angle_of(index, 0);
+            let (sine, cosine) = math::sin_cos(angle);
+            self.x.as_flattened_mut()[flat(index, 0)] = cosine;
+            self.y.as_flattened_mut()[flat(index, 0)] = sine;
+        }
+        self.find_auxiliary(0);
+        self.stretch(0);
+    }
+
+    /// Rates of arms from the rates of the unknowns.
+    fn turn_rates(&mut self) {
+        for index in 0..self.shape.counts[0] {
+            let omega = self.angle_of(index, 1);
+            let (now, next) = (flat(index, 0), flat(index, 1));
+            self.omega.as_flattened_mut()[now] = omega;
+            let (c, s) = (self.x.as_flattened()[now], self.y.as_flattened()[now]);
+            self.x.as_flattened_mut()[next] = -omega * s;
+            self.y.as_flattened_mut()[next] = omega * c;
+        }
+        self.find_auxiliary(1);
+        self.stretch(1);
+    }
+
+    /// One coefficient of a frame's angle.
+    fn angle_of(&self, frame: usize, order: usize) -> f64 {
+        let first = order * self.shape.all() * WIDTH;
+        let own = self.turned_by[frame].map_or(0.0, |place| self.values.as_flattened()[first + place]);
+        own + self.signal(self.form.frames[frame].signal, order)
+    }
+
+    /// One coefficient of products and world arms, of the first two orders.
+    fn stretch(&mut self, order: usize) {
+        let all = self.shape.all() * WIDTH;
+        let (first, count) = (self.shape.lanes[0] * WIDTH, self.shape.lanes[1] * WIDTH);
+        for index in 0..self.shape.counts[1] {
+            let product = self.form.products[index];
+            let sigma = match product.factor {
+                Factor::Unknown => self.values.as_flattened()[order * all + first + index],
+                Factor::Signal(slot) => self.scalars.get(slot, order),
+            };
+            self.sigma.as_flattened_mut()[flat(index, order)] = sigma;
+            for axis in 0..2 {
+                let arms = if axis == 0 { &mut self.x } else { &mut self.y }.as_flattened_mut();
+                let units = self.unit[axis].as_flattened_mut();
+                units[flat(index, order)] = arms[flat(product.frame as usize, order)];
+                let [(s0, e0), (s1, e1)] =
+                    [0, 1].map(|k| (self.sigma.as_flattened()[flat(index, k)], units[flat(index, k)]));
+                arms[flat(first + index, order)] = if order == 0 { s0 * e0 } else { s1 * e0 + s0 * e1 };
+            }
+        }
+        let first = first + count;
+        for index in 0..self.shape.counts[2] {
+            self.x.as_flattened_mut()[flat(first + index, order)] = match self.form.world[index] {
+                Factor::Unknown => self.values.as_flattened()[order * all + first + index],
+                Factor::Signal(slot) => self.scalars.get(slot, order),
+            };
+        }
+    }
+
+    /// Auxiliary displacements (or their rates) from the gaps that they leave.
+    fn find_auxiliary(&mut self, order: usize) {
+        if self.form.auxiliary.is_empty() {
+            return;
+        }
+        let first = order * self.shape.all() * WIDTH;
+        for index in 0..self.form.auxiliary.len() {
+            let place = self.shape.place(self.form.auxiliary[index].arm);
+            self.values.as_flattened_mut()[first + place] = 0.0;
+        }
+        self.stretch(order);
+        self.gap(order);
+        for index in 0..self.form.auxiliary.len() {
+            let Auxiliary { arm, row, direction } = self.form.auxiliary[index];
+            let place = self.shape.place(arm);
+            let product = self.form.products[arm as usize - self.shape.counts[0]];
+            let frame = product.frame as usize;
+            let (c, s) = (self.x.as_flattened()[flat(frame, 0)], self.y.as_flattened()[flat(frame, 0)]);
+            let [a, b] = direction.map(|part| self.coefficients[part as usize]);
+            let (nx, ny) = (a * c - b * s, a * s + b * c);
+            let gaps = self.gaps.as_flattened();
+            let along = nx * gaps[row as usize] + ny * gaps[row as usize + 1];
+            self.values.as_flattened_mut()[first + place] = -along / (nx * nx + ny * ny);
+        }
+    }
+
+    /// One coefficient of the loop equations, of the first two orders.
+    fn gap(&mut self, order: usize) {
+        let (all, equations) = (self.shape.all(), self.unknowns.len());
+        for lane in 0..all {
+            (self.second[0][lane], self.second[1][lane]) = (self.x[at(lane, order)], self.y[at(lane, order)]);
+        }
+        let [x, y] = [&self.second[0], &self.second[1]].map(|lanes| lanes.as_flattened());
+        for (lane, gaps) in self.gaps.iter_mut().enumerate() {
+            *gaps = self.rows.dot(lane, x, y, ZERO);
+        }
+        let gaps = self.gaps.as_flattened_mut();
+        let values = self.values[order * all..].as_flattened();
+        for &(row, column, factor) in &self.linear_terms {
+            gaps[row - equations] += self.coefficients[factor as usize] * values[self.unknowns[column]];
+        }
+        for (gap, row) in gaps.iter_mut().zip(&self.form.rows) {
+            if order == 0 {
+                *gap += self.coefficients[row.constant as usize];
+            }
+            for &(slot, factor) in &row.signals {
+                *gap += self.coefficients[factor as usize] * self.scalars.get(slot, order);
+            }
+        }
+    }
+
+    /// The largest gap of the loops at the pose in the unknowns, relative to their scales.
+    fn largest_gap(&self, model: &Model) -> f64 {
+        let constraints = &model.program().constraints;
+        let sizes = self.gaps.as_flattened().iter().zip(&self.form.rows);
+        sizes.fold(0.0, |largest, (gap, row)| {
+            math::maximum(largest, gap.abs() / constraints[row.constraint as usize].scale)
+        })
+    }
+
+    /// One Newton step of positions or rates onto the loops, in the metric of the masses.
+    fn close(&mut self, model: &Model, order: usize) -> f64 {
+        if self.form.rows.is_empty() {
+            return 0.0;
+        }
+        self.gap(order);
+        let open = self.largest_gap(model);
+        if open <= CLOSED {
+            return open;
+        }
+        self.lack.fill(0.0);
+        let gaps = self.gaps.as_flattened();
+        for (place, gap) in self.lack[self.unknowns.len()..].iter_mut().zip(gaps) {
+            *place = -gap;
+        }
+        self.solve();
+        let all = self.shape.all();
+        for (value, change) in self.values[order * all..][..all].iter_mut().zip(&self.solution) {
+            *value = add(*value, *change);
+        }
+        if order == 0 {
+            self.turn()
+        } else {
+            self.turn_rates()
+        }
+        open
+    }
+
+    /// Builds and inverts the matrix of this pose.
+    fn factor(&mut self) -> Result<(), Singular> {
+        self.differentiate();
+        self.inverse.clear();
+        let c = &self.coefficients;
+        let [dx, dy] = [&self.derivatives[0], &self.derivatives[1]].map(|lanes| lanes.as_flattened());
+        for &(row, inertia) in &self.inertia_terms {
+            self.inverse.add(row, row, c[inertia as usize]);
+        }
+        for term in &self.mass_terms {
+            let (ax, ay, bx, by) = (dx[term.left], dy[term.left], dx[term.right], dy[term.right]);
+            let [re, im] = term.mass.map(|part| c[part as usize]);
+            self.inverse.add(term.row, term.column, re * (ax * bx + ay * by) - im * (ax * by - ay * bx));
+        }
+        for term in &self.loop_terms {
+            let [px, py] = term.p.map(|part| c[part as usize]);
+            let value = px * dx[term.derivative] + py * dy[term.derivative];
+            self.inverse.add(term.row, term.column, value);
+        }
+        for &(row, column, factor) in &self.linear_terms {
+            self.inverse.add(row, column, c[factor as usize]);
+        }
+        if self.inverse.invert() { Ok(()) } else { Err(Singular) }
+    }
+
+    /// Derivatives of the arms by angles (k x b), then by displacements (e).
+    fn differentiate(&mut self) {
+        let (all, [frames, products, world]) = (self.shape.all(), self.shape.lanes);
+        let [dx, dy] = &mut self.derivatives;
+        for lane in 0..all {
+            dx[lane] = multiply(splat(-1.0), self.y[at(lane, 0)]);
+            dy[lane] = self.x[at(lane, 0)];
+        }
+        for lane in 0..products {
+            dx[all + frames + lane] = self.unit[0][at(lane, 0)];
+            dy[all + frames + lane] = self.unit[1][at(lane, 0)];
+        }
+        for lane in 0..world {
+            dx[all + frames + products + lane] = splat(1.0);
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Four numbers at a time, every one rounded as if it were alone.
+
+/// Numbers in a lane.
+pub(super) const WIDTH: usize = 4;
+
+/// Four numbers that take part in the same operation.
+pub(super) type Lane = [f64; WIDTH];
+
+/// Nothing.
+pub(super) const ZERO: Lane = [0.0; WIDTH];
+
+/// Lanes that hold so many numbers.
+pub(super) fn lanes(count: usize) -> usize {
+    count.div_ceil(WIDTH)
+}
+
+/// One number in every place.
+#[inline(always)]
+pub(super) fn splat(value: f64) -> Lane {
+    [value; WIDTH]
+}
+
+/// a + b
+#[inline(always)]
+pub(super) fn add(a: Lane, b: Lane) -> Lane {
+    core::array::from_fn(|i| a[i] + b[i])
+}
+
+/// a - b
+#[inline(always)]
+pub(super) fn subtract(a: Lane, b: Lane) -> Lane {
+    core::array::from_fn(|i| a[i] - b[i])
+}
+
+/// a b
+#[inline(always)]
+pub(super) fn multiply(a: Lane, b: Lane) -> Lane {
+    core::array::from_fn(|i| a[i] * b[i])
+}
+
+/// sum + a b, rounded twice
+#[inline(always)]
+pub(super) fn plus(sum: Lane, a: Lane, b: Lane) -> Lane {
+    core::array::from_fn(|i| sum[i] + a[i] * b[i])
+}
+
+/// sum - a b, rounded twice
+#[inline(always)]
+pub(super) fn minus(sum: Lane, a: Lane, b: Lane) -> Lane {
+    core::array::from_fn(|i| sum[i] - a[i] * b[i])
+}

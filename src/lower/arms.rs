@@ -1,0 +1,332 @@
+//! From the arm equations to their data.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use cotree_fmu::series::form::{
+    self, ArmForm, Coupling, Factor as FactorData, Frame, Operation, Place, Product, Push, Slot, Source,
+};
+
+use super::series::{Coefficients, SeriesBuilder};
+use crate::equations::arms::{Arm, ArmEquations, Arms, Factor, Load, Reason, conjugate_product};
+use crate::equations::{Equations, FrameId};
+use crate::expr::{Arena, Expr, Node, Order, Symbol, Unary};
+
+/// The arm form of a mechanism, with its coefficients still as expressions.
+///
+/// # Errors
+/// Why there is none, as a clause.
+pub fn arm_form(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Expr>), Reason> {
+    let arms = equations.arms(active)?;
+    let angular: Vec<bool> = equations.coordinates.iter().map(|coordinate| coordinate.angular).collect();
+    let mut lowering = Lowering {
+        arena: &mut equations.system.arena,
+        arms: &arms,
+        builder: SeriesBuilder::default(),
+        coefficients: Coefficients::default(),
+        form: ArmForm::default(),
+        numbers: BTreeMap::new(),
+        displacements: BTreeMap::new(),
+        vectors: BTreeMap::new(),
+    };
+    lowering.number(&angular);
+    lowering.places(&angular)?;
+    lowering.shapes()?;
+    lowering.couplings();
+    lowering.rows()?;
+    lowering.lines();
+    lowering.loads()?;
+    lowering.pushes()?;
+    let Lowering { mut form, builder, coefficients, .. } = lowering;
+    form.tape = builder.finish();
+    let coefficients = coefficients.list().to_vec();
+    let constant = |symbol: &Symbol| matches!(symbol, Symbol::Parameter(_));
+    match equations.system.arena.symbols(coefficients.iter().copied()).iter().all(constant) {
+        true => Ok((form, coefficients)),
+        false => Err("a mass or a length is no function of the parameters alone".into()),
+    }
+}
+
+struct Lowering<'a> {
+    arena: &'a mut Arena,
+    arms: &'a ArmEquations,
+    builder: SeriesBuilder,
+    coefficients: Coefficients,
+    form: ArmForm,
+    numbers: BTreeMap<Arm, u32>,
+    /// The arm that bears each displacement.
+    displacements: BTreeMap<usize, u32>,
+    /// World components that are series already.
+    vectors: BTreeMap<Vec<(Arm, [Expr; 2])>, [Slot; 2]>,
+}
+
+impl Lowering<'_> {
+    /// Numbers the arms: frames, products, world.
+    fn number(&mut self, angular: &[bool]) {
+        let arms = self.arms;
+        let mut used: BTreeSet<Arm> = BTreeSet::new();
+        used.extend(arms.coupling.keys().flat_map(|(k, l)| [*k, *l]));
+        used.extend(arms.rows.iter().flat_map(|row| row.arms.keys().copied()));
+        used.extend(arms.loads.iter().flat_map(|load| load.across.keys().chain(load.along.keys()).copied()));
+        used.extend(arms.lines.iter().flat_map(|(_, _, across)| across.keys().copied()));
+        let borne: BTreeSet<usize> = used.iter().filter_map(Arm::displacement).collect();
+        for (index, _) in angular.iter().enumerate().filter(|(index, angular)| !**angular && !borne.contains(index)) {
+            used.insert(Arm { frame: FrameId::WORLD, factor: Factor::Displacement(index) });
+        }
+        let frames = arms.frames.iter().map(|turning| Arm::of(turning.frame));
+        let changing = used.iter().copied().filter(|arm| arm.factor != Factor::One);
+        let (world, products): (Vec<Arm>, Vec<Arm>) = changing.partition(|arm| arm.frame == FrameId::WORLD);
+        for (number, arm) in frames.chain(products).chain(world).enumerate() {
+            self.numbers.insert(arm, number as u32);
+            if let Some(index) = arm.displacement() {
+                self.displacements.insert(index, number as u32);
+            }
+        }
+    }
+
+    /// What each coordinate is, and the other way round.
+    fn places(&mut self, angular: &[bool]) -> Result<(), Reason> {
+        let mut places: Vec<Option<Place>> = angular
+            .iter()
+            .enumerate()
+            .map(|(index, angular)| {
+                let arm = *self.displacements.get(&index)?;
+                (!angular).then_some(Place::Displacement { arm })
+            })
+            .collect();
+        let mut known: BTreeMap<Vec<usize>, u32> = BTreeMap::new();
+        let mut by_size: Vec<usize> = (0..self.arms.frames.len()).collect();
+        by_size.sort_by_key(|&frame| self.arms.frames[frame].coordinates.len());
+        for frame in by_size {
+            let coordinates = &self.arms.frames[frame].coordinates;
+            let all: Vec<usize> = coordinates.keys().copied().collect();
+            let Some(&own) = all.iter().find(|&&index| places[index].is_none()) else { continue };
+            let rest: Vec<usize> = all.iter().copied().filter(|&index| index != own).collect();
+            let parent = match rest.is_empty() {
+                true => None,
+                false => Some(*known.get(&rest).ok_or("an angle has no chain of coordinates")?),
+            };
+            known.insert(all, frame as u32);
+            places[own] = Some(Place::Angle { arm: frame as u32, parent, reversed: coordinates[&own] < 0.0 });
+        }
+        for (index, place) in places.into_iter().enumerate() {
+            let place = place.ok_or("a coordinate turns nothing")?;
+            self.define_coordinate(index, place);
+            self.form.coordinates.push(place);
+        }
+        Ok(())
+    }
+
+    fn define_coordinate(&mut self, index: usize, place: Place) {
+        let terms: Vec<(u32, f64)> = match place {
+            Place::Displacement { arm } => vec![(arm, 1.0)],
+            Place::Angle { arm, parent, reversed } => {
+                let sign = if reversed { -1.0 } else { 1.0 };
+                [(arm, sign)].into_iter().chain(parent.map(|parent| (parent, -sign))).collect()
+            }
+        };
+        for (order, source) in
+            [(Order::Position, Source::Unknown as fn(u32) -> Source), (Order::Velocity, Source::UnknownRate)]
+        {
+            let symbol = self.arena.symbol(Symbol::Coordinate(index, order));
+            let sum = terms.iter().map(|&(arm, sign)| (source(arm), self.arena.constant(sign))).collect();
+            self.builder.define(symbol, sum);
+        }
+    }
+
+    /// Frames, products and world arms.
+    fn shapes(&mut self) -> Result<(), Reason> {
+        for (index, turning) in self.arms.frames.iter().enumerate() {
+            let first = self.arms.frames.iter().position(|other| other.coordinates == turning.coordinates);
+            let unknown = first.filter(|_| !turning.coordinates.is_empty()).map(|first| first as u32);
+            let signal = match turning.signal == Expr::ZERO {
+                true => None,
+                false => Some(self.builder.slot(self.arena, &mut self.coefficients, turning.signal)?),
+            };
+            let inertia = self.coefficients.place(turning.inertia);
+            self.form.frames.push(Frame { unknown, signal, inertia });
+            for (unit, source) in turning.unit.into_iter().zip([Source::X(index as u32), Source::Y(index as u32)]) {
+                let (unit, sign) = match self.arena.node(unit) {
+                    Node::Unary(Unary::Negate, inner) => (inner, self.arena.constant(-1.0)),
+                    _ => (unit, Expr::ONE),
+                };
+                self.builder.define(unit, vec![(source, sign)]);
+            }
+        }
+        let mut ordered: Vec<(u32, Arm)> = self.numbers.iter().map(|(arm, number)| (*number, *arm)).collect();
+        ordered.sort_unstable();
+        for (_, arm) in ordered {
+            let factor = match arm.factor {
+                Factor::One => continue,
+                Factor::Displacement(_) => FactorData::Unknown,
+                Factor::Signal(signal) => {
+                    FactorData::Signal(self.builder.slot(self.arena, &mut self.coefficients, signal)?)
+                }
+            };
+            match self.numbers.get(&Arm::of(arm.frame)) {
+                Some(&frame) => self.form.products.push(Product { factor, frame }),
+                None => self.form.world.push(factor),
+            }
+        }
+        Ok(())
+    }
+
+    fn couplings(&mut self) {
+        for (&(k, l), mass) in &self.arms.coupling {
+            if *mass != [Expr::ZERO; 2] {
+                let mass = mass.map(|part| self.coefficients.place(part));
+                self.form.coupling.push(Coupling { on: self.numbers[&k], from: self.numbers[&l], mass });
+            }
+        }
+    }
+
+    fn rows(&mut self) -> Result<(), Reason> {
+        for auxiliary in &self.arms.auxiliary {
+            self.form.auxiliary.push(form::Auxiliary {
+                arm: self.displacements[&auxiliary.displacement],
+                row: auxiliary.row as u32,
+                direction: auxiliary.free.map(|part| self.coefficients.place(part)),
+            });
+        }
+        for row in &self.arms.rows {
+            let mut data = form::Row { constraint: row.constraint as u32, ..form::Row::default() };
+            for (arm, p) in &row.arms {
+                data.arms.push((self.numbers[arm], p.map(|part| self.coefficients.place(part))));
+            }
+            for &(index, factor) in &row.displacements {
+                data.unknowns.push((self.displacements[&index], self.coefficients.place(factor)));
+            }
+            for &(frame, factor) in &row.angles {
+                if let Some(unknown) = self.form.frames[self.numbers[&Arm::of(frame)] as usize].unknown {
+                    data.unknowns.push((unknown, self.coefficients.place(factor)));
+                }
+            }
+            for &(signal, factor) in row.signals.iter().filter(|(signal, _)| *signal != Expr::ZERO) {
+                let slot = self.builder.slot(self.arena, &mut self.coefficients, signal)?;
+                data.signals.push((slot, self.coefficients.place(factor)));
+            }
+            let constant = self.arena.sum(row.constant.iter().copied());
+            data.constant = self.coefficients.place(constant);
+            self.form.rows.push(data);
+        }
+        Ok(())
+    }
+
+    /// Lengths of lines that laws use, and their rates, from their components.
+    fn lines(&mut self) {
+        let values = self.arms.loads.iter().map(|load| load.value);
+        let used: BTreeSet<Expr> =
+            self.arena.reachable(values.chain(self.arms.pushes.iter().map(|push| push.value))).into_iter().collect();
+        for (length, rate, across) in &self.arms.lines {
+            if !used.contains(length) && !used.contains(rate) {
+                continue;
+            }
+            let [x, y] = self.vector(across);
+            let square = self.builder.operate(Operation::SquareSum(x, y));
+            let slot = self.builder.operate(Operation::SquareRoot(square));
+            self.builder.assign(*length, slot);
+            if used.contains(rate) && rate != length {
+                let slot = self.builder.operate(Operation::Rate(slot));
+                self.builder.assign(*rate, slot);
+            }
+        }
+    }
+
+    /// World components of a vector.
+    fn vector(&mut self, arms: &Arms) -> [Slot; 2] {
+        let key: Vec<(Arm, [Expr; 2])> = arms.iter().map(|(arm, z)| (*arm, *z)).collect();
+        if let Some(&slots) = self.vectors.get(&key) {
+            return slots;
+        }
+        let (mut constant, mut x, mut y) = ([Expr::ZERO; 2], Vec::new(), Vec::new());
+        for (arm, &[re, im]) in arms {
+            let Some(&number) = self.numbers.get(arm) else {
+                constant = [re, im];
+                continue;
+            };
+            let minus = self.arena.negate(im);
+            x.extend([(Source::X(number), re), (Source::Y(number), minus)]);
+            y.extend([(Source::Y(number), re), (Source::X(number), im)]);
+        }
+        let slots = [(constant[0], x), (constant[1], y)].map(|(constant, mut terms)| {
+            terms.retain(|(_, factor)| *factor != Expr::ZERO);
+            self.builder.sum(&mut self.coefficients, constant, &terms)
+        });
+        self.vectors.insert(key, slots);
+        slots
+    }
+
+    fn loads(&mut self) -> Result<(), Reason> {
+        for load in &self.arms.loads {
+            let fixed = load.along.keys().all(Arm::is_constant);
+            let constant = self.builder.is_constant(self.arena, load.value);
+            let direction = load.along.get(&Arm::of(FrameId::WORLD)).copied().unwrap_or([Expr::ZERO; 2]);
+            if fixed && constant {
+                let force = direction.map(|part| self.arena.multiply(part, load.value));
+                self.apply(load, None, force);
+            } else if fixed {
+                let value = self.builder.slot(self.arena, &mut self.coefficients, load.value)?;
+                self.apply(load, Some(value), direction);
+            } else {
+                let [x, y] = self.vector(&load.along);
+                let [x, y] = match (constant, load.value) {
+                    (true, Expr::ONE) => [x, y],
+                    (true, value) => [x, y].map(|part| {
+                        self.builder.sum(&mut self.coefficients, Expr::ZERO, &[(Source::Slot(part), value)])
+                    }),
+                    (false, value) => {
+                        let value = self.builder.slot(self.arena, &mut self.coefficients, value)?;
+                        [x, y].map(|part| self.builder.operate(Operation::Multiply(value, part)))
+                    }
+                };
+                self.apply(load, Some(x), [Expr::ONE, Expr::ZERO]);
+                self.apply(load, Some(y), [Expr::ZERO, Expr::ONE]);
+            }
+        }
+        Ok(())
+    }
+
+    /// value x force works along the arms of the load: conj(z) force on each.
+    fn apply(&mut self, load: &Load, value: Option<Slot>, force: [Expr; 2]) {
+        for (arm, &z) in &load.across {
+            let Some(&number) = self.numbers.get(arm) else { continue };
+            let moves = match arm.frame == FrameId::WORLD {
+                true => matches!(arm.factor, Factor::Displacement(_)),
+                false => {
+                    let frame = self.form.frames[self.numbers[&Arm::of(arm.frame)] as usize];
+                    frame.unknown.is_some() || matches!(arm.factor, Factor::Displacement(_))
+                }
+            };
+            let along = conjugate_product(self.arena, z, force);
+            if moves && along != [Expr::ZERO; 2] {
+                let along = along.map(|part| self.coefficients.place(part));
+                self.form.loads.push(form::Load { arm: number, value, along });
+            }
+        }
+    }
+
+    fn pushes(&mut self) -> Result<(), Reason> {
+        for push in &self.arms.pushes {
+            let unknown = match push.on {
+                Ok(frame) => self.form.frames[self.numbers[&Arm::of(frame)] as usize].unknown,
+                Err(displacement) => self.displacements.get(&displacement).copied(),
+            };
+            let Some(unknown) = unknown else { continue };
+            let (value, factor) = match self.builder.is_constant(self.arena, push.value) {
+                true => (None, self.arena.multiply(push.value, push.factor)),
+                false => (Some(self.builder.slot(self.arena, &mut self.coefficients, push.value)?), push.factor),
+            };
+            let factor = self.coefficients.place(factor);
+            self.form.pushes.push(Push { unknown, value, factor });
+        }
+        Ok(())
+    }
+}
+
+impl Arm {
+    fn displacement(&self) -> Option<usize> {
+        match self.factor {
+            Factor::Displacement(index) => Some(index),
+            Factor::One | Factor::Signal(_) => None,
+        }
+    }
+}

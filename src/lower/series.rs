@@ -1,0 +1,381 @@
+//! From expressions to steps over scalar Taylor series.
+
+use std::collections::HashMap;
+
+use cotree_fmu::series::form::{Given, Operation, SeriesTape, Slot, Source, Step, Term};
+
+use crate::equations::arms::Reason;
+use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
+
+/// What a series depends on. Later ones may depend on earlier ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Level {
+    Signals,
+    Positions,
+    Rates,
+}
+
+/// What an expression is, as a series.
+#[derive(Clone, Debug)]
+enum Series {
+    /// A coefficient.
+    Constant(Expr),
+    /// constant + sum of coefficient x source
+    Sum(Expr, Vec<(Source, Expr)>, Level),
+}
+
+/// Coefficients by their expressions.
+#[derive(Debug, Default)]
+pub struct Coefficients {
+    list: Vec<Expr>,
+    places: HashMap<Expr, u32>,
+}
+
+impl Coefficients {
+    /// The place of a coefficient.
+    pub fn place(&mut self, expr: Expr) -> u32 {
+        *self.places.entry(expr).or_insert_with(|| {
+            self.list.push(expr);
+            self.list.len() as u32 - 1
+        })
+    }
+
+    /// All of them.
+    pub fn list(&self) -> &[Expr] {
+        &self.list
+    }
+}
+
+/// Builds a tape of series.
+#[derive(Debug, Default)]
+pub struct SeriesBuilder {
+    tape: SeriesTape,
+    levels: Vec<Level>,
+    known: HashMap<Expr, Slot>,
+    series: HashMap<Expr, Series>,
+    /// Unknowns and arms that stand for expressions: coordinates and the unit vectors of frames.
+    sources: HashMap<Expr, Vec<(Source, Expr)>>,
+    constants: HashMap<Expr, bool>,
+}
+
+impl SeriesBuilder {
+    /// From now on the expression is this sum of sources.
+    pub fn define(&mut self, expr: Expr, sum: Vec<(Source, Expr)>) {
+        self.sources.insert(expr, sum);
+    }
+
+    /// From now on the expression is the series in this slot.
+    pub fn assign(&mut self, expr: Expr, slot: Slot) {
+        self.known.insert(expr, slot);
+    }
+
+    /// The finished tape.
+    pub fn finish(self) -> SeriesTape {
+        self.tape
+    }
+
+    /// Depends on parameters only.
+    pub fn is_constant(&mut self, arena: &Arena, expr: Expr) -> bool {
+        if let Some(&constant) = self.constants.get(&expr) {
+            return constant;
+        }
+        let constant = match arena.node(expr) {
+            Node::Constant(_) => true,
+            Node::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
+            node => node.operands().all(|operand| self.is_constant(arena, operand)),
+        };
+        self.constants.insert(expr, constant);
+        constant
+    }
+
+    /// The slot of an expression.
+    pub fn slot(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<Slot, Reason> {
+        if let Some(&slot) = self.known.get(&expr) {
+            return Ok(slot);
+        }
+        let slot = match self.series(arena, c, expr)? {
+            Series::Sum(Expr::ZERO, terms, _) if matches!(terms[..], [(Source::Slot(_), Expr::ONE)]) => {
+                let Source::Slot(slot) = terms[0].0 else { return Err("a series has no source".into()) };
+                slot
+            }
+            Series::Constant(value) => self.linear(c, value, &[], Level::Signals),
+            Series::Sum(constant, terms, level) => self.linear(c, constant, &terms, level),
+        };
+        self.known.insert(expr, slot);
+        Ok(slot)
+    }
+
+    /// The slot of a sum of sources.
+    pub fn sum(&mut self, c: &mut Coefficients, constant: Expr, terms: &[(Source, Expr)]) -> Slot {
+        let level = terms.iter().map(|(source, _)| self.level(*source)).max().unwrap_or(Level::Signals);
+        self.linear(c, constant, terms, level)
+    }
+
+    /// The slot of an operation on slots.
+    pub fn operate(&mut self, operation: Operation) -> Slot {
+        let operands: Vec<Slot> = match operation {
+            Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => vec![a, b],
+            Operation::ArcTangent(a, b, s) => vec![a, b, s],
+            Operation::Power(a, _)
+            | Operation::SquareRoot(a)
+            | Operation::SineCosine(a, _)
+            | Operation::Exponential(a)
+            | Operation::Logarithm(a)
+            | Operation::HyperbolicTangent(a, _)
+            | Operation::Rate(a) => vec![a],
+            Operation::Linear { .. } => Vec::new(),
+        };
+        let mut level = operands.iter().map(|&slot| self.levels[slot as usize]).max().unwrap_or(Level::Signals);
+        if matches!(operation, Operation::Rate(_)) {
+            level = Level::Rates;
+        }
+        self.push(operation, level)
+    }
+
+    fn push(&mut self, operation: Operation, level: Level) -> Slot {
+        let target = self.allocate(level);
+        let steps = match level {
+            Level::Signals => &mut self.tape.signals,
+            Level::Positions => &mut self.tape.positions,
+            Level::Rates => &mut self.tape.rates,
+        };
+        steps.push(Step { target, operation });
+        target
+    }
+
+    fn allocate(&mut self, level: Level) -> Slot {
+        self.levels.push(level);
+        self.tape.slots += 1;
+        self.tape.slots - 1
+    }
+
+    /// An operation that writes a second series.
+    fn operate_twice(&mut self, a: Slot, operation: impl Fn(Slot, Slot) -> Operation) -> [Slot; 2] {
+        let second = self.allocate(self.levels[a as usize]);
+        [self.operate(operation(a, second)), second]
+    }
+
+    fn linear(&mut self, c: &mut Coefficients, constant: Expr, terms: &[(Source, Expr)], level: Level) -> Slot {
+        let first = self.tape.terms.len() as u32;
+        self.tape
+            .terms
+            .extend(terms.iter().map(|&(source, coefficient)| Term { source, factor: c.place(coefficient) }));
+        let constant = (constant != Expr::ZERO).then(|| c.place(constant));
+        self.push(Operation::Linear { first, count: terms.len() as u32, constant }, level)
+    }
+
+    fn level(&self, source: Source) -> Level {
+        match source {
+            Source::Slot(slot) => self.levels[slot as usize],
+            Source::X(_) | Source::Y(_) | Source::Unknown(_) => Level::Positions,
+            Source::UnknownRate(_) => Level::Rates,
+        }
+    }
+
+    fn of_sources(&self, terms: Vec<(Source, Expr)>) -> Series {
+        let level = terms.iter().map(|(source, _)| self.level(*source)).max().unwrap_or(Level::Signals);
+        Series::Sum(Expr::ZERO, terms, level)
+    }
+
+    fn of_slot(&self, slot: Slot) -> Series {
+        Series::Sum(Expr::ZERO, vec![(Source::Slot(slot), Expr::ONE)], self.levels[slot as usize])
+    }
+
+    fn series(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<Series, Reason> {
+        if let Some(series) = self.series.get(&expr) {
+            return Ok(series.clone());
+        }
+        let series = self.find(arena, c, expr)?;
+        self.series.insert(expr, series.clone());
+        Ok(series)
+    }
+
+    fn find(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<Series, Reason> {
+        if self.is_constant(arena, expr) {
+            return Ok(Series::Constant(expr));
+        }
+        if let Some(sum) = self.sources.get(&expr) {
+            return Ok(self.of_sources(sum.clone()));
+        }
+        if let Some(&slot) = self.known.get(&expr) {
+            return Ok(self.of_slot(slot));
+        }
+        match arena.node(expr) {
+            Node::Symbol(symbol) => self.given(symbol),
+            Node::Unary(function, a) => self.unary(arena, c, function, a),
+            Node::Binary(function, a, b) => self.binary(arena, c, function, a, b),
+            Node::Constant(_) => Ok(Series::Constant(expr)),
+            Node::Select(..) => Err("a law chooses between expressions (`if`)".into()),
+        }
+    }
+
+    fn given(&mut self, symbol: Symbol) -> Result<Series, Reason> {
+        let times = |order: Order| match order {
+            Order::Position => 0,
+            Order::Velocity => 1,
+            Order::Acceleration => 2,
+        };
+        let given = match symbol {
+            Symbol::Time => Given::Time,
+            Symbol::Input(index, order) => Given::Input(index as u32, times(order)),
+            Symbol::Follower(index, order) => Given::Follower(index as u32, times(order)),
+            Symbol::Coordinate(_, Order::Acceleration) | Symbol::Reaction(_) => {
+                return Err("a law depends on accelerations or reactions".into());
+            }
+            Symbol::Coordinate(..) | Symbol::Parameter(_) | Symbol::Missing(..) => {
+                return Err("a law depends on something that is no series".into());
+            }
+        };
+        let slot = self.allocate(Level::Signals);
+        self.tape.given.push((slot, given));
+        Ok(self.of_slot(slot))
+    }
+
+    fn unary(&mut self, arena: &mut Arena, c: &mut Coefficients, function: Unary, a: Expr) -> Result<Series, Reason> {
+        let refuse = |name: &str| Err(format!("a law has a kink or a jump (`{name}`)"));
+        match function {
+            Unary::Negate => {
+                let minus = arena.constant(-1.0);
+                self.scaled(arena, c, a, minus)
+            }
+            Unary::Abs => refuse("abs"),
+            Unary::Sign => refuse("sign"),
+            Unary::Floor => refuse("floor"),
+            Unary::Tan => {
+                let (sine, cosine) = (arena.sin(a), arena.cos(a));
+                let tangent = arena.divide(sine, cosine);
+                self.series(arena, c, tangent)
+            }
+            Unary::Sin | Unary::Cos => {
+                let angle = self.slot(arena, c, a)?;
+                let [sine, cosine] = self.operate_twice(angle, Operation::SineCosine);
+                for (function, slot) in [(Unary::Sin, sine), (Unary::Cos, cosine)] {
+                    let expr = arena.unary(function, a);
+                    self.series.insert(expr, self.of_slot(slot));
+                }
+                Ok(self.of_slot(if function == Unary::Sin { sine } else { cosine }))
+            }
+            Unary::Asin | Unary::Acos | Unary::Atan => self.arc(arena, c, function, a),
+            Unary::Sqrt => {
+                let a = self.slot(arena, c, a)?;
+                let slot = self.operate(Operation::SquareRoot(a));
+                Ok(self.of_slot(slot))
+            }
+            Unary::Exp => {
+                let a = self.slot(arena, c, a)?;
+                let slot = self.operate(Operation::Exponential(a));
+                Ok(self.of_slot(slot))
+            }
+            Unary::Log => {
+                let a = self.slot(arena, c, a)?;
+                let slot = self.operate(Operation::Logarithm(a));
+                Ok(self.of_slot(slot))
+            }
+            Unary::Tanh => {
+                let a = self.slot(arena, c, a)?;
+                let [slot, _] = self.operate_twice(a, Operation::HyperbolicTangent);
+                Ok(self.of_slot(slot))
+            }
+        }
+    }
+
+    /// asin a = atan2(a, sqrt(1 - a^2)), acos a = atan2(sqrt(1 - a^2), a), atan a = atan2(a, 1)
+    fn arc(&mut self, arena: &mut Arena, c: &mut Coefficients, function: Unary, a: Expr) -> Result<Series, Reason> {
+        let square = arena.square(a);
+        let rest = arena.subtract(Expr::ONE, square);
+        let (y, x) = match function {
+            Unary::Atan => (a, Expr::ONE),
+            Unary::Asin => (a, arena.unary(Unary::Sqrt, rest)),
+            _ => (arena.unary(Unary::Sqrt, rest), a),
+        };
+        self.arc_tangent(arena, c, y, x)
+    }
+
+    fn arc_tangent(&mut self, arena: &mut Arena, c: &mut Coefficients, y: Expr, x: Expr) -> Result<Series, Reason> {
+        let (y, x) = (self.slot(arena, c, y)?, self.slot(arena, c, x)?);
+        let square = self.operate(Operation::SquareSum(x, y));
+        let slot = self.operate(Operation::ArcTangent(y, x, square));
+        Ok(self.of_slot(slot))
+    }
+
+    fn binary(
+        &mut self,
+        arena: &mut Arena,
+        c: &mut Coefficients,
+        function: Binary,
+        a: Expr,
+        b: Expr,
+    ) -> Result<Series, Reason> {
+        let refuse = |name: &str| Err(format!("a law has a kink or a jump (`{name}`)"));
+        match function {
+            Binary::Add => self.added(arena, c, [(a, 1.0), (b, 1.0)]),
+            Binary::Subtract => self.added(arena, c, [(a, 1.0), (b, -1.0)]),
+            Binary::Multiply if self.is_constant(arena, a) => self.scaled(arena, c, b, a),
+            Binary::Multiply if self.is_constant(arena, b) => self.scaled(arena, c, a, b),
+            Binary::Divide if self.is_constant(arena, b) => {
+                let inverse = arena.divide(Expr::ONE, b);
+                self.scaled(arena, c, a, inverse)
+            }
+            Binary::Multiply | Binary::Divide => {
+                let (a, b) = (self.slot(arena, c, a)?, self.slot(arena, c, b)?);
+                let operation = if function == Binary::Multiply { Operation::Multiply } else { Operation::Divide };
+                let slot = self.operate(operation(a, b));
+                Ok(self.of_slot(slot))
+            }
+            Binary::Power if self.is_constant(arena, b) => {
+                let a = self.slot(arena, c, a)?;
+                let slot = self.operate(Operation::Power(a, c.place(b)));
+                Ok(self.of_slot(slot))
+            }
+            Binary::Power => {
+                let logarithm = arena.unary(Unary::Log, a);
+                let exponent = arena.multiply(b, logarithm);
+                let power = arena.unary(Unary::Exp, exponent);
+                self.series(arena, c, power)
+            }
+            Binary::Atan2 => self.arc_tangent(arena, c, a, b),
+            Binary::Min => refuse("min"),
+            Binary::Max => refuse("max"),
+            Binary::Less | Binary::LessEqual => Err("a law compares (`<`)".into()),
+        }
+    }
+
+    fn added(&mut self, arena: &mut Arena, c: &mut Coefficients, operands: [(Expr, f64); 2]) -> Result<Series, Reason> {
+        let (mut constant, mut all, mut highest) = (Expr::ZERO, Vec::new(), Level::Signals);
+        for (operand, sign) in operands {
+            let sign = arena.constant(sign);
+            match self.series(arena, c, operand)? {
+                Series::Constant(value) => {
+                    let value = arena.multiply(sign, value);
+                    constant = arena.add(constant, value);
+                }
+                Series::Sum(value, terms, level) => {
+                    let value = arena.multiply(sign, value);
+                    constant = arena.add(constant, value);
+                    for (source, coefficient) in terms {
+                        all.push((source, arena.multiply(sign, coefficient)));
+                    }
+                    highest = highest.max(level);
+                }
+            }
+        }
+        Ok(Series::Sum(constant, all, highest))
+    }
+
+    fn scaled(
+        &mut self,
+        arena: &mut Arena,
+        c: &mut Coefficients,
+        operand: Expr,
+        factor: Expr,
+    ) -> Result<Series, Reason> {
+        Ok(match self.series(arena, c, operand)? {
+            Series::Constant(value) => Series::Constant(arena.multiply(factor, value)),
+            Series::Sum(constant, terms, level) => {
+                let constant = arena.multiply(factor, constant);
+                let scaled = terms.into_iter().map(|(source, value)| (source, arena.multiply(factor, value))).collect();
+                Series::Sum(constant, scaled, level)
+            }
+        })
+    }
+}

@@ -1,0 +1,124 @@
+//! Taylor series against the accelerations of the explicit method, which come from the symbolic elimination of the same equations: two
+//! formulations that share the kinematics only.
+
+mod support;
+
+use std::path::{Path, PathBuf};
+
+use cotree::formulate::formulate;
+use cotree::mechanism::{Coordinates, Mechanism};
+use cotree::scene::Scene;
+use cotree_fmu::machine::Machine;
+use cotree_fmu::model::{Model, State};
+use cotree_fmu::program::Motion;
+use cotree_fmu::series::Jet;
+use support::random::{Family, random_case};
+
+const ORDER: usize = 14;
+
+fn models() -> Vec<PathBuf> {
+    let mut models: Vec<PathBuf> = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("models"))
+        .expect("the models are there")
+        .map(|entry| entry.expect("an entry").path().join("scene.toml"))
+        .collect();
+    models.sort();
+    models
+}
+
+fn resolve(text: &str, name: &str) -> Mechanism {
+    let scene = Scene::from_toml(text).unwrap_or_else(|faults| panic!("{name}: {faults:?}"));
+    scene.resolve().unwrap_or_else(|faults| panic!("{name}: {faults:?}")).mechanism
+}
+
+/// The polynomial of the series at the state: coefficients by orders.
+fn series(model: &Model, state: &State, jet: &mut Jet) -> Vec<Vec<f64>> {
+    let n = model.coordinates();
+    let mut machine = Machine::new(model);
+    machine.load(model, state);
+    jet.update(machine.registers());
+    let motion: Vec<f64> = state.positions().iter().chain(state.rates()).copied().collect();
+    let open = jet.begin(model, machine.registers(), ORDER, &motion).expect("a regular pose");
+    assert!(open < 1e-10, "open by {open}");
+    jet.begin_orders();
+    (0..ORDER - 1).for_each(|k| jet.advance(k));
+    let mut coefficients = vec![vec![0.0; n]; ORDER + 1];
+    coefficients.iter_mut().enumerate().for_each(|(k, values)| jet.coordinates(k, values));
+    coefficients
+}
+
+/// The largest difference between the second derivative of the polynomial and the accelerations at the polynomial's own state.
+fn defect(model: &Model, state: &State, coefficients: &[Vec<f64>], dt: f64) -> f64 {
+    let n = model.coordinates();
+    let at = |i: usize, derivative: usize| {
+        coefficients.iter().enumerate().rev().fold(0.0, |sum, (k, values)| {
+            let falling: f64 = (0..derivative).map(|d| k as f64 - d as f64).product();
+            if k < derivative { sum } else { sum * dt + falling * values[i] }
+        })
+    };
+    let mut machine = Machine::new(model);
+    machine.load(model, state);
+    machine.load_signals(model, state, state.time() + dt);
+    let motion: Vec<f64> = (0..n).map(|i| at(i, 0)).chain((0..n).map(|i| at(i, 1))).collect();
+    machine.load_motion(model, &motion);
+    let mut results = vec![0.0; n + model.program().constraints.len()];
+    machine.evaluate(&model.program().tapes.acceleration, &mut results);
+    let largest = (0..n).map(|i| at(i, 2).abs()).fold(1.0, f64::max);
+    (0..n).map(|i| (results[i] - at(i, 2)).abs() / largest).fold(0.0, f64::max)
+}
+
+/// A step that uses all orders but leaves the last term small.
+fn step(coefficients: &[Vec<f64>]) -> f64 {
+    let size = |k: usize| coefficients[k].iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
+    let first = size(2).max(1.0);
+    let radius = (ORDER - 3..=ORDER).map(|k| (first / size(k).max(1e-300)).powf(1.0 / (k - 2) as f64));
+    radius.fold(1.0, f64::min) * 0.2
+}
+
+fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> bool {
+    mechanism.coordinates = coordinates;
+    let Ok(formulated) = formulate(mechanism) else { return false };
+    let program = formulated.lowered.program.clone();
+    if program.motion == Motion::Kinematic {
+        return false;
+    }
+    let name = format!("{name} {:?}", mechanism.coordinates);
+    let reason = &formulated.lowered.no_series;
+    assert!(program.arms.is_some(), "{name}: {reason:?}");
+    let model = Model::new(program).unwrap_or_else(|fault| panic!("{name}: {fault}"));
+    let mut jet = Jet::new(&model).expect("an arm form");
+    let coefficients = series(&model, &formulated.state, &mut jet);
+    let h = step(&coefficients);
+    for (share, tolerance) in [(0.0, 1e-9), (0.5, 1e-9), (1.0, 2e-6)] {
+        let defect = defect(&model, &formulated.state, &coefficients, share * h);
+        assert!(defect < tolerance, "{name} at {share} of {h}: {defect}");
+    }
+    true
+}
+
+#[test]
+fn series_of_all_models_solve_the_equations() {
+    let mut checked = 0;
+    for path in models() {
+        let text = std::fs::read_to_string(&path).expect("a scene");
+        let name = path.display().to_string();
+        for coordinates in [Coordinates::Recommended, Coordinates::Absolute, Coordinates::Joint] {
+            checked += usize::from(check(&name, &mut resolve(&text, &name), coordinates));
+        }
+    }
+    assert!(checked >= 15, "only {checked}");
+}
+
+#[test]
+fn series_of_random_mechanisms_solve_the_equations() {
+    let mut checked = 0;
+    for family in [Family::Chain, Family::Tree, Family::Loops, Family::Driven] {
+        for seed in 0..40 {
+            let case = random_case(seed, family);
+            let name = format!("{family:?} {seed}");
+            for coordinates in [Coordinates::Recommended, Coordinates::Absolute, Coordinates::Joint] {
+                checked += usize::from(check(&name, &mut resolve(&case.scene, &name), coordinates));
+            }
+        }
+    }
+    assert!(checked >= 300, "only {checked}");
+}

@@ -1,0 +1,355 @@
+//! Motion by Taylor series: against the models' expected motion, the explicit method, itself at other communication points, and the energy.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use cotree::pipeline::compile;
+use cotree::scene::Scene;
+use cotree_fmu::check::Fault;
+use cotree_fmu::instance::Instance;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::{Engine, Motion, Program};
+use cotree_fmu::series::form::ArmForm;
+
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+// SAFETY: every call is passed on unchanged to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        // SAFETY: the caller's promise is the same.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise is the same.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn folder(model: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model)
+}
+
+fn program(text: &str) -> Program {
+    let scene = Scene::from_toml(text).unwrap_or_else(|faults| panic!("{faults:?}"));
+    compile(&scene).unwrap_or_else(|faults| panic!("{faults:?}")).program
+}
+
+fn scene(model: &str) -> String {
+    std::fs::read_to_string(folder(model).join("scene.toml")).expect("a scene")
+}
+
+fn started(model: &Arc<Model>, engine: Engine, stop: f64, tolerance: f64) -> Instance {
+    let mut instance = Instance::new(model.clone());
+    instance.setup(model.program().experiment.start, Some(stop), Some(tolerance)).expect("times");
+    instance.set_engine(engine).expect("not started");
+    instance.initialise().expect("consistent");
+    instance
+}
+
+fn motion(instance: &Instance) -> Vec<f64> {
+    let state = instance.state();
+    state.positions().iter().chain(state.rates()).copied().collect()
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs() / b.abs().max(1.0)).fold(0.0, f64::max)
+}
+
+#[test]
+fn every_dynamic_model_moves_as_expected() {
+    let mut moved = Vec::new();
+    for entry in std::fs::read_dir(folder("")).expect("the models") {
+        let name = entry.expect("an entry").file_name().into_string().expect("a name");
+        let program = program(&scene(&name));
+        if program.motion == Motion::Kinematic {
+            continue;
+        }
+        assert_eq!(program.engine, Engine::Taylor, "{name}");
+        let text = std::fs::read_to_string(folder(&name).join("expected.csv")).expect("the expected motion");
+        let mut lines = text.lines();
+        let names: Vec<&str> = lines.next().expect("a header").split(',').skip(1).collect();
+        let rows: Vec<Vec<f64>> =
+            lines.map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect()).collect();
+        let model = Arc::new(Model::new(program).expect("a sound program"));
+        let mut instance = started(&model, Engine::Taylor, rows.last().expect("rows")[0], 1e-13);
+        let variables: Vec<usize> = names.iter().map(|name| instance.variable(name).expect("an output")).collect();
+        for row in &rows {
+            if row[0] > instance.time() {
+                instance.step_to(row[0]).expect("regular");
+            }
+            for (column, &variable) in variables.iter().enumerate() {
+                let size = rows.iter().fold(1.0, |size: f64, row| size.max(row[column + 1].abs()));
+                let error = (instance.get(variable).expect("defined") - row[column + 1]).abs() / size;
+                assert!(error < 1e-9, "{name} {} at {}: {error}", names[column], row[0]);
+            }
+        }
+        assert_eq!(instance.statistics().fallbacks, 0, "{name}");
+        moved.push(name);
+    }
+    assert!(moved.len() >= 7, "{moved:?}");
+}
+
+#[test]
+fn results_do_not_depend_on_the_communication_step() {
+    for name in ["bench_slider_crank", "andrews", "cart_pole", "vibration"] {
+        let model = Arc::new(Model::new(program(&scene(name))).expect("a sound program"));
+        let stop = 0.2 * model.program().experiment.stop;
+        let run = |points: u32| {
+            let mut instance = started(&model, Engine::Taylor, stop, 1e-9);
+            (1..=points).for_each(|k| instance.step_to(stop * f64::from(k) / f64::from(points)).expect("regular"));
+            (motion(&instance), instance.statistics().steps)
+        };
+        let (once, steps) = run(1);
+        for points in [7, 1000] {
+            let (often, others) = run(points);
+            assert_eq!(others, steps, "{name}: communication points cost no steps");
+            assert!(distance(&often, &once) == 0.0, "{name} at {points}: {}", distance(&often, &once));
+        }
+    }
+}
+
+#[test]
+fn both_engines_agree_and_the_error_follows_the_tolerance() {
+    for name in ["slider_crank", "andrews", "double_pendulum", "pendulum", "cart_pole", "vibration"] {
+        let model = Arc::new(Model::new(program(&scene(name))).expect("a sound program"));
+        let stop = 0.3 * model.program().experiment.stop;
+        let run = |engine, tolerance| {
+            let mut instance = started(&model, engine, stop, tolerance);
+            instance.step_to(stop).expect("regular");
+            motion(&instance)
+        };
+        let reference = run(Engine::Dop853, 1e-13);
+        for tolerance in [1e-5, 1e-8, 1e-11] {
+            let error = distance(&run(Engine::Taylor, tolerance), &reference);
+            assert!(error < 2e3 * tolerance, "{name} at {tolerance}: {error}");
+        }
+    }
+}
+
+#[test]
+fn a_changing_input_acts_alike_in_both_engines() {
+    let model = Arc::new(Model::new(program(&scene("cart_pole"))).expect("a sound program"));
+    let run = |engine| {
+        let mut instance = started(&model, engine, 1.0, 1e-11);
+        let input = instance
+            .model()
+            .program()
+            .variables
+            .iter()
+            .position(|variable| matches!(variable.source, cotree_fmu::program::Source::Input(_)));
+        let input = input.expect("the force is an input");
+        for step in 1..=100_u32 {
+            instance.set(input, f64::from(step % 7) - 3.0).expect("an input");
+            instance.set_derivative(input, 1, 2.0).expect("an input");
+            instance.step_to(0.01 * f64::from(step)).expect("regular");
+        }
+        (motion(&instance), instance.statistics().steps)
+    };
+    let ((series, steps), (explicit, _)) = (run(Engine::Taylor), run(Engine::Dop853));
+    assert!(distance(&series, &explicit) < 1e-9, "{}", distance(&series, &explicit));
+    // The first change is followed by a step of natural length, which the second one cuts.
+    assert!(steps <= 102, "{steps} steps for 100 changes");
+}
+
+#[test]
+fn energy_is_kept() {
+    let text = scene("double_pendulum");
+    let model = Arc::new(Model::new(program(&text)).expect("a sound program"));
+    let mut instance = started(&model, Engine::Taylor, 50.0, 1e-11);
+    let energy = instance.variable("energy.total").expect("an output");
+    let before = instance.get(energy).expect("defined");
+    for step in 1..=100 {
+        instance.step_to(0.5 * f64::from(step)).expect("regular");
+        let drift = instance.get(energy).expect("defined") - before;
+        assert!(drift.abs() < 1e-8 * before.abs().max(1.0), "{drift} at {}", instance.time());
+    }
+}
+
+#[test]
+fn a_saved_run_goes_on_with_the_same_bits() {
+    let model = Arc::new(Model::new(program(&scene("bench_slider_crank"))).expect("a sound program"));
+    let mut instance = started(&model, Engine::Taylor, 2.0, 1e-8);
+    instance.step_to(0.7).expect("regular");
+    let snapshot = instance.save();
+    instance.step_to(1.9).expect("regular");
+    let once = motion(&instance);
+    instance.restore(&snapshot).expect("own state");
+    instance.step_to(1.9).expect("regular");
+    assert_eq!(motion(&instance), once);
+}
+
+/// Driven, sliding on a turning axis, with laws of every kind: a pendulum on a slide whose axis a driver turns.
+const LAWS: &str = r#"
+format = 1
+name = "laws"
+[parameters]
+k = { value = 30, tunable = true }
+[bodies.beam]
+mass = 1
+inertia = 0.1
+points = { end = [0.5, 0] }
+[bodies.block]
+mass = 0.5
+inertia = 0.02
+points = { eye = [0, -0.1] }
+[bodies.bob]
+mass = 0.3
+inertia = 0.01
+points = { top = [0, 0.4] }
+[joints.pivot]
+type = "revolute"
+between = ["ground", "beam"]
+[joints.slide]
+type = "prismatic"
+between = ["beam", "block"]
+axis = [1, 0]
+damping = 0.3
+[joints.eye]
+type = "revolute"
+between = ["block.eye", "bob.top"]
+damping = 0.05
+[drivers.turn]
+joint = "pivot"
+angle = "0.2 + 0.5*sin(2*t) + 0.1*t^2"
+[loads.pull]
+type = "actuator"
+between = ["ground", "block"]
+force = "-k*(length - 0.3) - 0.5*tanh(3*rate) + exp(-t)"
+[loads.turner]
+type = "torque"
+on = "bob"
+value = "0.1*atan(1.5*bob.omega) - 0.2*sin(bob.angle)^3 + 0.05*sqrt(1 + bob.omega^2)*cos(3*t)/(2 + cos(bob.angle))"
+[loads.drag]
+type = "force"
+on = "bob"
+frame = "body"
+vector = ["-0.2*bob.vx", "0.1*log(2 + 3*bob.y^2)"]
+[initial]
+"slide.s" = 0.4
+"slide.v" = 0.1
+"bob.angle" = 0.3
+"bob.omega" = 1
+[experiment]
+stop = 3
+"#;
+
+#[test]
+fn laws_drivers_and_slides_move_alike_in_both_engines() {
+    for coordinates in ["recommended", "absolute", "joint"] {
+        let text = LAWS.replace("[parameters]", &format!("[coordinates]\npreset = \"{coordinates}\"\n[parameters]"));
+        let model = Arc::new(Model::new(program(&text)).expect("a sound program"));
+        assert_eq!(model.program().engine, Engine::Taylor, "{coordinates}");
+        let run = |engine| {
+            let mut instance = started(&model, engine, 3.0, 1e-11);
+            instance.step_to(1.0).expect("regular");
+            let k = instance.variable("k").expect("a parameter");
+            instance.set(k, 50.0).expect("tunable");
+            instance.step_to(3.0).expect("regular");
+            (motion(&instance), instance.statistics().fallbacks)
+        };
+        let ((series, fallbacks), (explicit, _)) = (run(Engine::Taylor), run(Engine::Dop853));
+        assert!(distance(&series, &explicit) < 1e-8, "{coordinates}: {}", distance(&series, &explicit));
+        assert_eq!(fallbacks, 0, "{coordinates}");
+    }
+}
+
+#[test]
+fn a_law_with_a_kink_takes_the_explicit_method_and_says_why() {
+    let text = LAWS.replace("0.1*atan(1.5*bob.omega)", "0.1*abs(bob.omega)");
+    let scene = Scene::from_toml(&text).expect("a scene");
+    let compiled = compile(&scene).expect("sound");
+    assert_eq!(compiled.program.engine, Engine::Dop853);
+    let shown = compiled.summary.to_string();
+    assert!(shown.contains("abs"), "{shown}");
+}
+
+/// sqrt(v^2 + v^2 sin^2) has no series where v = 0, which is where the motion begins.
+#[test]
+fn a_state_without_a_series_is_left_by_the_explicit_method() {
+    let text = LAWS
+        .replace("sqrt(1 + bob.omega^2)", "sqrt(bob.omega^2 + bob.omega^2*sin(bob.angle)^2)")
+        .replace("\"bob.omega\" = 1", "\"bob.omega\" = 0");
+    let model = Arc::new(Model::new(program(&text)).expect("a sound program"));
+    let run = |engine| {
+        let mut instance = started(&model, engine, 0.2, 1e-10);
+        instance.step_to(0.2).expect("regular");
+        (motion(&instance), instance.statistics())
+    };
+    let ((series, statistics), (explicit, _)) = (run(Engine::Taylor), run(Engine::Dop853));
+    assert!(statistics.fallbacks >= 1 && statistics.steps > statistics.fallbacks, "{statistics:?}");
+    assert!(distance(&series, &explicit) < 1e-8, "{}", distance(&series, &explicit));
+}
+
+#[test]
+fn stepping_does_not_allocate() {
+    let model = Arc::new(Model::new(program(LAWS)).expect("a sound program"));
+    let mut instance = started(&model, Engine::Taylor, 1.0, 1e-8);
+    let before = COUNT.get();
+    (1..=100).for_each(|step| instance.step_to(0.01 * f64::from(step)).expect("regular"));
+    assert_eq!(COUNT.get(), before);
+}
+
+/// The series of a thrown body ends at order 2, and there may be no stop time.
+#[test]
+fn a_motion_whose_series_ends_is_exact() {
+    let text = "format = 1\nname = \"thrown\"\ngravity = [0, -10]\n[bodies.stone]\nmass = 1\ninertia = 1\n\
+        [initial]\n\"stone.vx\" = 3\n\"stone.vy\" = 20\n\"stone.omega\" = 0.5\n[experiment]\nstop = 4\n";
+    let model = Arc::new(Model::new(program(text)).expect("a sound program"));
+    let mut instance = Instance::new(model.clone());
+    instance.setup(0.0, None, None).expect("no stop time");
+    instance.initialise().expect("consistent");
+    for time in [0.5, 4.0, 1000.0] {
+        instance.step_to(time).expect("regular");
+        let read = |instance: &mut Instance, name| {
+            let variable = instance.variable(name).expect("a variable");
+            instance.get(variable).expect("defined")
+        };
+        for (name, expected) in [("stone.x", 3.0 * time), ("stone.y", 20.0 * time - 5.0 * time * time)] {
+            let found = read(&mut instance, name);
+            assert!((found - expected).abs() <= 1e-12 * expected.abs().max(1.0), "{name} at {time}: {found}");
+        }
+        let snapshot = instance.save();
+        instance.restore(&snapshot).expect("what is saved can be restored");
+    }
+    assert_eq!((instance.statistics().fallbacks, instance.statistics().rejected), (0, 0));
+}
+
+/// Ways to damage an arm form.
+type Damage = fn(&mut ArmForm);
+
+#[test]
+fn a_damaged_arm_form_is_refused() {
+    let sound = program(LAWS);
+    assert_eq!(sound.check(), Ok(()));
+    let damages: [Damage; 12] = [
+        |form| form.coordinates.truncate(1),
+        |form| form.coordinates[0] = form.coordinates[1],
+        |form| form.frames[0].inertia = 10_000,
+        |form| form.frames[1].unknown = Some(7),
+        |form| form.products[0].frame = 99,
+        |form| form.coupling[0].from = 99,
+        |form| form.loads[0].arm = 99,
+        |form| form.pushes[0].unknown = 99,
+        |form| form.tape.slots += 1000,
+        |form| form.tape.signals.reverse(),
+        |form| form.tape.terms.clear(),
+        |form| form.coefficients.results.clear(),
+    ];
+    for (index, damage) in damages.into_iter().enumerate() {
+        let mut damaged = sound.clone();
+        damage(damaged.arms.as_mut().expect("an arm form"));
+        assert!(matches!(damaged.check(), Err(Fault::Arms { .. })), "damage {index}: {:?}", damaged.check());
+    }
+    let without = Program { arms: None, ..sound };
+    assert!(matches!(without.check(), Err(Fault::Arms { .. })));
+}
