@@ -74,6 +74,8 @@ pub enum JointKind {
 pub struct Spring {
     /// The user's name.
     pub name: String,
+    /// Indices of the bodies; `None` is the ground.
+    pub between: [Option<usize>; 2],
     /// Its ends.
     pub ends: [[f64; 2]; 2],
 }
@@ -83,6 +85,8 @@ pub struct Spring {
 pub struct Force {
     /// The user's name.
     pub name: String,
+    /// Index of the body; `None` is the ground.
+    pub on: Option<usize>,
     /// The point it acts on.
     pub at: [f64; 2],
     /// Its direction in the world; the length is not looked at.
@@ -405,8 +409,8 @@ mod tests {
                 joint("wrist_pin", JointKind::Weld, [Some(1), Some(2)], [wrist; 2]),
                 joint("cylinder", JointKind::Prismatic([1.0, 0.0]), [None, Some(2)], [bearing, wrist]),
             ],
-            springs: vec![Spring { name: "return_spring".into(), ends: [wrist, wall] }],
-            forces: vec![Force { name: "gas".into(), at: wrist, direction: [-5.0, 0.0] }],
+            springs: vec![Spring { name: "return_spring".into(), between: [Some(2), None], ends: [wrist, wall] }],
+            forces: vec![Force { name: "gas".into(), on: Some(2), at: wrist, direction: [-5.0, 0.0] }],
             turns: vec![Turn { name: "motor".into(), at: bearing }],
         }
     }

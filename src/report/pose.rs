@@ -46,7 +46,7 @@ fn pushes(mechanism: &Mechanism, joints: &[Joint]) -> Vec<Force> {
     });
     let arrows = drivers.filter_map(|(driver, joint)| match joint.kind {
         JointKind::Prismatic(direction) | JointKind::Slot(direction) => {
-            Some(Force { name: driver.name.clone(), at: joint.at[1], direction })
+            Some(Force { name: driver.name.clone(), on: joint.between[1], at: joint.at[1], direction })
         }
         JointKind::Revolute | JointKind::Weld => None,
     });
@@ -154,7 +154,14 @@ impl Pose<'_, '_> {
             LoadKind::Spring { between, .. } | LoadKind::Actuator { between, .. } => Some((load.name.clone(), between)),
             _ => None,
         });
-        lines.map(|(name, between)| Spring { name, ends: between.map(|place| self.at(place)) }).collect()
+        let body = |place: Place| place.body().map(|body| body.0);
+        lines
+            .map(|(name, between)| Spring {
+                name,
+                between: between.map(body),
+                ends: between.map(|place| self.at(place)),
+            })
+            .collect()
     }
 
     /// A force that is zero at the start is drawn as if its inputs were positive; if that does not help, along the
@@ -174,7 +181,12 @@ impl Pose<'_, '_> {
                 let [x, y] = direction;
                 direction = [cosine * x - sine * y, sine * x + cosine * y];
             }
-            forces.push(Force { name: load.name.clone(), at: self.at(*on), direction });
+            forces.push(Force {
+                name: load.name.clone(),
+                on: on.body().map(|body| body.0),
+                at: self.at(*on),
+                direction,
+            });
         }
         forces
     }

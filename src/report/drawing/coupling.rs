@@ -275,7 +275,7 @@ fn rolling_line([base, centre]: [[f64; 2]; 2], axis: [f64; 2], radius: f64, view
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::drawing::Drawing;
+    use crate::report::drawing::{Body, Drawing};
 
     fn wheel(body: usize, x: f64, radius: f64) -> Wheel {
         Wheel { body: Some(body), centre: [x, 0.0], radius }
@@ -283,18 +283,20 @@ mod tests {
 
     fn picture(kind: CouplingKind) -> (View, String) {
         let coupling = Coupling { name: "mesh".into(), kind };
-        let drawing = Drawing { couplings: vec![coupling], ..Drawing::default() };
+        let body = Body { name: String::new(), points: vec![], centre: [0.0; 2] };
+        let drawing = Drawing { bodies: vec![body.clone(), body], couplings: vec![coupling], ..Drawing::default() };
         (View::fit(&drawing), drawing.svg())
     }
 
-    /// The corners of every closed path of straight lines.
+    /// The corners of every toothed outline.
     fn outlines(svg: &str) -> Vec<Vec<Pixel>> {
         let paths = svg.split("<path d=\"M").skip(1).filter_map(|rest| rest.split_once('Z').map(|(path, _)| path));
         let corner = |text: &str| -> Option<Pixel> {
             let (x, y) = text.split_once(' ')?;
             Some([x.parse().ok()?, y.parse().ok()?])
         };
-        paths.map(|path| path.split('L').filter_map(corner).collect()).collect()
+        let paths = paths.map(|path| path.split('L').filter_map(corner).collect::<Vec<_>>());
+        paths.filter(|outline| outline.len() > 16).collect()
     }
 
     /// Seen from a centre, is a corner on the line to the other centre a tip (beyond the pitch circle)?
