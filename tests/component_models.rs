@@ -19,11 +19,14 @@ const STEPS_PER_ROW: usize = 200;
 /// Error of the file relative to its column's largest value: the drift of the steps here, and the digits there.
 const LIMIT: f64 = 1e-9;
 
+/// A function of positions and velocities, in one vector.
+type Function<T> = Box<dyn Fn(&DVector<f64>) -> T>;
+
 /// A motion as plain functions of one vector of positions and velocities.
 struct Reference {
     start: DVector<f64>,
-    rate: Box<dyn Fn(&DVector<f64>) -> DVector<f64>>,
-    outputs: Box<dyn Fn(&DVector<f64>) -> Vec<f64>>,
+    rate: Function<DVector<f64>>,
+    outputs: Function<Vec<f64>>,
 }
 
 impl Reference {
