@@ -1,8 +1,9 @@
 //! The search for the trees whose equations cost least (`preset = "cheapest"`).
 //!
 //! The search starts from the recommended trees, which give the fewest coordinates (Tables 2 and 3 are Kruskal's algorithm; all
-//! other trees that do follow by exchanging branches for chords of the same weight). The best of those, and the recommended
-//! ones, then exchange single branches for any chord: a coordinate more may well cost less. What trees cost is counted by formulating them;
+//! other trees that do follow by exchanging branches for chords of the same weight). The best of those, the recommended
+//! ones, and the unsubstituted ones, in which every body moves by coordinates of its own, then exchange single branches for any chord: a coordinate more
+//! may well cost less. What trees cost is counted by formulating them;
 //! a structural estimate decides which are worth that.
 
 use std::collections::{BTreeSet, HashSet, VecDeque};
@@ -19,9 +20,6 @@ use crate::scene::Fault;
 use crate::tree::Trees;
 
 mod estimate;
-mod kinematic;
-
-pub use kinematic::blocks;
 
 /// So many trees of least weight are compared by the estimate.
 const RANKED: usize = 200;
@@ -70,7 +68,8 @@ impl Effort {
             }
             Motion::Kinematic => {
                 let tapes = [&tapes.constraint, &tapes.jacobian.tape, &tapes.gamma];
-                Effort { blocks: blocks(formulated), nanoseconds: tapes.into_iter().map(nanoseconds).sum() }
+                let blocks = program.blocks.iter().map(|block| block.columns.len().pow(3)).sum();
+                Effort { blocks, nanoseconds: tapes.into_iter().map(nanoseconds).sum() }
             }
         }
     }
@@ -97,8 +96,11 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
     let mut search = Exploration { system: &system, seen: HashSet::from([branches(&start)]), counted: 1, best: None };
     search.count_ranked(&start);
     let from = search.best.as_ref().map_or(&start, |(_, best)| &best.equations.trees).clone();
-    search.exchange(from, EXCHANGES / 2);
-    search.exchange(start, EXCHANGES / 2);
+    let unsubstituted = start.with_bodies(&system, |_| true);
+    search.count_new(&unsubstituted);
+    for trees in [from, start, unsubstituted] {
+        search.exchange(trees, EXCHANGES / 3);
+    }
     let (chosen, mut formulated) = match search.best {
         Some((found, formulated)) if found.is_less_than(&effort, GAIN) => (found, *formulated),
         _ => (effort, recommended),
@@ -122,6 +124,13 @@ impl Exploration<'_, '_> {
         let Some(all) = all_minimal(self.system, start) else { return };
         for trees in self.ranked(all).into_iter().take(BEST) {
             self.count(trees);
+        }
+    }
+
+    /// Formulates trees unless they were formulated before.
+    fn count_new(&mut self, trees: &Trees) {
+        if !self.seen.contains(&branches(trees)) {
+            self.count(trees.clone());
         }
     }
 

@@ -116,15 +116,15 @@ fn equations_for_the_page(equations: &mut Equations) -> String {
 pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
     let mechanism = scene.resolve()?.mechanism;
     let formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
-    let Formulated { mut equations, lowered, .. } = formulated;
+    let Formulated { mut equations, lowered, redundant, .. } = formulated;
     Ok(match notation {
         Notation::Text => print::motion(&mut equations, Prose::Text),
         Notation::Latex => print::motion(&mut equations, Prose::Latex),
         Notation::Html => print::motion(&mut equations, Prose::Html),
-        Notation::C => print::code(&mut equations, &lowered.solved, &print::C),
-        Notation::Fortran => print::code(&mut equations, &lowered.solved, &print::Fortran),
-        Notation::Rust => print::code(&mut equations, &lowered.solved, &print::Rust),
-        Notation::Python => print::code(&mut equations, &lowered.solved, &print::Python),
+        Notation::C => print::code(&mut equations, &lowered.solved, &redundant, &print::C),
+        Notation::Fortran => print::code(&mut equations, &lowered.solved, &redundant, &print::Fortran),
+        Notation::Rust => print::code(&mut equations, &lowered.solved, &redundant, &print::Rust),
+        Notation::Python => print::code(&mut equations, &lowered.solved, &redundant, &print::Python),
         Notation::Json => print::json(&mut equations),
     })
 }

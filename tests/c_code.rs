@@ -25,7 +25,7 @@ fn compiled_equations_have_the_bits_of_the_kernels() {
     let mut paths: Vec<PathBuf> =
         models.read_dir().unwrap().map(|entry| entry.unwrap().path().join("scene.toml")).collect();
     paths.sort();
-    assert!(paths.len() >= 9);
+    assert!(paths.len() >= 15);
     let folder = tempfile::tempdir().unwrap();
     for path in paths {
         check(&path, folder.path());

@@ -16,7 +16,7 @@ fn scenes() -> Vec<(String, Scene)> {
         (name, scene)
     };
     let scenes: Vec<(String, Scene)> = names.map(read).collect();
-    assert!(scenes.len() >= 9);
+    assert!(scenes.len() >= 15);
     scenes
 }
 
@@ -104,7 +104,7 @@ fn the_paper_counts_the_same_equations() {
     for (model, expected) in [("slider_crank", [(9, 8), (3, 2), (2, 1)]), ("quick_return", [(15, 15), (5, 5), (2, 2)])]
     {
         let found: Vec<(usize, usize)> =
-            costs(model).iter().map(|(_, cost)| (cost.coordinates, cost.loop_equations)).collect();
+            costs(model).iter().take(3).map(|(_, cost)| (cost.coordinates, cost.loop_equations)).collect();
         assert_eq!(found, expected, "{model}");
     }
 }
@@ -115,10 +115,12 @@ fn costs_are_complete_and_fewer_equations_cost_less() {
         let costs = costs(model);
         let names: Vec<&str> = costs.iter().map(|(choice, _)| choice.name).collect();
         let own: &[&str] = if model == "vibration" { &["chosen"] } else { &[] };
-        assert_eq!(names, [&["absolute", "joint", "recommended"], own].concat(), "{model}");
+        assert_eq!(names, [&["absolute", "joint", "recommended", "cheapest"], own].concat(), "{model}");
         assert_eq!(costs.iter().filter(|(choice, _)| choice.used).count(), 1, "{model}");
         let work = |cost: &Cost| cost.operations.additions + cost.operations.multiplications;
         assert!(work(&costs[2].1) <= work(&costs[0].1), "{model}: {costs:?}");
+        // Fewer operations need not be less time, but a search that loses a tenth of them has gone wrong.
+        assert!(10 * work(&costs[3].1) <= 11 * work(&costs[2].1), "{model}: {costs:?}");
         for (choice, cost) in &costs {
             assert!(cost.nanoseconds > 0.0, "{model} {}", choice.name);
             assert!(cost.condition.is_some_and(|number| number >= 1.0), "{model} {}: {cost:?}", choice.name);
@@ -131,7 +133,7 @@ fn the_table_has_a_line_for_each_choice() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/slider_crank/scene.toml");
     let comparison = pipeline::comparison(&Scene::read(&path).unwrap()).unwrap();
     let text = comparison.to_string();
-    for name in ["absolute", "joint", "recommended *"] {
+    for name in ["absolute", "joint", "recommended *", "cheapest"] {
         assert!(text.lines().any(|line| line.trim_start().starts_with(name)), "{text}");
     }
     let json = serde_json::to_value(&comparison).unwrap();

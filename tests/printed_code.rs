@@ -56,7 +56,7 @@ fn scenes() -> Vec<(String, PathBuf)> {
         .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), path.join("scene.toml")))
         .collect();
     scenes.sort();
-    assert!(scenes.len() >= 9, "models are missing: {scenes:?}");
+    assert!(scenes.len() >= 15, "models are missing: {scenes:?}");
     scenes
 }
 

@@ -28,7 +28,7 @@ fn models() -> Vec<String> {
     let names = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
     let mut models: Vec<String> = names.map(|name| format!("models/{name}/scene.toml")).collect();
     models.sort();
-    assert!(models.len() >= 9, "models are missing: {models:?}");
+    assert!(models.len() >= 15, "models are missing: {models:?}");
     models
 }
 

@@ -73,6 +73,9 @@ fn step(coefficients: &[Vec<f64>]) -> f64 {
     radius.fold(1.0, f64::min) * 0.2
 }
 
+/// What the arm form does not have.
+const WITHOUT_SERIES: [&str; 2] = ["a coupling follows a turning line", "a distance is held"];
+
 fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> bool {
     mechanism.coordinates = coordinates;
     let Ok(formulated) = formulate(mechanism) else { return false };
@@ -81,8 +84,11 @@ fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> boo
         return false;
     }
     let name = format!("{name} {:?}", mechanism.coordinates);
-    let reason = &formulated.lowered.no_series;
-    assert!(program.arms.is_some(), "{name}: {reason:?}");
+    if program.arms.is_none() {
+        let reason = formulated.lowered.no_series.unwrap_or_default();
+        assert!(WITHOUT_SERIES.contains(&reason.as_str()), "{name}: {reason}");
+        return false;
+    }
     let model = Model::new(program).unwrap_or_else(|fault| panic!("{name}: {fault}"));
     let mut jet = Jet::new(&model).expect("an arm form");
     let coefficients = series(&model, &formulated.state, &mut jet);

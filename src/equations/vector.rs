@@ -114,7 +114,8 @@ impl Vector {
         self.product(arena, other, |arena, [a, b], [c, d]| {
             let (ac, bd) = (arena.multiply(a, c), arena.multiply(b, d));
             let (bc, ad) = (arena.multiply(b, c), arena.multiply(a, d));
-            [arena.add(ac, bd), arena.subtract(bc, ad)]
+            let minus_ad = arena.negate(ad);
+            [arena.merge(ac, bd), arena.merge(bc, minus_ad)]
         })
     }
 
@@ -151,7 +152,7 @@ impl Coefficient for Vector {
     fn accumulate(&mut self, arena: &mut Arena, other: &Self) {
         for (&frame, &[x, y]) in &other.0 {
             let entry = self.0.entry(frame).or_insert([Expr::ZERO; 2]);
-            *entry = [arena.add(entry[0], x), arena.add(entry[1], y)];
+            *entry = [arena.merge(entry[0], x), arena.merge(entry[1], y)];
             if *entry == [Expr::ZERO; 2] {
                 self.0.remove(&frame);
             }
@@ -200,7 +201,7 @@ impl Scalar {
         // Within one frame the angle between is zero, whichever frame it is.
         let (key, sine) = if f == g { ((FrameId::WORLD, FrameId::WORLD), Expr::ZERO) } else { ((f, g), sine) };
         let entry = self.0.entry(key).or_insert([Expr::ZERO; 2]);
-        *entry = [arena.add(entry[0], cosine), arena.add(entry[1], sine)];
+        *entry = [arena.merge(entry[0], cosine), arena.merge(entry[1], sine)];
         if *entry == [Expr::ZERO; 2] {
             self.0.remove(&key);
         }

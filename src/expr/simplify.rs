@@ -26,6 +26,15 @@ impl Arena {
         self.commutative(Binary::Add, a, b)
     }
 
+    /// a + b for components of vectors and their products, which carry rounding errors of their own: numbers that cancel up to those leave
+    /// nothing. What 0.1 + 0.2 - 0.3 leaves is no length, and m x y - m y x no moment.
+    pub fn merge(&mut self, a: Expr, b: Expr) -> Expr {
+        const ROUNDING: f64 = 4.0 * f64::EPSILON;
+        let ((x, left), (y, right)) = (self.signed_term(a), self.signed_term(b));
+        let cancel = left == right && (x + y).abs() <= ROUNDING * x.abs().max(y.abs());
+        if cancel { Expr::ZERO } else { self.add(a, b) }
+    }
+
     /// a - b
     pub fn subtract(&mut self, a: Expr, b: Expr) -> Expr {
         if a == b {
@@ -216,6 +225,17 @@ impl Arena {
         }
     }
 
+    /// As [`Arena::scaled_term`], with the sign in the number; a number is itself x 1.
+    fn signed_term(&self, expr: Expr) -> (f64, Expr) {
+        match self.node(expr) {
+            Node::Unary(Unary::Negate, inner) => {
+                let (number, rest) = self.signed_term(inner);
+                (-number, rest)
+            }
+            _ => self.split_factor(expr),
+        }
+    }
+
     /// 1/b, if b is a number whose inverse is exact: a power of two.
     fn exact_inverse(&mut self, b: Expr) -> Option<Expr> {
         let value = self.as_constant(b)?;
@@ -252,5 +272,32 @@ impl Arena {
     /// As [`Arena::scaled_term`]; a number is itself x 1.
     fn split_factor(&self, expr: Expr) -> (f64, Expr) {
         self.as_constant(expr).map_or_else(|| self.scaled_term(expr), |value| (value, Expr::ONE))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expr::Symbol;
+
+    #[test]
+    fn what_cancels_up_to_rounding_is_nothing_and_all_else_stays() {
+        let mut arena = Arena::default();
+        let length = arena.symbol(Symbol::Parameter(0));
+        let numbers = |arena: &mut Arena, x: f64, y: f64| {
+            let [a, b] = [x, y].map(|value| arena.constant(value));
+            let merged = arena.merge(a, b);
+            let [a, b] = [a, b].map(|number| arena.multiply(number, length));
+            (arena.as_constant(merged).unwrap(), arena.merge(a, b))
+        };
+        let (plain, scaled) = numbers(&mut arena, 0.1 + 0.2, -0.3);
+        assert_eq!((plain, scaled), (0.0, Expr::ZERO));
+        let tiny = 1e-14;
+        let (plain, scaled) = numbers(&mut arena, 1.0 + tiny, -1.0);
+        assert_eq!(plain, 1.0 + tiny - 1.0);
+        assert_ne!(scaled, Expr::ZERO);
+        assert_eq!(numbers(&mut arena, 0.1, 0.2).0, 0.1 + 0.2);
+        let minus = arena.negate(length);
+        assert_eq!(arena.merge(length, minus), Expr::ZERO);
     }
 }

@@ -3,6 +3,7 @@
 
 mod c;
 mod fortran;
+mod kinematics;
 mod python;
 mod rust;
 
@@ -14,6 +15,7 @@ use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
 
 pub use c::C;
 pub use fortran::Fortran;
+pub use kinematics::Kinematics;
 pub use python::Python;
 pub use rust::Rust;
 
@@ -23,6 +25,8 @@ pub trait Language {
     fn prelude(&self, name: &str, legend: &[String]) -> String;
     /// A function from its first line to its last; `steps` are the lines between.
     fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String;
+    /// The velocities and accelerations of a model whose motion the drivers prescribe.
+    fn kinematics(&self, model: &Kinematics) -> String;
     /// What comes last.
     fn end(&self, name: &str) -> String;
 }
@@ -137,9 +141,11 @@ impl Output {
 }
 
 /// Functions that compute M, Q, Phi, Phi_q, Phi_t and gamma and, for a dynamic model, the accelerations and reactions
-/// (`solved`). Without masses there are no M and Q: they stay as they are given.
-pub fn code(equations: &mut Equations, solved: &[Expr], language: &dyn Language) -> String {
+/// (`solved`); for a kinematic one the velocities and accelerations, from the loop equations that are not `redundant`. Without masses there are no M
+/// and Q: they stay as they are given.
+pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], language: &dyn Language) -> String {
     let name = equations.system.mechanism.name.clone();
+    let masses = has_masses(equations);
     let matrices = matrices(equations);
     let sizes = Sizes {
         parameters: equations.system.mechanism.parameters.len(),
@@ -167,6 +173,10 @@ pub fn code(equations: &mut Equations, solved: &[Expr], language: &dyn Language)
             outputs: SOLUTION,
         };
         text.push_str(&language.function(&function, &sizes, &steps(arena, &results.collect::<Vec<_>>())));
+    }
+    let rows: Vec<usize> = (0..sizes.constraints).filter(|row| !redundant.contains(row)).collect();
+    if solved.is_empty() && !rows.is_empty() && rows.len() == sizes.coordinates {
+        text.push_str(&language.kinematics(&Kinematics { name: &name, sizes, rows: &rows, masses }));
     }
     text.push_str(&language.end(&name));
     text

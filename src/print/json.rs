@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::matrices::Matrices;
 use super::motion::Motion;
 use super::name::Name;
 use super::notation::plain::plain;
@@ -35,7 +36,8 @@ pub fn json(equations: &mut Equations) -> String {
         pairs.collect()
     };
     let definitions = [named(&angles), named(&definitions)].concat();
-    let value = json!({
+    let matrices = Matrices::new(equations);
+    let mut value = json!({
         "name": equations.system.mechanism.name,
         "dynamic": motion.dynamic,
         "parameters": parameters(equations),
@@ -45,6 +47,9 @@ pub fn json(equations: &mut Equations) -> String {
         "definitions": definitions,
         "equations": groups,
     });
+    if let Some(matrices) = matrices {
+        value["matrices"] = matrices.json();
+    }
     format!("{value:#}\n")
 }
 

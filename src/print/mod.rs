@@ -4,6 +4,7 @@ mod code;
 mod document;
 mod factor;
 mod json;
+mod matrices;
 mod motion;
 mod name;
 mod normal;

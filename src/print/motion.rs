@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::document::{Block, Piece};
+use super::matrices::Matrices;
 use super::name::{Name, Names};
 use super::read::{Context, Reading};
 use super::tree::{Formulas, Tree, formulas};
@@ -66,6 +67,7 @@ impl Motion {
             let names = entries.iter().map(|(name, _)| Tree::Name(name.clone()));
             blocks.push(Block::Equations(names.zip(formulas.by_ref()).collect()));
         }
+        blocks.extend(Matrices::new(equations).into_iter().flat_map(|matrices| matrices.blocks()));
         blocks
     }
 

@@ -44,9 +44,13 @@ pub fn written(value: f64) -> Written {
 /// The shortest decimal number that agrees in 15 digits if it is shorter, or in 14 if it is much shorter: what rounding errors
 /// of a few operations leave.
 pub fn rounded(value: f64) -> f64 {
+    let long = digits(value);
+    if long <= 14 {
+        return value; // both roundings leave it as it is
+    }
     let near = format!("{value:.14e}").parse().unwrap_or(value);
     let nearer = format!("{value:.13e}").parse().unwrap_or(value);
-    match digits(value) {
+    match long {
         long if digits(nearer) + 7 <= long => nearer,
         long if digits(near) + 3 <= long => near,
         _ => value,

@@ -114,8 +114,30 @@ fn level(arena: &Arena, expr: Expr) -> usize {
     }
 }
 
+/// Sums that are nothing but part of one other sum: their terms are collected there, once for the whole sum.
+fn parts_of_sums(arena: &Arena, order: &[Expr], roots: &[Expr], is_atom: impl Fn(&Expr) -> bool) -> HashSet<Expr> {
+    let mut uses: HashMap<Expr, usize> = roots.iter().map(|&root| (root, 2)).collect();
+    let mut within_sums: HashSet<Expr> = HashSet::new();
+    for &expr in order {
+        for operand in arena.node(expr).operands() {
+            *uses.entry(operand).or_default() += 1;
+            if is_sum(arena, expr) {
+                within_sums.insert(operand);
+            }
+        }
+    }
+    within_sums.retain(|expr| uses[expr] == 1 && is_sum(arena, *expr) && !is_atom(expr));
+    within_sums
+}
+
+fn is_sum(arena: &Arena, expr: Expr) -> bool {
+    matches!(arena.node(expr), Node::Unary(Unary::Negate, _) | Node::Binary(Binary::Add | Binary::Subtract, ..))
+}
+
 struct Reader<'a> {
     arena: &'a Arena,
+    /// What [`parts_of_sums`] found.
+    parts: HashSet<Expr>,
     /// Collected but not yet tidy: sums may still grow.
     known: HashMap<Expr, Sum>,
     /// Tidy, as factors of products.
@@ -132,8 +154,10 @@ impl<'a> Reader<'a> {
         context: &'a Context,
         (names, forced): (&HashSet<Expr>, &HashSet<Expr>),
     ) -> (Reading, Vec<Expr>) {
+        let is_atom = |expr: &Expr| names.contains(expr) || context.variables.contains_key(expr);
         let mut reader = Reader {
             arena,
+            parts: parts_of_sums(arena, order, roots, is_atom),
             known: HashMap::new(),
             products: HashMap::new(),
             weights: &context.weights,
@@ -141,6 +165,9 @@ impl<'a> Reader<'a> {
         };
         let mut expressions = Vec::new();
         for &expr in order {
+            if reader.parts.contains(&expr) {
+                continue;
+            }
             let sum = reader.sum(expr);
             let variable = context.variables.get(&expr).cloned();
             let sum = if variable.is_none() && !names.contains(&expr) {
@@ -172,19 +199,36 @@ impl<'a> Reader<'a> {
         match self.arena.node(expr) {
             Node::Constant(bits) => Sum::of(Term::number(f64::from_bits(bits))),
             Node::Symbol(symbol) => Sum::of(Term::factor(Factor::Symbol(symbol, self.weights.contains(&symbol)))),
-            Node::Unary(Unary::Negate, a) => known(a).scaled(-1.0),
+            Node::Unary(Unary::Negate, a) if !self.parts.contains(&a) => known(a).scaled(-1.0),
+            Node::Unary(Unary::Negate, _) | Node::Binary(Binary::Add | Binary::Subtract, ..) => {
+                Sum::collect(self.terms(expr))
+            }
             Node::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
                 let angle = known(a).clone().tidy();
                 Sum::of(Term::factor(Factor::Trigonometric(angle, function == Unary::Sin)))
             }
             Node::Unary(function, a) => self.call(Function::One(function), &[a]),
-            Node::Binary(Binary::Add, a, b) => Sum::collect(known(a).0.iter().chain(&known(b).0).cloned()),
-            Node::Binary(Binary::Subtract, a, b) => {
-                Sum::collect(known(a).0.iter().cloned().chain(known(b).scaled(-1.0).0))
-            }
             Node::Binary(function, a, b) => self.call(Function::Two(function), &[a, b]),
             Node::Select(a, b, c) => self.call(Function::Select, &[a, b, c]),
         }
+    }
+
+    /// The terms of a sum and of the sums that are part of it, from left to right.
+    fn terms(&self, sum: Expr) -> Vec<Term> {
+        let mut terms = Vec::new();
+        let mut waiting = vec![(sum, 1.0)];
+        while let Some((expr, sign)) = waiting.pop() {
+            match self.arena.node(expr) {
+                _ if expr != sum && !self.parts.contains(&expr) => {
+                    terms.extend(self.known[&expr].0.iter().map(|term| term.scaled(sign)));
+                }
+                Node::Binary(Binary::Add, a, b) => waiting.extend([(b, sign), (a, sign)]),
+                Node::Binary(Binary::Subtract, a, b) => waiting.extend([(b, -sign), (a, sign)]),
+                Node::Unary(Unary::Negate, a) => waiting.push((a, -sign)),
+                _ => {} // no sum has other operations
+            }
+        }
+        terms
     }
 
     fn product(&mut self, operand: Expr) -> Term {

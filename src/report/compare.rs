@@ -16,8 +16,12 @@ use crate::formulate::{Formulated, formulate};
 use crate::mechanism::{Coordinates, Mechanism};
 
 /// The choices that every scene has; the scene's own is added if it is another one.
-const CHOICES: [(&str, Coordinates); 3] =
-    [("absolute", Coordinates::Absolute), ("joint", Coordinates::Joint), ("recommended", Coordinates::Recommended)];
+const CHOICES: [(&str, Coordinates); 4] = [
+    ("absolute", Coordinates::Absolute),
+    ("joint", Coordinates::Joint),
+    ("recommended", Coordinates::Recommended),
+    ("cheapest", Coordinates::Cheapest),
+];
 
 /// One mechanism in several coordinates.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -31,7 +35,7 @@ pub struct Comparison {
 /// A choice of trees and what it costs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Choice {
-    /// `absolute`, `joint`, `recommended`, or `chosen` for the scene's own trees.
+    /// `absolute`, `joint`, `recommended`, `cheapest`, or `chosen` for the scene's own trees.
     pub name: &'static str,
     /// Is it what the scene uses?
     pub used: bool,

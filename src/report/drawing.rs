@@ -1,11 +1,13 @@
 //! A drawing of the mechanism in one position, as a textbook would draw it.
 
+mod coupling;
 mod labels;
 mod shapes;
 mod symbols;
 mod view;
 
 use super::svg::{Frame, Pixel, Svg, number};
+pub use coupling::{Coupling, CouplingKind, Wheel};
 use labels::Labels;
 use view::View;
 
@@ -20,6 +22,8 @@ pub struct Drawing {
     pub ground: Vec<[f64; 2]>,
     /// The joints.
     pub joints: Vec<Joint>,
+    /// Gears, racks, rolling discs and links.
+    pub couplings: Vec<Coupling>,
     /// Springs and actuators between two points.
     pub springs: Vec<Spring>,
     /// Forces.
@@ -59,6 +63,8 @@ pub enum JointKind {
     Revolute,
     /// Sliding along this direction in the world.
     Prismatic([f64; 2]),
+    /// Sliding along this direction in the world, and turning.
+    Slot([f64; 2]),
     /// Nothing.
     Weld,
 }
@@ -68,6 +74,8 @@ pub enum JointKind {
 pub struct Spring {
     /// The user's name.
     pub name: String,
+    /// Indices of the bodies; `None` is the ground.
+    pub between: [Option<usize>; 2],
     /// Its ends.
     pub ends: [[f64; 2]; 2],
 }
@@ -77,6 +85,8 @@ pub struct Spring {
 pub struct Force {
     /// The user's name.
     pub name: String,
+    /// Index of the body; `None` is the ground.
+    pub on: Option<usize>,
     /// The point it acts on.
     pub at: [f64; 2],
     /// Its direction in the world; the length is not looked at.
@@ -117,6 +127,7 @@ impl Drawing {
         let view = View::fit(self);
         let mut svg = Svg::default();
         let mut labels = Labels::default();
+        self.draw_couplings(&view, &mut svg, &mut labels);
         self.draw_ground(&view, &mut svg, &mut labels);
         self.draw_bodies(&view, &mut svg, &mut labels);
         self.draw_loads(&view, &mut svg, &mut labels);
@@ -139,7 +150,14 @@ impl Drawing {
                     labels.obstruct(&ends, 1.2 * view.pin);
                 }
                 JointKind::Weld => symbols::wall(svg, view, at, [0.0, -1.0]),
+                JointKind::Slot(_) => {}
             }
+        }
+        let links = self.couplings.iter().filter(|coupling| coupling.is_finite());
+        for end in links.flat_map(Coupling::link_ends).filter(|end| self.ground.contains(end)) {
+            let at = view.pixel(end);
+            symbols::pedestal(svg, view, at);
+            labels.cover(shapes::along(at, 2.5 * view.pin, [0.0, 1.0]), 3.0 * view.pin);
         }
         let anchors = self.ground.iter().filter(|at| is_finite(at) && !self.is_jointed_to_ground(at, view));
         for anchor in anchors {
@@ -152,11 +170,32 @@ impl Drawing {
         }
     }
 
+    /// All couplings but those that roll: these lie between the bodies.
+    fn draw_couplings(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        for coupling in self.couplings.iter().filter(|coupling| coupling.rolling_bodies().is_none()) {
+            self.draw_coupling(coupling, view, svg, labels);
+        }
+    }
+
+    fn draw_coupling(&self, coupling: &Coupling, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        if coupling.is_finite() {
+            let anchor = coupling.draw(view, svg, labels);
+            if self.joints.len() <= NAMED_JOINTS {
+                labels.joint(&coupling.name, anchor, 2.0 * view.pin);
+            }
+        }
+    }
+
     fn draw_bodies(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
         for joint in self.joints.iter().filter(|joint| joint.is_finite()) {
             symbols::rod(svg, view, joint);
+            if let Some(slot) = symbols::slot(svg, view, joint) {
+                labels.obstruct(&slot, 1.6 * view.pin);
+            }
         }
         for index in self.drawing_order(view) {
+            let rolls = |coupling: &&Coupling| coupling.rolling_bodies().is_some_and(|(_, disc)| disc == index);
+            self.couplings.iter().filter(rolls).for_each(|coupling| self.draw_coupling(coupling, view, svg, labels));
             let outline = self.outline(index, view);
             let block = self.slider(index).map(|(at, axis)| (view.pixel(at), view.direction(axis)));
             symbols::body(svg, view, index, &outline, block);
@@ -173,11 +212,15 @@ impl Drawing {
         }
     }
 
-    /// Bodies from back to front: what slides on the ground, what carries a slider, that slider, the others; long ones
+    /// Bodies from back to front: what slides on the ground, what carries a slider or a rolling disc, those, the others; long ones
     /// first.
     fn drawing_order(&self, view: &View) -> Vec<usize> {
         let layer = |body: usize| {
             let prismatic = self.joints.iter().filter(|joint| matches!(joint.kind, JointKind::Prismatic(_)));
+            let rolling = self.couplings.iter().filter_map(Coupling::rolling_bodies).filter_map(|(line, disc)| {
+                let carries = (line == Some(body)).then_some(1);
+                carries.or((disc == body).then_some(2))
+            });
             prismatic
                 .filter_map(|joint| match joint.between {
                     [Some(first), Some(_)] if first == body => Some(1),
@@ -185,6 +228,7 @@ impl Drawing {
                     sides if sides.contains(&Some(body)) => Some(0),
                     _ => None,
                 })
+                .chain(rolling)
                 .min()
                 .unwrap_or(3)
         };
@@ -258,10 +302,13 @@ impl Drawing {
     }
 
     fn draw_joints(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        for coupling in self.couplings.iter().filter(|coupling| coupling.is_finite()) {
+            coupling.draw_front(view, svg);
+        }
         for joint in self.joints.iter().filter(|joint| joint.is_finite()) {
             let at = view.pixel(joint.moving().1);
             match joint.kind {
-                JointKind::Revolute => symbols::pin(svg, view, at),
+                JointKind::Revolute | JointKind::Slot(_) => symbols::pin(svg, view, at),
                 JointKind::Weld => symbols::weld(svg, view, at),
                 JointKind::Prismatic(_) => {}
             }
@@ -325,7 +372,10 @@ impl Joint {
     }
 
     fn is_finite(&self) -> bool {
-        let axis = if let JointKind::Prismatic(axis) = self.kind { axis } else { [0.0, 0.0] };
+        let axis = match self.kind {
+            JointKind::Prismatic(axis) | JointKind::Slot(axis) => axis,
+            JointKind::Revolute | JointKind::Weld => [0.0, 0.0],
+        };
         self.at.iter().all(is_finite) && is_finite(&axis)
     }
 }
@@ -352,14 +402,15 @@ mod tests {
                 body("slider", &[], wrist),
             ],
             ground: vec![bearing, wall],
+            couplings: vec![],
             joints: vec![
                 joint("main_bearing", JointKind::Revolute, [None, Some(0)], [bearing; 2]),
                 joint("crank_pin", JointKind::Revolute, [Some(0), Some(1)], [pin; 2]),
                 joint("wrist_pin", JointKind::Weld, [Some(1), Some(2)], [wrist; 2]),
                 joint("cylinder", JointKind::Prismatic([1.0, 0.0]), [None, Some(2)], [bearing, wrist]),
             ],
-            springs: vec![Spring { name: "return_spring".into(), ends: [wrist, wall] }],
-            forces: vec![Force { name: "gas".into(), at: wrist, direction: [-5.0, 0.0] }],
+            springs: vec![Spring { name: "return_spring".into(), between: [Some(2), None], ends: [wrist, wall] }],
+            forces: vec![Force { name: "gas".into(), on: Some(2), at: wrist, direction: [-5.0, 0.0] }],
             turns: vec![Turn { name: "motor".into(), at: bearing }],
         }
     }

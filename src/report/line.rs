@@ -1,17 +1,57 @@
 //! Masses on a line: laid out so that elements side by side do not hide one another.
 
-use super::drawing::{Body, Drawing, Joint, JointKind};
+use super::drawing::{Body, Drawing, Joint, JointKind, Spring};
 
 /// Distance between elements side by side, as a part of the drawing's width.
 const PITCH: f64 = 0.05;
+/// Places that are nearer to each other than this part of the width hide one another.
+const NEAR: f64 = 0.08;
 
 /// Draws masses as blocks on the ground if all springs have room on the line, otherwise as bars with the springs at
 /// different heights between them.
 pub fn lay_out(drawing: &mut Drawing) {
+    spread(drawing);
     let lanes = lanes(drawing);
     match lanes.iter().max() {
         Some(&highest) if highest > 0 => draw_bars(drawing, &lanes, highest),
         _ => put_on_rails(drawing),
+    }
+}
+
+/// Draws masses and walls at equal distances, in their order, if some are in one place: coordinates of a vibrating system often count from rest.
+fn spread(drawing: &mut Drawing) {
+    let wall = |spring: &Spring| (0..2).find(|&side| spring.between[side].is_none()).map(|side| spring.ends[side][0]);
+    let mut walls: Vec<f64> = drawing.springs.iter().filter_map(wall).collect();
+    walls.sort_by(f64::total_cmp);
+    walls.dedup();
+    let bodies = drawing.bodies.iter().enumerate().map(|(index, body)| (body.centre[0], Some(index)));
+    let mut places: Vec<(f64, Option<usize>)> = walls.iter().map(|&x| (x, None)).chain(bodies).collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let (Some(first), Some(last)) = (places.first(), places.last()) else { return };
+    let width = last.0 - first.0;
+    if !width.is_finite() || places.windows(2).all(|pair| pair[1].0 - pair[0].0 > NEAR * width) {
+        return;
+    }
+    let step = if width > 0.0 { width } else { 1.0 } / (places.len() - 1) as f64;
+    let shift = |x: f64, body: Option<usize>| {
+        let is_it = |place: &(f64, Option<usize>)| place.1 == body && (body.is_some() || place.0 == x);
+        let rank = places.iter().position(is_it)?;
+        Some(first.0 + step * rank as f64 - places[rank].0)
+    };
+    for spring in &mut drawing.springs {
+        for (end, body) in spring.ends.iter_mut().zip(spring.between) {
+            end[0] += shift(end[0], body).unwrap_or(0.0);
+        }
+    }
+    for at in &mut drawing.ground {
+        at[0] += shift(at[0], None).unwrap_or(0.0);
+    }
+    for force in &mut drawing.forces {
+        force.at[0] += shift(force.at[0], force.on).unwrap_or(0.0);
+    }
+    for (index, body) in drawing.bodies.iter_mut().enumerate() {
+        let by = shift(body.centre[0], Some(index)).unwrap_or(0.0);
+        body.points.iter_mut().chain([&mut body.centre]).for_each(|point| point[0] += by);
     }
 }
 
@@ -74,12 +114,13 @@ fn lanes(drawing: &Drawing) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::drawing::Spring;
     use super::*;
 
     fn line(springs: &[[f64; 2]]) -> Drawing {
         let body = |x: f64| Body { name: "m".into(), points: vec![], centre: [x, 0.0] };
-        let spring = |ends: &[f64; 2]| Spring { name: "k".into(), ends: ends.map(|x| [x, 0.0]) };
+        let body_at = |x: f64| (x > 0.0).then(|| x as usize - 1);
+        let spring =
+            |ends: &[f64; 2]| Spring { name: "k".into(), between: ends.map(body_at), ends: ends.map(|x| [x, 0.0]) };
         Drawing {
             bodies: [1.0, 2.0].map(body).to_vec(),
             springs: springs.iter().map(spring).collect(),
@@ -104,5 +145,22 @@ mod tests {
         assert_eq!(heights, [0.1, 0.0, 0.0]);
         assert_eq!(drawing.ground, [[0.0, 0.1], [0.0, 0.0]]);
         assert_eq!(drawing.bodies[1].points, [[2.0, 0.0], [2.0, 0.1]]);
+    }
+
+    #[test]
+    fn masses_in_one_place_are_drawn_apart() {
+        let mut drawing = line(&[[0.0, 1.0], [1.0, 2.0]]);
+        for body in &mut drawing.bodies {
+            body.centre = [0.0; 2];
+        }
+        for end in drawing.springs.iter_mut().flat_map(|spring| &mut spring.ends) {
+            *end = [0.0; 2];
+        }
+        lay_out(&mut drawing);
+        let centres: Vec<f64> = drawing.bodies.iter().map(|body| body.centre[0]).collect();
+        assert_eq!(centres, [0.5, 1.0]);
+        let ends: Vec<[f64; 2]> = drawing.springs.iter().map(|spring| spring.ends.map(|end| end[0])).collect();
+        assert_eq!(ends, [[0.0, 0.5], [0.5, 1.0]]);
+        assert_eq!(drawing.ground, [[0.0, 0.0]]);
     }
 }

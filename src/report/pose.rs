@@ -1,5 +1,7 @@
 //! The drawing of a mechanism at its start.
 
+mod coupling;
+
 use cotree_fmu::model::State;
 
 use super::drawing::{Body, Drawing, Force, Joint, JointKind, Spring, Turn};
@@ -7,7 +9,9 @@ use super::line;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
-use crate::mechanism::{self, BodyId, Dimension, DriverKind, LoadKind, Mechanism, Owner, Place, Quantity, Variable};
+use crate::mechanism::{
+    self, BodyId, Dimension, DriverKind, Formula, LoadKind, Mechanism, Owner, Place, Quantity, Variable,
+};
 
 /// Draws the initial pose.
 pub fn draw(formulated: &mut Formulated) -> Drawing {
@@ -19,6 +23,7 @@ pub fn draw(formulated: &mut Formulated) -> Drawing {
         bodies: (0..mechanism.bodies.len()).map(|index| pose.body(BodyId(index))).collect(),
         ground,
         joints: mechanism.joints.iter().filter_map(|joint| pose.joint(joint)).collect(),
+        couplings: pose.couplings(),
         springs: pose.springs(),
         forces: pose.forces(),
         turns: pose.turns(),
@@ -33,11 +38,16 @@ pub fn draw(formulated: &mut Formulated) -> Drawing {
 /// Drivers of prismatic joints, as arrows along the joint.
 fn pushes(mechanism: &Mechanism, joints: &[Joint]) -> Vec<Force> {
     let drivers = mechanism.drivers.iter().filter_map(|driver| match driver.kind {
-        DriverKind::Displacement { joint, .. } => joints.get(joint.0).map(|joint| (driver, joint)),
+        DriverKind::Displacement { joint, .. } => {
+            let name = &mechanism.joints[joint.0].name;
+            joints.iter().find(|joint| joint.name == *name).map(|joint| (driver, joint))
+        }
         DriverKind::Angle { .. } | DriverKind::Position { .. } => None,
     });
     let arrows = drivers.filter_map(|(driver, joint)| match joint.kind {
-        JointKind::Prismatic(direction) => Some(Force { name: driver.name.clone(), at: joint.at[1], direction }),
+        JointKind::Prismatic(direction) | JointKind::Slot(direction) => {
+            Some(Force { name: driver.name.clone(), on: joint.between[1], at: joint.at[1], direction })
+        }
         JointKind::Revolute | JointKind::Weld => None,
     });
     arrows.collect()
@@ -108,17 +118,15 @@ impl Pose<'_, '_> {
         }
     }
 
-    /// What holds points together; what only couples them is not drawn.
+    /// What holds points together; what only couples them is drawn as a coupling.
     fn joint(&mut self, joint: &mechanism::Joint) -> Option<Joint> {
         let kind = match &joint.kind {
             mechanism::JointKind::Revolute { .. } => JointKind::Revolute,
             mechanism::JointKind::Weld { .. } => JointKind::Weld,
-            mechanism::JointKind::Prismatic { axis, .. } | mechanism::JointKind::Slot { axis, .. } => {
-                let axis = axis.each_ref().map(|component| self.equations.formula(component));
-                let axis = self.values(&axis);
-                let (sine, cosine) = self.angle(joint.between[0].body()).sin_cos();
-                JointKind::Prismatic([cosine * axis[0] - sine * axis[1], sine * axis[0] + cosine * axis[1]])
+            mechanism::JointKind::Prismatic { axis, .. } => {
+                JointKind::Prismatic(self.direction(axis, joint.between[0].body()))
             }
+            mechanism::JointKind::Slot { axis, .. } => JointKind::Slot(self.direction(axis, joint.between[0].body())),
             mechanism::JointKind::Rolling { .. }
             | mechanism::JointKind::Distance { .. }
             | mechanism::JointKind::Gear { .. }
@@ -132,13 +140,28 @@ impl Pose<'_, '_> {
         })
     }
 
+    /// A direction that is fixed in a body, in the world.
+    fn direction(&mut self, axis: &[Formula; 2], body: Option<BodyId>) -> [f64; 2] {
+        let axis = axis.each_ref().map(|component| self.equations.formula(component));
+        let axis = self.values(&axis);
+        let (sine, cosine) = self.angle(body).sin_cos();
+        [cosine * axis[0] - sine * axis[1], sine * axis[0] + cosine * axis[1]]
+    }
+
     fn springs(&mut self) -> Vec<Spring> {
         let loads = &self.equations.system.mechanism.loads;
         let lines = loads.iter().filter_map(|load| match load.kind {
             LoadKind::Spring { between, .. } | LoadKind::Actuator { between, .. } => Some((load.name.clone(), between)),
             _ => None,
         });
-        lines.map(|(name, between)| Spring { name, ends: between.map(|place| self.at(place)) }).collect()
+        let body = |place: Place| place.body().map(|body| body.0);
+        lines
+            .map(|(name, between)| Spring {
+                name,
+                between: between.map(body),
+                ends: between.map(|place| self.at(place)),
+            })
+            .collect()
     }
 
     /// A force that is zero at the start is drawn as if its inputs were positive; if that does not help, along the
@@ -158,7 +181,12 @@ impl Pose<'_, '_> {
                 let [x, y] = direction;
                 direction = [cosine * x - sine * y, sine * x + cosine * y];
             }
-            forces.push(Force { name: load.name.clone(), at: self.at(*on), direction });
+            forces.push(Force {
+                name: load.name.clone(),
+                on: on.body().map(|body| body.0),
+                at: self.at(*on),
+                direction,
+            });
         }
         forces
     }

@@ -24,6 +24,12 @@ LIMITS = {
     "cart_pole": 1e-7,
     "andrews": 1e-7,
     "bench_slider_crank": 1e-6,
+    "planetary_gear": 1e-7,
+    "rack_and_pinion": 1e-7,
+    "rolling_disc": 1e-7,
+    "scotch_yoke": 1e-7,
+    "trammel": 1e-7,
+    "friction": 1e-7,
 }
 ANDREWS_BETA = 15.8107711951537071  # rad, at 30 ms
 MODEL_EXCHANGE_LIMIT = 1e-4  # the importer's own solver; the FMU asks for events to close its loops

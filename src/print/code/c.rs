@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Function, Language, Operand, Output, Sizes, Step, argument, wrapped};
+use super::{Function, Kinematics, Language, Operand, Output, Sizes, Step, argument, wrapped};
 use crate::expr::{Binary, Symbol, Unary};
 
 /// Sine and cosine as the runtime computes them, and the small functions that C lacks.
@@ -45,6 +45,10 @@ impl Language for C {
             text.push_str(&line(step, sizes));
         }
         text + "}\n"
+    }
+
+    fn kinematics(&self, model: &Kinematics) -> String {
+        model.fill(include_str!("kinematics.c"), model.name, 0)
     }
 
     fn end(&self, _name: &str) -> String {

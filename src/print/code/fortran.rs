@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Function, Language, Operand, Output, Sizes, Step, argument, wrapped};
+use super::{Function, Kinematics, Language, Operand, Output, Sizes, Step, argument, wrapped};
 use crate::expr::{Binary, Symbol, Unary};
 
 /// The small functions that Fortran lacks.
@@ -34,6 +34,30 @@ const HELPERS: &str = "
     real(real64), intent(in) :: a, b
     larger = merge(a, b, a > b .or. a /= a)
   end function larger
+
+  ! Solves A x = b by elimination with row exchanges; b becomes x. Not finite if A is singular.
+  pure subroutine solve(a, b)
+    real(real64), intent(inout) :: a(:, :), b(:)
+    real(real64) :: row(size(b)), held
+    integer :: k, i, pivot
+    do k = 1, size(b)
+      pivot = k - 1 + maxloc(abs(a(k:, k)), 1)
+      row = a(k, :)
+      a(k, :) = a(pivot, :)
+      a(pivot, :) = row
+      held = b(k)
+      b(k) = b(pivot)
+      b(pivot) = held
+      do i = k + 1, size(b)
+        held = a(i, k) / a(k, k)
+        a(i, k:) = a(i, k:) - held * a(k, k:)
+        b(i) = b(i) - held * b(k)
+      end do
+    end do
+    do i = size(b), 1, -1
+      b(i) = (b(i) - dot_product(a(i, i + 1:), b(i + 1:))) / a(i, i)
+    end do
+  end subroutine solve
 ";
 
 /// A module with subroutines. Upper and lower case are the same here, so the arrays have longer names.
@@ -51,7 +75,7 @@ impl Language for Fortran {
             "module {module}_model\n  use, intrinsic :: iso_fortran_env, only: real64\n  \
              use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf\n  \
              implicit none\n  \
-             private :: sine_cosine, signum, round_down, smaller, larger\ncontains\n{HELPERS}"
+             private :: sine_cosine, signum, round_down, smaller, larger, solve\ncontains\n{HELPERS}"
         )
     }
 
@@ -83,6 +107,16 @@ impl Language for Fortran {
         text + &format!("  end subroutine {name}\n")
     }
 
+    fn kinematics(&self, model: &Kinematics) -> String {
+        let [equations, velocities, accelerations] =
+            ["equations", "velocities", "accelerations"].map(|function| format!("{}_{function}", model.name));
+        model
+            .fill(include_str!("kinematics.f90"), "@NAME@", 1)
+            .replace("@NAME@_equations", &identifier(&equations))
+            .replace("@NAME@_velocities", &identifier(&velocities))
+            .replace("@NAME@_accelerations", &identifier(&accelerations))
+    }
+
     fn end(&self, name: &str) -> String {
         format!("end module {}_model\n", identifier(name))
     }
@@ -97,7 +131,8 @@ fn identifier(name: &str) -> String {
         return name;
     }
     // The end says which function it is.
-    let tail = ["_equations", "_accelerations"].into_iter().find(|tail| name.ends_with(tail)).unwrap_or("");
+    let tail =
+        ["_equations", "_velocities", "_accelerations"].into_iter().find(|tail| name.ends_with(tail)).unwrap_or("");
     format!("{}{tail}", &name[..40])
 }
 

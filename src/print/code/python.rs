@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Function, Language, Operand, Output, Sizes, Step, argument, wrapped};
+use super::{Function, Kinematics, Language, Operand, Output, Sizes, Step, argument, wrapped};
 use crate::expr::{Binary, Symbol, Unary};
 
 /// The small functions that numpy lacks.
@@ -43,6 +43,10 @@ impl Language for Python {
             text.push_str(&line(step));
         }
         text + &format!("    return {names}\n")
+    }
+
+    fn kinematics(&self, model: &Kinematics) -> String {
+        model.fill(include_str!("kinematics.py"), model.name, 0)
     }
 
     fn end(&self, _name: &str) -> String {

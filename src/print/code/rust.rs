@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Function, Language, Operand, Output, Sizes, Step, argument, wrapped};
+use super::{Function, Kinematics, Language, Operand, Output, Sizes, Step, argument, wrapped};
 use crate::expr::{Binary, Symbol, Unary};
 
 /// Sine and cosine as the runtime computes them, and the small functions that Rust lacks.
@@ -57,6 +57,10 @@ impl Language for Rust {
         text + "}\n"
     }
 
+    fn kinematics(&self, model: &Kinematics) -> String {
+        model.fill(include_str!("kinematics.rs.txt"), model.name, 0)
+    }
+
     fn end(&self, _name: &str) -> String {
         String::new()
     }
@@ -89,7 +93,6 @@ fn operand(operand: Operand) -> String {
         Operand::Number(value) if value.is_nan() => "f64::NAN".to_owned(),
         Operand::Number(f64::INFINITY) => "f64::INFINITY".to_owned(),
         Operand::Number(f64::NEG_INFINITY) => "f64::NEG_INFINITY".to_owned(),
-        Operand::Number(value) if value < 0.0 => format!("({value:e}_f64)"),
         Operand::Number(value) => format!("{value:e}_f64"),
         Operand::Symbol(Symbol::Time) => "t".to_owned(),
         Operand::Symbol(symbol) => {
@@ -97,6 +100,11 @@ fn operand(operand: Operand) -> String {
         }
         Operand::Result(index) => format!("x{index}"),
     }
+}
+
+/// What a method is called on: a minus would come after the method.
+fn receiver(a: &str) -> String {
+    if a.starts_with('-') { format!("({a})") } else { a.to_owned() }
 }
 
 fn unary(function: Unary, a: Operand) -> String {
@@ -107,7 +115,7 @@ fn unary(function: Unary, a: Operand) -> String {
         Unary::Log => "ln",
         other => super::unary_name(other),
     };
-    format!("{a}.{method}()")
+    format!("{}.{method}()", receiver(&a))
 }
 
 fn binary(function: Binary, a: &str, b: &str) -> String {
@@ -116,8 +124,8 @@ fn binary(function: Binary, a: &str, b: &str) -> String {
         Binary::Subtract => format!("{a} - {b}"),
         Binary::Multiply => format!("{a} * {b}"),
         Binary::Divide => format!("{a} / {b}"),
-        Binary::Power => format!("{a}.powf({b})"),
-        Binary::Atan2 => format!("{a}.atan2({b})"),
+        Binary::Power => format!("{}.powf({b})", receiver(a)),
+        Binary::Atan2 => format!("{}.atan2({b})", receiver(a)),
         Binary::Min => format!("smaller({a}, {b})"),
         Binary::Max => format!("larger({a}, {b})"),
         Binary::Less => format!("f64::from(u8::from({a} < {b}))"),

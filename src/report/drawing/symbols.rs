@@ -10,9 +10,9 @@ pub const SPRING: &str = "#3d7a4a";
 /// Colour of forces and torques.
 pub const FORCE: &str = "#c0392b";
 /// Outlines of pins and ground.
-const INK: &str = "#2b333d";
+pub const INK: &str = "#2b333d";
 /// Body of the ground.
-const GROUND: &str = "#dfe3e8";
+pub const GROUND: &str = "#dfe3e8";
 
 /// Fill and outline of the bodies, in turn.
 const COLOURS: [(&str, &str); 8] = [
@@ -151,7 +151,52 @@ pub fn rod(svg: &mut Svg, view: &View, joint: &Joint) {
     let distance = away[0] * axis[0] + away[1] * axis[1];
     let beyond = distance + 7.0 * view.pin * if distance < 0.0 { -1.0 } else { 1.0 };
     let ends = [base, along(base, beyond, axis)];
-    let (fill, edge) = colour(first);
+    rail(svg, view, first, ends);
+}
+
+/// What a pin slides in: a bar of the first body from its point to beyond the pin, with a channel. Returns its ends.
+pub fn slot(svg: &mut Svg, view: &View, joint: &Joint) -> Option<[Pixel; 2]> {
+    let JointKind::Slot(axis) = joint.kind else { return None };
+    let (axis, [base, at]) = (view.direction(axis), joint.at.map(|point| view.pixel(point)));
+    let away = difference(at, base);
+    let distance = away[0] * axis[0] + away[1] * axis[1];
+    let channel = [-6.0, 6.0].map(|reach| along(at, reach * view.pin, axis));
+    let [low, high] = [(-distance).min(-8.0 * view.pin), (-distance).max(8.0 * view.pin)];
+    let bar = [low, high].map(|reach| along(at, reach, axis));
+    let (fill, edge) = joint.between[0].map_or((GROUND, INK), colour);
+    let round = r#"stroke-linecap="round""#;
+    for (ends, width, stroke) in [
+        (bar, 3.6 * view.pin + 2.6, edge),
+        (bar, 3.6 * view.pin, fill),
+        (channel, 2.0 * view.pin + 2.2, edge),
+        (channel, 2.0 * view.pin, "#ffffff"),
+    ] {
+        svg.line(ends[0], ends[1], &format!(r#"stroke="{stroke}" stroke-width="{}" {round}"#, number(width)));
+    }
+    Some(bar)
+}
+
+/// A massless rod with a pin at each end.
+pub fn link(svg: &mut Svg, view: &View, ends: [Pixel; 2]) {
+    for (width, stroke) in [(0.9 * view.pin + 2.0, INK), (0.9 * view.pin, "#ffffff")] {
+        svg.line(ends[0], ends[1], &format!(r#"stroke="{stroke}" stroke-width="{}""#, number(width)));
+    }
+    ends.into_iter().for_each(|end| pin(svg, view, end));
+}
+
+/// What a disc rolls on, on the right of the way from the first end to the second: the ground, or a bar of a body.
+pub fn rolling_line(svg: &mut Svg, view: &View, body: Option<usize>, ends: [Pixel; 2]) {
+    let span = difference(ends[1], ends[0]);
+    let down = normal(unit(span));
+    match body {
+        None => hatch(svg, view, along(ends[0], 0.5, span), down.map(|x| -x), 0.5 * norm(span)),
+        Some(body) => rail(svg, view, body, ends.map(|end| along(end, 0.75 * view.pin + 1.3, down))),
+    }
+}
+
+/// A bar of a body that something slides or rolls on.
+fn rail(svg: &mut Svg, view: &View, body: usize, ends: [Pixel; 2]) {
+    let (fill, edge) = colour(body);
     for (width, stroke) in [(1.5 * view.pin + 2.6, edge), (1.5 * view.pin, fill)] {
         let width = number(width);
         svg.line(ends[0], ends[1], &format!(r#"stroke="{stroke}" stroke-width="{width}" stroke-linecap="round""#));

@@ -33,6 +33,11 @@ impl View {
         [(x - self.origin[0]) * self.scale, (self.origin[1] - y) * self.scale]
     }
 
+    /// A length of the world in the picture.
+    pub fn length(&self, length: f64) -> f64 {
+        length * self.scale
+    }
+
     /// A direction of the world in the picture, of length 1.
     pub fn direction(&self, [x, y]: [f64; 2]) -> Pixel {
         shapes::unit([x, -y])
@@ -42,8 +47,9 @@ impl View {
 fn points(drawing: &Drawing) -> Vec<[f64; 2]> {
     let bodies = drawing.bodies.iter().flat_map(|body| body.points.iter().copied().chain([body.centre]));
     let joints = drawing.joints.iter().map(|joint| joint.moving().1);
+    let couplings = drawing.couplings.iter().flat_map(|coupling| coupling.corners());
     let springs = drawing.springs.iter().flat_map(|spring| spring.ends);
-    bodies.chain(joints).chain(springs).filter(is_finite).collect()
+    bodies.chain(joints).chain(couplings).chain(springs).filter(is_finite).collect()
 }
 
 /// Lowest and highest coordinates.

@@ -1,0 +1,370 @@
+//! `expected.csv` of the models with gears, racks, rolling discs, slots, links and friction, computed again here: in absolute coordinates, or
+//! by Lagrange's equations, with classical Runge-Kutta steps. The other tests compare the FMU with those files.
+//!
+//! `COTREE_WRITE_EXPECTED=1 cargo test --test component_models` writes the files.
+
+mod support;
+
+use std::f64::consts::FRAC_PI_2;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use nalgebra::{DVector, Matrix2, Vector2};
+use support::absolute::{At, Body, Joint, JointKind, Load, State, System};
+use support::parts::{Extended, Loads, Part};
+
+const G: f64 = 9.81;
+const ROWS: usize = 201;
+const STEPS_PER_ROW: usize = 200;
+/// Error of the file relative to its column's largest value: the drift of the steps here, and the digits there.
+const LIMIT: f64 = 1e-9;
+
+/// A function of positions and velocities, in one vector.
+type Function<T> = Box<dyn Fn(&DVector<f64>) -> T>;
+
+/// A motion as plain functions of one vector of positions and velocities.
+struct Reference {
+    start: DVector<f64>,
+    rate: Function<DVector<f64>>,
+    outputs: Function<Vec<f64>>,
+}
+
+impl Reference {
+    /// A system in absolute coordinates; `outputs` are in the order of the scene's.
+    fn absolute(
+        system: Extended,
+        q: Vec<f64>,
+        outputs: impl Fn(&Extended, &State, &Loads) -> Vec<f64> + 'static,
+    ) -> Reference {
+        let bodies = q.len();
+        let state =
+            move |y: &DVector<f64>| State { q: y.rows(0, bodies).into_owned(), v: y.rows(bodies, bodies).into_owned() };
+        let system = std::rc::Rc::new(system);
+        let mover = system.clone();
+        let rate = move |y: &DVector<f64>| {
+            let now = state(y);
+            let a = mover.solve(&now).acceleration;
+            DVector::from_iterator(2 * bodies, now.v.iter().chain(a.iter()).copied())
+        };
+        let start = state(&DVector::from_vec(q.clone()).resize_vertically(2 * bodies, 0.0));
+        let gap = system.constraints(&start).0.amax();
+        assert!(gap < 1e-12, "the loops are open by {gap}");
+        Reference {
+            start: DVector::from_vec(q).resize_vertically(2 * bodies, 0.0),
+            rate: Box::new(rate),
+            outputs: Box::new(move |y| {
+                let now = state(y);
+                outputs(&system, &now, &system.solve(&now))
+            }),
+        }
+    }
+
+    fn advance(&self, y: &DVector<f64>, h: f64) -> DVector<f64> {
+        let k1 = (self.rate)(y);
+        let k2 = (self.rate)(&(y + &k1 * (h / 2.0)));
+        let k3 = (self.rate)(&(y + &k2 * (h / 2.0)));
+        let k4 = (self.rate)(&(y + &k3 * h));
+        y + (k1 + (k2 + k3) * 2.0 + k4) * (h / 6.0)
+    }
+
+    /// Times and outputs.
+    fn table(&self, stop: f64) -> Vec<Vec<f64>> {
+        let step = stop / (ROWS - 1) as f64;
+        let mut y = self.start.clone();
+        let mut rows = Vec::new();
+        for row in 0..ROWS {
+            if row > 0 {
+                (0..STEPS_PER_ROW).for_each(|_| y = self.advance(&y, step / STEPS_PER_ROW as f64));
+            }
+            rows.push(std::iter::once(row as f64 * step).chain((self.outputs)(&y)).collect());
+        }
+        rows
+    }
+}
+
+fn file(model: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model).join("expected.csv")
+}
+
+/// The names of the outputs, in the scene's order.
+fn header(model: &str) -> String {
+    let scene = cotree::scene::Scene::read(file(model).with_file_name("scene.toml")).unwrap();
+    let mechanism = scene.resolve().unwrap().mechanism;
+    let names: Vec<&str> = mechanism.outputs.iter().map(|output| output.name.as_str()).collect();
+    format!("time,{}", names.join(","))
+}
+
+fn check(model: &str, stop: f64, reference: &Reference) {
+    let (table, header) = (reference.table(stop), header(model));
+    assert_eq!(table[0].len(), header.split(',').count(), "{model}: {header}");
+    if std::env::var_os("COTREE_WRITE_EXPECTED").is_some() {
+        let mut text = header.clone() + "\n";
+        for row in &table {
+            let digits = |value: &f64| format!("{value:.14e}").parse::<f64>().unwrap().to_string();
+            let _ = writeln!(text, "{}", row.iter().map(digits).collect::<Vec<_>>().join(","));
+        }
+        std::fs::write(file(model), text).unwrap();
+    }
+    let text = std::fs::read_to_string(file(model)).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some(header.as_str()), "{model}");
+    let stored: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|number| number.parse().unwrap()).collect()).collect();
+    assert_eq!(stored.len(), ROWS, "{model}");
+    for (column, name) in header.split(',').enumerate() {
+        let scale = table.iter().fold(0.0_f64, |scale, row| scale.max(row[column].abs()));
+        for (row, expected) in stored.iter().zip(&table) {
+            let error = (row[column] - expected[column]).abs() / if scale > 1e-6 { scale } else { 1.0 };
+            assert!(error <= LIMIT, "{model}: {name} at {} s is off by {error:e} of its scale", row[0]);
+        }
+    }
+}
+
+fn at(body: usize, x: f64, y: f64) -> At {
+    At { body: Some(body), local: Vector2::new(x, y) }
+}
+
+fn fixed(x: f64, y: f64) -> At {
+    At { body: None, local: Vector2::new(x, y) }
+}
+
+fn body(mass: f64, inertia: f64) -> Body {
+    Body { mass, inertia }
+}
+
+fn pin(a: At, b: At, damping: f64) -> Joint {
+    Joint { between: [a, b], kind: JointKind::Revolute, damping }
+}
+
+fn slide(a: At, b: At, axis: Vector2<f64>, damping: f64) -> Joint {
+    Joint { between: [a, b], kind: JointKind::Prismatic { axis, angle: 0.0 }, damping }
+}
+
+/// stall (1 - omega/free) on a body, as a constant torque and a damper.
+fn motor(body: usize, stall: f64, free: f64) -> [Load; 2] {
+    let between = [None, Some(body)];
+    [
+        Load::Torque { between, value: stall },
+        Load::TorsionSpring { between, stiffness: 0.0, angle: 0.0, damping: stall / free },
+    ]
+}
+
+fn energy(system: &Extended, state: &State) -> f64 {
+    system.system.kinetic_energy(state) + system.system.potential_energy(state)
+}
+
+fn spring_force(system: &Extended, load: usize, state: &State) -> f64 {
+    support::loads::line_force(&system.system.loads[load], state)
+}
+
+#[test]
+fn planetary_gear() {
+    let (sun, arm, planet) = (0, 1, 2);
+    let (teeth, length, stall, free) = ([24.0, 18.0, 60.0], 0.105, 2.0, 60.0);
+    let gear = |a, ratio| Part::Gear { between: [a, Some(planet)], carrier: Some(arm), ratio, angle: 0.0 };
+    let system = Extended {
+        system: System {
+            gravity: Vector2::new(0.0, -G),
+            bodies: vec![body(0.5, 0.0009), body(0.4, 0.002), body(0.3, 0.0003)],
+            joints: vec![
+                pin(fixed(0.0, 0.0), at(sun, 0.0, 0.0), 0.0),
+                pin(fixed(0.0, 0.0), at(arm, 0.0, 0.0), 0.05),
+                pin(at(arm, length, 0.0), at(planet, 0.0, 0.0), 0.0),
+            ],
+            loads: motor(sun, stall, free).to_vec(),
+            ..System::default()
+        },
+        parts: vec![gear(Some(sun), -teeth[0] / teeth[1]), gear(None, teeth[2] / teeth[1])],
+    };
+    let start = vec![0.0, 0.0, 0.0, 0.0, 0.0, 0.0, length, 0.0, 0.0];
+    let reference = Reference::absolute(system, start, move |system, state, loads| {
+        let turn = |body: usize| [state.angle(Some(body)), state.omega(Some(body))];
+        let mut row = [turn(sun), turn(arm), turn(planet)].concat();
+        row.extend([loads.parts[0][0], loads.parts[1][0], loads.joints[4], loads.joints[5], loads.joints[2]]);
+        row.extend([loads.joints[3], stall * (1.0 - state.omega(Some(sun)) / free), energy(system, state)]);
+        row
+    });
+    check("planetary_gear", 2.0, &reference);
+}
+
+#[test]
+fn rack_and_pinion() {
+    let (pinion, rack) = (0, 1);
+    let (radius, eccentricity, turn) = (0.04, 0.03, 80.0_f64.to_radians());
+    let guide = fixed(0.0, -radius);
+    let slide_on = slide(guide, at(rack, 0.0, 0.0), Vector2::x(), 0.0);
+    let system = Extended {
+        system: System {
+            gravity: Vector2::new(0.0, -G),
+            bodies: vec![body(1.5, 0.002), body(0.8, 1.0)],
+            joints: vec![pin(fixed(0.0, 0.0), at(pinion, -eccentricity, 0.0), 0.002), slide_on],
+            loads: vec![Load::Spring {
+                between: [fixed(-0.4, -radius), at(rack, 0.0, 0.0)],
+                stiffness: 150.0,
+                length: 0.4,
+                damping: 0.3,
+            }],
+            ..System::default()
+        },
+        parts: vec![Part::Rack {
+            pinion: Some(pinion),
+            slide: [guide, at(rack, 0.0, 0.0)],
+            axis: Vector2::x(),
+            radius,
+            displacement: 0.0,
+        }],
+    };
+    let start = vec![eccentricity * turn.cos(), eccentricity * turn.sin(), turn, radius * turn, -radius, 0.0];
+    let reference = Reference::absolute(system, start, move |system, state, loads| {
+        let force = loads.parts[0][0];
+        let mut row = vec![state.q[2], state.v[2], state.q[3], state.v[3], force, -radius * force];
+        row.extend([loads.joints[2], loads.joints[3], loads.joints[0], loads.joints[1]]);
+        row.extend([spring_force(system, 0, state), energy(system, state)]);
+        row
+    });
+    check("rack_and_pinion", 3.0, &reference);
+}
+
+#[test]
+fn rolling_disc() {
+    let (plank, disc) = (0, 1);
+    let (radius, tilt, s): (f64, f64, f64) = (0.1, 0.1, 0.15);
+    let part = Part::Rolling {
+        between: [at(plank, 0.0, 0.0), at(disc, 0.0, 0.0)],
+        axis: Vector2::x(),
+        radius,
+        displacement: 0.0,
+    };
+    let system = Extended {
+        system: System {
+            gravity: Vector2::new(0.0, -G),
+            bodies: vec![body(3.0, 0.25), body(2.0, 0.5 * 2.0 * radius * radius)],
+            joints: vec![pin(fixed(0.0, 0.0), at(plank, 0.0, 0.0), 0.0)],
+            loads: vec![
+                Load::TorsionSpring { between: [None, Some(plank)], stiffness: 60.0, angle: 0.0, damping: 0.5 },
+                Load::Spring {
+                    between: [at(plank, -0.4, radius), at(disc, 0.0, 0.0)],
+                    stiffness: 80.0,
+                    length: 0.4,
+                    damping: 0.2,
+                },
+            ],
+            ..System::default()
+        },
+        parts: vec![part.clone()],
+    };
+    let centre = [s * tilt.cos() - radius * tilt.sin(), s * tilt.sin() + radius * tilt.cos()];
+    let start = vec![0.0, 0.0, tilt, centre[0], centre[1], tilt - s / radius];
+    let reference = Reference::absolute(system, start, move |system, state, loads| {
+        let [slide, _] = system.motion(&part, state, &loads.acceleration).expect("a rolling disc has a motion");
+        let mut row = vec![state.q[2], state.v[2], slide[0], slide[1], loads.parts[0][0], loads.parts[0][1]];
+        row.extend([state.q[3], state.q[4], state.q[5], loads.joints[0], loads.joints[1]]);
+        row.push(support::loads::torsion(&system.system.loads[0], state));
+        row.extend([spring_force(system, 1, state), energy(system, state)]);
+        row
+    });
+    check("rolling_disc", 4.0, &reference);
+}
+
+#[test]
+fn scotch_yoke() {
+    let (crank, yoke) = (0, 1);
+    let (length, stall, free, turn) = (0.12, 3.0, 25.0, 40.0_f64.to_radians());
+    let part = Part::Slot { between: [at(yoke, 0.0, 0.0), at(crank, length / 2.0, 0.0)], axis: Vector2::y() };
+    let mut loads = motor(crank, stall, free).to_vec();
+    let between = [fixed(0.3, 0.0), at(yoke, 0.0, 0.0)];
+    loads.push(Load::Spring { between, stiffness: 60.0, length: 0.3, damping: 0.0 });
+    let system = Extended {
+        system: System {
+            bodies: vec![body(0.8, 0.004), body(1.2, 1.0)],
+            joints: vec![
+                pin(fixed(0.0, 0.0), at(crank, -length / 2.0, 0.0), 0.0),
+                slide(fixed(0.0, 0.0), at(yoke, 0.0, 0.0), Vector2::x(), 4.0),
+            ],
+            loads,
+            ..System::default()
+        },
+        parts: vec![part.clone()],
+    };
+    let [x, y] = [length * turn.cos(), length * turn.sin()];
+    let reference =
+        Reference::absolute(system, vec![x / 2.0, y / 2.0, turn, x, 0.0, 0.0], move |system, state, loads| {
+            let [slide, _] = system.motion(&part, state, &loads.acceleration).expect("a slot has a motion");
+            let mut row = vec![state.q[2], state.v[2], state.q[3], state.v[3], slide[0], slide[1]];
+            row.extend([loads.parts[0][0], loads.joints[2], loads.joints[3], loads.joints[0], loads.joints[1]]);
+            row.push(stall * (1.0 - state.v[2] / free));
+            row.extend([spring_force(system, 2, state), energy(system, state)]);
+            row
+        });
+    check("scotch_yoke", 2.0, &reference);
+}
+
+#[test]
+fn trammel() {
+    let between = [at(0, 0.0, 0.0), at(1, 0.0, 0.0)];
+    let system = Extended {
+        system: System {
+            gravity: Vector2::new(0.0, -G),
+            bodies: vec![body(1.0, 1.0), body(0.6, 1.0)],
+            joints: vec![
+                slide(fixed(0.0, 0.0), between[0], Vector2::x(), 0.4),
+                slide(fixed(0.0, 0.0), between[1], Vector2::y(), 0.0),
+            ],
+            loads: vec![Load::Spring {
+                between: [fixed(0.9, 0.0), between[0]],
+                stiffness: 40.0,
+                length: 0.5,
+                damping: 0.0,
+            }],
+            ..System::default()
+        },
+        parts: vec![Part::Distance { between, length: 0.5 }],
+    };
+    let reference = Reference::absolute(system, vec![0.3, 0.0, 0.0, 0.0, 0.4, 0.0], |system, state, loads| {
+        let mut row = vec![state.q[0], state.v[0], state.q[4], state.v[4], loads.parts[0][0]];
+        row.extend([loads.joints[0], loads.joints[2], spring_force(system, 0, state), energy(system, state)]);
+        row
+    });
+    check("trammel", 4.0, &reference);
+}
+
+/// Lagrange's equations of a block on a spring with a pendulum, whose angle counts from the level.
+#[test]
+fn friction() {
+    let (block, bob, inertia, arm, stiffness) = (1.2, 0.5, 0.004, 0.2, 120.0);
+    let rub = |v: f64| -1.5 * (v / 0.02).tanh();
+    let drag = |omega: f64| -0.03 * (omega / 0.1).tanh();
+    let motion = move |y: &DVector<f64>| {
+        let ([x, angle], [v, omega]) = ([y[0], y[1]], [y[2], y[3]]);
+        let (sine, cosine) = angle.sin_cos();
+        let coupling = -bob * arm * sine;
+        let mass = Matrix2::new(block + bob, coupling, coupling, inertia + bob * arm * arm);
+        let load = Vector2::new(
+            bob * arm * cosine * omega * omega - stiffness * x + rub(v),
+            -bob * G * arm * cosine + drag(omega),
+        );
+        mass.lu().solve(&load).expect("the mass matrix is regular")
+    };
+    let rate = move |y: &DVector<f64>| {
+        let a = motion(y);
+        DVector::from_vec(vec![y[2], y[3], a.x, a.y])
+    };
+    let outputs = move |y: &DVector<f64>| {
+        let (a, [v, omega]) = (motion(y), [y[2], y[3]]);
+        let (sine, cosine) = y[1].sin_cos();
+        let bob_velocity = [v - arm * sine * omega, arm * cosine * omega];
+        let fx = bob * (a.x - arm * (sine * a.y + cosine * omega * omega));
+        let fy = bob * (arm * (cosine * a.y - sine * omega * omega) + G);
+        let kinetic = (block * v * v
+            + bob * (bob_velocity[0] * bob_velocity[0] + bob_velocity[1] * bob_velocity[1])
+            + inertia * omega * omega)
+            / 2.0;
+        let potential = bob * G * arm * sine + stiffness * y[0] * y[0] / 2.0;
+        let mut row = vec![y[0], v, y[1], omega, rub(v), drag(omega), fx, fy];
+        row.extend([block * G + fy, -stiffness * y[0], kinetic + potential]);
+        row
+    };
+    let start = DVector::from_vec(vec![0.15, -FRAC_PI_2 * 2.0 / 3.0, 0.0, 0.0]);
+    let reference = Reference { start, rate: Box::new(rate), outputs: Box::new(outputs) };
+    check("friction", 4.0, &reference);
+}
