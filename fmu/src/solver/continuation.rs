@@ -25,6 +25,8 @@ pub struct Continuation {
     pub(super) order: u32,
     /// Natural length of the next step; 0 if it is not known.
     pub(super) step: f64,
+    /// How long after the front a singular pose will come, as far as is known; 0 for none [s].
+    pub(super) ahead: f64,
     /// Has anything changed at this communication point?
     pub(super) changed: bool,
     /// Had anything changed at the last one?
@@ -43,6 +45,7 @@ impl Continuation {
             dense: vec![0.0; dense_length(model)],
             order: 0,
             step: 0.0,
+            ahead: 0.0,
             changed: false,
             changed_before: false,
         }
@@ -52,7 +55,7 @@ impl Continuation {
     pub fn start(&mut self, model: &Model, state: &State) {
         self.restart(model, state);
         self.dense_from = state.time();
-        self.step = 0.0;
+        (self.step, self.ahead) = (0.0, 0.0);
         (self.changed, self.changed_before) = (false, false);
     }
 
@@ -83,6 +86,9 @@ impl Continuation {
     /// Forgets the step that went beyond a state; the run goes on from that state.
     pub(super) fn restart(&mut self, model: &Model, state: &State) {
         self.origin.copy_from(state);
+        if self.ahead > 0.0 {
+            self.ahead = f64::max(self.ahead + self.front_time - state.time(), 0.0);
+        }
         self.front_time = state.time();
         self.front.copy_from_slice(&state.registers()[motion(model.layout())]);
     }
@@ -97,6 +103,7 @@ impl Continuation {
         self.dense.clone_from(&other.dense);
         self.order = other.order;
         self.step = other.step;
+        self.ahead = other.ahead;
         self.changed = other.changed;
         self.changed_before = other.changed_before;
     }
@@ -110,8 +117,9 @@ impl Continuation {
             && self.dense.len() == dense_length(model)
             && self.order as usize <= crate::series::MAX_ORDER
             && self.front.iter().chain(&self.dense).all(|value| value.is_finite())
-            && [self.front_time, self.dense_from, self.step].into_iter().all(f64::is_finite)
+            && [self.front_time, self.dense_from, self.step, self.ahead].into_iter().all(f64::is_finite)
             && self.step >= 0.0
+            && self.ahead >= 0.0
     }
 }
 

@@ -101,6 +101,16 @@ pub enum Failure {
         /// Steps taken.
         steps: u64,
     },
+    /// Branches of the motion meet, and the rates belong to none of them or to all.
+    #[error(
+        "at t = {time} s the mechanism is in a singular pose, and its velocities do not say on which branch it goes on: {} depend on each other; give velocities that belong to one branch, or another initial pose", list(.joints)
+    )]
+    Undecided {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations depend on each other.
+        joints: Vec<String>,
+    },
     /// The loops come apart during the motion.
     #[error("at t = {time} s the loops cannot be kept closed: the largest gap is {gap}")]
     Drift {

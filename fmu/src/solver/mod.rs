@@ -18,6 +18,7 @@ mod loops;
 pub mod poses;
 pub mod projection;
 pub mod redundancy;
+mod singular;
 pub mod stepping;
 pub mod tangent;
 mod taylor;

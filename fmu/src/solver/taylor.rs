@@ -4,8 +4,11 @@
 //! if the loops do not stay closed along it, or if its end does not accelerate as the equations there demand. Where a series does not exist (a law that is not analytic at this very
 //! state, a singular pose), one step of the explicit method leads on; [`Statistics::fallbacks`] counts them.
 
+mod passage;
+
 use super::continuation::Continuation;
 use super::dynamic::{Dynamic, Horizon};
+use super::singular::{Guard, Plan, plan};
 use super::{Context, Failure};
 use crate::math;
 use crate::model::Model;
@@ -27,8 +30,16 @@ const GROW: f64 = 4.0;
 const LONGEST: f64 = 1e4;
 /// A step shorter than this share of the one before is cut short.
 const CUT: f64 = 0.9;
+/// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
+const REACH: f64 = 1.6;
 /// So often a step is halved.
 const HALVINGS: usize = 12;
+/// A step that would end near a singular pose is cut to this share.
+const SHORTER: f64 = 0.6;
+/// Across a singular pose rounding errors that point away from the branch grow so large, in units of those of rates; the loops take them off.
+const NOISE: f64 = 1e-7;
+/// Loops that are open more than this are not closed by one Newton step [relative to their scales].
+const WIDE: f64 = 1e-7;
 /// Shortest step, in units of the spacing of floating-point times.
 const SHORTEST: f64 = 16.0;
 
@@ -40,6 +51,7 @@ pub struct Taylor {
     /// (q, v) at the front, on the loops.
     closed: Vec<f64>,
     acceleration: Vec<f64>,
+    guard: Guard,
     /// What the jet holds begins at the front.
     known: Start,
 }
@@ -66,11 +78,13 @@ impl Taylor {
     pub fn new(model: &Model) -> Option<Self> {
         let size = 2 * model.coordinates();
         let jet = Jet::new(model)?;
+        let guard = Guard::new(jet.rows());
         Some(Self {
             jet,
             next: vec![0.0; size],
             closed: vec![0.0; size],
             acceleration: vec![0.0; size / 2],
+            guard,
             known: Start::Unknown,
         })
     }
@@ -95,8 +109,9 @@ impl Taylor {
     ) -> Result<(), Failure> {
         while run.front_time < horizon.target {
             self.begin(context, run);
-            let done = self.known == Start::Regular && self.step(context, run, horizon);
-            if !done {
+            if self.known == Start::Singular {
+                self.leave(context, run)?;
+            } else if !self.step(context, run, horizon) {
                 self.lead_on(context, explicit, run, horizon)?;
             }
         }
@@ -123,6 +138,7 @@ impl Taylor {
                 Some(_) => Start::Regular,
                 None => Start::Singular,
             };
+            self.guard.roll();
         }
     }
 
@@ -133,6 +149,10 @@ impl Taylor {
         self.jet.update(machine.registers());
         let order = order_for(settings.tolerance);
         let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
+        self.jet.closeness(&mut self.guard.next);
+        if self.guard.ahead(1.0) > 0.0 {
+            self.jet.close_tightly(model);
+        }
         let (q, v) = self.closed.split_at_mut(model.coordinates());
         self.jet.coordinates(0, q);
         self.jet.coordinates(1, v);
@@ -155,28 +175,61 @@ impl Taylor {
         }
         let natural = natural_step(context.model, &run.dense, order, context.settings.tolerance);
         let longest = if run.step > 0.0 { GROW * run.step } else { LONGEST };
-        let mut h = natural.min(longest).min(LONGEST).min(context.settings.max_step);
+        let natural = natural.min(longest).min(LONGEST).min(context.settings.max_step);
+        let usual = if run.step > 0.0 { run.step } else { natural };
+        let mut found = self.look_ahead(context, run, natural.min(room));
+        let (mut h, mut goal) = planned(run.ahead, natural, usual, OPENING * context.settings.tolerance);
         for _ in 0..HALVINGS {
             if h < shortest {
                 return false;
             }
             let end = if STRETCH * h >= room { horizon.limit } else { time + h };
             evaluate(&run.dense, order, end - time, &mut self.next);
-            let goal = OPENING * context.settings.tolerance;
             let closed = self.start(context, run, end).is_some_and(|open| open <= goal);
+            if closed && self.guard.ends_near() {
+                (run.ahead, h) = (0.0, SHORTER * (end - time));
+                if !found && let Some(ahead) = self.locate(context, run, end - time) {
+                    (run.ahead, found) = (ahead, true);
+                    (h, goal) = planned(ahead, natural, usual, goal);
+                }
+                continue;
+            }
             if closed && self.defect(context.model, run, end - time) <= goal {
-                // A step cut short by a limit says nothing against the natural length.
-                run.step = if end == horizon.limit { h.max(run.step) } else { end - time };
-                run.dense_from = time;
-                run.front_time = end;
-                run.front.copy_from_slice(&self.next);
-                context.statistics.steps += 1;
+                if self.guard.began_near() {
+                    self.known = Start::Singular;
+                    return true;
+                }
+                let left = found.then_some(f64::max(run.ahead - (end - time), 0.0));
+                self.accept(context, run, end, end == horizon.limit || run.ahead > 0.0);
+                run.ahead = left.unwrap_or(run.ahead);
                 return true;
             }
             context.statistics.rejected += 1;
             h = 0.5 * (end - time);
         }
         false
+    }
+
+    /// The end of the step becomes the front.
+    fn accept(&mut self, context: &mut Context, run: &mut Continuation, end: f64, cut: bool) {
+        let h = end - run.front_time;
+        run.ahead = self.guard.ahead(h);
+        self.guard.roll();
+        // A step cut short says nothing against the natural length.
+        run.step = if cut { h.max(run.step) } else { h };
+        run.dense_from = run.front_time;
+        run.front_time = end;
+        run.front.copy_from_slice(&self.next);
+        context.statistics.steps += 1;
+    }
+
+    /// Makes sure of the next singular pose, if one may be near. Says whether there is one.
+    fn look_ahead(&mut self, context: &mut Context, run: &mut Continuation, natural: f64) -> bool {
+        let near = run.ahead > 0.0 && run.ahead < REACH * natural;
+        if near {
+            run.ahead = self.locate(context, run, run.ahead).unwrap_or(0.0);
+        }
+        near && run.ahead > 0.0
     }
 
     /// By how much the rates at the end of a step are wrong, judging by its acceleration there and that of the new series.
@@ -239,6 +292,15 @@ impl Taylor {
         context.statistics.fallbacks += 1;
         self.known = Start::Unknown;
         Ok(())
+    }
+}
+
+/// Length of a step that its series permits to be so long, and what is asked of its end.
+fn planned(ahead: f64, natural: f64, usual: f64, goal: f64) -> (f64, f64) {
+    match if ahead > 0.0 { plan(ahead, usual) } else { Plan::Free } {
+        Plan::Free => (natural, goal),
+        Plan::Approach(most) => (natural.min(most), goal),
+        Plan::Pass(least) => (natural.max(least), goal.max(NOISE)),
     }
 }
 

@@ -292,6 +292,11 @@ impl Jet {
         (self.mass_terms, self.loop_terms, self.inertia_terms, self.linear_terms) = (masses, loops, inertia, linear);
     }
 
+    /// Number of loop equations.
+    pub fn rows(&self) -> usize {
+        self.form.rows.len()
+    }
+
     /// Takes the coefficients over from the registers, after the parameter stage ran.
     pub fn update(&mut self, registers: &[f64]) {
         let results = self.form.coefficients.results(registers);

@@ -8,6 +8,8 @@ use crate::series::lane::{WIDTH, ZERO, add, multiply, splat};
 
 /// Loops that are open less than this, relative to their scales, are left alone.
 const CLOSED: f64 = 1e-13;
+/// Newton steps onto the loops where they must be closed tightly.
+const CLOSINGS: usize = 4;
 
 impl Jet {
     /// Begins at q and v: factors the matrix, and puts the motion back on the loops. The registers hold the signals of this time.
@@ -19,9 +21,9 @@ impl Jet {
         self.load(1, v);
         self.turn();
         self.factor()?;
-        let open = self.close(model, 0);
+        let open = self.close(model, 0, CLOSED);
         self.turn_rates();
-        self.close(model, 1);
+        self.close(model, 1, CLOSED);
         Ok(open)
     }
 
@@ -184,13 +186,13 @@ impl Jet {
     }
 
     /// One Newton step of positions or rates onto the loops, in the metric of the masses.
-    fn close(&mut self, model: &Model, order: usize) -> f64 {
+    fn close(&mut self, model: &Model, order: usize, goal: f64) -> f64 {
         if self.form.rows.is_empty() {
             return 0.0;
         }
         self.gap(order);
         let open = self.largest_gap(model);
-        if open <= CLOSED {
+        if open <= goal {
             return open;
         }
         self.lack.fill(0.0);
@@ -209,6 +211,28 @@ impl Jet {
             self.turn_rates()
         }
         open
+    }
+
+    /// Closes the loops of positions up to rounding, with the inverse at hand, and those of rates with them.
+    pub fn close_tightly(&mut self, model: &Model) {
+        let mut before = f64::INFINITY;
+        for _ in 0..CLOSINGS {
+            let open = self.close(model, 0, 0.0);
+            if open <= f64::EPSILON || open > 0.5 * before {
+                break;
+            }
+            before = open;
+        }
+        self.turn_rates();
+        (0..2).for_each(|_| _ = self.close(model, 1, 0.0));
+    }
+
+    /// How close each loop equation is to depending on the others: the inverse square of its distance, in the metric of the masses.
+    pub fn closeness(&self, values: &mut [f64]) {
+        let first = self.unknowns.len();
+        for (row, value) in values.iter_mut().enumerate() {
+            *value = self.inverse.diagonal(first + row).abs();
+        }
     }
 
     /// Builds and inverts the matrix of this pose.

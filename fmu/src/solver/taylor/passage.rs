@@ -1,0 +1,150 @@
+//! Singular poses on the way of a Taylor step.
+
+use super::{Start, Taylor, evaluate, natural_step, order_for};
+use crate::math;
+use crate::model::motion;
+use crate::solver::continuation::Continuation;
+use crate::solver::singular::dependent;
+use crate::solver::{Context, Failure};
+
+/// The share of the distance at the front that is as good as none.
+const THERE: f64 = 0.02;
+/// A pose at which this share is left is no singular one.
+const NONE: f64 = 0.15;
+/// Attempts to find the time of the pose.
+const SECANTS: usize = 4;
+
+/// Lengths that are tried for the step out of a singular pose, each half of the one before.
+const LENGTHS: usize = 12;
+/// The first one turns nothing by more than this [rad, or scales].
+const TURN: f64 = 0.3;
+/// Corrections of the state after the step.
+const CORRECTIONS: usize = 40;
+/// A correction that is not smaller than this share of the one before is the last one.
+const SLOW: f64 = 0.7;
+/// What may be left of a correction: the pose itself cannot be known better, since its loops close to second order.
+const POSE: f64 = 1e-6;
+/// The same of the rates, relative to the largest.
+const RATE: f64 = 1e-4;
+/// Corrections smaller than this are rounding errors.
+const ROUNDING: f64 = 1e-14;
+
+impl Taylor {
+    /// Finds the next singular pose along the polynomial, near a guess of how far it is ahead.
+    pub(super) fn locate(&mut self, context: &mut Context, run: &Continuation, guess: f64) -> Option<f64> {
+        let (mut best, mut share) = (guess, self.share_at(context, run, guess));
+        for _ in 0..SECANTS {
+            if share < THERE {
+                break;
+            }
+            // The distance has passed zero, or is still to come to it.
+            let passed = best / (1.0 + share);
+            let coming = if share < 0.8 { best / (1.0 - share) } else { passed };
+            let candidates = [passed, coming].map(|time| (time, self.share_at(context, run, time)));
+            let (time, least) = if candidates[0].1 <= candidates[1].1 { candidates[0] } else { candidates[1] };
+            if least >= share {
+                break;
+            }
+            (best, share) = (time, least);
+        }
+        (share < NONE).then_some(best)
+    }
+
+    /// The smallest distance from a singular pose along the polynomial, as a share of that at the front.
+    fn share_at(&mut self, context: &mut Context, run: &Continuation, dt: f64) -> f64 {
+        evaluate(&run.dense, run.order as usize, dt, &mut self.next);
+        let Context { model, machine, settings, .. } = context;
+        let time = run.front_time + dt;
+        machine.load_signals(model, &run.origin, time);
+        self.jet.update(machine.registers());
+        match self.jet.begin(model, machine.registers(), order_for(settings.tolerance), &self.next) {
+            Ok(_) => {
+                self.jet.closeness(&mut self.guard.next);
+                self.guard.share()
+            }
+            Err(_) => 0.0,
+        }
+    }
+
+    /// Leaves a singular pose: finds the state a step later from which the motion comes back to this pose with these rates.
+    ///
+    /// # Errors
+    /// The rates do not say on which of the branches that meet here.
+    pub(super) fn leave(&mut self, context: &mut Context, run: &mut Continuation) -> Result<(), Failure> {
+        let n = context.model.coordinates();
+        let time = run.front_time;
+        let coordinates = &context.model.program().coordinates;
+        let speeds = coordinates.iter().zip(&run.front[n..]);
+        let speed = speeds.fold(0.0, |largest, (coordinate, v)| math::maximum(largest, v.abs() / coordinate.scale));
+        let longest = TURN / speed;
+        let mut h = if run.step > 0.0 { f64::min(run.step, longest) } else { longest }.min(context.settings.max_step);
+        if h.is_finite() {
+            for _ in 0..LENGTHS {
+                if self.shoot(context, run, h, speed) {
+                    run.dense_from = time + h;
+                    run.front_time = time + h;
+                    run.front.copy_from_slice(&self.closed);
+                    run.ahead = 0.0;
+                    context.statistics.steps += 1;
+                    self.known = Start::Unknown;
+                    return Ok(());
+                }
+                h *= 0.5;
+            }
+        }
+        Err(Self::undecided(context, run))
+    }
+
+    /// Tries to find the state so long after the front; it is then in `closed`, and its series in the continuation.
+    fn shoot(&mut self, context: &mut Context, run: &mut Continuation, h: f64, speed: f64) -> bool {
+        let n = context.model.coordinates();
+        let time = run.front_time;
+        self.next.copy_from_slice(&run.front);
+        for index in 0..n {
+            self.next[index] += h * self.next[n + index];
+        }
+        let mut before = f64::INFINITY;
+        for _ in 0..CORRECTIONS {
+            if self.start(context, run, time + h).is_none() {
+                return false;
+            }
+            self.jet.close_tightly(context.model);
+            let (q, v) = self.closed.split_at_mut(n);
+            self.jet.coordinates(0, q);
+            self.jet.coordinates(1, v);
+            self.jet.begin_orders();
+            self.jet.advance(0);
+            self.expand(context, run, f64::INFINITY);
+            let order = run.order as usize;
+            evaluate(&run.dense, order, -h, &mut self.next);
+            let coordinates = &context.model.program().coordinates;
+            let mut left = [0.0, 0.0];
+            for (index, coordinate) in coordinates.iter().enumerate() {
+                let dq = run.front[index] - self.next[index];
+                let dv = run.front[n + index] - self.next[n + index];
+                left[0] = math::maximum(left[0], dq.abs() / coordinate.scale);
+                left[1] = math::maximum(left[1], dv.abs() / (coordinate.scale * speed));
+                self.next[index] = self.closed[index] + dq + h * dv;
+                self.next[n + index] = self.closed[n + index] + dv;
+            }
+            let size = math::maximum(left[0], h * speed * left[1]);
+            if !size.is_finite() {
+                return false;
+            }
+            if size <= ROUNDING || size > SLOW * before {
+                let reaches = natural_step(context.model, &run.dense, order, context.settings.tolerance) >= h;
+                return reaches && left[0] <= POSE && left[1] <= RATE;
+            }
+            before = size;
+        }
+        false
+    }
+
+    /// What to say where the motion could go on in several ways.
+    fn undecided(context: &Context, run: &Continuation) -> Failure {
+        let mut state = run.origin.clone();
+        context.model.advance_signals(&run.origin, run.front_time, state.registers_mut());
+        state.registers_mut()[motion(context.model.layout())].copy_from_slice(&run.front);
+        Failure::Undecided { time: run.front_time, joints: dependent(context.model, &state) }
+    }
+}
