@@ -58,9 +58,9 @@ pub fn plan(ahead: f64, usual: f64) -> Plan {
 }
 
 impl Guard {
-    /// For so many loop equations.
-    pub fn new(rows: usize) -> Self {
-        Self { front: vec![0.0; rows], next: vec![0.0; rows] }
+    /// For so many joints.
+    pub fn new(joints: usize) -> Self {
+        Self { front: vec![0.0; joints], next: vec![0.0; joints] }
     }
 
     /// The end of the step has become the front.

@@ -78,7 +78,7 @@ impl Taylor {
     pub fn new(model: &Model) -> Option<Self> {
         let size = 2 * model.coordinates();
         let jet = Jet::new(model)?;
-        let guard = Guard::new(jet.rows());
+        let guard = Guard::new(jet.groups());
         Some(Self {
             jet,
             next: vec![0.0; size],
@@ -149,7 +149,7 @@ impl Taylor {
         self.jet.update(machine.registers());
         let order = order_for(settings.tolerance);
         let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
-        self.jet.closeness(&mut self.guard.next);
+        self.jet.closeness(model, &mut self.guard.next);
         if self.guard.ahead(1.0) > 0.0 {
             self.jet.close_tightly(model);
         }

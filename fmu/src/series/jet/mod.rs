@@ -14,7 +14,7 @@ mod start;
 use crate::model::Model;
 use crate::series::MAX_ORDER;
 use crate::series::columns::Columns;
-use crate::series::form::{ArmForm, Factor, Place, Slot};
+use crate::series::form::{ArmForm, Factor, Place, Row, Slot};
 use crate::series::inverse::Inverse;
 use crate::series::lane::{Lane, WIDTH, ZERO, lanes};
 use crate::series::tape::Scalars;
@@ -131,6 +131,8 @@ pub struct Jet {
     coefficients: Vec<f64>,
     inertia: Vec<Lane>,
     inverse: Inverse,
+    /// The joint of each loop equation.
+    groups: Vec<usize>,
     /// World components of arms, by orders.
     x: Vec<Lane>,
     y: Vec<Lane>,
@@ -207,6 +209,7 @@ impl Jet {
             coefficients: vec![f64::NAN; count],
             inertia: vec![ZERO; shape.lanes[0]],
             inverse: Inverse::new(equations.clone(), room),
+            groups: groups(model, &form),
             mass_terms: Vec::new(),
             inertia_terms: Vec::new(),
             loop_terms: Vec::new(),
@@ -292,9 +295,9 @@ impl Jet {
         (self.mass_terms, self.loop_terms, self.inertia_terms, self.linear_terms) = (masses, loops, inertia, linear);
     }
 
-    /// Number of loop equations.
-    pub fn rows(&self) -> usize {
-        self.form.rows.len()
+    /// Joints and drivers that loops are closed at.
+    pub fn groups(&self) -> usize {
+        self.groups.last().map_or(0, |last| last + 1)
     }
 
     /// Takes the coefficients over from the registers, after the parameter stage ran.
@@ -316,6 +319,18 @@ impl Jet {
             *place = c[frame.inertia as usize];
         }
     }
+}
+
+/// For each loop equation the number of the joint that it belongs to.
+fn groups(model: &Model, form: &ArmForm) -> Vec<usize> {
+    let owner = |row: &Row| &model.program().constraints[row.constraint as usize].owner;
+    let mut group = 0;
+    let mut groups = Vec::with_capacity(form.rows.len());
+    for (index, row) in form.rows.iter().enumerate() {
+        group += usize::from(index > 0 && owner(row) != owner(&form.rows[index - 1]));
+        groups.push(group);
+    }
+    groups
 }
 
 /// Places of the unknowns: angles, then displacements.

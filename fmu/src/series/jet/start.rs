@@ -227,11 +227,14 @@ impl Jet {
         (0..2).for_each(|_| _ = self.close(model, 1, 0.0));
     }
 
-    /// How close each loop equation is to depending on the others: the inverse square of its distance, in the metric of the masses.
-    pub fn closeness(&self, values: &mut [f64]) {
-        let first = self.unknowns.len();
-        for (row, value) in values.iter_mut().enumerate() {
-            *value = self.inverse.diagonal(first + row).abs();
+    /// How close the loop equations of each joint are to depending on the others: the sum of the inverse squares of their distances, in
+    /// the metric of the masses. (A single one may be zero because no reaction of a weightless body points its way.)
+    pub fn closeness(&self, model: &Model, values: &mut [f64]) {
+        let (first, constraints) = (self.unknowns.len(), &model.program().constraints);
+        values.fill(0.0);
+        for (index, (row, group)) in self.form.rows.iter().zip(&self.groups).enumerate() {
+            let scale = constraints[row.constraint as usize].scale;
+            values[*group] += scale * scale * self.inverse.diagonal(first + index).abs();
         }
     }
 

@@ -26,6 +26,10 @@ const SLOW: f64 = 0.7;
 const POSE: f64 = 1e-6;
 /// The same of the rates, relative to the largest.
 const RATE: f64 = 1e-4;
+/// The rounding errors of the last coefficients are larger than this next to a singular pose; the step is as much shorter than one at this
+/// tolerance as keeps the true terms small.
+const NOISE: f64 = 1e-9;
+const MARGIN: f64 = 1.3;
 /// Corrections smaller than this are rounding errors.
 const ROUNDING: f64 = 1e-14;
 
@@ -59,7 +63,7 @@ impl Taylor {
         self.jet.update(machine.registers());
         match self.jet.begin(model, machine.registers(), order_for(settings.tolerance), &self.next) {
             Ok(_) => {
-                self.jet.closeness(&mut self.guard.next);
+                self.jet.closeness(model, &mut self.guard.next);
                 self.guard.share()
             }
             Err(_) => 0.0,
@@ -132,7 +136,8 @@ impl Taylor {
                 return false;
             }
             if size <= ROUNDING || size > SLOW * before {
-                let reaches = natural_step(context.model, &run.dense, order, context.settings.tolerance) >= h;
+                let tolerance = context.settings.tolerance.max(NOISE);
+                let reaches = natural_step(context.model, &run.dense, order, tolerance) >= MARGIN * h;
                 return reaches && left[0] <= POSE && left[1] <= RATE;
             }
             before = size;
