@@ -134,7 +134,7 @@ impl Taylor {
     fn begin(&mut self, context: &mut Context, run: &Continuation) {
         if self.known == Start::Unknown {
             self.next.copy_from_slice(&run.front);
-            self.known = match self.start(context, run, run.front_time) {
+            self.known = match self.start(context, run, run.front_time, false) {
                 Some(_) => Start::Regular,
                 None => Start::Singular,
             };
@@ -143,22 +143,31 @@ impl Taylor {
     }
 
     /// Starts a series at `next`; returns how far the loops were open there.
-    fn start(&mut self, context: &mut Context, run: &Continuation, time: f64) -> Option<f64> {
+    fn start(&mut self, context: &mut Context, run: &Continuation, time: f64, tightly: bool) -> Option<f64> {
         let Context { model, machine, settings, .. } = context;
         machine.load_signals(model, &run.origin, time);
         self.jet.update(machine.registers());
         let order = order_for(settings.tolerance);
         let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
         self.jet.closeness(model, &mut self.guard.next);
-        if self.guard.ahead(1.0) > 0.0 {
+        self.take_closed(model);
+        if tightly || self.guard.ahead(1.0) > 0.0 {
+            // The series must come from the matrix of the very pose in which the loops are closed.
             self.jet.close_tightly(model);
+            self.take_closed(model);
+            self.jet.begin(model, machine.registers(), order, &self.closed).ok()?;
+            self.jet.close_tightly(model);
+            self.take_closed(model);
         }
-        let (q, v) = self.closed.split_at_mut(model.coordinates());
-        self.jet.coordinates(0, q);
-        self.jet.coordinates(1, v);
         self.jet.begin_orders();
         self.jet.advance(0);
         (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)
+    }
+
+    fn take_closed(&mut self, model: &Model) {
+        let (q, v) = self.closed.split_at_mut(model.coordinates());
+        self.jet.coordinates(0, q);
+        self.jet.coordinates(1, v);
     }
 
     /// One step from the front; false if there is no series to step along.
@@ -185,7 +194,7 @@ impl Taylor {
             }
             let end = if STRETCH * h >= room { horizon.limit } else { time + h };
             evaluate(&run.dense, order, end - time, &mut self.next);
-            let closed = self.start(context, run, end).is_some_and(|open| open <= goal);
+            let closed = self.start(context, run, end, false).is_some_and(|open| open <= goal);
             if closed && self.guard.ends_near() {
                 (run.ahead, h) = (0.0, SHORTER * (end - time));
                 if !found && let Some(ahead) = self.locate(context, run, end - time) {

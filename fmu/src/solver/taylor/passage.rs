@@ -109,15 +109,9 @@ impl Taylor {
         }
         let mut before = f64::INFINITY;
         for _ in 0..CORRECTIONS {
-            if self.start(context, run, time + h).is_none() {
+            if self.start(context, run, time + h, true).is_none() {
                 return false;
             }
-            self.jet.close_tightly(context.model);
-            let (q, v) = self.closed.split_at_mut(n);
-            self.jet.coordinates(0, q);
-            self.jet.coordinates(1, v);
-            self.jet.begin_orders();
-            self.jet.advance(0);
             self.expand(context, run, f64::INFINITY);
             let order = run.order as usize;
             evaluate(&run.dense, order, -h, &mut self.next);
