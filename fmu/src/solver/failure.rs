@@ -119,6 +119,16 @@ pub enum Failure {
         /// The largest gap.
         gap: Gap,
     },
+    /// The motion has come to the end of what the loops permit.
+    #[error(
+        "at t = {time} s the mechanism locks up: the loops at {} are at the end of their reach, and the motion cannot go on; change the lengths or the drivers", list(.joints)
+    )]
+    EndOfReach {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations have come to depend on each other.
+        joints: Vec<String>,
+    },
     /// A driven mechanism cannot go on.
     #[error("at t = {time} s the mechanism locks up: the drivers prescribe what `{}` cannot follow (gap {gap})", gap.owner)]
     LockUp {

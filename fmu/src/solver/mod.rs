@@ -25,6 +25,7 @@ mod taylor;
 
 pub use crate::program::Engine;
 pub use failure::{Failure, Gap};
+pub use singular::Passage;
 
 use crate::machine::Machine;
 use crate::model::Model;

@@ -9,6 +9,8 @@
 //! (J M^-1 J^T)^-1, and r_k = 1 / sqrt of its entry k is how far row k of J is from the rows that it may come to depend on. It passes zero like a straight
 //! line in time.
 
+use std::fmt;
+
 use super::poses::jacobian;
 use crate::model::{Model, State};
 
@@ -23,7 +25,7 @@ const TAKE_OFF: f64 = 0.77;
 const LANDING: f64 = 1.28;
 /// Shares of a usual step: the largest distance from which a step passes the pose.
 const PASSES: f64 = 0.85;
-/// A loop equation takes part in a dependence with at least this share of the largest one.
+/// A joint or a loop equation takes part in a dependence with at least this share of the largest one.
 const SHARE: f64 = 0.1;
 /// A start is in the zone of a singular pose if a step along it brings a row so many times further from the others.
 const ESCAPE: f64 = 20.0;
@@ -86,10 +88,11 @@ impl Guard {
         squares.fold(f64::INFINITY, f64::min).sqrt()
     }
 
-    /// The row that is closest to the others, measured by what it was at the front.
-    pub fn closest(&self) -> usize {
-        let growth = |row: usize| self.next[row] / self.front[row];
-        (0..self.front.len()).max_by(|&a, &b| growth(a).total_cmp(&growth(b))).unwrap_or_default()
+    /// Joints that are about as close as the closest one, measured by what they were at the front.
+    pub fn closest(&self) -> impl Iterator<Item = usize> {
+        let growth = |joint: usize| if self.front[joint] > 0.0 { self.next[joint] / self.front[joint] } else { 0.0 };
+        let largest = (0..self.front.len()).map(growth).fold(0.0, f64::max);
+        (0..self.front.len()).filter(move |&joint| growth(joint) >= SHARE * largest)
     }
 
     /// How long after the step a row will depend on the others, if it comes closer at the same rate; 0 if none does soon.
@@ -100,8 +103,28 @@ impl Guard {
     }
 }
 
-/// Joints and drivers whose loop equations depend on each other at a state, or do so most.
-pub fn dependent(model: &Model, state: &State) -> Vec<String> {
+/// A singular pose that the motion has passed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Passage {
+    /// When [s].
+    pub time: f64,
+    /// Joints and drivers whose loop equations depend on each other there.
+    pub joints: Vec<String>,
+}
+
+impl fmt::Display for Passage {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let joints: Vec<String> = self.joints.iter().map(|name| format!("`{name}`")).collect();
+        let (time, joints) = (self.time, joints.join(", "));
+        write!(
+            formatter,
+            "t = {time:.6} s: singular pose, the loops at {joints} hold less there; passed on the same branch"
+        )
+    }
+}
+
+/// Joints and drivers whose loop equations depend on each other at a state, or do so most, and how far from it they are: 0 to 1.
+pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
     let program = model.program();
     let mut matrix = jacobian(model, state).select_rows(model.active());
     for (mut row, &index) in matrix.row_iter_mut().zip(model.active()) {
@@ -109,14 +132,15 @@ pub fn dependent(model: &Model, state: &State) -> Vec<String> {
     }
     let eigen = (&matrix * matrix.transpose()).symmetric_eigen();
     let Some((weakest, _)) = eigen.eigenvalues.iter().enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b)) else {
-        return Vec::new();
+        return (1.0, Vec::new());
     };
+    let distance = (eigen.eigenvalues[weakest].max(0.0) / eigen.eigenvalues.max()).sqrt();
     let combination = eigen.eigenvectors.column(weakest);
     let largest = combination.amax();
     let rows = model.active().iter().zip(combination.iter()).filter(|(_, share)| share.abs() > SHARE * largest);
     let mut names: Vec<String> = rows.map(|(&row, _)| program.constraints[row].owner.clone()).collect();
     names.dedup();
-    names
+    (distance, names)
 }
 
 #[cfg(test)]
@@ -128,7 +152,7 @@ mod tests {
         let mut guard = Guard::new(2);
         guard.front = vec![1.0, 4.0];
         guard.next = vec![1.0, 16.0];
-        assert!((guard.ahead(0.3) - 0.3).abs() < 1e-12 && guard.closest() == 1);
+        assert!((guard.ahead(0.3) - 0.3).abs() < 1e-12 && guard.closest().eq([1]));
         assert!(!guard.ends_near() && !guard.began_near());
     }
 

@@ -10,7 +10,7 @@ use super::dynamic::{Dynamic, Horizon};
 use super::kinematic::{Kinematic, REACH, lock_up};
 use super::projection::Projection;
 use super::taylor::{Reading, Taylor};
-use super::{Context, Engine, Failure, Settings, Statistics};
+use super::{Context, Engine, Failure, Passage, Settings, Statistics};
 use crate::machine::Machine;
 use crate::model::{Model, State, motion as range};
 use crate::program::Motion;
@@ -57,6 +57,11 @@ impl Stepper {
         Statistics { projections: self.projection.count(), ..self.statistics }
     }
 
+    /// Singular poses that the motion has passed since this was last asked.
+    pub fn take_passages(&mut self) -> Vec<Passage> {
+        self.taylor.as_mut().map(|taylor| std::mem::take(&mut taylor.passages)).unwrap_or_default()
+    }
+
     /// To be called when the continuation was replaced by another one.
     pub fn forget(&mut self) {
         self.dynamic.forget();
@@ -97,6 +102,9 @@ impl Stepper {
     ) -> Result<(), Failure> {
         let Self { dynamic, taylor, kinematic, projection, work, settling, statistics } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
+        if let Some(taylor) = taylor {
+            taylor.passages.clear();
+        }
         let exact = run.changed && run.changed_before;
         work.copy_from(state);
         if run.changed {

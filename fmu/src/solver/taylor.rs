@@ -8,7 +8,7 @@ mod passage;
 
 use super::continuation::Continuation;
 use super::dynamic::{Dynamic, Horizon};
-use super::singular::{Guard, Plan, plan};
+use super::singular::{Guard, Passage, Plan, plan};
 use super::{Context, Failure};
 use crate::math;
 use crate::model::Model;
@@ -52,6 +52,10 @@ pub struct Taylor {
     closed: Vec<f64>,
     acceleration: Vec<f64>,
     guard: Guard,
+    /// Joints whose loops the next singular pose is about.
+    passing: Vec<usize>,
+    /// Singular poses passed since these were last taken.
+    pub(super) passages: Vec<Passage>,
     /// What the jet holds begins at the front.
     known: Start,
 }
@@ -85,6 +89,8 @@ impl Taylor {
             closed: vec![0.0; size],
             acceleration: vec![0.0; size / 2],
             guard,
+            passing: Vec::new(),
+            passages: Vec::new(),
             known: Start::Unknown,
         })
     }
@@ -112,6 +118,9 @@ impl Taylor {
             if self.known == Start::Singular {
                 self.leave(context, run)?;
             } else if !self.step(context, run, horizon) {
+                if let Some(failure) = Self::end_of_reach(context, run) {
+                    return Err(failure);
+                }
                 self.lead_on(context, explicit, run, horizon)?;
             }
         }
@@ -207,6 +216,9 @@ impl Taylor {
                 if self.guard.began_near() {
                     self.known = Start::Singular;
                     return true;
+                }
+                if found && run.ahead < end - time {
+                    self.note_passage(context, run);
                 }
                 let left = found.then_some(f64::max(run.ahead - (end - time), 0.0));
                 self.accept(context, run, end, end == horizon.limit || run.ahead > 0.0);

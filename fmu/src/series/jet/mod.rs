@@ -295,6 +295,12 @@ impl Jet {
         (self.mass_terms, self.loop_terms, self.inertia_terms, self.linear_terms) = (masses, loops, inertia, linear);
     }
 
+    /// The name of one of them.
+    pub fn joint<'a>(&self, model: &'a Model, joint: usize) -> &'a str {
+        let row = self.groups.iter().position(|group| *group == joint).map(|row| self.form.rows[row].constraint);
+        row.map_or("", |row| &model.program().constraints[row as usize].owner)
+    }
+
     /// Joints and drivers that loops are closed at.
     pub fn groups(&self) -> usize {
         self.groups.last().map_or(0, |last| last + 1)

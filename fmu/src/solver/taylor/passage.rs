@@ -4,7 +4,7 @@ use super::{Start, Taylor, evaluate, natural_step, order_for};
 use crate::math;
 use crate::model::motion;
 use crate::solver::continuation::Continuation;
-use crate::solver::singular::dependent;
+use crate::solver::singular::{Passage, dependent};
 use crate::solver::{Context, Failure};
 
 /// The share of the distance at the front that is as good as none.
@@ -30,6 +30,8 @@ const RATE: f64 = 1e-4;
 /// tolerance as keeps the true terms small.
 const NOISE: f64 = 1e-9;
 const MARGIN: f64 = 1.3;
+/// Loop equations closer than this are as good as dependent.
+const DEPENDENT: f64 = 1e-5;
 /// Corrections smaller than this are rounding errors.
 const ROUNDING: f64 = 1e-14;
 
@@ -44,14 +46,19 @@ impl Taylor {
             // The distance has passed zero, or is still to come to it.
             let passed = best / (1.0 + share);
             let coming = if share < 0.8 { best / (1.0 - share) } else { passed };
-            let candidates = [passed, coming].map(|time| (time, self.share_at(context, run, time)));
+            let candidates = [coming, passed].map(|time| (time, self.share_at(context, run, time)));
             let (time, least) = if candidates[0].1 <= candidates[1].1 { candidates[0] } else { candidates[1] };
             if least >= share {
                 break;
             }
             (best, share) = (time, least);
         }
-        (share < NONE).then_some(best)
+        if share >= NONE {
+            return None;
+        }
+        self.passing.clear();
+        self.passing.extend(self.guard.closest());
+        Some(best)
     }
 
     /// The smallest distance from a singular pose along the polynomial, as a share of that at the front.
@@ -141,9 +148,30 @@ impl Taylor {
 
     /// What to say where the motion could go on in several ways.
     fn undecided(context: &Context, run: &Continuation) -> Failure {
-        let mut state = run.origin.clone();
-        context.model.advance_signals(&run.origin, run.front_time, state.registers_mut());
-        state.registers_mut()[motion(context.model.layout())].copy_from_slice(&run.front);
-        Failure::Undecided { time: run.front_time, joints: dependent(context.model, &state) }
+        Failure::Undecided { time: run.front_time, joints: front_dependence(context, run).1 }
     }
+
+    /// Why there is no step from the front, if it is because the loops are at the end of their reach.
+    pub(super) fn end_of_reach(context: &Context, run: &Continuation) -> Option<Failure> {
+        if context.model.active().is_empty() {
+            return None;
+        }
+        let (distance, joints) = front_dependence(context, run);
+        (distance < DEPENDENT).then_some(Failure::EndOfReach { time: run.front_time, joints })
+    }
+
+    /// Notes that the step from the front passes a singular pose.
+    pub(super) fn note_passage(&mut self, context: &Context, run: &Continuation) {
+        let time = run.front_time + run.ahead;
+        let joints = self.passing.iter().map(|&joint| self.jet.joint(context.model, joint).to_string()).collect();
+        self.passages.push(Passage { time, joints });
+    }
+}
+
+/// Which loop equations depend on each other at the front, and how far from it they are.
+fn front_dependence(context: &Context, run: &Continuation) -> (f64, Vec<String>) {
+    let mut state = run.origin.clone();
+    context.model.advance_signals(&run.origin, run.front_time, state.registers_mut());
+    state.registers_mut()[motion(context.model.layout())].copy_from_slice(&run.front);
+    dependent(context.model, &state)
 }
