@@ -179,6 +179,11 @@ fn get(instance: &mut Instance, name: &str) -> Result<f64, String> {
     instance.get(variable).map_err(|error| error.to_string())
 }
 
+/// One variable.
+pub fn get_variable(instance: &mut Instance, name: &str) -> f64 {
+    get(instance, name).unwrap_or(f64::NAN)
+}
+
 struct Watch<'a> {
     laws: &'a [Law],
     signs: Vec<f64>,
@@ -317,7 +322,7 @@ pub struct FourBar {
 }
 
 impl FourBar {
-    fn new(crank: f64, coupler: f64, rocker: f64, base: f64) -> Self {
+    pub fn new(crank: f64, coupler: f64, rocker: f64, base: f64) -> Self {
         Self { crank, coupler, rocker, base, masses: [1.0; 3], angle: 1.0, omega: 2.0, up: true, gravity: 9.81 }
     }
 
@@ -365,6 +370,11 @@ impl FourBar {
 
     pub fn scene(&self, name: &str) -> Scene {
         let [coupler, rocker] = self.angles();
+        self.scene_from(name, [self.angle, coupler, rocker], self.omega)
+    }
+
+    /// From these angles of the bars.
+    pub fn scene_from(&self, name: &str, [crank, coupler, rocker]: [f64; 3], omega: f64) -> Scene {
         let mut scene = Scene::new(name)
             .gravity([0.0, -self.gravity])
             .ground_point("far", [self.base, 0.0])
@@ -375,8 +385,8 @@ impl FourBar {
             .revolute("crank_pin", "crank.b", "coupler.a")
             .revolute("rocker_pin", "coupler.b", "rocker.b")
             .revolute("rocker_pivot", "rocker.a", "ground.far")
-            .initial("crank.angle", self.angle)
-            .initial("crank.omega", self.omega)
+            .initial("crank.angle", crank)
+            .initial("crank.omega", omega)
             .guess("coupler.angle", coupler)
             .guess("rocker.angle", rocker);
         if self.masses[1] == 0.0 {

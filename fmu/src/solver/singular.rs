@@ -152,8 +152,12 @@ mod tests {
         let mut guard = Guard::new(2);
         guard.front = vec![1.0, 4.0];
         guard.next = vec![1.0, 16.0];
-        assert!((guard.ahead(0.3) - 0.3).abs() < 1e-12 && guard.closest().eq([1]));
+        assert!((guard.ahead(0.3) - 0.3).abs() < 1e-12);
         assert!(!guard.ends_near() && !guard.began_near());
+        guard.next = vec![1.0, 100.0];
+        assert!(guard.ends_near() && guard.closest().eq([1]));
+        (guard.front, guard.next) = (guard.next.clone(), vec![1.0, 0.2]);
+        assert!(guard.began_near());
     }
 
     #[test]

@@ -38,8 +38,6 @@ const HALVINGS: usize = 12;
 const SHORTER: f64 = 0.6;
 /// Across a singular pose rounding errors that point away from the branch grow so large, in units of those of rates; the loops take them off.
 const NOISE: f64 = 1e-7;
-/// Loops that are open more than this are not closed by one Newton step [relative to their scales].
-const WIDE: f64 = 1e-7;
 /// Shortest step, in units of the spacing of floating-point times.
 const SHORTEST: f64 = 16.0;
 
