@@ -6,6 +6,9 @@ use super::explicit::Explicit;
 use super::taylor::Taylor;
 use crate::model::{Model, State, motion};
 
+/// Nothing is evaluated so near to a singular pose, in units of a usual step.
+const ZONE: f64 = 0.2;
+
 /// Together with the [`State`] it determines the rest of the run bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Continuation {
@@ -27,6 +30,8 @@ pub struct Continuation {
     pub(super) step: f64,
     /// How long after the front a singular pose will come, as far as is known; 0 for none [s].
     pub(super) ahead: f64,
+    /// When the last singular pose was found, past or to come [s].
+    pub(super) pose: Option<f64>,
     /// Has anything changed at this communication point?
     pub(super) changed: bool,
     /// Had anything changed at the last one?
@@ -46,6 +51,7 @@ impl Continuation {
             order: 0,
             step: 0.0,
             ahead: 0.0,
+            pose: None,
             changed: false,
             changed_before: false,
         }
@@ -55,7 +61,7 @@ impl Continuation {
     pub fn start(&mut self, model: &Model, state: &State) {
         self.restart(model, state);
         self.dense_from = state.time();
-        (self.step, self.ahead) = (0.0, 0.0);
+        (self.step, self.ahead, self.pose) = (0.0, 0.0, None);
         (self.changed, self.changed_before) = (false, false);
     }
 
@@ -93,6 +99,11 @@ impl Continuation {
         self.front.copy_from_slice(&state.registers()[motion(model.layout())]);
     }
 
+    /// Is this time so close to a singular pose that nothing may be evaluated?
+    pub(super) fn in_zone(&self, time: f64) -> bool {
+        self.pose.is_some_and(|pose| (pose - time).abs() < ZONE * self.step)
+    }
+
     /// Copies another continuation of the same model without allocating.
     pub fn copy_from(&mut self, other: &Self) {
         self.origin.copy_from(&other.origin);
@@ -104,6 +115,7 @@ impl Continuation {
         self.order = other.order;
         self.step = other.step;
         self.ahead = other.ahead;
+        self.pose = other.pose;
         self.changed = other.changed;
         self.changed_before = other.changed_before;
     }
@@ -120,6 +132,7 @@ impl Continuation {
             && [self.front_time, self.dense_from, self.step, self.ahead].into_iter().all(f64::is_finite)
             && self.step >= 0.0
             && self.ahead >= 0.0
+            && self.pose.is_none_or(f64::is_finite)
     }
 }
 

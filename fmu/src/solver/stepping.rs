@@ -108,7 +108,13 @@ impl Stepper {
         let exact = run.changed && run.changed_before;
         work.copy_from(state);
         if run.changed {
-            settling.close(context, &run.before, work)?;
+            // In the zone of a singular pose a projection would take the motion off its branch; the next step begins with one outside.
+            context.machine.load(model, work);
+            let closed =
+                run.in_zone(work.time()) && context.projection.gap(model, context.machine, work) <= settings.tolerance;
+            if !closed {
+                settling.close(context, &run.before, work)?;
+            }
             run.restart(model, work);
             dynamic.forget();
             if let Some(taylor) = taylor {

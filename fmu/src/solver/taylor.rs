@@ -63,6 +63,8 @@ pub struct Taylor {
 enum Start {
     Unknown,
     Regular,
+    /// There is one, but rounding errors may spoil it.
+    Near,
     Singular,
 }
 
@@ -115,7 +117,19 @@ impl Taylor {
             self.begin(context, run);
             if self.known == Start::Singular {
                 self.leave(context, run)?;
-            } else if !self.step(context, run, horizon) {
+                continue;
+            }
+            if self.known == Start::Near {
+                if self.leave(context, run).is_ok() {
+                    continue;
+                }
+                // Too slow to be left: it is followed like any other motion.
+                self.next.copy_from_slice(&run.front);
+                self.known = self.start(context, run, run.front_time, true).map_or(Start::Singular, |_| Start::Regular);
+                self.guard.roll();
+                continue;
+            }
+            if !self.step(context, run, horizon) {
                 if let Some(failure) = Self::end_of_reach(context, run) {
                     return Err(failure);
                 }
@@ -129,7 +143,7 @@ impl Taylor {
     pub fn read(&mut self, context: &mut Context, run: &Continuation, target: f64, motion: &mut [f64]) -> Reading {
         if run.front_time == target {
             self.begin(context, run);
-            let regular = self.known == Start::Regular;
+            let regular = matches!(self.known, Start::Regular | Start::Near);
             motion.copy_from_slice(if regular { &self.closed } else { &run.front });
             return if regular { Reading::Closed } else { Reading::Open };
         }
@@ -142,6 +156,7 @@ impl Taylor {
         if self.known == Start::Unknown {
             self.next.copy_from_slice(&run.front);
             self.known = match self.start(context, run, run.front_time, false) {
+                Some(_) if Self::begins_near(context, run) => Start::Near,
                 Some(_) => Start::Regular,
                 None => Start::Singular,
             };
@@ -181,7 +196,12 @@ impl Taylor {
     fn step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> bool {
         let time = run.front_time;
         let shortest = SHORTEST * f64::EPSILON * time.abs().max(1e-6);
-        let room = horizon.limit - time;
+        if run.ahead > 0.0 {
+            run.pose = Some(time + run.ahead);
+        }
+        // No step ends in the zone, whoever asks for it: the polynomial serves what lies there.
+        let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
+        let room = limit - time;
         self.expand(context, run, room.min(context.settings.max_step));
         let n = context.model.coordinates();
         let order = run.order as usize;
@@ -199,13 +219,13 @@ impl Taylor {
             if h < shortest {
                 return false;
             }
-            let end = if STRETCH * h >= room { horizon.limit } else { time + h };
+            let end = if STRETCH * h >= room { limit } else { time + h };
             evaluate(&run.dense, order, end - time, &mut self.next);
             let closed = self.start(context, run, end, false).is_some_and(|open| open <= goal);
             if closed && self.guard.ends_near() {
                 (run.ahead, h) = (0.0, SHORTER * (end - time));
                 if !found && let Some(ahead) = self.locate(context, run, end - time) {
-                    (run.ahead, found) = (ahead, true);
+                    (run.ahead, run.pose, found) = (ahead, Some(time + ahead), true);
                     (h, goal) = planned(ahead, natural, usual, goal);
                 }
                 continue;
@@ -219,7 +239,7 @@ impl Taylor {
                     self.note_passage(context, run);
                 }
                 let left = found.then_some(f64::max(run.ahead - (end - time), 0.0));
-                self.accept(context, run, end, end == horizon.limit || run.ahead > 0.0);
+                self.accept(context, run, end, end == limit || run.ahead > 0.0);
                 run.ahead = left.unwrap_or(run.ahead);
                 return true;
             }
@@ -247,6 +267,9 @@ impl Taylor {
         let near = run.ahead > 0.0 && run.ahead < REACH * natural;
         if near {
             run.ahead = self.locate(context, run, run.ahead).unwrap_or(0.0);
+            if run.ahead > 0.0 {
+                run.pose = Some(run.front_time + run.ahead);
+            }
         }
         near && run.ahead > 0.0
     }

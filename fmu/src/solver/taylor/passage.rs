@@ -30,6 +30,10 @@ const RATE: f64 = 1e-4;
 /// tolerance as keeps the true terms small.
 const NOISE: f64 = 1e-9;
 const MARGIN: f64 = 1.3;
+/// The rates of a step's polynomial are right to so many tolerances.
+const LOOSE: f64 = 10.0;
+/// A start closer to a singular pose than this is treated as one in it.
+const CLOSE: f64 = 1e-2;
 /// Loop equations closer than this are as good as dependent.
 const DEPENDENT: f64 = 1e-5;
 /// Corrections smaller than this are rounding errors.
@@ -95,7 +99,8 @@ impl Taylor {
                     run.dense_from = time + h;
                     run.front_time = time + h;
                     run.front.copy_from_slice(&self.closed);
-                    run.ahead = 0.0;
+                    (run.ahead, run.pose) = (0.0, Some(time));
+                    run.step = run.step.max(h);
                     context.statistics.steps += 1;
                     self.known = Start::Unknown;
                     return Ok(());
@@ -139,7 +144,8 @@ impl Taylor {
             if size <= ROUNDING || size > SLOW * before {
                 let tolerance = context.settings.tolerance.max(NOISE);
                 let reaches = natural_step(context.model, &run.dense, order, tolerance) >= MARGIN * h;
-                return reaches && left[0] <= POSE && left[1] <= RATE;
+                let tolerance = context.settings.tolerance;
+                return reaches && left[0] <= POSE.max(tolerance) && left[1] <= RATE.max(LOOSE * tolerance);
             }
             before = size;
         }
@@ -147,6 +153,14 @@ impl Taylor {
     }
 
     /// What to say where the motion could go on in several ways.
+    /// Is the front so close to a singular pose that it must be left before anything is evaluated?
+    pub(super) fn begins_near(context: &Context, run: &Continuation) -> bool {
+        if run.step > 0.0 || context.model.active().is_empty() {
+            return run.in_zone(run.front_time);
+        }
+        front_dependence(context, run).0 < CLOSE
+    }
+
     fn undecided(context: &Context, run: &Continuation) -> Failure {
         Failure::Undecided { time: run.front_time, joints: front_dependence(context, run).1 }
     }
