@@ -137,7 +137,7 @@ fn a_start_in_the_pose_goes_on_like_the_motion_through_it() {
             again.step_to(after).unwrap_or_else(|error| panic!("{seed}: {error}"));
             through.step_to(passage + after).expect("the motion goes on");
             let (expected, found) = (motion(&mut through), motion(&mut again));
-                for ((expected, found), name) in expected.iter().zip(&found).zip(outputs) {
+            for ((expected, found), name) in expected.iter().zip(&found).zip(outputs) {
                 let error = (expected - found).abs() / expected.abs().max(1.0);
                 assert!(error < 1e-4, "{seed}: {name} {found} instead of {expected}, {after} s after the pose");
             }

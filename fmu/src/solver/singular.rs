@@ -19,7 +19,11 @@ const NEAREST: f64 = 0.25;
 /// A row that comes closer by this factor in one step may be on its way to a singular pose.
 const FALLS: f64 = 1.05;
 /// A pose further ahead than so many steps is of no concern yet.
-const HORIZON: f64 = 4.0;
+const HORIZON: f64 = 12.0;
+/// A row that comes closer by this factor in one step is about to arrive.
+const SOON: f64 = 0.8;
+/// A row that was coming closer and ends a step with more than this share of its distance has turned round, or has passed a singular pose.
+const TURNED: f64 = 0.8;
 /// Shares of a usual step: the distance from which a step passes the pose best, how long it must be in units of that distance.
 const TAKE_OFF: f64 = 0.77;
 const LANDING: f64 = 1.28;
@@ -93,6 +97,17 @@ impl Guard {
         let growth = |joint: usize| if self.front[joint] > 0.0 { self.next[joint] / self.front[joint] } else { 0.0 };
         let largest = (0..self.front.len()).map(growth).fold(0.0, f64::max);
         (0..self.front.len()).filter(move |&joint| growth(joint) >= SHARE * largest)
+    }
+
+    /// Does a row come so close that the loops must be closed tightly?
+    pub fn arrives(&self) -> bool {
+        self.share() < SOON
+    }
+
+    /// When a row that was coming closer may have passed a singular pose in a step of length h.
+    pub fn turned(&self, h: f64) -> Option<f64> {
+        let share = self.share();
+        (share > TURNED).then_some(h / (1.0 + share))
     }
 
     /// How long after the step a row will depend on the others, if it comes closer at the same rate; 0 if none does soon.

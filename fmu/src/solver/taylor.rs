@@ -32,6 +32,8 @@ const LONGEST: f64 = 1e4;
 const CUT: f64 = 0.9;
 /// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
 const REACH: f64 = 1.6;
+/// A pose predicted further ahead than so many steps is not to be relied on.
+const PREDICTED: f64 = 1.8;
 /// So often a step is halved.
 const HALVINGS: usize = 12;
 /// A step that would end near a singular pose is cut to this share.
@@ -173,7 +175,7 @@ impl Taylor {
         let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
         self.jet.closeness(model, &mut self.guard.next);
         self.take_closed(model);
-        if tightly || self.guard.ahead(1.0) > 0.0 {
+        if tightly || self.guard.arrives() {
             // The series must come from the matrix of the very pose in which the loops are closed.
             self.jet.close_tightly(model);
             self.take_closed(model);
@@ -196,7 +198,8 @@ impl Taylor {
     fn step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> bool {
         let time = run.front_time;
         let shortest = SHORTEST * f64::EPSILON * time.abs().max(1e-6);
-        if run.ahead > 0.0 {
+        let falling = run.ahead > 0.0;
+        if falling && run.ahead < PREDICTED * run.step {
             run.pose = Some(time + run.ahead);
         }
         // No step ends in the zone, whoever asks for it: the polynomial serves what lies there.
@@ -237,6 +240,9 @@ impl Taylor {
                 }
                 if found && run.ahead < end - time {
                     self.note_passage(context, run);
+                }
+                if falling && !found {
+                    found = self.look_back(context, run, end);
                 }
                 let left = found.then_some(f64::max(run.ahead - (end - time), 0.0));
                 self.accept(context, run, end, end == limit || run.ahead > 0.0);

@@ -11,6 +11,8 @@ use crate::solver::{Context, Failure};
 const THERE: f64 = 0.02;
 /// A pose at which this share is left is no singular one.
 const NONE: f64 = 0.15;
+/// A row that has passed a pose has less than this share of its distance about there.
+const HALF: f64 = 0.5;
 /// Attempts to find the time of the pose.
 const SECANTS: usize = 4;
 
@@ -63,6 +65,20 @@ impl Taylor {
         self.passing.clear();
         self.passing.extend(self.guard.closest());
         Some(best)
+    }
+
+    /// Looks for a singular pose that a step has passed without a plan. Says whether there was one.
+    pub(super) fn look_back(&mut self, context: &mut Context, run: &mut Continuation, end: f64) -> bool {
+        let h = end - run.front_time;
+        let Some(guess) = self.guard.turned(h) else { return false };
+        let near = self.share_at(context, run, guess) < HALF;
+        let found = if near { self.locate(context, run, guess).filter(|ahead| *ahead < h) } else { None };
+        if let Some(ahead) = found {
+            (run.ahead, run.pose) = (ahead, Some(run.front_time + ahead));
+        }
+        evaluate(&run.dense, run.order as usize, h, &mut self.next);
+        self.start(context, run, end, false);
+        found.is_some()
     }
 
     /// The smallest distance from a singular pose along the polynomial, as a share of that at the front.
