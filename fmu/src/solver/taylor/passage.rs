@@ -1,6 +1,6 @@
 //! Singular poses on the way of a Taylor step.
 
-use super::{Start, Taylor, evaluate, natural_step, order_for};
+use super::{Start, Taylor, order_for};
 use crate::math;
 use crate::model::motion;
 use crate::solver::continuation::Continuation;
@@ -76,14 +76,14 @@ impl Taylor {
         if let Some(ahead) = found {
             (run.ahead, run.pose) = (ahead, Some(run.front_time + ahead));
         }
-        evaluate(&run.dense, run.order as usize, h, &mut self.next);
+        self.jet.evaluate(&run.dense, run.order as usize, h, &mut self.next);
         self.start(context, run, end, false);
         found.is_some()
     }
 
     /// The smallest distance from a singular pose along the polynomial, as a share of that at the front.
     fn share_at(&mut self, context: &mut Context, run: &Continuation, dt: f64) -> f64 {
-        evaluate(&run.dense, run.order as usize, dt, &mut self.next);
+        self.jet.evaluate(&run.dense, run.order as usize, dt, &mut self.next);
         let Context { model, machine, settings, .. } = context;
         let time = run.front_time + dt;
         machine.load_signals(model, &run.origin, time);
@@ -142,7 +142,7 @@ impl Taylor {
             }
             self.expand(context, run, f64::INFINITY);
             let order = run.order as usize;
-            evaluate(&run.dense, order, -h, &mut self.next);
+            self.jet.evaluate(&run.dense, order, -h, &mut self.next);
             let coordinates = &context.model.program().coordinates;
             let mut left = [0.0, 0.0];
             for (index, coordinate) in coordinates.iter().enumerate() {
@@ -159,7 +159,7 @@ impl Taylor {
             }
             if size <= ROUNDING || size > SLOW * before {
                 let tolerance = context.settings.tolerance.max(NOISE);
-                let reaches = natural_step(context.model, &run.dense, order, tolerance) >= MARGIN * h;
+                let reaches = self.natural_step(order, tolerance) >= MARGIN * h;
                 let tolerance = context.settings.tolerance;
                 return reaches && left[0] <= POSE.max(tolerance) && left[1] <= RATE.max(LOOSE * tolerance);
             }
