@@ -3,6 +3,7 @@
 
 pub mod absolute;
 pub mod chain;
+pub mod hard;
 pub mod loads;
 pub mod parts;
 pub mod point;

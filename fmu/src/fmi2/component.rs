@@ -310,8 +310,11 @@ impl Component {
         if (point - time).abs() > OFFSET * step + ROUNDING * f64::EPSILON * time.abs() {
             return Err(Refusal(format!("the step starts at t = {point} s, but the simulation is at t = {time} s")));
         }
-        self.instance.step_to(point + step)?;
-        Ok(())
+        let done = self.instance.step_to(point + step);
+        for passage in self.instance.take_passages() {
+            self.logger.log(fmi2Status::fmi2OK, Category::Events, &passage.to_string());
+        }
+        Ok(done?)
     }
 
     /// The last communication point reached, if that is what is asked for.

@@ -23,7 +23,7 @@ use crate::solver::expansion::Expansion;
 use crate::solver::initial::solve_initial;
 use crate::solver::stepping::Stepper;
 use crate::solver::tangent::Tangent;
-use crate::solver::{Engine, Settings, Statistics};
+use crate::solver::{Engine, Passage, Settings, Statistics};
 use snapshot::{Phase, TOLERANCES};
 
 /// How far a last step may overrun the stop time by rounding, relative to the step.
@@ -94,6 +94,11 @@ impl Instance {
     /// What the solver has done so far.
     pub fn statistics(&self) -> Statistics {
         self.stepper.statistics()
+    }
+
+    /// Singular poses that the last step has passed; each is told once.
+    pub fn take_passages(&mut self) -> Vec<Passage> {
+        self.stepper.take_passages()
     }
 
     /// Index of the variable with that name.

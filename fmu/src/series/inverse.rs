@@ -42,6 +42,11 @@ impl Inverse {
         }
     }
 
+    /// An entry of the diagonal.
+    pub fn diagonal(&self, row: usize) -> f64 {
+        self.rows.as_flattened()[row * self.width * WIDTH + self.places[row]]
+    }
+
     /// Row (and column) of the inverse, in lanes.
     #[cfg(test)]
     fn row(&self, row: usize) -> &[Lane] {

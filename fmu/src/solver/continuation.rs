@@ -7,6 +7,9 @@ use super::taylor::Taylor;
 use crate::model::{Model, State, motion};
 use crate::series::Choices;
 
+/// Nothing is evaluated so near to a singular pose, in units of a usual step.
+const ZONE: f64 = 0.2;
+
 /// Together with the [`State`] it determines the rest of the run bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Continuation {
@@ -28,6 +31,10 @@ pub struct Continuation {
     pub(super) choices: Choices,
     /// Natural length of the next step; 0 if it is not known.
     pub(super) step: f64,
+    /// How long after the front a singular pose will come, as far as is known; 0 for none [s].
+    pub(super) ahead: f64,
+    /// When the last singular pose was found, past or to come [s].
+    pub(super) pose: Option<f64>,
     /// Has anything changed at this communication point?
     pub(super) changed: bool,
     /// Had anything changed at the last one?
@@ -47,6 +54,8 @@ impl Continuation {
             order: 0,
             choices: Choices::default(),
             step: 0.0,
+            ahead: 0.0,
+            pose: None,
             changed: false,
             changed_before: false,
         }
@@ -56,7 +65,7 @@ impl Continuation {
     pub fn start(&mut self, model: &Model, state: &State) {
         self.restart(model, state);
         self.dense_from = state.time();
-        self.step = 0.0;
+        (self.step, self.ahead, self.pose) = (0.0, 0.0, None);
         (self.changed, self.changed_before) = (false, false);
     }
 
@@ -97,8 +106,16 @@ impl Continuation {
     pub(super) fn restart(&mut self, model: &Model, state: &State) {
         self.choices = Choices::default();
         self.origin.copy_from(state);
+        if self.ahead > 0.0 {
+            self.ahead = f64::max(self.ahead + self.front_time - state.time(), 0.0);
+        }
         self.front_time = state.time();
         self.front.copy_from_slice(&state.registers()[motion(model.layout())]);
+    }
+
+    /// Is this time so close to a singular pose that nothing may be evaluated?
+    pub(super) fn in_zone(&self, time: f64) -> bool {
+        self.pose.is_some_and(|pose| (pose - time).abs() < ZONE * self.step)
     }
 
     /// Copies another continuation of the same model without allocating.
@@ -112,6 +129,8 @@ impl Continuation {
         self.order = other.order;
         self.choices = other.choices;
         self.step = other.step;
+        self.ahead = other.ahead;
+        self.pose = other.pose;
         self.changed = other.changed;
         self.changed_before = other.changed_before;
     }
@@ -125,8 +144,10 @@ impl Continuation {
             && self.dense.len() == dense_length(model)
             && self.order as usize <= crate::series::MAX_ORDER
             && self.front.iter().chain(&self.dense).all(|value| value.is_finite())
-            && [self.front_time, self.dense_from, self.step].into_iter().all(f64::is_finite)
+            && [self.front_time, self.dense_from, self.step, self.ahead].into_iter().all(f64::is_finite)
             && self.step >= 0.0
+            && self.ahead >= 0.0
+            && self.pose.is_none_or(f64::is_finite)
     }
 }
 

@@ -101,6 +101,16 @@ pub enum Failure {
         /// Steps taken.
         steps: u64,
     },
+    /// Branches of the motion meet, and the rates belong to none of them or to all.
+    #[error(
+        "at t = {time} s the mechanism is in a singular pose, and its velocities do not say on which branch it goes on: {} depend on each other; give velocities that belong to one branch, or another initial pose", list(.joints)
+    )]
+    Undecided {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations depend on each other.
+        joints: Vec<String>,
+    },
     /// The loops come apart during the motion.
     #[error("at t = {time} s the loops cannot be kept closed: the largest gap is {gap}")]
     Drift {
@@ -108,6 +118,16 @@ pub enum Failure {
         time: f64,
         /// The largest gap.
         gap: Gap,
+    },
+    /// The motion has come to the end of what the loops permit.
+    #[error(
+        "at t = {time} s the mechanism locks up: the loops at {} are at the end of their reach, and the motion cannot go on; change the lengths or the drivers", list(.joints)
+    )]
+    EndOfReach {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations have come to depend on each other.
+        joints: Vec<String>,
     },
     /// A driven mechanism cannot go on.
     #[error("at t = {time} s the mechanism locks up: the drivers prescribe what `{}` cannot follow (gap {gap})", gap.owner)]

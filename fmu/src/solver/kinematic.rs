@@ -8,9 +8,9 @@ use super::{Context, Failure};
 use crate::model::{Model, State};
 
 /// Longest correction of a prediction, relative to the scale of a coordinate.
-pub(crate) const REACH: f64 = 0.2;
+pub(crate) const REACH: f64 = 0.05;
 /// A correction this short lets the next sub-step be twice as long.
-const EASY: f64 = 0.02;
+const EASY: f64 = 0.01;
 /// Shortest sub-step [s].
 const SHORTEST: f64 = 1e-12;
 

@@ -19,12 +19,14 @@ mod loops;
 pub mod poses;
 pub mod projection;
 pub mod redundancy;
+mod singular;
 pub mod stepping;
 pub mod tangent;
 mod taylor;
 
 pub use crate::program::Engine;
 pub use failure::{Failure, Gap};
+pub use singular::Passage;
 
 use crate::machine::Machine;
 use crate::model::Model;

@@ -10,7 +10,7 @@ use super::dynamic::{Dynamic, Horizon};
 use super::kinematic::{Kinematic, REACH, lock_up};
 use super::projection::Projection;
 use super::taylor::{Reading, Taylor};
-use super::{Context, Engine, Failure, Settings, Statistics};
+use super::{Context, Engine, Failure, Passage, Settings, Statistics};
 use crate::machine::Machine;
 use crate::model::{Model, State, motion as range};
 use crate::program::Motion;
@@ -55,6 +55,11 @@ impl Stepper {
     /// What has been done so far.
     pub fn statistics(&self) -> Statistics {
         Statistics { projections: self.projection.count(), ..self.statistics }
+    }
+
+    /// Singular poses that the motion has passed since this was last asked.
+    pub fn take_passages(&mut self) -> Vec<Passage> {
+        self.taylor.as_mut().map(|taylor| std::mem::take(&mut taylor.passages)).unwrap_or_default()
     }
 
     /// To be called when the continuation was replaced by another one.
@@ -106,10 +111,19 @@ impl Stepper {
     ) -> Result<(), Failure> {
         let Self { dynamic, taylor, kinematic, projection, work, settling, statistics } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
+        if let Some(taylor) = taylor {
+            taylor.passages.clear();
+        }
         let exact = run.changed && run.changed_before;
         work.copy_from(state);
         if run.changed {
-            settling.close(context, &run.before, work)?;
+            // In the zone of a singular pose a projection would take the motion off its branch; the next step begins with one outside.
+            context.machine.load(model, work);
+            let closed =
+                run.in_zone(work.time()) && context.projection.gap(model, context.machine, work) <= settings.tolerance;
+            if !closed {
+                settling.close(context, &run.before, work)?;
+            }
             run.restart(model, work);
             dynamic.forget();
             if let Some(taylor) = taylor {

@@ -4,8 +4,11 @@
 //! if the loops do not stay closed along it, or if its end does not accelerate as the equations there demand. Where a series does not exist (a law that is not analytic at this very
 //! state, a singular pose), one step of the explicit method leads on; [`Statistics::fallbacks`] counts them.
 
+mod passage;
+
 use super::continuation::Continuation;
 use super::dynamic::{Dynamic, Horizon};
+use super::singular::{Guard, Passage, Plan, plan};
 use super::{Context, Failure};
 use crate::model::Model;
 use crate::series::{Choices, Jet, MAX_ORDER};
@@ -28,8 +31,16 @@ const GROW: f64 = 4.0;
 const LONGEST: f64 = 1e4;
 /// A step shorter than this share of the one before is cut short.
 const CUT: f64 = 0.9;
+/// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
+const REACH: f64 = 1.6;
+/// A pose predicted further ahead than so many steps is not to be relied on.
+const PREDICTED: f64 = 1.8;
 /// So often a step is halved.
 const HALVINGS: usize = 12;
+/// A step that would end near a singular pose is cut to this share.
+const SHORTER: f64 = 0.6;
+/// Across a singular pose rounding errors that point away from the branch grow so large, in units of those of rates; the loops take them off.
+const NOISE: f64 = 1e-7;
 /// Shortest step, in units of the spacing of floating-point times.
 const SHORTEST: f64 = 16.0;
 
@@ -40,6 +51,11 @@ pub struct Taylor {
     next: Vec<f64>,
     /// (q, v) at the front, on the loops.
     closed: Vec<f64>,
+    guard: Guard,
+    /// Joints whose loops the next singular pose is about.
+    passing: Vec<usize>,
+    /// Singular poses passed since these were last taken.
+    pub(super) passages: Vec<Passage>,
     /// What the jet holds begins at the front.
     known: Start,
 }
@@ -49,6 +65,8 @@ pub struct Taylor {
 enum Start {
     Unknown,
     Regular,
+    /// There is one, but rounding errors may spoil it.
+    Near,
     Singular,
 }
 
@@ -66,7 +84,16 @@ impl Taylor {
     pub fn new(model: &Model) -> Option<Self> {
         let size = 2 * model.coordinates();
         let jet = Jet::new(model)?;
-        Some(Self { jet, next: vec![0.0; size], closed: vec![0.0; size], known: Start::Unknown })
+        let guard = Guard::new(jet.groups());
+        Some(Self {
+            jet,
+            next: vec![0.0; size],
+            closed: vec![0.0; size],
+            guard,
+            passing: Vec::new(),
+            passages: Vec::new(),
+            known: Start::Unknown,
+        })
     }
 
     /// Numbers in the dense output of a step.
@@ -89,8 +116,24 @@ impl Taylor {
     ) -> Result<(), Failure> {
         while run.front_time < horizon.target {
             self.begin(context, run);
-            let done = self.known == Start::Regular && self.step(context, run, horizon);
-            if !done {
+            if self.known == Start::Singular {
+                self.leave(context, run)?;
+                continue;
+            }
+            if self.known == Start::Near {
+                if self.leave(context, run).is_ok() {
+                    continue;
+                }
+                // Too slow to be left: it is followed like any other motion.
+                self.next.copy_from_slice(&run.front);
+                self.known = self.start(context, run, run.front_time, true).map_or(Start::Singular, |_| Start::Regular);
+                self.guard.roll();
+                continue;
+            }
+            if !self.step(context, run, horizon) {
+                if let Some(failure) = Self::end_of_reach(context, run) {
+                    return Err(failure);
+                }
                 self.lead_on(context, explicit, run, horizon)?;
             }
         }
@@ -101,7 +144,7 @@ impl Taylor {
     pub fn read(&mut self, context: &mut Context, run: &Continuation, target: f64, motion: &mut [f64]) -> Reading {
         if run.front_time == target {
             self.begin(context, run);
-            let regular = self.known == Start::Regular;
+            let regular = matches!(self.known, Start::Regular | Start::Near);
             motion.copy_from_slice(if regular { &self.closed } else { &run.front });
             return if regular { Reading::Closed } else { Reading::Open };
         }
@@ -119,69 +162,106 @@ impl Taylor {
         if self.known == Start::Unknown {
             self.next.copy_from_slice(&run.front);
             self.jet.force(run.choices);
-            self.known = match self.start(context, run, run.front_time) {
+            self.known = match self.start(context, run, run.front_time, false) {
+                Some(_) if Self::begins_near(context, run) => Start::Near,
                 Some(_) => Start::Regular,
                 None => Start::Singular,
             };
+            self.guard.roll();
         }
     }
 
     /// Starts a series at `next`; returns how far the loops were open there.
-    fn start(&mut self, context: &mut Context, run: &Continuation, time: f64) -> Option<f64> {
+    fn start(&mut self, context: &mut Context, run: &Continuation, time: f64, tightly: bool) -> Option<f64> {
         let Context { model, machine, settings, .. } = context;
         machine.load_signals(model, &run.origin, time);
         self.jet.update(machine.registers());
         let order = order_for(settings.tolerance);
         let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
+        self.jet.closeness(model, &mut self.guard.next);
+        self.take_closed(model);
+        if tightly || self.guard.arrives() {
+            // The series must come from the matrix of the very pose in which the loops are closed.
+            self.jet.close_tightly(model);
+            self.take_closed(model);
+            self.jet.begin(model, machine.registers(), order, &self.closed).ok()?;
+            self.jet.close_tightly(model);
+            self.take_closed(model);
+        }
+        (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)
+    }
+
+    fn take_closed(&mut self, model: &Model) {
         let (q, v) = self.closed.split_at_mut(model.coordinates());
         self.jet.coordinates(0, q);
         self.jet.coordinates(1, v);
-        (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)
     }
 
     /// One step from the front; false if there is no series to step along.
     fn step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> bool {
         let time = run.front_time;
         let shortest = SHORTEST * f64::EPSILON * time.abs().max(1e-6);
+        let falling = run.ahead > 0.0;
+        if falling && run.ahead < PREDICTED * run.step {
+            run.pose = Some(time + run.ahead);
+        }
+        // No step ends in the zone, whoever asks for it: the polynomial serves what lies there.
+        let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
+        let room = limit - time;
         let tolerance = share(context.settings.tolerance);
-        let room = horizon.limit - time;
         self.expand(context, run, room.min(context.settings.max_step));
         let order = run.order as usize;
         context.statistics.evaluations += 1;
         let natural = self.natural_step(order, tolerance);
         let longest = if run.step > 0.0 { GROW * run.step } else { LONGEST };
-        let mut h = natural.min(longest).min(LONGEST).min(context.settings.max_step);
-        let piece = self.jet.end_of_piece(order, if STRETCH * h >= room { room } else { h });
+        let natural = natural.min(longest).min(LONGEST).min(context.settings.max_step);
+        let piece = self.jet.end_of_piece(order, room.min(REACH * natural));
         if let Some((_, choices)) = piece.filter(|(length, _)| *length < shortest) {
             return self.change_at_once(run, choices);
         }
         let chosen = self.jet.chosen();
+        let usual = if run.step > 0.0 { run.step } else { natural };
+        let mut found = self.look_ahead(context, run, natural.min(room));
+        let (mut h, mut goal) = planned(run.ahead, natural, usual, OPENING * tolerance);
         for _ in 0..HALVINGS {
             // Written so that NaN is too short.
             let long = h >= shortest;
             if !long {
                 return false;
             }
-            let whole = if STRETCH * h >= room { horizon.limit } else { time + h };
+            let whole = if STRETCH * h >= room { limit } else { time + h };
             let change = piece.filter(|(length, _)| time + length <= whole);
             let end = change.map_or(whole, |(length, _)| time + length);
             // What lies behind the end of a piece says nothing about the step up to it.
             self.jet.force(if change.is_some() { chosen } else { Choices::default() });
             self.jet.evaluate(&run.dense, order, end - time, &mut self.next);
-            let goal = OPENING * tolerance;
-            let closed = self.start(context, run, end).is_some_and(|open| open <= goal);
+            let closed = self.start(context, run, end, false).is_some_and(|open| open <= goal);
+            if closed && self.guard.ends_near() {
+                (run.ahead, h) = (0.0, SHORTER * (end - time));
+                if !found && let Some(ahead) = self.locate(context, run, end - time) {
+                    (run.ahead, run.pose, found) = (ahead, Some(time + ahead), true);
+                    (h, goal) = planned(ahead, natural, usual, goal);
+                }
+                continue;
+            }
             if closed && self.jet.defect(order, end - time) <= goal {
-                // A step cut short by a limit says nothing against the natural length.
-                let cut = end == horizon.limit || change.is_some();
-                run.step = if cut { h.max(run.step) } else { end - time };
+                if self.guard.began_near() {
+                    self.known = Start::Singular;
+                    return true;
+                }
+                if found && run.ahead < end - time {
+                    self.note_passage(context, run);
+                }
+                if falling && !found {
+                    found = self.look_back(context, run, end);
+                }
+                let left = found.then_some(f64::max(run.ahead - (end - time), 0.0));
+                self.accept(context, run, end, end == limit || run.ahead > 0.0 || change.is_some());
+                run.ahead = left.unwrap_or(run.ahead);
                 run.choices = change.map_or(Choices::default(), |(_, choices)| choices);
                 if change.is_some() {
                     self.known = Start::Unknown;
                 }
-                run.dense_from = time;
-                run.front_time = end;
-                run.front.copy_from_slice(&self.next);
-                context.statistics.steps += 1;
                 return true;
             }
             context.statistics.rejected += 1;
@@ -197,6 +277,31 @@ impl Taylor {
         run.choices.positive |= choices.positive;
         self.known = Start::Unknown;
         !again
+    }
+
+    /// The end of the step becomes the front.
+    fn accept(&mut self, context: &mut Context, run: &mut Continuation, end: f64, cut: bool) {
+        let h = end - run.front_time;
+        run.ahead = self.guard.ahead(h);
+        self.guard.roll();
+        // A step cut short says nothing against the natural length.
+        run.step = if cut { h.max(run.step) } else { h };
+        run.dense_from = run.front_time;
+        run.front_time = end;
+        run.front.copy_from_slice(&self.next);
+        context.statistics.steps += 1;
+    }
+
+    /// Makes sure of the next singular pose, if one may be near. Says whether there is one.
+    fn look_ahead(&mut self, context: &mut Context, run: &mut Continuation, natural: f64) -> bool {
+        let near = run.ahead > 0.0 && run.ahead < REACH * natural;
+        if near {
+            run.ahead = self.locate(context, run, run.ahead).unwrap_or(0.0);
+            if run.ahead > 0.0 {
+                run.pose = Some(run.front_time + run.ahead);
+            }
+        }
+        near && run.ahead > 0.0
     }
 
     /// The step that the tolerance permits. Rates decide, or positions if the step is so long that their error is larger.
@@ -250,6 +355,15 @@ impl Taylor {
         context.statistics.fallbacks += 1;
         self.known = Start::Unknown;
         Ok(())
+    }
+}
+
+/// Length of a step that its series permits to be so long, and what is asked of its end.
+fn planned(ahead: f64, natural: f64, usual: f64, goal: f64) -> (f64, f64) {
+    match if ahead > 0.0 { plan(ahead, usual) } else { Plan::Free } {
+        Plan::Free => (natural, goal),
+        Plan::Approach(most) => (natural.min(most), goal),
+        Plan::Pass(least) => (natural.max(least), goal.max(NOISE)),
     }
 }
 

@@ -17,7 +17,7 @@ mod step;
 use crate::model::Model;
 use crate::series::MAX_ORDER;
 use crate::series::columns::Columns;
-use crate::series::form::{ArmForm, Factor, Place, Slot};
+use crate::series::form::{ArmForm, Factor, Place, Row, Slot};
 use crate::series::inverse::Inverse;
 use crate::series::lane::{Lane, WIDTH, ZERO, lanes, splat};
 use crate::series::tape::{Scalars, Vectors};
@@ -141,6 +141,8 @@ pub struct Jet {
     coefficients: Vec<f64>,
     inertia: Vec<Lane>,
     inverse: Inverse,
+    /// The joint of each loop equation.
+    groups: Vec<usize>,
     /// World components of arms, by orders.
     x: Vec<Lane>,
     y: Vec<Lane>,
@@ -228,6 +230,7 @@ impl Jet {
             coefficients: vec![f64::NAN; count],
             inertia: vec![ZERO; shape.lanes[0]],
             inverse: Inverse::new(equations.clone(), room),
+            groups: groups(model, &form),
             mass_terms: Vec::new(),
             inertia_terms: Vec::new(),
             loop_terms: Vec::new(),
@@ -320,6 +323,17 @@ impl Jet {
         (self.mass_terms, self.loop_terms, self.inertia_terms, self.linear_terms) = (masses, loops, inertia, linear);
     }
 
+    /// The name of one of them.
+    pub fn joint<'a>(&self, model: &'a Model, joint: usize) -> &'a str {
+        let row = self.groups.iter().position(|group| *group == joint).map(|row| self.form.rows[row].constraint);
+        row.map_or("", |row| &model.program().constraints[row as usize].owner)
+    }
+
+    /// Joints and drivers that loops are closed at.
+    pub fn groups(&self) -> usize {
+        self.groups.last().map_or(0, |last| last + 1)
+    }
+
     /// Takes the coefficients over from the registers, after the parameter stage ran.
     pub fn update(&mut self, registers: &[f64]) {
         let results = self.form.coefficients.results(registers);
@@ -345,6 +359,18 @@ impl Jet {
 #[inline(always)]
 fn vectors<'a>(x: &'a [Lane], y: &'a [Lane], values: &'a [Lane], lanes: usize) -> Vectors<'a> {
     Vectors { x: x.as_flattened(), y: y.as_flattened(), unknowns: values.as_flattened(), stride: lanes * WIDTH }
+}
+
+/// For each loop equation the number of the joint that it belongs to.
+fn groups(model: &Model, form: &ArmForm) -> Vec<usize> {
+    let owner = |row: &Row| &model.program().constraints[row.constraint as usize].owner;
+    let mut group = 0;
+    let mut groups = Vec::with_capacity(form.rows.len());
+    for (index, row) in form.rows.iter().enumerate() {
+        group += usize::from(index > 0 && owner(row) != owner(&form.rows[index - 1]));
+        groups.push(group);
+    }
+    groups
 }
 
 /// Places of the unknowns: angles, then displacements.

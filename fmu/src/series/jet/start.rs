@@ -8,6 +8,8 @@ use crate::series::lane::{WIDTH, ZERO, add, multiply, splat};
 
 /// Loops that are open less than this, relative to their scales, are left alone.
 const CLOSED: f64 = 1e-13;
+/// Newton steps onto the loops where they must be closed tightly.
+const CLOSINGS: usize = 4;
 
 impl Jet {
     /// Begins at q and v: factors the matrix, puts the motion back on the loops, and finds its accelerations. The registers hold the
@@ -44,9 +46,9 @@ impl Jet {
         self.load(1, v);
         self.turn();
         self.factor()?;
-        let open = self.close(model, 0);
+        let open = self.close(model, 0, CLOSED);
         self.turn_rates();
-        self.close(model, 1);
+        self.close(model, 1, CLOSED);
         self.weigh();
         Ok(open)
     }
@@ -205,13 +207,13 @@ impl Jet {
 
     /// One Newton step of positions or rates onto the loops, in the metric of the masses.
     #[inline(always)]
-    fn close(&mut self, model: &Model, order: usize) -> f64 {
+    fn close(&mut self, model: &Model, order: usize, goal: f64) -> f64 {
         if self.form.rows.is_empty() {
             return 0.0;
         }
         self.gap(order);
         let open = self.largest_gap(model);
-        if open <= CLOSED {
+        if open <= goal {
             return open;
         }
         self.lack.fill(0.0);
@@ -230,6 +232,34 @@ impl Jet {
             self.turn_rates()
         }
         open
+    }
+
+    /// Closes the loops of positions up to rounding, with the inverse at hand, and those of rates with them; then begins anew.
+    pub fn close_tightly(&mut self, model: &Model) {
+        let mut before = f64::INFINITY;
+        for _ in 0..CLOSINGS {
+            let open = self.close(model, 0, 0.0);
+            if open <= f64::EPSILON || open > 0.5 * before {
+                break;
+            }
+            before = open;
+        }
+        self.turn_rates();
+        (0..2).for_each(|_| _ = self.close(model, 1, 0.0));
+        self.weigh();
+        (0..2).for_each(|k| self.follow(k));
+        self.advance(0);
+    }
+
+    /// How close the loop equations of each joint are to depending on the others: the sum of the inverse squares of their distances, in
+    /// the metric of the masses. (A single one may be zero because no reaction of a weightless body points its way.)
+    pub fn closeness(&self, model: &Model, values: &mut [f64]) {
+        let (first, constraints) = (self.unknowns.len(), &model.program().constraints);
+        values.fill(0.0);
+        for (index, (row, group)) in self.form.rows.iter().zip(&self.groups).enumerate() {
+            let scale = constraints[row.constraint as usize].scale;
+            values[*group] += scale * scale * self.inverse.diagonal(first + index).abs();
+        }
     }
 
     /// Builds and inverts the matrix of this pose.

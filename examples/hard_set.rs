@@ -1,0 +1,137 @@
+//! Runs the hard set: mechanisms through singular poses and other hard cases, at tolerances from 1e-3 to 1e-13, and prints what came
+//! out. Run with `cargo run --release --example hard_set [members] [taylor|explicit] [part of a family's name]`.
+
+#[path = "../tests/support/hard.rs"]
+mod hard;
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use cotree_fmu::program::Engine;
+use hard::{Case, Outcome, Points, cases};
+
+/// One row of the table.
+#[derive(Default)]
+struct Row {
+    runs: usize,
+    lost: usize,
+    failed: usize,
+    refused: usize,
+    drift: f64,
+    residual: f64,
+    microseconds: f64,
+    examples: Vec<String>,
+}
+
+const POINTS: [Points; 3] = [Points::Even(400), Points::Even(7), Points::Uneven(300)];
+
+fn main() {
+    let mut arguments = std::env::args().skip(1);
+    let members = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(6);
+    let engine = match arguments.next().as_deref() {
+        Some("explicit") => Some(Engine::Dop853),
+        Some("taylor") => Some(Engine::Taylor),
+        _ => None,
+    };
+    let part = arguments.next().unwrap_or_default();
+    let cases: Vec<Case> = cases(members).into_iter().filter(|case| case.family.contains(&part)).collect();
+    let (next, rows) = (AtomicUsize::new(0), Mutex::new(BTreeMap::<&str, Row>::new()));
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..cores {
+            scope.spawn(|| {
+                while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let row = study(case, engine);
+                    if let Ok(mut rows) = rows.lock() {
+                        rows.entry(case.family).or_default().add(row);
+                    }
+                }
+            });
+        }
+    });
+    if let Ok(rows) = rows.into_inner() {
+        print(&rows);
+    }
+}
+
+fn study(case: &Case, engine: Option<Engine>) -> Row {
+    let mut row = Row::default();
+    let model = case.model();
+    for &tolerance in case.tolerances {
+        for points in POINTS {
+            let outcome = match &model {
+                Ok(model) => case.run(model, engine, tolerance, points),
+                Err(fault) => Outcome::Failed(fault.clone()),
+            };
+            row.count(&format!("{} at {tolerance:e}, {points:?}", case.scene.name.text), outcome);
+        }
+    }
+    row
+}
+
+impl Row {
+    fn count(&mut self, run: &str, outcome: Outcome) {
+        self.runs += 1;
+        match outcome {
+            Outcome::Passed(figures) => {
+                self.drift = self.drift.max(figures.drift);
+                self.residual = self.residual.max(figures.residual);
+                self.microseconds += figures.microseconds;
+            }
+            Outcome::Refused(_) => self.refused += 1,
+            Outcome::Lost(how) => {
+                self.lost += 1;
+                self.examples.push(format!("{run}: lost: {how}"));
+            }
+            Outcome::Failed(why) => {
+                self.failed += 1;
+                self.examples.push(format!("{run}: failed: {why}"));
+            }
+        }
+    }
+
+    fn add(&mut self, other: Row) {
+        self.runs += other.runs;
+        self.lost += other.lost;
+        self.failed += other.failed;
+        self.refused += other.refused;
+        self.drift = self.drift.max(other.drift);
+        self.residual = self.residual.max(other.residual);
+        self.microseconds += other.microseconds;
+        self.examples.extend(other.examples);
+    }
+}
+
+fn print(rows: &BTreeMap<&str, Row>) {
+    println!(
+        "{:<32}{:>6}{:>6}{:>8}{:>8}{:>10}{:>10}{:>12}",
+        "scene", "runs", "lost", "failed", "errors", "drift", "residual", "us per run"
+    );
+    let mut total = Row::default();
+    for (family, row) in rows {
+        line(family, row);
+        total.runs += row.runs;
+        total.lost += row.lost;
+        total.failed += row.failed;
+        total.refused += row.refused;
+    }
+    line("all", &total);
+    for row in rows.values() {
+        row.examples.iter().take(6).for_each(|example| println!("{example}"));
+    }
+}
+
+fn line(name: &str, row: &Row) {
+    let passed = row.runs - row.lost - row.failed - row.refused;
+    println!(
+        "{name:<32}{:>6}{:>6}{:>8}{:>8}{:>10.1e}{:>10.1e}{:>12.0}",
+        row.runs,
+        row.lost,
+        row.failed,
+        row.refused,
+        row.drift,
+        row.residual,
+        row.microseconds / passed.max(1) as f64
+    );
+}
