@@ -148,7 +148,7 @@ impl Case {
                 return Ok(Outcome::Lost(format!("t = {time:.4}: {lost}")));
             }
         }
-        (figures.drift, figures.residual) = (watch.drift(), watch.residual);
+        (figures.drift, figures.residual) = (if self.conservative { watch.drift() } else { 0.0 }, watch.residual);
         (figures.steps, figures.fallbacks) = (instance.statistics().steps, instance.statistics().fallbacks);
         if self.conservative && figures.drift > OTHER_MOTION {
             return Ok(Outcome::Lost(format!("the energy changes by {:.1e}", figures.drift)));
