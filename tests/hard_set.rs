@@ -9,7 +9,7 @@ use std::sync::Arc;
 use cotree::pipeline::compile;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
-use support::hard::{Case, FourBar, Outcome, Points, cases, get_variable, neutral};
+use support::hard::{Case, FourBar, Outcome, Points, cases, neutral};
 
 /// Those that take long are for the example.
 const LONG: [&str; 4] = ["1000 s", "10 000 rpm for 60 s", "four-bars side by side, 5-100", "Jansen's leg, 1000 turns"];
@@ -38,6 +38,11 @@ fn no_run_leaves_its_branch() {
         }
     }
     assert!(runs > 250, "{runs}");
+}
+
+fn get_variable(instance: &mut Instance, name: &str) -> f64 {
+    let variable = instance.variable(name).expect("an output");
+    instance.get(variable).expect("defined")
 }
 
 /// The parallelogram, whose flat poses are where the crank's angle is a multiple of pi.

@@ -33,6 +33,8 @@ const LONGEST: f64 = 1e4;
 const CUT: f64 = 0.9;
 /// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
 const REACH: f64 = 1.6;
+/// A step is not rejected for what rounding errors do.
+const ROUNDING: f64 = 1e-12;
 /// A pose predicted further ahead than so many steps is not to be relied on.
 const PREDICTED: f64 = 1.8;
 /// So often a step is halved.
@@ -222,7 +224,7 @@ impl Taylor {
         let chosen = self.jet.chosen();
         let usual = if run.step > 0.0 { run.step } else { natural };
         let mut found = self.look_ahead(context, run, natural.min(room));
-        let (mut h, mut goal) = planned(run.ahead, natural, usual, OPENING * tolerance);
+        let (mut h, mut goal) = planned(run.ahead, natural, usual, f64::max(OPENING * tolerance, ROUNDING));
         for _ in 0..HALVINGS {
             // Written so that NaN is too short.
             let long = h >= shortest;
