@@ -6,7 +6,7 @@ use crate::check::Fault;
 use crate::frame::{FrameError, Mark};
 use crate::program::Program;
 
-const MARK: Mark = Mark { magic: *b"cotP", version: 2, name: "a cotree program" };
+const MARK: Mark = Mark { magic: *b"cotP", version: 3, name: "a cotree program" };
 
 /// Why a program cannot be loaded.
 #[derive(Clone, Debug, PartialEq, Error)]

@@ -8,7 +8,7 @@ use crate::model::{Model, State};
 use crate::program::Engine;
 use crate::solver::stepping::Continuation;
 
-const MARK: Mark = Mark { magic: *b"cotS", version: 2, name: "a saved cotree state" };
+const MARK: Mark = Mark { magic: *b"cotS", version: 3, name: "a saved cotree state" };
 /// The finest and the coarsest tolerance that mean something in double precision.
 pub(super) const TOLERANCES: [f64; 2] = [1e-13, 1e-2];
 
@@ -37,6 +37,7 @@ pub struct Snapshot {
     pub(super) stop: Option<f64>,
     pub(super) tolerance: f64,
     pub(super) engine: Engine,
+    pub(super) automatic: bool,
 }
 
 impl Snapshot {
@@ -51,6 +52,7 @@ impl Snapshot {
             derivatives: vec![false; model.program().inputs.len()],
             stop: None,
             engine: model.program().engine,
+            automatic: model.program().automatic,
             tolerance: experiment.tolerance.clamp(TOLERANCES[0], TOLERANCES[1]),
         }
     }
@@ -64,6 +66,7 @@ impl Snapshot {
         self.stop = other.stop;
         self.tolerance = other.tolerance;
         self.engine = other.engine;
+        self.automatic = other.automatic;
     }
 
     pub(super) fn belongs_to(&self, model: &Model) -> bool {

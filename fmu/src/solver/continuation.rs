@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::choice::Choice;
 use super::explicit::Explicit;
+use super::implicit::Memory;
 use super::taylor::Taylor;
 use crate::model::{Model, State, motion};
 
@@ -25,6 +27,10 @@ pub struct Continuation {
     pub(super) order: u32,
     /// Natural length of the next step; 0 if it is not known.
     pub(super) step: f64,
+    /// What the implicit method knows from the steps before.
+    pub(super) implicit: Memory,
+    /// Which engine is in charge, if that may change.
+    pub(super) choice: Choice,
     /// Has anything changed at this communication point?
     pub(super) changed: bool,
     /// Had anything changed at the last one?
@@ -43,6 +49,8 @@ impl Continuation {
             dense: vec![0.0; dense_length(model)],
             order: 0,
             step: 0.0,
+            implicit: Memory::new(model),
+            choice: Choice::new(),
             changed: false,
             changed_before: false,
         }
@@ -53,6 +61,7 @@ impl Continuation {
         self.restart(model, state);
         self.dense_from = state.time();
         self.step = 0.0;
+        self.choice = Choice::new();
         (self.changed, self.changed_before) = (false, false);
     }
 
@@ -85,6 +94,7 @@ impl Continuation {
         self.origin.copy_from(state);
         self.front_time = state.time();
         self.front.copy_from_slice(&state.registers()[motion(model.layout())]);
+        self.implicit.forget();
     }
 
     /// Copies another continuation of the same model without allocating.
@@ -97,6 +107,8 @@ impl Continuation {
         self.dense.clone_from(&other.dense);
         self.order = other.order;
         self.step = other.step;
+        self.implicit.copy_from(&other.implicit);
+        self.choice = other.choice;
         self.changed = other.changed;
         self.changed_before = other.changed_before;
     }
@@ -112,6 +124,7 @@ impl Continuation {
             && self.front.iter().chain(&self.dense).all(|value| value.is_finite())
             && [self.front_time, self.dense_from, self.step].into_iter().all(f64::is_finite)
             && self.step >= 0.0
+            && self.implicit.belongs_to(model)
     }
 }
 

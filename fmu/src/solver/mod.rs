@@ -5,18 +5,21 @@
 //! integrator ([`kinematic`]).
 
 pub mod accelerations;
+mod choice;
 mod continuation;
 mod dense;
 mod dop853;
 mod dynamic;
 pub mod explicit;
 pub mod failure;
+mod implicit;
 pub mod initial;
 pub mod kinematic;
 mod least_squares;
 mod loops;
 pub mod poses;
 pub mod projection;
+mod radau;
 pub mod redundancy;
 pub mod stepping;
 pub mod tangent;
@@ -34,6 +37,8 @@ use projection::Projection;
 pub struct Settings {
     /// The integrator.
     pub engine: Engine,
+    /// May the run change to the implicit method while the motion is stiff?
+    pub automatic: bool,
     /// Relative tolerance on what the user sees.
     pub tolerance: f64,
     /// Longest step [s].
@@ -51,6 +56,10 @@ pub struct Statistics {
     pub rejected: u64,
     /// Evaluations of the accelerations, or series of the motion.
     pub evaluations: u64,
+    /// Factorisations of the implicit method; each is of a real and of a complex matrix.
+    pub factorisations: u64,
+    /// Jacobians of the accelerations.
+    pub jacobians: u64,
     /// Projections that moved the state.
     pub projections: u64,
     /// Steps of the explicit method where there was no Taylor series.

@@ -85,22 +85,17 @@ impl Taylor {
         self.known = Start::Unknown;
     }
 
-    /// Takes steps until the front has reached the target.
-    pub fn advance(
+    /// Takes one step.
+    pub fn single(
         &mut self,
         context: &mut Context,
         explicit: &mut Dynamic,
         run: &mut Continuation,
         horizon: Horizon,
     ) -> Result<(), Failure> {
-        while run.front_time < horizon.target {
-            self.begin(context, run);
-            let done = self.known == Start::Regular && self.step(context, run, horizon);
-            if !done {
-                self.lead_on(context, explicit, run, horizon)?;
-            }
-        }
-        Ok(())
+        self.begin(context, run);
+        let done = self.known == Start::Regular && self.step(context, run, horizon);
+        if done { Ok(()) } else { self.lead_on(context, explicit, run, horizon) }
     }
 
     /// (q, v) at the target, from the front or from the polynomial.
@@ -283,7 +278,7 @@ fn natural_step(model: &Model, dense: &[f64], order: usize, tolerance: f64) -> f
 }
 
 /// q and v of a polynomial.
-fn evaluate(dense: &[f64], order: usize, dt: f64, motion: &mut [f64]) {
+pub(super) fn evaluate(dense: &[f64], order: usize, dt: f64, motion: &mut [f64]) {
     let n = motion.len() / 2;
     let (q, v) = motion.split_at_mut(n);
     q.fill(0.0);
