@@ -8,7 +8,6 @@ const SINGULAR: f64 = 1e-13;
 /// A square matrix by rows, whose rows and columns may have their own places.
 #[derive(Clone, Debug)]
 pub(super) struct Inverse {
-    size: usize,
     /// Lanes of a row.
     width: usize,
     /// Place of each column in its row.
@@ -23,15 +22,17 @@ impl Inverse {
     /// For columns at these places of rows with room for so many.
     pub fn new(places: Vec<usize>, room: usize) -> Self {
         let (size, width) = (places.len(), lanes(room));
-        Self { size, width, places, rows: vec![ZERO; size * width], pivots: vec![0; size], largest: vec![0.0; size] }
+        Self { width, places, rows: vec![ZERO; size * width], pivots: vec![0; size], largest: vec![0.0; size] }
     }
 
     /// Zero.
+    #[inline(always)]
     pub fn clear(&mut self) {
         self.rows.fill(ZERO);
     }
 
     /// Adds to an entry and its mirror image.
+    #[inline(always)]
     pub fn add(&mut self, row: usize, column: usize, value: f64) {
         let (width, [at_row, at_column]) = (self.width * WIDTH, [row, column].map(|index| self.places[index]));
         let flat = self.rows.as_flattened_mut();
@@ -45,6 +46,12 @@ impl Inverse {
     #[cfg(test)]
     fn row(&self, row: usize) -> &[Lane] {
         &self.rows[row * self.width..][..self.width]
+    }
+
+    /// Its rows; none if they are not N lanes wide.
+    #[inline(always)]
+    pub fn rows<const N: usize>(&self) -> &[[Lane; N]] {
+        if self.width == N { self.rows.as_chunks().0 } else { &[] }
     }
 
     /// The inverse times a vector by equations, in lanes.
@@ -66,23 +73,50 @@ impl Inverse {
     }
 
     /// Replaces the matrix by its inverse, by Gauss and Jordan with row pivots. False if it has none.
+    #[inline(always)]
     pub fn invert(&mut self) -> bool {
-        let width = self.width * WIDTH;
-        for (row, largest) in self.rows.as_flattened().chunks_exact(width).zip(&mut self.largest) {
-            *largest = row.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+        match self.width {
+            1 => self.invert_rows::<1>(),
+            2 => self.invert_rows::<2>(),
+            3 => self.invert_rows::<3>(),
+            4 => self.invert_rows::<4>(),
+            _ => self.invert_any(),
         }
-        for column in 0..self.size {
-            let place = self.places[column];
-            let flat = self.rows.as_flattened();
-            let weight = |row: usize| flat[row * width + place].abs() / self.largest[row];
-            let mut pivot = column;
-            for row in column + 1..self.size {
-                if weight(row) > weight(pivot) {
-                    pivot = row;
-                }
-            }
+    }
+
+    #[inline(always)]
+    fn invert_rows<const N: usize>(&mut self) -> bool {
+        let (rows, _) = self.rows.as_chunks_mut::<N>();
+        Elimination { rows, places: &self.places, pivots: &mut self.pivots, largest: &mut self.largest }.run()
+    }
+
+    #[inline(always)]
+    fn invert_any(&mut self) -> bool {
+        let mut rows: Vec<&mut [Lane]> = self.rows.chunks_exact_mut(self.width).collect();
+        Elimination { rows: &mut rows, places: &self.places, pivots: &mut self.pivots, largest: &mut self.largest }
+            .run()
+    }
+}
+
+/// A matrix on its way to its inverse.
+struct Elimination<'a, R> {
+    rows: &'a mut [R],
+    places: &'a [usize],
+    pivots: &'a mut [usize],
+    largest: &'a mut [f64],
+}
+
+impl<R: AsRef<[Lane]> + AsMut<[Lane]>> Elimination<'_, R> {
+    #[inline(always)]
+    fn run(&mut self) -> bool {
+        for (row, largest) in self.rows.iter().zip(&mut *self.largest) {
+            let entries = row.as_ref().as_flattened();
+            *largest = entries.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+        }
+        for column in 0..self.places.len() {
+            let pivot = self.heaviest(column);
             // Written so that NaN is singular too.
-            let regular = weight(pivot) > SINGULAR;
+            let regular = self.weight(pivot, column) > SINGULAR;
             if !regular {
                 return false;
             }
@@ -91,37 +125,58 @@ impl Inverse {
             self.eliminate(column);
         }
         // Rows were swapped on the way in, so columns are on the way out.
-        for column in (0..self.size).rev() {
+        for column in (0..self.places.len()).rev() {
             let (a, b) = (self.places[column], self.places[self.pivots[column]]);
             if a != b {
-                self.rows.as_flattened_mut().chunks_exact_mut(width).for_each(|row| row.swap(a, b));
+                self.rows.iter_mut().for_each(|row| row.as_mut().as_flattened_mut().swap(a, b));
             }
         }
         true
     }
 
-    fn swap(&mut self, a: usize, b: usize) {
-        if a != b {
-            let (upper, lower) = self.rows.split_at_mut(b * self.width);
-            upper[a * self.width..][..self.width].swap_with_slice(&mut lower[..self.width]);
-            self.largest.swap(a, b);
-        }
+    #[inline(always)]
+    fn weight(&self, row: usize, column: usize) -> f64 {
+        self.rows[row].as_ref().as_flattened()[self.places[column]].abs() / self.largest[row]
     }
 
+    /// The row whose entry is the largest in relation to its others.
+    #[inline(always)]
+    fn heaviest(&self, column: usize) -> usize {
+        let (mut pivot, mut weight) = (column, self.weight(column, column));
+        for row in column + 1..self.rows.len() {
+            let other = self.weight(row, column);
+            if other > weight {
+                (pivot, weight) = (row, other);
+            }
+        }
+        pivot
+    }
+
+    #[inline(always)]
+    fn swap(&mut self, a: usize, b: usize) {
+        let (upper, lower) = self.rows.split_at_mut(b);
+        if let (true, Some(a), Some(b)) = (a < b, upper.get_mut(a), lower.first_mut()) {
+            a.as_mut().swap_with_slice(b.as_mut());
+        }
+        self.largest.swap(a, b);
+    }
+
+    #[inline(always)]
     fn eliminate(&mut self, column: usize) {
-        let (width, place) = (self.width, self.places[column]);
-        let (lane, at) = (place / WIDTH, place % WIDTH);
-        let (before, rest) = self.rows.split_at_mut(column * width);
-        let (pivot, after) = rest.split_at_mut(width);
-        let inverse = 1.0 / pivot[lane][at];
-        pivot[lane][at] = 1.0;
-        pivot.iter_mut().for_each(|entries| *entries = multiply(*entries, splat(inverse)));
-        for row in before.chunks_exact_mut(width).chain(after.chunks_exact_mut(width)) {
-            let factor = row[lane][at];
+        let place = self.places[column];
+        let (before, rest) = self.rows.split_at_mut(column);
+        let Some((pivot, after)) = rest.split_first_mut() else { return };
+        let pivot = pivot.as_mut();
+        let inverse = splat(1.0 / pivot.as_flattened()[place]);
+        pivot.as_flattened_mut()[place] = 1.0;
+        pivot.iter_mut().for_each(|entries| *entries = multiply(*entries, inverse));
+        for row in before.iter_mut().chain(after) {
+            let row = row.as_mut();
+            let factor = row.as_flattened()[place];
             if factor == 0.0 {
                 continue;
             }
-            row[lane][at] = 0.0;
+            row.as_flattened_mut()[place] = 0.0;
             for (entries, above) in row.iter_mut().zip(&*pivot) {
                 *entries = minus(*entries, splat(factor), *above);
             }

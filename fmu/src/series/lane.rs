@@ -23,29 +23,29 @@ pub(super) fn splat(value: f64) -> Lane {
 /// a + b
 #[inline(always)]
 pub(super) fn add(a: Lane, b: Lane) -> Lane {
-    core::array::from_fn(|i| a[i] + b[i])
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]]
 }
 
 /// a - b
 #[inline(always)]
 pub(super) fn subtract(a: Lane, b: Lane) -> Lane {
-    core::array::from_fn(|i| a[i] - b[i])
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]]
 }
 
 /// a b
 #[inline(always)]
 pub(super) fn multiply(a: Lane, b: Lane) -> Lane {
-    core::array::from_fn(|i| a[i] * b[i])
+    [a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]]
 }
 
 /// sum + a b, rounded twice
 #[inline(always)]
 pub(super) fn plus(sum: Lane, a: Lane, b: Lane) -> Lane {
-    core::array::from_fn(|i| sum[i] + a[i] * b[i])
+    [sum[0] + a[0] * b[0], sum[1] + a[1] * b[1], sum[2] + a[2] * b[2], sum[3] + a[3] * b[3]]
 }
 
 /// sum - a b, rounded twice
 #[inline(always)]
 pub(super) fn minus(sum: Lane, a: Lane, b: Lane) -> Lane {
-    core::array::from_fn(|i| sum[i] - a[i] * b[i])
+    [sum[0] - a[0] * b[0], sum[1] - a[1] * b[1], sum[2] - a[2] * b[2], sum[3] - a[3] * b[3]]
 }

@@ -56,6 +56,7 @@ impl Scalars {
     }
 
     /// Takes the coefficients over.
+    #[inline(always)]
     pub fn fill(&mut self, coefficients: &[f64]) {
         self.coefficients.copy_from_slice(coefficients);
         for (factor, term) in self.factors.iter_mut().zip(&self.tape.terms) {
@@ -70,6 +71,7 @@ impl Scalars {
     }
 
     /// Writes the given series and what depends on them only, up to an order. The registers hold the signals at the start.
+    #[inline(always)]
     pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize) {
         for index in 0..self.tape.given.len() {
             let (slot, given) = self.tape.given[index];
@@ -88,7 +90,20 @@ impl Scalars {
         }
     }
 
+    /// Does nothing depend on rates?
+    #[inline(always)]
+    pub fn is_steady(&self) -> bool {
+        self.tape.rates.is_empty()
+    }
+
+    /// Does nothing depend on positions?
+    #[inline(always)]
+    pub fn is_still(&self) -> bool {
+        self.tape.positions.is_empty()
+    }
+
     /// Next order of what depends on positions.
+    #[inline(always)]
     pub fn positions(&mut self, order: usize, vectors: Vectors) {
         for index in 0..self.tape.positions.len() {
             self.step(self.tape.positions[index], order, vectors);
@@ -96,6 +111,7 @@ impl Scalars {
     }
 
     /// Next order of what depends on rates; positions must be one order further.
+    #[inline(always)]
     pub fn rates(&mut self, order: usize, vectors: Vectors) {
         for index in 0..self.tape.rates.len() {
             self.step(self.tape.rates[index], order, vectors);
@@ -159,6 +175,7 @@ impl Scalars {
     }
 
     /// s' = c a', c' = -s a'
+    #[inline(always)]
     fn sine_cosine(&mut self, a: Slot, sine: Slot, cosine: Slot, k: usize) -> f64 {
         let (value, other) = if k == 0 {
             math::sin_cos(self.get(a, 0))
@@ -171,6 +188,7 @@ impl Scalars {
     }
 
     /// u' = (1 - u^2) a'
+    #[inline(always)]
     fn hyperbolic_tangent(&mut self, a: Slot, target: Slot, slope: Slot, k: usize) -> f64 {
         let value = if k == 0 {
             libm::tanh(self.get(a, 0))
@@ -184,6 +202,7 @@ impl Scalars {
     }
 
     /// (x^2 + y^2) u' = x y' - y x'
+    #[inline(always)]
     fn arc_tangent(&self, [y, x, square]: [Slot; 3], target: Slot, k: usize) -> f64 {
         let [y, x, square, u] = [y, x, square, target].map(|slot| self.series(slot));
         if k == 0 {
@@ -194,6 +213,7 @@ impl Scalars {
 }
 
 /// The polynomial of time about now that a given series is.
+#[inline(always)]
 fn polynomial(model: &Model, registers: &[f64], given: Given) -> [f64; 5] {
     let layout = model.layout();
     let input = |index: u32| {
@@ -292,6 +312,7 @@ fn weighted_dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// u = a^p: a u' = p u a'
+#[inline(always)]
 fn power(a: &[f64], u: &[f64], exponent: f64, k: usize) -> f64 {
     if k == 0 {
         return libm::pow(a[0], exponent);

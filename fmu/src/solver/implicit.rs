@@ -8,8 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::accelerations::finite;
 use super::continuation::Continuation;
 use super::dynamic::{EARLY, Horizon, SHORTEST, STRETCH, motion, underflow};
-use super::radau::{DENSE_ORDER, Newton, Radau};
-use super::taylor::evaluate;
+use super::radau::{DENSE_ORDER, Newton, Radau, evaluate};
 use super::{Context, Failure};
 use crate::math;
 use crate::model::Model;
@@ -182,7 +181,7 @@ impl Implicit {
             motion.copy_from_slice(&run.front);
             return false;
         }
-        evaluate(&run.dense, run.order as usize, target - run.dense_from, motion);
+        evaluate(&run.dense, target - run.dense_from, motion);
         true
     }
 
@@ -359,7 +358,7 @@ impl Implicit {
             return self.radau.guess_nothing();
         }
         self.radau.guess(&run.front, |node, motion| {
-            evaluate(&run.dense, run.order as usize, before + node * h, motion);
+            evaluate(&run.dense, before + node * h, motion);
         });
     }
 

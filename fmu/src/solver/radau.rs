@@ -344,6 +344,20 @@ impl Radau {
     }
 }
 
+/// q and v of a dense output, so long after the start of the step.
+pub(super) fn evaluate(dense: &[f64], dt: f64, motion: &mut [f64]) {
+    let n = motion.len() / 2;
+    let (q, v) = motion.split_at_mut(n);
+    q.fill(0.0);
+    v.fill(0.0);
+    for coefficients in dense[..(DENSE_ORDER + 1) * n].chunks_exact(n.max(1)).rev() {
+        for ((q, v), coefficient) in q.iter_mut().zip(v.iter_mut()).zip(coefficients) {
+            *v = *v * dt + *q;
+            *q = *q * dt + coefficient;
+        }
+    }
+}
+
 fn add(a: &[f64], b: &[f64], sum: &mut [f64]) {
     sum.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum = a + b);
 }
@@ -401,7 +415,7 @@ mod tests {
             radau.dense(&y, h, &mut dense);
             let mut point = [0.0; 4];
             for theta in [0.3, 0.8, 1.0] {
-                super::super::taylor::evaluate(&dense, DENSE_ORDER, theta * h, &mut point);
+                evaluate(&dense, theta * h, &mut point);
                 if theta == 1.0 {
                     assert!(point.iter().zip(&next).all(|(a, b)| (a - b).abs() < 1e-12), "{point:?} {next:?}");
                 } else {

@@ -7,10 +7,13 @@
 use super::continuation::Continuation;
 use super::dynamic::{Dynamic, Horizon};
 use super::{Context, Failure};
-use crate::math;
 use crate::model::Model;
 use crate::series::{Jet, MAX_ORDER};
 
+/// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
+const SHARE_OF_TOLERANCE: f64 = 0.03;
+/// Rounding is larger than an error below this.
+const FINEST: f64 = 1e-15;
 /// A step that would end at most this much further ends at the limit.
 const STRETCH: f64 = 1.01;
 /// A step that is cut short ends its series when two terms are this much smaller than the tolerance.
@@ -19,8 +22,6 @@ const NEGLIGIBLE: f64 = 1e-3;
 const OPENING: f64 = 10.0;
 /// Share of the step that the last coefficients permit: the terms after the last one count too.
 const SAFETY: f64 = 0.9;
-/// Coefficients that a step follows from, beside the last one.
-const WINDOW: usize = 3;
 /// A step is at most so many times as long as the one before.
 const GROW: f64 = 4.0;
 /// Longest step, for motions whose series end [s].
@@ -39,7 +40,6 @@ pub struct Taylor {
     next: Vec<f64>,
     /// (q, v) at the front, on the loops.
     closed: Vec<f64>,
-    acceleration: Vec<f64>,
     /// What the jet holds begins at the front.
     known: Start,
 }
@@ -66,18 +66,12 @@ impl Taylor {
     pub fn new(model: &Model) -> Option<Self> {
         let size = 2 * model.coordinates();
         let jet = Jet::new(model)?;
-        Some(Self {
-            jet,
-            next: vec![0.0; size],
-            closed: vec![0.0; size],
-            acceleration: vec![0.0; size / 2],
-            known: Start::Unknown,
-        })
+        Some(Self { jet, next: vec![0.0; size], closed: vec![0.0; size], known: Start::Unknown })
     }
 
     /// Numbers in the dense output of a step.
     pub fn dense_length(model: &Model) -> usize {
-        (MAX_ORDER + 1) * model.coordinates()
+        model.program().arms.as_ref().map_or(0, Jet::room)
     }
 
     /// To be called when the front is not the one that the last step left.
@@ -106,7 +100,7 @@ impl Taylor {
             motion.copy_from_slice(if regular { &self.closed } else { &run.front });
             return if regular { Reading::Closed } else { Reading::Open };
         }
-        evaluate(&run.dense, run.order as usize, target - run.dense_from, motion);
+        self.jet.evaluate(&run.dense, run.order as usize, target - run.dense_from, motion);
         Reading::Closed
     }
 
@@ -131,8 +125,6 @@ impl Taylor {
         let (q, v) = self.closed.split_at_mut(model.coordinates());
         self.jet.coordinates(0, q);
         self.jet.coordinates(1, v);
-        self.jet.begin_orders();
-        self.jet.advance(0);
         (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)
     }
 
@@ -140,26 +132,25 @@ impl Taylor {
     fn step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> bool {
         let time = run.front_time;
         let shortest = SHORTEST * f64::EPSILON * time.abs().max(1e-6);
+        let tolerance = share(context.settings.tolerance);
         let room = horizon.limit - time;
         self.expand(context, run, room.min(context.settings.max_step));
-        let n = context.model.coordinates();
         let order = run.order as usize;
         context.statistics.evaluations += 1;
-        if !run.dense[..(order + 1) * n].iter().all(|coefficient| coefficient.is_finite()) {
-            return false;
-        }
-        let natural = natural_step(context.model, &run.dense, order, context.settings.tolerance);
+        let natural = self.natural_step(order, tolerance);
         let longest = if run.step > 0.0 { GROW * run.step } else { LONGEST };
         let mut h = natural.min(longest).min(LONGEST).min(context.settings.max_step);
         for _ in 0..HALVINGS {
-            if h < shortest {
+            // Written so that NaN is too short.
+            let long = h >= shortest;
+            if !long {
                 return false;
             }
             let end = if STRETCH * h >= room { horizon.limit } else { time + h };
-            evaluate(&run.dense, order, end - time, &mut self.next);
-            let goal = OPENING * context.settings.tolerance;
+            self.jet.evaluate(&run.dense, order, end - time, &mut self.next);
+            let goal = OPENING * tolerance;
             let closed = self.start(context, run, end).is_some_and(|open| open <= goal);
-            if closed && self.defect(context.model, run, end - time) <= goal {
+            if closed && self.jet.defect(order, end - time) <= goal {
                 // A step cut short by a limit says nothing against the natural length.
                 run.step = if end == horizon.limit { h.max(run.step) } else { end - time };
                 run.dense_from = time;
@@ -174,48 +165,38 @@ impl Taylor {
         false
     }
 
-    /// By how much the rates at the end of a step are wrong, judging by its acceleration there and that of the new series.
-    fn defect(&mut self, model: &Model, run: &Continuation, dt: f64) -> f64 {
-        let n = model.coordinates();
-        self.jet.coordinates(2, &mut self.acceleration);
-        let mut worst = 0.0;
-        for (index, coordinate) in model.program().coordinates.iter().enumerate() {
-            let mut twice = 0.0;
-            for k in (2..=run.order as usize).rev() {
-                twice = twice * dt + (k * (k - 1)) as f64 * run.dense[k * n + index];
-            }
-            let size = coordinate.scale.max(self.next[n + index].abs());
-            worst = math::maximum(worst, (twice - 2.0 * self.acceleration[index]).abs() / size);
-        }
-        worst * dt / f64::from(run.order)
+    /// The step that the tolerance permits. Rates decide, or positions if the step is so long that their error is larger.
+    fn natural_step(&self, order: usize, tolerance: f64) -> f64 {
+        let step = SAFETY * self.jet.reach(order, tolerance, 1);
+        if step > order as f64 { step.min(SAFETY * self.jet.reach(order, tolerance, 0)) } else { step }
     }
 
     /// The rest of the series at the front, as far as the step may need it.
     fn expand(&mut self, context: &Context, run: &mut Continuation, room: f64) {
-        let n = context.model.coordinates();
         let order = order_for(context.settings.tolerance);
-        let goal = NEGLIGIBLE * context.settings.tolerance;
+        let goal = NEGLIGIBLE * share(context.settings.tolerance);
         // Only a step much shorter than its natural length needs fewer terms.
         let cut = run.step == 0.0 || room < CUT * run.step;
-        for (k, coefficients) in run.dense.chunks_exact_mut(n).enumerate().take(2) {
-            self.jet.coordinates(k, coefficients);
-        }
-        let (mut power, mut small) = (room, 0);
-        for k in 0..=order - 2 {
-            if k > 0 {
-                self.jet.advance(k);
-            }
-            self.jet.coordinates(k + 2, &mut run.dense[(k + 2) * n..][..n]);
-            run.order = k as u32 + 2;
+        let (mut last, mut power, mut small) = (2, room, 0);
+        loop {
             if cut {
-                let rate = (k + 2) as f64 * power;
-                small = if rate * size(context.model, &run.dense, k + 2) <= goal { small + 1 } else { 0 };
-                if small == 2 && rate * room * size(context.model, &run.dense, k + 2) <= goal {
+                let rate = last as f64 * power;
+                let size = self.jet.size(last);
+                small = if rate * size <= goal { small + 1 } else { 0 };
+                if small == 2 && rate * room * size <= goal {
                     break;
                 }
                 power *= room;
             }
+            if last == order {
+                break;
+            }
+            last += 1;
+            self.jet.advance(last - 2);
         }
+        run.order = last as u32;
+        let polynomial = self.jet.polynomial(last);
+        run.dense[..polynomial.len()].copy_from_slice(polynomial);
     }
 
     /// One step of the explicit method.
@@ -237,6 +218,11 @@ impl Taylor {
     }
 }
 
+/// What one step may be wrong by at a tolerance.
+fn share(tolerance: f64) -> f64 {
+    (SHARE_OF_TOLERANCE * tolerance).max(FINEST)
+}
+
 /// Orders that cost least at a tolerance; the optimum is flat.
 fn order_for(tolerance: f64) -> usize {
     if tolerance >= 1e-5 {
@@ -247,46 +233,5 @@ fn order_for(tolerance: f64) -> usize {
         18
     } else {
         MAX_ORDER
-    }
-}
-
-/// The largest coefficient of one order, relative to what counts of rates.
-fn size(model: &Model, dense: &[f64], order: usize) -> f64 {
-    let n = model.coordinates();
-    let coordinates = &model.program().coordinates;
-    let (rates, coefficients) = (&dense[n..2 * n], &dense[order * n..][..n]);
-    let sizes = coordinates.iter().zip(rates).zip(coefficients);
-    sizes.fold(0.0, |largest, ((coordinate, rate), coefficient)| {
-        math::maximum(largest, coefficient.abs() / coordinate.scale.max(rate.abs()))
-    })
-}
-
-/// The step that the tolerance permits if the coefficients shrink as the last ones do: rho tol^(1/p), with rho from several
-/// coefficients, since some vanish by symmetry. Rates decide, or positions if the step is so long that their error is larger.
-fn natural_step(model: &Model, dense: &[f64], order: usize, tolerance: f64) -> f64 {
-    let first = order.saturating_sub(WINDOW).max(2);
-    let shortest = |derivative: usize| {
-        let share = libm::log2(tolerance) / (order - derivative) as f64;
-        let bounds = (first..=order).map(|k| {
-            let factor = if derivative == 1 { k as f64 } else { 1.0 };
-            share - libm::log2(factor * size(model, dense, k)) / (k - derivative) as f64
-        });
-        SAFETY * libm::exp2(bounds.fold(f64::INFINITY, f64::min))
-    };
-    let step = shortest(1);
-    if step <= order as f64 { step } else { step.min(shortest(0)) }
-}
-
-/// q and v of a polynomial.
-pub(super) fn evaluate(dense: &[f64], order: usize, dt: f64, motion: &mut [f64]) {
-    let n = motion.len() / 2;
-    let (q, v) = motion.split_at_mut(n);
-    q.fill(0.0);
-    v.fill(0.0);
-    for coefficients in dense[..(order + 1) * n].chunks_exact(n.max(1)).rev() {
-        for ((q, v), coefficient) in q.iter_mut().zip(v.iter_mut()).zip(coefficients) {
-            *v = *v * dt + *q;
-            *q = *q * dt + coefficient;
-        }
     }
 }

@@ -8,16 +8,19 @@
 //! and the loop equations are constant combinations of the b_k themselves. At every order the newest coefficients enter linearly, with the
 //! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
 
+mod frames;
 mod orders;
 mod start;
+mod step;
 
 use crate::model::Model;
 use crate::series::MAX_ORDER;
 use crate::series::columns::Columns;
 use crate::series::form::{ArmForm, Factor, Place, Slot};
 use crate::series::inverse::Inverse;
-use crate::series::lane::{Lane, WIDTH, ZERO, lanes};
+use crate::series::lane::{Lane, WIDTH, ZERO, lanes, splat};
 use crate::series::tape::Scalars;
+use step::Read;
 
 /// Storage for the series of positions, orders 0 to [`MAX_ORDER`].
 const ORDERS: usize = MAX_ORDER + 1;
@@ -105,6 +108,10 @@ struct Scatter {
 /// The series of one motion.
 #[derive(Clone, Debug)]
 pub struct Jet {
+    /// Has the processor AVX2?
+    wide: bool,
+    /// Lanes of frames and of all equations, if there is nothing but frames.
+    frames: [usize; 2],
     form: ArmForm,
     shape: Shape,
     /// Coordinates, what carries an angle before what it carries.
@@ -115,6 +122,8 @@ pub struct Jet {
     turned_by: Vec<Option<usize>>,
     /// Frames whose unknown is another frame's, or that have none, or a signal: handled one by one.
     special: Vec<usize>,
+    /// Where coordinates lie among the unknowns.
+    reads: Vec<Read>,
     mass_terms: Vec<MassTerm>,
     inertia_terms: Vec<(usize, u32)>,
     loop_terms: Vec<LoopTerm>,
@@ -156,6 +165,11 @@ pub struct Jet {
     solution: Vec<Lane>,
     /// Derivatives of arms: first by the angle, then by the length.
     derivatives: [Vec<Lane>; 2],
+    /// Scales of the unknowns, and what counts of their rates.
+    scales: Vec<Lane>,
+    weights: Vec<Lane>,
+    /// Unknowns and their first two derivatives where the polynomial was last evaluated.
+    end: [Vec<Lane>; 3],
 }
 
 /// There is no inverse.
@@ -199,7 +213,13 @@ impl Jet {
         pushes.sort_by_key(|push| push.value.is_some());
         loads.sort_by_key(|load| load.value.is_some());
         let constants = |list: &[Scatter]| list.partition_point(|entry| entry.value.is_none());
+        #[cfg(target_arch = "x86_64")]
+        let wide = std::arch::is_x86_feature_detected!("avx2");
+        #[cfg(not(target_arch = "x86_64"))]
+        let wide = false;
         let mut jet = Self {
+            wide,
+            frames: [0; 2],
             coupling: Columns::new(all, &masses),
             rows: Columns::new(lanes(form.rows.len()), &arms_of_rows),
             reactions: Columns::new(all, &transposed),
@@ -231,6 +251,10 @@ impl Jet {
             gaps: vec![ZERO; lanes(form.rows.len())],
             solution: vec![ZERO; room / WIDTH],
             derivatives: [vec![ZERO; 2 * all], vec![ZERO; 2 * all]],
+            reads: form.coordinates.iter().map(|&coordinate| Read::new(&shape, coordinate)).collect(),
+            scales: scales(model, &shape),
+            weights: vec![splat(1.0); all],
+            end: [vec![ZERO; all], vec![ZERO; all], vec![ZERO; all]],
             unknowns,
             turned_by,
             special,
@@ -238,6 +262,9 @@ impl Jet {
             form,
         };
         jet.prepare_terms();
+        if jet.has_only_frames() {
+            jet.frames = [all, room / WIDTH];
+        }
         Some(jet)
     }
 
@@ -323,6 +350,12 @@ fn unknowns(form: &ArmForm, shape: &Shape) -> Vec<usize> {
     let displacements = lengths.filter(|(_, factor)| *factor == Factor::Unknown);
     let displacements = displacements.map(|(index, _)| (form.frames.len() + index) as u32);
     frames.chain(displacements).map(|arm| shape.place(arm)).collect()
+}
+
+/// Scales of the unknowns: 1 for angles, the length of the mechanism for displacements.
+fn scales(model: &Model, shape: &Shape) -> Vec<Lane> {
+    let frames = shape.lanes[0];
+    (0..shape.all()).map(|lane| splat(if lane < frames { 1.0 } else { model.program().length })).collect()
 }
 
 /// Coordinates, what carries an angle before what it carries.

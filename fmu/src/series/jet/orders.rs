@@ -6,15 +6,40 @@ use crate::series::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, 
 use crate::series::tape::Vectors;
 
 impl Jet {
-    /// To be called once after [`Jet::begin`], before the first order.
-    pub fn begin_orders(&mut self) {
-        for k in 0..2 {
-            self.follow(k);
+    /// Order k of accelerations, order k + 2 of positions; all lower ones are known.
+    pub fn advance(&mut self, k: usize) {
+        #[cfg(target_arch = "x86_64")]
+        if self.wide {
+            // SAFETY: `wide` is set only where the processor has AVX2.
+            return unsafe { self.advance_wide(k) };
+        }
+        self.advance_any(k);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn advance_wide(&mut self, k: usize) {
+        self.advance_any(k);
+    }
+
+    #[inline(always)]
+    fn advance_any(&mut self, k: usize) {
+        let done = match self.frames {
+            [1, 1] => self.advance_frames::<1, 1>(k),
+            [1, 2] => self.advance_frames::<1, 2>(k),
+            [2, 2] => self.advance_frames::<2, 2>(k),
+            [2, 3] => self.advance_frames::<2, 3>(k),
+            [2, 4] => self.advance_frames::<2, 4>(k),
+            [3, 3] => self.advance_frames::<3, 3>(k),
+            _ => None,
+        };
+        if done.is_none() {
+            self.advance_general(k);
         }
     }
 
-    /// Order k of accelerations, order k + 2 of positions; all lower ones are known.
-    pub fn advance(&mut self, k: usize) {
+    #[inline(always)]
+    fn advance_general(&mut self, k: usize) {
         let vectors = Vectors {
             x: self.x.as_flattened(),
             y: self.y.as_flattened(),
@@ -31,7 +56,8 @@ impl Jet {
     }
 
     /// Scalar series of positions.
-    fn follow(&mut self, k: usize) {
+    #[inline(always)]
+    pub(super) fn follow(&mut self, k: usize) {
         let vectors = Vectors {
             x: self.x.as_flattened(),
             y: self.y.as_flattened(),
@@ -42,6 +68,7 @@ impl Jet {
     }
 
     /// Second derivatives of the arms without the new accelerations.
+    #[inline(always)]
     fn predict(&mut self, k: usize) {
         let frames = self.shape.lanes[0];
         let scale = ((k + 1) * (k + 2)) as f64;
@@ -98,6 +125,7 @@ impl Jet {
     }
 
     /// Products at order k + 2, with or without the displacements just found.
+    #[inline(always)]
     fn lengthen(&mut self, k: usize, scale: f64, found: bool) {
         let (all, order) = (self.shape.all(), k + 2);
         let (first, products) = (self.shape.lanes[0], self.shape.lanes[1]);
@@ -125,6 +153,7 @@ impl Jet {
     }
 
     /// World arms at order k + 2, with or without the displacements just found.
+    #[inline(always)]
     fn shift(&mut self, k: usize, scale: f64, found: bool) {
         let (all, order) = (self.shape.all(), k + 2);
         let first = (self.shape.lanes[0] + self.shape.lanes[1]) * WIDTH;
@@ -140,7 +169,8 @@ impl Jet {
     }
 
     /// Minus the loads on arms; constant ones have one order only.
-    fn apply_loads(&mut self, k: usize) {
+    #[inline(always)]
+    pub(super) fn apply_loads(&mut self, k: usize) {
         if k > 1 && self.constant_loads == self.loads.len() {
             return;
         }
@@ -156,6 +186,7 @@ impl Jet {
     }
 
     /// What the equations lack without the new accelerations and reactions.
+    #[inline(always)]
     fn lack_of_balance(&mut self, k: usize) {
         let (all, [frames, products, _]) = (self.shape.all(), self.shape.lanes);
         let [x, y] = [&self.second[0], &self.second[1]].map(|lanes| lanes.as_flattened());
@@ -212,6 +243,7 @@ impl Jet {
     }
 
     /// Moments that belong to the unknown of another place: those of products and of frames that share an angle.
+    #[inline(always)]
     fn scatter_moments(&mut self, k: usize) {
         let scale = ((k + 1) * (k + 2)) as f64;
         for &frame in &self.special {
@@ -241,6 +273,7 @@ impl Jet {
     }
 
     /// Everything at the new order.
+    #[inline(always)]
     fn correct(&mut self, k: usize) {
         let (all, frames) = (self.shape.all(), self.shape.lanes[0]);
         let scale = ((k + 1) * (k + 2)) as f64;

@@ -10,10 +10,35 @@ use crate::series::lane::{WIDTH, ZERO, add, multiply, splat};
 const CLOSED: f64 = 1e-13;
 
 impl Jet {
-    /// Begins at q and v: factors the matrix, and puts the motion back on the loops. The registers hold the signals of this time.
-    /// Returns how far the loops were open, relative to their scales.
+    /// Begins at q and v: factors the matrix, puts the motion back on the loops, and finds its accelerations. The registers hold the
+    /// signals of this time. Returns how far the loops were open, relative to their scales.
     pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize, motion: &[f64]) -> Result<f64, Singular> {
         self.scalars.begin(model, registers, order);
+        let open = self.begin_either(model, motion)?;
+        for k in 0..2 {
+            self.follow(k);
+        }
+        self.advance(0);
+        Ok(open)
+    }
+
+    fn begin_either(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> {
+        #[cfg(target_arch = "x86_64")]
+        if self.wide {
+            // SAFETY: `wide` is set only where the processor has AVX2.
+            return unsafe { self.begin_wide(model, motion) };
+        }
+        self.begin_any(model, motion)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn begin_wide(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> {
+        self.begin_any(model, motion)
+    }
+
+    #[inline(always)]
+    fn begin_any(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> {
         let (q, v) = motion.split_at(self.form.coordinates.len());
         self.load(0, q);
         self.load(1, v);
@@ -22,10 +47,12 @@ impl Jet {
         let open = self.close(model, 0);
         self.turn_rates();
         self.close(model, 1);
+        self.weigh();
         Ok(open)
     }
 
     /// The unknowns of coordinates.
+    #[inline(always)]
     fn load(&mut self, order: usize, values: &[f64]) {
         let first = order * self.shape.all() * WIDTH;
         let unknowns = &mut self.values.as_flattened_mut()[first..];
@@ -41,27 +68,14 @@ impl Jet {
         }
     }
 
-    /// Coefficients of the coordinates.
-    pub fn coordinates(&self, order: usize, values: &mut [f64]) {
-        let first = order * self.shape.all() * WIDTH;
-        let unknowns = &self.values.as_flattened()[first..];
-        for (value, place) in values.iter_mut().zip(&self.form.coordinates) {
-            *value = match *place {
-                Place::Displacement { arm } => unknowns[self.shape.place(arm)],
-                Place::Angle { arm, parent, reversed } => {
-                    let angle = unknowns[arm as usize] - parent.map_or(0.0, |parent| unknowns[parent as usize]);
-                    if reversed { -angle } else { angle }
-                }
-            };
-        }
-    }
-
     /// One coefficient of a signal, zero if there is none.
+    #[inline(always)]
     pub(super) fn signal(&self, slot: Option<Slot>, order: usize) -> f64 {
         slot.map_or(0.0, |slot| self.scalars.get(slot, order))
     }
 
     /// Poses of arms from the unknowns.
+    #[inline(always)]
     fn turn(&mut self) {
         for index in 0..self.shape.counts[0] {
             let angle = self.angle_of(index, 0);
@@ -74,6 +88,7 @@ impl Jet {
     }
 
     /// Rates of arms from the rates of the unknowns.
+    #[inline(always)]
     fn turn_rates(&mut self) {
         for index in 0..self.shape.counts[0] {
             let omega = self.angle_of(index, 1);
@@ -88,6 +103,7 @@ impl Jet {
     }
 
     /// One coefficient of a frame's angle.
+    #[inline(always)]
     fn angle_of(&self, frame: usize, order: usize) -> f64 {
         let first = order * self.shape.all() * WIDTH;
         let own = self.turned_by[frame].map_or(0.0, |place| self.values.as_flattened()[first + place]);
@@ -95,6 +111,7 @@ impl Jet {
     }
 
     /// One coefficient of products and world arms, of the first two orders.
+    #[inline(always)]
     fn stretch(&mut self, order: usize) {
         let all = self.shape.all() * WIDTH;
         let (first, count) = (self.shape.lanes[0] * WIDTH, self.shape.lanes[1] * WIDTH);
@@ -124,6 +141,7 @@ impl Jet {
     }
 
     /// Auxiliary displacements (or their rates) from the gaps that they leave.
+    #[inline(always)]
     fn find_auxiliary(&mut self, order: usize) {
         if self.form.auxiliary.is_empty() {
             return;
@@ -150,6 +168,7 @@ impl Jet {
     }
 
     /// One coefficient of the loop equations, of the first two orders.
+    #[inline(always)]
     fn gap(&mut self, order: usize) {
         let (all, equations) = (self.shape.all(), self.unknowns.len());
         for lane in 0..all {
@@ -175,6 +194,7 @@ impl Jet {
     }
 
     /// The largest gap of the loops at the pose in the unknowns, relative to their scales.
+    #[inline(always)]
     fn largest_gap(&self, model: &Model) -> f64 {
         let constraints = &model.program().constraints;
         let sizes = self.gaps.as_flattened().iter().zip(&self.form.rows);
@@ -184,6 +204,7 @@ impl Jet {
     }
 
     /// One Newton step of positions or rates onto the loops, in the metric of the masses.
+    #[inline(always)]
     fn close(&mut self, model: &Model, order: usize) -> f64 {
         if self.form.rows.is_empty() {
             return 0.0;
@@ -212,6 +233,7 @@ impl Jet {
     }
 
     /// Builds and inverts the matrix of this pose.
+    #[inline(always)]
     fn factor(&mut self) -> Result<(), Singular> {
         self.differentiate();
         self.inverse.clear();
@@ -237,6 +259,7 @@ impl Jet {
     }
 
     /// Derivatives of the arms by angles (k x b), then by displacements (e).
+    #[inline(always)]
     fn differentiate(&mut self) {
         let (all, [frames, products, world]) = (self.shape.all(), self.shape.lanes);
         let [dx, dy] = &mut self.derivatives;

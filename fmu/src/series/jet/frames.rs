@@ -1,0 +1,196 @@
+//! The orders of a mechanism of frames only: every angle an unknown of its own, no displacements, no signals in the loops. What
+//! [`super::orders`] does for all, with everything between two stores in registers.
+
+use super::{Jet, ORDERS};
+use crate::series::columns::Columns;
+use crate::series::inverse::Inverse;
+use crate::series::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract};
+use crate::series::tape::Vectors;
+
+/// Series of F lanes.
+type Series<const F: usize> = [[Lane; ORDERS]; F];
+
+/// One order of x and y of F lanes.
+type Pair<const F: usize> = [[Lane; F]; 2];
+
+/// Where the new coefficients go.
+struct Frames<'a, const F: usize> {
+    x: &'a mut Series<F>,
+    y: &'a mut Series<F>,
+    omega: &'a mut Series<F>,
+    force: [&'a mut Series<F>; 2],
+}
+
+/// What stays as it is along a step.
+struct Fixed<'a> {
+    coupling: &'a Columns,
+    rows: &'a Columns,
+    reactions: &'a Columns,
+    inverse: &'a Inverse,
+    equations: [usize; 2],
+}
+
+impl Jet {
+    /// Are there only frames?
+    pub(super) fn has_only_frames(&self) -> bool {
+        self.shape.counts[1..] == [0, 0]
+            && self.special.is_empty()
+            && self.unknowns.len() == self.shape.counts[0]
+            && self.form.rows.iter().all(|row| row.signals.is_empty())
+    }
+
+    /// Order k with F lanes of frames and N - F of loops; false if the storage has another shape.
+    #[inline(always)]
+    pub(super) fn advance_frames<const F: usize, const N: usize>(&mut self, k: usize) -> Option<()> {
+        if k + 2 >= ORDERS {
+            return None;
+        }
+        if !self.scalars.is_steady() {
+            self.scalars.rates(k, vectors(&self.x, &self.y, &self.values, F));
+        }
+        if k < 2 || self.constant_loads < self.loads.len() {
+            self.apply_loads(k);
+        }
+        let applied: Pair<F> = [*self.applied[0].first_chunk()?, *self.applied[1].first_chunk()?];
+        let [force_x, force_y] = &mut self.force;
+        let mut frames = Frames::<F> {
+            x: series(&mut self.x)?,
+            y: series(&mut self.y)?,
+            omega: series(&mut self.omega)?,
+            force: [series(force_x)?, series(force_y)?],
+        };
+        let fixed = Fixed {
+            coupling: &self.coupling,
+            rows: &self.rows,
+            reactions: &self.reactions,
+            inverse: &self.inverse,
+            equations: [self.unknowns.len(), self.form.rows.len()],
+        };
+        let (mut second, moment) = frames.convolve(k);
+        let force = fixed.coupling.couple(&second, applied);
+        let mut lack = [ZERO; N];
+        for f in 0..F {
+            let turning = subtract(multiply(frames.x[f][0], force[1][f]), multiply(frames.y[f][0], force[0][f]));
+            lack[f] = add(moment[f], turning);
+        }
+        for push in &self.pushes[if k == 0 { 0 } else { self.constant_pushes }..] {
+            let value = push.value.map_or(1.0, |slot| self.scalars.get(slot, k));
+            let place = lack.as_flattened_mut().get_mut(push.place)?;
+            *place -= self.coefficients[push.factors[0] as usize] * value;
+        }
+        for (r, gap) in lack[F..].iter_mut().enumerate() {
+            *gap = fixed.rows.dot(r, second[0].as_flattened(), second[1].as_flattened(), ZERO);
+        }
+        let solution: [Lane; N] = fixed.solve::<F, N>(&lack);
+        let values = self.values.get_mut((k + 2) * F..)?.first_chunk_mut()?;
+        frames.turn(k, solution.first_chunk()?, &mut second, values);
+        let applied = match fixed.equations[1] {
+            0 => applied,
+            _ => fixed.reactions.react(solution[F..].as_flattened(), applied),
+        };
+        let force = fixed.coupling.couple(&second, applied);
+        for (series, force) in frames.force.iter_mut().zip(force) {
+            for (series, force) in series.iter_mut().zip(force) {
+                series[k] = force;
+            }
+        }
+        if !self.scalars.is_still() {
+            self.scalars.positions(k + 2, vectors(&self.x, &self.y, &self.values, F));
+        }
+        Some(())
+    }
+}
+
+#[inline(always)]
+fn vectors<'a>(x: &'a [Lane], y: &'a [Lane], values: &'a [Lane], lanes: usize) -> Vectors<'a> {
+    Vectors { x: x.as_flattened(), y: y.as_flattened(), unknowns: values.as_flattened(), stride: lanes * WIDTH }
+}
+
+#[inline(always)]
+fn series<const F: usize>(lanes: &mut [Lane]) -> Option<&mut Series<F>> {
+    lanes.as_chunks_mut().0.first_chunk_mut()
+}
+
+impl<const F: usize> Frames<'_, F> {
+    /// Second derivatives of the arms, and moments of the forces, without the accelerations and forces of this order.
+    #[inline(always)]
+    fn convolve(&self, k: usize) -> (Pair<F>, [Lane; F]) {
+        let (mut second, mut moment) = ([[ZERO; F]; 2], [ZERO; F]);
+        let up = splat((k + 1) as f64);
+        for f in 0..F {
+            let (x, y) = (&self.x[f][1..k + 2], &self.y[f][1..k + 2]);
+            let omega = &self.omega[f][..k + 1];
+            let (force_x, force_y) = (&self.force[0][f][..k], &self.force[1][f][..k]);
+            let (mut cosine, mut sine) = (multiply(x[k], omega[0]), multiply(y[k], omega[0]));
+            let (mut over, mut under) = (ZERO, ZERO);
+            for j in 0..k {
+                (cosine, sine) = (plus(cosine, x[j], omega[k - j]), plus(sine, y[j], omega[k - j]));
+                over = plus(over, x[j], force_y[k - 1 - j]);
+                under = plus(under, y[j], force_x[k - 1 - j]);
+            }
+            second[0][f] = multiply(sine, multiply(splat(-1.0), up));
+            second[1][f] = multiply(cosine, up);
+            moment[f] = subtract(over, under);
+        }
+        (second, moment)
+    }
+
+    /// Takes the accelerations over.
+    #[inline(always)]
+    fn turn(&mut self, k: usize, alpha: &[Lane; F], second: &mut Pair<F>, values: &mut [Lane; F]) {
+        let scale = ((k + 1) * (k + 2)) as f64;
+        let (inverse, share) = (splat(1.0 / scale), splat(1.0 / (k + 1) as f64));
+        for f in 0..F {
+            values[f] = multiply(inverse, alpha[f]);
+            self.omega[f][k + 1] = multiply(share, alpha[f]);
+            second[0][f] = minus(second[0][f], alpha[f], self.y[f][0]);
+            second[1][f] = plus(second[1][f], alpha[f], self.x[f][0]);
+            self.x[f][k + 2] = multiply(inverse, second[0][f]);
+            self.y[f][k + 2] = multiply(inverse, second[1][f]);
+        }
+    }
+}
+
+impl Fixed<'_> {
+    /// Accelerations and reactions that make up for what the equations lack.
+    #[inline(always)]
+    fn solve<const F: usize, const N: usize>(&self, lack: &[Lane; N]) -> [Lane; N] {
+        let [frames, rows] = self.equations;
+        let flat = lack.as_flattened();
+        let (balance, gaps) = flat.split_at(F * WIDTH);
+        let (mut even, mut odd) = ([ZERO; N], [ZERO; N]);
+        let values = balance[..frames].iter().chain(&gaps[..rows]);
+        for (index, (row, value)) in self.inverse.rows::<N>().iter().zip(values).enumerate() {
+            let sum = if index % 2 == 0 { &mut even } else { &mut odd };
+            for n in 0..N {
+                sum[n] = minus(sum[n], row[n], splat(*value));
+            }
+        }
+        for n in 0..N {
+            even[n] = add(even[n], odd[n]);
+        }
+        even
+    }
+}
+
+impl Columns {
+    /// sum + (re + i im)(x + i y), all lanes.
+    #[inline(always)]
+    fn couple<const F: usize>(&self, [x, y]: &Pair<F>, sum: Pair<F>) -> Pair<F> {
+        let mut result = sum;
+        for f in 0..F {
+            [result[0][f], result[1][f]] = self.complex(f, x.as_flattened(), y.as_flattened(), [sum[0][f], sum[1][f]]);
+        }
+        result
+    }
+
+    /// sum + (re + i im) x, all lanes.
+    #[inline(always)]
+    fn react<const F: usize>(&self, x: &[f64], sum: Pair<F>) -> Pair<F> {
+        let mut result = sum;
+        for f in 0..F {
+            [result[0][f], result[1][f]] = self.real(f, x, [sum[0][f], sum[1][f]]);
+        }
+        result
+    }
+}
