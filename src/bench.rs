@@ -180,8 +180,9 @@ fn confirm(
     methods: &[Method],
     exact: &Trajectory,
 ) -> Option<Confirmation> {
-    // What the program chooses by itself is series or the implicit method; so these say least.
-    methods.iter().rev().filter(|(name, _)| !matches!(*name, "auto" | "loops")).find_map(|&(method, engine)| {
+    let own = model.program().engine;
+    let others = methods.iter().filter(|(_, engine)| engine.is_some_and(|engine| engine != own));
+    others.into_iter().find_map(|&(method, engine)| {
         let finest = |tolerance: &f64| {
             let other = run(model, variables, experiment, engine, *tolerance, Budget::Reference).ok()?;
             Some(Confirmation { method, tolerance: *tolerance, distance: other.distance(exact) })

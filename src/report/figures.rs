@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use cotree_fmu::program::{Block, Engine, Motion, Program};
 
+use super::economy::Economy;
 use super::summary::{Cheapest, Coordinate, Count, Counts, Joint, SolveTree, Summary, Tree, Trees};
 use crate::cheapest::LARGEST;
 use crate::element::{Angle, Origin};
@@ -48,6 +49,7 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         counts: counts(own),
         solve_tree: formulated.lowered.solve_tree.as_ref().map(|tree| solve_tree(own, tree)),
         cheapest: (mechanism.coordinates == Coordinates::Cheapest).then(|| cheapest(formulated)),
+        economy: Economy::of(formulated),
     }
 }
 
