@@ -45,7 +45,7 @@ fn a_driven_scene_has_no_integrator_and_no_forces_unless_one_is_asked_for() {
     let scene = |output: &str| {
         compiled(&format!(
             "format = 1\nname = \"driven\"\n[bodies.arm]\nmass = 1\ninertia = 1\npoints = {{ end = [-1, 0] }}\n[joints.pin]\ntype = \
-             \"revolute\"\nbetween = [\"ground\", \"arm.end\"]\n[drivers.motor]\njoint = \"pin\"\nangle = \"t\"\n[outputs]\nvariables = \
+             \"revolute\"\nbetween = [\"ground\", \"arm.end\"]\n[drivers.motor]\njoint = \"pin\"\nangle = \"0.3*t\"\n[outputs]\nvariables = \
              [\"{output}\"]\n"
         ))
     };

@@ -7,6 +7,9 @@ use crate::formulate::Formulated;
 use crate::lower::{Cost, kernel_cost};
 use crate::mechanism::Dimension;
 
+/// The place of mass among the exponents of a unit.
+const MASS: usize = 0;
+
 /// What was left out, and what the outputs cost.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Economy {
@@ -76,9 +79,10 @@ fn left_out(formulated: &Formulated) -> Vec<LeftOut> {
     };
     let kinematic = program.motion == Motion::Kinematic;
     let open = !program.constraints.iter().any(|constraint| constraint.active);
-    let mut outputs = formulated.lowered.table.rows.iter().filter(|row| row.output);
+    let outputs = || formulated.lowered.table.rows.iter().filter(|row| row.output);
+    let massive = outputs().any(|row| row.unit.exponents[MASS] != 0);
     let accelerated =
-        outputs.any(|row| matches!(row.source, Source::Output { accelerated: true, .. } | Source::Acceleration(_)));
+        outputs().any(|row| matches!(row.source, Source::Output { accelerated: true, .. } | Source::Acceleration(_)));
     leave(mechanism.dimension == Dimension::One, "rotation", "the masses are on a line, which has no angles");
     leave(
         open,
@@ -87,7 +91,7 @@ fn left_out(formulated: &Formulated) -> Vec<LeftOut> {
     );
     leave(kinematic, "integrator", "the drivers determine the motion: positions follow from the loop equations");
     leave(
-        kinematic && !accelerated,
+        kinematic && !accelerated && !massive,
         "masses and forces",
         "the drivers determine the motion, and no output is a force or an acceleration",
     );
