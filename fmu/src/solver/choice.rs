@@ -19,8 +19,6 @@ const FIRST_LOOK: u32 = 32;
 const MOST_PATIENCE: u32 = 4096;
 /// So many steps in a row must speak for the way back.
 const VOTES: u32 = 4;
-/// The implicit method must be cheaper by this factor.
-const GAIN: f64 = 2.0;
 /// A step times the fastest rate: what series and the explicit method may take, and from where on it holds them back.
 const STABLE: f64 = 5.0;
 const HELD_BACK: f64 = 3.5;
@@ -35,7 +33,7 @@ const EXPLICIT_EVALUATIONS: f64 = 13.0;
 const ORDERS: f64 = 18.0;
 
 /// What a run remembers of the choice.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Choice {
     /// Is the implicit method in charge?
     stiff: bool,
@@ -43,11 +41,18 @@ pub(super) struct Choice {
     count: u32,
     /// Steps before the next look.
     patience: u32,
+    /// The step at which the other engine was held back \[s\].
+    held_back: f64,
 }
 
 impl Choice {
     pub fn new() -> Self {
-        Self { stiff: false, count: 0, patience: FIRST_LOOK }
+        Self { stiff: false, count: 0, patience: FIRST_LOOK, held_back: 0.0 }
+    }
+
+    /// Is it one that a run would write?
+    pub fn is_sound(&self) -> bool {
+        self.held_back.is_finite() && self.held_back >= 0.0 && (FIRST_LOOK..=MOST_PATIENCE).contains(&self.patience)
     }
 
     /// Counts a step that says nothing about stiffness; is it time to look?
@@ -122,8 +127,8 @@ impl Engines<'_> {
 
     fn stiff_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
         self.implicit.single(context, run, horizon)?;
-        let possible = STABLE / self.implicit.rate(context.model);
-        if run.choice.returns(run.step < GAIN * possible * cost_ratio(context)) {
+        let possible = run.choice.held_back.max(STABLE / self.implicit.rate(context.model));
+        if run.choice.returns(run.step < possible * cost_ratio(context)) {
             // Series find their own step.
             run.step = if context.settings.engine == Engine::Taylor { 0.0 } else { possible };
             self.explicit.forget();
@@ -146,6 +151,7 @@ impl Engines<'_> {
         if context.settings.automatic && run.choice.looks() {
             let held_back = run.step * self.implicit.fastest_rate(context, run) > HELD_BACK;
             run.choice.look(held_back);
+            run.choice.held_back = run.step;
             self.implicit.forget();
         }
         Ok(())

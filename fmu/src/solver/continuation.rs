@@ -125,6 +125,7 @@ impl Continuation {
             && [self.front_time, self.dense_from, self.step].into_iter().all(f64::is_finite)
             && self.step >= 0.0
             && self.implicit.belongs_to(model)
+            && self.choice.is_sound()
     }
 }
 
