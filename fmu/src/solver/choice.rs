@@ -18,7 +18,7 @@ use crate::model::{Model, State};
 const FIRST_LOOK: u32 = 32;
 const MOST_PATIENCE: u32 = 4096;
 /// So many steps in a row must speak for the way back.
-const VOTES: u32 = 4;
+const VOTES: u32 = 8;
 /// A step times the fastest rate: what series and the explicit method may take, and from where on it holds them back.
 const STABLE: f64 = 5.0;
 const HELD_BACK: f64 = 3.5;
@@ -31,6 +31,8 @@ const JACOBIANS: f64 = 0.5;
 const EXPLICIT_EVALUATIONS: f64 = 13.0;
 /// Orders of a series; multiplications in a row cost a third of an instruction.
 const ORDERS: f64 = 18.0;
+/// What the beginning and the end of a series cost.
+const BEGINNING: f64 = 500.0;
 
 /// What a run remembers of the choice.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -170,7 +172,7 @@ fn cost_ratio(context: &Context) -> f64 {
         (Engine::Taylor, Some(arms)) => {
             let size = (arms.coordinates.len() + arms.auxiliary.len() + arms.rows.len()) as f64;
             let steps = (arms.tape.signals.len() + arms.tape.positions.len() + arms.tape.rates.len()) as f64;
-            (size * size * (size + ORDERS) + (size + steps) * ORDERS * ORDERS) / 3.0
+            BEGINNING + (size * size * (size + ORDERS) + (size + steps) * ORDERS * ORDERS) / 3.0
         }
         _ => EXPLICIT_EVALUATIONS * tape,
     };
