@@ -7,6 +7,9 @@
 //!
 //! The caller owns the policy: which step to try, what to do with a rejected one, when a Jacobian is too old.
 
+// The digits are those of the source, so that they can be compared with it.
+#![allow(clippy::excessive_precision)]
+
 use nalgebra::Complex;
 
 use super::dense::Lu;
