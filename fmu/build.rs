@@ -4,7 +4,7 @@
 use std::fs;
 
 /// Where the stored types and their meaning are.
-const DEFINITIONS: [&str; 8] = [
+const DEFINITIONS: [&str; 10] = [
     "src/program.rs",
     "src/tape/mod.rs",
     "src/series/form.rs",
@@ -12,6 +12,8 @@ const DEFINITIONS: [&str; 8] = [
     "src/model.rs",
     "src/instance/snapshot.rs",
     "src/solver/continuation.rs",
+    "src/solver/choice.rs",
+    "src/solver/implicit.rs",
     "src/fmi2/component.rs",
 ];
 

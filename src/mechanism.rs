@@ -488,6 +488,8 @@ pub enum Method {
     Auto,
     /// Explicit Runge-Kutta.
     Explicit,
+    /// Implicit Runge-Kutta, for stiff mechanisms.
+    Implicit,
 }
 
 /// Choice of trees.

@@ -258,7 +258,7 @@ impl Parts {
         let measurement = |tolerance: f64, evaluations| Measurement {
             tolerance,
             error: 3.0 * tolerance,
-            statistics: Statistics { steps: evaluations / 12, rejected: 1, evaluations, projections: 0, fallbacks: 0 },
+            statistics: Statistics { steps: evaluations / 12, rejected: 1, evaluations, ..Statistics::default() },
         };
         Self {
             description: pendulum(),

@@ -49,6 +49,7 @@ fn program() -> data::Program {
         tapes: data::Tapes { acceleration, ..data::Tapes::default() },
         initial: data::Initial::default(),
         engine: data::Engine::Dop853,
+        automatic: true,
         arms: None,
     }
 }

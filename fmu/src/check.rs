@@ -121,7 +121,7 @@ impl Program {
         let Some(form) = &self.arms else {
             return match self.engine {
                 Engine::Taylor => Err(Fault::Arms { what: "there is none" }),
-                Engine::Dop853 => Ok(()),
+                Engine::Dop853 | Engine::Radau => Ok(()),
             };
         };
         if self.motion == Motion::Kinematic || !form.coefficients.instructions.is_empty() {

@@ -46,6 +46,8 @@ pub struct Program {
     pub initial: Initial,
     /// How dynamic motion is integrated, unless the caller asks for something else.
     pub engine: Engine,
+    /// May a run change to the implicit method while the motion is stiff?
+    pub automatic: bool,
     /// What the Taylor series of the motion are found from, if they exist.
     pub arms: Option<ArmForm>,
 }
@@ -58,6 +60,8 @@ pub enum Engine {
     /// Explicit Runge-Kutta method of order 8 with dense output of order 7 ([`crate::solver::explicit`]).
     #[default]
     Dop853,
+    /// Implicit Runge-Kutta method Radau IIA of order 5 (`solver::implicit`), for stiff motion.
+    Radau,
 }
 
 /// The default experiment of the scene.

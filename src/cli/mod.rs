@@ -1,5 +1,6 @@
 //! The command line: one file for each command.
 
+mod bench;
 mod check;
 mod equilibrium;
 mod export;
@@ -63,6 +64,7 @@ enum Command {
     Linearize(linearize::Linearize),
     Modes(modes::Modes),
     Export(export::Export),
+    Bench(bench::Bench),
     Info(info::Info),
 }
 
@@ -85,6 +87,7 @@ pub fn run() -> ExitCode {
         Command::Linearize(command) => command.run(format),
         Command::Modes(command) => command.run(format),
         Command::Export(command) => command.run(format),
+        Command::Bench(command) => command.run(format),
         Command::Info(command) => command.run(),
     };
     match result {

@@ -113,6 +113,7 @@ fn series(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Ex
     match equations.system.mechanism.solver.method {
         Method::Auto => arm_form(equations, active),
         Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
+        Method::Implicit => Err("the scene asks for `method = \"implicit\"`".into()),
     }
 }
 
@@ -297,7 +298,12 @@ fn assemble(
         registers: assembler.registers,
         tapes,
         initial,
-        engine: if arms.is_some() { Engine::Taylor } else { Engine::Dop853 },
+        engine: match mechanism.solver.method {
+            Method::Implicit => Engine::Radau,
+            _ if arms.is_some() => Engine::Taylor,
+            _ => Engine::Dop853,
+        },
+        automatic: mechanism.solver.method == Method::Auto,
         arms,
     }
 }

@@ -120,7 +120,7 @@ impl Accuracy {
     pub fn work(&self) -> &'static str {
         match self.engine {
             Engine::Taylor => "Taylor series",
-            Engine::Dop853 => "evaluations of the accelerations",
+            Engine::Dop853 | Engine::Radau => "evaluations of the accelerations",
         }
     }
 

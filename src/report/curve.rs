@@ -35,7 +35,7 @@ impl Curve {
         };
         let mut svg = Svg::default();
         svg.text([AXES.x, 27.0], r##"font-size="15" font-weight="600" fill="#1f2933""##, &self.title);
-        self.draw_axes(&mut svg, &across, &up);
+        draw_axes(&mut svg, AXES, [&across, &up], [&self.axes[0], &self.axes[1]]);
         let pixels: Vec<Pixel> = self.points.iter().map(|(point, _)| place(*point)).collect();
         svg.path(&polyline(&pixels), LINE);
         for ([x, y], (_, label)) in pixels.into_iter().zip(&self.points) {
@@ -44,42 +44,44 @@ impl Curve {
         }
         svg.finish(Frame { x: 0.0, y: 0.0, width: WIDTH, height: AXES.y + AXES.height + BOTTOM }, &self.title)
     }
+}
 
-    fn draw_axes(&self, svg: &mut Svg, across: &Scale, up: &Scale) {
-        let Frame { x: left, y: top, width, height } = AXES;
-        let (right, bottom) = (left + width, top + height);
-        for tick in across.ticks() {
-            let x = left + across.part(tick) * width;
-            svg.line([x, top], [x, bottom], GRID);
-            svg.text([x, bottom + 18.0], &format!(r#"{SMALL} text-anchor="middle""#), &label(tick));
-        }
-        for tick in up.ticks() {
-            let y = bottom - up.part(tick) * height;
-            svg.line([left, y], [right, y], GRID);
-            svg.text([left - 8.0, y + 4.2], &format!(r#"{SMALL} text-anchor="end""#), &label(tick));
-        }
-        svg.line([left, top], [left, bottom], AXIS);
-        svg.line([left, bottom], [right, bottom], AXIS);
-        svg.text([left + 0.5 * width, bottom + 39.0], TITLE, &self.axes[0]);
-        let [x, y] = [20.0, top + 0.5 * height];
-        svg.text([x, y], &format!(r#"{TITLE} transform="rotate(-90 {x} {y})""#), &self.axes[1]);
+/// Two logarithmic axes with their grid and titles.
+pub(crate) fn draw_axes(svg: &mut Svg, axes: Frame, [across, up]: [&Scale; 2], titles: [&str; 2]) {
+    let Frame { x: left, y: top, width, height } = axes;
+    let (right, bottom) = (left + width, top + height);
+    for tick in across.ticks() {
+        let x = left + across.part(tick) * width;
+        svg.line([x, top], [x, bottom], GRID);
+        svg.text([x, bottom + 18.0], &format!(r#"{SMALL} text-anchor="middle""#), &label(tick));
     }
+    for tick in up.ticks() {
+        let y = bottom - up.part(tick) * height;
+        svg.line([left, y], [right, y], GRID);
+        svg.text([left - 8.0, y + 4.2], &format!(r#"{SMALL} text-anchor="end""#), &label(tick));
+    }
+    svg.line([left, top], [left, bottom], AXIS);
+    svg.line([left, bottom], [right, bottom], AXIS);
+    svg.text([left + 0.5 * width, bottom + 39.0], TITLE, titles[0]);
+    let [x, y] = [20.0, top + 0.5 * height];
+    svg.text([x, y], &format!(r#"{TITLE} transform="rotate(-90 {x} {y})""#), titles[1]);
 }
 
 /// A logarithmic axis: the decimal logarithms of its ends.
-struct Scale {
+pub(crate) struct Scale {
     ends: [f64; 2],
 }
 
 impl Scale {
-    fn over(values: impl Iterator<Item = f64>) -> Self {
+    /// An axis on which the values have some space.
+    pub fn over(values: impl Iterator<Item = f64>) -> Self {
         let [low, high] =
             values.fold([f64::MAX, f64::MIN_POSITIVE], |[low, high], value| [low.min(value), high.max(value)]);
         Self { ends: [(low / SPACE).log10(), (high * SPACE).log10()] }
     }
 
     /// Where a value is on the axis: 0 at its beginning, 1 at its end.
-    fn part(&self, value: f64) -> f64 {
+    pub fn part(&self, value: f64) -> f64 {
         (value.log10() - self.ends[0]) / (self.ends[1] - self.ends[0])
     }
 

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use cotree_fmu::program::{Block, Engine, Motion, Program};
 
+use super::economy::Economy;
 use super::summary::{Cheapest, Coordinate, Count, Counts, Joint, SolveTree, Summary, Tree, Trees};
 use crate::cheapest::LARGEST;
 use crate::element::{Angle, Origin};
@@ -48,16 +49,21 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         counts: counts(own),
         solve_tree: formulated.lowered.solve_tree.as_ref().map(|tree| solve_tree(own, tree)),
         cheapest: (mechanism.coordinates == Coordinates::Cheapest).then(|| cheapest(formulated)),
+        economy: Economy::of(formulated),
     }
 }
 
 /// How the motion is found.
 fn solver(lowered: &Lowered) -> String {
+    let stiff = if lowered.program.automatic { "; Radau IIA(5) while it is stiff" } else { "" };
     match (lowered.program.motion, lowered.program.engine, &lowered.no_series) {
         (Motion::Kinematic, ..) => String::new(),
-        (Motion::Dynamic, Engine::Taylor, _) => "Taylor series".into(),
-        (Motion::Dynamic, Engine::Dop853, Some(reason)) => format!("Runge-Kutta (DOP853): {reason}"),
-        (Motion::Dynamic, Engine::Dop853, None) => "Runge-Kutta (DOP853)".into(),
+        (Motion::Dynamic, Engine::Taylor, _) => format!("Taylor series{stiff}"),
+        (Motion::Dynamic, engine, reason) => {
+            let method = if engine == Engine::Radau { "Radau IIA(5)" } else { "Runge-Kutta (DOP853)" };
+            let reason = reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"));
+            format!("{method}{stiff}{reason}")
+        }
     }
 }
 

@@ -6,6 +6,7 @@ pub mod compare;
 pub mod csv;
 pub mod curve;
 pub mod drawing;
+pub mod economy;
 pub mod figures;
 pub mod graph;
 pub mod line;

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::economy::Economy;
+
 /// A mechanism in figures and names.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
@@ -47,6 +49,8 @@ pub struct Summary {
     pub solve_tree: Option<SolveTree>,
     /// What the search for the cheapest trees came to, if the scene asks for it.
     pub cheapest: Option<Cheapest>,
+    /// What the model does without, and what its outputs cost.
+    pub economy: Economy,
 }
 
 /// A joint.
@@ -153,7 +157,8 @@ impl fmt::Display for Summary {
         writeln!(f, "  {:<12}{:>4}  {motion}\n", "mobility", self.mobility)?;
         self.write_equations(f)?;
         self.write_counts(f)?;
-        self.write_savings(f)
+        self.write_savings(f)?;
+        self.write_economy(f)
     }
 }
 
@@ -205,6 +210,25 @@ impl Summary {
 }
 
 impl Summary {
+    fn write_economy(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Economy { left_out, outputs, together } = &self.economy;
+        for (index, left) in left_out.iter().enumerate() {
+            let title = if index == 0 { "left out" } else { "" };
+            writeln!(f, "{}  {title:<16}  {}: {}", if index == 0 { "\n" } else { "" }, left.part, left.reason)?;
+        }
+        for (index, output) in outputs.iter().take(MOST_OUTPUTS).enumerate() {
+            let title = if index == 0 { "output costs" } else { "" };
+            let solved = if output.accelerated { ", and the accelerations there" } else { "" };
+            let plural = if output.operations == 1 { "" } else { "s" };
+            let space = if index == 0 { "\n" } else { "" };
+            writeln!(f, "{space}  {title:<16}  {}: {} operation{plural}{solved}", output.name, output.operations)?;
+        }
+        if outputs.len() > 1 {
+            writeln!(f, "  {:<16}  all {}: {together} operations, shared parts once", "", outputs.len())?;
+        }
+        Ok(())
+    }
+
     fn write_savings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.solve_tree.is_some() || self.cheapest.is_some() {
             writeln!(f)?;
@@ -228,6 +252,9 @@ impl Summary {
         }
     }
 }
+
+/// With more outputs the costs of the first ones are shown, and of all together.
+const MOST_OUTPUTS: usize = 12;
 
 /// A line of names; no line if there are none.
 fn list<S: AsRef<str>>(f: &mut fmt::Formatter<'_>, title: &str, names: &[S]) -> fmt::Result {

@@ -129,7 +129,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Replaces the integrator that the program names, until the next reset.
+    /// Replaces the integrator that the program names, until the next reset; the run then takes no other.
     ///
     /// # Errors
     /// After initialisation.
@@ -138,6 +138,7 @@ impl Instance {
             return Err(InstanceError::Phase { running: true });
         }
         self.now.engine = engine;
+        self.now.automatic = false;
         Ok(())
     }
 
@@ -328,6 +329,7 @@ impl Instance {
     fn settings(&self) -> Settings {
         Settings {
             engine: self.now.engine,
+            automatic: self.now.automatic,
             tolerance: self.now.tolerance,
             max_step: self.model.program().experiment.max_step,
             stop: self.now.stop,

@@ -37,6 +37,7 @@ pub struct Snapshot {
     pub(super) stop: Option<f64>,
     pub(super) tolerance: f64,
     pub(super) engine: Engine,
+    pub(super) automatic: bool,
 }
 
 impl Snapshot {
@@ -51,6 +52,7 @@ impl Snapshot {
             derivatives: vec![false; model.program().inputs.len()],
             stop: None,
             engine: model.program().engine,
+            automatic: model.program().automatic,
             tolerance: experiment.tolerance.clamp(TOLERANCES[0], TOLERANCES[1]),
         }
     }
@@ -64,6 +66,7 @@ impl Snapshot {
         self.stop = other.stop;
         self.tolerance = other.tolerance;
         self.engine = other.engine;
+        self.automatic = other.automatic;
     }
 
     /// Moves time on, if a later state is already known as a polynomial.

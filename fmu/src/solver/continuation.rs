@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::choice::Choice;
 use super::explicit::Explicit;
+use super::implicit::Memory;
 use super::taylor::Taylor;
 use crate::model::{Model, State, motion};
 use crate::series::Choices;
@@ -35,6 +37,10 @@ pub struct Continuation {
     pub(super) ahead: f64,
     /// When the last singular pose was found, past or to come [s].
     pub(super) pose: Option<f64>,
+    /// What the implicit method knows from the steps before.
+    pub(super) implicit: Memory,
+    /// Which engine is in charge, if that may change.
+    pub(super) choice: Choice,
     /// Has anything changed at this communication point?
     pub(super) changed: bool,
     /// Had anything changed at the last one?
@@ -56,6 +62,8 @@ impl Continuation {
             step: 0.0,
             ahead: 0.0,
             pose: None,
+            implicit: Memory::new(model),
+            choice: Choice::new(),
             changed: false,
             changed_before: false,
         }
@@ -66,6 +74,7 @@ impl Continuation {
         self.restart(model, state);
         self.dense_from = state.time();
         (self.step, self.ahead, self.pose) = (0.0, 0.0, None);
+        self.choice = Choice::new();
         (self.changed, self.changed_before) = (false, false);
     }
 
@@ -111,6 +120,7 @@ impl Continuation {
         }
         self.front_time = state.time();
         self.front.copy_from_slice(&state.registers()[motion(model.layout())]);
+        self.implicit.forget();
     }
 
     /// Is this time so close to a singular pose that nothing may be evaluated?
@@ -131,6 +141,8 @@ impl Continuation {
         self.step = other.step;
         self.ahead = other.ahead;
         self.pose = other.pose;
+        self.implicit.copy_from(&other.implicit);
+        self.choice = other.choice;
         self.changed = other.changed;
         self.changed_before = other.changed_before;
     }
@@ -148,6 +160,8 @@ impl Continuation {
             && self.step >= 0.0
             && self.ahead >= 0.0
             && self.pose.is_none_or(f64::is_finite)
+            && self.implicit.belongs_to(model)
+            && self.choice.is_sound()
     }
 }
 

@@ -1,14 +1,39 @@
 //! Small dense linear equations without allocation.
 
+use core::iter::Sum;
+use core::ops::{AddAssign, Div, DivAssign, Mul, Sub, SubAssign};
+
+use nalgebra::Complex;
+
 /// The smallest pivot that counts, relative to the largest entry.
 const SINGULAR: f64 = 1e-13;
 
+/// What a matrix may consist of.
+pub(crate) trait Scalar:
+    Copy + Default + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + AddAssign + SubAssign + DivAssign + Sum
+{
+    /// By which pivots are chosen.
+    fn size(self) -> f64;
+}
+
+impl Scalar for f64 {
+    fn size(self) -> f64 {
+        self.abs()
+    }
+}
+
+impl Scalar for Complex<f64> {
+    fn size(self) -> f64 {
+        self.re.abs() + self.im.abs()
+    }
+}
+
 /// LU factors of a square matrix, with partial pivoting. Storage is reused.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Lu {
+pub(crate) struct Lu<T = f64> {
     size: usize,
     /// Row by row; L below the diagonal, U on and above it.
-    factors: Vec<f64>,
+    factors: Vec<T>,
     pivots: Vec<usize>,
 }
 
@@ -16,15 +41,20 @@ pub(crate) struct Lu {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Singular(pub usize);
 
-impl Lu {
+impl<T: Scalar> Lu<T> {
     pub fn new(size: usize) -> Self {
-        Self { size, factors: vec![0.0; size * size], pivots: vec![0; size] }
+        Self { size, factors: vec![T::default(); size * size], pivots: vec![0; size] }
     }
 
     /// The matrix to be factored, zeroed, row by row.
-    pub fn matrix(&mut self) -> &mut [f64] {
-        self.factors.fill(0.0);
+    pub fn matrix(&mut self) -> &mut [T] {
+        self.factors.fill(T::default());
         &mut self.factors
+    }
+
+    /// Adds a number to each entry of the diagonal of the matrix.
+    pub fn add_to_diagonal(&mut self, number: T) {
+        self.factors.iter_mut().step_by(self.size + 1).for_each(|place| *place += number);
     }
 
     /// Replaces the matrix by its factors. `largest` is the size of what the matrix is a part of: a pivot that is nothing beside it counts as
@@ -32,7 +62,7 @@ impl Lu {
     pub fn factor(&mut self, largest: f64) -> Result<(), Singular> {
         let n = self.size;
         for column in 0..n {
-            let size = |row: &usize| self.factors[row * n + column].abs();
+            let size = |row: &usize| self.factors[row * n + column].size();
             let pivot = (column..n).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(column);
             // Written so that NaN is singular too.
             let regular = size(&pivot) > SINGULAR * largest;
@@ -62,13 +92,13 @@ impl Lu {
             let factor = row[column] / pivot[column];
             row[column] = factor;
             for (entry, above) in row[column + 1..].iter_mut().zip(&pivot[column + 1..]) {
-                *entry -= factor * above;
+                *entry -= factor * *above;
             }
         }
     }
 
     /// Replaces b by the solution of A x = b.
-    pub fn solve(&self, b: &mut [f64]) {
+    pub fn solve(&self, b: &mut [T]) {
         let n = self.size;
         for row in 0..n {
             b.swap(row, self.pivots[row]);
@@ -83,17 +113,19 @@ impl Lu {
     }
 
     /// Replaces b by the solution of A^T x = b.
-    pub fn solve_transposed(&self, b: &mut [f64]) {
+    pub fn solve_transposed(&self, b: &mut [T]) {
         let n = self.size;
         for row in 0..n {
             b[row] /= self.factors[row * n + row];
             for column in row + 1..n {
-                b[column] -= self.factors[row * n + column] * b[row];
+                let part = self.factors[row * n + column] * b[row];
+                b[column] -= part;
             }
         }
         for row in (0..n).rev() {
             for column in 0..row {
-                b[column] -= self.factors[row * n + column] * b[row];
+                let part = self.factors[row * n + column] * b[row];
+                b[column] -= part;
             }
         }
         for row in (0..n).rev() {
@@ -102,8 +134,8 @@ impl Lu {
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
+    a.iter().zip(b).map(|(a, b)| *a * *b).sum()
 }
 
 #[cfg(test)]
@@ -129,8 +161,21 @@ mod tests {
     }
 
     #[test]
+    fn solves_with_a_complex_matrix() {
+        let mut lu = Lu::new(3);
+        let entry = |index: usize| Complex::new(MATRIX[index], MATRIX[8 - index] - 0.5);
+        lu.matrix().iter_mut().enumerate().for_each(|(index, place)| *place = entry(index));
+        assert_eq!(lu.factor(6.0), Ok(()));
+        let x = [Complex::new(1.0, 2.0), Complex::new(-2.0, 0.5), Complex::new(3.0, -1.0)];
+        let mut b: [Complex<f64>; 3] =
+            std::array::from_fn(|row| (0..3).map(|column| entry(3 * row + column) * x[column]).sum());
+        lu.solve(&mut b);
+        assert!(b.iter().zip(x).all(|(b, x)| (b - x).norm() < 1e-14), "{b:?}");
+    }
+
+    #[test]
     fn says_that_a_matrix_is_singular() {
-        let mut lu = Lu::new(2);
+        let mut lu = Lu::<f64>::new(2);
         lu.matrix().copy_from_slice(&[1.0, 2.0, 2.0, 4.0]);
         assert_eq!(lu.factor(4.0), Err(Singular(1)));
         lu.matrix().copy_from_slice(&[1.0, f64::NAN, 2.0, 4.0]);

@@ -8,18 +8,18 @@ use crate::machine::Machine;
 use crate::model::{Model, State};
 
 /// A step that would end at most this much further ends at the limit.
-const STRETCH: f64 = 1.01;
+pub(super) const STRETCH: f64 = 1.01;
 /// Shortest step, in units of the spacing of floating-point times.
-const SHORTEST: f64 = 16.0;
+pub(super) const SHORTEST: f64 = 16.0;
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
 const SHARE_OF_TOLERANCE: f64 = 0.01;
 /// Rounding is larger than an error below this.
 const FINEST: f64 = 1e-14;
 /// Times nearer to zero than this are spaced as if they were there [s].
-const EARLY: f64 = 1e-6;
+pub(super) const EARLY: f64 = 1e-6;
 
 /// Most steps between two communication points.
-const MOST_STEPS: u64 = 10_000_000;
+pub(super) const MOST_STEPS: u64 = 10_000_000;
 
 /// Storage for dynamic motion.
 #[derive(Clone, Debug)]
@@ -41,7 +41,7 @@ pub struct Horizon {
 }
 
 /// (q, v)' with the signals continued from `origin`.
-struct Motion<'a> {
+pub(super) struct Motion<'a> {
     model: &'a Model,
     machine: &'a mut Machine,
     statistics: &'a mut Statistics,
@@ -60,7 +60,7 @@ impl Derivative for Motion<'_> {
     }
 }
 
-fn motion<'a>(context: &'a mut Context<'_>, origin: &'a State) -> Motion<'a> {
+pub(super) fn motion<'a>(context: &'a mut Context<'_>, origin: &'a State) -> Motion<'a> {
     Motion { model: context.model, machine: context.machine, statistics: context.statistics, origin }
 }
 
@@ -74,18 +74,6 @@ impl Dynamic {
     /// To be called when the front is not the one that the last step left.
     pub fn forget(&mut self) {
         self.known = false;
-    }
-
-    /// Takes steps until the front has reached the target.
-    pub fn advance(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
-        let last = context.statistics.steps + MOST_STEPS;
-        while run.front_time < horizon.target {
-            if context.statistics.steps >= last {
-                return Err(Failure::TooManySteps { time: run.front_time, steps: MOST_STEPS });
-            }
-            self.single(context, run, horizon)?;
-        }
-        Ok(())
     }
 
     /// Takes one step.
@@ -145,7 +133,7 @@ impl Dynamic {
             context.statistics.rejected += 1;
             run.step = proposed.min(0.5 * h);
             if run.step < shortest {
-                return Err(self.underflow(context.model, time, failure));
+                return Err(underflow(context.model, time, self.explicit.first(), failure));
             }
         }
     }
@@ -210,16 +198,17 @@ impl Dynamic {
             self.tolerances[n + index] = tolerance * coordinate.scale.max(rate);
         }
     }
+}
 
-    fn underflow(&self, model: &Model, time: f64, cause: Option<Failure>) -> Failure {
-        let n = model.coordinates();
-        let coordinates = &model.program().coordinates;
-        let speed = |index: usize| {
-            let size = self.explicit.first()[n + index].abs() / coordinates[index].scale;
-            if size.is_finite() { size } else { f64::INFINITY }
-        };
-        let fastest = (0..n).max_by(|&a, &b| speed(a).total_cmp(&speed(b)));
-        let coordinate = fastest.map_or_else(|| model.program().name.clone(), |index| coordinates[index].name.clone());
-        Failure::StepUnderflow { time, coordinate, cause: cause.map(Box::new) }
-    }
+/// No step is short enough; names the coordinate that accelerates most, judging by the derivative at the front.
+pub(super) fn underflow(model: &Model, time: f64, derivative: &[f64], cause: Option<Failure>) -> Failure {
+    let n = model.coordinates();
+    let coordinates = &model.program().coordinates;
+    let speed = |index: usize| {
+        let size = derivative[n + index].abs() / coordinates[index].scale;
+        if size.is_finite() { size } else { f64::INFINITY }
+    };
+    let fastest = (0..n).max_by(|&a, &b| speed(a).total_cmp(&speed(b)));
+    let coordinate = fastest.map_or_else(|| model.program().name.clone(), |index| coordinates[index].name.clone());
+    Failure::StepUnderflow { time, coordinate, cause: cause.map(Box::new) }
 }

@@ -5,6 +5,7 @@
 //! integrator ([`kinematic`]).
 
 pub mod accelerations;
+mod choice;
 mod continuation;
 mod dense;
 mod dop853;
@@ -12,12 +13,14 @@ mod dynamic;
 pub mod expansion;
 pub mod explicit;
 pub mod failure;
+mod implicit;
 pub mod initial;
 pub mod kinematic;
 mod least_squares;
 mod loops;
 pub mod poses;
 pub mod projection;
+mod radau;
 pub mod redundancy;
 mod singular;
 pub mod stepping;
@@ -37,6 +40,8 @@ use projection::Projection;
 pub struct Settings {
     /// The integrator.
     pub engine: Engine,
+    /// May the run change to the implicit method while the motion is stiff?
+    pub automatic: bool,
     /// Relative tolerance on what the user sees.
     pub tolerance: f64,
     /// Longest step [s].
@@ -54,6 +59,10 @@ pub struct Statistics {
     pub rejected: u64,
     /// Evaluations of the accelerations, or series of the motion.
     pub evaluations: u64,
+    /// Factorisations of the implicit method; each is of a real and of a complex matrix.
+    pub factorisations: u64,
+    /// Jacobians of the accelerations.
+    pub jacobians: u64,
     /// Projections that moved the state.
     pub projections: u64,
     /// Steps of the explicit method where there was no Taylor series.

@@ -85,11 +85,25 @@ impl Projection {
         tolerance: f64,
         reach: f64,
     ) -> Result<f64, Failure> {
+        self.positions_along(model, machine, q, tolerance, reach, &mut |_| ())
+    }
+
+    /// The same, with each correction bent by `bend` first, which must leave the loop equations closed to first order: where the metric of the
+    /// mass matrix alone would stretch stiff springs.
+    pub fn positions_along(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        q: &mut [f64],
+        tolerance: f64,
+        reach: f64,
+        bend: &mut dyn FnMut(&mut [f64]),
+    ) -> Result<f64, Failure> {
         // Rounding of q itself makes a gap.
         let noise = 4.0 * f64::EPSILON * largest(model, q);
         let idle = IDLE.max(noise);
         let goal = idle.max(SHARE_OF_TOLERANCE * tolerance);
-        let moved = self.newton(model, machine, Level::Position, q, idle, goal, reach)?;
+        let moved = self.newton(model, machine, Level::Position, q, [idle, goal, reach], bend)?;
         self.consistent(model, machine)?;
         Ok(moved)
     }
@@ -104,7 +118,7 @@ impl Projection {
     ) -> Result<(), Failure> {
         let size = 1.0 + largest(model, v);
         let goal = IDLE.max(SHARE_OF_TOLERANCE * tolerance) * size;
-        self.newton(model, machine, Level::Rate, v, IDLE * size, goal, f64::INFINITY)?;
+        self.newton(model, machine, Level::Rate, v, [IDLE * size, goal, f64::INFINITY], &mut |_| ())?;
         Ok(())
     }
 
@@ -118,16 +132,14 @@ impl Projection {
         crate::math::maximum(position, relative(Level::Rate, 1.0 + largest(model, state.rates())))
     }
 
-    #[allow(clippy::too_many_arguments)] // Private, and every one is a different thing.
     fn newton(
         &mut self,
         model: &Model,
         machine: &mut Machine,
         level: Level,
         x: &mut [f64],
-        idle: f64,
-        goal: f64,
-        reach: f64,
+        [idle, goal, reach]: [f64; 3],
+        bend: &mut dyn FnMut(&mut [f64]),
     ) -> Result<f64, Failure> {
         level.load(model, machine, x);
         if model.active().is_empty() {
@@ -142,6 +154,7 @@ impl Projection {
                 return Ok(moved);
             }
             self.count += u64::from(iteration == 0);
+            bend(&mut self.step[m..]);
             x.iter_mut().zip(&self.step[m..]).for_each(|(x, step)| *x += step);
             moved += largest(model, &self.step[m..]);
             level.load(model, machine, x);

@@ -5,12 +5,14 @@
 //! So, while nothing changes, steps have their natural length and communication points are read from the dense output; after a change the
 //! step that went too far is forgotten; and when changes come at every communication point, steps end exactly there.
 
+use super::choice::Engines;
 pub use super::continuation::Continuation;
 use super::dynamic::{Dynamic, Horizon};
+use super::implicit::Implicit;
 use super::kinematic::{Kinematic, REACH, lock_up};
 use super::projection::Projection;
-use super::taylor::{Reading, Taylor};
-use super::{Context, Engine, Failure, Passage, Settings, Statistics};
+use super::taylor::Taylor;
+use super::{Context, Failure, Passage, Settings, Statistics};
 use crate::machine::Machine;
 use crate::model::{Model, State, motion as range};
 use crate::program::Motion;
@@ -22,6 +24,7 @@ const SHORTEST_PART: f64 = 1e-4;
 #[derive(Clone, Debug)]
 pub struct Stepper {
     dynamic: Dynamic,
+    implicit: Implicit,
     taylor: Option<Taylor>,
     kinematic: Kinematic,
     projection: Projection,
@@ -43,6 +46,7 @@ impl Stepper {
         let work = model.default_state(0.0);
         Self {
             dynamic: Dynamic::new(model),
+            implicit: Implicit::new(model),
             taylor: Taylor::new(model),
             kinematic: Kinematic::new(model),
             projection: Projection::new(model),
@@ -65,6 +69,7 @@ impl Stepper {
     /// To be called when the continuation was replaced by another one.
     pub fn forget(&mut self) {
         self.dynamic.forget();
+        self.implicit.forget();
         if let Some(taylor) = &mut self.taylor {
             taylor.forget();
         }
@@ -109,7 +114,7 @@ impl Stepper {
         target: f64,
         settings: &Settings,
     ) -> Result<(), Failure> {
-        let Self { dynamic, taylor, kinematic, projection, work, settling, statistics } = self;
+        let Self { dynamic, implicit, taylor, kinematic, projection, work, settling, statistics } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
         if let Some(taylor) = taylor {
             taylor.passages.clear();
@@ -126,6 +131,7 @@ impl Stepper {
             }
             run.restart(model, work);
             dynamic.forget();
+            implicit.forget();
             if let Some(taylor) = taylor {
                 taylor.forget();
             }
@@ -137,20 +143,10 @@ impl Stepper {
                 let limit = if exact { target } else { stop.max(target) };
                 let horizon = Horizon { target, limit };
                 context.machine.load(model, &run.origin);
-                match (settings.engine, taylor) {
-                    (Engine::Taylor, Some(taylor)) => {
-                        taylor.advance(context, dynamic, run, horizon)?;
-                        read(context, run, target, work, |context, run, motion| match run.order {
-                            0 if run.front_time != target => dynamic.read(run, target, motion),
-                            _ => taylor.read(context, run, target, motion) == Reading::Open,
-                        })?;
-                    }
-                    _ => {
-                        run.order = 0;
-                        dynamic.advance(context, run, horizon)?;
-                        read(context, run, target, work, |_, run, motion| dynamic.read(run, target, motion))?;
-                    }
-                }
+                let mut engines = Engines { taylor: taylor.as_mut(), explicit: dynamic, implicit };
+                engines.advance(context, run, horizon)?;
+                read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
+                engines.tighten(context, run, work);
             }
         }
         state.copy_from(work);

@@ -108,38 +108,35 @@ impl Taylor {
         self.known = Start::Unknown;
     }
 
-    /// Takes steps until the front has reached the target.
-    pub fn advance(
+    /// Takes one step.
+    pub fn single(
         &mut self,
         context: &mut Context,
         explicit: &mut Dynamic,
         run: &mut Continuation,
         horizon: Horizon,
     ) -> Result<(), Failure> {
-        while run.front_time < horizon.target {
-            self.begin(context, run);
-            if self.known == Start::Singular {
-                self.leave(context, run)?;
-                continue;
-            }
-            if self.known == Start::Near {
-                if self.leave(context, run).is_ok() {
-                    continue;
-                }
-                // Too slow to be left: it is followed like any other motion.
-                self.next.copy_from_slice(&run.front);
-                self.known = self.start(context, run, run.front_time, true).map_or(Start::Singular, |_| Start::Regular);
-                self.guard.roll();
-                continue;
-            }
-            if !self.step(context, run, horizon) {
-                if let Some(failure) = Self::end_of_reach(context, run) {
-                    return Err(failure);
-                }
-                self.lead_on(context, explicit, run, horizon)?;
-            }
+        self.begin(context, run);
+        if self.known == Start::Singular {
+            return self.leave(context, run);
         }
-        Ok(())
+        if self.known == Start::Near {
+            if self.leave(context, run).is_ok() {
+                return Ok(());
+            }
+            // Too slow to be left: it is followed like any other motion.
+            self.next.copy_from_slice(&run.front);
+            self.known = self.start(context, run, run.front_time, true).map_or(Start::Singular, |_| Start::Regular);
+            self.guard.roll();
+            return Ok(());
+        }
+        if self.step(context, run, horizon) {
+            return Ok(());
+        }
+        match Self::end_of_reach(context, run) {
+            Some(failure) => Err(failure),
+            None => self.lead_on(context, explicit, run, horizon),
+        }
     }
 
     /// (q, v) at the target, from the front or from the polynomial.

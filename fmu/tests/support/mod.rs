@@ -146,6 +146,7 @@ fn empty(name: &str, motion: Motion) -> Program {
         tapes: Tapes::default(),
         initial: Initial::default(),
         engine: cotree_fmu::program::Engine::Dop853,
+        automatic: true,
         arms: None,
     }
 }

@@ -76,8 +76,8 @@ impl Resolver<'_> {
         match name.text.as_str() {
             "auto" => return Method::Auto,
             "explicit" => return Method::Explicit,
-            "implicit" => self.unavailable("the solver method `implicit`", name.span, "write `method = \"auto\"`"),
-            other => self.unknown_choice("solver method", other, &["auto", "explicit"], name.span),
+            "implicit" => return Method::Implicit,
+            other => self.unknown_choice("solver method", other, &["auto", "explicit", "implicit"], name.span),
         }
         Method::Auto
     }
@@ -119,14 +119,6 @@ impl Resolver<'_> {
             other => self.unknown_choice("preset", other, &["recommended", "absolute", "joint", "cheapest"], name.span),
         }
         Coordinates::Recommended
-    }
-
-    fn unavailable(&mut self, what: &str, span: Span, help: &str) {
-        self.faults.push(
-            Fault::new("scene::unavailable", format!("{what} is not available in this version"), span)
-                .label("not yet")
-                .help(help),
-        );
     }
 
     fn unknown_choice(&mut self, what: &str, name: &str, choices: &[&str], span: Span) {

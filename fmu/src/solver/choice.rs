@@ -1,0 +1,182 @@
+//! Which engine takes the next step: the one that the program names, or the implicit one while the motion is stiff.
+//!
+//! Now and then the fastest rate at which anything can change is estimated. If the step is as long as that rate permits, whatever the accuracy, the
+//! implicit method goes on, on trial: it stays while its steps are longer than those that the rate would permit the other engine, in the proportion of
+//! what the steps cost. Costs are counted in instructions, not timed, so that the same run always takes the same steps.
+
+use serde::{Deserialize, Serialize};
+
+use super::Context;
+use super::continuation::Continuation;
+use super::dynamic::{Dynamic, Horizon, MOST_STEPS};
+use super::implicit::Implicit;
+use super::taylor::{Reading, Taylor};
+use super::{Engine, Failure};
+use crate::model::{Model, State};
+
+/// Steps before the first look at the fastest rate. After each look that finds nothing it takes twice as many, after each trial that fails four times.
+const FIRST_LOOK: u32 = 32;
+const MOST_PATIENCE: u32 = 4096;
+/// So many steps in a row must speak for the way back.
+const VOTES: u32 = 8;
+/// A step times the fastest rate: what series and the explicit method may take, and from where on it holds them back.
+const STABLE: f64 = 5.0;
+const HELD_BACK: f64 = 3.5;
+/// Instructions of a tape run with derivatives, in those of the tape.
+const TANGENT: f64 = 2.5;
+/// Evaluations of an implicit step, and the share of steps with a Jacobian.
+const IMPLICIT_EVALUATIONS: f64 = 12.0;
+const JACOBIANS: f64 = 0.5;
+/// Evaluations of an explicit step.
+const EXPLICIT_EVALUATIONS: f64 = 13.0;
+/// Orders of a series; multiplications in a row cost a third of an instruction.
+const ORDERS: f64 = 18.0;
+/// What the beginning and the end of a series cost.
+const BEGINNING: f64 = 500.0;
+
+/// What a run remembers of the choice.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Choice {
+    /// Is the implicit method in charge?
+    stiff: bool,
+    /// Steps since the last look, or steps in a row that speak for the way back.
+    count: u32,
+    /// Steps before the next look.
+    patience: u32,
+    /// The step at which the other engine was held back \[s\].
+    held_back: f64,
+}
+
+impl Choice {
+    pub fn new() -> Self {
+        Self { stiff: false, count: 0, patience: FIRST_LOOK, held_back: 0.0 }
+    }
+
+    /// Is it one that a run would write?
+    pub fn is_sound(&self) -> bool {
+        self.held_back.is_finite() && self.held_back >= 0.0 && (FIRST_LOOK..=MOST_PATIENCE).contains(&self.patience)
+    }
+
+    /// Counts a step that says nothing about stiffness; is it time to look?
+    fn looks(&mut self) -> bool {
+        self.count += 1;
+        self.count >= self.patience
+    }
+
+    /// Takes note of what a look has found.
+    fn look(&mut self, stiff: bool) {
+        self.stiff = stiff;
+        self.count = 0;
+        self.patience = MOST_PATIENCE.min(self.patience * if stiff { 4 } else { 2 });
+    }
+
+    /// Counts an implicit step for or against the way back; says whether that is enough.
+    fn returns(&mut self, back: bool) -> bool {
+        self.count = if back { self.count + 1 } else { 0 };
+        self.stiff = self.count < VOTES;
+        if !self.stiff {
+            self.count = 0;
+        }
+        !self.stiff
+    }
+}
+
+/// The engines of a model, side by side.
+pub(super) struct Engines<'a> {
+    pub taylor: Option<&'a mut Taylor>,
+    pub explicit: &'a mut Dynamic,
+    pub implicit: &'a mut Implicit,
+}
+
+impl Engines<'_> {
+    /// Takes steps until the front has reached the target.
+    pub fn advance(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+        let last = context.statistics.steps + MOST_STEPS;
+        while run.front_time < horizon.target {
+            if context.statistics.steps >= last {
+                return Err(Failure::TooManySteps { time: run.front_time, steps: MOST_STEPS });
+            }
+            if context.settings.engine == Engine::Radau {
+                run.order = 0;
+                self.implicit.single(context, run, horizon)?;
+            } else if run.choice.stiff {
+                self.stiff_step(context, run, horizon)?;
+            } else {
+                self.other_step(context, run, horizon)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// (q, v) at a target that the front has reached; says whether they must be projected.
+    pub fn read(&mut self, context: &mut Context, run: &Continuation, target: f64, motion: &mut [f64]) -> bool {
+        match (context.settings.engine, &mut self.taylor) {
+            _ if run.implicit.is_last() => Implicit::read(run, target, motion),
+            (Engine::Taylor, Some(taylor)) if run.order > 0 || run.front_time == target => {
+                taylor.read(context, run, target, motion) == Reading::Open
+            }
+            _ => self.explicit.read(run, target, motion),
+        }
+    }
+
+    /// Corrects what has been read between implicit steps and projected.
+    pub fn tighten(&mut self, context: &mut Context, run: &Continuation, state: &mut State) {
+        if run.implicit.is_last() && state.time() != run.front_time {
+            self.implicit.prepare(context, run);
+            context.machine.load(context.model, state);
+            self.implicit.tighten(context, run, state.positions_mut());
+        }
+    }
+
+    fn stiff_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+        run.order = 0;
+        self.implicit.single(context, run, horizon)?;
+        let possible = run.choice.held_back.max(STABLE / self.implicit.rate(context.model));
+        if run.choice.returns(run.step < possible * cost_ratio(context)) {
+            // Series find their own step.
+            run.step = if context.settings.engine == Engine::Taylor { 0.0 } else { possible };
+            self.explicit.forget();
+            if let Some(taylor) = &mut self.taylor {
+                taylor.forget();
+            }
+        }
+        Ok(())
+    }
+
+    fn other_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+        run.implicit.forget();
+        match (context.settings.engine, &mut self.taylor) {
+            (Engine::Taylor, Some(taylor)) => taylor.single(context, self.explicit, run, horizon)?,
+            _ => {
+                run.order = 0;
+                self.explicit.single(context, run, horizon)?;
+            }
+        }
+        if context.settings.automatic && run.choice.looks() {
+            let held_back = run.step * self.implicit.fastest_rate(context, run) > HELD_BACK;
+            run.choice.look(held_back);
+            run.choice.held_back = run.step;
+            self.implicit.forget();
+        }
+        Ok(())
+    }
+}
+
+/// What an implicit step costs, in steps of the engine that the settings name.
+fn cost_ratio(context: &Context) -> f64 {
+    let model: &Model = context.model;
+    let n = model.coordinates() as f64;
+    let tape = model.program().tapes.acceleration.instructions.len() as f64;
+    // A real and a complex factorisation.
+    let algebra = 5.0 * n * n * n / 3.0 + 4.0 * 5.0 * n * n;
+    let implicit = (IMPLICIT_EVALUATIONS + JACOBIANS * 2.0 * n * TANGENT) * tape + algebra / 3.0;
+    let other = match (context.settings.engine, &model.program().arms) {
+        (Engine::Taylor, Some(arms)) => {
+            let size = (arms.coordinates.len() + arms.auxiliary.len() + arms.rows.len()) as f64;
+            let steps = (arms.tape.signals.len() + arms.tape.positions.len() + arms.tape.rates.len()) as f64;
+            BEGINNING + (size * size * (size + ORDERS) + (size + steps) * ORDERS * ORDERS) / 3.0
+        }
+        _ => EXPLICIT_EVALUATIONS * tape,
+    };
+    implicit / other.max(1.0)
+}

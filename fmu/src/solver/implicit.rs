@@ -1,0 +1,426 @@
+//! Integration of Eqs. (22) by Radau IIA of order 5, each step projected onto the loop equations: for stiff motion.
+//!
+//! Step sizes follow the predictive controller of Gustafsson (1994) and the rules of the authors' program `radau5.f`. A Jacobian serves as long as
+//! Newton's iterations converge fast; where it was evaluated is remembered, so that a run continued from a saved state finds the same bits.
+
+use serde::{Deserialize, Serialize};
+
+use super::accelerations::finite;
+use super::continuation::Continuation;
+use super::dynamic::{EARLY, Horizon, SHORTEST, STRETCH, motion, underflow};
+use super::radau::{DENSE_ORDER, Newton, Radau, evaluate};
+use super::{Context, Failure};
+use crate::math;
+use crate::model::Model;
+
+/// The error estimate is of order 3, the step of order 5: so much of tolerance^(4/5) makes the error of the motion follow the tolerance.
+const SHARE_OF_TOLERANCE: f64 = 0.05;
+/// Rounding is larger than an error below this.
+const FINEST: f64 = 1e-13;
+/// Newton's iterations end at this share of the root of what an error estimate may be: a step is better than its error estimate by as much.
+const NEWTON_SHARE: f64 = 0.3;
+/// Some units of rounding.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Steps of the power method.
+const POWERS: usize = 3;
+/// Safety factor of the step size.
+const SAFETY: f64 = 0.9;
+/// Limits on the change of the step size.
+const SHRINK: f64 = 0.2;
+const GROW: f64 = 8.0;
+/// A step that would grow by less keeps its length, and its factors.
+const KEEP: f64 = 1.2;
+/// A contraction of Newton's iterations for which the Jacobian is kept.
+const FRESH_ENOUGH: f64 = 1e-3;
+/// A first step is rejected by this factor.
+const FIRST_REJECTED: f64 = 0.1;
+/// Iterations for which the safety factor is meant.
+const ITERATIONS: f64 = 7.0;
+/// Smallest error that counts.
+const SMALLEST_ERROR: f64 = 1e-10;
+/// Smallest error that the controller remembers.
+const REMEMBERED: f64 = 1e-2;
+/// Longest first step [s].
+const LONGEST_START: f64 = 1.0;
+/// The motion before is continued over at most so many times its last step for a first guess.
+const EXTRAPOLATED: f64 = 8.0;
+
+/// Storage for implicit steps.
+#[derive(Clone, Debug)]
+pub struct Implicit {
+    radau: Radau,
+    next: Vec<f64>,
+    tolerances: Vec<f64>,
+    /// One direction, and the derivative of everything along it.
+    tangents: Vec<f64>,
+    column: Vec<f64>,
+    /// Is the derivative at the front known?
+    known: bool,
+    /// Is the Jacobian the one of the anchor?
+    current: bool,
+}
+
+/// What the method knows from the steps before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Memory {
+    /// Time, q and v at which the Jacobian was evaluated.
+    anchor: Vec<f64>,
+    /// Is there one?
+    anchored: bool,
+    /// Does the dense output end at the front, with the same signals?
+    smooth: bool,
+    /// Contraction of the last Newton iterations.
+    contraction: f64,
+    /// Length and error of the last step; length 0 if there was none.
+    step: f64,
+    error: f64,
+}
+
+/// What came of a trial.
+enum Trial {
+    Accepted {
+        error: f64,
+        iterations: i32,
+        contraction: f64,
+    },
+    /// To be tried with a step shorter by that factor.
+    Rejected {
+        shorter: f64,
+        failure: Option<Failure>,
+    },
+}
+
+impl Memory {
+    pub fn new(model: &Model) -> Self {
+        let anchor = vec![0.0; 1 + 2 * model.coordinates()];
+        Self { anchor, anchored: false, smooth: false, contraction: 0.0, step: 0.0, error: 0.0 }
+    }
+
+    /// The motion goes on differently from here.
+    pub fn forget(&mut self) {
+        self.anchored = false;
+        self.smooth = false;
+        self.step = 0.0;
+    }
+
+    pub fn copy_from(&mut self, other: &Self) {
+        let Self { anchor, anchored, smooth, contraction, step, error } = other;
+        self.anchor.clone_from(anchor);
+        (self.anchored, self.smooth) = (*anchored, *smooth);
+        (self.contraction, self.step, self.error) = (*contraction, *step, *error);
+    }
+
+    pub fn belongs_to(&self, model: &Model) -> bool {
+        self.anchor.len() == 1 + 2 * model.coordinates()
+            && self.anchor.iter().all(|value| value.is_finite())
+            && self.step >= 0.0
+            && [self.contraction, self.step, self.error].into_iter().all(f64::is_finite)
+    }
+
+    /// Is the dense output that of an implicit step which ends at the front?
+    pub fn is_last(&self) -> bool {
+        self.smooth
+    }
+}
+
+impl Implicit {
+    /// Storage for a model.
+    pub fn new(model: &Model) -> Self {
+        let n = model.coordinates();
+        Self {
+            radau: Radau::new(n),
+            next: vec![0.0; 2 * n],
+            tolerances: vec![0.0; 2 * n],
+            tangents: vec![0.0; model.program().registers as usize],
+            column: vec![0.0; n],
+            known: false,
+            current: false,
+        }
+    }
+
+    /// To be called when the front is not the one that the last step left.
+    pub fn forget(&mut self) {
+        self.known = false;
+        self.current = false;
+    }
+
+    /// How fast anything can change at most, judging by the last Jacobian \[1/s\].
+    pub fn rate(&self, model: &Model) -> f64 {
+        self.radau.rate(|index| model.program().coordinates[index].scale)
+    }
+
+    /// About how fast anything can change at the front \[1/s\]: a few steps of the power method with the derivatives by q, and by v. The front's
+    /// signals must have been loaded before.
+    pub fn fastest_rate(&mut self, context: &mut Context, run: &Continuation) -> f64 {
+        let Context { model, machine, .. } = context;
+        let n = model.coordinates();
+        machine.load_signals(model, &run.origin, run.front_time);
+        machine.load_motion(model, &run.front);
+        let scale = |index: usize| model.program().coordinates[index].scale;
+        let mut norm = |first: usize| {
+            let mut size = 0.0;
+            (0..n).for_each(|index| self.column[index] = scale(index) / (1.0 + index as f64));
+            for _ in 0..POWERS {
+                let largest =
+                    (0..n).fold(0.0, |largest, index| math::maximum(largest, self.column[index].abs() / scale(index)));
+                let direction = self.tangents[first..][..n].iter_mut().zip(&self.column);
+                direction.for_each(|(place, value)| *place = if largest > 0.0 { value / largest } else { 0.0 });
+                machine.differentiate(&model.program().tapes.acceleration, &mut self.tangents, &mut self.column);
+                size = (0..n).fold(0.0, |size, index| math::maximum(size, self.column[index].abs() / scale(index)));
+            }
+            self.tangents[first..][..n].fill(0.0);
+            size
+        };
+        let (by_q, by_v) = (norm(model.layout().positions()), norm(model.layout().rates()));
+        by_q.sqrt().max(by_v)
+    }
+
+    /// (q, v) at the target, from the front or from the dense output; says whether it was interpolated.
+    pub fn read(run: &Continuation, target: f64, motion: &mut [f64]) -> bool {
+        if run.front_time == target {
+            motion.copy_from_slice(&run.front);
+            return false;
+        }
+        evaluate(&run.dense, target - run.dense_from, motion);
+        true
+    }
+
+    /// The factors of the last step, if they were lost with a saved state.
+    pub fn prepare(&mut self, context: &mut Context, run: &Continuation) {
+        if !self.current {
+            self.differentiate(context, run);
+        }
+        if self.radau.factored() != run.implicit.step {
+            self.radau.factor(run.implicit.step);
+        }
+    }
+
+    /// Puts q, projected between the steps, where stiff springs are as tight as the motion of the step demands: there a small error of the positions
+    /// is a large one of the forces. The state must be in the registers, and
+    /// [`Implicit::prepare`] have been called before.
+    pub fn tighten(&mut self, context: &mut Context, run: &Continuation, q: &mut [f64]) {
+        let Context { model, machine, .. } = context;
+        let dt = machine.registers()[model.layout().time()] - run.dense_from;
+        machine.evaluate(&model.program().tapes.acceleration, &mut self.column);
+        for (index, place) in self.column.iter_mut().enumerate() {
+            *place -= second_derivative(&run.dense, q.len(), index, dt);
+        }
+        self.radau.correct(&mut self.column);
+        if self.column.iter().all(|value| value.is_finite()) {
+            q.iter_mut().zip(&self.column).for_each(|(q, change)| *q += change);
+        }
+    }
+
+    /// One accepted step from the front.
+    pub fn single(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+        self.begin(context, run)?;
+        let time = run.front_time;
+        let shortest = SHORTEST * f64::EPSILON * time.abs().max(EARLY);
+        let mut rejected = false;
+        loop {
+            let natural = run.step.min(context.settings.max_step).max(shortest);
+            let limited = time + STRETCH * natural >= horizon.limit;
+            let end = if limited { horizon.limit } else { time + natural };
+            let h = end - time;
+            match self.attempt(context, run, end, rejected) {
+                Trial::Accepted { error, iterations, contraction } => {
+                    let proposed = self.propose(&run.implicit, h, error, iterations, rejected);
+                    self.accept(run, end, error, contraction);
+                    // A step cut short by a limit says nothing against the natural length.
+                    run.step = if limited && !rejected { proposed.max(natural) } else { proposed };
+                    context.statistics.steps += 1;
+                    return Ok(());
+                }
+                Trial::Rejected { shorter, failure } => {
+                    rejected = true;
+                    context.statistics.rejected += 1;
+                    run.step = shorter * h;
+                    if run.step < shortest {
+                        return Err(underflow(context.model, time, self.radau.first(), failure));
+                    }
+                    self.anchor_at_the_front(context, run);
+                }
+            }
+        }
+    }
+
+    /// The derivative at the front, a Jacobian, and a first step size if there is none.
+    fn begin(&mut self, context: &mut Context, run: &mut Continuation) -> Result<(), Failure> {
+        if !self.known {
+            self.radau.begin(&mut motion(context, &run.origin), run.front_time, &run.front);
+            self.known = true;
+        }
+        finite(context.model, run.front_time, &self.radau.first()[context.model.coordinates()..])?;
+        if !run.implicit.anchored || run.implicit.contraction > FRESH_ENOUGH {
+            self.anchor_at_the_front(context, run);
+        } else if !self.current {
+            self.differentiate(context, run);
+        }
+        if run.step == 0.0 {
+            run.step = self.first_step(context, &run.front);
+        }
+        Ok(())
+    }
+
+    /// A step in which a motion that changes as fast as this one, and no faster, is wrong by less than the tolerance.
+    fn first_step(&self, context: &Context, front: &[f64]) -> f64 {
+        let n = front.len() / 2;
+        let mut frequency = 1.0 / LONGEST_START;
+        for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
+            let acceleration = self.radau.first()[n + index].abs() / coordinate.scale;
+            frequency = math::maximum(frequency, front[n + index].abs() / coordinate.scale);
+            frequency = math::maximum(frequency, acceleration.sqrt());
+        }
+        libm::pow(share(context.settings.tolerance), 0.25) / frequency
+    }
+
+    /// Makes the front the place of the Jacobian, if it is not.
+    fn anchor_at_the_front(&mut self, context: &mut Context, run: &mut Continuation) {
+        let Memory { anchor, anchored, .. } = &mut run.implicit;
+        if *anchored && anchor[0] == run.front_time && self.current {
+            return;
+        }
+        anchor[0] = run.front_time;
+        anchor[1..].copy_from_slice(&run.front);
+        *anchored = true;
+        self.differentiate(context, run);
+    }
+
+    /// The Jacobian at the anchor: one run of the derivative of the kernel for each of q and v.
+    fn differentiate(&mut self, context: &mut Context, run: &Continuation) {
+        let Context { model, machine, .. } = context;
+        let (n, first) = (model.coordinates(), model.layout().positions());
+        let Memory { anchor, .. } = &run.implicit;
+        machine.load_signals(model, &run.origin, anchor[0]);
+        machine.load_motion(model, &anchor[1..]);
+        let (by_q, by_v) = self.radau.jacobian_mut();
+        for direction in 0..2 * n {
+            self.tangents[first + direction] = 1.0;
+            machine.differentiate(&model.program().tapes.acceleration, &mut self.tangents, &mut self.column);
+            self.tangents[first + direction] = 0.0;
+            let matrix = if direction < n { &mut *by_q } else { &mut *by_v };
+            let column = matrix.iter_mut().skip(direction % n).step_by(n);
+            column.zip(&self.column).for_each(|(place, value)| *place = *value);
+        }
+        self.current = true;
+        context.statistics.jacobians += 1;
+    }
+
+    /// Tries a step to `end`.
+    fn attempt(&mut self, context: &mut Context, run: &mut Continuation, end: f64, rejected: bool) -> Trial {
+        let (time, h) = (run.front_time, end - run.front_time);
+        let reject = |shorter: f64| Trial::Rejected { shorter, failure: None };
+        if self.radau.factored() != h {
+            context.statistics.factorisations += 1;
+            if !self.radau.factor(h) {
+                return reject(0.5);
+            }
+        }
+        self.tolerate(context, &run.front, h);
+        self.guess(run, h);
+        let share = share(context.settings.tolerance);
+        let goal = (NEWTON_SHARE * share.sqrt()).max(self.noise(&run.front, h));
+        let Implicit { radau, next, tolerances, .. } = self;
+        let mut f = motion(context, &run.origin);
+        let step = (time, run.front.as_slice(), h);
+        let (iterations, contraction) = match radau.solve(&mut f, step, tolerances, goal) {
+            Newton::Converged { iterations, contraction } => (iterations, contraction),
+            Newton::Failed { shorter } => return reject(shorter),
+        };
+        let first = run.implicit.step == 0.0;
+        let error = radau.error(&mut f, step, tolerances, first || rejected);
+        let small = error < 1.0;
+        if !small {
+            return reject(match error {
+                _ if first => FIRST_REJECTED,
+                error => (SAFETY * libm::pow(error, -0.25)).clamp(SHRINK, 0.9),
+            });
+        }
+        radau.end(&run.front, next);
+        if let Err(failure) = self.close(context, run, end) {
+            return Trial::Rejected { shorter: 0.5, failure: Some(failure) };
+        }
+        Trial::Accepted { error, iterations, contraction }
+    }
+
+    /// What rounding makes of the stages, in units of the tolerances: rates are differences of positions over the step.
+    fn noise(&self, front: &[f64], h: f64) -> f64 {
+        let n = front.len() / 2;
+        let rates = front[..n].iter().zip(&self.tolerances[n..]);
+        let largest = rates.fold(0.0, |largest: f64, (q, tolerance)| largest.max((1.0 + q.abs()) / tolerance));
+        ROUNDING * largest / h
+    }
+
+    /// A first guess of the stages.
+    fn guess(&mut self, run: &Continuation, h: f64) {
+        let before = run.front_time - run.dense_from;
+        if !run.implicit.smooth || h > EXTRAPOLATED * before {
+            return self.radau.guess_nothing();
+        }
+        self.radau.guess(&run.front, |node, motion| {
+            evaluate(&run.dense, before + node * h, motion);
+        });
+    }
+
+    /// Projects the end of the step onto the loop equations.
+    fn close(&mut self, context: &mut Context, run: &Continuation, end: f64) -> Result<(), Failure> {
+        if context.model.active().is_empty() {
+            return Ok(());
+        }
+        let Context { model, machine, projection, settings, .. } = context;
+        let (q, v) = self.next.split_at_mut(model.coordinates());
+        machine.load_signals(model, &run.origin, end);
+        let radau = &self.radau;
+        let relax = &mut |change: &mut [f64]| radau.relax(change);
+        projection.positions_along(model, machine, q, settings.tolerance, f64::INFINITY, relax)?;
+        projection.rates(model, machine, v, settings.tolerance)
+    }
+
+    fn accept(&mut self, run: &mut Continuation, end: f64, error: f64, contraction: f64) {
+        let h = end - run.front_time;
+        self.radau.dense(&run.front, h, &mut run.dense);
+        run.order = DENSE_ORDER as u32;
+        run.dense_from = run.front_time;
+        run.front_time = end;
+        run.front.copy_from_slice(&self.next);
+        let memory = &mut run.implicit;
+        (memory.step, memory.error) = (h, error.max(REMEMBERED));
+        (memory.contraction, memory.smooth) = (contraction, true);
+        self.known = false;
+    }
+
+    /// The natural length of the next step.
+    fn propose(&self, memory: &Memory, h: f64, error: f64, iterations: i32, rejected: bool) -> f64 {
+        let error = error.max(SMALLEST_ERROR);
+        let safety = SAFETY * f64::min(1.0, (1.0 + 2.0 * ITERATIONS) / (f64::from(iterations) + 2.0 * ITERATIONS));
+        let mut factor = safety * libm::pow(error, -0.25);
+        if memory.step > 0.0 {
+            let predicted = SAFETY * (memory.step.recip() * h) * libm::pow(memory.error / (error * error), 0.25);
+            factor = factor.min(predicted);
+        }
+        let most = if rejected { 1.0 } else { GROW };
+        let factor = factor.clamp(SHRINK, most);
+        if (1.0..=KEEP).contains(&factor) { h } else { factor * h }
+    }
+
+    /// Absolute tolerances of q and v for one step. Rates count relative to themselves, but not below one scale a second, or a step if it is
+    /// longer.
+    fn tolerate(&mut self, context: &Context, front: &[f64], h: f64) {
+        let n = context.model.coordinates();
+        let share = share(context.settings.tolerance);
+        for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
+            self.tolerances[index] = share * coordinate.scale;
+            self.tolerances[n + index] = share * (coordinate.scale / h.max(1.0)).max(front[n + index].abs());
+        }
+    }
+}
+
+/// q'' of the dense output.
+fn second_derivative(dense: &[f64], n: usize, index: usize, dt: f64) -> f64 {
+    (2..=DENSE_ORDER).rev().fold(0.0, |sum, k| sum * dt + (k * (k - 1)) as f64 * dense[k * n + index])
+}
+
+/// What the error estimate of one step may be.
+fn share(tolerance: f64) -> f64 {
+    (SHARE_OF_TOLERANCE * libm::pow(tolerance, 0.8)).max(FINEST)
+}

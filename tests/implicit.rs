@@ -1,0 +1,269 @@
+//! Motion by the implicit method: against the other engines, closed forms and published numbers, and when the choice falls on it.
+
+mod support;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::path::Path;
+use std::sync::Arc;
+
+use cotree::pipeline::compile;
+use cotree::scene::Scene;
+use cotree_fmu::instance::Instance;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::{Engine, Motion};
+use support::random::{Family, random_case};
+
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+// SAFETY: every call is passed on unchanged to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        // SAFETY: the caller's promise is the same.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise is the same.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Outputs at 10 s with a stiffness of 1e9 N/m, computed in quadruple precision in two formulations.
+const REFERENCE: [(&str, f64); 4] = [
+    ("crank.tip.x", -4.985_188_606_910_933_6e-1),
+    ("crank.tip.y", -3.845_706_092_844_657_7e-2),
+    ("slider.x", 7.008_647_536_978_751e-1),
+    ("follower.x", 1.000_864_728_452_879_5),
+];
+
+fn file(path: &str) -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).expect("a scene")
+}
+
+fn stiff() -> String {
+    file("benches/scenes/stiff_slider_crank.toml")
+}
+
+/// A mass on a rail with the force of van der Pol's oscillator.
+fn van_der_pol(damping: f64) -> String {
+    format!(
+        r#"format = 1
+name = "van_der_pol"
+[parameters]
+c = {{ value = {damping}, unit = "N.s/m" }}
+k = {{ value = 1, unit = "N/m" }}
+l = "1 m"
+[bodies.m]
+mass = 1
+[joints.rail]
+type = "prismatic"
+between = ["ground", "m"]
+axis = [1, 0]
+[loads.law]
+type = "force"
+on = "m"
+vector = ["c*(1 - (m.x/l)^2)*m.vx - k*m.x", 0]
+[initial]
+"m.x" = 2
+"m.vx" = 0
+[experiment]
+stop = 300
+tolerance = 1e-6
+"#
+    )
+}
+
+fn model(text: &str) -> Arc<Model> {
+    let scene = Scene::from_toml(text).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
+    let compiled = compile(&scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
+    Arc::new(Model::new(compiled.program).expect("a sound program"))
+}
+
+/// With an engine of its own, or the one that the program chooses.
+fn started(model: &Arc<Model>, engine: Option<Engine>, stop: f64, tolerance: f64) -> Instance {
+    let mut instance = Instance::new(model.clone());
+    instance.setup(model.program().experiment.start, Some(stop), Some(tolerance)).expect("times");
+    if let Some(engine) = engine {
+        instance.set_engine(engine).expect("not started");
+    }
+    instance.initialise().expect("consistent");
+    instance
+}
+
+fn motion(instance: &Instance) -> Vec<f64> {
+    let state = instance.state();
+    state.positions().iter().chain(state.rates()).copied().collect()
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs() / b.abs().max(1.0)).fold(0.0, f64::max)
+}
+
+fn value(instance: &mut Instance, name: &str) -> f64 {
+    let variable = instance.variable(name).expect("a variable");
+    instance.get(variable).expect("defined")
+}
+
+#[test]
+fn the_models_and_random_mechanisms_move_as_with_the_explicit_method() {
+    let mut scenes: Vec<(String, String, f64)> = Vec::new();
+    for name in
+        ["andrews", "bench_slider_crank", "cart_pole", "double_pendulum", "pendulum", "quick_return", "vibration"]
+    {
+        scenes.push((
+            name.into(),
+            file(&format!("models/{name}/scene.toml")),
+            if name == "andrews" { 0.01 } else { 0.3 },
+        ));
+    }
+    for family in [Family::Chain, Family::Tree, Family::Loops, Family::Redundant] {
+        for seed in 0..4 {
+            scenes.push((format!("{family:?} {seed}"), random_case(seed, family).scene, 0.1));
+        }
+    }
+    let mut compared = 0;
+    for (name, text, stop) in scenes {
+        let model = model(&text);
+        if model.program().motion == Motion::Kinematic {
+            continue;
+        }
+        let run = |engine, tolerance| {
+            let mut instance = started(&model, Some(engine), stop, tolerance);
+            instance.step_to(stop).map(|()| motion(&instance)).unwrap_or_else(|error| panic!("{name}: {error}"))
+        };
+        let exact = run(Engine::Dop853, 1e-12);
+        for tolerance in [1e-4, 1e-7] {
+            let error = distance(&run(Engine::Radau, tolerance), &exact);
+            assert!(error < 100.0 * tolerance, "{name} at {tolerance}: {error}");
+        }
+        compared += 1;
+    }
+    assert!(compared > 15, "{compared}");
+}
+
+#[test]
+fn the_stiff_slider_crank_ends_where_quadruple_precision_puts_it() {
+    let model = model(&stiff());
+    for engine in [None, Some(Engine::Radau)] {
+        let mut instance = started(&model, engine, 10.0, 1e-6);
+        instance.step_to(10.0).expect("regular");
+        for (name, expected) in REFERENCE {
+            let error = (value(&mut instance, name) - expected).abs();
+            assert!(error < 1e-6, "{engine:?} {name}: {error}");
+        }
+        let work = instance.statistics();
+        // Series would need 69 000 steps.
+        assert!(work.steps < 7_500 && work.evaluations < 150_000 && work.jacobians > 1000, "{work:?}");
+    }
+}
+
+#[test]
+fn forces_of_stiff_springs_are_right_between_the_steps() {
+    let model = model(&stiff());
+    let [mut implicit, mut series] = [(Engine::Radau, 1e-8), (Engine::Taylor, 1e-10)]
+        .map(|(engine, tolerance)| started(&model, Some(engine), 0.3, tolerance));
+    let mut largest: f64 = 0.0;
+    for point in 1..=300 {
+        let time = f64::from(point) * 1e-3;
+        implicit.step_to(time).expect("regular");
+        series.step_to(time).expect("regular");
+        let [found, expected] = [&mut implicit, &mut series].map(|instance| value(instance, "coupling.force"));
+        assert!((found - expected).abs() < 0.05, "{time}: {found} instead of {expected}");
+        largest = largest.max(expected.abs());
+    }
+    assert!(largest > 20.0 && implicit.statistics().steps < 3000, "{largest} {:?}", implicit.statistics());
+}
+
+#[test]
+fn only_stiff_motion_changes_the_engine() {
+    let run = |text: &str, stop: f64, tolerance: f64| {
+        let model = model(text);
+        let mut instance = started(&model, None, stop, tolerance);
+        instance.step_to(stop).expect("regular");
+        instance.statistics()
+    };
+    assert!(run(&stiff(), 1.0, 1e-6).jacobians > 100);
+    // Without a damper the spring's vibration is part of the motion: series stay.
+    let undamped = stiff().replace("value = 1e9", "value = 1e7").replace("\"2*sqrt(stiffness*0.375)\"", "0");
+    assert_eq!(run(&undamped, 1.0, 1e-8).factorisations, 0);
+    for name in ["bench_slider_crank", "double_pendulum", "vibration", "andrews"] {
+        let stop = if name == "andrews" { 0.03 } else { 5.0 };
+        assert_eq!(run(&file(&format!("models/{name}/scene.toml")), stop, 1e-8).factorisations, 0, "{name}");
+    }
+}
+
+#[test]
+fn relaxation_oscillations_take_few_steps() {
+    let model = model(&van_der_pol(100.0));
+    let run = |engine, tolerance| {
+        let mut instance = started(&model, engine, 300.0, tolerance);
+        instance.step_to(300.0).expect("regular");
+        (motion(&instance), instance.statistics())
+    };
+    let (exact, many) = run(Some(Engine::Dop853), 1e-9);
+    let (implicit, few) = run(Some(Engine::Radau), 1e-6);
+    let (chosen, work) = run(None, 1e-6);
+    assert!(
+        distance(&implicit, &exact) < 1e-4 && distance(&chosen, &exact) < 1e-4,
+        "{exact:?} {implicit:?} {chosen:?}"
+    );
+    assert!(few.evaluations * 10 < many.evaluations, "{few:?} {many:?}");
+    assert!(work.jacobians > 0 && work.evaluations * 5 < many.evaluations, "{work:?} {many:?}");
+}
+
+#[test]
+fn saved_states_go_on_bit_for_bit_and_communication_points_do_not_matter() {
+    let model = model(&stiff());
+    for engine in [None, Some(Engine::Radau)] {
+        let mut instance = started(&model, engine, 1.0, 1e-6);
+        let (mut saved, mut ends) = (instance.save(), Vec::new());
+        for point in 1..=100 {
+            instance.step_to(f64::from(point) * 0.01).expect("regular");
+            if point == 37 {
+                saved = instance.save();
+            }
+        }
+        ends.push(motion(&instance));
+        let mut other = started(&model, engine, 1.0, 1e-6);
+        other.restore(&saved).expect("own state");
+        for point in 38..=100 {
+            other.step_to(f64::from(point) * 0.01).expect("regular");
+        }
+        assert_eq!(
+            motion(&other).iter().map(|x| x.to_bits()).collect::<Vec<_>>(),
+            ends[0].iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+        );
+        let mut once = started(&model, engine, 1.0, 1e-6);
+        once.step_to(1.0).expect("regular");
+        assert!(distance(&motion(&once), &ends[0]) < 1e-6);
+        assert_eq!(once.statistics().steps, instance.statistics().steps);
+    }
+}
+
+#[test]
+fn nothing_allocates_while_stepping() {
+    let model = model(&stiff());
+    for engine in [None, Some(Engine::Radau)] {
+        let mut instance = started(&model, engine, 1.0, 1e-6);
+        let before = COUNT.get();
+        for point in 1..=50 {
+            instance.step_to(f64::from(point) * 0.01).expect("regular");
+        }
+        assert_eq!(COUNT.get(), before);
+        assert!(instance.statistics().jacobians > 0);
+    }
+}
+
+#[test]
+fn a_scene_may_ask_for_the_implicit_method() {
+    let model = model(&(stiff() + "[solver]\nmethod = \"implicit\"\n"));
+    assert_eq!((model.program().engine, model.program().automatic), (Engine::Radau, false));
+}
