@@ -273,6 +273,8 @@ impl Instance {
         self.now.phase = Phase::Running;
         self.now.run.start(&self.model, &self.now.state);
         self.stepper.forget();
+        let settings = self.settings();
+        self.stepper.prepare(&self.model, &mut self.machine, &self.now.run, &settings);
         Ok(())
     }
 

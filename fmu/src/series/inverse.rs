@@ -80,76 +80,53 @@ impl Inverse {
     /// Replaces the matrix by its inverse, by Gauss and Jordan with row pivots. False if it has none.
     #[inline(always)]
     pub fn invert(&mut self) -> bool {
+        // The same for every width; small ones are known to the compiler.
         match self.width {
-            1 => self.invert_rows::<1>(),
-            2 => self.invert_rows::<2>(),
-            3 => self.invert_rows::<3>(),
-            4 => self.invert_rows::<4>(),
-            _ => self.invert_any(),
+            1 => self.eliminate_all(1),
+            2 => self.eliminate_all(2),
+            3 => self.eliminate_all(3),
+            4 => self.eliminate_all(4),
+            width => self.eliminate_all(width),
         }
     }
 
     #[inline(always)]
-    fn invert_rows<const N: usize>(&mut self) -> bool {
-        let (rows, _) = self.rows.as_chunks_mut::<N>();
-        Elimination { rows, places: &self.places, pivots: &mut self.pivots, largest: &mut self.largest }.run()
-    }
-
-    #[inline(always)]
-    fn invert_any(&mut self) -> bool {
-        let mut rows: Vec<&mut [Lane]> = self.rows.chunks_exact_mut(self.width).collect();
-        Elimination { rows: &mut rows, places: &self.places, pivots: &mut self.pivots, largest: &mut self.largest }
-            .run()
-    }
-}
-
-/// A matrix on its way to its inverse.
-struct Elimination<'a, R> {
-    rows: &'a mut [R],
-    places: &'a [usize],
-    pivots: &'a mut [usize],
-    largest: &'a mut [f64],
-}
-
-impl<R: AsRef<[Lane]> + AsMut<[Lane]>> Elimination<'_, R> {
-    #[inline(always)]
-    fn run(&mut self) -> bool {
-        for (row, largest) in self.rows.iter().zip(&mut *self.largest) {
-            let entries = row.as_ref().as_flattened();
-            *largest = entries.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+    fn eliminate_all(&mut self, width: usize) -> bool {
+        for (row, largest) in self.rows.chunks_exact(width).zip(&mut self.largest) {
+            *largest = row.as_flattened().iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
         }
         for column in 0..self.places.len() {
-            let pivot = self.heaviest(column);
+            let pivot = self.heaviest(column, width);
             // Written so that NaN is singular too.
-            let regular = self.weight(pivot, column) > SINGULAR;
+            let regular = self.weight(pivot, column, width) > SINGULAR;
             if !regular {
                 return false;
             }
-            self.swap(column, pivot);
+            self.swap(column, pivot, width);
             self.pivots[column] = pivot;
-            self.eliminate(column);
+            self.eliminate(column, width);
         }
         // Rows were swapped on the way in, so columns are on the way out.
         for column in (0..self.places.len()).rev() {
             let (a, b) = (self.places[column], self.places[self.pivots[column]]);
             if a != b {
-                self.rows.iter_mut().for_each(|row| row.as_mut().as_flattened_mut().swap(a, b));
+                self.rows.as_flattened_mut().chunks_exact_mut(width * WIDTH).for_each(|row| row.swap(a, b));
             }
         }
         true
     }
 
     #[inline(always)]
-    fn weight(&self, row: usize, column: usize) -> f64 {
-        self.rows[row].as_ref().as_flattened()[self.places[column]].abs() / self.largest[row]
+    fn weight(&self, row: usize, column: usize, width: usize) -> f64 {
+        self.rows.as_flattened()[row * width * WIDTH + self.places[column]].abs() / self.largest[row]
     }
 
     /// The row whose entry is the largest in relation to its others.
     #[inline(always)]
-    fn heaviest(&self, column: usize) -> usize {
-        let (mut pivot, mut weight) = (column, self.weight(column, column));
-        for row in column + 1..self.rows.len() {
-            let other = self.weight(row, column);
+    fn heaviest(&self, column: usize, width: usize) -> usize {
+        let (mut pivot, mut weight) = (column, self.weight(column, column, width));
+        for row in column + 1..self.places.len() {
+            let other = self.weight(row, column, width);
             if other > weight {
                 (pivot, weight) = (row, other);
             }
@@ -158,25 +135,23 @@ impl<R: AsRef<[Lane]> + AsMut<[Lane]>> Elimination<'_, R> {
     }
 
     #[inline(always)]
-    fn swap(&mut self, a: usize, b: usize) {
-        let (upper, lower) = self.rows.split_at_mut(b);
-        if let (true, Some(a), Some(b)) = (a < b, upper.get_mut(a), lower.first_mut()) {
-            a.as_mut().swap_with_slice(b.as_mut());
+    fn swap(&mut self, a: usize, b: usize, width: usize) {
+        if a != b {
+            let (upper, lower) = self.rows.split_at_mut(b * width);
+            upper[a * width..][..width].swap_with_slice(&mut lower[..width]);
+            self.largest.swap(a, b);
         }
-        self.largest.swap(a, b);
     }
 
     #[inline(always)]
-    fn eliminate(&mut self, column: usize) {
+    fn eliminate(&mut self, column: usize, width: usize) {
         let place = self.places[column];
-        let (before, rest) = self.rows.split_at_mut(column);
-        let Some((pivot, after)) = rest.split_first_mut() else { return };
-        let pivot = pivot.as_mut();
+        let (before, rest) = self.rows.split_at_mut(column * width);
+        let (pivot, after) = rest.split_at_mut(width);
         let inverse = splat(1.0 / pivot.as_flattened()[place]);
         pivot.as_flattened_mut()[place] = 1.0;
         pivot.iter_mut().for_each(|entries| *entries = multiply(*entries, inverse));
-        for row in before.iter_mut().chain(after) {
-            let row = row.as_mut();
+        for row in before.chunks_exact_mut(width).chain(after.chunks_exact_mut(width)) {
             let factor = row.as_flattened()[place];
             if factor == 0.0 {
                 continue;

@@ -97,7 +97,6 @@ impl Engines<'_> {
                 return Err(Failure::TooManySteps { time: run.front_time, steps: MOST_STEPS });
             }
             if context.settings.engine == Engine::Radau {
-                run.order = 0;
                 self.implicit.single(context, run, horizon)?;
             } else if run.choice.stiff {
                 self.stiff_step(context, run, horizon)?;
@@ -129,7 +128,6 @@ impl Engines<'_> {
     }
 
     fn stiff_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
-        run.order = 0;
         self.implicit.single(context, run, horizon)?;
         let possible = run.choice.held_back.max(STABLE / self.implicit.rate(context.model));
         if run.choice.returns(run.step < possible * cost_ratio(context)) {
@@ -152,7 +150,9 @@ impl Engines<'_> {
                 self.explicit.single(context, run, horizon)?;
             }
         }
-        if context.settings.automatic && run.choice.looks() {
+        // The implicit method knows nothing of singular poses.
+        let regular = run.ahead == 0.0 && run.pose.is_none();
+        if context.settings.automatic && regular && run.choice.looks() {
             let held_back = run.step * self.implicit.fastest_rate(context, run) > HELD_BACK;
             run.choice.look(held_back);
             run.choice.held_back = run.step;

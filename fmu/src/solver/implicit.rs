@@ -379,7 +379,7 @@ impl Implicit {
     fn accept(&mut self, run: &mut Continuation, end: f64, error: f64, contraction: f64) {
         let h = end - run.front_time;
         self.radau.dense(&run.front, h, &mut run.dense);
-        run.order = DENSE_ORDER as u32;
+        run.order = 0;
         run.dense_from = run.front_time;
         run.front_time = end;
         run.front.copy_from_slice(&self.next);

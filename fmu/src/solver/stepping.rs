@@ -12,7 +12,7 @@ use super::implicit::Implicit;
 use super::kinematic::{Kinematic, REACH, lock_up};
 use super::projection::Projection;
 use super::taylor::Taylor;
-use super::{Context, Failure, Passage, Settings, Statistics};
+use super::{Context, Engine, Failure, Passage, Settings, Statistics};
 use crate::machine::Machine;
 use crate::model::{Model, State, motion as range};
 use crate::program::Motion;
@@ -93,6 +93,16 @@ impl Stepper {
     /// the registers.
     pub fn gap(&mut self, model: &Model, machine: &mut Machine, state: &State) -> f64 {
         self.projection.gap(model, machine, state)
+    }
+
+    /// Looks at the beginning of a run before its first step, so that the steps need no storage for it.
+    pub fn prepare(&mut self, model: &Model, machine: &mut Machine, run: &Continuation, settings: &Settings) {
+        let Self { taylor, projection, statistics, .. } = self;
+        let context = &mut Context { model, machine, projection, statistics, settings };
+        if let (Engine::Taylor, Some(taylor)) = (settings.engine, taylor) {
+            context.machine.load(model, &run.origin);
+            taylor.begin(context, run);
+        }
     }
 
     /// Signals, q and v at the time of a state within the last step, of which there is a polynomial.

@@ -157,7 +157,7 @@ impl Taylor {
     }
 
     /// Puts the front on the loops, if that has not been done.
-    fn begin(&mut self, context: &mut Context, run: &Continuation) {
+    pub(super) fn begin(&mut self, context: &mut Context, run: &Continuation) {
         if self.known == Start::Unknown {
             self.next.copy_from_slice(&run.front);
             self.jet.force(run.choices);

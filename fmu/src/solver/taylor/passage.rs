@@ -168,15 +168,16 @@ impl Taylor {
         false
     }
 
-    /// What to say where the motion could go on in several ways.
     /// Is the front so close to a singular pose that it must be left before anything is evaluated?
     pub(super) fn begins_near(context: &Context, run: &Continuation) -> bool {
-        if run.step > 0.0 || context.model.active().is_empty() {
+        let first = run.step == 0.0 && run.dense_from == run.front_time;
+        if !first || context.model.active().is_empty() {
             return run.in_zone(run.front_time);
         }
         front_dependence(context, run).0 < CLOSE
     }
 
+    /// What to say where the motion could go on in several ways.
     fn undecided(context: &Context, run: &Continuation) -> Failure {
         Failure::Undecided { time: run.front_time, joints: front_dependence(context, run).1 }
     }
