@@ -313,7 +313,7 @@ fn a_bouncing_mass_keeps_its_height() {
     // Free flight sqrt(2 h/g) each way; below, half a swing about the sagged point.
     let (g, k, h) = (10.0, 1e4_f64, 0.8);
     let (omega, sag) = (k.sqrt(), g / k);
-    let speed = (2.0 * g * h as f64).sqrt();
+    let speed = (2.0_f64 * g * h).sqrt();
     let amplitude = (sag * sag + speed * speed / k).sqrt();
     let contact = (std::f64::consts::PI + 2.0 * (sag / amplitude).asin()) / omega;
     let period = 2.0 * speed / g + contact;
