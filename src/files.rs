@@ -29,6 +29,10 @@ impl Draft {
         }
         let temporary = beside(&place)?;
         let file = OpenOptions::new().write(true).create_new(true).open(&temporary)?;
+        if let Ok(old) = fs::metadata(&place) {
+            // Whoever could not read the old file shall not read the new one.
+            let _ = file.set_permissions(old.permissions());
+        }
         Ok(Self { writer: Some(BufWriter::new(file)), place, temporary: Some(temporary) })
     }
 

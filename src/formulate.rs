@@ -8,9 +8,10 @@ use cotree_fmu::solver::redundancy::redundancy;
 
 use crate::assembly::{circuit_names, explain, span_of};
 use crate::cheapest::{self, Search};
-use crate::element::{Held, Origin, System};
+use crate::element::{Held, Known, Origin, System};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
+use crate::graph::{ElementId, Topology};
 use crate::lower::{self, Lowered, Pose};
 use crate::mechanism::{Coordinates, Formula, Mechanism, Output};
 use crate::print::symbol_name;
@@ -213,9 +214,10 @@ fn redundancy_warnings(equations: &Equations, redundant: &[usize]) -> Vec<Fault>
     let mut said = BTreeSet::new();
     let mut warnings = Vec::new();
     for constraint in redundant.iter().map(|&index| &equations.constraints[index]) {
-        // What is empty for every pose is how the trees are, not a fault of the scene, unless a driver repeats another.
-        let driver = matches!(equations.system.element(constraint.element).origin, Origin::Driver(_));
-        if (constraint.is_trivial() && !driver) || !said.insert(constraint.element) {
+        // The joint holds what its own driver, beside it in the tree, holds as well: not a fault of the scene.
+        if (constraint.is_trivial() && is_beside_its_driver(equations, constraint.element))
+            || !said.insert(constraint.element)
+        {
             continue;
         }
         let name = &equations.system.element(constraint.element).name;
@@ -227,6 +229,19 @@ fn redundancy_warnings(equations: &Equations, redundant: &[usize]) -> Vec<Fault>
         );
     }
     warnings
+}
+
+/// Is a chord's only branch in its circuit a displacement driver between the same points?
+fn is_beside_its_driver(equations: &Equations, chord: ElementId) -> bool {
+    let system = &equations.system;
+    if !matches!(system.element(chord).origin, Origin::Joint(_)) || system.element(chord).translation.is_none() {
+        return false;
+    }
+    let circuit = Topology::new(&system.translation, &equations.trees.translation).circuit(chord);
+    let along = |id: ElementId| {
+        system.element(id).translation.as_ref().is_some_and(|row| matches!(row.known, Known::Along(..)))
+    };
+    matches!(circuit[..], [(branch, _)] if along(branch))
 }
 
 /// Something that no scene should be able to cause.

@@ -12,7 +12,7 @@
 //! 6. [`export`]: `modelDescription.xml` and the archive around that program and the runtime (package `cotree-fmu`).
 //!
 //! [`pipeline`] joins the stages; [`simulation`] runs the very code that the FMU runs; [`analysis`] finds equilibria, linear systems and
-//! modes; [`bench`] measures; [`mod@print`] and [`report`] show; [`cli`] is the
+//! modes; [`mod@bench`] measures; [`mod@print`] and [`report`] show; [`cli`] is the
 //! command line.
 //!
 //! ```

@@ -113,7 +113,7 @@ pub fn points(experiment: Experiment) -> impl Iterator<Item = f64> {
 /// How many points [`points`] gives.
 pub fn count(experiment: Experiment) -> u64 {
     let Experiment { start, stop, step, .. } = experiment;
-    ((stop - start) / step * (1.0 - 1e-12) - 1e-9).ceil().max(0.0) as u64 + 1
+    (((stop - start) / step * (1.0 - 1e-12) - 1e-9).ceil().max(0.0) as u64).saturating_add(1)
 }
 
 #[cfg(test)]

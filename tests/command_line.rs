@@ -1,6 +1,6 @@
 //! The command as a user meets it: usage errors, exit codes, `new`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 fn cotree(folder: &Path, arguments: &[&str]) -> Output {
@@ -299,5 +299,34 @@ fn a_folder_that_cannot_be_written_is_named() {
         let output = cotree(folder.path(), &arguments);
         assert_eq!(code(&output), 2);
         assert!(stderr(&output).contains(arguments[3]), "{}", stderr(&output));
+    }
+}
+
+/// No command writes over what it reads, or writes one file twice.
+#[test]
+fn nothing_that_is_read_is_written_over() {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("written_over");
+    std::fs::create_dir_all(&folder).unwrap();
+    let scene = folder.join("scene.toml");
+    let text =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("models/pendulum/scene.toml")).unwrap();
+    std::fs::write(&scene, &text).unwrap();
+    let run = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_cotree")).current_dir(&folder).args(arguments).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    for arguments in [
+        ["export", "scene.toml", "-o", "scene.toml"],
+        ["simulate", "scene.toml", "-o", "./scene.toml"],
+        ["simulate", "scene.toml", "--plot", "scene.toml"],
+        ["show", "scene.toml", "--graph", "scene.toml"],
+        ["show", "scene.toml", "--drawing", "scene.toml"],
+        ["bench", "scene.toml", "--plot", "scene.toml"],
+        ["modes", "scene.toml", "-o", "scene.toml"],
+    ] {
+        let (code, message) = run(&arguments);
+        assert_eq!(code, Some(2), "{arguments:?}: {message}");
+        assert!(message.contains("it is read by this command"), "{message}");
+        assert_eq!(std::fs::read_to_string(&scene).unwrap(), text, "{arguments:?}");
     }
 }

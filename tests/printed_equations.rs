@@ -154,7 +154,9 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
         }
         exact.extend(dynamics.load.iter().enumerate().map(|(row, entry)| (format!("Q[{}]", row + 1), *entry)));
     }
-    for (index, row) in equations.constraints.iter().enumerate() {
+    // Rows that say nothing are not printed.
+    let rows = equations.constraints.iter().enumerate();
+    for (index, row) in rows.filter(|(_, row)| !row.is_trivial() || !row.followers.is_empty()) {
         let row_number = index + 1;
         exact.insert(format!("Phi[{row_number}]"), row.value);
         exact.insert(format!("gamma[{row_number}]"), row.gamma);

@@ -32,6 +32,7 @@ pub struct Bench {
 
 impl Bench {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        output::apart(&[Some(&self.scene)], &[self.plot.as_deref()])?;
         let compiled = output::compile(&self.scene, format)?;
         let variables = reported(&compiled.description);
         let experiment = compiled.description.experiment;

@@ -41,6 +41,7 @@ impl Export {
         let scene = if self.all { scene.with_every_output() } else { scene };
         let compiled = output::compile_scene(&scene, format)?;
         let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
+        output::apart(&[Some(&self.scene)], &[Some(&path)])?;
         compiled.write_fmu(&runtimes, &path)?;
         output::print(&format!("{}\n", path.display()))
     }

@@ -51,6 +51,20 @@ impl Write for Output {
     }
 }
 
+/// Makes sure that nothing that is read is written over, and nothing is written twice.
+pub fn apart(read: &[Option<&Path>], written: &[Option<&Path>]) -> Result<(), Failure> {
+    let real = |path: &&Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    let mut taken: Vec<_> = read.iter().flatten().map(|path| (real(path), "is read")).collect();
+    for path in written.iter().flatten() {
+        let place = real(path);
+        if let Some((_, why)) = taken.iter().find(|(other, _)| *other == place) {
+            return Err(Failure::file("write", path, format!("it {why} by this command; choose another file")));
+        }
+        taken.push((place, "is already written"));
+    }
+    Ok(())
+}
+
 /// Writes to standard output.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();

@@ -87,6 +87,7 @@ enum StepsAs {
 
 impl Show {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        output::apart(&[Some(&self.scene)], &[self.graph.as_deref(), self.drawing.as_deref()])?;
         let printed = match (self.equations, self.steps) {
             (Some(notation), _) => Some(pipeline::equations(&output::load(&self.scene)?, notation.into())?),
             (None, Some(prose)) => Some(pipeline::steps(&output::load(&self.scene)?, prose.into())?),

@@ -55,6 +55,8 @@ pub struct Simulate {
 
 impl Simulate {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        let written = [self.output.as_deref(), self.plot.as_deref()];
+        output::apart(&[Some(&self.scene), self.input.as_deref()], &written)?;
         let compiled = output::compile(&self.scene, format)?;
         let table = self.input.as_deref().map(request::table).transpose()?;
         let run = request::run(&self, &compiled.description, table.as_ref())?;

@@ -40,6 +40,7 @@ pub struct Study {
 impl Study {
     /// Reads the scene, applies the settings.
     pub fn open(&self, format: MessageFormat) -> Result<(Scene, Mechanism), Failure> {
+        output::apart(&[Some(&self.scene)], &[self.output.as_deref()])?;
         let scene = output::load(&self.scene)?;
         let resolved = scene.resolve()?;
         if !resolved.warnings.is_empty() {

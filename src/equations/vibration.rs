@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use super::Equations;
 use super::dynamics::mass;
-use crate::element::Origin;
+use crate::element::{Known, Origin};
 use crate::expr::Expr;
 use crate::graph::{ElementId, Topology};
 use crate::mechanism::{Dimension, LoadKind, Side, SpringLaw};
@@ -77,7 +77,7 @@ impl Equations<'_> {
                 Some(Share { mass, force, ..none })
             }
             Origin::Load(load) => match &mechanism.loads[load.0].kind {
-                LoadKind::Spring { law, .. } => self.spring(law),
+                LoadKind::Spring { law, .. } => self.spring(law, element),
                 LoadKind::Force { vector, .. } => Some(Share { force: self.formula(&vector[0]), ..none }),
                 LoadKind::Actuator { force, .. } => Some(Share { force: self.formula(force), ..none }),
                 _ => None,
@@ -86,12 +86,34 @@ impl Equations<'_> {
         }
     }
 
-    fn spring(&mut self, law: &SpringLaw) -> Option<Share> {
+    fn spring(&mut self, law: &SpringLaw, element: ElementId) -> Option<Share> {
         let [stiffness, cubic, damping, free] =
             [&law.stiffness, &law.cubic, &law.damping, &law.free].map(|formula| self.formula(formula));
         let linear = cubic == Expr::ZERO && law.side == Side::Both;
-        let force = self.system.arena.multiply(stiffness, free);
+        // Points away from the mass centres, and of the ground: the length at q = 0 is not zero.
+        let fixed = self.fixed_length(element);
+        let short = self.system.arena.subtract(free, fixed);
+        let force = self.system.arena.multiply(stiffness, short);
         linear.then_some(Share { mass: Expr::ZERO, damping, stiffness, force })
+    }
+
+    /// The part of a spring's length that arms and ground vectors make: -\[B\]{r} of its circuit. A branch has none: its length is a
+    /// coordinate.
+    fn fixed_length(&mut self, element: ElementId) -> Expr {
+        let tree = &self.trees.translation;
+        if tree.branches.contains(&element) {
+            return Expr::ZERO;
+        }
+        let circuit = Topology::new(&self.system.translation, tree).circuit(element);
+        let mut length = Expr::ZERO;
+        for (other, sign) in circuit {
+            let known = self.system.element(other).translation.as_ref().map(|row| row.known.clone());
+            let Some(Known::Fixed(_, [x, _])) = known else { continue };
+            let arena = &mut self.system.arena;
+            let x = if sign < 0 { x } else { arena.negate(x) };
+            length = arena.add(length, x);
+        }
+        length
     }
 }
 

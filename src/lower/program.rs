@@ -117,12 +117,16 @@ fn series(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Ex
     }
 }
 
-/// Would a step by Taylor series cost more than one by Runge-Kutta? The first inverts a dense matrix and multiplies with it at every
-/// order; the second runs a tape that knows which entries vanish, for every stage.
+/// Would a step by Taylor series cost too much? It inverts a dense matrix and multiplies with it at every order; one by Runge-Kutta runs a
+/// tape that knows which entries vanish, for every stage, but does not cross singular poses of loops safely.
 fn is_too_large(arms: &ArmForm, instructions: usize) -> bool {
     const ORDERS: usize = 18;
     const STAGES: usize = 12;
+    const LARGEST_WITH_LOOPS: usize = 1000;
     let size = arms.coordinates.len() + arms.auxiliary.len() + arms.rows.len();
+    if !arms.rows.is_empty() {
+        return size > LARGEST_WITH_LOOPS;
+    }
     // A multiplication in a row costs a third of an instruction; a step by series is about twice as long.
     size * size * (size + ORDERS) > 2 * 3 * STAGES * instructions.max(1000)
 }

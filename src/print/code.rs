@@ -144,7 +144,8 @@ impl Output {
 /// (`solved`); for a kinematic one the velocities and accelerations, from the loop equations that are not `redundant`. Without masses there are no M
 /// and Q: they stay as they are given.
 pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], language: &dyn Language) -> String {
-    let name = equations.system.mechanism.name.clone();
+    // A scene may be called `my scene`: functions may not.
+    let name = crate::export::description::identifier(&equations.system.mechanism.name);
     let masses = has_masses(equations);
     let matrices = matrices(equations);
     let sizes = Sizes {

@@ -53,7 +53,7 @@ impl Motion {
         let Formulas { angles, definitions, formulas } = self.formulas(equations);
         let mut blocks = vec![Block::Equations(self.form(equations)), Block::Heading("Coordinates".into())];
         blocks.push(Block::Table(Vec::new(), coordinates(equations)));
-        if !equations.constraints.is_empty() {
+        if has_loops(equations) {
             blocks.push(Block::Heading("Reactions".into()));
             blocks.push(Block::Table(Vec::new(), reactions(equations)));
         }
@@ -79,13 +79,13 @@ impl Motion {
         let jacobian = || Tree::Name(Name { plain: "Phi_q".into(), ..Name::letter("Phi", "q") });
         let product = |a: Tree, b: Tree| Tree::product(vec![a, b]);
         let mut rows = Vec::new();
-        if self.dynamic && equations.constraints.is_empty() {
+        if self.dynamic && !has_loops(equations) {
             rows.push((product(m, a.clone()), load));
         } else if self.dynamic {
             let transposed = Tree::power(jacobian(), name("T"));
             rows.push((Tree::sum(vec![(false, product(m, a.clone())), (false, product(transposed, lambda))]), load));
         }
-        if !equations.constraints.is_empty() {
+        if has_loops(equations) {
             rows.push((name("Phi"), Tree::zero()));
             let rate = Tree::Name(Name::letter("Phi", "t"));
             rows.push((product(jacobian(), v), Tree::Sum(vec![(true, rate)])));
@@ -131,12 +131,22 @@ fn vibration(equations: &mut Equations) -> Vec<(&'static str, Vec<Entry>)> {
     ]
 }
 
+/// The loop equations that say something: where a driver acts beside its joint, the joint's circuit holds by itself.
+fn held<'a>(equations: &'a Equations<'_>) -> impl Iterator<Item = (usize, &'a Constraint)> {
+    let says = |(_, row): &(usize, &Constraint)| !row.is_trivial() || !row.followers.is_empty();
+    equations.constraints.iter().enumerate().filter(says)
+}
+
+fn has_loops(equations: &Equations) -> bool {
+    held(equations).next().is_some()
+}
+
 fn loops(equations: &Equations) -> [(&'static str, Vec<Entry>); 4] {
     let rows = |of: fn(&Constraint) -> Expr, symbol: &str| -> Vec<Entry> {
-        let rows = equations.constraints.iter().enumerate();
+        let rows = held(equations);
         rows.map(|(index, constraint)| (Name::entry(symbol, &[index]), of(constraint))).collect()
     };
-    let jacobian = equations.constraints.iter().enumerate().flat_map(|(row, constraint)| {
+    let jacobian = held(equations).flat_map(|(row, constraint)| {
         constraint.jacobian.iter().map(move |(column, entry)| (Name::entry("Phi_q", &[row, *column]), *entry))
     });
     let mut rates = rows(|constraint| constraint.time_rate, "Phi_t");
@@ -252,5 +262,5 @@ fn reactions(equations: &Equations) -> Vec<Vec<Piece>> {
         let owner = equations.system.element(constraint.element).name.clone();
         vec![Piece::Math(name), Piece::Code(owner), Piece::words(along)]
     };
-    equations.constraints.iter().enumerate().map(row).collect()
+    held(equations).map(row).collect()
 }

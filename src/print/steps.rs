@@ -85,7 +85,11 @@ fn kind(element: &Element) -> &'static str {
         Origin::GroundVector(_) => "ground vector",
         Origin::Driver(_) => "driver",
         Origin::Load(_) => "load",
+        // What relates motions of other elements is no edge.
+        Origin::Joint(_) if element.coupling.is_some() && element.translation.is_none() => "coupling",
+        Origin::Joint(_) if element.coupling.is_some() => "rolling disc",
         Origin::Joint(_) => match (&element.translation, &element.rotation) {
+            (Some(row), Some(turn)) if !row.motion.is_empty() && matches!(turn.angle, Angle::Free(_)) => "pin in slot",
             (Some(row), _) if !row.motion.is_empty() => "prismatic joint",
             (_, Some(row)) if matches!(row.angle, Angle::Free(_)) => "revolute joint",
             _ => "weld",
@@ -285,7 +289,20 @@ fn circuit_equations(equations: &Equations) -> Vec<Block> {
     });
     let held: Vec<(Tree, Tree)> = held.collect();
     let mut blocks = vec![heading("Step 2: circuit equations on the reaction spaces")];
+    let coupled = equations.constraints.iter().filter(|constraint| !constraint.coupled.is_empty());
+    let coupled: Vec<&str> =
+        coupled.map(|constraint| equations.system.element(constraint.element).label.as_str()).collect();
+    if !coupled.is_empty() {
+        blocks.push(words(format!(
+            "Couplings ({}) are no circuits: each is one relation between across variables, which is its loop equation in step 4, and \
+             adds the transposed loads, its reaction times Phi_q, to the equations of step 1.",
+            coupled.join(", ")
+        )));
+    }
     if held.is_empty() {
+        if !coupled.is_empty() {
+            return blocks;
+        }
         blocks.push(words("No chord holds anything: there are no loop equations."));
         return blocks;
     }

@@ -17,6 +17,8 @@ use crate::model::{Model, State};
 /// Steps before the first look at the fastest rate. After each look that finds nothing it takes twice as many, after each trial that fails four times.
 const FIRST_LOOK: u32 = 32;
 const MOST_PATIENCE: u32 = 4096;
+/// So many steps in a row must be held back: next to a singular pose everything can change fast too, but only there.
+const LOOKS: u32 = 4;
 /// So many steps in a row must speak for the way back.
 const VOTES: u32 = 8;
 /// A step times the fastest rate: what series and the explicit method may take, and from where on it holds them back.
@@ -43,31 +45,39 @@ pub(super) struct Choice {
     count: u32,
     /// Steps before the next look.
     patience: u32,
+    /// Steps in a row at which the other engine was held back.
+    suspected: u32,
     /// The step at which the other engine was held back \[s\].
     held_back: f64,
 }
 
 impl Choice {
     pub fn new() -> Self {
-        Self { stiff: false, count: 0, patience: FIRST_LOOK, held_back: 0.0 }
+        Self { stiff: false, count: 0, patience: FIRST_LOOK, suspected: 0, held_back: 0.0 }
     }
 
     /// Is it one that a run would write?
     pub fn is_sound(&self) -> bool {
-        self.held_back.is_finite() && self.held_back >= 0.0 && (FIRST_LOOK..=MOST_PATIENCE).contains(&self.patience)
+        self.held_back.is_finite()
+            && self.held_back >= 0.0
+            && self.suspected < LOOKS
+            && (FIRST_LOOK..=MOST_PATIENCE).contains(&self.patience)
     }
 
-    /// Counts a step that says nothing about stiffness; is it time to look?
+    /// Counts a step that says nothing about stiffness; is it time to look, or to look again?
     fn looks(&mut self) -> bool {
         self.count += 1;
-        self.count >= self.patience
+        self.count >= self.patience || self.suspected > 0
     }
 
     /// Takes note of what a look has found.
-    fn look(&mut self, stiff: bool) {
-        self.stiff = stiff;
-        self.count = 0;
-        self.patience = MOST_PATIENCE.min(self.patience * if stiff { 4 } else { 2 });
+    fn look(&mut self, held_back: bool) {
+        self.suspected = if held_back { self.suspected + 1 } else { 0 };
+        self.stiff = self.suspected >= LOOKS;
+        if self.stiff || !held_back {
+            (self.count, self.suspected) = (0, 0);
+            self.patience = MOST_PATIENCE.min(self.patience * if self.stiff { 4 } else { 2 });
+        }
     }
 
     /// Counts an implicit step for or against the way back; says whether that is enough.

@@ -53,6 +53,17 @@ fn translation(equations: &mut Equations, element: &Element, rows: &mut Rows) {
             _ => rows.push((own, Side::Tree(Tree::zero()))),
         },
         (Known::Zero, _) => {}
+        // A rolling disc: along the line, and a radius beside it.
+        (Known::Fixed(body, at), Origin::Joint(_)) => {
+            let beside = Tree::Name(Name::bold("h", &element.label));
+            if let Some(along @ Direction::Fixed(_, axis)) = free {
+                let axis_name = direction(along, element, true);
+                let slide = Tree::product(vec![scalar("s", element), axis_name.clone()]);
+                rows.push((own, Side::Tree(Tree::Sum(vec![(false, slide), (false, beside.clone())]))));
+                rows.push((axis_name, turned(equations, fixed_in(along), axis)));
+            }
+            rows.push((beside, turned(equations, *body, *at)));
+        }
         (Known::Fixed(body, at), _) => rows.push((own, turned(equations, *body, *at))),
         (Known::Given([x, y]), _) => rows.push((own, Side::Components([x.value, y.value]))),
         (Known::Along(_, _, signal), _) => {
@@ -88,7 +99,11 @@ fn force_equations(equations: &mut Equations, element: &Element, rows: &mut Rows
         }
         Force::Resistance(law) => {
             if let Some((along, _)) = row.motion.first() {
-                let speed = Tree::Name(Name { dots: 1, ..Name::letter("s", &element.label) });
+                let speed = Tree::Name(Name {
+                    dots: 1,
+                    plain: format!("v_{}", element.label),
+                    ..Name::letter("s", &element.label)
+                });
                 let side = resisting(equations, element, *law, speed, Quantity::V);
                 rows.push((dot(force(element), direction(*along, element, true)), side));
             }

@@ -71,7 +71,7 @@ impl<'s> Names<'s> {
         if let Some((first, first_name)) = self.named.get(name.text.as_str()) {
             let mut fault = Fault::new(
                 "scene::duplicate_name",
-                format!("the name `{}` is used twice: for a {} and for a {}", name.text, first.word(), named.word()),
+                format!("the name `{}` is used twice: as {} and as {}", name.text, first.word(), named.word()),
                 name.span,
             )
             .label("second time")
