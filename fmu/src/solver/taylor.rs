@@ -271,7 +271,8 @@ impl Taylor {
 
     /// Begins anew in another piece at the front; false if that has been done already, so that the motion stays on the border.
     fn change_at_once(&mut self, run: &mut Continuation, choices: Choices) -> bool {
-        let again = run.choices.known & choices.known != 0;
+        // Without any change, beginning anew would find the same.
+        let again = choices.known == 0 || run.choices.known & choices.known != 0;
         run.choices.known |= choices.known;
         run.choices.positive |= choices.positive;
         self.known = Start::Unknown;
