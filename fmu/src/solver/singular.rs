@@ -141,6 +141,9 @@ impl fmt::Display for Passage {
 /// Joints and drivers whose loop equations depend on each other at a state, or do so most, and how far from it they are: 0 to 1.
 pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
     let program = model.program();
+    if model.active().is_empty() {
+        return (1.0, Vec::new());
+    }
     let mut matrix = jacobian(model, state).select_rows(model.active());
     for (mut row, &index) in matrix.row_iter_mut().zip(model.active()) {
         row /= program.constraints[index].scale;
