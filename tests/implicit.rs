@@ -1,9 +1,9 @@
 //! Motion by the implicit method: against the other engines, closed forms and published numbers, and when the choice falls on it.
 
+#[path = "../fmu/tests/counting/mod.rs"]
+mod counting;
 mod support;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -12,29 +12,8 @@ use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{Engine, Motion};
+use counting::allocations;
 use support::random::{Family, random_case};
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is passed on unchanged to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller's promise is the same.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise is the same.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// Outputs at 10 s with a stiffness of 1e9 N/m, computed in quadruple precision in two formulations.
 const REFERENCE: [(&str, f64); 4] = [
@@ -253,11 +232,11 @@ fn nothing_allocates_while_stepping() {
     let model = model(&stiff());
     for engine in [None, Some(Engine::Radau)] {
         let mut instance = started(&model, engine, 1.0, 1e-6);
-        let before = COUNT.get();
+        let before = allocations();
         for point in 1..=50 {
             instance.step_to(f64::from(point) * 0.01).expect("regular");
         }
-        assert_eq!(COUNT.get(), before);
+        assert_eq!(allocations(), before);
         assert!(instance.statistics().jacobians > 0);
     }
 }

@@ -156,7 +156,7 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
     }
     // Rows that say nothing are not printed.
     let rows = equations.constraints.iter().enumerate();
-    for (index, row) in rows.filter(|(_, row)| !row.is_trivial() || !row.followers.is_empty()) {
+    for (index, row) in rows.filter(|(_, row)| !row.says_nothing()) {
         let row_number = index + 1;
         exact.insert(format!("Phi[{row_number}]"), row.value);
         exact.insert(format!("gamma[{row_number}]"), row.gamma);

@@ -1,7 +1,8 @@
 //! Motion by Taylor series: against the models' expected motion, the explicit method, itself at other communication points, and the energy.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+#[path = "../fmu/tests/counting/mod.rs"]
+mod counting;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,28 +13,7 @@ use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{Engine, Motion, Program};
 use cotree_fmu::series::form::ArmForm;
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is passed on unchanged to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller's promise is the same.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise is the same.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
+use counting::allocations;
 
 fn folder(model: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model)
@@ -358,9 +338,9 @@ fn a_state_without_a_series_is_left_by_the_explicit_method() {
 fn stepping_does_not_allocate() {
     let model = Arc::new(Model::new(program(LAWS)).expect("a sound program"));
     let mut instance = started(&model, Engine::Taylor, 1.0, 1e-8);
-    let before = COUNT.get();
+    let before = allocations();
     (1..=100).for_each(|step| instance.step_to(0.01 * f64::from(step)).expect("regular"));
-    assert_eq!(COUNT.get(), before);
+    assert_eq!(allocations(), before);
 }
 
 /// The series of a thrown body ends at order 2, and there may be no stop time.

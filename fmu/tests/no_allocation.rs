@@ -1,33 +1,10 @@
 //! Nothing allocates while stepping.
 
+mod counting;
 mod support;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
+use counting::allocations;
 use support::*;
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is passed on unchanged to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller's promise is the same.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise is the same.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn stepping_setting_getting_differentiating_and_saving_do_not_allocate() {
@@ -43,7 +20,7 @@ fn stepping_setting_getting_differentiating_and_saving_do_not_allocate() {
         let input = input.expect("all have one");
         let mut snapshot = instance.save();
         instance.differentiate_motion(1).expect("regular");
-        let before = COUNT.get();
+        let before = allocations();
         for step in 1..=200_u32 {
             if step % 3 == 0 {
                 instance.set(input, f64::from(step % 5) * 0.1).expect("input");
@@ -60,7 +37,7 @@ fn stepping_setting_getting_differentiating_and_saving_do_not_allocate() {
             instance.save_into(&mut snapshot);
             instance.restore(&snapshot).expect("own state");
         }
-        assert_eq!(COUNT.get(), before);
+        assert_eq!(allocations(), before);
     }
 }
 
@@ -71,7 +48,7 @@ fn model_exchange_does_not_allocate() {
         instance.initialise_exchange().expect("offered");
         let mut states = vec![0.0; instance.state_count()];
         let mut rates = states.clone();
-        let before = COUNT.get();
+        let before = allocations();
         for step in 0..200_u32 {
             instance.set_time(f64::from(step) * 1e-3).expect("finite");
             instance.states(&mut states).expect("regular");
@@ -82,6 +59,6 @@ fn model_exchange_does_not_allocate() {
                 instance.close_loops().expect("regular");
             }
         }
-        assert_eq!(COUNT.get(), before);
+        assert_eq!(allocations(), before);
     }
 }

@@ -36,6 +36,11 @@ impl Constraint {
     pub fn is_trivial(&self) -> bool {
         self.jacobian.is_empty()
     }
+
+    /// A trivial row in which no follower moves either: it says nothing about the motion.
+    pub fn says_nothing(&self) -> bool {
+        self.is_trivial() && self.followers.is_empty()
+    }
 }
 
 /// The loop equations of both graphs, then those of the couplings.

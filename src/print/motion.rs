@@ -133,8 +133,7 @@ fn vibration(equations: &mut Equations) -> Vec<(&'static str, Vec<Entry>)> {
 
 /// The loop equations that say something: where a driver acts beside its joint, the joint's circuit holds by itself.
 fn held<'a>(equations: &'a Equations<'_>) -> impl Iterator<Item = (usize, &'a Constraint)> {
-    let says = |(_, row): &(usize, &Constraint)| !row.is_trivial() || !row.followers.is_empty();
-    equations.constraints.iter().enumerate().filter(says)
+    equations.constraints.iter().enumerate().filter(|(_, row)| !row.says_nothing())
 }
 
 fn has_loops(equations: &Equations) -> bool {

@@ -88,3 +88,36 @@ pub enum Operation {
     /// a, unchanged
     Copy,
 }
+
+#[cfg(test)]
+impl Operation {
+    /// Every one of them.
+    const ALL: [Self; 26] = [
+        Self::Add,
+        Self::Subtract,
+        Self::Multiply,
+        Self::Divide,
+        Self::Negate,
+        Self::MultiplyAdd,
+        Self::SquareRoot,
+        Self::Absolute,
+        Self::SinCos,
+        Self::Tangent,
+        Self::ArcSine,
+        Self::ArcCosine,
+        Self::ArcTangent,
+        Self::ArcTangent2,
+        Self::Exponential,
+        Self::Logarithm,
+        Self::HyperbolicTangent,
+        Self::Power,
+        Self::Sign,
+        Self::Floor,
+        Self::Minimum,
+        Self::Maximum,
+        Self::Less,
+        Self::LessEqual,
+        Self::Select,
+        Self::Copy,
+    ];
+}

@@ -194,29 +194,6 @@ mod tests {
     use super::*;
     use Operation::*;
 
-    const SMOOTH: [Operation; 19] = [
-        Add,
-        Subtract,
-        Multiply,
-        Divide,
-        Negate,
-        MultiplyAdd,
-        SquareRoot,
-        Absolute,
-        SinCos,
-        Tangent,
-        ArcSine,
-        ArcCosine,
-        ArcTangent,
-        ArcTangent2,
-        Exponential,
-        Logarithm,
-        HyperbolicTangent,
-        Power,
-        Copy,
-    ];
-    const BRANCHED: [Operation; 7] = [Sign, Floor, Minimum, Maximum, Less, LessEqual, Select];
-
     fn instruction(operation: Operation) -> Tape {
         let c = if operation == SinCos { 4 } else { 2 };
         Tape { instructions: vec![Instruction { operation, target: 3, a: 0, b: 1, c }], results: vec![3] }
@@ -234,7 +211,7 @@ mod tests {
             Series([1.7, -0.4, 0.3, 0.2, -0.1]),
             Series([2.5, 0.1, 0.2, -0.3, 0.4]),
         ];
-        for operation in SMOOTH.into_iter().chain(BRANCHED) {
+        for operation in Operation::ALL {
             let mut series = operands.to_vec();
             series.resize(5, Series::default());
             instruction(operation).run_series(&mut series);

@@ -38,7 +38,7 @@ impl Jet {
             && self.form.rows.iter().all(|row| row.signals.is_empty())
     }
 
-    /// Order k with F lanes of frames and N - F of loops; false if the storage has another shape.
+    /// Order k with F lanes of frames and N - F of loops; none if the storage has another shape.
     #[inline(always)]
     pub(super) fn advance_frames<const F: usize, const N: usize>(&mut self, k: usize) -> Option<()> {
         if k + 2 >= ORDERS {
