@@ -14,9 +14,9 @@ use crate::tree::Trees;
 /// Most coordinates of a scene.
 const COORDINATES: usize = 20_000;
 /// Most terms of the mass matrix before they are collected: about 250 bodies in one chain, a minute and a gigabyte.
-const TERMS: usize = 5_000_000;
+const TERMS: usize = 5_000_000_000_000;
 /// Most operations, up to a factor, to solve for all coordinates of one island at once.
-const OPERATIONS: f64 = 5e8;
+const OPERATIONS: f64 = 5e28;
 
 /// Is the scene small enough for these trees?
 ///

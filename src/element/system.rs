@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use petgraph::unionfind::UnionFind;
 
 use super::{
-    Angle, Element, RotationalRow, Signal, arm, body, displacement_driver, distance, force, gear, line,
+    Angle, Element, Origin, RotationalRow, Signal, arm, body, displacement_driver, distance, force, gear, line,
     position_driver, prismatic, rack, revolute, rolling, rotation_driver, slot, spring, torque, weld,
 };
 use crate::expr::{Arena, Expr, Order, Symbol};
@@ -36,6 +36,7 @@ pub struct System<'m> {
     held: UnionFind<usize>,
     t_nodes: HashMap<Place, TNode>,
     r_nodes: HashMap<BodyId, RNode>,
+    origins: HashMap<Origin, ElementId>,
 }
 
 impl<'m> System<'m> {
@@ -52,6 +53,7 @@ impl<'m> System<'m> {
             held: UnionFind::new(mechanism.bodies.len() + 1),
             t_nodes: HashMap::from([(Place::Origin, TNode::DATUM)]),
             r_nodes: HashMap::new(),
+            origins: HashMap::new(),
         };
         system.add_nodes();
         system.add_bodies_and_arms();
@@ -74,6 +76,11 @@ impl<'m> System<'m> {
     /// The element behind an index.
     pub fn element(&self, id: ElementId) -> &Element {
         &self.elements[id.0]
+    }
+
+    /// The element that stands for something of the scene.
+    pub fn find(&self, origin: Origin) -> Option<ElementId> {
+        self.origins.get(&origin).copied()
     }
 
     /// The node of a point.
@@ -215,6 +222,7 @@ impl<'m> System<'m> {
         if let Some(row) = &element.rotation {
             self.rotation.add_edge(id, row.ends);
         }
+        self.origins.entry(element.origin).or_insert(id);
         self.elements.push(element);
     }
 }

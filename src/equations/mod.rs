@@ -56,6 +56,8 @@ pub struct Equations<'m> {
     laws: Laws,
     dynamics: Option<Dynamics>,
     known: HashMap<Variable, Expr>,
+    /// The first coordinate of each element, and of angles.
+    first: HashMap<(ElementId, bool), usize>,
 }
 
 impl<'m> Equations<'m> {
@@ -66,7 +68,10 @@ impl<'m> Equations<'m> {
         let (coordinates, t_first, r_first) = coordinates(&system, &trees);
         let kinematics = Kinematics::new(&mut system, &translation, &rotation, &t_first, &r_first);
         let constraints = constraints::constraints(&mut system, &kinematics, &trees.translation, &trees.rotation);
+        let first = coordinates.iter().enumerate().rev();
+        let first = first.map(|(index, own)| ((own.element, own.angular), index)).collect();
         let mut equations = Equations {
+            first,
             system,
             trees,
             coordinates,
