@@ -14,6 +14,7 @@ use crate::mechanism::{
     BodyId, DriverId, DriverKind, Formula, InputId, Joint, JointId, JointKind, LoadId, LoadKind, Mechanism, Motion,
     Place, Quantity,
 };
+use crate::scene::Span;
 use crate::translate::translate;
 
 /// The elements of a mechanism, its translational and its rotational graph, and the expressions in their terminal equations.
@@ -81,6 +82,19 @@ impl<'m> System<'m> {
     /// The element that stands for something of the scene.
     pub fn find(&self, origin: Origin) -> Option<ElementId> {
         self.origins.get(&origin).copied()
+    }
+
+    /// Where an element comes from in the scene's text.
+    pub fn span(&self, id: ElementId) -> Span {
+        let mechanism = self.mechanism;
+        match self.element(id).origin {
+            Origin::Body(body) => mechanism.bodies[body.0].span,
+            Origin::Arm(body, point) => mechanism.bodies[body.0].points[point].span,
+            Origin::GroundVector(point) => mechanism.ground[point].span,
+            Origin::Joint(joint) => mechanism.joints[joint.0].span,
+            Origin::Driver(driver) => mechanism.drivers[driver.0].span,
+            Origin::Load(load) => mechanism.loads[load.0].span,
+        }
     }
 
     /// The node of a point.

@@ -81,7 +81,7 @@ impl ScalarMotion {
 /// The coordinates that each branch brings: index of the first.
 pub type FirstCoordinate = BTreeMap<ElementId, usize>;
 
-/// Paths with more turning frames are not summed by frames anew for each of their nodes.
+/// Paths with more turning frames and displacements are not summed by frames anew for each of their nodes.
 const DEEP: usize = 30;
 
 /// Position, velocity and acceleration of a node in the axes of the world, as single expressions.
@@ -109,6 +109,8 @@ struct Step {
     parent: TNode,
     /// Branches between the node and the datum.
     depth: usize,
+    /// Displacements on the path from the datum.
+    slides: usize,
     /// How often the path from the datum changes to another turning frame, and the frame it comes in.
     angles: usize,
     frame: FrameId,
@@ -138,9 +140,10 @@ impl Kinematics {
             across.accumulate(&mut system.arena, sign, &unsigned);
             let before = kinematics.steps[parent.index()].as_ref();
             let (depth, angles, frame) = before.map_or((0, 0, FrameId::WORLD), |s| (s.depth, s.angles, s.frame));
+            let slides = before.map_or(0, |s| s.slides) + row.motion.len();
             let turned = across.position.frames().find(|&own| own != FrameId::WORLD && own != frame);
             let (angles, frame) = turned.map_or((angles, frame), |own| (angles + 1, own));
-            kinematics.steps[node.index()] = Some(Step { parent, depth: depth + 1, angles, frame, across });
+            kinematics.steps[node.index()] = Some(Step { parent, depth: depth + 1, slides, angles, frame, across });
         }
         kinematics
     }
@@ -182,7 +185,12 @@ impl Kinematics {
 
     /// Does a path lead from the datum to a node through so many frames that sums along it must be shared?
     pub fn is_deep(&self, node: TNode) -> bool {
-        self.steps[node.index()].as_ref().is_some_and(|step| step.angles > DEEP)
+        self.moving(node) > DEEP
+    }
+
+    /// How many turning frames and displacements lie on the path from the datum to a node.
+    pub fn moving(&self, node: TNode) -> usize {
+        self.steps[node.index()].as_ref().map_or(0, |step| step.angles + step.slides)
     }
 
     /// Position, velocity or acceleration of a node in the axes of the world, made from that of the node before it: what the nodes of one path

@@ -99,6 +99,17 @@ impl Equations<'_> {
         self.kinematics.angles_between([TNode::DATUM, centre])
     }
 
+    /// How many angles and displacements a body's centre moves with through the translational tree.
+    pub fn moving(&self, body: BodyId) -> usize {
+        self.kinematics.moving(self.system.t_node(Place::Centre(body)))
+    }
+
+    /// A coordinate of the element that a coordinate of other trees belongs to, or of any other if it has none.
+    pub fn counterpart(&self, coordinate: &Coordinate) -> usize {
+        let of = |angular| self.first.get(&(coordinate.element, angular)).copied();
+        self.own(coordinate).or_else(|| of(true)).or_else(|| of(false)).unwrap_or_default()
+    }
+
     /// How many angles the largest loop that a chord closes has.
     pub fn largest_loop(&self) -> usize {
         let rows = self.trees.translation.chords.iter().filter_map(|&id| self.system.element(id).translation.as_ref());

@@ -9,7 +9,7 @@ use cotree_fmu::series::form::ArmForm;
 use super::arms::arm_form;
 use super::blocks::blocks;
 use super::cost::Cost;
-use super::eliminate::Undetermined;
+use super::eliminate::Obstacle;
 use super::indicators::indicators;
 use super::initial::{Conditions, Settable, conditions, settable};
 use super::solve_tree::{self, SolveTree};
@@ -84,7 +84,7 @@ pub fn positions(equations: &mut Equations, length: f64) -> Program {
 ///
 /// # Errors
 /// A coordinate that moves no mass and is not held.
-pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &Pose) -> Result<Lowered, Undetermined> {
+pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &Pose) -> Result<Lowered, Obstacle> {
     let rank = active.iter().filter(|active| **active).count();
     let motion = if rank == equations.coordinates.len() { Motion::Kinematic } else { Motion::Dynamic };
     let kernels = PositionKernels::new(equations, length);
@@ -182,7 +182,7 @@ impl MotionKernels {
         kernels: &PositionKernels,
         (length, active): (f64, &[bool]),
         pose: &Pose,
-    ) -> Result<(), Undetermined> {
+    ) -> Result<(), Obstacle> {
         let (solver, solve_tree) = solve_tree::solver(equations, active, length, pose)?;
         self.solve_tree = solve_tree;
         let arena = &mut equations.system.arena;

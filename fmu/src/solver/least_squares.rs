@@ -145,6 +145,8 @@ struct SparseBlock {
     entries: Vec<Entry>,
     /// A bound of the largest singular value.
     size: f64,
+    /// Has J J^T fewer entries than J^T J?
+    by_rows: bool,
 }
 
 impl SparseBlock {
@@ -156,18 +158,23 @@ impl SparseBlock {
         }
         let largest = |sums: &[f64]| sums.iter().copied().fold(0.0, f64::max);
         let size = (largest(&by_row) * largest(&by_column)).sqrt();
-        Self { rows, columns, entries, size }
+        let crossings = |count: usize, line: fn(&Entry) -> usize| -> usize {
+            let mut lines = vec![0_usize; count];
+            entries.iter().for_each(|entry| lines[line(entry)] += 1);
+            lines.into_iter().map(|length| length * length).sum()
+        };
+        let by_rows = crossings(columns.len(), |entry| entry.1) <= crossings(rows.len(), |entry| entry.0);
+        Self { rows, columns, entries, size, by_rows }
     }
 
     /// J^T (J J^T + damping^2)^-1 r = (J^T J + damping^2)^-1 J^T r, refined once.
     fn apply(&self, r: &[f64], damping: f64, step: &mut [f64]) {
-        let wide = self.rows.len() <= self.columns.len();
-        let Some(factors) = Factors::new(self.normal(wide, damping)) else { return };
+        let Some(factors) = Factors::new(self.normal(damping)) else { return };
         let mut rest: Vec<f64> = self.rows.iter().map(|&row| r[row]).collect();
         let mut total = vec![0.0; self.columns.len()];
         for _ in 0..2 {
             let mut part = vec![0.0; self.columns.len()];
-            if wide {
+            if self.by_rows {
                 let mut weights = rest.clone();
                 factors.solve(&mut weights);
                 self.entries.iter().for_each(|&(row, column, value)| part[column] += value * weights[row]);
@@ -183,13 +190,13 @@ impl SparseBlock {
         }
     }
 
-    /// J J^T + damping^2 if the block is wide, else J^T J + damping^2.
-    fn normal(&self, wide: bool, damping: f64) -> Vec<Row> {
+    /// J J^T + damping^2 or J^T J + damping^2.
+    fn normal(&self, damping: f64) -> Vec<Row> {
         let (size, others) =
-            if wide { (self.rows.len(), self.columns.len()) } else { (self.columns.len(), self.rows.len()) };
+            if self.by_rows { (self.rows.len(), self.columns.len()) } else { (self.columns.len(), self.rows.len()) };
         let mut crossing: Vec<Vec<(usize, f64)>> = vec![Vec::new(); others];
         for &(row, column, value) in &self.entries {
-            let (own, other) = if wide { (row, column) } else { (column, row) };
+            let (own, other) = if self.by_rows { (row, column) } else { (column, row) };
             crossing[other].push((own, value));
         }
         let mut normal: Vec<Row> = (0..size).map(|index| Row::from([(index, damping * damping)])).collect();
