@@ -28,6 +28,26 @@ pub fn check(system: &System, trees: &Trees) -> Result<(), Vec<Fault>> {
     result.map_err(|fault| vec![fault])
 }
 
+/// Can the mass matrix in branch coordinates be written out? Motion does not need it, but equations on paper and linear systems do.
+///
+/// # Errors
+/// Paths are too deep for it.
+pub fn check_written(equations: &Equations) -> Result<(), Vec<Fault>> {
+    let mut total = 0;
+    for (index, body) in equations.system.mechanism.bodies.iter().enumerate() {
+        let own = equations.moving(BodyId(index));
+        total += own * own;
+        if total > TERMS {
+            let message =
+                format!("the place of `{}` depends on {own} coordinates, and so do those of many more", body.name);
+            let help = "written out, the equations of about 250 bodies in one chain are possible; checking, simulating and exporting the \
+                        scene do not write them out";
+            return Err(vec![too_large(&message, body.span).label("moves with everything before it").help(help)]);
+        }
+    }
+    Ok(())
+}
+
 /// The fault of a mechanism whose elimination was given up.
 pub fn too_connected(equations: &Equations) -> Fault {
     let rows = equations.constraints.iter().filter(|row| !row.is_trivial()).count();

@@ -39,12 +39,14 @@ fn counts(text: &str) -> [usize; 5] {
 /// Twice as many more bodies cost twice as much more, up to the digits of larger numbers.
 #[test]
 fn cost_grows_with_the_number_of_bodies() {
+    // Indices of registers take more bytes from 16384 on.
+    let most = [2.2, 2.2, 2.2, 2.6, 2.2];
     for scene in [scenes::chain, scenes::four_bars] {
         let [small, middle, large] = [400, 800, 1600].map(|size| counts(&scene(size)));
         for index in 0..small.len() {
             let (first, second) = (middle[index] - small[index], large[index] - middle[index]);
             let ratio = second as f64 / first as f64;
-            assert!((1.8..2.4).contains(&ratio), "count {index}: {small:?}, {middle:?}, {large:?}");
+            assert!((1.8..most[index]).contains(&ratio), "count {index}: {small:?}, {middle:?}, {large:?}");
         }
     }
 }
@@ -143,6 +145,40 @@ fn run(program: Program, until: f64) -> (Arc<Model>, State) {
         instance.step_to(until).unwrap();
     }
     (model, instance.state().clone())
+}
+
+/// Loads and motions at both ends of a path whose mass matrix is never written out.
+#[test]
+fn what_is_asked_of_a_long_chain_is_what_its_links_say() {
+    let names = ["j0.fx", "j0.fy", "b299.ax", "b299.ay", "b299.b.x", "b299.b.vy"];
+    let text = scenes::chain(300) + &format!("[outputs]\nvariables = {names:?}\n");
+    let model = Arc::new(Model::new(program(&text)).unwrap());
+    let mut instance = Instance::new(model.clone());
+    instance.setup(0.0, None, Some(1e-8)).unwrap();
+    instance.initialise().unwrap();
+    instance.step_to(0.02).unwrap();
+    let found = names.map(|name| {
+        let variable = model.program().variables.iter().position(|variable| variable.name == name).unwrap();
+        instance.get(variable).unwrap()
+    });
+    let chain = Chain::new(model.program(), &instance.state());
+    let accelerations = chain.accelerations();
+    // Of the end of each link: acceleration, place across, and speed upwards.
+    let (mut end, mut x, mut vy) = ([0.0; 2], 0.0, 0.0);
+    let (mut force, mut centre) = ([0.0, 0.0], [0.0; 2]);
+    for ((angle, rate), alpha) in chain.angles.iter().zip(&chain.rates).zip(&accelerations) {
+        let (sine, cosine) = angle.sin_cos();
+        let across = [-sine * alpha - cosine * rate * rate, cosine * alpha - sine * rate * rate];
+        centre = [0, 1].map(|axis| end[axis] + 0.5 * chain.length * across[axis]);
+        force = [force[0] + chain.mass * centre[0], force[1] + chain.mass * (centre[1] + GRAVITY)];
+        end = [0, 1].map(|axis| end[axis] + chain.length * across[axis]);
+        x += chain.length * cosine;
+        vy += chain.length * cosine * rate;
+    }
+    let expected = [force[0], force[1], centre[0], centre[1], x, vy];
+    for (name, (found, expected)) in names.iter().zip(found.iter().zip(expected)) {
+        assert!((found - expected).abs() < 1e-6 * (1.0 + expected.abs()), "{name}: {found} instead of {expected}");
+    }
 }
 
 #[test]

@@ -217,6 +217,11 @@ impl Kinematics {
         sum
     }
 
+    /// A total that has been asked for before.
+    pub fn known_total(&self, node: TNode, order: Order) -> Option<[Expr; 2]> {
+        self.totals[node.index()].0[order as usize]
+    }
+
     /// Components of a motion in the axes of the world.
     fn in_world(&self, system: &mut System, motion: &Motion, order: Order) -> [Expr; 2] {
         [Vector::x(), Vector::y()].map(|axis| match order {

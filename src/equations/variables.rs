@@ -371,14 +371,14 @@ impl Equations<'_> {
 
     fn force_along(&mut self, id: ElementId, direction: Direction) -> Expr {
         let (_, along) = self.kinematics.direction(&mut self.system, direction);
-        match self.dynamics().force(id).cloned() {
+        match self.loads().force(id).cloned() {
             Some(force) => self.component(&force, &along),
             None => Expr::ZERO,
         }
     }
 
     fn torque_of(&mut self, id: ElementId) -> Expr {
-        let Some(torque) = self.dynamics().torque(id).cloned() else { return Expr::ZERO };
+        let Some(torque) = self.loads().torque(id).cloned() else { return Expr::ZERO };
         let arena = &mut self.system.arena;
         let frames = &self.kinematics.frames;
         torque.map(arena, |arena, scalar| scalar.total(arena, frames)).total(arena)

@@ -8,8 +8,15 @@ pub(crate) type Row = BTreeMap<usize, f64>;
 /// L D L^T of a symmetric, positive definite matrix, rows with the fewest neighbours first.
 #[derive(Clone, Debug)]
 pub(crate) struct Factors {
-    /// Pivot row, pivot, and the multipliers of the rows that were left.
-    steps: Vec<(usize, f64, Vec<(usize, f64)>)>,
+    steps: Vec<Step>,
+}
+
+/// One pivot, and the multipliers of the rows that were left.
+#[derive(Clone, Debug)]
+struct Step {
+    index: usize,
+    pivot: f64,
+    below: Vec<(usize, f64)>,
 }
 
 impl Factors {
@@ -34,18 +41,18 @@ impl Factors {
                 }
                 left.insert((rows[other].len(), other));
             }
-            steps.push((index, pivot, below));
+            steps.push(Step { index, pivot, below });
         }
         Some(Self { steps })
     }
 
     /// Replaces the right-hand side by the solution.
     pub fn solve(&self, x: &mut [f64]) {
-        for (index, _, below) in &self.steps {
+        for Step { index, below, .. } in &self.steps {
             let value = x[*index];
             below.iter().for_each(|&(row, factor)| x[row] -= factor * value);
         }
-        for (index, pivot, below) in self.steps.iter().rev() {
+        for Step { index, pivot, below } in self.steps.iter().rev() {
             x[*index] = x[*index] / pivot - below.iter().map(|&(row, factor)| factor * x[row]).sum::<f64>();
         }
     }
@@ -120,7 +127,7 @@ mod tests {
         let entry = |i: usize, j: usize| (j < size).then_some((j, if i == j { 2.5 } else { -1.0 }));
         let matrix = (0..size).map(|i| [i.wrapping_sub(1), i, i + 1].into_iter().filter_map(|j| entry(i, j)).collect());
         let factors = Factors::new(matrix.collect()).unwrap();
-        assert_eq!(factors.steps.iter().map(|(.., below)| below.len()).sum::<usize>(), size - 1);
+        assert_eq!(factors.steps.iter().map(|step| step.below.len()).sum::<usize>(), size - 1);
     }
 
     #[test]
