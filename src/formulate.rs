@@ -12,7 +12,7 @@ use crate::element::{Held, Known, Origin, System};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
 use crate::graph::{ElementId, Topology};
-use crate::lower::{self, Lowered, Pose};
+use crate::lower::{self, Lowered, Obstacle, Pose};
 use crate::mechanism::{Coordinates, Formula, Mechanism, Output};
 use crate::print::symbol_name;
 use crate::scene::{Fault, Span};
@@ -79,7 +79,7 @@ pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Ve
         followers: state.follower_positions().to_vec(),
     };
     let lowered = lower::program(&mut equations, length, &active, &pose)
-        .map_err(|lower::Undetermined(index)| vec![massless(&equations, index)])?;
+        .map_err(|obstacle| vec![unsolvable(&equations, obstacle)])?;
     check_masses(&mut equations, &lowered)?;
     let warnings = redundancy_warnings(&equations, &redundant);
     Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
@@ -196,6 +196,13 @@ fn missing_mass(equations: &Equations, symbol: Symbol, output: Option<&Output>) 
     Fault::new("scene::missing_mass", format!("body `{}` has no `{key}`: {why}", owner.name), owner.span)
         .label(label)
         .help(format!("add `{key} = ...` to `[bodies.{}]`", owner.name))
+}
+
+fn unsolvable(equations: &Equations, obstacle: Obstacle) -> Fault {
+    match obstacle {
+        Obstacle::Undetermined(index) => massless(equations, index),
+        Obstacle::TooLarge => size::too_connected(equations),
+    }
 }
 
 fn massless(equations: &Equations, index: usize) -> Fault {
