@@ -72,12 +72,11 @@ impl<'a> Sources<'a> {
 
     fn places_of(&self, symbol: Symbol) -> &Places {
         static NONE: Places = Places::new();
-        let found = self.places.get(&symbol).unwrap_or(match symbol {
+        self.places.get(&symbol).unwrap_or(match symbol {
             Symbol::Reaction(_) | Symbol::Coordinate(_, Order::Acceleration) => &self.everything,
             // Time, and coordinates that no equation is about.
             _ => &NONE,
-        });
-        found
+        })
     }
 
     /// Unknowns that share an equation depend on the same.
