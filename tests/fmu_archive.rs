@@ -413,3 +413,41 @@ fn every_library_inside_the_runtime_is_named_in_the_licences() {
     }
     assert!(!words.contains("libc"));
 }
+
+/// A variable is shown in the unit that its initial value is written in, whether it is a state, an output or neither.
+#[test]
+fn initial_values_give_display_units() {
+    let scene = cotree::scene::Scene::from_toml(
+        r#"
+        format = 1
+        name = "rotor"
+        [bodies.rotor]
+        inertia = 2.0
+        points = { tip = [1, 0] }
+        [joints.pin]
+        type = "revolute"
+        between = ["ground", "rotor"]
+        [bodies.sledge]
+        mass = 1.0
+        [joints.rail]
+        type = "prismatic"
+        between = ["ground", "sledge"]
+        axis = [1, 0]
+        [initial]
+        "rotor.angle" = "60 deg"
+        "pin.omega" = "300 rpm"
+        "sledge.x" = "20 mm"
+        "sledge.vx" = "0.5 m/s"
+        [outputs]
+        variables = ["rotor.angle"]
+        "#,
+    );
+    let description = cotree::pipeline::compile(&scene.unwrap()).unwrap().description;
+    let display = |name: &str| {
+        let variable = description.variables.iter().find(|variable| variable.name == name);
+        variable.unwrap_or_else(|| panic!("no {name}")).unit.display.as_ref().map(|display| display.name.clone())
+    };
+    let found = ["rotor.angle", "pin.omega", "sledge.x", "sledge.vx", "rail.s"].map(display);
+    let wanted = [Some("deg"), Some("rpm"), Some("mm"), None, None].map(|name: Option<&str>| name.map(str::to_owned));
+    assert_eq!(found, wanted);
+}

@@ -14,7 +14,6 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
     let mechanism = formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;
     let rows = &formulated.lowered.table.rows;
-    let settable: Arc<[usize]> = (0..rows.len()).filter(|&place| is_settable(&rows[place])).collect();
     Description {
         model_name: mechanism.name.clone(),
         identifier: identifier(&mechanism.name),
@@ -22,7 +21,7 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         description: mechanism.description.clone(),
         experiment: mechanism.experiment,
         exchange: program.offers_exchange().then_some(program.tapes.indicators.results.len()),
-        variables: rows.iter().map(|row| variable(mechanism, row, &settable)).collect(),
+        variables: rows.iter().map(|row| variable(mechanism, row)).collect(),
     }
 }
 
@@ -31,7 +30,7 @@ fn is_settable(row: &Row) -> bool {
     matches!(row.source, Source::Parameter(_) | Source::Input(_)) || row.start.is_some_and(|start| start.known)
 }
 
-fn variable(mechanism: &Mechanism, row: &Row, settable: &Arc<[usize]>) -> ScalarVariable {
+fn variable(mechanism: &Mechanism, row: &Row) -> ScalarVariable {
     let causality = match row.source {
         Source::Parameter(index) => {
             let parameter = &mechanism.parameters[index as usize];
@@ -67,6 +66,6 @@ fn variable(mechanism: &Mechanism, row: &Row, settable: &Arc<[usize]>) -> Scalar
             _ => None,
         }),
         dependencies: row.dependencies.clone(),
-        initial_dependencies: if is_settable(row) { Arc::default() } else { settable.clone() },
+        initial_dependencies: if is_settable(row) { Arc::default() } else { row.initial_dependencies.clone() },
     }
 }

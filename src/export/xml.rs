@@ -12,8 +12,11 @@ use super::description::{Causality, Description, ScalarVariable, Start, is_struc
 use crate::mechanism::Unit;
 
 /// Names of the log categories that the runtime uses, and what is logged under them.
-const LOG_CATEGORIES: [(&str, &str); 3] =
-    [("events", "calls that the importer makes"), ("solver", "what the solver does"), ("errors", "why a call failed")];
+const LOG_CATEGORIES: [(&str, &str); 3] = [
+    ("events", "begin, end, and singular poses that are passed"),
+    ("solver", "what the solver does"),
+    ("errors", "why a call failed"),
+];
 
 type Out = Writer<Vec<u8>>;
 type Attributes = Vec<(&'static str, String)>;

@@ -13,6 +13,7 @@ mod motion;
 mod program;
 mod series;
 mod solve_tree;
+mod start;
 mod strengthen;
 mod table;
 mod tape;

@@ -13,6 +13,7 @@ use super::eliminate::Obstacle;
 use super::indicators::indicators;
 use super::initial::{Conditions, Settable, conditions, settable};
 use super::solve_tree::{self, SolveTree};
+use super::start::Beginning;
 use super::table::Table;
 use super::tape::Assembler;
 use crate::element::Held;
@@ -94,7 +95,14 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     }
     moving.indicators = indicators(&mut equations.system.arena, &moving.acceleration);
     let solved = if motion == Motion::Dynamic { moving.acceleration.clone() } else { driving(&kernels) };
-    let table = Table::new(equations, motion, &solved);
+    let mut table = Table::new(equations, motion, &solved);
+    let beginning = Beginning {
+        constraints: [&kernels.constraint, &kernels.constraint_rate, &kernels.gamma],
+        conditions: [&kernels.positions.results, &kernels.velocities.results],
+        solved: (motion == Motion::Dynamic).then_some(&solved),
+        coordinates: equations.coordinates.len(),
+    };
+    table.find_initial_dependencies(equations, &beginning);
     moving.outputs.clone_from(&table.results);
     let reacting = equations.system.arena.symbols(table.results.iter().copied());
     if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {

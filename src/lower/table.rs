@@ -6,9 +6,10 @@ use std::sync::Arc;
 use cotree_fmu::program::{Motion, Source, Variable};
 
 use super::initial::{order_of, settable};
+use super::start::{Beginning, Sources};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::mechanism::{Quantity, Unit};
+use crate::mechanism::{DisplayUnit, Mechanism, Quantity, Unit};
 
 /// With more accelerations and reactions than this each of them counts as depending on all that any of them depends on: finding out costs
 /// the square of their number.
@@ -35,6 +36,8 @@ pub struct Row {
     pub value: Expr,
     /// Places of the inputs and states that it depends on.
     pub dependencies: Arc<[usize]>,
+    /// Places of the parameters, inputs and known initial values that it depends on at the start.
+    pub initial_dependencies: Arc<[usize]>,
 }
 
 /// An initial value that can be set.
@@ -68,6 +71,7 @@ impl Table {
         table.add_outputs(equations, &members);
         table.add_members(&members, motion);
         table.add_starts(equations);
+        table.add_display_units(equations.system.mechanism);
         table.find_dependencies(equations, motion, solved);
         table
     }
@@ -171,6 +175,50 @@ impl Table {
         }
     }
 
+    /// A variable is shown in the unit that its initial value is written in.
+    fn add_display_units(&mut self, mechanism: &Mechanism) {
+        let written = mechanism.initial.iter().filter_map(|line| {
+            let display = line.display.as_ref()?;
+            Some((mechanism.variable_name(line.variable), display))
+        });
+        let written: HashMap<String, &DisplayUnit> = written.collect();
+        for row in self.rows.iter_mut().filter(|row| row.unit.display.is_none()) {
+            row.unit.display = written.get(&row.name).map(|&display| display.clone());
+        }
+    }
+
+    /// What everything depends on at the start.
+    pub(super) fn find_initial_dependencies(&mut self, equations: &Equations, beginning: &Beginning) {
+        let mut given = HashMap::new();
+        for (place, row) in self.rows.iter().enumerate() {
+            let symbols = match (row.source, row.start) {
+                (Source::Parameter(index), _) => vec![Symbol::Parameter(index as usize)],
+                (Source::Input(index), _) => [Order::Position, Order::Velocity, Order::Acceleration]
+                    .map(|order| Symbol::Input(index as usize, order))
+                    .to_vec(),
+                (_, Some(start)) if start.known => vec![Symbol::Parameter(start.parameter as usize)],
+                _ => continue,
+            };
+            given.extend(symbols.into_iter().map(|symbol| (symbol, place)));
+        }
+        for (index, &(_, input, order)) in equations.system.followers.iter().enumerate() {
+            if let Some(&place) = given.get(&Symbol::Input(input.0, Order::Position)) {
+                given.insert(Symbol::Follower(index, order), place);
+            }
+        }
+        let single = equations.coordinates.len() + equations.constraints.len() <= SINGLE;
+        let sources = single.then(|| Sources::new(&equations.system.arena, &given, beginning));
+        let mut everything: Vec<usize> = given.into_values().collect();
+        everything.sort_unstable();
+        let everything: Arc<[usize]> = everything.into();
+        for row in &mut self.rows {
+            row.initial_dependencies = match &sources {
+                Some(sources) => sources.of(row.value).into_iter().collect(),
+                None => everything.clone(),
+            };
+        }
+    }
+
     fn push(&mut self, (name, description, unit): (&str, &str, &Unit), source: Source, value: Expr) {
         self.rows.push(Row {
             name: name.to_string(),
@@ -182,6 +230,7 @@ impl Table {
             start: None,
             value,
             dependencies: Arc::default(),
+            initial_dependencies: Arc::default(),
         });
     }
 
