@@ -64,13 +64,22 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
 /// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
 pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Vec<Fault>> {
     let mechanism = equations.system.mechanism;
-    check_trivial(&equations)?;
+    let mut faults = check_trivial(&equations);
     let length = typical_length(&mut equations);
     let draft = lower::positions(&mut equations, length);
     let model = Model::of_positions(draft).map_err(|fault| vec![internal(mechanism, &fault.to_string())])?;
     let mut state = model.default_state(mechanism.experiment.start);
-    solve_initial(&model, &mut state).map_err(|failure| vec![explain(&equations, &model, &failure)])?;
-    let independent: BTreeSet<usize> = redundancy(&model, &state, POSES).independent.into_iter().collect();
+    if let Err(failure) = solve_initial(&model, &mut state)
+        && faults.is_empty()
+    {
+        faults.push(explain(&equations, &model, &failure));
+    }
+    let independent: BTreeSet<usize> = if faults.is_empty() {
+        redundancy(&model, &state, POSES).independent.into_iter().collect()
+    } else {
+        // No pose closes the loops: at least so many are needed to tell which masses are.
+        equations.loops().map(|(index, _)| index).take(equations.coordinates.len()).collect()
+    };
     let active: Vec<bool> = (0..equations.constraints.len()).map(|index| independent.contains(&index)).collect();
     let redundant: Vec<usize> = (0..active.len()).filter(|&index| !active[index]).collect();
     let pose = Pose {
@@ -78,9 +87,16 @@ pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Ve
         positions: state.positions().to_vec(),
         followers: state.follower_positions().to_vec(),
     };
-    let lowered = lower::program(&mut equations, length, &active, &pose)
-        .map_err(|lower::Undetermined(index)| vec![massless(&equations, index)])?;
-    check_masses(&mut equations, &lowered)?;
+    let lowered = match lower::program(&mut equations, length, &active, &pose) {
+        Ok(lowered) => lowered,
+        // Where the loops do not close, this may have no other cause.
+        Err(_) if !faults.is_empty() => return Err(faults),
+        Err(lower::Undetermined(index)) => return Err(vec![massless(&equations, index)]),
+    };
+    faults.extend(check_masses(&mut equations, &lowered));
+    if !faults.is_empty() {
+        return Err(faults);
+    }
     let warnings = redundancy_warnings(&equations, &redundant);
     Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
 }
@@ -117,7 +133,7 @@ fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
 }
 
 /// Loop equations without coordinates must hold by themselves: two drivers of the same angle must agree.
-fn check_trivial(equations: &Equations) -> Result<(), Vec<Fault>> {
+fn check_trivial(equations: &Equations) -> Vec<Fault> {
     let mechanism = equations.system.mechanism;
     let experiment = mechanism.experiment;
     let mut faults = Vec::new();
@@ -132,7 +148,7 @@ fn check_trivial(equations: &Equations) -> Result<(), Vec<Fault>> {
             }
         }
     }
-    if faults.is_empty() { Ok(()) } else { Err(faults) }
+    faults
 }
 
 fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64) -> Fault {
@@ -150,7 +166,7 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64)
 }
 
 /// What the kernels and the outputs need must be there.
-fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Result<(), Vec<Fault>> {
+fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Vec<Fault> {
     let mut faults = Vec::new();
     let mut said = BTreeSet::new();
     for missing in missing(equations, &lowered.solved) {
@@ -171,7 +187,7 @@ fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Result<(), Vec<
             }
         }
     }
-    if faults.is_empty() { Ok(()) } else { Err(faults) }
+    faults
 }
 
 fn missing(equations: &Equations, roots: &[Expr]) -> Vec<Symbol> {

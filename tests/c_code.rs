@@ -72,7 +72,7 @@ fn check(path: &Path, folder: &Path) {
 /// Everything that `NAME_equations` computes, in the order of its arguments. A scene without masses has no M and Q.
 fn results(equations: &mut Equations) -> Vec<Expr> {
     let dynamics = equations.dynamics().clone();
-    let (n, m) = (equations.coordinates.len(), equations.constraints.len());
+    let (n, m) = (equations.coordinates.len(), equations.loops().count());
     let dense = |row: &Vec<(usize, Expr)>| {
         let entry = |column| row.iter().find(|(at, _)| *at == column).map_or(Expr::ZERO, |(_, entry)| *entry);
         (0..n).map(entry).collect::<Vec<_>>()
@@ -82,7 +82,7 @@ fn results(equations: &mut Equations) -> Vec<Expr> {
     if symbols.iter().any(|symbol| matches!(symbol, Symbol::Missing(..))) {
         results = vec![Expr::ZERO; n * n + n];
     }
-    let rows = &equations.constraints;
+    let rows: Vec<_> = equations.loops().map(|(_, row)| row).collect();
     results.extend(rows.iter().map(|row| row.value));
     results.extend(rows.iter().flat_map(|row| dense(&row.jacobian)));
     results.extend(rows.iter().map(|row| row.time_rate));

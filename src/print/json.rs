@@ -111,5 +111,5 @@ fn reactions(equations: &Equations) -> Vec<Value> {
         let name = symbol_name(equations, Symbol::Reaction(index));
         json!({ "name": name, "owner": equations.system.element(own.element).name, "unit": unit })
     };
-    equations.constraints.iter().enumerate().map(of).collect()
+    equations.loops().map(of).collect()
 }
