@@ -17,6 +17,7 @@ use crate::mechanism::{Coordinates, Formula, Mechanism, Output};
 use crate::print::symbol_name;
 use crate::scene::{Fault, Span};
 use crate::size;
+use crate::start::Start;
 use crate::tree::Trees;
 
 /// How many poses are examined for redundant loop equations.
@@ -54,19 +55,23 @@ impl Formulated<'_> {
 pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
     match &mechanism.coordinates {
         Coordinates::Cheapest => cheapest::formulate(mechanism),
-        choice => formulate_with(equations(mechanism, choice)?),
+        choice => formulate_with(equations(mechanism, choice)?, None),
     }
 }
 
-/// The same for trees that are chosen already.
+/// The same for trees that are chosen already. What `[initial]` leaves open begins at the start, or where it is in the recommended trees.
 ///
 /// # Errors
 /// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
-pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Vec<Fault>> {
+pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -> Result<Formulated<'m>, Vec<Fault>> {
     let mechanism = equations.system.mechanism;
     let mut faults = check_trivial(&equations);
     let length = typical_length(&mut equations);
-    let draft = lower::positions(&mut equations, length);
+    let start = start.cloned().or_else(|| own_start(&equations, length));
+    let mut draft = lower::positions(&mut equations, length);
+    if let Some(start) = &start {
+        start.begin(&equations, &mut draft.initial);
+    }
     let model = Model::of_positions(draft).map_err(|fault| vec![internal(mechanism, &fault.to_string())])?;
     let mut state = model.default_state(mechanism.experiment.start);
     if let Err(failure) = solve_initial(&model, &mut state)
@@ -87,7 +92,7 @@ pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Ve
         positions: state.positions().to_vec(),
         followers: state.follower_positions().to_vec(),
     };
-    let lowered = match lower::program(&mut equations, length, &active, &pose) {
+    let mut lowered = match lower::program(&mut equations, length, &active, &pose) {
         Ok(lowered) => lowered,
         // Where the loops do not close, this may have no other cause.
         Err(_) if !faults.is_empty() => return Err(faults),
@@ -96,6 +101,9 @@ pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Ve
     faults.extend(check_masses(&mut equations, &lowered));
     if !faults.is_empty() {
         return Err(faults);
+    }
+    if let Some(start) = &start {
+        start.begin(&equations, &mut lowered.program.initial);
     }
     let warnings = redundancy_warnings(&equations, &redundant);
     Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
@@ -110,6 +118,12 @@ pub fn equations<'m>(mechanism: &'m Mechanism, choice: &Coordinates) -> Result<E
     let trees = Trees::select(&system, choice)?;
     size::check(&system, &trees)?;
     Ok(Equations::new(system, trees))
+}
+
+/// Where the recommended trees start, for other trees.
+fn own_start(equations: &Equations, length: f64) -> Option<Start> {
+    let recommended = Trees::recommended(&equations.system);
+    (equations.trees != recommended).then(|| Start::find(equations.system.mechanism, length)).flatten()
 }
 
 /// The longest arm, for tolerances relative to the size of the mechanism; 1 m for masses without arms.

@@ -55,8 +55,8 @@ impl Piece {
 
     fn latex(&self) -> String {
         match self {
-            Piece::Words(text) => latex::escape(text),
-            Piece::Code(name) => format!(r"\texttt{{{}}}", latex::escape(name)),
+            Piece::Words(text) => latex::breakable(text),
+            Piece::Code(name) => format!(r"\texttt{{{}}}", latex::breakable(name)),
             Piece::Math(tree) => format!("${}$", latex::latex(tree)),
         }
     }

@@ -54,7 +54,7 @@ fn written(part: &Part, begins_line: bool) -> String {
         Part::Open(Some("sqrt") | None) => r"\Bigl(".to_owned(),
         Part::Open(Some(function)) => {
             let (name, [open, _]) = call_signs(function);
-            format!(r"{name}\Bigl{open} ")
+            format!(r"{name}\Bigl{open}")
         }
         Part::Close(Some("sqrt"), _) => r"\Bigr)^{1/2}".to_owned(),
         Part::Close(function, exponent) => {
@@ -75,10 +75,7 @@ pub fn escape(text: &str) -> String {
             '~' => escaped.push_str(r"\textasciitilde{}"),
             '<' => escaped.push_str(r"\textless{}"),
             '>' => escaped.push_str(r"\textgreater{}"),
-            // Long names may be broken.
-            '.' => escaped.push_str(r".\allowbreak{}"),
-            '_' => escaped.push_str(r"\_\allowbreak{}"),
-            '#' | '$' | '%' | '&' | '{' | '}' => {
+            '#' | '$' | '%' | '&' | '_' | '{' | '}' => {
                 escaped.push('\\');
                 escaped.push(c);
             }
@@ -101,6 +98,19 @@ fn sum(terms: &[(bool, Tree)]) -> Vec<String> {
     terms.iter().enumerate().map(term).collect()
 }
 
+/// The same where long names may be broken.
+pub fn breakable(text: &str) -> String {
+    let is_inside = |rest: &str| rest.chars().nth(1).is_some_and(char::is_alphanumeric);
+    let mut broken = String::with_capacity(text.len());
+    for (index, c) in text.char_indices() {
+        broken.push_str(&escape(c.encode_utf8(&mut [0; 4])));
+        if matches!(c, '.' | '_') && is_inside(&text[index..]) {
+            broken.push_str(r"\allowbreak{}");
+        }
+    }
+    broken
+}
+
 fn bound(tree: &Tree, least: Binding) -> String {
     let text = latex(tree);
     if drawn_binding(tree) < least { format!(r"\left({text}\right)") } else { text }
@@ -109,14 +119,14 @@ fn bound(tree: &Tree, least: Binding) -> String {
 fn call(function: &str, arguments: &[Tree]) -> String {
     let inside: Vec<String> = arguments.iter().map(latex).collect();
     let (name, [open, close]) = call_signs(function);
-    format!(r"{name}\left{open} {}\right{close}", inside.join(", "))
+    format!(r"{name}\left{open}{}\right{close}", inside.join(", "))
 }
 
 /// The name of a function and its parentheses.
 fn call_signs(function: &str) -> (String, [&'static str; 2]) {
     let name = match function {
         "abs" => return (String::new(), ["|", "|"]),
-        "floor" => return (String::new(), [r"\lfloor", r"\rfloor"]),
+        "floor" => return (String::new(), [r"\lfloor ", r"\rfloor"]),
         "" => String::new(),
         "sin" | "cos" | "tan" | "exp" | "tanh" | "min" | "max" => format!(r"\{function}"),
         "log" => r"\ln".to_owned(),

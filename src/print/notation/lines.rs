@@ -250,8 +250,8 @@ mod tests {
 
     #[test]
     fn long_parentheses_are_broken_before_signs() {
-        let lines = plain::wrapped(&long(), 20.0);
-        assert_eq!(lines, ["a*(b1 - b2 + b3", "- b4 + b5 - b6 + b7", "- b8 + b9)"]);
+        let lines = plain::wrapped(&long(), 22.0);
+        assert_eq!(lines, ["a*(b1 - b2 + b3 - b4", "+ b5 - b6 + b7 - b8", "+ b9)"]);
         assert_eq!(plain::wrapped(&long(), 100.0), [plain::plain(&long())]);
     }
 

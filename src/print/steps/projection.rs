@@ -59,10 +59,14 @@ impl Lesson<'_, '_> {
             self.held(),
             false,
         );
+        let coupled = self.coupled();
+        let circuits = if coupled.is_empty() { "" } else { " The circuits of its chords give the variables:" };
         section(
-            "Couplings: each relation between across variables in the terminal equations is a loop equation, and its reaction is the \
-             multiplier. The circuits of its chords give the variables:",
-            self.coupled(),
+            &format!(
+                "Couplings: each relation between across variables in the terminal equations is a loop equation, and its reaction is the \
+                 multiplier.{circuits}"
+            ),
+            coupled,
             self.equations.constraints.iter().any(|constraint| !constraint.coupled.is_empty()),
         );
         section(
