@@ -127,8 +127,10 @@ fn a_driver_on_a_line_moves_to_the_right_side() {
 
 #[test]
 fn a_law_of_the_motion_is_why_there_are_no_matrices() {
-    let text = SHAKEN
-        .replace("[outputs]", "[loads.drag]\ntype = \"force\"\non = \"block\"\nvector = [\"-block.vx^3\"]\n[outputs]");
+    let text = SHAKEN.replace(
+        "[outputs]",
+        "[loads.drag]\ntype = \"force\"\non = \"block\"\nvector = [\"-2*block.vx^3\"]\n[outputs]",
+    );
     let page = equations(&written(&text));
     assert!(page.contains("There are no matrices D and K (24): the law of `drag` depends on the motion"), "{page}");
     let page = equations(&written(&SHAKEN.replace("length = 0.5", "length = 0.5\ncubic = 3.0")));

@@ -1,9 +1,14 @@
-//! Long formulas on several lines, broken before signs, also within parentheses: what is too long for half a line is taken apart.
+//! Long formulas on several lines, broken before signs, also within parentheses.
 
 use super::{Binding, compound, drawn_binding, greek, relation_binding};
 use crate::print::name::Name;
 use crate::print::number::{decimal, rounded};
 use crate::print::tree::Tree;
+
+/// Terms of the whole formula that take less of a line stay in one piece.
+const TERM: f64 = 0.9;
+/// And so does what stands in parentheses.
+const FACTOR: f64 = 0.5;
 
 /// What lines are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +64,11 @@ impl<'t, M: Measure> Breaker<'t, '_, M> {
     }
 
     fn fits(&self, tree: &'t Tree, least: Binding) -> bool {
-        let share = if self.parts.is_empty() { 1.0 } else { 0.5 };
+        let share = match self.depth {
+            _ if self.parts.is_empty() => 1.0,
+            0 => TERM,
+            _ => FACTOR,
+        };
         self.measure.width(&Part::Whole(tree, least)) <= share * self.limit
     }
 
