@@ -42,7 +42,8 @@ pub fn explain(equations: &Equations, model: &Model, failure: &Failure) -> Fault
         Failure::NotFinite { .. }
         | Failure::StepUnderflow { .. }
         | Failure::Singular { .. }
-        | Failure::TooManySteps { .. } => Fault::new("assembly::not_finite", failure.to_string(), Span::default()),
+        | Failure::TooManySteps { .. }
+        | Failure::Chatter { .. } => Fault::new("assembly::not_finite", failure.to_string(), Span::default()),
     }
 }
 

@@ -279,6 +279,26 @@ fn laws_in_pieces_move_alike_in_both_engines() {
     }
 }
 
+/// Dry friction written as a law that jumps, where the motion comes to rest: nothing follows it, and that is said at once. The block slows
+/// down in half swings about 0.2 and -0.2: 1.3, -0.9, 0.5, -0.1, where the spring cannot move it any more.
+#[test]
+fn a_law_that_jumps_forth_and_back_is_named() {
+    let text = "format = 1\nname = \"dry\"\n[bodies.block]\nmass = 1\ninertia = 1\n\
+        [joints.way]\ntype = \"prismatic\"\nbetween = [\"ground\", \"block\"]\naxis = [1, 0]\n\
+        [loads.dry]\ntype = \"force\"\non = \"block\"\nvector = [\"-10*block.x - 2*sign(block.vx)\", \"0\"]\n\
+        [initial]\n\"block.x\" = 1.3\n[experiment]\nstop = 5\n";
+    let model = Arc::new(Model::new(program(text)).expect("a sound program"));
+    assert_eq!(model.program().engine, Engine::Taylor);
+    let mut instance = started(&model, Engine::Taylor, 5.0, 1e-8);
+    let rest = 3.0 * std::f64::consts::PI / 10.0_f64.sqrt();
+    instance.step_to(rest - 1e-6).expect("it still moves");
+    let [x, v] = motion(&instance)[..] else { panic!("one coordinate") };
+    assert!((x + 0.1).abs() < 1e-7 && v.abs() < 1e-4, "{x} {v}");
+    let failure = instance.step_to(5.0).expect_err("it cannot go on").to_string();
+    assert!(failure.contains("`way.s`") && failure.contains("back and forth"), "{failure}");
+    assert!(instance.statistics().evaluations < 1000, "{:?}", instance.statistics());
+}
+
 /// A mass that bounces on a one-sided spring: v = 0 at the top again and again, energy is kept.
 #[test]
 fn a_bouncing_mass_keeps_its_height() {

@@ -19,6 +19,8 @@ const FIRST_LOOK: u32 = 32;
 const MOST_PATIENCE: u32 = 4096;
 /// So many steps in a row must be held back: next to a singular pose everything can change fast too, but only there.
 const LOOKS: u32 = 4;
+/// So many attempts show at what pace the motion goes.
+const LOOK_AT_PACE: u64 = 4096;
 /// So many steps in a row must speak for the way back.
 const VOTES: u32 = 8;
 /// A step times the fastest rate: what series and the explicit method may take, and from where on it holds them back.
@@ -91,6 +93,42 @@ impl Choice {
     }
 }
 
+/// Whether a target will be reached in reasonable time.
+struct Pace {
+    /// Attempts and time at the last look, and how many attempts may still be made.
+    attempts: u64,
+    time: f64,
+    left: u64,
+}
+
+impl Pace {
+    fn new(context: &Context, run: &Continuation) -> Self {
+        Self { attempts: attempts(context), time: run.front_time, left: MOST_STEPS }
+    }
+
+    /// Now and then a look: fails if so many steps as would be too many are still to come at the pace since the last one.
+    fn check(&mut self, context: &Context, run: &Continuation, target: f64) -> Result<(), Failure> {
+        let made = attempts(context) - self.attempts;
+        if made < LOOK_AT_PACE {
+            return Ok(());
+        }
+        let to_come = (target - run.front_time) / (run.front_time - self.time) * made as f64;
+        // Written so that a front that stands still is too slow too.
+        let enough = to_come < self.left as f64;
+        if !enough {
+            return Err(Failure::TooManySteps { time: run.front_time, steps: MOST_STEPS });
+        }
+        self.left = self.left.saturating_sub(made);
+        (self.attempts, self.time) = (attempts(context), run.front_time);
+        Ok(())
+    }
+}
+
+/// Steps tried.
+fn attempts(context: &Context) -> u64 {
+    context.statistics.steps + context.statistics.rejected
+}
+
 /// The engines of a model, side by side.
 pub(super) struct Engines<'a> {
     pub taylor: Option<&'a mut Taylor>,
@@ -101,11 +139,9 @@ pub(super) struct Engines<'a> {
 impl Engines<'_> {
     /// Takes steps until the front has reached the target.
     pub fn advance(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
-        let last = context.statistics.steps + MOST_STEPS;
+        let mut pace = Pace::new(context, run);
         while run.front_time < horizon.target {
-            if context.statistics.steps >= last {
-                return Err(Failure::TooManySteps { time: run.front_time, steps: MOST_STEPS });
-            }
+            pace.check(context, run, horizon.target)?;
             if context.settings.engine == Engine::Radau {
                 self.implicit.single(context, run, horizon)?;
             } else if run.choice.stiff {

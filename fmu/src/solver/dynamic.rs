@@ -3,22 +3,16 @@
 use super::accelerations::finite;
 use super::continuation::Continuation;
 use super::explicit::{Derivative, Explicit, interpolate, next_step};
+use super::length::{STRETCH, shortest, within};
 use super::{Context, Failure, Statistics};
 use crate::machine::Machine;
 use crate::model::{Model, State};
 
-/// A step that would end at most this much further ends at the limit.
-pub(super) const STRETCH: f64 = 1.01;
-/// Shortest step, in units of the spacing of floating-point times.
-pub(super) const SHORTEST: f64 = 16.0;
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
 const SHARE_OF_TOLERANCE: f64 = 0.01;
 /// Rounding is larger than an error below this.
 const FINEST: f64 = 1e-14;
-/// Times nearer to zero than this are spaced as if they were there [s].
-pub(super) const EARLY: f64 = 1e-6;
-
-/// Most steps between two communication points.
+/// Most attempts at steps between two communication points.
 pub(super) const MOST_STEPS: u64 = 10_000_000;
 
 /// Storage for dynamic motion.
@@ -113,10 +107,10 @@ impl Dynamic {
     /// One accepted step from the front.
     fn step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
         let time = run.front_time;
-        let shortest = SHORTEST * f64::EPSILON * time.abs().max(EARLY);
+        let shortest = shortest(time);
         let mut rejected = false;
         loop {
-            let natural = run.step.min(context.settings.max_step).max(shortest);
+            let natural = within(run.step, shortest, context.settings.max_step);
             let limited = time + STRETCH * natural >= horizon.limit;
             let end = if limited { horizon.limit } else { time + natural };
             let h = end - time;

@@ -93,13 +93,23 @@ pub enum Failure {
     },
     /// So many steps that it looks like for ever.
     #[error(
-        "at t = {time} s the motion is too fast to be followed in reasonable time: more than {steps} steps since the last communication point; check masses, stiffnesses and inputs"
+        "at t = {time} s the motion is too fast to be followed in reasonable time: more than {steps} steps between two communication points; check masses, stiffnesses, inputs, and laws that jump (`sign`, `if`)"
     )]
     TooManySteps {
         /// When [s].
         time: f64,
-        /// Steps taken.
+        /// Steps taken, or still to be taken at the present pace.
         steps: u64,
+    },
+    /// A law in pieces, each of which leads back into the other at once.
+    #[error(
+        "at t = {time} s a law in pieces (`sign`, `if`, `abs`, `min`, `max`) switches back and forth without end, and `{coordinate}` with it: each side pushes the motion back to the other; use a smooth law, such as `tanh(v/0.01)` for `sign(v)`, or a friction load"
+    )]
+    Chatter {
+        /// When [s].
+        time: f64,
+        /// The coordinate whose acceleration switches most.
+        coordinate: String,
     },
     /// Branches of the motion meet, and the rates belong to none of them or to all.
     #[error(

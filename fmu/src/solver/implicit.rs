@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::accelerations::finite;
 use super::continuation::Continuation;
-use super::dynamic::{EARLY, Horizon, SHORTEST, STRETCH, motion, underflow};
+use super::dynamic::{Horizon, motion, underflow};
+use super::length::{STRETCH, shortest, within};
 use super::radau::{DENSE_ORDER, Newton, Radau, evaluate};
 use super::{Context, Failure};
 use crate::math;
@@ -215,10 +216,10 @@ impl Implicit {
     pub fn single(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
         self.begin(context, run)?;
         let time = run.front_time;
-        let shortest = SHORTEST * f64::EPSILON * time.abs().max(EARLY);
+        let shortest = shortest(time);
         let mut rejected = false;
         loop {
-            let natural = run.step.min(context.settings.max_step).max(shortest);
+            let natural = within(run.step, shortest, context.settings.max_step);
             let limited = time + STRETCH * natural >= horizon.limit;
             let end = if limited { horizon.limit } else { time + natural };
             let h = end - time;

@@ -17,6 +17,7 @@ mod implicit;
 pub mod initial;
 pub mod kinematic;
 mod least_squares;
+mod length;
 mod loops;
 pub mod poses;
 pub mod projection;

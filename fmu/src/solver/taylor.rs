@@ -8,6 +8,7 @@ mod passage;
 
 use super::continuation::Continuation;
 use super::dynamic::{Dynamic, Horizon};
+use super::length::{LONGEST, STRETCH, shortest};
 use super::singular::{Guard, Passage, Plan, plan};
 use super::{Context, Failure};
 use crate::model::Model;
@@ -17,8 +18,6 @@ use crate::series::{Choices, Jet, MAX_ORDER};
 const SHARE_OF_TOLERANCE: f64 = 0.03;
 /// Rounding is larger than an error below this.
 const FINEST: f64 = 1e-15;
-/// A step that would end at most this much further ends at the limit.
-const STRETCH: f64 = 1.01;
 /// A step that is cut short ends its series when two terms are this much smaller than the tolerance.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Loops may open so much along a step, in units of the tolerance.
@@ -27,8 +26,6 @@ const OPENING: f64 = 10.0;
 const SAFETY: f64 = 0.9;
 /// A step is at most so many times as long as the one before.
 const GROW: f64 = 4.0;
-/// Longest step, for motions whose series end [s].
-const LONGEST: f64 = 1e4;
 /// A step shorter than this share of the one before is cut short.
 const CUT: f64 = 0.9;
 /// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
@@ -43,8 +40,6 @@ const HALVINGS: usize = 12;
 const SHORTER: f64 = 0.6;
 /// Across a singular pose rounding errors that point away from the branch grow so large, in units of those of rates; the loops take them off.
 const NOISE: f64 = 1e-7;
-/// Shortest step, in units of the spacing of floating-point times.
-const SHORTEST: f64 = 16.0;
 
 /// Storage for Taylor series.
 #[derive(Clone, Debug)]
@@ -53,6 +48,8 @@ pub struct Taylor {
     next: Vec<f64>,
     /// (q, v) at the front, on the loops.
     closed: Vec<f64>,
+    /// Series of q, order 2, in the piece that was left at once.
+    left: Vec<f64>,
     guard: Guard,
     /// Joints whose loops the next singular pose is about.
     passing: Vec<usize>,
@@ -91,6 +88,7 @@ impl Taylor {
             jet,
             next: vec![0.0; size],
             closed: vec![0.0; size],
+            left: vec![0.0; model.coordinates()],
             guard,
             passing: Vec::new(),
             passages: Vec::new(),
@@ -130,7 +128,7 @@ impl Taylor {
             self.guard.roll();
             return Ok(());
         }
-        if self.step(context, run, horizon) {
+        if self.step(context, run, horizon)? {
             return Ok(());
         }
         match Self::end_of_reach(context, run) {
@@ -197,9 +195,9 @@ impl Taylor {
     }
 
     /// One step from the front; false if there is no series to step along.
-    fn step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> bool {
+    fn step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<bool, Failure> {
         let time = run.front_time;
-        let shortest = SHORTEST * f64::EPSILON * time.abs().max(1e-6);
+        let shortest = shortest(time);
         let falling = run.ahead > 0.0;
         if falling && run.ahead < PREDICTED * run.step {
             run.pose = Some(time + run.ahead);
@@ -216,7 +214,7 @@ impl Taylor {
         let natural = natural.min(longest).min(LONGEST).min(context.settings.max_step);
         let piece = self.jet.end_of_piece(order, room.min(REACH * natural));
         if let Some((_, choices)) = piece.filter(|(length, _)| *length < shortest) {
-            return self.change_at_once(run, choices);
+            return self.change_at_once(context.model, run, choices);
         }
         let chosen = self.jet.chosen();
         let usual = if run.step > 0.0 { run.step } else { natural };
@@ -226,7 +224,7 @@ impl Taylor {
             // Written so that NaN is too short.
             let long = h >= shortest;
             if !long {
-                return false;
+                return Ok(false);
             }
             let whole = if STRETCH * h >= room { limit } else { time + h };
             let change = piece.filter(|(length, _)| time + length <= whole);
@@ -246,7 +244,7 @@ impl Taylor {
             if closed && self.jet.defect(order, end - time) <= goal {
                 if self.guard.began_near() {
                     self.known = Start::Singular;
-                    return true;
+                    return Ok(true);
                 }
                 if found && run.ahead < end - time {
                     self.note_passage(context, run);
@@ -261,22 +259,35 @@ impl Taylor {
                 if change.is_some() {
                     self.known = Start::Unknown;
                 }
-                return true;
+                return Ok(true);
             }
             context.statistics.rejected += 1;
             h = 0.5 * (end - time);
         }
-        false
+        Ok(false)
     }
 
-    /// Begins anew in another piece at the front; false if that has been done already, so that the motion stays on the border.
-    fn change_at_once(&mut self, run: &mut Continuation, choices: Choices) -> bool {
-        // Without any change, beginning anew would find the same.
-        let again = choices.known == 0 || run.choices.known & choices.known != 0;
+    /// Begins anew in another piece at the front; false if nothing changes by that. Fails if the motion has just come from there: each piece
+    /// leads back into the other.
+    fn change_at_once(&mut self, model: &Model, run: &mut Continuation, choices: Choices) -> Result<bool, Failure> {
+        if run.choices.known & choices.known != 0 {
+            return Err(Failure::Chatter { time: run.front_time, coordinate: self.most_switched(model) });
+        }
+        self.jet.coordinates(2, &mut self.left);
         run.choices.known |= choices.known;
         run.choices.positive |= choices.positive;
         self.known = Start::Unknown;
-        !again
+        Ok(choices.known != 0)
+    }
+
+    /// The coordinate whose acceleration has changed most with the piece.
+    fn most_switched(&mut self, model: &Model) -> String {
+        let here = &mut self.next[..model.coordinates()];
+        self.jet.coordinates(2, here);
+        let coordinates = &model.program().coordinates;
+        let change = |index: usize| (here[index] - self.left[index]).abs() / coordinates[index].scale;
+        let most = (0..coordinates.len()).max_by(|&a, &b| change(a).total_cmp(&change(b)));
+        most.map_or_else(|| model.program().name.clone(), |index| coordinates[index].name.clone())
     }
 
     /// The end of the step becomes the front.
