@@ -108,7 +108,7 @@ fn incidence<D>(title: &str, view: &View<D>) -> Vec<Block> {
     let edges = view.edges();
     let rows = view.nodes.iter().enumerate().skip(1).map(|(node, name)| {
         let at = |edge: &&Edge<D>| edge.ends.map(|end| i8::from(end.index() == node));
-        (name.clone(), edges.iter().map(|edge| at(edge)).map(|[from, to]| to - from).collect())
+        (name.clone(), edges.iter().map(at).map(|[from, to]| to - from).collect())
     });
     matrix(title, edges.iter().map(|edge| edge.label.clone()).collect(), rows.collect())
 }
