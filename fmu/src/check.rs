@@ -211,7 +211,11 @@ impl Program {
         for (scale, name) in scales {
             value(positive(scale), name)?;
         }
-        Ok(())
+        let unknowns = self.coordinates.len() + self.followers.len();
+        let first = [&self.initial.first_positions, &self.initial.first_rates];
+        let serves = |values: &Vec<f64>| values.is_empty() || values.len() == unknowns;
+        value(first.iter().all(|values| serves(values)), "the number of first values")?;
+        value(first.into_iter().flatten().all(|value| value.is_finite()), "a first value")
     }
 
     fn conditions(&self) -> impl Iterator<Item = &Condition> {

@@ -219,8 +219,11 @@ impl<'m> System<'m> {
         match &self.mechanism.loads[id.0].kind {
             LoadKind::Force { on, vector, in_body } => force::element(self, id, *on, vector, *in_body),
             LoadKind::Torque { between, value } => torque::element(self, id, *between, value.clone()),
-            LoadKind::Spring { between, law } => line::element(self, id, *between, spring::force(id, linear, law)),
-            LoadKind::Actuator { between, force } => line::element(self, id, *between, force.clone()),
+            LoadKind::Spring { between, law } => {
+                let letter = line::letter(law, self.mechanism.dimension);
+                line::element(self, id, *between, spring::force(id, linear, law), letter)
+            }
+            LoadKind::Actuator { between, force } => line::element(self, id, *between, force.clone(), "F"),
             LoadKind::TorsionSpring { between, law } => {
                 torque::element(self, id, *between, spring::force(id, turning, law))
             }

@@ -132,6 +132,12 @@ impl<'m> Equations<'m> {
         self.through.insert(through)
     }
 
+    /// The loop equations that say something, with their indices: where a driver acts beside its joint, the joint's circuit holds
+    /// by itself.
+    pub fn loops(&self) -> impl Iterator<Item = (usize, &Constraint)> {
+        self.constraints.iter().enumerate().filter(|(_, row)| !row.says_nothing())
+    }
+
     /// {Phi_t} + \[Phi_q\]{v} of one constraint.
     pub fn constraint_rate(&mut self, index: usize) -> Expr {
         let Constraint { jacobian, time_rate, .. } = self.constraints[index].clone();

@@ -305,6 +305,8 @@ fn assemble(
             entries: places(&position.velocities.jacobian),
             tape: assembler.tape(&v_jacobian),
         },
+        first_positions: Vec::new(),
+        first_rates: Vec::new(),
     };
     let arms = moving.arms.as_ref().map(|(form, coefficients)| {
         let coefficients = assembler.tape(coefficients);

@@ -210,6 +210,7 @@ impl Table {
         let sources = single.then(|| Sources::new(&equations.system.arena, &given, beginning));
         let mut everything: Vec<usize> = given.into_values().collect();
         everything.sort_unstable();
+        everything.dedup();
         let everything: Arc<[usize]> = everything.into();
         for row in &mut self.rows {
             row.initial_dependencies = match &sources {
