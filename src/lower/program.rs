@@ -61,6 +61,9 @@ struct PositionKernels {
     velocities: Conditions,
 }
 
+/// The arm form with the expressions of its coefficients.
+type Arms = Option<(ArmForm, Vec<Expr>)>;
+
 /// The results of the kernels that the motion needs.
 #[derive(Clone, Debug, Default)]
 struct MotionKernels {
@@ -70,7 +73,7 @@ struct MotionKernels {
     inverse: Option<Vec<Expr>>,
     indicators: Vec<Expr>,
     outputs: Vec<Expr>,
-    arms: Option<(ArmForm, Vec<Expr>)>,
+    arms: Arms,
     solve_tree: Option<SolveTree>,
 }
 
@@ -108,14 +111,14 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
         moving.inverse = Some(inverse(equations));
     }
-    let series = match motion {
-        Motion::Dynamic => series(equations, active, &moving.acceleration).map(Some),
-        Motion::Kinematic => Ok(None),
-    };
-    let mut no_series = series.as_ref().err().cloned();
-    moving.arms = series.unwrap_or_default();
+    let mut no_series = None;
+    if motion == Motion::Dynamic {
+        let solved = moving.acceleration.clone();
+        (moving.arms, no_series) = series(equations, active, &solved);
+    }
     let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
-    if program.arms.as_ref().is_some_and(|arms| is_too_large(arms, program.tapes.acceleration.instructions.len())) {
+    let large = |arms: &ArmForm| is_too_large(arms, program.tapes.acceleration.instructions.len());
+    if program.engine == Engine::Taylor && program.arms.as_ref().is_some_and(large) {
         program.engine = Engine::Dop853;
         no_series = Some(TOO_MANY.into());
     }
@@ -125,16 +128,26 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
 /// Why the motion is not integrated by series, though it could be.
 const TOO_MANY: &str = "its equations are many and know little of each other";
 
-/// The arm form with the expressions of its coefficients, unless the scene asks for another method or it is hopeless: each expression of the
-/// accelerations becomes one instruction at most, and each coordinate and loop equation a row of its matrix at least.
-fn series(equations: &mut Equations, active: &[bool], solved: &[Expr]) -> Result<(ArmForm, Vec<Expr>), String> {
+/// The arm form with the expressions of its coefficients, and why the motion is not integrated by it. Another method that the scene asks for needs
+/// it too where there are loops, to pass singular poses. None if it is hopeless: each expression of the accelerations becomes one instruction
+/// at most, and each coordinate and loop equation a row of its matrix at least.
+fn series(equations: &mut Equations, active: &[bool], solved: &[Expr]) -> (Arms, Option<String>) {
+    let asked = match equations.system.mechanism.solver.method {
+        Method::Auto => None,
+        Method::Explicit => Some("the scene asks for `method = \"explicit\"`".to_string()),
+        Method::Implicit => Some("the scene asks for `method = \"implicit\"`".to_string()),
+    };
     let rows = active.iter().filter(|active| **active).count();
+    if rows == 0 && asked.is_some() {
+        return (None, asked);
+    }
     let expressions = equations.system.arena.reachable(solved.iter().copied()).len();
-    match equations.system.mechanism.solver.method {
-        Method::Auto if costs_too_much(equations.coordinates.len() + rows, rows, expressions) => Err(TOO_MANY.into()),
-        Method::Auto => arm_form(equations, active),
-        Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
-        Method::Implicit => Err("the scene asks for `method = \"implicit\"`".into()),
+    if costs_too_much(equations.coordinates.len() + rows, rows, expressions) {
+        return (None, asked.or(Some(TOO_MANY.into())));
+    }
+    match arm_form(equations, active) {
+        Ok(arms) => (Some(arms), asked),
+        Err(reason) => (None, asked.or(Some(reason))),
     }
 }
 
@@ -331,8 +344,8 @@ fn assemble(
         initial,
         engine: match mechanism.solver.method {
             Method::Implicit => Engine::Radau,
-            _ if arms.is_some() => Engine::Taylor,
-            _ => Engine::Dop853,
+            Method::Auto if arms.is_some() => Engine::Taylor,
+            Method::Auto | Method::Explicit => Engine::Dop853,
         },
         automatic: mechanism.solver.method == Method::Auto && equations.coordinates.len() <= MOST_IMPLICIT,
         arms,
