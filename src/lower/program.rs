@@ -61,9 +61,6 @@ struct PositionKernels {
     velocities: Conditions,
 }
 
-/// The arm form with the expressions of its coefficients.
-type Arms = Option<(ArmForm, Vec<Expr>)>;
-
 /// The results of the kernels that the motion needs.
 #[derive(Clone, Debug, Default)]
 struct MotionKernels {
@@ -73,7 +70,7 @@ struct MotionKernels {
     inverse: Option<Vec<Expr>>,
     indicators: Vec<Expr>,
     outputs: Vec<Expr>,
-    arms: Arms,
+    arms: Option<(ArmForm, Vec<Expr>)>,
     solve_tree: Option<SolveTree>,
 }
 
@@ -114,11 +111,13 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     let mut no_series = None;
     if motion == Motion::Dynamic {
         let solved = moving.acceleration.clone();
-        (moving.arms, no_series) = series(equations, active, &solved);
+        match series(equations, active, &solved) {
+            Ok(arms) => moving.arms = Some(arms),
+            Err(reason) => no_series = Some(reason),
+        }
     }
     let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
-    let large = |arms: &ArmForm| is_too_large(arms, program.tapes.acceleration.instructions.len());
-    if program.engine == Engine::Taylor && program.arms.as_ref().is_some_and(large) {
+    if program.arms.as_ref().is_some_and(|arms| is_too_large(arms, program.tapes.acceleration.instructions.len())) {
         program.engine = Engine::Dop853;
         no_series = Some(TOO_MANY.into());
     }
@@ -128,26 +127,16 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
 /// Why the motion is not integrated by series, though it could be.
 const TOO_MANY: &str = "its equations are many and know little of each other";
 
-/// The arm form with the expressions of its coefficients, and why the motion is not integrated by it. Another method that the scene asks for needs
-/// it too where there are loops, to pass singular poses. None if it is hopeless: each expression of the accelerations becomes one instruction
-/// at most, and each coordinate and loop equation a row of its matrix at least.
-fn series(equations: &mut Equations, active: &[bool], solved: &[Expr]) -> (Arms, Option<String>) {
-    let asked = match equations.system.mechanism.solver.method {
-        Method::Auto => None,
-        Method::Explicit => Some("the scene asks for `method = \"explicit\"`".to_string()),
-        Method::Implicit => Some("the scene asks for `method = \"implicit\"`".to_string()),
-    };
+/// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because each
+/// expression of the accelerations becomes one instruction at most, and each coordinate and loop equation a row of its matrix at least.
+fn series(equations: &mut Equations, active: &[bool], solved: &[Expr]) -> Result<(ArmForm, Vec<Expr>), String> {
     let rows = active.iter().filter(|active| **active).count();
-    if rows == 0 && asked.is_some() {
-        return (None, asked);
-    }
     let expressions = equations.system.arena.reachable(solved.iter().copied()).len();
-    if costs_too_much(equations.coordinates.len() + rows, rows, expressions) {
-        return (None, asked.or(Some(TOO_MANY.into())));
-    }
-    match arm_form(equations, active) {
-        Ok(arms) => (Some(arms), asked),
-        Err(reason) => (None, asked.or(Some(reason))),
+    match equations.system.mechanism.solver.method {
+        Method::Auto if costs_too_much(equations.coordinates.len() + rows, rows, expressions) => Err(TOO_MANY.into()),
+        Method::Auto => arm_form(equations, active),
+        Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
+        Method::Implicit => Err("the scene asks for `method = \"implicit\"`".into()),
     }
 }
 

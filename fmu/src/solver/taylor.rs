@@ -34,8 +34,6 @@ const REACH: f64 = 1.6;
 const ROUNDING: f64 = 1e-12;
 /// A pose predicted further ahead than so many steps is not to be relied on.
 const PREDICTED: f64 = 1.8;
-/// Series take over from another engine where a pose is not further ahead than so many of its steps.
-const WATCHED: f64 = 2.5;
 /// So often a step is halved.
 const HALVINGS: usize = 12;
 /// A step that would end near a singular pose is cut to this share.
@@ -154,29 +152,6 @@ impl Taylor {
     /// (q, v) at the target, from the polynomial.
     pub fn glide(&mut self, run: &Continuation, target: f64, motion: &mut [f64]) {
         self.jet.evaluate(&run.dense, run.order as usize, target - run.dense_from, motion);
-    }
-
-    /// Must series take the next step, whatever engine is in charge? No other knows of singular poses. To be asked of mechanisms with loops.
-    pub(super) fn is_needed(&mut self, context: &mut Context, run: &Continuation) -> bool {
-        self.begin(context, run);
-        let coming = run.ahead > 0.0 && run.ahead < WATCHED * run.step;
-        let passed = run.order > 0 && run.pose.is_some_and(|pose| (run.front_time - pose).abs() < run.step);
-        coming || passed || run.in_zone(run.front_time) || self.known != Start::Regular
-    }
-
-    /// The front for another engine, which takes it as it is: on the loops.
-    pub(super) fn hand_over(&self, run: &mut Continuation) {
-        run.front.copy_from_slice(&self.closed);
-    }
-
-    /// Looks for a singular pose ahead of the front that another engine has reached with a step of length h.
-    pub(super) fn watch(&mut self, context: &mut Context, run: &mut Continuation, h: f64) {
-        self.next.copy_from_slice(&run.front);
-        self.jet.force(Choices::default());
-        let found = self.start(context, run, run.front_time, false).is_some();
-        self.known = if found { Start::Regular } else { Start::Singular };
-        run.ahead = if found { self.guard.ahead(h) } else { 0.0 };
-        self.guard.roll();
     }
 
     /// Puts the front on the loops, if that has not been done.
