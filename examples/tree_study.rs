@@ -114,7 +114,7 @@ fn file_order(system: &System, start: &Trees) -> Trees {
 
 /// The effort of the kernels in branch coordinates [ns].
 fn cost(system: &System, trees: &Trees) -> Option<f64> {
-    let mut formulated = formulate_with(Equations::new(system.clone(), trees.clone())).ok()?;
+    let mut formulated = formulate_with(Equations::new(system.clone(), trees.clone()), None).ok()?;
     if formulated.lowered.program.motion == Motion::Kinematic {
         return None;
     }

@@ -17,6 +17,7 @@ use crate::graph::ElementId;
 use crate::lower::Cost;
 use crate::mechanism::{Coordinates, Mechanism};
 use crate::scene::Fault;
+use crate::start::Start;
 use crate::tree::Trees;
 
 mod estimate;
@@ -88,12 +89,15 @@ impl Effort {
 pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
     let system = System::new(mechanism);
     let start = Trees::select(&system, &Coordinates::Recommended)?;
-    let recommended = formulate_with(Equations::new(system.clone(), start.clone()))?;
+    let mut recommended = formulate_with(Equations::new(system.clone(), start.clone()), None)?;
     if mechanism.bodies.len() > LARGEST {
         return Ok(recommended);
     }
     let effort = Effort::of(&recommended);
-    let mut search = Exploration { system: &system, seen: HashSet::from([branches(&start)]), counted: 1, best: None };
+    let state = recommended.state.clone();
+    let first = Start::of(&mut recommended.equations, state);
+    let seen = HashSet::from([branches(&start)]);
+    let mut search = Exploration { system: &system, first, seen, counted: 1, best: None };
     search.count_ranked(&start);
     let from = search.best.as_ref().map_or(&start, |(_, best)| &best.equations.trees).clone();
     let unsubstituted = start.with_bodies(&system, |_| true);
@@ -112,6 +116,8 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
 /// A search under way.
 struct Exploration<'s, 'm> {
     system: &'s System<'m>,
+    /// Where the mechanism starts, whatever the trees.
+    first: Start,
     /// Trees that were formulated.
     seen: HashSet<Vec<ElementId>>,
     counted: usize,
@@ -167,7 +173,9 @@ impl Exploration<'_, '_> {
     fn count(&mut self, trees: Trees) -> bool {
         self.seen.insert(branches(&trees));
         self.counted += 1;
-        let Ok(formulated) = formulate_with(Equations::new(self.system.clone(), trees)) else { return false };
+        let Ok(formulated) = formulate_with(Equations::new(self.system.clone(), trees), Some(&self.first)) else {
+            return false;
+        };
         let effort = Effort::of(&formulated);
         let better = self.best.as_ref().is_none_or(|(best, _)| effort.is_less_than(best, 0.0));
         if better {

@@ -12,11 +12,12 @@ use crate::element::{Held, Known, Origin, System};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
 use crate::graph::{ElementId, Topology};
-use crate::lower::{self, Lowered, Pose};
+use crate::lower::{self, Lowered, Obstacle, Pose};
 use crate::mechanism::{Coordinates, Formula, Mechanism, Output};
 use crate::print::symbol_name;
 use crate::scene::{Fault, Span};
 use crate::size;
+use crate::start::Start;
 use crate::tree::Trees;
 
 /// How many poses are examined for redundant loop equations.
@@ -54,23 +55,36 @@ impl Formulated<'_> {
 pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
     match &mechanism.coordinates {
         Coordinates::Cheapest => cheapest::formulate(mechanism),
-        choice => formulate_with(equations(mechanism, choice)?),
+        choice => formulate_with(equations(mechanism, choice)?, None),
     }
 }
 
-/// The same for trees that are chosen already.
+/// The same for trees that are chosen already. What `[initial]` leaves open begins at the start, or where it is in the recommended trees.
 ///
 /// # Errors
 /// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
-pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Vec<Fault>> {
+pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -> Result<Formulated<'m>, Vec<Fault>> {
     let mechanism = equations.system.mechanism;
-    check_trivial(&equations)?;
+    let mut faults = check_trivial(&equations);
     let length = typical_length(&mut equations);
-    let draft = lower::positions(&mut equations, length);
+    let start = start.cloned().or_else(|| own_start(&equations, length));
+    let mut draft = lower::positions(&mut equations, length);
+    if let Some(start) = &start {
+        start.begin(&equations, &mut draft.initial);
+    }
     let model = Model::of_positions(draft).map_err(|fault| vec![internal(mechanism, &fault.to_string())])?;
     let mut state = model.default_state(mechanism.experiment.start);
-    solve_initial(&model, &mut state).map_err(|failure| vec![explain(&equations, &model, &failure)])?;
-    let independent: BTreeSet<usize> = redundancy(&model, &state, POSES).independent.into_iter().collect();
+    if let Err(failure) = solve_initial(&model, &mut state)
+        && faults.is_empty()
+    {
+        faults.push(explain(&equations, &model, &failure));
+    }
+    let independent: BTreeSet<usize> = if faults.is_empty() {
+        redundancy(&model, &state, POSES).independent.into_iter().collect()
+    } else {
+        // No pose closes the loops: at least so many are needed to tell which masses are.
+        equations.loops().map(|(index, _)| index).take(equations.coordinates.len()).collect()
+    };
     let active: Vec<bool> = (0..equations.constraints.len()).map(|index| independent.contains(&index)).collect();
     let redundant: Vec<usize> = (0..active.len()).filter(|&index| !active[index]).collect();
     let pose = Pose {
@@ -78,9 +92,19 @@ pub fn formulate_with(mut equations: Equations<'_>) -> Result<Formulated<'_>, Ve
         positions: state.positions().to_vec(),
         followers: state.follower_positions().to_vec(),
     };
-    let lowered = lower::program(&mut equations, length, &active, &pose)
-        .map_err(|lower::Undetermined(index)| vec![massless(&equations, index)])?;
-    check_masses(&mut equations, &lowered)?;
+    let mut lowered = match lower::program(&mut equations, length, &active, &pose) {
+        Ok(lowered) => lowered,
+        // Where the loops do not close, this may have no other cause.
+        Err(_) if !faults.is_empty() => return Err(faults),
+        Err(obstacle) => return Err(vec![unsolvable(&equations, obstacle)]),
+    };
+    faults.extend(check_masses(&mut equations, &lowered));
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    if let Some(start) = &start {
+        start.begin(&equations, &mut lowered.program.initial);
+    }
     let warnings = redundancy_warnings(&equations, &redundant);
     Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
 }
@@ -94,6 +118,12 @@ pub fn equations<'m>(mechanism: &'m Mechanism, choice: &Coordinates) -> Result<E
     let trees = Trees::select(&system, choice)?;
     size::check(&system, &trees)?;
     Ok(Equations::new(system, trees))
+}
+
+/// Where the recommended trees start, for other trees.
+fn own_start(equations: &Equations, length: f64) -> Option<Start> {
+    let recommended = Trees::recommended(&equations.system);
+    (equations.trees != recommended).then(|| Start::find(equations.system.mechanism, length)).flatten()
 }
 
 /// The longest arm, for tolerances relative to the size of the mechanism; 1 m for masses without arms.
@@ -117,7 +147,7 @@ fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
 }
 
 /// Loop equations without coordinates must hold by themselves: two drivers of the same angle must agree.
-fn check_trivial(equations: &Equations) -> Result<(), Vec<Fault>> {
+fn check_trivial(equations: &Equations) -> Vec<Fault> {
     let mechanism = equations.system.mechanism;
     let experiment = mechanism.experiment;
     let mut faults = Vec::new();
@@ -132,7 +162,7 @@ fn check_trivial(equations: &Equations) -> Result<(), Vec<Fault>> {
             }
         }
     }
-    if faults.is_empty() { Ok(()) } else { Err(faults) }
+    faults
 }
 
 fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64) -> Fault {
@@ -150,7 +180,7 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64)
 }
 
 /// What the kernels and the outputs need must be there.
-fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Result<(), Vec<Fault>> {
+fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Vec<Fault> {
     let mut faults = Vec::new();
     let mut said = BTreeSet::new();
     for missing in missing(equations, &lowered.solved) {
@@ -171,7 +201,7 @@ fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Result<(), Vec<
             }
         }
     }
-    if faults.is_empty() { Ok(()) } else { Err(faults) }
+    faults
 }
 
 fn missing(equations: &Equations, roots: &[Expr]) -> Vec<Symbol> {
@@ -196,6 +226,13 @@ fn missing_mass(equations: &Equations, symbol: Symbol, output: Option<&Output>) 
     Fault::new("scene::missing_mass", format!("body `{}` has no `{key}`: {why}", owner.name), owner.span)
         .label(label)
         .help(format!("add `{key} = ...` to `[bodies.{}]`", owner.name))
+}
+
+fn unsolvable(equations: &Equations, obstacle: Obstacle) -> Fault {
+    match obstacle {
+        Obstacle::Undetermined(index) => massless(equations, index),
+        Obstacle::TooLarge => size::too_connected(equations),
+    }
 }
 
 fn massless(equations: &Equations, index: usize) -> Fault {

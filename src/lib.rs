@@ -49,6 +49,7 @@ pub mod report;
 pub mod scene;
 pub mod simulation;
 pub mod size;
+pub mod start;
 pub mod translate;
 pub mod tree;
 

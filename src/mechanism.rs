@@ -662,6 +662,21 @@ impl Mechanism {
         };
         format!("{owner}.{}", variable.quantity.word())
     }
+
+    /// What each driver must exert.
+    pub fn driver_efforts(&self) -> Vec<Variable> {
+        let efforts = |(index, driver): (usize, &Driver)| {
+            let quantities: &[Quantity] = match (&driver.kind, self.dimension) {
+                (DriverKind::Angle { .. }, _) => &[Quantity::Torque],
+                (DriverKind::Displacement { .. }, _) => &[Quantity::Force],
+                (DriverKind::Position { .. }, Dimension::One) => &[Quantity::Fx],
+                (DriverKind::Position { .. }, Dimension::Two) => &[Quantity::Fx, Quantity::Fy],
+            };
+            let owner = Owner::Driver(DriverId(index));
+            quantities.iter().map(move |&quantity| Variable { owner, quantity })
+        };
+        self.drivers.iter().enumerate().flat_map(efforts).collect()
+    }
 }
 
 impl Quantity {

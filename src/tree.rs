@@ -21,6 +21,11 @@ pub struct Trees {
 }
 
 impl Trees {
+    /// Those of Tables 2 and 3.
+    pub fn recommended(system: &System) -> Trees {
+        recommended(system)
+    }
+
     /// The trees that the scene asks for.
     ///
     /// # Errors

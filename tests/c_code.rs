@@ -37,7 +37,8 @@ fn check(path: &Path, folder: &Path) {
     let mechanism = scene.resolve().unwrap().mechanism;
     let mut formulated = formulate(&mechanism).unwrap();
     let model = Model::new(formulated.lowered.program.clone()).unwrap();
-    let sizes = Sizes::new(&model, &formulated.lowered.solved);
+    let loops: Vec<usize> = formulated.equations.loops().map(|(index, _)| index).collect();
+    let sizes = Sizes::new(&model, &formulated.lowered.solved, loops.len());
     let code = pipeline::equations(&scene, Notation::C).unwrap() + &sizes.driver(&mechanism.name);
     let program = compile(&mechanism.name, &code, folder);
 
@@ -52,7 +53,11 @@ fn check(path: &Path, folder: &Path) {
         machine.load(&model, state);
         let tape = &model.program().tapes.acceleration;
         machine.run(tape);
-        let kernels: Vec<f64> = tape.results(machine.registers()).collect();
+        // Behind the accelerations the reactions, of which those of equations that say nothing are not printed.
+        let n = sizes.coordinates;
+        let printed = |index: &usize| index.checked_sub(n).is_none_or(|reaction| loops.contains(&reaction));
+        let kernels = tape.results(machine.registers()).enumerate();
+        let kernels: Vec<f64> = kernels.filter(|(index, _)| printed(index)).map(|(_, value)| value).collect();
         let values = |symbol: Symbol| value(model.layout(), state.registers(), symbol);
         let equations = formulated.equations.system.arena.evaluate(&results, &values);
         for (index, expected) in equations.into_iter().chain(kernels).enumerate() {
@@ -72,7 +77,7 @@ fn check(path: &Path, folder: &Path) {
 /// Everything that `NAME_equations` computes, in the order of its arguments. A scene without masses has no M and Q.
 fn results(equations: &mut Equations) -> Vec<Expr> {
     let dynamics = equations.dynamics().clone();
-    let (n, m) = (equations.coordinates.len(), equations.constraints.len());
+    let (n, m) = (equations.coordinates.len(), equations.loops().count());
     let dense = |row: &Vec<(usize, Expr)>| {
         let entry = |column| row.iter().find(|(at, _)| *at == column).map_or(Expr::ZERO, |(_, entry)| *entry);
         (0..n).map(entry).collect::<Vec<_>>()
@@ -82,7 +87,7 @@ fn results(equations: &mut Equations) -> Vec<Expr> {
     if symbols.iter().any(|symbol| matches!(symbol, Symbol::Missing(..))) {
         results = vec![Expr::ZERO; n * n + n];
     }
-    let rows = &equations.constraints;
+    let rows: Vec<_> = equations.loops().map(|(_, row)| row).collect();
     results.extend(rows.iter().map(|row| row.value));
     results.extend(rows.iter().flat_map(|row| dense(&row.jacobian)));
     results.extend(rows.iter().map(|row| row.time_rate));
@@ -111,14 +116,14 @@ struct Sizes {
 }
 
 impl Sizes {
-    fn new(model: &Model, solved: &[Expr]) -> Self {
+    fn new(model: &Model, solved: &[Expr], constraints: usize) -> Self {
         let program = model.program();
         Sizes {
             parameters: program.parameters.len(),
             inputs: program.inputs.len(),
             followers: program.followers.len(),
             coordinates: program.coordinates.len(),
-            constraints: program.constraints.len(),
+            constraints,
             accelerations: !solved.is_empty(),
         }
     }

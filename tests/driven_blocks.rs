@@ -110,7 +110,7 @@ fn the_cheapest_trees_of_a_leg_keep_its_three_pairs_apart() {
     let mut coarser = 0;
     for pair in start.exchanges(&system) {
         let trees = start.exchanged(&system, pair);
-        let other = formulate_with(Equations::new(system.clone(), trees)).unwrap();
+        let other = formulate_with(Equations::new(system.clone(), trees), None).unwrap();
         let blocks = Effort::of(&other).blocks;
         assert!(blocks >= 24, "{pair:?}: {blocks}");
         if blocks > 24 {

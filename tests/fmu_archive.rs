@@ -29,9 +29,9 @@ fn variable(name: &str, unit: Unit, causality: Causality) -> ScalarVariable {
         causality,
         start: None,
         derivative_of: None,
-        dependencies: vec![],
+        dependencies: vec![].into(),
         state: None,
-        initial_dependencies: vec![],
+        initial_dependencies: vec![].into(),
     }
 }
 
@@ -43,8 +43,8 @@ fn pendulum() -> Description {
     let torque = Causality::Input { start: 0.0, min: None, max: None };
     let angle = ScalarVariable {
         state: None,
-        initial_dependencies: vec![1],
-        dependencies: vec![4],
+        initial_dependencies: vec![1].into(),
+        dependencies: vec![4].into(),
         ..variable(
             "arm.angle",
             unit("rad", [0, 0, 0, 1], Some(("deg", std::f64::consts::PI / 180.0))),
@@ -53,14 +53,14 @@ fn pendulum() -> Description {
     };
     let omega = ScalarVariable {
         derivative_of: Some(4),
-        dependencies: vec![5],
+        dependencies: vec![5].into(),
         ..variable("arm.omega", rad("rad/s", -1), Causality::Local)
     };
     let alpha = ScalarVariable {
         derivative_of: Some(5),
-        dependencies: vec![5, 3, 4, 3],
+        dependencies: vec![5, 3, 4, 3].into(),
         state: None,
-        initial_dependencies: vec![3, 2, 1],
+        initial_dependencies: vec![3, 2, 1].into(),
         ..variable("arm.alpha", rad("rad/s2", -2), Causality::Output)
     };
     Description {

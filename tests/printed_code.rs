@@ -90,12 +90,14 @@ fn expected(formulated: &mut Formulated, point: &Point) -> Vec<f64> {
         dynamics.mass.iter().for_each(|row| dense(&mut roots, row));
         roots.extend(&dynamics.load);
     }
-    let constraints = formulated.equations.constraints.clone();
+    let constraints: Vec<_> = formulated.equations.loops().map(|(_, row)| row.clone()).collect();
     roots.extend(constraints.iter().map(|row| row.value));
     constraints.iter().for_each(|row| dense(&mut roots, &row.jacobian));
     roots.extend(constraints.iter().map(|row| row.time_rate));
     roots.extend(constraints.iter().map(|row| row.gamma));
-    roots.extend(&formulated.lowered.solved);
+    let reactions = formulated.equations.loops().map(|(index, _)| n + index);
+    let solved = &formulated.lowered.solved;
+    roots.extend((0..n).chain(reactions).filter_map(|index| solved.get(index)));
     formulated.equations.system.arena.evaluate(&roots, &|symbol: Symbol| match symbol {
         Symbol::Time => point.t,
         Symbol::Parameter(i) => point.p[i],
@@ -127,7 +129,7 @@ fn check_tapes(name: &str, formulated: &mut Formulated, point: &Point) {
     let mut machine = Machine::new(&model);
     machine.load(&model, &state);
     let expected = expected(formulated, point);
-    let (n, m) = (point.q.len(), formulated.equations.constraints.len());
+    let (n, m) = (point.q.len(), formulated.equations.loops().count());
     let start = if formulated.lowered.solved.is_empty() { 0 } else { n * n + n };
     let tapes = &model.program().tapes;
     let kernels = [
@@ -175,7 +177,7 @@ impl Sizes {
             u: 3 * formulated.equations.system.mechanism.inputs.len(),
             f: 3 * formulated.equations.system.followers.len(),
             n: formulated.equations.coordinates.len(),
-            m: formulated.equations.constraints.len(),
+            m: formulated.equations.loops().count(),
             dynamic: !formulated.lowered.solved.is_empty(),
         }
     }

@@ -155,8 +155,7 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
         exact.extend(dynamics.load.iter().enumerate().map(|(row, entry)| (format!("Q[{}]", row + 1), *entry)));
     }
     // Rows that say nothing are not printed.
-    let rows = equations.constraints.iter().enumerate();
-    for (index, row) in rows.filter(|(_, row)| !row.says_nothing()) {
+    for (index, (_, row)) in equations.loops().enumerate() {
         let row_number = index + 1;
         exact.insert(format!("Phi[{row_number}]"), row.value);
         exact.insert(format!("gamma[{row_number}]"), row.gamma);

@@ -87,7 +87,7 @@ impl Case {
         let coordinates = &formulated.equations.coordinates;
         let mut names: Vec<String> = coordinates.iter().map(|own| own.name.rate.clone()).collect();
         names.extend(coordinates.iter().map(|own| own.name.acceleration.clone()));
-        let constraints = &formulated.equations.constraints;
+        let constraints: Vec<_> = formulated.equations.loops().map(|(_, row)| row).collect();
         if mechanism.bodies.iter().all(|body| body.mass.is_some()) {
             names.extend(constraints.iter().map(|row| {
                 let quantity = match row.held {

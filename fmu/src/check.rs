@@ -127,7 +127,7 @@ impl Program {
         if self.motion == Motion::Kinematic || !form.coefficients.instructions.is_empty() {
             return Err(Fault::Arms { what: "its coefficients" });
         }
-        form.check(self.coordinates.len(), self.constraints.len()).map_err(|what| Fault::Arms { what })
+        form.check(self).map_err(|what| Fault::Arms { what })
     }
 
     /// Checks what the analysis of positions reads, before the kernels of the motion exist: everything but the numbers of results
@@ -211,7 +211,11 @@ impl Program {
         for (scale, name) in scales {
             value(positive(scale), name)?;
         }
-        Ok(())
+        let unknowns = self.coordinates.len() + self.followers.len();
+        let first = [&self.initial.first_positions, &self.initial.first_rates];
+        let serves = |values: &Vec<f64>| values.is_empty() || values.len() == unknowns;
+        value(first.iter().all(|values| serves(values)), "the number of first values")?;
+        value(first.into_iter().flatten().all(|value| value.is_finite()), "a first value")
     }
 
     fn conditions(&self) -> impl Iterator<Item = &Condition> {

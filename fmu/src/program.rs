@@ -263,6 +263,10 @@ pub struct Initial {
     pub velocity: Tape,
     /// d value / d (v, follower rate): k x (n + f).
     pub velocity_jacobian: SparseTape,
+    /// Where the search for positions begins: q, then those of followers. Nothing stands for zeros.
+    pub first_positions: Vec<f64>,
+    /// The same for the rates.
+    pub first_rates: Vec<f64>,
 }
 
 /// One line of the scene's `[initial]`.

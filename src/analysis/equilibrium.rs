@@ -3,13 +3,19 @@
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
+use super::modes::{Mode, modes};
 use super::search::{scales, search};
 use super::variation::{Column, Row, Variation};
-use super::{Failure, Point};
+use super::{Failure, Point, StateSpace};
 use crate::formulate::Formulated;
 
 /// Stiffness counts as none below this share of the largest.
 const NEUTRAL: f64 = 1e-11;
+/// A motion grows or decays if its rate is above this share of its own speed, and the other of the fastest motion's.
+const OWN_RATE: f64 = 1e-9;
+const RATE: f64 = 1e-12;
+/// Loads have a potential if opposite entries of the stiffness differ by less than this share of the largest.
+const SYMMETRIC: f64 = 1e-9;
 
 /// A pose in which nothing accelerates, with the reactions that hold it.
 #[derive(Clone, Debug)]
@@ -18,6 +24,8 @@ pub struct Equilibrium {
     pub point: Point,
     /// What a small disturbance does.
     pub stability: Stability,
+    /// Was that judged by the linearised motion, with damping and inertia? Otherwise, where that cannot be had, by stiffness alone.
+    pub by_motion: bool,
     /// Eigenvalues of the projected stiffness \[J\], for changes of 1 rad and of the mechanism's length, ascending.
     pub stiffness: Vec<f64>,
 }
@@ -27,11 +35,13 @@ pub struct Equilibrium {
 pub enum Stability {
     /// Nothing can move: the joints and drivers hold everything.
     Held,
-    /// Every motion that is left is pushed back.
+    /// Every motion that is left is pushed back, and none grows.
     Stable,
-    /// A motion that neither is pushed back nor goes on by itself, with the coordinate that moves most.
+    /// A motion that meets no stiffness, with the coordinate that moves most; none grows.
     Neutral(String),
-    /// A motion goes on by itself, with the coordinate that moves most.
+    /// A motion that neither grows nor decays, under loads without a potential: small terms that linearising drops decide.
+    Undecided(String),
+    /// A motion grows by itself, with the coordinate that moves most.
     Unstable(String),
 }
 
@@ -44,38 +54,88 @@ impl Equilibrium {
         let model = Model::new(formulated.lowered.program.clone())?;
         let guess = Point::resting(&model, &formulated.state);
         let point = search(formulated, variation, guess)?;
-        let (stiffness, softest) = stiffness(formulated, variation, &point)?;
-        let name = |index: usize| formulated.equations.coordinates[index].name.position.clone();
-        let hardest = stiffness.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
-        let stability = match stiffness.first() {
-            None => Stability::Held,
-            Some(&least) if least < -NEUTRAL * hardest => Stability::Unstable(name(softest)),
-            Some(&least) if least <= NEUTRAL * hardest => Stability::Neutral(name(softest)),
-            Some(_) => Stability::Stable,
+        let statics = Statics::new(formulated, variation, &point)?;
+        let motion = StateSpace::new(formulated, variation, &point, None).and_then(|system| modes(formulated, &system));
+        let (stability, by_motion) = match motion {
+            _ if statics.stiffness.is_empty() => (Stability::Held, true),
+            Ok(modes) => (judged(formulated, &statics, &modes), true),
+            Err(_) => (statics.stability(formulated), false),
         };
-        Ok(Equilibrium { point, stability, stiffness })
+        Ok(Equilibrium { point, stability, by_motion, stiffness: statics.stiffness })
     }
 }
 
-/// Eigenvalues of the tangent stiffness on the motions that the loops permit, and the coordinate that moves most in the softest of them. Of
-/// loads that have no potential the symmetric part counts.
-fn stiffness(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<(Vec<f64>, usize), Failure> {
-    let numbers = variation.at(&formulated.equations, point)?;
+/// Stability of the linearised motion (Lyapunov): whatever grows, grows. Where motions neither grow nor decay, a potential decides, if there
+/// is one: at its minimum nothing can grow.
+fn judged(formulated: &Formulated, statics: &Statics, modes: &[Mode]) -> Stability {
     let scales = scales(formulated);
-    let tangent = numbers.block(Row::Motion, Column::Positions);
-    let loops = numbers.block(Row::Loops, Column::Positions);
-    let tangent = DMatrix::from_fn(scales.len(), scales.len(), |i, j| tangent[(i, j)] * scales[i] * scales[j]);
-    let loops = DMatrix::from_fn(loops.nrows(), scales.len(), |i, j| loops[(i, j)] * scales[j]);
-    let free = null_space(&loops);
-    if free.is_empty() {
-        return Ok((Vec::new(), 0));
+    let most = |mode: &Mode| {
+        let sizes = mode.shape.iter().zip(&scales).map(|(part, scale)| part.norm() / scale).enumerate();
+        let index = sizes.fold((0, 0.0), |most, part| if part.1 > most.1 { part } else { most }).0;
+        coordinate(formulated, index)
+    };
+    let fastest = modes.iter().map(|mode| mode.eigenvalue.norm()).fold(0.0, f64::max);
+    let bound = |mode: &Mode| OWN_RATE * mode.eigenvalue.norm() + RATE * fastest;
+    let fastest_growing = modes.iter().max_by(|a, b| a.eigenvalue.re.total_cmp(&b.eigenvalue.re));
+    if let Some(mode) = fastest_growing.filter(|mode| mode.eigenvalue.re > bound(mode)) {
+        return Stability::Unstable(most(mode));
     }
-    let projected = free.transpose() * tangent * &free;
-    let eigen = (0.5 * (&projected + projected.transpose())).symmetric_eigen();
-    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
-    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    let softest = (free * eigen.eigenvectors.column(order[0])).icamax();
-    Ok((order.into_iter().map(|index| eigen.eigenvalues[index]).collect(), softest))
+    if let Some(mode) = modes.iter().find(|mode| mode.is_free()) {
+        return Stability::Neutral(most(mode));
+    }
+    match modes.iter().find(|mode| mode.eigenvalue.re >= -bound(mode)) {
+        None => Stability::Stable,
+        Some(_) if statics.has_potential => statics.stability(formulated),
+        Some(mode) => Stability::Undecided(most(mode)),
+    }
+}
+
+fn coordinate(formulated: &Formulated, index: usize) -> String {
+    formulated.equations.coordinates[index].name.position.clone()
+}
+
+/// What stiffness alone says.
+struct Statics {
+    /// Eigenvalues of the tangent stiffness on the motions that the loops permit, ascending. Of loads without a potential the symmetric
+    /// part counts.
+    stiffness: Vec<f64>,
+    /// The coordinate that moves most in the softest of them.
+    softest: usize,
+    /// Is the stiffness symmetric?
+    has_potential: bool,
+}
+
+impl Statics {
+    fn new(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<Self, Failure> {
+        let numbers = variation.at(&formulated.equations, point)?;
+        let scales = scales(formulated);
+        let tangent = numbers.block(Row::Motion, Column::Positions);
+        let loops = numbers.block(Row::Loops, Column::Positions);
+        let tangent = DMatrix::from_fn(scales.len(), scales.len(), |i, j| tangent[(i, j)] * scales[i] * scales[j]);
+        let loops = DMatrix::from_fn(loops.nrows(), scales.len(), |i, j| loops[(i, j)] * scales[j]);
+        let free = null_space(&loops);
+        if free.is_empty() {
+            return Ok(Statics { stiffness: Vec::new(), softest: 0, has_potential: true });
+        }
+        let projected = free.transpose() * tangent * &free;
+        let has_potential = (&projected - projected.transpose()).amax() <= SYMMETRIC * projected.amax();
+        let eigen = (0.5 * (&projected + projected.transpose())).symmetric_eigen();
+        let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
+        order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+        let softest = (free * eigen.eigenvectors.column(order[0])).icamax();
+        let stiffness = order.into_iter().map(|index| eigen.eigenvalues[index]).collect();
+        Ok(Statics { stiffness, softest, has_potential })
+    }
+
+    fn stability(&self, formulated: &Formulated) -> Stability {
+        let hardest = self.stiffness.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        match self.stiffness.first() {
+            None => Stability::Held,
+            Some(&least) if least < -NEUTRAL * hardest => Stability::Unstable(coordinate(formulated, self.softest)),
+            Some(&least) if least <= NEUTRAL * hardest => Stability::Neutral(coordinate(formulated, self.softest)),
+            Some(_) => Stability::Stable,
+        }
+    }
 }
 
 /// Orthonormal columns that the rows of a matrix do not see.

@@ -37,9 +37,14 @@ impl Mode {
         self.eigenvalue.im / std::f64::consts::TAU
     }
 
+    /// Oscillations a second without damping, |eigenvalue| / 2 pi \[Hz\].
+    pub fn natural_frequency(&self) -> f64 {
+        self.eigenvalue.norm() / std::f64::consts::TAU
+    }
+
     /// 1 or more: no oscillation; negative: it grows. Free motion has none.
     pub fn damping_ratio(&self) -> Option<f64> {
-        (!self.is_free()).then(|| -self.eigenvalue.re / self.eigenvalue.norm())
+        (!self.is_free()).then(|| (0.0 - self.eigenvalue.re) / self.eigenvalue.norm())
     }
 }
 
@@ -64,7 +69,8 @@ pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, 
     }
     let expand = |(eigenvalue, natural): (Complex<f64>, DVector<Complex<f64>>)| {
         let z = DVector::from_fn(f, |row, _| natural[row] * own[row]);
-        Mode { eigenvalue, shape: normalised(system.shape.map(Complex::from) * z, &scales) }
+        let shape = normalised(system.shape.map(Complex::from) * z, &scales);
+        Mode { eigenvalue: unsigned(eigenvalue), shape: shape.into_iter().map(unsigned).collect() }
     };
     Ok(shapes.into_iter().map(expand).collect())
 }
@@ -136,6 +142,11 @@ fn vibration(
         Some(v_t) => v_t.row(f - 1 - repeated.min(f - 1)).adjoint(),
         None => DVector::zeros(f),
     }
+}
+
+/// Zero has no sign: adding it takes one away.
+fn unsigned(value: Complex<f64>) -> Complex<f64> {
+    Complex::new(value.re + 0.0, value.im + 0.0)
 }
 
 /// Scaled so that its largest part, in natural units, is 1.

@@ -88,6 +88,9 @@ enum StepsAs {
 impl Show {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.graph.as_deref(), self.drawing.as_deref()])?;
+        for (path, kinds) in [(&self.drawing, ["svg"].as_slice()), (&self.graph, &["svg", "dot"])] {
+            path.as_deref().map_or(Ok(()), |path| is_of(path, kinds))?;
+        }
         let printed = match (self.equations, self.steps) {
             (Some(notation), _) => Some(pipeline::equations(&output::load(&self.scene)?, notation.into())?),
             (None, Some(prose)) => Some(pipeline::steps(&output::load(&self.scene)?, prose.into())?),
@@ -121,6 +124,17 @@ impl Show {
             None => output::print(&compiled.summary.to_string()),
         }
     }
+}
+
+/// Pictures are written in the format that the end of the name says, never in another.
+fn is_of(path: &Path, kinds: &[&str]) -> Result<(), Failure> {
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    if kinds.iter().any(|kind| extension.eq_ignore_ascii_case(kind)) {
+        return Ok(());
+    }
+    let names: Vec<String> = kinds.iter().map(|kind| format!("`.{kind}`")).collect();
+    let name = path.display();
+    Err(Failure::Usage(format!("cannot write `{name}`: the name of the picture must end with {}", names.join(" or "))))
 }
 
 fn graph(scene: &Scene, path: &Path) -> Result<(), Failure> {

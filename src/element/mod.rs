@@ -3,6 +3,7 @@
 
 mod arm;
 mod body;
+mod coupled;
 mod displacement_driver;
 mod distance;
 mod force;
@@ -15,12 +16,14 @@ mod resistance;
 mod revolute;
 mod rolling;
 mod rotation_driver;
+mod slide;
 mod slot;
 pub(crate) mod spring;
 mod system;
 mod torque;
 mod weld;
 
+pub use coupled::CoupledEdge;
 pub use resistance::Resistance;
 pub use system::System;
 

@@ -1,9 +1,6 @@
-//! Prismatic joint (s): r = s u with u fixed in the first body, F . u resists (Eqs 3, 4); the angle is held.
+//! Prismatic joint (s): a slide, r = s u, that holds the angle.
 
-use super::{
-    Angle, CoordinateName, Direction, Element, Force, Known, Origin, Resistance, RotationalRow, System, Torque,
-    TranslationalRow, table2, table3,
-};
+use super::{Angle, Element, Origin, RotationalRow, System, Torque, slide, table3};
 use crate::mechanism::{Formula, Friction, JointId};
 
 pub(super) fn element(
@@ -14,25 +11,15 @@ pub(super) fn element(
     damping: &Formula,
     friction: Option<&Friction>,
 ) -> Element {
-    let joint = &system.mechanism.joints[id.0];
-    let [ux, uy] = system.values(axis);
-    let normal = [system.arena.negate(uy), ux];
+    let translation = slide::row(system, id, axis, damping, friction);
     let angle = system.value(angle);
-    let resistance = Resistance::new(system, damping, friction);
-    let first = joint.between[0].body();
+    let joint = &system.mechanism.joints[id.0];
     Element {
         label: system.label("s"),
         name: joint.name.clone(),
         origin: Origin::Joint(id),
         coupling: None,
-        translation: Some(TranslationalRow {
-            ends: joint.between.map(|place| system.t_node(place)),
-            priority: table2::PRISMATIC,
-            known: Known::Zero,
-            motion: vec![(Direction::Fixed(first, [ux, uy]), CoordinateName::new(&joint.name, ["s", "v", "a"]))],
-            reaction: vec![Direction::Fixed(first, normal)],
-            through: resistance.map_or(Force::None, Force::Resistance),
-        }),
+        translation: Some(translation),
         rotation: Some(RotationalRow {
             ends: joint.between.map(|place| system.r_node(place.body())),
             priority: table3::PRISMATIC,

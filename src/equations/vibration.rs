@@ -1,14 +1,14 @@
 //! Masses on a line with linear springs and dampers: \[M\]{q''} + \[D\]{q'} + \[K\]{q} = {F} (Eq. 24), each matrix a product of cutset
 //! columns and a diagonal, A_i i A_i^T (Eq. 33).
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use super::Equations;
 use super::dynamics::mass;
 use crate::element::{Known, Origin};
-use crate::expr::Expr;
+use crate::expr::{Expr, Symbol};
 use crate::graph::{ElementId, Topology};
-use crate::mechanism::{Dimension, LoadKind, Side, SpringLaw};
+use crate::mechanism::{Dimension, Formula, LoadKind, Side, SpringLaw};
 
 /// The matrices of Eq. (24), n x n by rows, and the forces {F}.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub struct Vibration {
     pub force: Vec<Expr>,
 }
 
-/// What one element adds: its constants, and its force when nothing moves.
+/// What one element adds: its constants, and its force when no coordinate moves.
 struct Share {
     mass: Expr,
     damping: Expr,
@@ -32,13 +32,17 @@ struct Share {
 }
 
 impl Equations<'_> {
-    /// The matrices of Eq. (33) for these trees, if the scene is one of masses on a line whose springs are all linear and
-    /// whose motion nothing prescribes.
+    /// The matrices of Eq. (33) for these trees, if the scene is one of masses on a line whose loads are all linear.
     pub fn vibration(&mut self) -> Option<Vibration> {
-        let mechanism = self.system.mechanism;
-        if mechanism.dimension != Dimension::One || !mechanism.drivers.is_empty() {
-            return None;
-        }
+        self.linear()?.ok()
+    }
+
+    /// The same, or why a scene of masses on a line has no such matrices; none for a scene in the plane.
+    pub fn linear(&mut self) -> Option<Result<Vibration, String>> {
+        (self.system.mechanism.dimension == Dimension::One).then(|| self.matrices())
+    }
+
+    fn matrices(&mut self) -> Result<Vibration, String> {
         let n = self.coordinates.len();
         let zero = || vec![vec![Expr::ZERO; n]; n];
         let mut sum = Vibration { mass: zero(), damping: zero(), stiffness: zero(), force: vec![Expr::ZERO; n] };
@@ -46,14 +50,14 @@ impl Equations<'_> {
             let share = self.share(element)?;
             sum.add(self, &column, &share);
         }
-        Some(sum)
+        Ok(sum)
     }
 
     /// Columns of the cutset matrix \[A_f\]: for each element the coordinates in whose cutset it is, with its sign.
-    fn cutset_columns(&self) -> HashMap<ElementId, Vec<(usize, i8)>> {
+    fn cutset_columns(&self) -> BTreeMap<ElementId, Vec<(usize, i8)>> {
         let tree = &self.trees.translation;
         let rows = Topology::new(&self.system.translation, tree).cutsets(tree);
-        let mut columns: HashMap<ElementId, Vec<(usize, i8)>> = HashMap::new();
+        let mut columns: BTreeMap<ElementId, Vec<(usize, i8)>> = BTreeMap::new();
         for (&branch, cutset) in tree.branches.iter().zip(rows) {
             let Some(row) = self.coordinates.iter().position(|coordinate| coordinate.element == branch) else {
                 continue;
@@ -65,55 +69,83 @@ impl Equations<'_> {
         columns
     }
 
-    fn share(&mut self, element: ElementId) -> Option<Share> {
-        let none = Share { mass: Expr::ZERO, damping: Expr::ZERO, stiffness: Expr::ZERO, force: Expr::ZERO };
+    fn share(&mut self, element: ElementId) -> Result<Share, String> {
         let mechanism = self.system.mechanism;
+        let [position, rate, acceleration] = self.prescribed(element);
+        let mut share = Share { mass: Expr::ZERO, damping: Expr::ZERO, stiffness: Expr::ZERO, force: Expr::ZERO };
         match self.system.element(element).origin {
             Origin::Body(body) => {
-                let mass = mass(&mut self.system, body);
+                share.mass = mass(&mut self.system, body);
                 let weight = self.system.value(&mechanism.gravity[0]);
-                let weightless = mechanism.bodies[body.0].weightless;
-                let force = if weightless { Expr::ZERO } else { self.system.arena.multiply(mass, weight) };
-                Some(Share { mass, force, ..none })
+                let arena = &mut self.system.arena;
+                let weight = if mechanism.bodies[body.0].weightless { Expr::ZERO } else { weight };
+                let net = arena.subtract(weight, acceleration);
+                share.force = arena.multiply(share.mass, net);
             }
-            Origin::Load(load) => match &mechanism.loads[load.0].kind {
-                LoadKind::Spring { law, .. } => self.spring(law, element),
-                LoadKind::Force { vector, .. } => Some(Share { force: self.formula(&vector[0]), ..none }),
-                LoadKind::Actuator { force, .. } => Some(Share { force: self.formula(force), ..none }),
-                _ => None,
-            },
-            _ => Some(none),
+            Origin::Load(load) => {
+                let load = &mechanism.loads[load.0];
+                match &load.kind {
+                    LoadKind::Spring { law, .. } => {
+                        (share.stiffness, share.damping) = self.spring(law, &load.name)?;
+                        let free = self.formula(&law.free);
+                        let arena = &mut self.system.arena;
+                        let short = arena.subtract(free, position);
+                        let push = arena.multiply(share.stiffness, short);
+                        let drag = arena.multiply(share.damping, rate);
+                        share.force = arena.subtract(push, drag);
+                    }
+                    LoadKind::Force { vector, .. } => share.force = self.outer_force(&vector[0], &load.name)?,
+                    LoadKind::Actuator { force, .. } => share.force = self.outer_force(force, &load.name)?,
+                    LoadKind::Torque { .. } | LoadKind::TorsionSpring { .. } | LoadKind::TorsionActuator { .. } => {}
+                }
+            }
+            _ => {}
+        }
+        Ok(share)
+    }
+
+    /// Stiffness and damping of a linear spring.
+    fn spring(&mut self, law: &SpringLaw, name: &str) -> Result<(Expr, Expr), String> {
+        let [stiffness, cubic, damping] =
+            [&law.stiffness, &law.cubic, &law.damping].map(|formula| self.formula(formula));
+        match cubic == Expr::ZERO && law.side == Side::Both {
+            true => Ok((stiffness, damping)),
+            false => Err(format!("the spring `{name}` is not linear")),
         }
     }
 
-    fn spring(&mut self, law: &SpringLaw, element: ElementId) -> Option<Share> {
-        let [stiffness, cubic, damping, free] =
-            [&law.stiffness, &law.cubic, &law.damping, &law.free].map(|formula| self.formula(formula));
-        let linear = cubic == Expr::ZERO && law.side == Side::Both;
-        // Points away from the mass centres, and of the ground: the length at q = 0 is not zero.
-        let fixed = self.fixed_length(element);
-        let short = self.system.arena.subtract(free, fixed);
-        let force = self.system.arena.multiply(stiffness, short);
-        linear.then_some(Share { mass: Expr::ZERO, damping, stiffness, force })
+    /// A force of time, parameters and inputs.
+    fn outer_force(&mut self, law: &Formula, name: &str) -> Result<Expr, String> {
+        let force = self.formula(law);
+        let symbols = self.system.arena.symbols([force]);
+        match symbols.iter().any(|symbol| matches!(symbol, Symbol::Coordinate(..))) {
+            true => Err(format!("the law of `{name}` depends on the motion; write it as a spring if it is linear")),
+            false => Ok(force),
+        }
     }
 
-    /// The part of a spring's length that arms and ground vectors make: -\[B\]{r} of its circuit. A branch has none: its length is a
-    /// coordinate.
-    fn fixed_length(&mut self, element: ElementId) -> Expr {
+    /// The part of an element's displacement that no coordinate changes, and its rate and acceleration: what arms, ground vectors and drivers
+    /// make of it, -\[B\]{r} of its circuit. A branch has none: its displacement is a coordinate.
+    fn prescribed(&mut self, element: ElementId) -> [Expr; 3] {
         let tree = &self.trees.translation;
+        let mut sums = [Expr::ZERO; 3];
         if tree.branches.contains(&element) {
-            return Expr::ZERO;
+            return sums;
         }
         let circuit = Topology::new(&self.system.translation, tree).circuit(element);
-        let mut length = Expr::ZERO;
         for (other, sign) in circuit {
             let known = self.system.element(other).translation.as_ref().map(|row| row.known.clone());
-            let Some(Known::Fixed(_, [x, _])) = known else { continue };
+            let own = match known {
+                Some(Known::Fixed(_, [x, _])) => [x, Expr::ZERO, Expr::ZERO],
+                Some(Known::Given([x, _])) => [x.value, x.rate, x.acceleration],
+                _ => continue,
+            };
             let arena = &mut self.system.arena;
-            let x = if sign < 0 { x } else { arena.negate(x) };
-            length = arena.add(length, x);
+            for (sum, x) in sums.iter_mut().zip(own) {
+                *sum = if sign < 0 { arena.add(*sum, x) } else { arena.subtract(*sum, x) };
+            }
         }
-        length
+        sums
     }
 }
 

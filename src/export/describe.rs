@@ -1,5 +1,7 @@
 //! The description of an FMU from the table of variables.
 
+use std::sync::Arc;
+
 use cotree_fmu::program::Source;
 
 use super::description::{Causality, Description, ScalarVariable, Start, identifier};
@@ -64,6 +66,6 @@ fn variable(mechanism: &Mechanism, row: &Row) -> ScalarVariable {
             _ => None,
         }),
         dependencies: row.dependencies.clone(),
-        initial_dependencies: if is_settable(row) { Vec::new() } else { row.initial_dependencies.clone() },
+        initial_dependencies: if is_settable(row) { Arc::default() } else { row.initial_dependencies.clone() },
     }
 }

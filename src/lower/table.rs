@@ -1,6 +1,7 @@
 //! The variables of the FMU: parameters, inputs, coordinates with their derivatives, and what the scene asks for.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
+use std::sync::Arc;
 
 use cotree_fmu::program::{Motion, Source, Variable};
 
@@ -34,9 +35,9 @@ pub struct Row {
     /// Its value as an expression.
     pub value: Expr,
     /// Places of the inputs and states that it depends on.
-    pub dependencies: Vec<usize>,
+    pub dependencies: Arc<[usize]>,
     /// Places of the parameters, inputs and known initial values that it depends on at the start.
-    pub initial_dependencies: Vec<usize>,
+    pub initial_dependencies: Arc<[usize]>,
 }
 
 /// An initial value that can be set.
@@ -57,6 +58,8 @@ pub struct Table {
     pub rows: Vec<Row>,
     /// Results of the output kernel.
     pub results: Vec<Expr>,
+    /// Where each of them is.
+    places: HashMap<Expr, usize>,
 }
 
 impl Table {
@@ -103,8 +106,9 @@ impl Table {
 
     /// What the scene asks for, in its order.
     fn add_outputs(&mut self, equations: &mut Equations, members: &[Row]) {
+        let named: HashMap<&str, &Row> = members.iter().map(|member| (member.name.as_str(), member)).collect();
         for output in &equations.system.mechanism.outputs {
-            if let Some(member) = members.iter().find(|member| member.name == output.name) {
+            if let Some(&member) = named.get(output.name.as_str()) {
                 let description = output.description.clone();
                 self.rows.push(Row { output: true, description, ..member.clone() });
                 continue;
@@ -139,10 +143,10 @@ impl Table {
 
     /// The result of the output kernel with that value.
     fn computed(&mut self, equations: &Equations, value: Expr) -> Source {
-        let known = self.results.iter().position(|&result| result == value);
-        let result = known.unwrap_or_else(|| {
-            self.results.push(value);
-            self.results.len() - 1
+        let results = &mut self.results;
+        let result = *self.places.entry(value).or_insert_with(|| {
+            results.push(value);
+            results.len() - 1
         });
         let accelerated = equations.system.arena.symbols([value]).into_iter().any(Symbol::is_solved);
         Source::Output { result: result as u32, accelerated }
@@ -151,10 +155,12 @@ impl Table {
     /// Initial values that can be set belong to their variables; one that is nothing else yet becomes a row.
     fn add_starts(&mut self, equations: &mut Equations) {
         let mechanism = equations.system.mechanism;
+        let rows = self.rows.iter().enumerate().rev();
+        let named: HashMap<String, usize> = rows.map(|(place, row)| (row.name.clone(), place)).collect();
         for (index, settable) in settable(equations).into_iter().enumerate() {
             let variable = settable.line.variable;
             let name = mechanism.variable_name(variable);
-            let place = self.rows.iter().position(|row| row.name == name).unwrap_or_else(|| {
+            let place = named.get(&name).copied().unwrap_or_else(|| {
                 let value = equations.variable(variable);
                 let source = self.computed(equations, value);
                 let angular = matches!(variable.quantity, Quantity::Angle | Quantity::Omega);
@@ -202,10 +208,15 @@ impl Table {
         }
         let single = equations.coordinates.len() + equations.constraints.len() <= SINGLE;
         let sources = single.then(|| Sources::new(&equations.system.arena, &given, beginning));
-        let everything: BTreeSet<usize> = given.into_values().collect();
+        let mut everything: Vec<usize> = given.into_values().collect();
+        everything.sort_unstable();
+        everything.dedup();
+        let everything: Arc<[usize]> = everything.into();
         for row in &mut self.rows {
-            let found = sources.as_ref().map(|sources| sources.of(row.value));
-            row.initial_dependencies = found.as_ref().unwrap_or(&everything).iter().copied().collect();
+            row.initial_dependencies = match &sources {
+                Some(sources) => sources.of(row.value).into_iter().collect(),
+                None => everything.clone(),
+            };
         }
     }
 
@@ -219,8 +230,8 @@ impl Table {
             derivative_of: None,
             start: None,
             value,
-            dependencies: Vec::new(),
-            initial_dependencies: Vec::new(),
+            dependencies: Arc::default(),
+            initial_dependencies: Arc::default(),
         });
     }
 
@@ -271,12 +282,18 @@ impl Table {
             };
             Some(single.as_ref().and_then(|single| single.get(index)).unwrap_or(&together))
         };
+        let shared: Arc<[usize]> = together.iter().copied().collect();
         for row in &mut self.rows {
             if matches!(row.source, Source::Parameter(_) | Source::Input(_)) {
                 continue;
             }
             let symbols = arena.symbols([row.value]);
             let mut found: BTreeSet<usize> = symbols.iter().filter_map(place).copied().collect();
+            let on_all = symbols.iter().filter_map(through).any(|more| std::ptr::eq(more, &together));
+            if on_all && found.is_subset(&together) {
+                row.dependencies = shared.clone();
+                continue;
+            }
             symbols.iter().filter_map(through).for_each(|more| found.extend(more));
             row.dependencies = found.into_iter().collect();
         }

@@ -148,12 +148,13 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
     let name = crate::export::description::identifier(&equations.system.mechanism.name);
     let masses = has_masses(equations);
     let matrices = matrices(equations);
+    let loops: Vec<usize> = equations.loops().map(|(index, _)| index).collect();
     let sizes = Sizes {
         parameters: equations.system.mechanism.parameters.len(),
         inputs: equations.system.mechanism.inputs.len(),
         followers: equations.system.followers.len(),
         coordinates: equations.coordinates.len(),
-        constraints: equations.constraints.len(),
+        constraints: loops.len(),
     };
     let arena = &equations.system.arena;
     let mut text = language.prelude(&name, &legend(equations));
@@ -164,10 +165,10 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
     };
     text.push_str(&language.function(&function, &sizes, &steps(arena, &matrices)));
     if !solved.is_empty() {
-        let results = solved.iter().enumerate().map(|(index, &expr)| match index.checked_sub(sizes.coordinates) {
-            None => (Output::Acceleration, [index, 0], expr),
-            Some(index) => (Output::Reaction, [index, 0], expr),
-        });
+        let (accelerations, reactions) = solved.split_at(sizes.coordinates.min(solved.len()));
+        let accelerations = accelerations.iter().enumerate().map(|(row, &expr)| (Output::Acceleration, [row, 0], expr));
+        let reactions = loops.iter().filter_map(|&index| reactions.get(index)).enumerate();
+        let results = accelerations.chain(reactions.map(|(row, &expr)| (Output::Reaction, [row, 0], expr)));
         let function = Function {
             name: format!("{name}_accelerations"),
             about: "Accelerations a and reactions lambda, from the equations of motion.",
@@ -175,7 +176,7 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
         };
         text.push_str(&language.function(&function, &sizes, &steps(arena, &results.collect::<Vec<_>>())));
     }
-    let rows: Vec<usize> = (0..sizes.constraints).filter(|row| !redundant.contains(row)).collect();
+    let rows: Vec<usize> = (0..sizes.constraints).filter(|&row| !redundant.contains(&loops[row])).collect();
     if solved.is_empty() && !rows.is_empty() && rows.len() == sizes.coordinates {
         text.push_str(&language.kinematics(&Kinematics { name: &name, sizes, rows: &rows, masses }));
     }
@@ -199,14 +200,14 @@ fn matrices(equations: &mut Equations) -> Vec<(Output, [usize; 2], Expr)> {
             dense(Output::Mass, row, entries);
         }
     }
-    for (row, constraint) in equations.constraints.iter().enumerate() {
+    for (row, (_, constraint)) in equations.loops().enumerate() {
         dense(Output::Jacobian, row, &constraint.jacobian);
     }
     if dynamic {
         let loads = equations.dynamics().load.iter().enumerate();
         results.extend(loads.map(|(row, &load)| (Output::Load, [row, 0], load)));
     }
-    for (row, constraint) in equations.constraints.iter().enumerate() {
+    for (row, (_, constraint)) in equations.loops().enumerate() {
         results.push((Output::Constraint, [row, 0], constraint.value));
         results.push((Output::TimeRate, [row, 0], constraint.time_rate));
         results.push((Output::Gamma, [row, 0], constraint.gamma));
@@ -251,15 +252,18 @@ fn legend(equations: &Equations) -> Vec<String> {
     let list = |title: &str, names: Vec<String>| (!names.is_empty()).then(|| format!("{title}: {}", names.join(", ")));
     let parameters = system.mechanism.parameters.iter().map(|parameter| parameter.name.clone()).collect();
     let inputs = system.mechanism.inputs.iter().map(|input| input.name.clone()).collect();
-    let followers =
-        (0..system.followers.len()).map(|i| symbol_name(equations, Symbol::Follower(i, Order::Position))).collect();
+    let followers = system.followers.iter().enumerate().map(|(i, (_, input, given))| {
+        let name = symbol_name(equations, Symbol::Follower(i, Order::Position));
+        let given = if *given == Order::Velocity { "rate" } else { "acceleration" };
+        format!("{name} (its {given} is the input {})", system.mechanism.inputs[input.0].name)
+    });
     let coordinates = equations.coordinates.iter().map(|coordinate| coordinate.name.position.clone()).collect();
-    let reactions = equations.constraints.iter().map(|row| system.element(row.element).name.clone()).collect();
+    let reactions = equations.loops().map(|(_, row)| system.element(row.element).name.clone()).collect();
     let lines = [
         Some("t: time; all quantities in SI units".to_owned()),
         list("p: parameters", parameters),
         list("u: value, rate and acceleration of the inputs", inputs),
-        list("f: position, rate and acceleration of the drivers that integrate an input", followers),
+        list("f: position, rate and acceleration of the drivers that integrate an input", followers.collect()),
         list("q, v: coordinates and their rates", coordinates),
         list("lambda: reactions", reactions),
     ];

@@ -2,14 +2,18 @@
 
 use std::fmt::Write;
 
+use super::notation::lines::printed;
 use super::notation::{latex, mathml, plain};
 use super::tree::Tree;
 use crate::report::svg::escape;
 
 /// Formulas are broken at about so many characters.
-const WIDTH: usize = 100;
-/// The same where letters are proportional and names are short.
-const PRINTED_WIDTH: usize = 120;
+const WIDTH: f64 = 110.0;
+/// The width of a printed page and of a web page, in digits.
+const PAGE_WIDTH: f64 = 92.0;
+const SCREEN_WIDTH: f64 = 120.0;
+/// Left sides wider than this part of the page do not stand below each other.
+const LEFT: f64 = 0.3;
 
 /// Part of a page.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,9 +55,18 @@ impl Piece {
 
     fn latex(&self) -> String {
         match self {
-            Piece::Words(text) => latex::escape(text),
-            Piece::Code(name) => format!(r"\texttt{{{}}}", latex::escape(name)),
+            Piece::Words(text) => latex::breakable(text),
+            Piece::Code(name) => format!(r"\texttt{{{}}}", latex::breakable(name)),
             Piece::Math(tree) => format!("${}$", latex::latex(tree)),
+        }
+    }
+
+    /// In digits, printed.
+    fn width(&self) -> f64 {
+        match self {
+            Piece::Words(text) => text.chars().count() as f64,
+            Piece::Code(name) => 1.05 * name.chars().count() as f64,
+            Piece::Math(tree) => printed(tree),
         }
     }
 
@@ -83,15 +96,42 @@ pub fn text(title: &str, blocks: &[Block]) -> String {
     text
 }
 
-fn text_equations(text: &mut String, rows: &[(Tree, Tree)]) {
-    let rows: Vec<(String, Vec<String>)> =
-        rows.iter().map(|(left, right)| (plain::plain(left), plain::wrapped(right, WIDTH))).collect();
-    let short = rows.iter().map(|(left, _)| left.chars().count()).filter(|&width| width <= WIDTH / 3);
-    let width = short.max().unwrap_or_default();
-    for (left, lines) in rows {
-        let mut sign = "=";
-        let mut left = left;
-        for line in lines {
+/// A row of a display: a left side that stands before the sign, and the lines of the rest.
+struct Row {
+    left: Option<Tree>,
+    lines: Vec<String>,
+}
+
+/// Equations with their left sides below each other; if one of these is wide, all equations are broken as a whole.
+fn rows(
+    rows: &[(Tree, Tree)],
+    page: f64,
+    width: impl Fn(&Tree) -> f64,
+    wrapped: impl Fn(&Tree, f64) -> Vec<String>,
+) -> Vec<Row> {
+    let widest = rows.iter().map(|(left, _)| width(left)).fold(0.0, f64::max);
+    let row = |(left, right): &(Tree, Tree)| match widest <= LEFT * page {
+        true => Row { left: Some(left.clone()), lines: wrapped(right, page - widest - 4.0) },
+        false => {
+            let whole = Tree::Relation("=", Box::new([left.clone(), right.clone()]));
+            Row { left: None, lines: wrapped(&whole, page) }
+        }
+    };
+    rows.iter().map(row).collect()
+}
+
+fn text_equations(text: &mut String, equations: &[(Tree, Tree)]) {
+    let width = |tree: &Tree| plain::plain(tree).chars().count() as f64;
+    let rows = rows(equations, WIDTH, width, plain::wrapped);
+    let lefts = rows.iter().flat_map(|row| &row.left).map(|left| plain::plain(left).chars().count());
+    let width = lefts.max().unwrap_or_default();
+    for row in rows {
+        let Some(left) = row.left else {
+            row.lines.iter().for_each(|line| add(text, format_args!("  {line}\n")));
+            continue;
+        };
+        let (mut left, mut sign) = (plain::plain(&left), "=");
+        for line in row.lines {
             add(text, format_args!("  {left:width$} {sign} {line}\n"));
             sign = " ";
             left.clear();
@@ -118,7 +158,7 @@ pub fn latex(title: &str, blocks: &[Block]) -> String {
     let title = latex::escape(title);
     let mut text = format!(
         "\\documentclass[a4paper,10pt]{{article}}\n\\usepackage[margin=20mm]{{geometry}}\n\
-         \\usepackage{{amsmath,longtable,lmodern}}\n\\usepackage[T1]{{fontenc}}\n\\allowdisplaybreaks\n\
+         \\usepackage{{amsmath,array,longtable,lmodern}}\n\\usepackage[T1]{{fontenc}}\n\\allowdisplaybreaks\n\
          \\setlength{{\\parindent}}{{0pt}}\n\\begin{{document}}\n\\section*{{{title}}}\n"
     );
     for block in blocks {
@@ -136,25 +176,76 @@ pub fn latex(title: &str, blocks: &[Block]) -> String {
     text
 }
 
-fn latex_equations(text: &mut String, rows: &[(Tree, Tree)]) {
+fn latex_equations(text: &mut String, equations: &[(Tree, Tree)]) {
     text.push_str("\\begin{align*}\n");
-    for (index, (left, right)) in rows.iter().enumerate() {
-        let lines = latex::wrapped(right, PRINTED_WIDTH).join(" \\\\\n    &\\quad");
+    let rows = rows(equations, PAGE_WIDTH, printed, latex::wrapped);
+    for (index, row) in rows.iter().enumerate() {
+        let lines = row.lines.join(" \\\\\n    &\\quad");
         let end = if index + 1 < rows.len() { r" \\" } else { "" };
-        add(text, format_args!("  {} &= {lines}{end}\n", latex::latex(left)));
+        match &row.left {
+            Some(left) => add(text, format_args!("  {} &= {lines}{end}\n", latex::latex(left))),
+            None => add(text, format_args!("  &{lines}{end}\n")),
+        }
     }
     text.push_str("\\end{align*}\n");
 }
 
+/// A table; a matrix that is wider than the page is cut into parts, of other tables the lines are broken within the cells.
 fn latex_table(text: &mut String, head: &[String], rows: &[Vec<Piece>]) {
     let columns = rows.iter().map(Vec::len).chain([head.len()]).max().unwrap_or_default();
-    add(text, format_args!("\\begin{{longtable}}[l]{{{}}}\n", "l".repeat(columns)));
+    let widths: Vec<f64> = (0..columns).map(|column| column_width(head, rows, column)).collect();
+    let total: f64 = widths.iter().sum();
+    let all: Vec<usize> = (0..columns).collect();
+    let is_matrix = widths.iter().skip(1).all(|&width| width <= NARROW);
+    if total <= PAGE_WIDTH {
+        latex_columns(text, head, rows, &all, &"l".repeat(columns));
+    } else if is_matrix {
+        for part in parts(&widths, !head.is_empty()) {
+            latex_columns(text, head, rows, &part, &"l".repeat(part.len()));
+        }
+    } else {
+        let cell =
+            |width: &f64| format!(">{{\\raggedright\\arraybackslash}}p{{{:.3}\\linewidth}}", 0.87 * width / total);
+        latex_columns(text, head, rows, &all, &widths.iter().map(cell).collect::<String>());
+    }
+}
+
+/// Wider cells are words, not entries of a matrix.
+const NARROW: f64 = 16.0;
+/// Between columns.
+const GAP: f64 = 2.6;
+
+fn column_width(head: &[String], rows: &[Vec<Piece>], column: usize) -> f64 {
+    let cells = rows.iter().filter_map(|row| row.get(column)).map(Piece::width);
+    let head = head.get(column).map(|cell| cell.chars().count() as f64);
+    GAP + cells.chain(head).fold(0.0, f64::max)
+}
+
+/// Columns that fit on a page, each time behind the first if that names the rows.
+fn parts(widths: &[f64], named: bool) -> Vec<Vec<usize>> {
+    let first: Vec<usize> = named.then_some(0).into_iter().collect();
+    let mut parts = vec![first.clone()];
+    let mut used = first.iter().map(|&column| widths[column]).sum::<f64>();
+    for (column, width) in widths.iter().enumerate().skip(first.len()) {
+        if used + width > PAGE_WIDTH && parts.last().is_some_and(|part| part.len() > first.len()) {
+            parts.push(first.clone());
+            used = first.iter().map(|&column| widths[column]).sum();
+        }
+        used += width;
+        parts.last_mut().into_iter().for_each(|part| part.push(column));
+    }
+    parts
+}
+
+fn latex_columns(text: &mut String, head: &[String], rows: &[Vec<Piece>], columns: &[usize], format: &str) {
+    add(text, format_args!("\\begin{{longtable}}[l]{{{format}}}\n"));
     if !head.is_empty() {
-        let cells: Vec<String> = head.iter().map(|cell| latex::escape(cell)).collect();
+        let cells: Vec<String> =
+            columns.iter().filter_map(|&column| head.get(column)).map(|cell| latex::escape(cell)).collect();
         add(text, format_args!("{} \\\\ \\hline\n", cells.join(" & ")));
     }
     for row in rows {
-        let cells: Vec<String> = row.iter().map(Piece::latex).collect();
+        let cells: Vec<String> = columns.iter().filter_map(|&column| row.get(column)).map(Piece::latex).collect();
         add(text, format_args!("{} \\\\\n", cells.join(" & ")));
     }
     text.push_str("\\end{longtable}\n");
@@ -192,15 +283,28 @@ pub fn fragment(blocks: &[Block]) -> String {
             }
             Block::Equations(rows) => {
                 text.push_str("<div class=\"equations\"><math display=\"block\"><mtable>\n");
-                for (left, right) in rows {
-                    add(&mut text, format_args!("{}\n", mathml::equation(left, right, PRINTED_WIDTH)));
-                }
+                html_equations(&mut text, rows);
                 text.push_str("</mtable></math></div>\n");
             }
             Block::Table(head, rows) => html_table(&mut text, head, rows),
         }
     }
     text
+}
+
+fn html_equations(text: &mut String, equations: &[(Tree, Tree)]) {
+    for row in rows(equations, SCREEN_WIDTH, printed, mathml::wrapped) {
+        let (mut left, sign) = match &row.left {
+            Some(left) => (mathml::mathml(left), "<mo>=</mo>"),
+            None => (String::new(), ""),
+        };
+        let mut sign = sign;
+        for line in row.lines {
+            add(text, format_args!("<mtr><mtd>{left}</mtd><mtd><mrow>{sign}{line}</mrow></mtd></mtr>\n"));
+            left.clear();
+            sign = "";
+        }
+    }
 }
 
 fn html_table(text: &mut String, head: &[String], rows: &[Vec<Piece>]) {

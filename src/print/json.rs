@@ -11,6 +11,7 @@ use super::tree::{Formulas, Tree};
 use crate::element::Held;
 use crate::equations::Equations;
 use crate::expr::{Order, Symbol};
+use crate::mechanism::{DriverId, InputId};
 
 /// The whole description. Numbers have 15 digits: those of the printed code are exact.
 pub fn json(equations: &mut Equations) -> String {
@@ -42,6 +43,7 @@ pub fn json(equations: &mut Equations) -> String {
         "dynamic": motion.dynamic,
         "parameters": parameters(equations),
         "inputs": inputs(equations),
+        "followers": followers(equations),
         "coordinates": coordinates(equations),
         "reactions": reactions(equations),
         "definitions": definitions,
@@ -96,6 +98,21 @@ fn inputs(equations: &Equations) -> Vec<Value> {
     inputs.map(|own| json!({ "name": own.name, "start": own.start, "unit": own.unit.si })).collect()
 }
 
+/// Drivers that integrate an input.
+fn followers(equations: &Equations) -> Vec<Value> {
+    let mechanism = equations.system.mechanism;
+    let of = |(index, (driver, input, given)): (usize, &(DriverId, InputId, Order))| {
+        let [position, rate, acceleration] = [Order::Position, Order::Velocity, Order::Acceleration]
+            .map(|order| symbol_name(equations, Symbol::Follower(index, order)));
+        json!({
+            "name": position, "rate": rate, "acceleration": acceleration,
+            "driver": mechanism.drivers[driver.0].name, "input": mechanism.inputs[input.0].name,
+            "given": if *given == Order::Velocity { "rate" } else { "acceleration" },
+        })
+    };
+    equations.system.followers.iter().enumerate().map(of).collect()
+}
+
 fn coordinates(equations: &Equations) -> Vec<Value> {
     let of = |(index, own): (usize, &crate::equations::Coordinate)| {
         let [position, rate, acceleration] = [Order::Position, Order::Velocity, Order::Acceleration]
@@ -111,5 +128,5 @@ fn reactions(equations: &Equations) -> Vec<Value> {
         let name = symbol_name(equations, Symbol::Reaction(index));
         json!({ "name": name, "owner": equations.system.element(own.element).name, "unit": unit })
     };
-    equations.constraints.iter().enumerate().map(of).collect()
+    equations.loops().map(of).collect()
 }

@@ -14,8 +14,8 @@ pub struct Matrices {
     time: f64,
     /// Name, unit, and rows.
     square: Vec<(&'static str, &'static str, Vec<Vec<f64>>)>,
-    /// {F} \[N\]
-    force: Vec<f64>,
+    /// {F} \[N\], unless it depends on where a driver starts that integrates an input.
+    force: Option<Vec<f64>>,
     /// Is there more to them than the formulas say?
     has_parameters: bool,
 }
@@ -30,6 +30,7 @@ impl Matrices {
         if symbols.iter().any(|symbol| matches!(symbol, Symbol::Missing(..))) {
             return None;
         }
+        let follows = symbols.iter().any(|symbol| matches!(symbol, Symbol::Follower(..)));
         let mechanism = equations.system.mechanism;
         let time = mechanism.experiment.start;
         let value = |symbol: Symbol| match symbol {
@@ -47,7 +48,7 @@ impl Matrices {
                 ("D", "N.s/m", rows(&vibration.damping)),
                 ("K", "N/m", rows(&vibration.stiffness)),
             ],
-            force: numbers(&vibration.force),
+            force: (!follows).then(|| numbers(&vibration.force)),
             has_parameters: symbols.iter().any(|symbol| matches!(symbol, Symbol::Parameter(_))),
         })
     }
@@ -62,8 +63,10 @@ impl Matrices {
             blocks.push(Block::Heading(format!("{name} in numbers [{unit}]")));
             blocks.push(Block::Table(Vec::new(), rows.iter().map(|row| row.iter().map(number).collect()).collect()));
         }
-        blocks.push(Block::Heading(format!("F in numbers [N], at t = {} s", self.time)));
-        blocks.push(Block::Table(Vec::new(), vec![self.force.iter().map(number).collect()]));
+        if let Some(force) = &self.force {
+            blocks.push(Block::Heading(format!("F in numbers [N], at t = {} s", self.time)));
+            blocks.push(Block::Table(Vec::new(), vec![force.iter().map(number).collect()]));
+        }
         blocks
     }
 

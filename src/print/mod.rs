@@ -11,6 +11,7 @@ mod normal;
 mod notation;
 mod number;
 mod read;
+mod signals;
 mod steps;
 mod tree;
 mod weight;

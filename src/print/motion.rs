@@ -6,6 +6,7 @@ use super::document::{Block, Piece};
 use super::matrices::Matrices;
 use super::name::{Name, Names};
 use super::read::{Context, Reading};
+use super::signals::signals;
 use super::tree::{Formulas, Tree, formulas};
 use crate::element::{Direction, Held, Origin};
 use crate::equations::{Constraint, Equations};
@@ -33,6 +34,9 @@ impl Motion {
             groups.extend(dynamics(equations));
             groups.extend(vibration(equations));
         }
+        if dynamic && equations.coordinates.is_empty() {
+            groups.push(("Efforts of the drivers", efforts(equations)));
+        }
         groups.extend(loops(equations));
         groups.push(("Slides that are no coordinates", slides(equations)));
         groups.retain(|(_, entries)| !entries.is_empty());
@@ -42,20 +46,35 @@ impl Motion {
     /// The formulas of all quantities, in order.
     pub fn formulas(&self, equations: &mut Equations) -> Formulas {
         let context = context(equations);
-        let roots: Vec<Expr> =
-            self.groups.iter().flat_map(|(_, entries)| entries.iter().map(|(_, expr)| *expr)).collect();
-        let reading = Reading::new(&equations.system.arena, &roots, &context);
+        let reading = Reading::new(&equations.system.arena, &self.expressions(), &context);
         formulas(&reading, &Names::new(equations))
+    }
+
+    fn expressions(&self) -> Vec<Expr> {
+        self.groups.iter().flat_map(|(_, entries)| entries.iter().map(|(_, expr)| *expr)).collect()
     }
 
     /// The page.
     pub fn blocks(&self, equations: &mut Equations) -> Vec<Block> {
         let Formulas { angles, definitions, formulas } = self.formulas(equations);
-        let mut blocks = vec![Block::Equations(self.form(equations)), Block::Heading("Coordinates".into())];
-        blocks.push(Block::Table(Vec::new(), coordinates(equations)));
+        let mut blocks = Vec::new();
+        if equations.coordinates.is_empty() {
+            let text =
+                "The drivers and joints determine every motion: there are no coordinates and no equations of motion.";
+            blocks.push(Block::Text(vec![Piece::words(text)]));
+        } else {
+            blocks.push(Block::Equations(self.form(equations)));
+            blocks.push(Block::Heading("Coordinates".into()));
+            blocks.push(Block::Table(Vec::new(), coordinates(equations)));
+        }
         if has_loops(equations) {
             blocks.push(Block::Heading("Reactions".into()));
             blocks.push(Block::Table(Vec::new(), reactions(equations)));
+        }
+        let signals = signals(equations, &self.expressions());
+        if !signals.is_empty() {
+            blocks.push(Block::Heading("Inputs".into()));
+            blocks.push(Block::Table(Vec::new(), signals));
         }
         if !angles.is_empty() || !definitions.is_empty() {
             blocks.push(Block::Heading("Abbreviations".into()));
@@ -66,6 +85,10 @@ impl Motion {
             blocks.push(Block::Heading((*title).into()));
             let names = entries.iter().map(|(name, _)| Tree::Name(name.clone()));
             blocks.push(Block::Equations(names.zip(formulas.by_ref()).collect()));
+        }
+        if let Some(Err(why)) = equations.linear() {
+            let text = format!("There are no matrices D and K (24): {why}.");
+            blocks.push(Block::Text(vec![Piece::words(text)]));
         }
         blocks.extend(Matrices::new(equations).into_iter().flat_map(|matrices| matrices.blocks()));
         blocks
@@ -131,21 +154,16 @@ fn vibration(equations: &mut Equations) -> Vec<(&'static str, Vec<Entry>)> {
     ]
 }
 
-/// The loop equations that say something: where a driver acts beside its joint, the joint's circuit holds by itself.
-fn held<'a>(equations: &'a Equations<'_>) -> impl Iterator<Item = (usize, &'a Constraint)> {
-    equations.constraints.iter().enumerate().filter(|(_, row)| !row.says_nothing())
-}
-
 fn has_loops(equations: &Equations) -> bool {
-    held(equations).next().is_some()
+    equations.loops().next().is_some()
 }
 
 fn loops(equations: &Equations) -> [(&'static str, Vec<Entry>); 4] {
     let rows = |of: fn(&Constraint) -> Expr, symbol: &str| -> Vec<Entry> {
-        let rows = held(equations);
-        rows.map(|(index, constraint)| (Name::entry(symbol, &[index]), of(constraint))).collect()
+        let rows = equations.loops().enumerate();
+        rows.map(|(row, (_, constraint))| (Name::entry(symbol, &[row]), of(constraint))).collect()
     };
-    let jacobian = held(equations).flat_map(|(row, constraint)| {
+    let jacobian = equations.loops().enumerate().flat_map(|(row, (_, constraint))| {
         constraint.jacobian.iter().map(move |(column, entry)| (Name::entry("Phi_q", &[row, *column]), *entry))
     });
     let mut rates = rows(|constraint| constraint.time_rate, "Phi_t");
@@ -177,6 +195,13 @@ fn slides(equations: &mut Equations) -> Vec<Entry> {
         (name, equations.variable(variable))
     };
     slides.into_iter().map(entry).collect()
+}
+
+/// What the drivers exert where nothing else moves the mechanism.
+fn efforts(equations: &mut Equations) -> Vec<Entry> {
+    let mechanism = equations.system.mechanism;
+    let entry = |variable| (Name::variable(&mechanism.variable_name(variable)), equations.variable(variable));
+    mechanism.driver_efforts().into_iter().map(entry).collect()
 }
 
 /// What is known of the quantities for reading formulas.
@@ -261,5 +286,5 @@ fn reactions(equations: &Equations) -> Vec<Vec<Piece>> {
         let owner = equations.system.element(constraint.element).name.clone();
         vec![Piece::Math(name), Piece::Code(owner), Piece::words(along)]
     };
-    held(equations).map(row).collect()
+    equations.loops().map(row).collect()
 }

@@ -159,7 +159,8 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
             })
         }
         Symbol::Reaction(i) => {
-            let number = (i + 1).to_string();
+            // Counted among the loop equations that say something.
+            let number = (1 + equations.loops().filter(|(index, _)| *index < i).count()).to_string();
             Name { plain: format!("lambda{number}"), ..Name::letter("lambda", &number) }
         }
         Symbol::Missing(body, Property::Mass) => Name::variable(&format!("{}.mass", mechanism.bodies[body].name)),

@@ -174,7 +174,8 @@ impl<'a> Reader<'a> {
                 sum
             } else {
                 let value = sum.tidy();
-                if variable.is_none() && value.leaves() < LONG && !forced.contains(&expr) {
+                let short = if forced.contains(&expr) { value.leaves() < 2 } else { value.leaves() < LONG };
+                if variable.is_none() && short {
                     value
                 } else {
                     let factor = Factor::Named(reader.definitions.len(), value.is_constant());

@@ -86,7 +86,12 @@ pub struct Formulas {
 
 /// Turns what was read into formulas.
 pub fn formulas<'a>(reading: &Reading, names: &'a Names<'a, '_>) -> Formulas {
-    let mut layout = Layout { names, defined: definition_names(reading, names), angles: BTreeMap::new() };
+    let defined = definition_names(reading, names);
+    let variables = defined.iter().scan(names.coordinates, |count, name| {
+        *count += usize::from(name.is_variable());
+        Some(name.is_variable().then_some(*count))
+    });
+    let mut layout = Layout { names, variables: variables.collect(), defined, angles: BTreeMap::new() };
     let used = reading.definitions.iter().enumerate().filter(|(_, definition)| definition.uses > 0);
     let definitions =
         used.map(|(index, definition)| (Tree::Name(layout.defined[index].clone()), layout.sum(&definition.value)));
@@ -112,6 +117,8 @@ fn definition_names(reading: &Reading, names: &Names<'_, '_>) -> Vec<Name> {
 struct Layout<'a, 'm> {
     names: &'a Names<'a, 'm>,
     defined: Vec<Name>,
+    /// Numbers of the definitions that have a name of the user's, behind those of the coordinates.
+    variables: Vec<Option<usize>>,
     /// Sines and cosines that got a short name: by angle, cosine first.
     angles: BTreeMap<(Factor, bool), (Name, Tree)>,
 }
@@ -169,10 +176,7 @@ impl Layout<'_, '_> {
         let Some(factor) = angle.single() else { return value };
         let number = match factor {
             Factor::Symbol(symbol, _) => self.names.coordinate(*symbol),
-            Factor::Named(index, _) => {
-                let before = self.defined[..*index].iter().filter(|name| name.is_variable()).count();
-                self.defined[*index].is_variable().then(|| self.names.coordinates + before + 1)
-            }
+            Factor::Named(index, _) => self.variables[*index],
             _ => None,
         };
         let Some(number) = number else { return value };

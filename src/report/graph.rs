@@ -6,7 +6,7 @@ mod picture;
 
 use super::drawing::Drawing;
 use super::pose;
-use crate::element::System;
+use crate::element::{CoupledEdge, System};
 use crate::formulate::Formulated;
 use crate::graph::{ElementId, LinearGraph, Tree};
 use crate::mechanism::{Dimension, Place};
@@ -54,12 +54,12 @@ impl GraphDrawing {
         let places = node_places(formulated);
         let equations = &formulated.equations;
         let (system, trees) = (&equations.system, &equations.trees);
-        let mut translation = graph(system, &system.translation, &trees.translation);
+        let mut translation = graph(system, &system.translation, &trees.translation, system.coupled_points());
         translation.places = match system.mechanism.dimension {
             Dimension::One => layout::around(&translation),
             Dimension::Two => layout::near(&translation, &places),
         };
-        let mut rotation = graph(system, &system.rotation, &trees.rotation);
+        let mut rotation = graph(system, &system.rotation, &trees.rotation, system.coupled_bodies());
         rotation.places = layout::around(&rotation);
         GraphDrawing {
             title: system.mechanism.name.clone(),
@@ -80,7 +80,7 @@ impl GraphDrawing {
     }
 }
 
-fn graph<D>(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>) -> Graph {
+fn graph<D>(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>, coupled: Vec<CoupledEdge<D>>) -> Graph {
     let edge = |(id, ends): (ElementId, [crate::graph::Node<D>; 2])| {
         let element = system.element(id);
         Edge {
@@ -90,10 +90,16 @@ fn graph<D>(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>) -> Graph {
             branch: tree.branches.contains(&id),
         }
     };
+    let term = |own: CoupledEdge<D>| Edge {
+        name: system.element(own.element).name.clone(),
+        ends: own.ends.map(|node| node.index()),
+        label: own.label,
+        branch: false,
+    };
     Graph {
         nodes: graph.node_names().map(str::to_owned).collect(),
         places: Vec::new(),
-        edges: graph.edges().map(edge).collect(),
+        edges: graph.edges().map(edge).chain(coupled.into_iter().map(term)).collect(),
     }
 }
 

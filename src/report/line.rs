@@ -10,12 +10,31 @@ const NEAR: f64 = 0.08;
 /// Draws masses as blocks on the ground if all springs have room on the line, otherwise as bars with the springs at
 /// different heights between them.
 pub fn lay_out(drawing: &mut Drawing) {
+    gather(drawing);
     spread(drawing);
     let lanes = lanes(drawing);
     match lanes.iter().max() {
         Some(&highest) if highest > 0 => draw_bars(drawing, &lanes, highest),
         _ => put_on_rails(drawing),
     }
+}
+
+/// Draws masses as points: what is fixed to a point of a mass would else cross the mass.
+fn gather(drawing: &mut Drawing) {
+    let centres: Vec<[f64; 2]> = drawing.bodies.iter().map(|body| body.centre).collect();
+    let centre = |body: Option<usize>, at: &mut [f64; 2]| {
+        if let Some(centre) = body.and_then(|body| centres.get(body)) {
+            *at = *centre;
+        }
+    };
+    for spring in &mut drawing.springs {
+        spring.ends.iter_mut().zip(spring.between).for_each(|(end, body)| centre(body, end));
+    }
+    for joint in &mut drawing.joints {
+        joint.at.iter_mut().zip(joint.between).for_each(|(at, body)| centre(body, at));
+    }
+    drawing.forces.iter_mut().for_each(|force| centre(force.on, &mut force.at));
+    drawing.bodies.iter_mut().for_each(|body| body.points.clear());
 }
 
 /// Draws masses and walls at equal distances, in their order, if some are in one place: coordinates of a vibrating system often count from rest.
@@ -135,6 +154,18 @@ mod tests {
         lay_out(&mut drawing);
         assert_eq!(drawing.joints.len(), 2);
         assert!(drawing.springs.iter().flat_map(|spring| spring.ends).all(|end| end[1] == 0.0));
+    }
+
+    #[test]
+    fn springs_on_points_of_a_mass_end_at_the_mass() {
+        let mut drawing = line(&[[0.0, 1.0], [1.0, 2.0]]);
+        drawing.bodies[0].points = vec![[0.7, 0.0], [1.3, 0.0]];
+        drawing.springs[0].ends[1] = [1.3, 0.0];
+        drawing.springs[1].ends[0] = [0.7, 0.0];
+        lay_out(&mut drawing);
+        assert_eq!(drawing.springs[0].ends[1], [1.0, 0.0]);
+        assert_eq!(drawing.springs[1].ends[0], [1.0, 0.0]);
+        assert!(drawing.bodies[0].points.is_empty());
     }
 
     #[test]

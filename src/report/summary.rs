@@ -223,6 +223,9 @@ impl Summary {
             let space = if index == 0 { "\n" } else { "" };
             writeln!(f, "{space}  {title:<16}  {}: {} operation{plural}{solved}", output.name, output.operations)?;
         }
+        if let Some(more) = outputs.len().checked_sub(MOST_OUTPUTS).filter(|&more| more > 0) {
+            writeln!(f, "  {:<16}  and {more} more: `--json` lists all", "")?;
+        }
         if outputs.len() > 1 {
             writeln!(f, "  {:<16}  all {}: {together} operations, shared parts once", "", outputs.len())?;
         }

@@ -439,4 +439,6 @@ pub struct Coordinates {
     pub translation: Option<Vec<Text>>,
     /// Branches of the rotational tree.
     pub rotation: Option<Vec<Text>>,
+    /// Where both lists are written.
+    pub spans: [Span; 2],
 }

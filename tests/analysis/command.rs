@@ -108,7 +108,10 @@ fn modes_are_a_table() {
     assert!(output.contains("free motion") && output.contains("grows") && output.contains("rail.s"), "{output}");
     let csv = text(&cotree(folder.path(), &["modes", "cart_pole.toml", "--csv"]).stdout);
     assert!(
-        csv.starts_with("mode,real,imaginary,frequency,damping_ratio,coordinate,shape_real,shape_imaginary\n1,0.0,"),
+        csv.starts_with(
+            "mode,real,imaginary,frequency,natural_frequency,damping_ratio,coordinate,shape_real,shape_imaginary\n1,0.0,"
+        ),
         "{csv}"
     );
+    assert!(!csv.contains("-0.0,") && !csv.contains("-0.0\n"), "{csv}");
 }

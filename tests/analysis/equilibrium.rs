@@ -173,3 +173,48 @@ fn without_masses_reactions_are_known_only_without_gravity() {
     let heavy = statics(&model("quick_return").replace("[parameters]", "gravity = [0, -9.81]\n[parameters]"));
     assert!(heavy.weightless.is_some() && heavy.value("motor.torque").is_none());
 }
+
+/// Masses a and b on springs of 10 and 20 N/m to the ground, with further loads.
+fn two_masses(more: &str) -> Statics {
+    let spring = |name: &str, stiffness: f64| {
+        format!(
+            "[bodies.{name}]\nmass = 1.0\n[loads.spring_{name}]\ntype = \"spring\"\nbetween = [\"ground\", \"{name}\"]\n\
+             stiffness = {stiffness:?}\nlength = 0.0\n"
+        )
+    };
+    let masses = [spring("a", 10.0), spring("b", 20.0)].concat();
+    statics(&format!("format = 1\nname = \"two\"\ndimension = 1\n{masses}{more}"))
+}
+
+fn force(name: &str, on: &str, law: &str) -> String {
+    format!("[loads.{name}]\ntype = \"force\"\non = \"{on}\"\nvector = [\"{law}\"]\n")
+}
+
+#[test]
+fn negative_damping_is_unstable_however_stiff_the_spring() {
+    assert_eq!(two_masses("").stability, Stability::Stable);
+    let damped = two_masses(&force("drag", "b", "-0.1*b.vx"));
+    assert_eq!(damped.stability, Stability::Stable);
+    let driven = two_masses(&force("push", "b", "0.1*b.vx"));
+    assert_eq!(driven.stability, Stability::Unstable("b.x".into()));
+    assert!(driven.stiffness.iter().all(|&stiffness| stiffness > 0.0) && driven.by_motion);
+}
+
+/// Forces across each other have no potential. With K = [10 -c; c 20] the squares of the frequencies are 15 +- sqrt(25 - c^2).
+#[test]
+fn loads_without_a_potential_flutter_or_leave_it_open() {
+    let crossed = |c: f64| two_masses(&(force("f", "a", &format!("{c}*b.x")) + &force("g", "b", &format!("-{c}*a.x"))));
+    assert!(matches!(crossed(6.0).stability, Stability::Unstable(_)), "{:?}", crossed(6.0).stability);
+    assert!(matches!(crossed(4.0).stability, Stability::Undecided(_)), "{:?}", crossed(4.0).stability);
+}
+
+#[test]
+fn a_weld_on_a_line_carries_one_component() {
+    let found = statics(
+        "format = 1\nname = \"glued\"\ndimension = 1\ngravity = [-9.81]\n[bodies.a]\nmass = 1.0\n[bodies.b]\nmass = 2.0\n\
+         [joints.glue]\ntype = \"weld\"\nbetween = [\"a\", \"b\"]\n\
+         [loads.k]\ntype = \"spring\"\nbetween = [\"ground\", \"a\"]\nstiffness = 50.0\nlength = 0.2\n",
+    );
+    close("weight of b", value(&found, "glue.fx").abs(), 2.0 * G, 1e-9, 1.0);
+    assert_eq!((found.value("glue.fy"), found.value("glue.torque")), (None, None));
+}

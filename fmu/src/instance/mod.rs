@@ -143,6 +143,9 @@ impl Instance {
         if self.now.phase == Phase::Running {
             return Err(InstanceError::Phase { running: true });
         }
+        if engine == Engine::Radau {
+            self.stepper.permit_implicit(&self.model);
+        }
         self.now.engine = engine;
         self.now.automatic = false;
         Ok(())
@@ -479,6 +482,9 @@ impl Instance {
         // What is in memory was saved by an instance; bytes are checked when they are read.
         if snapshot.model != self.now.model {
             return Err(InstanceError::ForeignState);
+        }
+        if snapshot.engine == Engine::Radau {
+            self.stepper.permit_implicit(&self.model);
         }
         self.now.copy_from(snapshot);
         self.computed = Computed::default();

@@ -7,8 +7,7 @@ use crate::analysis::{Equilibrium, Point, Stability};
 use crate::expr::{Expr, Symbol};
 use crate::formulate::Formulated;
 use crate::mechanism::{
-    BodyId, Dimension, DriverId, DriverKind, Formula, JointId, JointKind, LoadId, LoadKind, Mechanism, Owner, Place,
-    Quantity, Variable,
+    BodyId, Dimension, Formula, JointId, JointKind, LoadId, LoadKind, Mechanism, Owner, Place, Quantity, Variable,
 };
 
 /// Groups are not magnified below this [m, rad, N, N.m].
@@ -23,6 +22,8 @@ pub struct Statics {
     pub time: f64,
     /// What a small disturbance does.
     pub stability: Stability,
+    /// Was it judged by the linearised motion, or by stiffness alone?
+    pub by_motion: bool,
     /// Eigenvalues of the projected stiffness \[J\].
     pub stiffness: Vec<f64>,
     /// Values, by groups.
@@ -46,7 +47,7 @@ impl Statics {
         let mechanism = formulated.equations.system.mechanism;
         let mut reader = Reader { formulated, point: &equilibrium.point };
         let mut groups = vec![reader.coordinates(), reader.read("pose", poses(mechanism))];
-        let efforts = [("joints", joints(mechanism)), ("drivers", drivers(mechanism))];
+        let efforts = [("joints", joints(mechanism)), ("drivers", mechanism.driver_efforts())];
         let weightless = efforts.iter().find_map(|(_, variables)| reader.missing_mass(variables));
         if weightless.is_none() {
             groups.extend(efforts.map(|(title, variables)| reader.read(title, variables)));
@@ -57,6 +58,7 @@ impl Statics {
             name: mechanism.name.clone(),
             time: equilibrium.point.time(),
             stability: equilibrium.stability.clone(),
+            by_motion: equilibrium.by_motion,
             stiffness: equilibrium.stiffness.clone(),
             groups,
             weightless,
@@ -162,6 +164,7 @@ fn joints(mechanism: &Mechanism) -> Vec<Variable> {
     let mut variables = Vec::new();
     for (index, joint) in mechanism.joints.iter().enumerate() {
         let quantities: &[Quantity] = match joint.kind {
+            JointKind::Weld { .. } if mechanism.dimension == Dimension::One => &[Quantity::Fx],
             JointKind::Revolute { .. } => &[Quantity::Angle, Quantity::Fx, Quantity::Fy],
             JointKind::Prismatic { .. } => &[Quantity::S, Quantity::Fn, Quantity::Torque],
             JointKind::Weld { .. } => &[Quantity::Fx, Quantity::Fy, Quantity::Torque],
@@ -172,21 +175,6 @@ fn joints(mechanism: &Mechanism) -> Vec<Variable> {
             JointKind::Rack { .. } => &[Quantity::Force, Quantity::Torque],
         };
         let owner = Owner::Joint(JointId(index));
-        variables.extend(quantities.iter().map(|&quantity| Variable { owner, quantity }));
-    }
-    variables
-}
-
-fn drivers(mechanism: &Mechanism) -> Vec<Variable> {
-    let mut variables = Vec::new();
-    for (index, driver) in mechanism.drivers.iter().enumerate() {
-        let quantities: &[Quantity] = match (&driver.kind, mechanism.dimension) {
-            (DriverKind::Angle { .. }, _) => &[Quantity::Torque],
-            (DriverKind::Displacement { .. }, _) => &[Quantity::Force],
-            (DriverKind::Position { .. }, Dimension::One) => &[Quantity::Fx],
-            (DriverKind::Position { .. }, Dimension::Two) => &[Quantity::Fx, Quantity::Fy],
-        };
-        let owner = Owner::Driver(DriverId(index));
         variables.extend(quantities.iter().map(|&quantity| Variable { owner, quantity }));
     }
     variables
@@ -207,6 +195,7 @@ impl Stability {
             Stability::Held => "held",
             Stability::Stable => "stable",
             Stability::Neutral(_) => "neutral",
+            Stability::Undecided(_) => "undecided",
             Stability::Unstable(_) => "unstable",
         }
     }
@@ -214,9 +203,12 @@ impl Stability {
     fn sentence(&self) -> String {
         match self {
             Stability::Held => "joints and drivers hold everything: nothing can move".to_owned(),
-            Stability::Stable => "stable: every disturbance is pushed back".to_owned(),
+            Stability::Stable => "stable: every disturbance is pushed back, and none grows".to_owned(),
             Stability::Neutral(most) => {
                 format!("neutral: one motion meets no stiffness; in it `{most}` moves most")
+            }
+            Stability::Undecided(most) => {
+                format!("undecided: to first order one motion neither grows nor decays; in it `{most}` moves most")
             }
             Stability::Unstable(most) => {
                 format!("unstable: one motion goes on by itself; in it `{most}` moves most")
@@ -229,6 +221,9 @@ impl Report for Statics {
     fn text(&self) -> String {
         let Statics { name, time, stability, .. } = self;
         let mut text = format!("{name} at rest, t = {time} s\n{}\n", stability.sentence());
+        if !self.by_motion {
+            text.push_str("(judged by stiffness alone: the motion cannot be linearised here)\n");
+        }
         for group in &self.groups {
             let largest = largest(group.values.iter().map(|(_, value, _)| value)).max(LEAST);
             text.push_str(&format!("\n{}\n", group.title));
@@ -252,7 +247,7 @@ impl Report for Statics {
             groups.insert(group.title.to_owned(), Value::Object(values.collect()));
         }
         let most = match &self.stability {
-            Stability::Neutral(most) | Stability::Unstable(most) => Some(most),
+            Stability::Neutral(most) | Stability::Undecided(most) | Stability::Unstable(most) => Some(most),
             Stability::Held | Stability::Stable => None,
         };
         json!({
@@ -260,6 +255,7 @@ impl Report for Statics {
             "time": self.time,
             "stability": self.stability.word(),
             "moves_most": most,
+            "judged_by": if self.by_motion { "motion" } else { "stiffness" },
             "stiffness": self.stiffness,
             "values": groups,
         })

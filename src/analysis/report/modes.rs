@@ -88,7 +88,7 @@ impl Report for Vibration {
             json!({
                 "eigenvalue": [mode.eigenvalue.re, mode.eigenvalue.im],
                 "frequency": mode.frequency(),
-                "natural_frequency": mode.eigenvalue.norm() / std::f64::consts::TAU,
+                "natural_frequency": mode.natural_frequency(),
                 "damping_ratio": mode.damping_ratio(),
                 "free": mode.is_free(),
                 "shape": shape,
@@ -99,13 +99,14 @@ impl Report for Vibration {
     }
 
     fn csv(&self) -> String {
-        let mut text =
-            String::from("mode,real,imaginary,frequency,damping_ratio,coordinate,shape_real,shape_imaginary\n");
+        let mut text = String::from(
+            "mode,real,imaginary,frequency,natural_frequency,damping_ratio,coordinate,shape_real,shape_imaginary\n",
+        );
         for (index, mode) in self.modes.iter().enumerate() {
             let ratio = mode.damping_ratio().map_or_else(String::new, |ratio| format!("{ratio:?}"));
-            let (value, frequency) = (mode.eigenvalue, mode.frequency());
+            let (value, frequency, natural) = (mode.eigenvalue, mode.frequency(), mode.natural_frequency());
             for (name, part) in self.coordinates.iter().zip(&mode.shape) {
-                let head = format!("{},{:?},{:?},{frequency:?},{ratio}", index + 1, value.re, value.im);
+                let head = format!("{},{:?},{:?},{frequency:?},{natural:?},{ratio}", index + 1, value.re, value.im);
                 text.push_str(&format!("{head},{name},{:?},{:?}\n", part.re, part.im));
             }
         }

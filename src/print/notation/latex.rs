@@ -1,5 +1,6 @@
 //! Formulas as LaTeX.
 
+use super::lines::{Part, Printed, lines};
 use super::{Binding, compound, drawn_binding, greek, relation_binding};
 use crate::print::name::Name;
 use crate::print::number::{decimal, rounded};
@@ -29,36 +30,39 @@ pub fn latex(tree: &Tree) -> String {
         Tree::Call(function, arguments) => call(function, arguments),
         Tree::Relation(sign, parts) => {
             let [left, right] = parts.as_ref();
-            let printed = match *sign {
-                "<=" => r"\le",
-                "." => r"\cdot",
-                "x" => r"\times",
-                other => other,
-            };
             let least = relation_binding(sign);
-            format!("{} {printed} {}", bound(left, least), bound(right, least))
+            format!("{} {} {}", bound(left, least), relation(sign), bound(right, least))
         }
     }
 }
 
-/// A formula on lines of about so many characters, broken before signs.
-pub fn wrapped(tree: &Tree, width: usize) -> Vec<String> {
-    let Tree::Sum(terms) = tree else { return vec![latex(tree)] };
-    let mut lines = vec![String::new()];
-    let mut length = 0;
-    for (text, (_, term)) in sum(terms).into_iter().zip(terms) {
-        // Commands make the source longer than the print.
-        let printed = super::plain::plain(term).chars().count() + 3;
-        if length > 0 && length + printed > width {
-            lines.push(String::new());
-            length = 0;
+/// A formula on lines of about a width, in digits.
+pub fn wrapped(tree: &Tree, width: f64) -> Vec<String> {
+    let line = |parts: Vec<Part>| parts.iter().enumerate().map(|(index, part)| written(part, index == 0)).collect();
+    lines(tree, width, &Printed).into_iter().map(line).collect()
+}
+
+fn written(part: &Part, begins_line: bool) -> String {
+    match part {
+        Part::Whole(tree, least) => bound(tree, *least),
+        Part::Sign { minus, first: true } => if *minus { "-" } else { "" }.to_owned(),
+        Part::Sign { minus, .. } => if *minus { " - " } else { " + " }.to_owned(),
+        Part::Relation(sign) => format!(" {} ", relation(sign)),
+        Part::Times => if begins_line { r"\times " } else { r"\," }.to_owned(),
+        Part::Comma => ", ".to_owned(),
+        Part::Over => r"\Big/ ".to_owned(),
+        Part::Open(Some("sqrt") | None) => r"\Bigl(".to_owned(),
+        Part::Open(Some(function)) => {
+            let (name, [open, _]) = call_signs(function);
+            format!(r"{name}\Bigl{open}")
         }
-        length += printed;
-        if let Some(line) = lines.last_mut() {
-            line.push_str(&text);
+        Part::Close(Some("sqrt"), _) => r"\Bigr)^{1/2}".to_owned(),
+        Part::Close(function, exponent) => {
+            let close = function.map_or(")", |function| call_signs(function).1[1]);
+            let exponent = exponent.map_or_else(String::new, |exponent| format!("^{{{}}}", latex(exponent)));
+            format!(r"\Bigr{close}{exponent}")
         }
     }
-    lines
 }
 
 /// Text outside math mode.
@@ -94,6 +98,19 @@ fn sum(terms: &[(bool, Tree)]) -> Vec<String> {
     terms.iter().enumerate().map(term).collect()
 }
 
+/// The same where long names may be broken.
+pub fn breakable(text: &str) -> String {
+    let is_inside = |rest: &str| rest.chars().nth(1).is_some_and(char::is_alphanumeric);
+    let mut broken = String::with_capacity(text.len());
+    for (index, c) in text.char_indices() {
+        broken.push_str(&escape(c.encode_utf8(&mut [0; 4])));
+        if matches!(c, '.' | '_') && is_inside(&text[index..]) {
+            broken.push_str(r"\allowbreak{}");
+        }
+    }
+    broken
+}
+
 fn bound(tree: &Tree, least: Binding) -> String {
     let text = latex(tree);
     if drawn_binding(tree) < least { format!(r"\left({text}\right)") } else { text }
@@ -101,15 +118,31 @@ fn bound(tree: &Tree, least: Binding) -> String {
 
 fn call(function: &str, arguments: &[Tree]) -> String {
     let inside: Vec<String> = arguments.iter().map(latex).collect();
-    let inside = inside.join(", ");
-    match function {
-        "abs" => format!(r"\left|{inside}\right|"),
-        "floor" => format!(r"\left\lfloor {inside}\right\rfloor"),
-        "sin" | "cos" | "tan" | "exp" | "tanh" | "min" | "max" => format!(r"\{function}\left({inside}\right)"),
-        "" => format!(r"\left({inside}\right)"),
-        "log" => format!(r"\ln\left({inside}\right)"),
-        "asin" | "acos" | "atan" => format!(r"\arc{}\left({inside}\right)", &function[1..]),
-        _ => format!(r"\operatorname{{{function}}}\left({inside}\right)"),
+    let (name, [open, close]) = call_signs(function);
+    format!(r"{name}\left{open}{}\right{close}", inside.join(", "))
+}
+
+/// The name of a function and its parentheses.
+fn call_signs(function: &str) -> (String, [&'static str; 2]) {
+    let name = match function {
+        "abs" => return (String::new(), ["|", "|"]),
+        "floor" => return (String::new(), [r"\lfloor ", r"\rfloor"]),
+        "" => String::new(),
+        "sin" | "cos" | "tan" | "exp" | "tanh" | "min" | "max" => format!(r"\{function}"),
+        "log" => r"\ln".to_owned(),
+        "asin" | "acos" | "atan" => format!(r"\arc{}", &function[1..]),
+        _ => format!(r"\operatorname{{{function}}}"),
+    };
+    (name, ["(", ")"])
+}
+
+/// The sign of a relation.
+fn relation(sign: &'static str) -> &'static str {
+    match sign {
+        "<=" => r"\le",
+        "." => r"\cdot",
+        "x" => r"\times",
+        other => other,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::lines::{Part, Printed, lines};
 use super::{Binding, compound, drawn_binding, greek, relation_binding};
 use crate::print::name::Name;
 use crate::print::number::{decimal, rounded};
@@ -15,26 +16,42 @@ pub fn mathml(tree: &Tree) -> String {
     text
 }
 
-/// A row of a display: `left = right`, as the cells of a table that breaks long sums before signs.
-pub fn equation(left: &Tree, right: &Tree, width: usize) -> String {
-    let mut rows = format!("<mtr><mtd>{}</mtd><mtd><mrow><mo>=</mo>", mathml(left));
-    match right {
-        Tree::Sum(terms) => {
-            let mut length = 0;
-            for (index, term) in terms.iter().enumerate() {
-                let printed = super::plain::plain(&term.1).chars().count() + 3;
-                if length > 0 && length + printed > width {
-                    rows.push_str("</mrow></mtd></mtr><mtr><mtd></mtd><mtd><mrow>");
-                    length = 0;
-                }
-                length += printed;
-                write_term(&mut rows, index, term);
-            }
+/// A formula on lines of about a width, in digits, each the inside of an `mrow`.
+pub fn wrapped(tree: &Tree, width: f64) -> Vec<String> {
+    let line = |parts: Vec<Part>| {
+        let mut text = String::new();
+        for (index, part) in parts.iter().enumerate() {
+            write_part(&mut text, part, index == 0);
         }
-        other => write(&mut rows, other),
+        text
+    };
+    lines(tree, width, &Printed).into_iter().map(line).collect()
+}
+
+fn write_part(text: &mut String, part: &Part, begins_line: bool) {
+    match part {
+        Part::Whole(tree, least) => bound(text, tree, *least),
+        Part::Sign { minus: false, first: true } => {}
+        Part::Sign { minus, .. } => text.push_str(if *minus { "<mo>−</mo>" } else { "<mo>+</mo>" }),
+        Part::Relation(sign) => relation(text, sign),
+        Part::Times if begins_line => text.push_str("<mo>×</mo>"),
+        Part::Times => text.push_str("<mo rspace=\"0.2em\">&#x2062;</mo>"),
+        Part::Comma => text.push_str("<mo>,</mo>"),
+        Part::Over => text.push_str("<mo>/</mo>"),
+        Part::Open(function) => {
+            let (name, [open, _]) = call_signs(function.unwrap_or(""));
+            // Writing to a string cannot fail.
+            let _ = write!(text, "{name}<mo stretchy=\"false\">{open}</mo>");
+        }
+        Part::Close(function, exponent) => {
+            let (_, [_, close]) = call_signs(function.unwrap_or(""));
+            let sign = format!("<mo stretchy=\"false\">{close}</mo>");
+            let _ = match exponent {
+                Some(exponent) => write!(text, "<msup>{sign}{}</msup>", mathml(exponent)),
+                None => write!(text, "{sign}"),
+            };
+        }
     }
-    rows.push_str("</mrow></mtd></mtr>");
-    rows
 }
 
 fn write(text: &mut String, tree: &Tree) {
@@ -71,17 +88,10 @@ fn write(text: &mut String, tree: &Tree) {
         Tree::Root(inside) => element(text, "msqrt", std::slice::from_ref(inside.as_ref()), Binding::Relation),
         Tree::Call(function, arguments) => call(text, function, arguments),
         Tree::Relation(sign, parts) => {
-            let printed = match *sign {
-                "<=" => "≤",
-                "." => "·",
-                "x" => "×",
-                other => other,
-            };
             let least = relation_binding(sign);
             text.push_str("<mrow>");
             bound(text, &parts[0], least);
-            // Writing to a string cannot fail.
-            let _ = write!(text, "<mo>{}</mo>", escape(printed));
+            relation(text, sign);
             bound(text, &parts[1], least);
             text.push_str("</mrow>");
         }
@@ -124,32 +134,42 @@ fn bound(text: &mut String, tree: &Tree, least: Binding) {
 }
 
 fn call(text: &mut String, function: &str, arguments: &[Tree]) {
-    let [open, close] = match function {
-        "abs" => ["<mo>|</mo>", "<mo>|</mo>"],
-        "floor" => ["<mo>⌊</mo>", "<mo>⌋</mo>"],
-        _ => ["<mo>(</mo>", "<mo>)</mo>"],
-    };
-    text.push_str("<mrow>");
-    if !matches!(function, "abs" | "floor" | "") {
-        let name = match function {
-            "log" => "ln",
-            "asin" => "arcsin",
-            "acos" => "arccos",
-            "atan" => "arctan",
-            other => other,
-        };
-        // Writing to a string cannot fail.
-        let _ = write!(text, "<mi>{name}</mi><mo>&#x2061;</mo>");
-    }
-    text.push_str(open);
+    let (name, [open, close]) = call_signs(function);
+    // Writing to a string cannot fail.
+    let _ = write!(text, "<mrow>{name}<mo>{open}</mo>");
     for (index, argument) in arguments.iter().enumerate() {
         if index > 0 {
             text.push_str("<mo>,</mo>");
         }
         write(text, argument);
     }
-    text.push_str(close);
-    text.push_str("</mrow>");
+    let _ = write!(text, "<mo>{close}</mo></mrow>");
+}
+
+/// The name of a function and its parentheses.
+fn call_signs(function: &str) -> (String, [&'static str; 2]) {
+    let name = match function {
+        "abs" => return (String::new(), ["|", "|"]),
+        "floor" => return (String::new(), ["⌊", "⌋"]),
+        "" => return (String::new(), ["(", ")"]),
+        "log" => "ln",
+        "asin" => "arcsin",
+        "acos" => "arccos",
+        "atan" => "arctan",
+        other => other,
+    };
+    (format!("<mi>{name}</mi><mo>&#x2061;</mo>"), ["(", ")"])
+}
+
+fn relation(text: &mut String, sign: &str) {
+    let printed = match sign {
+        "<=" => "≤",
+        "." => "·",
+        "x" => "×",
+        other => other,
+    };
+    // Writing to a string cannot fail.
+    let _ = write!(text, "<mo>{}</mo>", escape(printed));
 }
 
 fn number(text: &mut String, value: f64) {

@@ -1,6 +1,7 @@
 //! Formulas in plain text, LaTeX and MathML.
 
 pub mod latex;
+pub mod lines;
 pub mod mathml;
 pub mod plain;
 
@@ -8,7 +9,7 @@ use super::tree::Tree;
 
 /// How tightly what a formula is made of holds together.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-enum Binding {
+pub enum Binding {
     Relation,
     Sum,
     Product,

@@ -1,5 +1,6 @@
 //! Formulas as plain text, with the fewest parentheses.
 
+use super::lines::{Measure, Part, lines};
 use super::{Binding, relation_binding};
 use crate::print::number::{decimal, rounded};
 use crate::print::tree::Tree;
@@ -9,27 +10,39 @@ pub fn plain(tree: &Tree) -> String {
     inner(tree).0
 }
 
-/// A formula on lines of about a width, broken before signs.
-pub fn wrapped(tree: &Tree, width: usize) -> Vec<String> {
-    let Tree::Sum(terms) = tree else { return vec![plain(tree)] };
-    let mut lines = vec![String::new()];
-    for (index, (minus, term)) in terms.iter().enumerate() {
-        let text = bound(term, Binding::Product);
-        let sign = match (index, minus) {
-            (0, true) => "-",
-            (0, false) => "",
-            (_, true) => "- ",
-            (_, false) => "+ ",
-        };
-        let last = lines.len() - 1;
-        if index > 0 && lines[last].chars().count() + text.chars().count() + 3 > width {
-            lines.push(format!("{sign}{text}"));
-        } else {
-            let gap = if index > 0 { " " } else { "" };
-            lines[last].push_str(&format!("{gap}{sign}{text}"));
-        }
+/// A formula on lines of about a width.
+pub fn wrapped(tree: &Tree, width: f64) -> Vec<String> {
+    let line = |parts: Vec<Part>| {
+        let text: String = parts.iter().enumerate().map(|(index, part)| written(part, index == 0)).collect();
+        text.trim_end().to_owned()
+    };
+    lines(tree, width, &Characters).into_iter().map(line).collect()
+}
+
+struct Characters;
+
+impl Measure for Characters {
+    fn width(&self, part: &Part) -> f64 {
+        written(part, false).chars().count() as f64
     }
-    lines
+}
+
+fn written(part: &Part, begins_line: bool) -> String {
+    let gap = if begins_line { "" } else { " " };
+    match part {
+        Part::Whole(tree, least) => bound(tree, *least),
+        Part::Sign { minus, first: true } => if *minus { "-" } else { "" }.to_owned(),
+        Part::Sign { minus, .. } => format!("{gap}{} ", if *minus { "-" } else { "+" }),
+        Part::Relation(sign) => format!("{gap}{sign} "),
+        Part::Times => if begins_line { "* " } else { "*" }.to_owned(),
+        Part::Comma => ", ".to_owned(),
+        Part::Over => "/".to_owned(),
+        Part::Open(function) => format!("{}(", function.unwrap_or("")),
+        Part::Close(_, exponent) => match exponent {
+            Some(exponent) => format!(")^{}", bound(exponent, Binding::Atom)),
+            None => ")".to_owned(),
+        },
+    }
 }
 
 fn bound(tree: &Tree, least: Binding) -> String {

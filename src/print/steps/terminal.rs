@@ -1,6 +1,8 @@
 //! The terminal equations of the elements: their rows of Table 1.
 
-use super::{acceleration, angle, direction, displacement, dot, force, scalar, torque};
+mod coupling;
+
+use super::letters::Letters;
 use crate::element::{Angle, Direction, Element, Force, Known, Origin, Resistance, Torque};
 use crate::equations::Equations;
 use crate::expr::Expr;
@@ -11,91 +13,109 @@ use crate::print::name::{Name, Names};
 use crate::print::read::Reading;
 use crate::print::tree::{Tree, formulas};
 
-/// Left and right sides; the right side may contain a formula of the scene.
+/// A right side; it may contain formulas of the scene.
 enum Side {
     Tree(Tree),
-    Formula(Expr),
+    /// Formulas times trees; a formula alone has none.
+    Sum(Vec<(Expr, Option<Tree>)>),
     Components([Expr; 2]),
     /// A tree in front of components.
     Turned(Tree, [Expr; 2]),
-    /// A formula in front of a tree.
-    Times(Expr, Tree),
 }
+
+impl Side {
+    fn formula(expr: Expr) -> Side {
+        Side::Sum(vec![(expr, None)])
+    }
+
+    fn times(expr: Expr, tree: Tree) -> Side {
+        Side::Sum(vec![(expr, Some(tree))])
+    }
+
+    fn formulas(&self) -> Vec<Expr> {
+        match self {
+            Side::Tree(_) => Vec::new(),
+            Side::Sum(terms) => terms.iter().map(|(expr, _)| *expr).collect(),
+            Side::Components(pair) | Side::Turned(_, pair) => pair.to_vec(),
+        }
+    }
+}
+
+/// Left and right sides.
+type Rows = Vec<(Tree, Side)>;
 
 /// The equations of all elements, in order; those of forces and torques only if they are needed.
 pub fn equations(equations: &mut Equations, dynamic: bool) -> Vec<(Tree, Tree)> {
     let elements = equations.system.elements.clone();
+    let letters = Letters::new(equations.system.mechanism.dimension);
     let mut rows = Vec::new();
     for (index, element) in elements.iter().enumerate() {
-        translation(equations, element, &mut rows);
-        rotation(element, &mut rows);
+        let id = ElementId(index);
+        translation(equations, letters, element, &mut rows);
+        rotation(letters, element, &mut rows);
+        coupling::relation(equations, letters, id, &mut rows);
         if dynamic {
-            force_equations(equations, element, &mut rows);
-            torque_equations(equations, ElementId(index), element, &mut rows);
+            force_equations(equations, letters, element, &mut rows);
+            torque_equations(equations, letters, id, &mut rows);
+            coupling::loads(equations, letters, id, &mut rows);
         }
+    }
+    let mechanism = equations.system.mechanism;
+    let gravity = mechanism.gravity.each_ref().map(|component| equations.system.value(component));
+    if dynamic && gravity != [Expr::ZERO; 2] {
+        rows.push((letters.gravity(), components(letters, gravity)));
     }
     resolve(equations, rows)
 }
 
-type Rows = Vec<(Tree, Side)>;
-
-fn translation(equations: &mut Equations, element: &Element, rows: &mut Rows) {
+fn translation(equations: &mut Equations, letters: Letters, element: &Element, rows: &mut Rows) {
     let Some(row) = &element.translation else { return };
-    let own = displacement(element);
-    let free = row.motion.first().map(|(along, _)| *along);
-    match (&row.known, element.origin) {
-        (Known::Zero, Origin::Joint(_)) => match free {
-            Some(along @ Direction::Fixed(_, axis)) => {
-                let axis_name = direction(along, element, true);
-                rows.push((own, Side::Tree(Tree::product(vec![scalar("s", element), axis_name.clone()]))));
-                rows.push((axis_name, turned(equations, fixed_in(along), axis)));
-            }
-            _ => rows.push((own, Side::Tree(Tree::zero()))),
-        },
-        (Known::Zero, _) => {}
-        // A rolling disc: along the line, and a radius beside it.
-        (Known::Fixed(body, at), Origin::Joint(_)) => {
-            let beside = Tree::Name(Name::bold("h", &element.label));
-            if let Some(along @ Direction::Fixed(_, axis)) = free {
-                let axis_name = direction(along, element, true);
-                let slide = Tree::product(vec![scalar("s", element), axis_name.clone()]);
-                rows.push((own, Side::Tree(Tree::Sum(vec![(false, slide), (false, beside.clone())]))));
-                rows.push((axis_name, turned(equations, fixed_in(along), axis)));
-            }
-            rows.push((beside, turned(equations, *body, *at)));
+    let own = letters.displacement(&element.label);
+    let slide = row.motion.first().and_then(|(along, _)| match *along {
+        Direction::Fixed(body, axis) => Some((letters.direction(*along, element, true), body, axis)),
+        Direction::X | Direction::Y => None,
+    });
+    match (&row.known, element.origin, slide) {
+        (Known::Zero, Origin::Joint(_), Some((axis_name, body, axis))) => {
+            let slide = Tree::product(vec![letters.slide(&element.label), axis_name.clone()]);
+            rows.push((own, Side::Tree(slide)));
+            rows.push((axis_name, turned(equations, letters, body, axis)));
         }
-        (Known::Fixed(body, at), _) => rows.push((own, turned(equations, *body, *at))),
-        (Known::Given([x, y]), _) => rows.push((own, Side::Components([x.value, y.value]))),
-        (Known::Along(_, _, signal), _) => {
-            let axis = Tree::Name(Name::bold("u", &element.label));
-            rows.push((own, Side::Times(signal.value, axis)));
+        (Known::Zero, Origin::Joint(_), None) => rows.push((own, Side::Tree(Tree::zero()))),
+        (Known::Zero, ..) => {}
+        // A rolling disc: along the line, and a radius beside it.
+        (Known::Fixed(body, at), Origin::Joint(_), Some((axis_name, of, axis))) => {
+            let beside = Tree::Name(Name::bold("h", &element.label));
+            let slide = Tree::product(vec![letters.slide(&element.label), axis_name.clone()]);
+            rows.push((own, Side::Tree(Tree::Sum(vec![(false, slide), (false, beside.clone())]))));
+            rows.push((axis_name, turned(equations, letters, of, axis)));
+            rows.push((beside, turned(equations, letters, *body, *at)));
+        }
+        (Known::Fixed(body, at), ..) => rows.push((own, turned(equations, letters, *body, *at))),
+        (Known::Given([x, y]), ..) => rows.push((own, components(letters, [x.value, y.value]))),
+        (Known::Along(of, axis, signal), ..) => {
+            let axis_name = Tree::Name(Name::bold("u", &element.label));
+            rows.push((own, Side::times(signal.value, axis_name.clone())));
+            rows.push((axis_name, turned(equations, letters, *of, *axis)));
         }
     }
 }
 
-fn force_equations(equations: &mut Equations, element: &Element, rows: &mut Rows) {
+fn force_equations(equations: &mut Equations, letters: Letters, element: &Element, rows: &mut Rows) {
     let Some(row) = &element.translation else { return };
+    let own = letters.force(&element.label);
     match &row.through {
-        Force::None if row.motion.is_empty() => {}
+        // What a rolling disc leaves free is the coupling's.
+        Force::None if element.coupling.is_some() => {}
         Force::None => {
             for (along, _) in &row.motion {
-                rows.push((dot(force(element), direction(*along, element, true)), Side::Tree(Tree::zero())));
+                let projected = letters.projected(own.clone(), *along, element, true);
+                rows.push((projected, Side::Tree(Tree::zero())));
             }
         }
         Force::Inertia(body) => {
-            let mass = Tree::Name(own(equations, *body, "mass"));
-            let gravity =
-                equations.system.mechanism.gravity.each_ref().map(|component| equations.system.value(component));
-            let weight = (gravity != [Expr::ZERO; 2]).then(|| Tree::Name(Name::bold("g", "")));
-            let net =
-                Tree::sum([(true, acceleration(element))].into_iter().chain(weight.map(|g| (false, g))).collect());
-            let through = match net {
-                Tree::Sum(terms) if terms.len() == 1 => {
-                    Tree::Sum(vec![(true, Tree::product(vec![mass, acceleration(element)]))])
-                }
-                net => Tree::product(vec![mass, net]),
-            };
-            rows.push((force(element), Side::Tree(through)));
+            let mass = Tree::Name(own_name(equations, *body, "mass"));
+            rows.push((own, Side::Tree(inertia_force(equations, letters, element, *body, mass))));
         }
         Force::Resistance(law) => {
             if let Some((along, _)) = row.motion.first() {
@@ -105,42 +125,62 @@ fn force_equations(equations: &mut Equations, element: &Element, rows: &mut Rows
                     ..Name::letter("s", &element.label)
                 });
                 let side = resisting(equations, element, *law, speed, Quantity::V);
-                rows.push((dot(force(element), direction(*along, element, true)), side));
+                rows.push((letters.projected(own, *along, element, true), side));
             }
         }
         Force::World(vector) => {
-            let components = vector.each_ref().map(|component| equations.formula(component));
-            rows.push((force(element), Side::Components(components)));
+            let vector = vector.each_ref().map(|component| equations.formula(component));
+            rows.push((own, components(letters, vector)));
         }
         Force::InBody(body, vector) => {
-            let components = vector.each_ref().map(|component| equations.formula(component));
-            rows.push((force(element), turned(equations, Some(*body), components)));
+            let vector = vector.each_ref().map(|component| equations.formula(component));
+            rows.push((own, turned(equations, letters, Some(*body), vector)));
         }
         Force::Line(law) => {
             let law = equations.formula(law);
-            let size = Tree::Call("abs", vec![displacement(element)]);
-            let along = Tree::Quotient(Box::new([displacement(element), size]));
-            rows.push((force(element), Side::Times(law, along)));
+            rows.push((own, Side::times(law, unit(letters, &element.label))));
         }
     }
 }
 
-fn rotation(element: &Element, rows: &mut Rows) {
-    let Some(row) = &element.rotation else { return };
-    match &row.angle {
-        Angle::Free(_) => {}
-        Angle::Constant(value) => rows.push((angle(element), Side::Formula(*value))),
-        Angle::Given(signal) => rows.push((angle(element), Side::Formula(signal.value))),
+/// -m (a - g); a body that opts out of gravity has no g.
+fn inertia_force(equations: &mut Equations, letters: Letters, element: &Element, body: BodyId, mass: Tree) -> Tree {
+    let mechanism = equations.system.mechanism;
+    let gravity = mechanism.gravity.each_ref().map(|component| equations.system.value(component));
+    let weightless = mechanism.bodies[body.0].weightless || gravity == [Expr::ZERO; 2];
+    let acceleration = letters.acceleration(&element.label);
+    match weightless {
+        true => Tree::Sum(vec![(true, Tree::product(vec![mass, acceleration]))]),
+        false => Tree::product(vec![mass, Tree::sum(vec![(true, acceleration), (false, letters.gravity())])]),
     }
 }
 
-fn torque_equations(equations: &mut Equations, id: ElementId, element: &Element, rows: &mut Rows) {
+/// The direction from one end of an element to the other.
+fn unit(letters: Letters, label: &str) -> Tree {
+    let size = Tree::Call("abs", vec![letters.displacement(label)]);
+    Tree::Quotient(Box::new([letters.displacement(label), size]))
+}
+
+fn rotation(letters: Letters, element: &Element, rows: &mut Rows) {
     let Some(row) = &element.rotation else { return };
+    match &row.angle {
+        Angle::Free(_) => {}
+        Angle::Constant(value) => rows.push((letters.angle(&element.label), Side::formula(*value))),
+        Angle::Given(signal) => rows.push((letters.angle(&element.label), Side::formula(signal.value))),
+    }
+}
+
+fn torque_equations(equations: &mut Equations, letters: Letters, id: ElementId, rows: &mut Rows) {
+    let element = equations.system.element(id).clone();
+    let Some(row) = &element.rotation else { return };
+    let own = letters.torque(&element.label);
     match &row.through {
-        Torque::None if matches!(row.angle, Angle::Free(_)) => rows.push((torque(element), Side::Tree(Tree::zero()))),
+        Torque::None if matches!(row.angle, Angle::Free(_)) && element.coupling.is_none() => {
+            rows.push((own, Side::Tree(Tree::zero())));
+        }
         Torque::None => {}
         Torque::Inertia(body) => {
-            let inertia = Tree::Name(own(equations, *body, "inertia"));
+            let inertia = Tree::Name(own_name(equations, *body, "inertia"));
             let alpha = Tree::Name(Name {
                 dots: 2,
                 plain: format!("alpha_{}", element.label),
@@ -148,9 +188,10 @@ fn torque_equations(equations: &mut Equations, id: ElementId, element: &Element,
             });
             let mut terms = vec![(true, Tree::product(vec![inertia, alpha]))];
             for other in carried(equations, id, *body) {
-                terms.push((true, Tree::Relation("x", Box::new([displacement(&other), force(&other)]))));
+                let moment = [letters.displacement(&other), letters.force(&other)];
+                terms.push((true, Tree::Relation("x", Box::new(moment))));
             }
-            rows.push((torque(element), Side::Tree(Tree::Sum(terms))));
+            rows.push((own, Side::Tree(Tree::Sum(terms))));
         }
         Torque::Resistance(law) => {
             let omega = Tree::Name(Name {
@@ -158,12 +199,12 @@ fn torque_equations(equations: &mut Equations, id: ElementId, element: &Element,
                 plain: format!("omega_{}", element.label),
                 ..Name::letter("theta", &element.label)
             });
-            let side = resisting(equations, element, *law, omega, Quantity::Omega);
-            rows.push((torque(element), side));
+            let side = resisting(equations, &element, *law, omega, Quantity::Omega);
+            rows.push((own, side));
         }
         Torque::Law(law) => {
             let law = equations.formula(law);
-            rows.push((torque(element), Side::Formula(law)));
+            rows.push((own, Side::formula(law)));
         }
     }
 }
@@ -173,51 +214,49 @@ fn resisting(equations: &mut Equations, element: &Element, law: Resistance, spee
     match (law.damper(), element.origin) {
         (None, Origin::Joint(joint)) => {
             let velocity = equations.variable(Variable { owner: Owner::Joint(joint), quantity });
-            Side::Formula(law.at(&mut equations.system.arena, velocity))
+            Side::formula(law.at(&mut equations.system.arena, velocity))
         }
-        (damper, _) => Side::Times(damper.unwrap_or(Expr::ZERO), Tree::Sum(vec![(true, speed)])),
+        (damper, _) => {
+            let minus = equations.system.arena.negate(damper.unwrap_or(Expr::ZERO));
+            Side::times(minus, speed)
+        }
     }
 }
 
-/// Arms of a body, and slides whose axis is fixed in it: their forces turn it (6).
-fn carried(equations: &Equations, own: ElementId, body: BodyId) -> Vec<Element> {
+/// The edges whose forces turn a body (6): its arms, what slides along an axis fixed in it, and couplings along such an axis.
+fn carried(equations: &Equations, own: ElementId, body: BodyId) -> Vec<String> {
+    let system = &equations.system;
     let is_carried = |element: &Element| match (element.origin, &element.translation) {
         (Origin::Arm(of, _), _) => of == body,
-        (Origin::Joint(_), Some(row)) => row.motion.iter().any(|(along, _)| fixed_in(*along) == Some(body)),
-        (Origin::Driver(_), Some(row)) => matches!(row.known, Known::Along(of, ..) if of == Some(body)),
+        (Origin::Joint(_) | Origin::Driver(_), Some(row)) => row.carrier() == Some(body),
         _ => false,
     };
-    let others = equations.system.elements.iter().enumerate().filter(|(index, _)| *index != own.0);
-    others.map(|(_, element)| element).filter(|element| is_carried(element)).cloned().collect()
+    let others = system.elements.iter().enumerate().filter(|(index, _)| *index != own.0);
+    let edges = others.filter(|(_, element)| is_carried(element)).map(|(_, element)| element.label.clone());
+    edges.chain(coupling::carried(system, body)).collect()
 }
 
-fn fixed_in(along: Direction) -> Option<BodyId> {
-    match along {
-        Direction::Fixed(body, _) => body,
-        Direction::X | Direction::Y => None,
-    }
-}
-
-/// R(theta) (x, y); the ground does not turn.
-fn turned(equations: &Equations, body: Option<BodyId>, at: [Expr; 2]) -> Side {
+/// R(theta) (x, y); the ground does not turn, nor does anything on a line.
+fn turned(equations: &Equations, letters: Letters, body: Option<BodyId>, at: [Expr; 2]) -> Side {
     match body {
-        None => Side::Components(at),
-        Some(body) => Side::Turned(Tree::Call("R", vec![Tree::Name(own(equations, body, "angle"))]), at),
+        Some(body) if letters.has_two_components() => {
+            Side::Turned(Tree::Call("R", vec![Tree::Name(own_name(equations, body, "angle"))]), at)
+        }
+        _ => components(letters, at),
     }
 }
 
-fn own(equations: &Equations, body: BodyId, word: &str) -> Name {
+fn components(letters: Letters, vector: [Expr; 2]) -> Side {
+    if letters.has_two_components() { Side::Components(vector) } else { Side::formula(vector[0]) }
+}
+
+fn own_name(equations: &Equations, body: BodyId, word: &str) -> Name {
     Name::variable(&format!("{}.{word}", equations.system.mechanism.bodies[body.0].name))
 }
 
 /// Puts formulas of the scene where expressions stand; abbreviations go behind.
 fn resolve(equations: &mut Equations, rows: Rows) -> Vec<(Tree, Tree)> {
-    let roots = rows.iter().flat_map(|(_, side)| match side {
-        Side::Tree(_) => Vec::new(),
-        Side::Formula(expr) | Side::Times(expr, _) => vec![*expr],
-        Side::Components(pair) | Side::Turned(_, pair) => pair.to_vec(),
-    });
-    let roots: Vec<Expr> = roots.collect();
+    let roots: Vec<Expr> = rows.iter().flat_map(|(_, side)| side.formulas()).collect();
     let context = context(equations);
     let reading = Reading::new(&equations.system.arena, &roots, &context);
     let resolved = formulas(&reading, &Names::new(equations));
@@ -227,14 +266,31 @@ fn resolve(equations: &mut Equations, rows: Rows) -> Vec<(Tree, Tree)> {
     for (left, side) in rows {
         let right = match side {
             Side::Tree(tree) => tree,
-            Side::Formula(_) => next(),
+            Side::Sum(terms) => sum(terms.into_iter().map(|(_, tree)| (next(), tree)).collect()),
             Side::Components(_) => Tree::Call("", vec![next(), next()]),
             Side::Turned(turn, _) => Tree::product(vec![turn, Tree::Call("", vec![next(), next()])]),
-            Side::Times(_, tree) => Tree::product(vec![next(), tree]),
         };
         lines.push((left, right));
     }
     lines.extend(resolved.angles);
     lines.extend(resolved.definitions);
     lines
+}
+
+/// Products with their signs in front; ones and zeros are left out.
+fn sum(terms: Vec<(Tree, Option<Tree>)>) -> Tree {
+    let one = Tree::Number(1.0);
+    let term = |(factor, tree): (Tree, Option<Tree>)| {
+        let (minus, factor) = match factor {
+            Tree::Sum(mut only) if only.len() == 1 => only.remove(0),
+            other => (false, other),
+        };
+        let product = match tree {
+            Some(tree) if factor == one => tree,
+            Some(tree) if factor != Tree::zero() => Tree::product(vec![factor, tree]),
+            _ => factor,
+        };
+        (minus, product)
+    };
+    Tree::sum(terms.into_iter().map(term).filter(|(_, tree)| *tree != Tree::zero()).collect())
 }

@@ -37,7 +37,9 @@ impl Decoder {
         if let Some(fields) = self.table(top, "coordinates", &["preset", "translation", "rotation"]) {
             let mut tree = |key| fields.get(key).and_then(|node| self.texts(node, &fields.name_of(key)));
             let (translation, rotation) = (tree("translation"), tree("rotation"));
-            scene.coordinates = Coordinates { preset: self.optional_text(&fields, "preset"), translation, rotation };
+            let preset = self.optional_text(&fields, "preset");
+            let spans = ["translation", "rotation"].map(|key| fields.key_span(key).unwrap_or_default());
+            scene.coordinates = Coordinates { preset, translation, rotation, spans };
         }
     }
 

@@ -85,13 +85,12 @@ impl Resolver<'_> {
     pub(super) fn coordinates(&mut self) -> Coordinates {
         let given = &self.scene.coordinates;
         let preset = given.preset.as_ref().map_or(Coordinates::Recommended, |preset| self.preset(preset));
-        let translation = given.translation.as_ref().map(|names| self.branches(names, "translation"));
-        let rotation = given.rotation.as_ref().map(|names| self.branches(names, "rotation"));
+        let [t_span, r_span] = given.spans;
+        let translation = given.translation.as_ref().map(|names| self.branches(names, "translation", t_span));
+        let rotation = given.rotation.as_ref().map(|names| self.branches(names, "rotation", r_span));
         if let (true, Some(names)) = (self.one_dimensional(), &given.rotation) {
-            self.must_not_turn(
-                "the tree `rotation` of `[coordinates]`",
-                names.first().map_or(Span::default(), |name| name.span),
-            );
+            let span = names.first().map_or(r_span, |name| name.span);
+            self.must_not_turn("the tree `rotation` of `[coordinates]`", span);
         }
         if translation.is_none() && rotation.is_none() {
             return preset;
@@ -131,8 +130,17 @@ impl Resolver<'_> {
     }
 
     /// Branches that the user names for a tree: bodies, joints, drivers and loads, each once.
-    fn branches(&mut self, names: &[Text], tree: &str) -> Vec<(String, Span)> {
+    fn branches(&mut self, names: &[Text], tree: &str, span: Span) -> Vec<(String, Span)> {
         let mut seen = HashSet::new();
+        if names.is_empty() && !(tree == "rotation" && self.one_dimensional()) {
+            self.faults.push(
+                Fault::new("scene::empty_tree", format!("the tree `{tree}` of `[coordinates]` has no branches"), span)
+                    .label("nothing is listed")
+                    .help(format!(
+                        "list bodies, joints, drivers or loads, or remove `{tree}` for the recommended tree"
+                    )),
+            );
+        }
         for name in names {
             let is_element = |named| !matches!(named, Named::Parameter(_) | Named::Input(_));
             if !self.names.get(&name.text).is_some_and(is_element) {
@@ -149,6 +157,13 @@ impl Resolver<'_> {
 
     fn unknown_branch(&mut self, name: &Text, tree: &str) {
         if self.is_reported(name, &name.text) {
+            return;
+        }
+        if name.text == "ground" {
+            let fault =
+                Fault::new("scene::ground_in_tree", "`ground` is in every tree: all branches start from it", name.span);
+            self.faults
+                .push(fault.label("need not be named").help("remove it: name bodies, joints, drivers and loads only"));
             return;
         }
         if let Some((owner, _)) = name.text.split_once('.')

@@ -1,6 +1,6 @@
 //! The first consistent state: what is known holds, what is guessed picks the assembly, the loops give the rest.
 //!
-//! Unknown positions are q and the positions of followers; all start from zero. First all conditions are met as well as they can be,
+//! Unknown positions are q and the positions of followers; all start from zero, or where the program says. First all conditions are met as well as they can be,
 //! loops open; from that guessed pose the loops are closed with the smallest movement. Rates follow from linear equations,
 //! the smallest that serve.
 
@@ -109,6 +109,12 @@ impl Family<'_> {
             }
         }
     }
+}
+
+/// Where the search begins, relative to the scales.
+fn first(model: &Model, values: &[f64]) -> Vec<f64> {
+    let size = model.coordinates() + model.program().followers.len();
+    (0..size).map(|column| values.get(column).map_or(0.0, |value| value / column_scale(model, column))).collect()
 }
 
 /// Natural size of an unknown: a coordinate, or a follower's position.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::{Family, Wanted, column_scale, fulfilled};
+use super::{Family, Wanted, column_scale, first, fulfilled};
 use crate::machine::Machine;
 use crate::model::{Model, State};
 use crate::program::Condition;
@@ -69,7 +69,10 @@ impl<'a> Positions<'a> {
 
     /// Leaves a consistent pose in the state.
     pub fn assemble(mut self) -> Result<(), Failure> {
-        let mut guess = vec![0.0; self.model.coordinates() + self.model.program().followers.len()];
+        let mut guess = first(self.model, &self.model.program().initial.first_positions);
+        if self.is_given(&guess) {
+            return Ok(());
+        }
         self.attempt(Wanted::CONDITIONS, &mut guess);
         let mut known = guess.clone();
         let r = self.attempt(Wanted::KNOWN, &mut known);
@@ -84,6 +87,19 @@ impl<'a> Positions<'a> {
         self.same_branch(&guess, &x)?;
         self.load(&x);
         Ok(())
+    }
+
+    /// Is nothing set that the program was not made for, and does its own start fit? Leaves it in the state.
+    fn is_given(&mut self, x: &[f64]) -> bool {
+        let program = self.model.program();
+        let own = program.parameters.iter().map(|parameter| parameter.start);
+        if program.initial.first_positions.is_empty() || !own.eq(self.state.parameters().iter().copied()) {
+            return false;
+        }
+        let mut r = Vec::new();
+        self.wanted = Wanted::ALL;
+        self.residuals(x, &mut r);
+        fulfilled(&r)
     }
 
     /// Closes the loops from x, or from a pose nearby if Newton's method stands still there. Otherwise x is the best pose found.

@@ -1,6 +1,6 @@
 //! Rates that fit the pose, or why there are none.
 
-use super::{FULFILLED, Family, Wanted, column_scale};
+use super::{FULFILLED, Family, Wanted, column_scale, first};
 use crate::machine::Machine;
 use crate::model::{Model, State};
 use crate::program::FollowerOrder;
@@ -63,8 +63,8 @@ impl<'a> Rates<'a> {
     }
 
     pub fn solve(mut self) -> Result<(), Failure> {
-        let size = self.model.coordinates() + self.model.program().followers.len();
-        let mut x = vec![0.0; size];
+        let from = first(self.model, &self.model.program().initial.first_rates);
+        let mut x = from.clone();
         let r = solve(&mut self, &mut x, f64::INFINITY);
         let speed = x.iter().fold(1.0, |largest: f64, x| largest.max(x.abs()));
         let holds = |r: &[f64]| r.iter().all(|r| r.abs() <= FULFILLED * speed);
@@ -73,14 +73,14 @@ impl<'a> Rates<'a> {
             return Ok(());
         }
         self.wanted = Wanted::LOOPS;
-        let r = solve(&mut self, &mut vec![0.0; size], f64::INFINITY);
+        let r = solve(&mut self, &mut from.clone(), f64::INFINITY);
         if !r.iter().all(|r| r.abs() <= FULFILLED * speed) {
             return Err(self.conflict(&r));
         }
         let conditions = &self.model.program().initial.velocities;
         let frees = |index: &usize| {
             self.wanted = Wanted { without: Some(*index), ..Wanted::ALL };
-            holds(&solve(&mut self, &mut vec![0.0; size], f64::INFINITY))
+            holds(&solve(&mut self, &mut from.clone(), f64::INFINITY))
         };
         let culprits: Vec<usize> = (0..conditions.len()).filter(frees).collect();
         let culprits = if culprits.is_empty() { (0..conditions.len()).collect() } else { culprits };
