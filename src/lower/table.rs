@@ -267,8 +267,12 @@ impl Table {
         let single: Option<Vec<_>> = (motion == Motion::Dynamic && solved.len() <= SINGLE)
             .then(|| solved.iter().map(|&value| of(value)).collect());
         // Of a driven mechanism the loop equations give positions, their rates the rates.
-        let at_positions: BTreeSet<usize> =
-            equations.constraints.iter().flat_map(|constraint| of(constraint.value)).collect();
+        let at_positions: BTreeSet<usize> = arena
+            .symbols(equations.constraints.iter().map(|constraint| constraint.value))
+            .iter()
+            .filter_map(place)
+            .copied()
+            .collect();
         let at_rates: BTreeSet<usize> = at_positions.iter().copied().chain(driven_rates(equations, &place)).collect();
         let coordinates = equations.coordinates.len();
         let through = |symbol: &Symbol| -> Option<&BTreeSet<usize>> {
