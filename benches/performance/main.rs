@@ -1,9 +1,12 @@
 //! Speed, as the tables of `docs/performance.md`: `cargo bench --bench performance -- [FILE]` writes them to a file, or shows them.
 //!
-//! With `COTREE_PEERS` set to a folder that holds a runner of other programs, `run.sh`, its output becomes the last section.
+//! With `COTREE_PEERS` set to a folder that holds a runner of other programs, `run.sh SCENE PEER...`, what it prints becomes the last section.
 #![allow(missing_docs, reason = "a program, not a library")]
 
+mod compiled;
+mod parts;
 mod scenes;
+mod targets;
 
 use std::fmt::Write;
 use std::path::Path;
@@ -21,20 +24,53 @@ use cotree_fmu::program::{Engine, Source};
 /// Repetitions of a measurement take so long together, at least [s].
 const LONG_ENOUGH: f64 = 0.05;
 
+/// Other programs that the runner is asked for.
+const PEERS: [&str; 5] = ["hand", "mujoco", "exudyn", "sympy", "sundials"];
+
 type Failure = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Failure> {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    if let [only, title, runs] = &arguments[..]
+        && only == "--only"
+    {
+        return repeat(title, runs.parse()?);
+    }
     let mut text = heading();
+    targets::write(&mut text)?;
     motions(&mut text)?;
+    parts::write(&mut text)?;
     kernels(&mut text)?;
     communication(&mut text)?;
     export(&mut text)?;
     peers(&mut text);
-    match std::env::args().skip(1).find(|argument| !argument.starts_with("--")) {
+    match arguments.first() {
         Some(file) => std::fs::write(file, text)?,
         None => print!("{text}"),
     }
     Ok(())
+}
+
+/// Runs one scene so often at a tolerance of 1e-6: what [`instructions`] counts.
+fn repeat(title: &str, runs: u32) -> Result<(), Failure> {
+    let all = scenes::all();
+    let scene = all.iter().find(|(other, _)| *other == title).map(|(_, scene)| scene).ok_or("no such scene")?;
+    let model = model(scene)?;
+    for _ in 0..runs {
+        started(&model, None, 1e-6)?.step_to(model.program().experiment.stop)?;
+    }
+    Ok(())
+}
+
+/// Instructions of the processor for one run at 1e-6 with its start, by `perf stat` on this very program: they are not noisy. None without `perf`.
+fn instructions(title: &str) -> Option<u64> {
+    let count = |runs: u32| {
+        let mut perf = Command::new("perf");
+        perf.args(["stat", "-x,", "-e", "instructions:u"]).arg(std::env::current_exe().ok()?);
+        let output = perf.args(["--only", title, &runs.to_string()]).output().ok()?;
+        String::from_utf8_lossy(&output.stderr).lines().last()?.split(',').next()?.parse::<u64>().ok()
+    };
+    Some(count(11)?.saturating_sub(count(1)?) / 10)
 }
 
 fn heading() -> String {
@@ -95,14 +131,14 @@ fn fastest<T>(
 /// Whole runs: what the FMU does by itself, at four tolerances.
 fn motions(text: &mut String) -> Result<(), Failure> {
     *text += "\n## Whole runs\n\nBy the engine that the model chooses. Error: of the coordinates at the end, against a run at 1e-12.\n\n\
-              | scene | tolerance | time [ms] | error | steps | evaluations | per step [us] |\n|---|---|---|---|---|---|---|\n";
+              | scene | tolerance | time [ms] | error | steps | evaluations | per step [us] | instructions [1000] |\n|---|---|---|---|---|---|---|---|\n";
     for (title, scene) in scenes::all() {
         let model = model(&scene)?;
         let stop = model.program().experiment.stop;
         let run = |instance: &mut Instance| -> Result<(), Failure> { Ok(instance.step_to(stop)?) };
         let mut exact = started(&model, None, 1e-12)?;
         if let Err(error) = run(&mut exact) {
-            writeln!(text, "| {title} | {error} | | | | | |")?;
+            writeln!(text, "| {title} | {error} | | | | | | |")?;
             continue;
         }
         for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
@@ -114,9 +150,11 @@ fn motions(text: &mut String) -> Result<(), Failure> {
             let seconds = fastest(|| started(&model, None, tolerance), run)?;
             let work = instance.statistics();
             let step = 1e6 * seconds / work.steps.max(1) as f64;
+            let counted = if tolerance == 1e-6 { instructions(title) } else { None };
+            let counted = counted.map_or_else(String::new, |count| (count / 1000).to_string());
             writeln!(
                 text,
-                "| {title} | {tolerance:.0e} | {:.3} | {error:.0e} | {} | {} | {step:.2} |",
+                "| {title} | {tolerance:.0e} | {:.3} | {error:.0e} | {} | {} | {step:.2} | {counted} |",
                 1e3 * seconds,
                 work.steps,
                 work.evaluations
@@ -128,12 +166,14 @@ fn motions(text: &mut String) -> Result<(), Failure> {
 
 /// The parts of a step that are tapes.
 fn kernels(text: &mut String) -> Result<(), Failure> {
-    *text += "\n## Kernels in the interpreter\n\n| scene | kernel | instructions | time [ns] | per instruction [ns] |\n|---|---|---|---|---|\n";
+    *text += "\n## Kernels in the interpreter\n\nThe last column: the time as a multiple of that of the C that cotree writes for the same \
+              accelerations and reactions, compiled by `gcc -O2`.\n\n| scene | kernel | instructions | time [ns] | per instruction [ns] | against C |\n|---|---|---|---|---|---|\n";
     for (title, scene) in scenes::all() {
         let model = model(&scene)?;
         let tapes = &model.program().tapes;
         let mut machine = Machine::new(&model);
-        machine.load(&model, &started(&model, None, 1e-6)?.state());
+        let start = started(&model, None, 1e-6)?.state();
+        machine.load(&model, &start);
         let list = [
             ("accelerations", &tapes.acceleration),
             ("projection of q", &tapes.project_position),
@@ -149,7 +189,12 @@ fn kernels(text: &mut String) -> Result<(), Failure> {
                 },
             )?;
             let (count, ns) = (tape.instructions.len(), 1e9 * seconds / f64::from(RUNS));
-            writeln!(text, "| {title} | {name} | {count} | {ns:.0} | {:.2} |", ns / count as f64)?;
+            let compiled = match name {
+                "accelerations" => compiled::accelerations(&scene, &model, &start)?,
+                _ => None,
+            };
+            let ratio = compiled.map_or_else(String::new, |compiled| format!("{:.1}", ns / compiled));
+            writeln!(text, "| {title} | {name} | {count} | {ns:.0} | {:.2} | {ratio} |", ns / count as f64)?;
         }
     }
     Ok(())
@@ -197,7 +242,7 @@ fn communication(text: &mut String) -> Result<(), Failure> {
 /// From the scene to the program.
 fn export(text: &mut String) -> Result<(), Failure> {
     *text += "\n## From the scene to the program\n\nChains of bars.\n\n| bars | time [ms] |\n|---|---|\n";
-    for links in [1, 10, 50, 100, 200] {
+    for links in [1, 10, 100, 1000, 5000] {
         let scene = Scene::from_toml(&scenes::chain(links)).map_err(|faults| faults.render(false, 100))?;
         let seconds = fastest(
             || Ok(()),
@@ -211,13 +256,20 @@ fn export(text: &mut String) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What other programs take, if their runner is there.
+/// What other programs take, if their runner is there: one table for each scene, or what it complains of.
 fn peers(text: &mut String) {
     let Some(folder) = std::env::var_os("COTREE_PEERS") else { return };
-    let output = Command::new(Path::new(&folder).join("run.sh")).current_dir(&folder).output();
-    let said = output.map_or_else(
-        |error| format!("the runner does not start: {error}"),
-        |output| String::from_utf8_lossy(&output.stdout).into_owned(),
-    );
-    *text += &format!("\n## Other programs\n\n```text\n{}\n```\n", said.trim_end());
+    *text += "\n## Other programs\n\nMilliseconds at equal error, measured in the same run by the runner in `COTREE_PEERS`.\n";
+    for scene in ["S1", "S2", "S3", "S4", "S6"] {
+        let output =
+            Command::new(Path::new(&folder).join("run.sh")).arg(scene).args(PEERS).current_dir(&folder).output();
+        let said = output.map_or_else(
+            |error| format!("the runner does not start: {error}"),
+            |output| match output.status.success() {
+                true => String::from_utf8_lossy(&output.stdout).into_owned(),
+                false => String::from_utf8_lossy(&output.stderr).into_owned(),
+            },
+        );
+        *text += &format!("\n{}\n", said.trim_end());
+    }
 }

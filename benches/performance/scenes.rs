@@ -12,6 +12,11 @@ fn file(path: &str) -> String {
     std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap_or_default()
 }
 
+/// A slider-crank with a spring and damper of 1e9 N/m.
+pub fn stiff() -> String {
+    file("benches/scenes/stiff_slider_crank.toml")
+}
+
 /// All of them: S1 to S6.
 pub fn all() -> Vec<(&'static str, String)> {
     vec![
@@ -19,10 +24,11 @@ pub fn all() -> Vec<(&'static str, String)> {
         ("S2 Andrews, 0.03 s", model("andrews")),
         ("S3 one four-bar, 1 s", four_bars(1)),
         ("S3 five four-bars, 1 s", four_bars(5)),
+        ("S3 40 four-bars, 1 s", four_bars(40)),
         ("S4 chain of 10, 1 s", chain(10)),
         ("S4 chain of 50, 1 s", chain(50)),
         ("S5 pendulum, 10 s", pendulum()),
-        ("S6 stiff slider-crank, 10 s", file("benches/scenes/stiff_slider_crank.toml")),
+        ("S6 stiff slider-crank, 10 s", stiff()),
     ]
 }
 

@@ -190,8 +190,16 @@ impl Engines<'_> {
         horizon: Horizon,
     ) -> Result<bool, Failure> {
         let Some(taylor) = &mut self.taylor else { return Ok(false) };
+        let goes_on = run.order > 0;
         if !taylor.is_needed(context, run) {
+            if goes_on {
+                taylor.hand_over(run);
+            }
             return Ok(false);
+        }
+        if !goes_on {
+            // The length of another engine's steps says nothing about that of series.
+            run.step = 0.0;
         }
         run.implicit.forget();
         self.implicit.forget();

@@ -159,8 +159,14 @@ impl Taylor {
     /// Must series take the next step, whatever engine is in charge? No other knows of singular poses. To be asked of mechanisms with loops.
     pub(super) fn is_needed(&mut self, context: &mut Context, run: &Continuation) -> bool {
         self.begin(context, run);
-        let near = run.ahead > 0.0 && run.ahead < WATCHED * run.step;
-        near || run.in_zone(run.front_time) || self.known != Start::Regular
+        let coming = run.ahead > 0.0 && run.ahead < WATCHED * run.step;
+        let passed = run.order > 0 && run.pose.is_some_and(|pose| (run.front_time - pose).abs() < run.step);
+        coming || passed || run.in_zone(run.front_time) || self.known != Start::Regular
+    }
+
+    /// The front for another engine, which takes it as it is: on the loops.
+    pub(super) fn hand_over(&self, run: &mut Continuation) {
+        run.front.copy_from_slice(&self.closed);
     }
 
     /// Looks for a singular pose ahead of the front that another engine has reached with a step of length h.
