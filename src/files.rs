@@ -41,8 +41,14 @@ impl Draft {
         if place.is_dir() {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a directory"));
         }
+        let file = nameless(&place);
+        Self::staged(place, file)
+    }
+
+    /// Starts a file in a file without a name, if there is one.
+    fn staged(place: PathBuf, nameless: Option<File>) -> io::Result<Self> {
         let beside = beside(&place)?;
-        let (file, stage) = match nameless(&place) {
+        let (file, stage) = match nameless {
             Some(file) => (file, Stage::Nameless),
             None => (OpenOptions::new().write(true).create_new(true).open(&beside)?, Stage::Beside(beside)),
         };
@@ -209,6 +215,24 @@ mod tests {
         draft.write_all(b"half").unwrap();
         draft.flush().unwrap();
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "whoever is killed now leaves nothing");
+    }
+
+    #[test]
+    fn without_nameless_files_a_draft_lies_beside_its_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.csv");
+        let begin = || {
+            let mut draft = Draft::staged(path.clone(), None).unwrap();
+            draft.write_all(b"new").unwrap();
+            draft.flush().unwrap();
+            assert_eq!((path.exists(), fs::read_dir(folder.path()).unwrap().count()), (false, 1));
+            draft
+        };
+        drop(begin());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+        begin().commit().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
     #[test]

@@ -187,3 +187,50 @@ fn what_is_apart_depends_on_its_own_values_at_the_start() {
     assert_eq!(depends("left.omega"), [""; 0]);
     assert_eq!(depends("energy.total"), ["left.angle", "right.angle"]);
 }
+
+/// The velocity that a driver follows does not move the mechanism at once: an importer must not see a loop there.
+#[test]
+fn what_a_driver_integrates_does_not_depend_on_its_input() {
+    // The acceleration is the rate of a velocity that is followed.
+    for (order, dependent) in
+        [("velocity", ["crank.omega", "crank.alpha", "speed"].as_slice()), ("acceleration", &["crank.alpha"])]
+    {
+        let text = format!(
+            r#"
+            format = 1
+            name = "driven"
+            [inputs]
+            signal = 0.5
+            [bodies.crank]
+            points = {{ pin = [-1, 0], tip = [1, 0] }}
+            [joints.bearing]
+            type = "revolute"
+            between = ["ground", "crank.pin"]
+            [drivers.motor]
+            joint = "bearing"
+            angle = {{ input = "signal", as = "{order}" }}
+            [initial]
+            "crank.angle" = 0.3
+            [outputs]
+            variables = ["crank.angle", "crank.omega", "crank.alpha", "crank.tip.x"]
+            speed = "crank.tip.vx"
+            "#
+        );
+        let compiled = compile(&Scene::from_toml(&text).expect("a scene")).expect("a model");
+        let variables = compiled.description.variables.clone();
+        let signal = variables.iter().position(|variable| variable.name == "signal").expect("an input");
+        let mut instance = Instance::new(Arc::new(Model::new(compiled.program).expect("a program")));
+        instance.initialise().expect("consistent");
+        instance.step_to(0.2).expect("regular");
+        let mut read = |change: f64| -> Vec<u64> {
+            instance.set(signal, 0.5 + change).expect("an input");
+            (0..variables.len()).map(|place| instance.get(place).expect("defined").to_bits()).collect()
+        };
+        let (before, after) = (read(0.0), read(0.25));
+        for (place, variable) in variables.iter().enumerate().filter(|&(place, _)| place != signal) {
+            let listed = variable.dependencies.contains(&signal);
+            assert_eq!(dependent.contains(&variable.name.as_str()), listed, "{order}: {}", variable.name);
+            assert!(listed || before[place] == after[place], "{order}: {}", variable.name);
+        }
+    }
+}

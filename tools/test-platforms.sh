@@ -60,8 +60,8 @@ for platform in "${platforms[@]}"; do
 done
 
 differ=0
-for scene in models/*/scene.toml; do
-    model=$(basename "$(dirname "$scene")")
+for scene in models/*/scene.toml tests/scenes/stiff.toml; do
+    model=$(basename "${scene%/scene.toml}" .toml)
     fmu=$work/$model.fmu
     target/debug/cotree export "$scene" -o "$fmu" --runtimes "$runtimes" --platform "$exported" >/dev/null
     rm -rf "${work:?}/$model"

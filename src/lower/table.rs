@@ -253,7 +253,11 @@ impl Table {
             .collect();
         let place = |symbol: &Symbol| match *symbol {
             Symbol::Input(i, _) => places.get(&Symbol::Input(i, Order::Position)),
-            Symbol::Follower(i, _) => places.get(&Symbol::Input(equations.system.followers[i].1.0, Order::Position)),
+            // What a follower integrates does not change with its input at once.
+            Symbol::Follower(i, order) => {
+                let (_, input, given) = equations.system.followers[i];
+                if order < given { None } else { places.get(&Symbol::Input(input.0, Order::Position)) }
+            }
             other => places.get(&other),
         };
         let of =
@@ -262,12 +266,22 @@ impl Table {
             arena.symbols(solved.iter().copied()).iter().filter_map(place).copied().collect();
         let single: Option<Vec<_>> = (motion == Motion::Dynamic && solved.len() <= SINGLE)
             .then(|| solved.iter().map(|&value| of(value)).collect());
+        // Of a driven mechanism the loop equations give positions, their rates the rates.
+        let at_positions: BTreeSet<usize> = arena
+            .symbols(equations.constraints.iter().map(|constraint| constraint.value))
+            .iter()
+            .filter_map(place)
+            .copied()
+            .collect();
+        let at_rates: BTreeSet<usize> = at_positions.iter().copied().chain(driven_rates(equations, &place)).collect();
         let coordinates = equations.coordinates.len();
         let through = |symbol: &Symbol| -> Option<&BTreeSet<usize>> {
             let index = match *symbol {
                 Symbol::Coordinate(index, Order::Acceleration) => index,
                 Symbol::Reaction(index) => coordinates + index,
-                Symbol::Coordinate(..) if motion == Motion::Kinematic => return Some(&together),
+                Symbol::Coordinate(_, order) if motion == Motion::Kinematic => {
+                    return Some(if order == Order::Position { &at_positions } else { &at_rates });
+                }
                 _ => return None,
             };
             Some(single.as_ref().and_then(|single| single.get(index)).unwrap_or(&together))
@@ -288,6 +302,18 @@ impl Table {
             row.dependencies = found.into_iter().collect();
         }
     }
+}
+
+/// What the rates of the loop equations depend on besides the pose.
+fn driven_rates<'a>(
+    equations: &Equations,
+    place: impl Fn(&Symbol) -> Option<&'a usize> + Copy,
+) -> impl Iterator<Item = usize> {
+    let arena = &equations.system.arena;
+    let followers = equations.constraints.iter().flat_map(|constraint| &constraint.followers);
+    let followers = followers.map(|&(index, _)| Symbol::Follower(index, Order::Velocity));
+    let symbols = arena.symbols(equations.constraints.iter().map(|constraint| constraint.time_rate));
+    followers.chain(symbols).filter_map(move |symbol| place(&symbol).copied())
 }
 
 /// q, v and a of every coordinate.

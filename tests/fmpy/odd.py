@@ -130,6 +130,39 @@ vector = ["push", 0]
 variables = ["foot.fx", "foot.fy", "post.angle"]
 """
 
+CROSSING = HEAD + """
+name = "crossing"
+[bodies.crank]
+mass = 1.0
+inertia = "1/12"
+points = { a = [-0.5, 0], b = [0.5, 0] }
+[bodies.rod]
+mass = 1.0
+inertia = "1/12"
+points = { a = [-0.5, 0], b = [0.5, 0] }
+[bodies.slider]
+mass = 0.7
+[joints.bearing]
+type = "revolute"
+between = ["ground", "crank.a"]
+[joints.pin]
+type = "revolute"
+between = ["crank.b", "rod.a"]
+[joints.wrist]
+type = "revolute"
+between = ["rod.b", "slider"]
+[joints.guide]
+type = "prismatic"
+between = ["ground", "slider"]
+axis = [1, 0]
+[initial]
+"crank.angle" = 0.5
+"crank.omega" = 3.0
+"rod.angle" = { guess = -0.5 }
+[outputs]
+variables = ["crank.angle", "rod.angle"]
+"""
+
 SILENT = PENDULUM.replace('variables = ["rod.angle", "energy.total"]', "variables = []")
 
 
@@ -271,6 +304,24 @@ def check_impossible(make):
             slave.doStep(0.0, 0.1)
         slave.terminate()
         slave.freeInstance()
+
+
+def check_crossing(make):
+    """Crank and rod of the same length: Co-Simulation passes the upright crank, Model Exchange says why it cannot."""
+    fmu = make("crossing", CROSSING)
+    result = fmu.run(CS, 2.0, 0.01)
+    close(result["rod.angle"], -result["crank.angle"], 1e-8, "the branch")
+    assert result["crank.angle"][-1] > np.pi
+    messages = []
+    logger = lambda environment, name, status, category, message: messages.append(message.decode())
+    for interval in (0.01, 0.1):
+        messages.clear()
+        try:
+            fmu.run(ME, 2.0, interval, logger=logger)
+            raise AssertionError("CVode went on along any of the branches")
+        except FMICallException as fault:
+            assert fault.function == "fmi2CompletedIntegratorStep", fault
+            assert "use Co-Simulation" in messages[-1] and "`guide`" in messages[-1], messages
 
 
 def check_silent(make):

@@ -65,20 +65,26 @@ impl Watch {
     /// Looks at a start; gives the pose if it is singular.
     pub fn begin(&mut self, model: &Model, state: &State) -> Option<Crossing> {
         *self = Self::default();
+        let (distance, joints) = self.resume(model, state)?;
+        (distance <= EXACT).then(|| Crossing { time: state.time(), joints })
+    }
+
+    /// The next step begins in this state; gives its distance from singular poses and who comes closest, unless that takes too long to find out.
+    pub fn resume(&mut self, model: &Model, state: &State) -> Option<(f64, Vec<String>)> {
         if model.active().is_empty() || model.active().len() > MOST_EQUATIONS {
             return None;
         }
-        let (distance, joints) = dependent(model, state);
-        self.usual = distance;
-        self.last = Some((state.clone(), distance));
-        (distance <= EXACT).then(|| Crossing { time: state.time(), joints })
+        let found = dependent(model, state);
+        self.usual = self.usual.max(found.0);
+        self.last = Some((state.clone(), found.0));
+        Some(found)
     }
 
     /// Looks at a step that ends in `state`; gives the singular pose in it, if it is as close as an integrator with this tolerance can tell.
     pub fn step(&mut self, model: &Model, state: &State, tolerance: f64) -> Option<Crossing> {
         let before = self.last.take().filter(|(before, _)| before.time() < state.time());
         let Some((before, start)) = before else {
-            self.begin(model, state);
+            self.resume(model, state);
             return None;
         };
         let limit = tolerance.sqrt().min(NEAR) * self.usual;

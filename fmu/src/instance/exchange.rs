@@ -140,6 +140,7 @@ impl Instance {
         let moved = self.shown != self.now.state;
         self.now.state.copy_from(&self.shown);
         self.now.run.keep(&self.now.state);
+        self.watch.resume(&self.model, &self.now.state);
         self.computed = Computed::default();
         Ok(moved)
     }

@@ -129,8 +129,14 @@ pub(super) fn check_identifier(name: &Text, what: &str, faults: &mut Sink) {
         _ if function => "a function",
         _ => return,
     };
-    let message = format!("a {what} cannot be called `{}`: that is {meaning}", name.text);
+    let message = format!("{} cannot be called `{}`: that is {meaning}", one(what), name.text);
     faults.push(Fault::new("scene::reserved_name", message, name.span).label("reserved").help("choose another name"));
+}
+
+/// With its article.
+fn one(what: &str) -> String {
+    let article = if what.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {what}")
 }
 
 fn check_word(name: &Text, what: &str, faults: &mut Sink) {
@@ -138,7 +144,7 @@ fn check_word(name: &Text, what: &str, faults: &mut Sink) {
     let first = characters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
     if !first || !characters.all(|c| c.is_ascii_alphanumeric() || c == '_') {
         faults.push(
-            Fault::new("scene::bad_name", format!("`{}` cannot be the name of a {what}", name.text), name.span)
+            Fault::new("scene::bad_name", format!("`{}` cannot be the name of {}", name.text, one(what)), name.span)
                 .label("not a name")
                 .help("names are made of letters, digits and `_`, and do not begin with a digit: `crank_2`"),
         );
