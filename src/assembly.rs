@@ -142,15 +142,7 @@ pub fn circuit_names(equations: &Equations, constraint: &Constraint) -> Vec<Stri
 
 /// Where an element stands in the scene.
 pub fn span_of(equations: &Equations, element: ElementId) -> Span {
-    let mechanism = equations.system.mechanism;
-    match equations.system.element(element).origin {
-        Origin::Body(body) => mechanism.bodies[body.0].span,
-        Origin::Arm(body, point) => mechanism.bodies[body.0].points[point].span,
-        Origin::GroundVector(point) => mechanism.ground[point].span,
-        Origin::Joint(joint) => mechanism.joints[joint.0].span,
-        Origin::Driver(driver) => mechanism.drivers[driver.0].span,
-        Origin::Load(load) => mechanism.loads[load.0].span,
-    }
+    equations.system.span(element)
 }
 
 fn loop_of(equations: &Equations, gap: &Gap) -> Vec<String> {

@@ -19,6 +19,9 @@ const TOLERANCES: [f64; 10] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 
 const REFERENCES: [f64; 5] = [1e-13, 1e-12, 1e-11, 1e-10, 1e-9];
 /// A run whose error is not above so many times that of the reference is not told apart from it.
 const RESOLVED: f64 = 3.0;
+/// Two methods agree if they differ by no more than this, or by so many times the error of the reference.
+const AGREEMENT: f64 = 1e-6;
+const AGREEMENT_FACTOR: f64 = 100.0;
 /// The energy counts as kept if the reference changes it by less than this, relative to its largest value.
 const KEPT: f64 = 1e-8;
 
@@ -47,12 +50,14 @@ pub struct Reference {
     /// How far a run at ten times the tolerance is from it.
     pub error: f64,
     /// The finest run of another method that ends in time, and how far it is from the reference.
-    pub confirmed: Option<Confirmation>,
+    pub other: Option<Comparison>,
+    /// Does that run agree with the reference?
+    pub confirmed: bool,
 }
 
 /// A run of another method.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Confirmation {
+pub struct Comparison {
     /// Its method.
     pub method: &'static str,
     /// Its tolerance.
@@ -163,8 +168,10 @@ fn reference(
         match (run(tolerance), run(10.0 * tolerance)) {
             (Ok(exact), Ok(coarser)) => {
                 let error = coarser.distance(&exact);
-                let confirmed = confirm(model, variables, experiment, methods, &exact);
-                return Ok((exact, Reference { method, tolerance, error, confirmed }));
+                let other = compare(model, variables, experiment, methods, &exact);
+                let limit = (AGREEMENT_FACTOR * error).max(AGREEMENT);
+                let confirmed = other.as_ref().is_some_and(|other| other.distance <= limit);
+                return Ok((exact, Reference { method, tolerance, error, other, confirmed }));
             }
             (Err(error), _) | (_, Err(error)) => problem = error,
         }
@@ -173,19 +180,19 @@ fn reference(
 }
 
 /// The best agreement with the reference that another method reaches in time.
-fn confirm(
+fn compare(
     model: &Arc<Model>,
     variables: &[usize],
     experiment: Experiment,
     methods: &[Method],
     exact: &Trajectory,
-) -> Option<Confirmation> {
+) -> Option<Comparison> {
     let own = model.program().engine;
     let others = methods.iter().filter(|(_, engine)| engine.is_some_and(|engine| engine != own));
     others.into_iter().find_map(|&(method, engine)| {
         let finest = |tolerance: &f64| {
             let other = run(model, variables, experiment, engine, *tolerance, Budget::Reference).ok()?;
-            Some(Confirmation { method, tolerance: *tolerance, distance: other.distance(exact) })
+            Some(Comparison { method, tolerance: *tolerance, distance: other.distance(exact) })
         };
         [1e-12, 1e-10, 1e-8].iter().filter_map(finest).min_by(|a, b| a.distance.total_cmp(&b.distance))
     })

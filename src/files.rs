@@ -1,16 +1,31 @@
-//! Files that are whole or not there: written beside their place, then renamed.
+//! Files that are whole or not there: written without a name or beside their place, then renamed. And files read with a limit.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
 
-/// A file under way. It takes its place at [`commit`](Self::commit); dropped before, it leaves nothing behind.
+/// A file under way. It takes its place at [`commit`](Self::commit); dropped before, it leaves nothing behind. Nor does a process that is
+/// killed, where files can be without a name (Linux, on its own file systems).
 #[derive(Debug)]
 pub struct Draft {
     writer: Option<BufWriter<File>>,
     place: PathBuf,
-    temporary: Option<PathBuf>,
+    stage: Stage,
+}
+
+/// Where a file is before it takes its place.
+#[derive(Debug)]
+enum Stage {
+    /// In its place already: a pipe or a device is written to, not replaced.
+    Placed,
+    /// In the right folder, without a name.
+    Nameless,
+    /// Under another name in the right folder.
+    Beside(PathBuf),
 }
 
 impl Draft {
@@ -20,38 +35,42 @@ impl Draft {
         let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         let special = fs::metadata(&place).is_ok_and(|data| !data.is_file() && !data.is_dir());
         if special {
-            // A pipe or a device such as /dev/stdout is written to, not replaced.
             let file = OpenOptions::new().write(true).open(&place)?;
-            return Ok(Self { writer: Some(BufWriter::new(file)), place, temporary: None });
+            return Ok(Self { writer: Some(BufWriter::new(file)), place, stage: Stage::Placed });
         }
         if place.is_dir() {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a directory"));
         }
-        let temporary = beside(&place)?;
-        let file = OpenOptions::new().write(true).create_new(true).open(&temporary)?;
+        let beside = beside(&place)?;
+        let (file, stage) = match nameless(&place) {
+            Some(file) => (file, Stage::Nameless),
+            None => (OpenOptions::new().write(true).create_new(true).open(&beside)?, Stage::Beside(beside)),
+        };
         if let Ok(old) = fs::metadata(&place) {
             // Whoever could not read the old file shall not read the new one.
             let _ = file.set_permissions(old.permissions());
         }
-        Ok(Self { writer: Some(BufWriter::new(file)), place, temporary: Some(temporary) })
+        Ok(Self { writer: Some(BufWriter::new(file)), place, stage })
     }
 
     /// Puts the finished file in its place.
     pub fn commit(mut self) -> io::Result<()> {
-        if let Some(writer) = self.writer.take() {
-            let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
-            if self.temporary.is_some() {
-                file.sync_all()?;
-            }
+        let Some(writer) = self.writer.take() else { return Ok(()) };
+        let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
+        if matches!(self.stage, Stage::Placed) {
+            return Ok(());
         }
-        match &self.temporary {
-            Some(temporary) => {
-                fs::rename(temporary, &self.place)?;
-                self.temporary = None;
-                Ok(())
-            }
-            None => Ok(()),
+        file.sync_all()?;
+        if matches!(self.stage, Stage::Nameless) {
+            let beside = beside(&self.place)?;
+            name(&file, &beside)?;
+            self.stage = Stage::Beside(beside);
         }
+        if let Stage::Beside(beside) = &self.stage {
+            fs::rename(beside, &self.place)?;
+            self.stage = Stage::Placed;
+        }
+        Ok(())
     }
 }
 
@@ -67,9 +86,9 @@ impl Write for Draft {
 
 impl Drop for Draft {
     fn drop(&mut self) {
-        if let Some(temporary) = &self.temporary {
+        if let Stage::Beside(beside) = &self.stage {
             self.writer = None; // closed first: an open file cannot be removed everywhere
-            let _ = fs::remove_file(temporary); // nobody to tell, and the reason for dropping is told already
+            let _ = fs::remove_file(beside); // nobody to tell, and the reason for dropping is told already
         }
     }
 }
@@ -88,6 +107,71 @@ fn beside(place: &Path) -> io::Result<PathBuf> {
     temporary.push(name);
     temporary.push(format!(".{}.part", std::process::id()));
     Ok(place.with_file_name(temporary))
+}
+
+/// A new file without a name in the folder of another, if it can get one later.
+#[cfg(target_os = "linux")]
+fn nameless(place: &Path) -> Option<File> {
+    use std::os::unix::fs::OpenOptionsExt;
+    let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let flags = rustix::fs::OFlags::TMPFILE.bits().cast_signed();
+    let file = OpenOptions::new().write(true).custom_flags(flags).open(folder).ok()?;
+    handle(&file).exists().then_some(file)
+}
+
+/// Gives a file without a name a name.
+#[cfg(target_os = "linux")]
+fn name(file: &File, path: &Path) -> io::Result<()> {
+    use rustix::fs::{AtFlags, CWD, linkat};
+    Ok(linkat(CWD, handle(file), CWD, path, AtFlags::SYMLINK_FOLLOW)?)
+}
+
+/// What an open file can be named by.
+#[cfg(target_os = "linux")]
+fn handle(file: &File) -> PathBuf {
+    use std::os::fd::AsRawFd;
+    PathBuf::from(format!("/proc/self/fd/{}", file.as_raw_fd()))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn nameless(_: &Path) -> Option<File> {
+    None
+}
+
+#[cfg(not(target_os = "linux"))]
+fn name(_: &File, _: &Path) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+/// How long somebody may take to open the other end of a pipe.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Reads a whole file of at most so many bytes, or what comes through a pipe.
+///
+/// # Errors
+/// It cannot be read, is a folder, larger, or a pipe that nobody opens for writing.
+pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let data = fs::metadata(path)?;
+    let large = || io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {} MB", most >> 20));
+    if data.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
+    }
+    if data.len() > most {
+        return Err(large());
+    }
+    let mut bytes = Vec::new();
+    let file = if data.is_file() { File::open(path)? } else { open_patiently(path)? };
+    file.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most { Err(large()) } else { Ok(bytes) }
+}
+
+/// Opens a pipe or a device. Opening a pipe waits for a writer, who may never come.
+fn open_patiently(path: &Path) -> io::Result<File> {
+    let (opened, result) = mpsc::channel();
+    let path = path.to_owned();
+    thread::spawn(move || opened.send(File::open(path)));
+    let nobody = || io::Error::new(io::ErrorKind::TimedOut, "it is a pipe that nobody writes to");
+    result.recv_timeout(PATIENCE).map_err(|_| nobody())?
 }
 
 #[cfg(test)]
@@ -115,6 +199,33 @@ mod tests {
         draft.write_all(b"half").unwrap();
         drop(draft);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_draft_has_no_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut draft = Draft::new(&folder.path().join("out.csv")).unwrap();
+        draft.write_all(b"half").unwrap();
+        draft.flush().unwrap();
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "whoever is killed now leaves nothing");
+    }
+
+    #[test]
+    fn what_is_read_has_a_limit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("in");
+        fs::write(&path, [7; 100]).unwrap();
+        assert_eq!(read(&path, 100).unwrap(), [7; 100]);
+        assert_eq!(read(&path, 99).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        assert_eq!(read(folder.path(), 99).unwrap_err().kind(), io::ErrorKind::IsADirectory);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_endless_file_has_an_end() {
+        assert_eq!(read(Path::new("/dev/zero"), 1 << 20).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        assert!(read(Path::new("/dev/null"), 10).unwrap().is_empty());
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::element::{Held, Known, Origin, System};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
 use crate::graph::{ElementId, Topology};
-use crate::lower::{self, Lowered, Pose};
+use crate::lower::{self, Lowered, Obstacle, Pose};
 use crate::mechanism::{Coordinates, Formula, Mechanism, Output};
 use crate::print::symbol_name;
 use crate::scene::{Fault, Span};
@@ -79,7 +79,7 @@ pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -
         Ok(lowered) => lowered,
         // Where the loops do not close, this may have no other cause.
         Err(_) if !faults.is_empty() => return Err(faults),
-        Err(lower::Undetermined(index)) => return Err(vec![massless(&equations, index)]),
+        Err(obstacle) => return Err(vec![unsolvable(&equations, obstacle)]),
     };
     faults.extend(check_masses(&mut equations, &lowered));
     if !faults.is_empty() {
@@ -242,6 +242,13 @@ fn missing_mass(equations: &Equations, symbol: Symbol, output: Option<&Output>) 
     Fault::new("scene::missing_mass", format!("body `{}` has no `{key}`: {why}", owner.name), owner.span)
         .label(label)
         .help(format!("add `{key} = ...` to `[bodies.{}]`", owner.name))
+}
+
+fn unsolvable(equations: &Equations, obstacle: Obstacle) -> Fault {
+    match obstacle {
+        Obstacle::Undetermined(index) => massless(equations, index),
+        Obstacle::TooLarge => size::too_connected(equations),
+    }
 }
 
 fn massless(equations: &Equations, index: usize) -> Fault {

@@ -434,6 +434,8 @@ pub struct Initial {
     pub variable: Variable,
     /// Its value; constants and parameters only.
     pub value: Formula,
+    /// The unit that it is written in, if not SI.
+    pub display: Option<DisplayUnit>,
     /// Known, or a guess?
     pub known: bool,
     /// Where it stands in the file.

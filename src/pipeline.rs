@@ -27,6 +27,7 @@ use crate::report::pose::draw;
 use crate::report::summary::Summary;
 use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, read};
 use crate::simulation::reported;
+use crate::size;
 
 /// A scene, compiled.
 #[derive(Clone, Debug)]
@@ -115,7 +116,9 @@ fn equations_for_the_page(equations: &mut Equations) -> String {
 /// Everything that is wrong with the scene.
 pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
     let mechanism = scene.resolve()?.mechanism;
-    let formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    let written =
+        formulate(&mechanism).and_then(|formulated| size::check_written(&formulated.equations).map(|()| formulated));
+    let formulated = written.map_err(|list| Faults::new(scene.source.clone(), list))?;
     let Formulated { mut equations, lowered, redundant, .. } = formulated;
     Ok(match notation {
         Notation::Text => print::motion(&mut equations, Prose::Text),
@@ -134,7 +137,10 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
-    formulated(scene, |formulated| print::steps(&mut formulated.equations, prose))
+    formulated(scene, |formulated| {
+        size::check_written(&formulated.equations)?;
+        Ok(print::steps(&mut formulated.equations, prose))
+    })
 }
 
 /// The linear graphs of a scene with their trees, and the mechanism at its start.
@@ -142,7 +148,7 @@ pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn graph(scene: &Scene) -> Result<(GraphDrawing, Drawing), Faults> {
-    formulated(scene, |formulated| (GraphDrawing::new(formulated), draw(formulated)))
+    formulated(scene, |formulated| Ok((GraphDrawing::new(formulated), draw(formulated))))
 }
 
 /// What the scene costs in other coordinates.
@@ -153,10 +159,10 @@ pub fn comparison(scene: &Scene) -> Result<Comparison, Faults> {
     Ok(compare(&scene.resolve()?.mechanism))
 }
 
-fn formulated<T>(scene: &Scene, then: impl FnOnce(&mut Formulated) -> T) -> Result<T, Faults> {
+fn formulated<T>(scene: &Scene, then: impl FnOnce(&mut Formulated) -> Result<T, Vec<Fault>>) -> Result<T, Faults> {
     let mechanism = scene.resolve()?.mechanism;
-    let mut formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
-    Ok(then(&mut formulated))
+    let result = formulate(&mechanism).and_then(|mut formulated| then(&mut formulated));
+    result.map_err(|list| Faults::new(scene.source.clone(), list))
 }
 
 /// A name for these very bytes: their 128-bit FNV-1a hash, written as a GUID.

@@ -1,45 +1,68 @@
-//! Refuses what is too large before it is tried: expressions multiply with the coordinates that move one body, and matrices with those that one
-//! island of joints connects.
+//! Refuses what is too large before it is tried. Long chains and many loops are none of it: what they cost grows with their number. What does grow
+//! faster are angles that are sums of many coordinates, and loops that share most of their coordinates with many others.
 
-use std::collections::HashMap;
-
-use petgraph::unionfind::UnionFind;
-
-use crate::element::{Angle, Direction, Known, Origin, System, TranslationalRow};
-use crate::graph::{ElementId, Topology};
-use crate::mechanism::BodyId;
+use crate::element::{Angle, Direction, Known, System, TranslationalRow};
+use crate::equations::Equations;
+use crate::graph::{ElementId, TNode, Topology};
+use crate::mechanism::{BodyId, Method};
 use crate::scene::{Fault, Span};
 use crate::tree::Trees;
 
 /// Most coordinates of a scene.
 const COORDINATES: usize = 20_000;
-/// Most terms of the mass matrix before they are collected: about 250 bodies in one chain, a minute and a gigabyte.
+/// Most coordinates of a scene that asks for the implicit method, whose matrices are full.
+const IMPLICIT: usize = 2_000;
+/// Most terms of inertia before they are collected: about 250 bodies whose angles are counted from one to the next.
 const TERMS: usize = 5_000_000;
-/// Most operations, up to a factor, to solve for all coordinates of one island at once.
-const OPERATIONS: f64 = 5e8;
+/// Most entries of the matrix of the loop equations.
+const ENTRIES: usize = 1_000_000;
 
 /// Is the scene small enough for these trees?
 ///
 /// # Errors
 /// It is not.
 pub fn check(system: &System, trees: &Trees) -> Result<(), Vec<Fault>> {
-    let result = coordinates(system, trees).and_then(|()| terms(system, trees)).and_then(|()| loops(system, trees));
-    result.map_err(|fault| vec![fault.with_code()])
+    let angles = Angles::new(system, trees);
+    let result =
+        coordinates(system, trees).and_then(|()| angles.check(system)).and_then(|()| loops(system, trees, &angles));
+    result.map_err(|fault| vec![fault])
 }
 
-/// What a refusal says.
-struct TooLarge {
-    message: String,
-    span: Span,
-    label: &'static str,
-    help: &'static str,
-}
-
-impl TooLarge {
-    fn with_code(self) -> Fault {
-        let message = format!("the scene is too large: {}", self.message);
-        Fault::new("scene::too_large", message, self.span).label(self.label).help(self.help)
+/// Can the mass matrix in branch coordinates be written out? Motion does not need it, but equations on paper and linear systems do.
+///
+/// # Errors
+/// Paths are too deep for it.
+pub fn check_written(equations: &Equations) -> Result<(), Vec<Fault>> {
+    let mut total = 0;
+    for (index, body) in equations.system.mechanism.bodies.iter().enumerate() {
+        let own = equations.moving(BodyId(index));
+        total += own * own;
+        if total > TERMS {
+            let message =
+                format!("the place of `{}` depends on {own} coordinates, and so do those of many more", body.name);
+            let help = "written out, the equations of about 250 bodies in one chain are possible; checking, simulating and exporting the \
+                        scene do not write them out";
+            return Err(vec![too_large(&message, body.span).label("moves with everything before it").help(help)]);
+        }
     }
+    Ok(())
+}
+
+/// The fault of a mechanism whose elimination was given up.
+pub fn too_connected(equations: &Equations) -> Fault {
+    let rows = equations.constraints.iter().filter(|row| !row.is_trivial()).count();
+    let message = format!(
+        "too many of its {} coordinates and {rows} loop equations depend on each other",
+        equations.coordinates.len()
+    );
+    too_large(&message, Span::default()).help(
+        "very many joints meet at one body, or loops cross each other like a net: leave some of them out, or make one body of those \
+         that need not move",
+    )
+}
+
+fn too_large(message: &str, span: Span) -> Fault {
+    Fault::new("scene::too_large", format!("the scene is too large: {message}"), span)
 }
 
 /// Coordinates that an element brings as a branch of the translational tree.
@@ -52,129 +75,96 @@ fn is_free_angle(system: &System, branch: ElementId) -> bool {
     system.element(branch).rotation.as_ref().is_some_and(|row| matches!(row.angle, Angle::Free(_)))
 }
 
-fn coordinates(system: &System, trees: &Trees) -> Result<(), TooLarge> {
+fn coordinates(system: &System, trees: &Trees) -> Result<(), Fault> {
     let linear: usize = trees.translation.branches.iter().map(|&branch| free_directions(system, branch)).sum();
     let angular = trees.rotation.branches.iter().filter(|&&branch| is_free_angle(system, branch)).count();
     let count = linear + angular;
-    if count <= COORDINATES {
-        return Ok(());
+    let implicit = system.mechanism.solver.method == Method::Implicit;
+    if implicit && count > IMPLICIT {
+        let message =
+            format!("it has {count} coordinates, and at most {IMPLICIT} are possible with `method = \"implicit\"`");
+        return Err(
+            too_large(&message, Span::default()).help("take `method` out of `[solver]`, or set it to \"explicit\"")
+        );
     }
-    Err(TooLarge {
-        message: format!("it has {count} coordinates, and at most {COORDINATES} are possible"),
-        span: Span::default(),
-        label: "",
-        help: "make a scene of each part that no joint or driver connects to the others: they move on their own",
-    })
-}
-
-/// Sum over all bodies of the square of the number of coordinates that move it.
-fn terms(system: &System, trees: &Trees) -> Result<(), TooLarge> {
-    let topology = Topology::new(&system.translation, &trees.translation);
-    let mut children: Vec<Vec<(usize, ElementId)>> = vec![Vec::new(); system.translation.nodes()];
-    for (node, parent, branch, _) in topology.outward() {
-        children[parent.index()].push((node.index(), branch));
-    }
-    let centres: HashMap<usize, BodyId> = system
-        .elements
-        .iter()
-        .filter_map(|element| match (element.origin, &element.translation) {
-            (Origin::Body(body), Some(row)) => Some((row.ends[1].index(), body)),
-            _ => None,
-        })
-        .collect();
-    let angles = Angles::new(system, trees);
-    let mut moving = Moving::default();
-    let mut total = 0;
-    let mut walk: Vec<Step> = children[0].iter().map(|&(node, branch)| Step::Enter(node, branch)).collect();
-    while let Some(step) = walk.pop() {
-        let (node, branch) = match step {
-            Step::Enter(node, branch) => (node, branch),
-            Step::Leave(branch) => {
-                moving.leave(&angles.of_branch(system, branch));
-                continue;
-            }
-        };
-        moving.enter(&angles.of_branch(system, branch));
-        walk.push(Step::Leave(branch));
-        walk.extend(children[node].iter().map(|&(child, branch)| Step::Enter(child, branch)));
-        if let Some(&body) = centres.get(&node) {
-            total += moving.0.len().pow(2);
-            if total > TERMS {
-                return Err(too_deep(system, body, moving.0.len()));
-            }
-        }
+    if count > COORDINATES {
+        let message = format!("it has {count} coordinates, and at most {COORDINATES} are possible");
+        return Err(too_large(&message, Span::default())
+            .help("make a scene of each part that no joint or driver connects to the others: they move on their own"));
     }
     Ok(())
 }
 
-fn too_deep(system: &System, body: BodyId, count: usize) -> TooLarge {
-    let body = &system.mechanism.bodies[body.0];
-    TooLarge {
-        message: format!("the place of `{}` depends on {count} coordinates, and so does that of many more", body.name),
-        span: body.span,
-        label: "very many joints lead from the ground to here",
-        help: "about 250 bodies in one chain are possible: join fewer in a row, or make one body of those that need not move",
-    }
-}
-
-/// A step of the walk through the translational tree.
-enum Step {
-    Enter(usize, ElementId),
-    Leave(ElementId),
-}
-
-/// A coordinate: of a branch of the translational tree (direction), or of the rotational one (`None`).
-type Key = (ElementId, Option<usize>);
-
-/// The coordinates that move the place of the walk, and how many branches on its path depend on each.
-#[derive(Default)]
-struct Moving(HashMap<Key, usize>);
-
-impl Moving {
-    fn enter(&mut self, keys: &[Key]) {
-        for key in keys {
-            *self.0.entry(*key).or_default() += 1;
-        }
-    }
-
-    fn leave(&mut self, keys: &[Key]) {
-        for key in keys {
-            if let Some(count) = self.0.get_mut(key) {
-                *count -= 1;
-                if *count == 0 {
-                    self.0.remove(key);
-                }
-            }
-        }
-    }
-}
-
-/// The free angles between each body and the ground.
+/// How many free angles each body's angle is the sum of.
 struct Angles {
-    /// For each node of the rotational graph: the node before it, and the branch between if its angle is free.
-    before: Vec<Option<(usize, Option<ElementId>)>>,
+    /// By node of the rotational graph.
+    count: Vec<usize>,
 }
 
 impl Angles {
     fn new(system: &System, trees: &Trees) -> Self {
-        let mut before = vec![None; system.rotation.nodes()];
+        let mut count = vec![0; system.rotation.nodes()];
         for (node, parent, branch, _) in Topology::new(&system.rotation, &trees.rotation).outward() {
-            before[node.index()] = Some((parent.index(), is_free_angle(system, branch).then_some(branch)));
+            count[node.index()] = count[parent.index()] + usize::from(is_free_angle(system, branch));
         }
-        Angles { before }
+        Angles { count }
     }
 
-    /// The coordinates that a branch of the translational tree depends on.
-    fn of_branch(&self, system: &System, branch: ElementId) -> Vec<Key> {
-        let Some(row) = &system.element(branch).translation else { return Vec::new() };
-        let mut keys: Vec<Key> = (0..row.motion.len()).map(|direction| (branch, Some(direction))).collect();
-        let mut node = system.r_node(frame(row)).index();
-        while let Some((parent, free)) = self.before.get(node).copied().flatten() {
-            keys.extend(free.map(|branch| (branch, None)));
-            node = parent;
-        }
-        keys
+    fn of(&self, system: &System, body: Option<BodyId>) -> usize {
+        self.count.get(system.r_node(body).index()).copied().unwrap_or(0)
     }
+
+    /// The square of its number of angles for each body: terms of its inertia.
+    fn check(&self, system: &System) -> Result<(), Fault> {
+        let mut total = 0;
+        for (index, body) in system.mechanism.bodies.iter().enumerate() {
+            let own = self.of(system, Some(BodyId(index)));
+            total += own * own;
+            if total > TERMS {
+                let message = format!(
+                    "the angle of `{}` is the sum of {own} coordinates, and so are those of many more",
+                    body.name
+                );
+                return Err(too_large(&message, body.span)
+                    .label("turns with everything before it")
+                    .help("choose the angles of bodies as coordinates, as `preset = \"recommended\"` does"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Coordinates on the circuits of all chords that hold something.
+fn loops(system: &System, trees: &Trees, angles: &Angles) -> Result<(), Fault> {
+    let nodes = system.translation.nodes();
+    let (mut before, mut depth, mut own) = (vec![0; nodes], vec![0_usize; nodes], vec![0_usize; nodes]);
+    for (node, parent, branch, _) in Topology::new(&system.translation, &trees.translation).outward() {
+        before[node.index()] = parent.index();
+        depth[node.index()] = depth[parent.index()] + 1;
+        let turning = system.element(branch).translation.as_ref().map_or(0, |row| angles.of(system, frame(row)));
+        own[node.index()] = free_directions(system, branch) + turning;
+    }
+    let mut total = 0;
+    for &chord in &trees.translation.chords {
+        let element = system.element(chord);
+        let Some(row) = element.translation.as_ref().filter(|row| !row.reaction.is_empty()) else { continue };
+        let [mut a, mut b] = row.ends.map(TNode::index);
+        let mut circuit = 0;
+        while a != b {
+            let deeper = if depth[a] >= depth[b] { &mut a } else { &mut b };
+            circuit += own[*deeper];
+            *deeper = before[*deeper];
+        }
+        total += row.reaction.len() * circuit;
+        if total > ENTRIES {
+            let message =
+                format!("the loop of `{}` has {circuit} coordinates, and so have those of many more", element.name);
+            return Err(too_large(&message, system.span(chord))
+                .label("closes a long loop")
+                .help("choose coordinates with shorter loops: `preset = \"absolute\"` has the shortest"));
+        }
+    }
+    Ok(())
 }
 
 /// The body in which an element's displacement is fixed.
@@ -184,93 +174,4 @@ fn frame(row: &TranslationalRow) -> Option<BodyId> {
         (_, Some((Direction::Fixed(body, _), _))) => *body,
         _ => None,
     }
-}
-
-/// c m (c + m) over the islands of bodies, each with its c coordinates and m loop equations.
-fn loops(system: &System, trees: &Trees) -> Result<(), TooLarge> {
-    let islands = Islands::new(system, trees);
-    let mut sizes: HashMap<usize, [usize; 2]> = HashMap::new();
-    let mut count = |id: ElementId, kind: usize, number: usize| {
-        if let Some(island) = islands.of(system, id) {
-            sizes.entry(island).or_default()[kind] += number;
-        }
-    };
-    let held = |id: ElementId| system.element(id).translation.as_ref().map_or(0, |row| row.reaction.len());
-    trees.translation.branches.iter().for_each(|&id| count(id, 0, free_directions(system, id)));
-    trees.rotation.branches.iter().for_each(|&id| count(id, 0, usize::from(is_free_angle(system, id))));
-    trees.translation.chords.iter().for_each(|&id| count(id, 1, held(id)));
-    trees.rotation.chords.iter().for_each(|&id| count(id, 1, usize::from(!is_free_angle(system, id))));
-    let operations = |[c, m]: [usize; 2]| c as f64 * m as f64 * (c + m) as f64;
-    let largest = sizes.into_iter().max_by(|a, b| operations(a.1).total_cmp(&operations(b.1)));
-    match largest {
-        Some((island, size)) if operations(size) > OPERATIONS => Err(too_connected(system, island, size)),
-        _ => Ok(()),
-    }
-}
-
-fn too_connected(system: &System, island: usize, [coordinates, equations]: [usize; 2]) -> TooLarge {
-    let body = &system.mechanism.bodies[island];
-    TooLarge {
-        message: format!(
-            "joints connect `{}` and others to one whole of {coordinates} coordinates and {equations} loop equations",
-            body.name
-        ),
-        span: body.span,
-        label: "one of these bodies",
-        help: "about 250 bodies in one whole are possible: join fewer, make one body of those that need not move, or choose coordinates \
-               with fewer loop equations (the recommended ones have the fewest)",
-    }
-}
-
-/// Bodies that joints, drivers and branches connect other than through the ground.
-struct Islands {
-    classes: UnionFind<usize>,
-    /// The body of each node of the translational graph.
-    owner: HashMap<usize, usize>,
-    /// The body of each node of the rotational graph.
-    turning: HashMap<usize, usize>,
-}
-
-impl Islands {
-    fn new(system: &System, trees: &Trees) -> Self {
-        let classes = UnionFind::new(system.mechanism.bodies.len());
-        let mut islands = Islands { classes, owner: HashMap::new(), turning: HashMap::new() };
-        for element in &system.elements {
-            if let (Origin::Body(body) | Origin::Arm(body, _), Some(row)) = (element.origin, &element.translation) {
-                islands.owner.insert(row.ends[1].index(), body.0);
-            }
-            if let (Origin::Body(body), Some(row)) = (element.origin, &element.rotation) {
-                islands.turning.insert(row.ends[1].index(), body.0);
-            }
-        }
-        let branches = trees.translation.branches.iter().chain(&trees.rotation.branches);
-        let holding = (0..system.elements.len()).map(ElementId).filter(|&id| holds(system, id));
-        for id in branches.copied().chain(holding) {
-            if let [Some(a), Some(b)] = islands.bodies(system, id) {
-                islands.classes.union(a, b);
-            }
-        }
-        islands
-    }
-
-    /// The bodies at both ends of an element, where they are not the ground.
-    fn bodies(&self, system: &System, id: ElementId) -> [Option<usize>; 2] {
-        let element = system.element(id);
-        match (&element.translation, &element.rotation) {
-            (Some(row), _) => row.ends.map(|node| self.owner.get(&node.index()).copied()),
-            (None, Some(row)) => row.ends.map(|node| self.turning.get(&node.index()).copied()),
-            (None, None) => [None; 2],
-        }
-    }
-
-    fn of(&self, system: &System, id: ElementId) -> Option<usize> {
-        self.bodies(system, id).into_iter().flatten().next().map(|body| self.classes.find(body))
-    }
-}
-
-/// Does an element hold something, so that it brings a loop equation as a chord?
-fn holds(system: &System, id: ElementId) -> bool {
-    let element = system.element(id);
-    let linear = element.translation.as_ref().is_some_and(|row| !row.reaction.is_empty());
-    linear || element.rotation.as_ref().is_some_and(|row| !matches!(row.angle, Angle::Free(_)))
 }

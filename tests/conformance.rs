@@ -1,16 +1,22 @@
 //! The catalogue of what an FMU must do, on real FMUs: rules for the archive and the description, and calls through the C interface
 //! alone, each case in a fresh process. Prints a table; with COTREE_CONFORMANCE_TABLE=FILE also writes it there (see tools/conformance.sh).
 
+#[path = "conformance/clients.rs"]
+mod clients;
 #[path = "conformance/dynamic.rs"]
 mod dynamic;
 #[path = "conformance/fixed.rs"]
 mod fixed;
+#[path = "support/fmi_rs.rs"]
+mod fmi_rs;
 #[path = "conformance/fmu.rs"]
 mod fmu;
 #[path = "support/python.rs"]
 mod python;
 #[path = "conformance/table.rs"]
 mod table;
+#[path = "conformance/version.rs"]
+mod version;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -28,6 +34,8 @@ const DRIVEN: &str = "driven";
 const PATIENCE: Duration = Duration::from_secs(300);
 const CASE: &str = "COTREE_CONFORMANCE_CASE";
 const FOLDER: &str = "COTREE_CONFORMANCE_FMU";
+/// The shared library of another version.
+const OTHER: &str = "COTREE_CONFORMANCE_OTHER";
 const TABLE: &str = "COTREE_CONFORMANCE_TABLE";
 /// The schema comes with this importer.
 const REQUIREMENTS: &str = include_str!("fmpy/requirements.txt");
@@ -59,9 +67,10 @@ fn unpacked(model: &str, work: &Path) -> PathBuf {
 }
 
 /// Runs one case in a process of its own; the reason if it fails.
-fn run(case: &str, folder: &Path) -> Result<Outcome, String> {
+fn run(case: &str, folder: &Path, other: &Path) -> Result<Outcome, String> {
     let mut command = Command::new(env::current_exe().map_err(|error| error.to_string())?);
     command.args(["one_case", "--exact", "--ignored", "--nocapture"]).env(CASE, case).env(FOLDER, folder);
+    command.env(OTHER, other);
     let output = folder.join("output.txt");
     let file = fs::File::create(&output).map_err(|error| error.to_string())?;
     let copy = file.try_clone().map_err(|error| error.to_string())?;
@@ -88,8 +97,8 @@ fn run(case: &str, folder: &Path) -> Result<Outcome, String> {
 
 /// Runs the present case again in a process of its own.
 fn respawn() {
-    let (case, folder) = (env::var(CASE).expect("a case"), env::var(FOLDER).expect("a folder"));
-    let outcome = run(&case, Path::new(&folder)).unwrap_or_else(|reason| panic!("{reason}"));
+    let [case, folder, other] = [CASE, FOLDER, OTHER].map(|name| env::var(name).expect("set by the first process"));
+    let outcome = run(&case, Path::new(&folder), Path::new(&other)).unwrap_or_else(|reason| panic!("{reason}"));
     assert_eq!(outcome, Outcome::Passed);
 }
 
@@ -107,7 +116,7 @@ fn schema(folders: &[PathBuf]) -> Row {
         None => folders.iter().map(|_| Outcome::Nothing("COTREE_SKIP_FMPY=1 is set".to_owned())).collect(),
         Some((_, python)) => folders.iter().map(|folder| valid(&python, folder)).collect(),
     };
-    Row { case: "S01", what: "valid by the official schema", outcomes }
+    Row::new("S01", "valid by the official schema", outcomes, vec![])
 }
 
 fn valid(python: &Path, folder: &Path) -> Outcome {
@@ -131,14 +140,21 @@ fn every_case_of_the_catalogue() {
     let archives: Vec<_> = archives
         .map(|(model, folder)| fixed::Archive::open(&work.path().join(format!("{model}.fmu")), folder))
         .collect();
+    let other = version::other_runtime();
     let mut rows = vec![schema(&folders)];
     for &(case, what, check) in fixed::CASES {
         let outcomes = archives.iter().map(|archive| Outcome::of_complaints(check(archive))).collect();
-        rows.push(Row { case, what, outcomes });
+        rows.push(Row::new(case, what, outcomes, vec![]));
     }
     for &(case, what, _) in dynamic::CASES {
-        let outcomes = folders.iter().map(|folder| run(case, folder).unwrap_or_else(Outcome::Failed)).collect();
-        rows.push(Row { case, what, outcomes });
+        let outcomes = folders.iter().map(|folder| run(case, folder, &other).unwrap_or_else(Outcome::Failed)).collect();
+        rows.push(Row::new(case, what, outcomes, vec!["C"]));
+    }
+    let own =
+        clients::OWN.iter().map(|&(case, what)| Row::new(case, what, vec![Outcome::Passed; MODELS.len()], vec![]));
+    rows.extend(own);
+    for client in clients::run(&folders) {
+        rows.iter_mut().filter(|row| !row.case.starts_with('S')).for_each(|row| client.add(row));
     }
     println!("{}", table::plain(&MODELS, &rows));
     if let Some(file) = env::var_os(TABLE) {

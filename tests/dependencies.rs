@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use cotree::export::description::{Causality, Description};
+use cotree::export::description::{Causality, Description, Start};
 use cotree::pipeline::compile;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
@@ -130,4 +130,60 @@ fn dependencies_are_those_that_differences_show() {
             }
         }
     }
+}
+
+/// Everything that is calculated, at the start, with a parameter, an input or a known initial value changed a little.
+fn at_the_start(model: &Arc<Model>, known: Option<(usize, f64)>, calculated: &[usize]) -> Option<Vec<Option<u64>>> {
+    let mut instance = Instance::new(model.clone());
+    if let Some((known, value)) = known {
+        instance.set(known, value).ok()?;
+    }
+    instance.initialise().ok()?;
+    Some(calculated.iter().map(|&unknown| instance.get(unknown).ok().map(f64::to_bits)).collect())
+}
+
+#[test]
+fn dependencies_at_the_start_hold_all_that_differences_show() {
+    for (name, text) in scenes() {
+        let compiled = compile(&Scene::from_toml(&text).expect("a scene")).expect("a model");
+        let description = &compiled.description;
+        let model = Arc::new(Model::new(compiled.program.clone()).expect("a program"));
+        let variables = &description.variables;
+        let unknowns: Vec<usize> = (0..variables.len())
+            .filter(|&place| {
+                is_calculated(description, place) && !matches!(variables[place].start, Some(Start::Exact(_)))
+            })
+            .collect();
+        let before = at_the_start(&model, None, &unknowns).expect("consistent");
+        for (known, variable) in variables.iter().enumerate() {
+            let start = match (variable.causality, variable.start) {
+                (Causality::Parameter { start, .. } | Causality::Input { start, .. }, _) => start,
+                (_, Some(Start::Exact(start))) => start,
+                _ => continue,
+            };
+            // Large enough to show above the tolerance of the loops, small enough for them to close.
+            let value = start * 1.001 + if start == 0.0 { 1e-3 } else { 0.0 };
+            let Some(after) = at_the_start(&model, Some((known, value)), &unknowns) else { continue };
+            for ((&unknown, before), after) in unknowns.iter().zip(&before).zip(after) {
+                let listed = variables[unknown].initial_dependencies.contains(&known);
+                let names = (&variables[unknown].name, &variable.name);
+                assert!(*before == after || listed, "{name}: {} also depends on {} at the start", names.0, names.1);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_apart_depends_on_its_own_values_at_the_start() {
+    let description = compile(&Scene::from_toml(APART).expect("a scene")).expect("a model").description;
+    let place = |name: &str| description.variables.iter().position(|variable| variable.name == name).expect("known");
+    let depends = |name: &str| -> Vec<&str> {
+        let places = description.variables[place(name)].initial_dependencies.iter();
+        places.map(|&place| description.variables[place].name.as_str()).collect()
+    };
+    assert_eq!(depends("left.alpha"), ["torque", "left.angle"]);
+    assert_eq!(depends("right.alpha"), ["right.angle"]);
+    assert_eq!(depends("left.x"), ["left.angle"]);
+    assert_eq!(depends("left.omega"), [""; 0]);
+    assert_eq!(depends("energy.total"), ["left.angle", "right.angle"]);
 }

@@ -1,5 +1,7 @@
 //! The examples do what their pages say.
 
+#[path = "support/fmi_rs.rs"]
+mod fmi_rs;
 #[path = "support/python.rs"]
 mod python;
 
@@ -101,9 +103,8 @@ fn a_sweep_gives_the_stroke_of_every_crank() {
 fn fmi_rs_gets_the_same_values() {
     let work = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fmi-rs");
     let fmu = export("models/slider_crank/scene.toml", &work);
-    let mut client = Command::new(env!("CARGO"));
-    client.args(["run", "--quiet", "--locked", "--manifest-path"]).arg(root().join("tests/fmi-rs-client/Cargo.toml"));
-    client.arg("--target-dir").arg(work.join("target")).arg("--").arg(fmu).args(["0.01", "100"]);
+    let mut client = fmi_rs::client();
+    client.arg("outputs").arg(fmu).args(["0.01", "100"]);
     let from_client = python::run(&mut client).unwrap_or_else(|report| {
         panic!("the client could not be built or run; its crates come from crates.io, which is needed once:\n{report}")
     });

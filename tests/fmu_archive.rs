@@ -29,9 +29,9 @@ fn variable(name: &str, unit: Unit, causality: Causality) -> ScalarVariable {
         causality,
         start: None,
         derivative_of: None,
-        dependencies: vec![],
+        dependencies: vec![].into(),
         state: None,
-        initial_dependencies: vec![],
+        initial_dependencies: vec![].into(),
     }
 }
 
@@ -43,8 +43,8 @@ fn pendulum() -> Description {
     let torque = Causality::Input { start: 0.0, min: None, max: None };
     let angle = ScalarVariable {
         state: None,
-        initial_dependencies: vec![1],
-        dependencies: vec![4],
+        initial_dependencies: vec![1].into(),
+        dependencies: vec![4].into(),
         ..variable(
             "arm.angle",
             unit("rad", [0, 0, 0, 1], Some(("deg", std::f64::consts::PI / 180.0))),
@@ -53,14 +53,14 @@ fn pendulum() -> Description {
     };
     let omega = ScalarVariable {
         derivative_of: Some(4),
-        dependencies: vec![5],
+        dependencies: vec![5].into(),
         ..variable("arm.omega", rad("rad/s", -1), Causality::Local)
     };
     let alpha = ScalarVariable {
         derivative_of: Some(5),
-        dependencies: vec![5, 3, 4, 3],
+        dependencies: vec![5, 3, 4, 3].into(),
         state: None,
-        initial_dependencies: vec![3, 2, 1],
+        initial_dependencies: vec![3, 2, 1].into(),
         ..variable("arm.alpha", rad("rad/s2", -2), Causality::Output)
     };
     Description {
@@ -412,4 +412,42 @@ fn every_library_inside_the_runtime_is_named_in_the_licences() {
         assert!(words.contains(package), "{package} is not named");
     }
     assert!(!words.contains("libc"));
+}
+
+/// A variable is shown in the unit that its initial value is written in, whether it is a state, an output or neither.
+#[test]
+fn initial_values_give_display_units() {
+    let scene = cotree::scene::Scene::from_toml(
+        r#"
+        format = 1
+        name = "rotor"
+        [bodies.rotor]
+        inertia = 2.0
+        points = { tip = [1, 0] }
+        [joints.pin]
+        type = "revolute"
+        between = ["ground", "rotor"]
+        [bodies.sledge]
+        mass = 1.0
+        [joints.rail]
+        type = "prismatic"
+        between = ["ground", "sledge"]
+        axis = [1, 0]
+        [initial]
+        "rotor.angle" = "60 deg"
+        "pin.omega" = "300 rpm"
+        "sledge.x" = "20 mm"
+        "sledge.vx" = "0.5 m/s"
+        [outputs]
+        variables = ["rotor.angle"]
+        "#,
+    );
+    let description = cotree::pipeline::compile(&scene.unwrap()).unwrap().description;
+    let display = |name: &str| {
+        let variable = description.variables.iter().find(|variable| variable.name == name);
+        variable.unwrap_or_else(|| panic!("no {name}")).unit.display.as_ref().map(|display| display.name.clone())
+    };
+    let found = ["rotor.angle", "pin.omega", "sledge.x", "sledge.vx", "rail.s"].map(display);
+    let wanted = [Some("deg"), Some("rpm"), Some("mm"), None, None].map(|name: Option<&str>| name.map(str::to_owned));
+    assert_eq!(found, wanted);
 }

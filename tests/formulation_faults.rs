@@ -74,13 +74,21 @@ fn thousands_of_free_bodies_are_no_problem() {
     assert_eq!(faults("many.toml", free_bodies(5000)), None);
 }
 
+#[test]
+fn thousands_of_bodies_in_one_chain_are_no_problem() {
+    for preset in ["recommended", "absolute"] {
+        assert_eq!(faults("chain.toml", chain(3000, preset)), None);
+    }
+}
+
 /// Nothing that would take hours and all the memory is begun.
 #[test]
 fn what_is_too_large_is_refused_before_it_is_tried() {
-    for preset in ["recommended", "absolute", "joint"] {
-        let faults = faults("chain.toml", chain(5000, preset)).unwrap();
-        assert_eq!(faults.list.iter().map(|fault| fault.code).collect::<Vec<_>>(), ["scene::too_large"], "{preset}");
-        insta::assert_snapshot!(format!("too_large_{preset}"), faults.render(false, 100));
+    let implicit = chain(2500, "recommended") + "[solver]\nmethod = \"implicit\"\n";
+    for (name, text) in [("joint", chain(5000, "joint")), ("implicit", implicit)] {
+        let faults = faults("chain.toml", text).unwrap();
+        assert_eq!(faults.list.iter().map(|fault| fault.code).collect::<Vec<_>>(), ["scene::too_large"], "{name}");
+        insta::assert_snapshot!(format!("too_large_{name}"), faults.render(false, 100));
     }
 }
 

@@ -39,7 +39,7 @@ fn series(model: &Model, state: &State, jet: &mut Jet) -> Vec<Vec<f64>> {
     let motion: Vec<f64> = state.positions().iter().chain(state.rates()).copied().collect();
     let open = jet.begin(model, machine.registers(), ORDER, &motion).expect("a regular pose");
     assert!(open < 1e-10, "open by {open}");
-    (1..ORDER - 1).for_each(|k| jet.advance(k));
+    jet.advance(1, ORDER - 2);
     let mut coefficients = vec![vec![0.0; n]; ORDER + 1];
     coefficients.iter_mut().enumerate().for_each(|(k, values)| jet.coordinates(k, values));
     coefficients

@@ -69,9 +69,9 @@ fn description() -> Description {
         causality,
         start: None,
         derivative_of: None,
-        dependencies: vec![],
+        dependencies: vec![].into(),
         state: None,
-        initial_dependencies: vec![],
+        initial_dependencies: vec![].into(),
     });
     Description {
         model_name: "mass".into(),

@@ -12,7 +12,7 @@ use cotree_fmu::check::Fault;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{Engine, Motion, Program};
-use cotree_fmu::series::form::ArmForm;
+use cotree_fmu::series::form::{ArmForm, Given};
 use counting::allocations;
 
 fn folder(model: &str) -> PathBuf {
@@ -395,7 +395,7 @@ type Damage = fn(&mut ArmForm);
 fn a_damaged_arm_form_is_refused() {
     let sound = program(LAWS);
     assert_eq!(sound.check(), Ok(()));
-    let damages: [Damage; 12] = [
+    let damages: [Damage; 14] = [
         |form| form.coordinates.truncate(1),
         |form| form.coordinates[0] = form.coordinates[1],
         |form| form.frames[0].inertia = 10_000,
@@ -405,6 +405,8 @@ fn a_damaged_arm_form_is_refused() {
         |form| form.loads[0].arm = 99,
         |form| form.pushes[0].unknown = 99,
         |form| form.tape.slots += 1000,
+        |form| form.tape.given[0].1 = Given::Input(99, 0),
+        |form| form.tape.given[0].1 = Given::Follower(99, 1),
         |form| form.tape.signals.reverse(),
         |form| form.tape.terms.clear(),
         |form| form.coefficients.results.clear(),

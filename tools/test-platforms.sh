@@ -1,23 +1,27 @@
 #!/usr/bin/env bash
-# Runs every model's FMU on every platform that there is a runtime for and compares all results bit by bit with linux64.
+# Runs every model's FMU on every platform that there is a runtime for and compares all results bit by bit with linux64; also with
+# linux64 on a processor without AVX2.
 #
 # usage: tools/test-platforms.sh [RUNTIMES]        default: target/runtimes, made by tools/build-runtimes.sh
 #
-# Needs gcc and Python 3; for win64 mingw-w64 and wine, for aarch64-linux its cross compiler and qemu-user.
+# Needs gcc, Python 3 and qemu-user; for win64 mingw-w64 and wine, for aarch64-linux its cross compiler.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 STEPS=200
+OLD=linux64-sse2 # linux64 on
+OLD_CPU=Nehalem  # of 2008
 runtimes=$(realpath "${1-target/runtimes}")
 work=$PWD/target/platforms
 export WINEDEBUG=-all WINEPREFIX=$work/wine
 
+folder() { case $1 in "$OLD") echo linux64 ;; *) echo "$1" ;; esac; }
 fail() { printf 'error: %s\n' "$*" >&2; exit 1; }
 
 # The compiler for a platform, and what runs its programs.
 compiler() {
     case $1 in
-        linux64) echo gcc ;;
+        linux64 | "$OLD") echo gcc ;;
         aarch64-linux) echo aarch64-linux-gnu-gcc ;;
         win64) echo x86_64-w64-mingw32-gcc ;;
         *) fail "no test for platform '$1'" ;;
@@ -28,6 +32,7 @@ run() {
     shift
     case $platform in
         linux64) "$@" ;;
+        "$OLD") qemu-x86_64 -cpu "$OLD_CPU" "$@" ;;
         aarch64-linux) qemu-aarch64 -L /usr/aarch64-linux-gnu "$@" ;;
         win64) "$(command -v wine || command -v wine64 || echo /usr/lib/wine/wine64)" "$@" | tr -d '\r' ;;
     esac
@@ -47,6 +52,9 @@ for folder in "$runtimes"/*/; do
     [ "$platform" = linux64 ] || platforms+=("$platform")
 done
 [ ${#platforms[@]} -gt 1 ] || fail "$runtimes has no other platform: run tools/build-runtimes.sh first"
+exported=$(IFS=,; echo "${platforms[*]}")
+platforms+=("$OLD")
+grep -q avx2 /proc/cpuinfo || fail "this processor has no AVX2, so there is nothing to compare $OLD with"
 for platform in "${platforms[@]}"; do
     "$(compiler "$platform")" -std=c99 -O1 -Wall -o "$work/run-$platform" tests/platforms/run.c $([ "$platform" = win64 ] || echo -ldl)
 done
@@ -55,7 +63,7 @@ differ=0
 for scene in models/*/scene.toml; do
     model=$(basename "$(dirname "$scene")")
     fmu=$work/$model.fmu
-    target/debug/cotree export "$scene" -o "$fmu" --runtimes "$runtimes" --platform "$(IFS=,; echo "${platforms[*]}")" >/dev/null
+    target/debug/cotree export "$scene" -o "$fmu" --runtimes "$runtimes" --platform "$exported" >/dev/null
     rm -rf "${work:?}/$model"
     python3 -m zipfile -e "$fmu" "$work/$model"
     read -r guid step stop identifier variables < <(python3 - "$work/$model/modelDescription.xml" <<'PYTHON'
@@ -68,7 +76,7 @@ PYTHON
     )
     steps=$(python3 -c "print(min($STEPS, round($stop / $step)))")
     for platform in "${platforms[@]}"; do
-        library=$(echo "$work/$model/binaries/$platform/$identifier".*)
+        library=$(echo "$work/$model/binaries/$(folder "$platform")/$identifier".*)
         run "$platform" "$work/run-$platform$([ "$platform" != win64 ] || echo .exe)" "$(path "$platform" "$library")" "$(uri "$platform" "$work/$model/resources")" \
             "$guid" "$variables" "$step" "$steps" >"$work/$model-$platform.txt" || fail "$model does not run on $platform"
         if cmp -s "$work/$model-linux64.txt" "$work/$model-$platform.txt"; then

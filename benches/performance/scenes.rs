@@ -56,7 +56,7 @@ pub fn chain(links: usize) -> String {
 }
 
 /// Upright bars of 1 m and 1 kg side by side, each tied to the next by another, turning at 1 rad/s.
-fn four_bars(loops: usize) -> String {
+pub fn four_bars(loops: usize) -> String {
     let mut text = String::from("format = 1\nname = \"four_bars\"\ngravity = [0, -9.81]\n[ground.points]\n");
     for pivot in 0..=loops {
         let _ = writeln!(text, "p{pivot} = [{pivot}, 0]");

@@ -127,7 +127,7 @@ impl Program {
         if self.motion == Motion::Kinematic || !form.coefficients.instructions.is_empty() {
             return Err(Fault::Arms { what: "its coefficients" });
         }
-        form.check(self.coordinates.len(), self.constraints.len()).map_err(|what| Fault::Arms { what })
+        form.check(self).map_err(|what| Fault::Arms { what })
     }
 
     /// Checks what the analysis of positions reads, before the kernels of the motion exist: everything but the numbers of results

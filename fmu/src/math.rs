@@ -4,20 +4,20 @@
 //! from the platform's C library.
 
 /// 2 / pi.
-const TWO_OVER_PI: f64 = core::f64::consts::FRAC_2_PI;
+pub(crate) const TWO_OVER_PI: f64 = core::f64::consts::FRAC_2_PI;
 /// 1.5 * 2^52: adding it rounds to the nearest integer, whose low bits are then the low bits of the sum.
-const ROUND: f64 = 6_755_399_441_055_744.0;
+pub(crate) const ROUND: f64 = 6_755_399_441_055_744.0;
 /// pi/2 in three parts. The first two have 33 significant bits, so that their products with the multiple (under 2^17) are exact.
-const HALF_PI: [f64; 3] = [
+pub(crate) const HALF_PI: [f64; 3] = [
     f64::from_bits(0x3FF9_21FB_5440_0000),
     f64::from_bits(0x3DD0_B461_1A60_0000),
     f64::from_bits(0x3BA3_198A_2E03_7073),
 ];
 /// Beyond this the three-part reduction is no longer exact enough.
-const REDUCTION_LIMIT: f64 = 1.0e5;
+pub(crate) const REDUCTION_LIMIT: f64 = 1.0e5;
 
 /// Taylor-like coefficients of (sin y - y) / y^3 in y^2, from fdlibm `k_sin.c` (Sun Microsystems, 1993).
-const SINE: [f64; 6] = [
+pub(crate) const SINE: [f64; 6] = [
     f64::from_bits(0xBFC5_5555_5555_5549),
     f64::from_bits(0x3F81_1111_1110_F8A6),
     f64::from_bits(0xBF2A_01A0_19C1_61D5),
@@ -26,7 +26,7 @@ const SINE: [f64; 6] = [
     f64::from_bits(0x3DE5_D93A_5ACF_D57C),
 ];
 /// Coefficients of (cos y - 1 + y^2/2) / y^4 in y^2, from fdlibm `k_cos.c` (Sun Microsystems, 1993).
-const COSINE: [f64; 6] = [
+pub(crate) const COSINE: [f64; 6] = [
     f64::from_bits(0x3FA5_5555_5555_554C),
     f64::from_bits(0xBF56_C16C_16C1_5177),
     f64::from_bits(0x3EFA_01A0_19CB_1590),

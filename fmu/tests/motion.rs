@@ -194,6 +194,20 @@ fn a_jump_of_a_prescribed_position_is_followed_on_the_branch() {
 }
 
 #[test]
+fn a_jump_that_the_loops_cannot_follow_is_told_as_a_jump() {
+    let mut instance = started(four_bar(Drive::Position, false));
+    set(&mut instance, "crank_drive", 0.4);
+    instance.step_to(0.01).expect("reachable");
+    set(&mut instance, "ground_length", 50.0);
+    let failure = instance.step_to(0.02).expect_err("out of reach");
+    let InstanceError::Jump { jumps, cause } = &failure else { panic!("{failure:?}") };
+    assert!(matches!(cause, Failure::LockUp { .. }), "{cause}");
+    assert!(matches!(&jumps[..], [(name, _, to)] if name == "ground_length" && *to == 50.0), "{failure}");
+    assert!(failure.to_string().starts_with("`ground_length` jumped from "), "{failure}");
+    assert_eq!(value(&mut instance, "time"), 0.01);
+}
+
+#[test]
 fn a_change_of_a_length_closes_the_loop_again() {
     let mut instance = started(slider_crank());
     instance.step_to(0.5).expect("regular");

@@ -9,16 +9,17 @@ impl fmt::Display for Bench {
         let [start, stop] = self.span;
         let reference = &self.reference;
         writeln!(f, "{} from {start} s to {stop} s", self.name)?;
-        write!(
-            f,
-            "reference: {} at {:.0e}, error about {:.0e}",
-            reference.method, reference.tolerance, reference.error
-        )?;
-        match &reference.confirmed {
+        write!(f, "reference: {} at {:.0e}, error {}", reference.method, reference.tolerance, about(reference.error))?;
+        match &reference.other {
             Some(other) => {
-                writeln!(f, "; {} at {:.0e} differs from it by {:.0e}", other.method, other.tolerance, other.distance)?;
+                let verdict = if reference.confirmed { "confirmed" } else { "NOT CONFIRMED" };
+                let distance = about(other.distance);
+                writeln!(f, "; {verdict}: {} at {:.0e} differs from it by {distance}", other.method, other.tolerance)?;
             }
             None => writeln!(f, "; not confirmed: no other method ends in time")?,
+        }
+        if reference.other.is_some() && !reference.confirmed {
+            writeln!(f, "The methods end up with different motions: compare times, but not errors.")?;
         }
         let energy = if self.energy_kept { "energy" } else { "" };
         let head = ["method", "tolerance", "time [ms]", "error", "steps", "evaluations", "factors", "loops", energy];
@@ -26,30 +27,44 @@ impl fmt::Display for Bench {
         self.runs.iter().try_for_each(|run| write_run(f, run))?;
         writeln!(
             f,
-            "\nError: largest of any output, relative to its largest value; < where it is not told apart from the reference's."
+            "\nError: largest of any output, relative to its largest value; < where it is not told apart from the reference's;"
         )?;
+        writeln!(f, "none where every digit is the reference's.")?;
         writeln!(f, "Loops: largest residual of the loop equations. Time: the fastest of several runs on one thread.")
     }
+}
+
+/// A small number by its power of ten.
+fn power(value: f64) -> String {
+    if value == 0.0 { "0".to_owned() } else { format!("{value:.0e}") }
+}
+
+/// An error in words.
+fn about(error: f64) -> String {
+    if error == 0.0 { "none".to_owned() } else { format!("about {error:.0e}") }
 }
 
 fn write_run(f: &mut fmt::Formatter<'_>, run: &Run) -> fmt::Result {
     let Some(measured) = &run.result else {
         return writeln!(f, "{:>12}{:>12.0e}{:>12}", run.method, run.tolerance, "too slow");
     };
-    let error = format!("{}{:.1e}", if measured.resolved { "" } else { "<" }, measured.error);
+    let error = match measured.error {
+        0.0 => "none".to_owned(),
+        error => format!("{}{error:.1e}", if measured.resolved { "" } else { "<" }),
+    };
     write!(
         f,
-        "{:>12}{:>12.0e}{:>12.3}{error:>12}{:>12}{:>12}{:>12}{:>12.0e}",
+        "{:>12}{:>12.0e}{:>12.3}{error:>12}{:>12}{:>12}{:>12}{:>12}",
         run.method,
         run.tolerance,
         1e3 * measured.cpu_seconds,
         measured.steps,
         measured.evaluations,
         measured.factorisations,
-        measured.constraint_residual
+        power(measured.constraint_residual)
     )?;
     match measured.energy_drift {
-        Some(drift) => writeln!(f, "{drift:>12.0e}"),
+        Some(drift) => writeln!(f, "{:>12}", power(drift)),
         None => writeln!(f),
     }
 }

@@ -36,6 +36,15 @@ impl Failure {
         Failure::Usage(format!("cannot {action} `{}`: {error}", path.display()))
     }
 
+    /// Adds what else there is to know.
+    pub fn with_note(self, note: &str) -> Self {
+        match self {
+            Failure::Numerical(message) => Failure::Numerical(format!("{message}\n{note}")),
+            Failure::Usage(message) => Failure::Usage(format!("{message}\n{note}")),
+            other => other,
+        }
+    }
+
     /// Tells why, and gives the exit code.
     pub fn report(self, format: MessageFormat) -> ExitCode {
         match self {
@@ -85,9 +94,9 @@ impl From<io::Error> for Failure {
 impl From<RunError> for Failure {
     fn from(error: RunError) -> Self {
         match error {
-            RunError::Instance(error @ (InstanceError::Solver(_) | InstanceError::Undefined { .. })) => {
-                Failure::Numerical(error.to_string())
-            }
+            RunError::Instance(
+                error @ (InstanceError::Solver(_) | InstanceError::Jump { .. } | InstanceError::Undefined { .. }),
+            ) => Failure::Numerical(error.to_string()),
             RunError::Instance(error) => Failure::Usage(error.to_string()),
             RunError::Output(error) => error.into(),
         }

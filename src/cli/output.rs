@@ -53,7 +53,12 @@ impl Write for Output {
 
 /// Makes sure that nothing that is read is written over, and nothing is written twice.
 pub fn apart(read: &[Option<&Path>], written: &[Option<&Path>]) -> Result<(), Failure> {
-    let real = |path: &&Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    // A file that is not there yet is known by its folder.
+    let real = |path: &&Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let place = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
+        path.canonicalize().ok().or_else(place).unwrap_or_else(|| path.to_path_buf())
+    };
     let mut taken: Vec<_> = read.iter().flatten().map(|path| (real(path), "is read")).collect();
     for path in written.iter().flatten() {
         let place = real(path);
@@ -79,12 +84,17 @@ pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
 
 /// Reads a scene file.
 pub fn load(path: &Path) -> Result<Scene, Failure> {
-    // A file that is not there is no fault of the scene.
-    std::fs::File::open(path).map_err(|error| Failure::file("read", path, error))?;
-    if path.is_dir() {
-        return Err(Failure::file("read", path, "is a folder, not a scene file"));
+    // A file that cannot be read is no fault of the scene.
+    let bytes = files::read(path, Scene::LARGEST).map_err(|error| Failure::file("read", path, unreadable(&error)))?;
+    Ok(Scene::from_bytes(path, bytes)?)
+}
+
+/// Why no scene can be read.
+fn unreadable(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::FileTooLarge | io::ErrorKind::IsADirectory => format!("{error}, not a scene file"),
+        _ => error.to_string(),
     }
-    Ok(pipeline::load(path)?)
 }
 
 /// Reads and compiles a scene file; its warnings go to standard error.

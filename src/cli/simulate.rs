@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use cotree_fmu::instance::InstanceError;
 use cotree_fmu::model::Model;
 
 use super::MessageFormat;
@@ -15,13 +16,13 @@ use super::output::{self, Output};
 use crate::export::description::Description;
 use crate::report::csv::Writer;
 use crate::report::plot::{Plot, Series};
-use crate::simulation;
+use crate::simulation::{self, RunError};
 use progress::Progress;
 
 /// Simulate a scene: its outputs over time, as a table and as a plot
 ///
 /// Runs exactly the code that the FMU runs. The table is CSV: `time` [s] first, then the outputs of the scene in SI
-/// units.
+/// units. If the solver cannot go on, table and plot hold what comes before, and the exit code is 3.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree simulate slider_crank.toml -o result.csv --plot result.svg\n  \
                   cotree simulate slider_crank.toml --set rod_length=\"1.2 m\" --stop \"2 s\" --step \"1 ms\"\n  \
@@ -65,14 +66,24 @@ impl Simulate {
         let mut writer = Writer::new(Output::new(self.output.as_deref())?, columns)?;
         let mut plot = self.plot.is_some().then(|| empty_plot(&compiled.description, &run.reported));
         let mut progress = Progress::new(simulation::count(run.experiment));
-        run.start(Arc::new(model), |time, values| {
+        let mut rows = 0;
+        let ended = run.start(Arc::new(model), |time, values| {
             progress.step(time);
             if let Some(plot) = &mut plot {
                 extend(plot, time, values);
             }
+            rows += 1;
             writer.row(time, values)
-        })?;
+        });
         progress.end();
+        let failure = match ended {
+            // What was worked out before the solver gave up is worth having.
+            Err(RunError::Instance(error)) if rows > 0 => Some(self.cut_short(error, rows)),
+            ended => {
+                ended?;
+                None
+            }
+        };
         if let (Some(plot), Some(path)) = (plot, &self.plot) {
             output::write(path, &plot.svg())?;
         }
@@ -80,7 +91,15 @@ impl Simulate {
             Some(path) => Failure::file("write", path, error),
             None => Failure::from(error),
         };
-        writer.finish().map_err(named)?.commit().map_err(named)
+        writer.finish().map_err(named)?.commit().map_err(named)?;
+        failure.map_or(Ok(()), Err)
+    }
+
+    /// The failure of a run that has some of its rows.
+    fn cut_short(&self, error: InstanceError, rows: u64) -> Failure {
+        let place = self.output.as_ref().map_or("the table".to_owned(), |path| format!("`{}`", path.display()));
+        let note = format!("{place} has the {rows} row{} before that", if rows == 1 { "" } else { "s" });
+        Failure::from(RunError::Instance(error)).with_note(&note)
     }
 }
 

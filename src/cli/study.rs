@@ -17,6 +17,7 @@ use crate::formulate::{Formulated, formulate};
 use crate::mechanism::{Mechanism, Unit};
 use crate::pipeline;
 use crate::scene::{Faults, Scene};
+use crate::size;
 
 /// The scene, its settings, and the form of the result.
 #[derive(Args)]
@@ -76,7 +77,9 @@ pub fn equations<'m>(
     mechanism: &'m Mechanism,
     format: MessageFormat,
 ) -> Result<Formulated<'m>, Failure> {
-    let mut formulated = formulate(mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    let written =
+        formulate(mechanism).and_then(|formulated| size::check_written(&formulated.equations).map(|()| formulated));
+    let mut formulated = written.map_err(|list| Faults::new(scene.source.clone(), list))?;
     let warnings = std::mem::take(&mut formulated.warnings);
     if !warnings.is_empty() {
         output::warn(&Faults::new(scene.source.clone(), warnings), format);

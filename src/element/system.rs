@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use petgraph::unionfind::UnionFind;
 
 use super::{
-    Angle, Element, RotationalRow, Signal, arm, body, displacement_driver, distance, force, gear, line,
+    Angle, Element, Origin, RotationalRow, Signal, arm, body, displacement_driver, distance, force, gear, line,
     position_driver, prismatic, rack, revolute, rolling, rotation_driver, slot, spring, torque, weld,
 };
 use crate::expr::{Arena, Expr, Order, Symbol};
@@ -14,6 +14,7 @@ use crate::mechanism::{
     BodyId, DriverId, DriverKind, Formula, InputId, Joint, JointId, JointKind, LoadId, LoadKind, Mechanism, Motion,
     Place, Quantity,
 };
+use crate::scene::Span;
 use crate::translate::translate;
 
 /// The elements of a mechanism, its translational and its rotational graph, and the expressions in their terminal equations.
@@ -36,6 +37,7 @@ pub struct System<'m> {
     held: UnionFind<usize>,
     t_nodes: HashMap<Place, TNode>,
     r_nodes: HashMap<BodyId, RNode>,
+    origins: HashMap<Origin, ElementId>,
 }
 
 impl<'m> System<'m> {
@@ -52,6 +54,7 @@ impl<'m> System<'m> {
             held: UnionFind::new(mechanism.bodies.len() + 1),
             t_nodes: HashMap::from([(Place::Origin, TNode::DATUM)]),
             r_nodes: HashMap::new(),
+            origins: HashMap::new(),
         };
         system.add_nodes();
         system.add_bodies_and_arms();
@@ -74,6 +77,24 @@ impl<'m> System<'m> {
     /// The element behind an index.
     pub fn element(&self, id: ElementId) -> &Element {
         &self.elements[id.0]
+    }
+
+    /// The element that stands for something of the scene.
+    pub fn find(&self, origin: Origin) -> Option<ElementId> {
+        self.origins.get(&origin).copied()
+    }
+
+    /// Where an element comes from in the scene's text.
+    pub fn span(&self, id: ElementId) -> Span {
+        let mechanism = self.mechanism;
+        match self.element(id).origin {
+            Origin::Body(body) => mechanism.bodies[body.0].span,
+            Origin::Arm(body, point) => mechanism.bodies[body.0].points[point].span,
+            Origin::GroundVector(point) => mechanism.ground[point].span,
+            Origin::Joint(joint) => mechanism.joints[joint.0].span,
+            Origin::Driver(driver) => mechanism.drivers[driver.0].span,
+            Origin::Load(load) => mechanism.loads[load.0].span,
+        }
     }
 
     /// The node of a point.
@@ -218,6 +239,7 @@ impl<'m> System<'m> {
         if let Some(row) = &element.rotation {
             self.rotation.add_edge(id, row.ends);
         }
+        self.origins.entry(element.origin).or_insert(id);
         self.elements.push(element);
     }
 }

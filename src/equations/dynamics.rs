@@ -10,7 +10,7 @@ use super::constraints::{Constraint, split};
 use super::couplings::Couplings;
 use super::form::{Coefficient, Form};
 use super::kinematics::Kinematics;
-use super::vector::{Scalar, Vector};
+use super::vector::{FrameId, Scalar, Vector};
 use crate::element::{Angle, Direction, Force, Held, Resistance, System, Torque, TranslationalRow};
 use crate::expr::{Arena, Expr, Node, Order, Property, Symbol};
 use crate::graph::{ElementId, Rotation, Topology, Translation, Tree};
@@ -38,6 +38,42 @@ pub struct Laws {
     pub torques: HashMap<ElementId, Expr>,
 }
 
+/// Both trees, rooted.
+pub(super) type Rooted<'a> =
+    ((&'a Tree<Translation>, &'a Topology<Translation>), (&'a Tree<Rotation>, &'a Topology<Rotation>));
+
+/// How forces and torques are added up on their way through the trees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sums {
+    /// By accelerations, reactions and frames, so that \[M\] can be read off.
+    ByKey,
+    /// As components in the axes of the world, one expression each: long paths share theirs.
+    InWorld,
+}
+
+impl Sums {
+    fn of_force(self, system: &mut System, kinematics: &Kinematics, force: Form<Vector>) -> Form<Vector> {
+        match self {
+            Sums::ByKey => force,
+            Sums::InWorld => {
+                let components = [Vector::x(), Vector::y()].map(|axis| kinematics.component(system, &force, &axis));
+                Form::term(&mut system.arena, Expr::ONE, &Vector::fixed(FrameId::WORLD, components))
+            }
+        }
+    }
+
+    fn of_torque(self, system: &mut System, kinematics: &Kinematics, torque: Form<Scalar>) -> Form<Scalar> {
+        match self {
+            Sums::ByKey => torque,
+            Sums::InWorld => {
+                let arena = &mut system.arena;
+                let total = torque.map(arena, |arena, part| part.total(arena, &kinematics.frames)).total(arena);
+                Form::term(arena, Expr::ONE, &Scalar::plain(total))
+            }
+        }
+    }
+}
+
 impl Dynamics {
     /// Evaluates both cotrees, then both trees, then the rows.
     pub fn new(
@@ -48,6 +84,26 @@ impl Dynamics {
         constraints: &[Constraint],
         laws: &Laws,
     ) -> Self {
+        let trees = ((t_tree, t_topology), (r_tree, r_topology));
+        let (mut dynamics, moments) = Dynamics::through(system, kinematics, trees, constraints, laws, Sums::ByKey);
+        for &branch in &t_tree.branches {
+            dynamics.translational_rows(system, kinematics, laws, branch);
+        }
+        for &branch in &r_tree.branches {
+            dynamics.rotational_row(system, kinematics, laws, &moments, branch);
+        }
+        dynamics
+    }
+
+    /// The forces and torques alone, and sum r x F of each body.
+    pub(super) fn through(
+        system: &mut System,
+        kinematics: &Kinematics,
+        ((t_tree, t_topology), (r_tree, r_topology)): Rooted,
+        constraints: &[Constraint],
+        laws: &Laws,
+        sums: Sums,
+    ) -> (Self, HashMap<BodyId, Form<Scalar>>) {
         let mut dynamics = Dynamics {
             forces: HashMap::new(),
             torques: HashMap::new(),
@@ -59,11 +115,14 @@ impl Dynamics {
         let of = |chord: ElementId| held.get(&chord).into_iter().flatten().map(|&index| (index, &constraints[index]));
         let couplings = Couplings::new(&mut system.arena, constraints);
         for &chord in &t_tree.chords {
-            let mut force = constitutive_force(system, kinematics, laws, chord);
+            let mut force = match sums {
+                Sums::ByKey => constitutive_force(system, kinematics, laws, chord),
+                Sums::InWorld => shared_force(system, kinematics, laws, chord),
+            };
             for (index, constraint) in of(chord) {
                 add_reaction(system, kinematics, (index, constraint), &mut force);
             }
-            dynamics.forces.insert(chord, force);
+            dynamics.forces.insert(chord, sums.of_force(system, kinematics, force));
         }
         dynamics.branch_forces(&mut system.arena, t_tree, t_topology, &couplings);
         let mut moments = dynamics.moments(system, kinematics);
@@ -74,16 +133,10 @@ impl Dynamics {
                 let reaction = system.arena.symbol(Symbol::Reaction(index));
                 torque.add_term(&mut system.arena, reaction, &Scalar::plain(Expr::ONE));
             }
-            dynamics.torques.insert(chord, torque);
+            dynamics.torques.insert(chord, sums.of_torque(system, kinematics, torque));
         }
         dynamics.branch_torques(&mut system.arena, r_tree, r_topology, &couplings);
-        for &branch in &t_tree.branches {
-            dynamics.translational_rows(system, kinematics, laws, branch);
-        }
-        for &branch in &r_tree.branches {
-            dynamics.rotational_row(system, kinematics, laws, &moments, branch);
-        }
-        dynamics
+        (dynamics, moments)
     }
 
     /// Force that an element exerts on its second node: for a branch from its cutset.
@@ -253,20 +306,39 @@ fn constitutive_force(system: &mut System, kinematics: &Kinematics, laws: &Laws,
     let Some(row) = system.elements[id.0].translation.clone() else { return Form::default() };
     match &row.through {
         Force::None => Form::default(),
-        Force::Inertia(body) => inertia_force(system, kinematics, &row, *body),
+        Force::Inertia(body) => {
+            let acceleration = kinematics.node(&mut system.arena, row.ends[1]).acceleration;
+            inertia_force(system, &acceleration, *body)
+        }
         Force::Resistance(law) => resisting_force(system, kinematics, &row, *law),
         Force::World(_) | Force::InBody(..) | Force::Line(_) => laws.forces.get(&id).cloned().unwrap_or_default(),
     }
 }
 
+/// The same, with the acceleration of a body's centre in the axes of the world.
+fn shared_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: ElementId) -> Form<Vector> {
+    let row = system.elements[id.0].translation.clone();
+    match row.as_ref().map(|row| (row, &row.through)) {
+        Some((row, &Force::Inertia(body))) => match kinematics.known_total(row.ends[1], Order::Acceleration) {
+            Some(acceleration) => {
+                let acceleration = Vector::fixed(FrameId::WORLD, acceleration);
+                let acceleration = Form::term(&mut system.arena, Expr::ONE, &acceleration);
+                inertia_force(system, &acceleration, body)
+            }
+            None => constitutive_force(system, kinematics, laws, id),
+        },
+        _ => constitutive_force(system, kinematics, laws, id),
+    }
+}
+
 /// F = -m (a - g) (Eq. 5; gravity is a force actuator beside the body).
-fn inertia_force(system: &mut System, kinematics: &Kinematics, row: &TranslationalRow, body: BodyId) -> Form<Vector> {
+fn inertia_force(system: &mut System, acceleration: &Form<Vector>, body: BodyId) -> Form<Vector> {
     let mass = mass(system, body);
     let weightless = system.mechanism.bodies[body.0].weightless;
     let gravity = system.mechanism.gravity.each_ref().map(|component| system.value(component));
     let arena = &mut system.arena;
     let minus_mass = arena.negate(mass);
-    let mut force = kinematics.node(arena, row.ends[1]).acceleration.scaled(arena, minus_mass);
+    let mut force = acceleration.scaled(arena, minus_mass);
     if weightless {
         return force;
     }

@@ -81,6 +81,13 @@ impl ScalarMotion {
 /// The coordinates that each branch brings: index of the first.
 pub type FirstCoordinate = BTreeMap<ElementId, usize>;
 
+/// Paths with more turning frames and displacements are not summed by frames anew for each of their nodes.
+const DEEP: usize = 30;
+
+/// Position, velocity and acceleration of a node in the axes of the world, as single expressions.
+#[derive(Clone, Copy, Debug, Default)]
+struct Totals([Option<[Expr; 2]>; 3]);
+
 /// Motion of every node of both graphs, in terms of the branch coordinates.
 #[derive(Clone, Debug)]
 pub struct Kinematics {
@@ -91,6 +98,8 @@ pub struct Kinematics {
     placement: Vec<(FrameId, Expr)>,
     /// For each translational node but the datum, the step to it.
     steps: Vec<Option<Step>>,
+    /// What has been asked for of nodes at the end of deep paths.
+    totals: Vec<Totals>,
 }
 
 /// The branch between a node and the one before it. Sums along paths are made where they are needed: of a deep tree only
@@ -100,6 +109,8 @@ struct Step {
     parent: TNode,
     /// Branches between the node and the datum.
     depth: usize,
+    /// Displacements on the path from the datum.
+    slides: usize,
     /// How often the path from the datum changes to another turning frame, and the frame it comes in.
     angles: usize,
     frame: FrameId,
@@ -119,7 +130,8 @@ impl Kinematics {
         let angles = angles(system, rotation, r_coordinates);
         let (frames, placement) = frames(&mut system.arena, &angles);
         let steps = vec![None; system.translation.nodes()];
-        let mut kinematics = Kinematics { frames, angles, placement, steps };
+        let totals = vec![Totals::default(); steps.len()];
+        let mut kinematics = Kinematics { frames, angles, placement, steps, totals };
         for (node, parent, branch, sign) in translation.outward() {
             let Some(row) = system.elements[branch.0].translation.clone() else { continue };
             let unsigned = kinematics.across_branch(system, &row, t_coordinates.get(&branch).copied());
@@ -128,9 +140,10 @@ impl Kinematics {
             across.accumulate(&mut system.arena, sign, &unsigned);
             let before = kinematics.steps[parent.index()].as_ref();
             let (depth, angles, frame) = before.map_or((0, 0, FrameId::WORLD), |s| (s.depth, s.angles, s.frame));
+            let slides = before.map_or(0, |s| s.slides) + row.motion.len();
             let turned = across.position.frames().find(|&own| own != FrameId::WORLD && own != frame);
             let (angles, frame) = turned.map_or((angles, frame), |own| (angles + 1, own));
-            kinematics.steps[node.index()] = Some(Step { parent, depth: depth + 1, angles, frame, across });
+            kinematics.steps[node.index()] = Some(Step { parent, depth: depth + 1, slides, angles, frame, across });
         }
         kinematics
     }
@@ -170,8 +183,76 @@ impl Kinematics {
         path.into_iter().rev()
     }
 
+    /// Does a path lead from the datum to a node through so many frames that sums along it must be shared?
+    pub fn is_deep(&self, node: TNode) -> bool {
+        self.moving(node) > DEEP
+    }
+
+    /// How many turning frames and displacements lie on the path from the datum to a node.
+    pub fn moving(&self, node: TNode) -> usize {
+        self.steps[node.index()].as_ref().map_or(0, |step| step.angles + step.slides)
+    }
+
+    /// Position, velocity or acceleration of a node in the axes of the world, made from that of the node before it: what the nodes of one path
+    /// share is the same expression, so that all of them together grow with their number and not with its square.
+    pub fn total(&mut self, system: &mut System, node: TNode, order: Order) -> [Expr; 2] {
+        let mut pending = Vec::new();
+        let mut at = node;
+        let mut sum = loop {
+            match (self.totals[at.index()].0[order as usize], &self.steps[at.index()]) {
+                (Some(known), _) => break known,
+                (None, Some(step)) => {
+                    pending.push(at);
+                    at = step.parent;
+                }
+                (None, None) => break [Expr::ZERO; 2],
+            }
+        };
+        for node in pending.into_iter().rev() {
+            let Some(step) = &self.steps[node.index()] else { continue };
+            let part = self.in_world(system, &step.across, order);
+            sum = [0, 1].map(|axis| system.arena.add(sum[axis], part[axis]));
+            self.totals[node.index()].0[order as usize] = Some(sum);
+        }
+        sum
+    }
+
+    /// A total that has been asked for before.
+    pub fn known_total(&self, node: TNode, order: Order) -> Option<[Expr; 2]> {
+        self.totals[node.index()].0[order as usize]
+    }
+
+    /// Components of a motion in the axes of the world.
+    fn in_world(&self, system: &mut System, motion: &Motion, order: Order) -> [Expr; 2] {
+        [Vector::x(), Vector::y()].map(|axis| match order {
+            Order::Position => motion.position.dot(&mut system.arena, &axis).total(&mut system.arena, &self.frames),
+            Order::Velocity => self.component(system, &motion.velocity, &axis),
+            Order::Acceleration => self.component(system, &motion.acceleration, &axis),
+        })
+    }
+
+    /// [`Kinematics::total`] for a point of the scene at the end of a deep path, whether an element uses it or not.
+    pub fn total_of_place(&mut self, system: &mut System, place: Place, order: Order) -> Option<[Expr; 2]> {
+        if system.has_node(place) {
+            let node = system.t_node(place);
+            return self.is_deep(node).then(|| self.total(system, node, order));
+        }
+        let Place::Point(body, point) = place else { return None };
+        let centre = system.t_node(Place::Centre(body));
+        if !self.is_deep(centre) {
+            return None;
+        }
+        let at = system.mechanism.bodies[body.0].points[point].at.each_ref().map(|formula| system.value(formula));
+        let arm = self.fixed(system, Some(body), at);
+        let (sum, part) = (self.total(system, centre, order), self.in_world(system, &arm, order));
+        Some([0, 1].map(|axis| system.arena.add(sum[axis], part[axis])))
+    }
+
     /// Where the paths of two nodes to the datum meet.
     fn meeting(&self, [mut a, mut b]: [TNode; 2]) -> TNode {
+        if a == TNode::DATUM || b == TNode::DATUM {
+            return TNode::DATUM;
+        }
         while a != b {
             let deeper = if self.depth(a) >= self.depth(b) { &mut a } else { &mut b };
             match &self.steps[deeper.index()] {

@@ -19,15 +19,15 @@ use std::collections::{BTreeMap, HashMap};
 pub use constraints::Constraint;
 pub use couplings::CoupledChord;
 pub use dynamics::Dynamics;
-use dynamics::Laws;
+use dynamics::{Laws, Sums};
 use kinematics::Kinematics;
 pub use vector::FrameId;
 pub use vibration::Vibration;
 
 use crate::element::{Angle, CoordinateName, System};
 use crate::expr::{Expr, Order, Symbol};
-use crate::graph::{ElementId, Topology};
-use crate::mechanism::Variable;
+use crate::graph::{ElementId, TNode, Topology};
+use crate::mechanism::{BodyId, Place, Variable};
 use crate::tree::Trees;
 
 /// A branch coordinate.
@@ -55,7 +55,11 @@ pub struct Equations<'m> {
     kinematics: Kinematics,
     laws: Laws,
     dynamics: Option<Dynamics>,
+    /// Forces and torques without \[M\], where paths are too deep for it.
+    through: Option<Dynamics>,
     known: HashMap<Variable, Expr>,
+    /// The first coordinate of each element, and of angles.
+    first: HashMap<(ElementId, bool), usize>,
 }
 
 impl<'m> Equations<'m> {
@@ -66,7 +70,10 @@ impl<'m> Equations<'m> {
         let (coordinates, t_first, r_first) = coordinates(&system, &trees);
         let kinematics = Kinematics::new(&mut system, &translation, &rotation, &t_first, &r_first);
         let constraints = constraints::constraints(&mut system, &kinematics, &trees.translation, &trees.rotation);
+        let first = coordinates.iter().enumerate().rev();
+        let first = first.map(|(index, own)| ((own.element, own.angular), index)).collect();
         let mut equations = Equations {
+            first,
             system,
             trees,
             coordinates,
@@ -74,6 +81,7 @@ impl<'m> Equations<'m> {
             kinematics,
             laws: Laws::default(),
             dynamics: None,
+            through: None,
             known: HashMap::new(),
         };
         equations.evaluate_laws();
@@ -98,6 +106,30 @@ impl<'m> Equations<'m> {
             }
         };
         self.dynamics.insert(dynamics)
+    }
+
+    /// Forces and torques of all elements: with deep paths, without \[M\] and {Q}, which would grow with the square of the depth.
+    fn loads(&mut self) -> &Dynamics {
+        let nodes: Vec<TNode> = (0..self.system.mechanism.bodies.len())
+            .map(|body| self.system.t_node(Place::Centre(BodyId(body))))
+            .collect();
+        if !nodes.iter().any(|&node| self.kinematics.is_deep(node)) {
+            return self.dynamics();
+        }
+        let through = match self.through.take() {
+            Some(through) => through,
+            None => {
+                for node in nodes {
+                    self.kinematics.total(&mut self.system, node, Order::Acceleration);
+                }
+                let translation = Topology::new(&self.system.translation, &self.trees.translation);
+                let rotation = Topology::new(&self.system.rotation, &self.trees.rotation);
+                let trees = ((&self.trees.translation, &translation), (&self.trees.rotation, &rotation));
+                let Equations { system, kinematics, constraints, laws, .. } = self;
+                Dynamics::through(system, kinematics, trees, constraints, laws, Sums::InWorld).0
+            }
+        };
+        self.through.insert(through)
     }
 
     /// The loop equations that say something, with their indices: where a driver acts beside its joint, the joint's circuit holds

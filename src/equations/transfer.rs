@@ -5,7 +5,7 @@ use super::form::Form;
 use super::kinematics::Motion;
 use super::vector::Scalar;
 use super::{Coordinate, Equations};
-use crate::element::Direction;
+use crate::element::{Direction, Known};
 use crate::expr::{Expr, Node, Order, Symbol};
 use crate::graph::TNode;
 use crate::mechanism::{BodyId, Place};
@@ -22,6 +22,9 @@ impl Equations<'_> {
             let angle = self.kinematics.angle_across(arena, row.ends);
             return if order == Order::Velocity { angle.velocity.total(arena) } else { angle.position.total(arena) };
         }
+        if let Some(total) = self.total_across(coordinate, order) {
+            return total;
+        }
         let Some((across, direction)) = self.free_motion(coordinate) else { return Expr::ZERO };
         let (_, axis) = self.kinematics.direction(&mut self.system, direction);
         if order == Order::Velocity {
@@ -29,6 +32,20 @@ impl Equations<'_> {
         }
         let arena = &mut self.system.arena;
         across.position.dot(arena, &axis).total(arena, &self.kinematics.frames)
+    }
+
+    /// A displacement from the datum, along an axis of the world, to the end of a deep path.
+    fn total_across(&mut self, coordinate: &Coordinate, order: Order) -> Option<Expr> {
+        let row = self.system.element(coordinate.element).translation.as_ref()?;
+        let &(direction, _) = row.motion.iter().find(|(_, name)| *name == coordinate.name)?;
+        let axis = match direction {
+            Direction::X => 0,
+            Direction::Y => 1,
+            Direction::Fixed(..) => return None,
+        };
+        let ends = row.ends;
+        let deep = matches!(row.known, Known::Zero) && ends[0] == TNode::DATUM && self.kinematics.is_deep(ends[1]);
+        deep.then(|| self.kinematics.total(&mut self.system, ends[1], order)[axis])
     }
 
     /// The acceleration that a coordinate of other trees has: coefficients by these coordinates' accelerations, and the rest. The
@@ -82,6 +99,17 @@ impl Equations<'_> {
         self.kinematics.angles_between([TNode::DATUM, centre])
     }
 
+    /// How many angles and displacements a body's centre moves with through the translational tree.
+    pub fn moving(&self, body: BodyId) -> usize {
+        self.kinematics.moving(self.system.t_node(Place::Centre(body)))
+    }
+
+    /// A coordinate of the element that a coordinate of other trees belongs to, or of any other if it has none.
+    pub fn counterpart(&self, coordinate: &Coordinate) -> usize {
+        let of = |angular| self.first.get(&(coordinate.element, angular)).copied();
+        self.own(coordinate).or_else(|| of(true)).or_else(|| of(false)).unwrap_or_default()
+    }
+
     /// How many angles the largest loop that a chord closes has.
     pub fn largest_loop(&self) -> usize {
         let rows = self.trees.translation.chords.iter().filter_map(|&id| self.system.element(id).translation.as_ref());
@@ -91,7 +119,9 @@ impl Equations<'_> {
 
     /// Which of these coordinates it is, if it is one.
     fn own(&self, coordinate: &Coordinate) -> Option<usize> {
-        self.coordinates.iter().position(|own| own.element == coordinate.element && own.name == coordinate.name)
+        let first = *self.first.get(&(coordinate.element, coordinate.angular))?;
+        let mut own = self.coordinates[first..].iter().take_while(|own| own.element == coordinate.element);
+        own.position(|own| own.name == coordinate.name).map(|place| first + place)
     }
 
     /// What a coordinate's element leaves free, its known part taken off, and the direction of the coordinate.

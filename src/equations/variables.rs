@@ -6,7 +6,7 @@ use super::kinematics::{Kinematics, Motion, ScalarMotion};
 use super::vector::Vector;
 use super::{Constraint, Equations};
 use crate::element::{Angle, Direction, Force, Origin, Port, RotationalRow, System, Torque, TranslationalRow, spring};
-use crate::expr::{Binary, Expr, Symbol, Unary};
+use crate::expr::{Binary, Expr, Order, Symbol, Unary};
 use crate::graph::{ElementId, TNode};
 use crate::mechanism::{
     BodyId, Dimension, DriverId, DriverKind, JointId, LoadId, LoadKind, Owner, Place, Quantity, Variable,
@@ -36,6 +36,7 @@ impl Equations<'_> {
                 let angle = self.kinematics.angle(node).clone();
                 self.of_angle(&angle, quantity)
             }
+            _ if let Some(total) = self.total_of(place, quantity) => total,
             Quantity::X | Quantity::Y => {
                 let position = self.kinematics.position(&mut self.system, place);
                 self.of_motion(&Motion { position, ..Motion::default() }, quantity)
@@ -45,6 +46,20 @@ impl Equations<'_> {
                 self.of_motion(&motion, quantity)
             }
         }
+    }
+
+    /// A component of the motion of a place at the end of a deep path.
+    fn total_of(&mut self, place: Place, quantity: Quantity) -> Option<Expr> {
+        let (order, axis) = match quantity {
+            Quantity::X => (Order::Position, 0),
+            Quantity::Y => (Order::Position, 1),
+            Quantity::Vx => (Order::Velocity, 0),
+            Quantity::Vy => (Order::Velocity, 1),
+            Quantity::Ax => (Order::Acceleration, 0),
+            Quantity::Ay => (Order::Acceleration, 1),
+            _ => return None,
+        };
+        Some(self.kinematics.total_of_place(&mut self.system, place, order)?[axis])
     }
 
     fn of_motion(&mut self, motion: &Motion, quantity: Quantity) -> Expr {
@@ -342,7 +357,7 @@ impl Equations<'_> {
     }
 
     fn find(&self, origin: Origin) -> Option<ElementId> {
-        self.system.elements.iter().position(|element| element.origin == origin).map(ElementId)
+        self.system.find(origin)
     }
 
     fn dot(&mut self, vector: &Vector, direction: &Vector) -> Expr {
@@ -356,14 +371,14 @@ impl Equations<'_> {
 
     fn force_along(&mut self, id: ElementId, direction: Direction) -> Expr {
         let (_, along) = self.kinematics.direction(&mut self.system, direction);
-        match self.dynamics().force(id).cloned() {
+        match self.loads().force(id).cloned() {
             Some(force) => self.component(&force, &along),
             None => Expr::ZERO,
         }
     }
 
     fn torque_of(&mut self, id: ElementId) -> Expr {
-        let Some(torque) = self.dynamics().torque(id).cloned() else { return Expr::ZERO };
+        let Some(torque) = self.loads().torque(id).cloned() else { return Expr::ZERO };
         let arena = &mut self.system.arena;
         let frames = &self.kinematics.frames;
         torque.map(arena, |arena, scalar| scalar.total(arena, frames)).total(arena)

@@ -1,5 +1,7 @@
 //! The description of an FMU from the table of variables.
 
+use std::sync::Arc;
+
 use cotree_fmu::program::Source;
 
 use super::description::{Causality, Description, ScalarVariable, Start, identifier};
@@ -12,7 +14,6 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
     let mechanism = formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;
     let rows = &formulated.lowered.table.rows;
-    let settable: Vec<usize> = (0..rows.len()).filter(|&place| is_settable(&rows[place])).collect();
     Description {
         model_name: mechanism.name.clone(),
         identifier: identifier(&mechanism.name),
@@ -20,7 +21,7 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         description: mechanism.description.clone(),
         experiment: mechanism.experiment,
         exchange: program.offers_exchange().then_some(program.tapes.indicators.results.len()),
-        variables: rows.iter().map(|row| variable(mechanism, row, &settable)).collect(),
+        variables: rows.iter().map(|row| variable(mechanism, row)).collect(),
     }
 }
 
@@ -29,7 +30,7 @@ fn is_settable(row: &Row) -> bool {
     matches!(row.source, Source::Parameter(_) | Source::Input(_)) || row.start.is_some_and(|start| start.known)
 }
 
-fn variable(mechanism: &Mechanism, row: &Row, settable: &[usize]) -> ScalarVariable {
+fn variable(mechanism: &Mechanism, row: &Row) -> ScalarVariable {
     let causality = match row.source {
         Source::Parameter(index) => {
             let parameter = &mechanism.parameters[index as usize];
@@ -65,6 +66,6 @@ fn variable(mechanism: &Mechanism, row: &Row, settable: &[usize]) -> ScalarVaria
             _ => None,
         }),
         dependencies: row.dependencies.clone(),
-        initial_dependencies: if is_settable(row) { Vec::new() } else { settable.to_vec() },
+        initial_dependencies: if is_settable(row) { Arc::default() } else { row.initial_dependencies.clone() },
     }
 }

@@ -1,5 +1,7 @@
 //! What the world is told about an FMU: plain data, written as `modelDescription.xml` by [`super::xml`].
 
+use std::sync::Arc;
+
 use crate::mechanism::{Experiment, Unit};
 
 /// An FMU's description.
@@ -39,9 +41,9 @@ pub struct ScalarVariable {
     /// For a derivative, the place of its state among the states.
     pub state: Option<usize>,
     /// Indices of the inputs and states that it depends on while simulating.
-    pub dependencies: Vec<usize>,
+    pub dependencies: Arc<[usize]>,
     /// Indices of the parameters, inputs and time that its initial value depends on.
-    pub initial_dependencies: Vec<usize>,
+    pub initial_dependencies: Arc<[usize]>,
 }
 
 /// The initial value of a calculated variable.

@@ -60,8 +60,14 @@ pub enum InspectError {
     /// The file cannot be read.
     #[error("{0}")]
     Read(#[from] std::io::Error),
-    /// It is no archive, or a damaged one.
-    #[error("it is no FMU: {0}")]
+    /// It is a folder or a device.
+    #[error("it is {0}, not an FMU")]
+    NoFile(&'static str),
+    /// It does not begin as archives do.
+    #[error("it is no FMU: it is not a zip archive")]
+    NoArchive,
+    /// It is an archive, but a damaged one.
+    #[error("it is damaged or was not copied to its end: {0}")]
     Archive(#[from] ZipError),
     /// It is an archive, but not of a model.
     #[error("it is no FMU: it has no modelDescription.xml")]
@@ -88,8 +94,11 @@ impl Contents {
     /// # Errors
     /// It cannot be read, is damaged, or was not made by cotree.
     pub fn read(path: &Path) -> Result<Self, InspectError> {
-        let file = File::open(path)?;
-        let size = file.metadata()?.len();
+        let (mut file, size) = open(path)?;
+        let mut begin = [0; 2];
+        if size < 2 || file.read_exact(&mut begin).is_err() || begin != *b"PK" {
+            return Err(InspectError::NoArchive);
+        }
         let mut archive = Archive::new(BufReader::new(file))?;
         let description = entry(&mut archive, "modelDescription.xml")?.ok_or(InspectError::NoDescription)?;
         let header = Header::parse(&description)?;
@@ -113,6 +122,16 @@ impl Contents {
             size,
             scene: scene.map(|text| String::from_utf8_lossy(&text).into_owned()),
         })
+    }
+}
+
+/// An ordinary file and its size.
+fn open(path: &Path) -> Result<(File, u64), InspectError> {
+    let data = std::fs::metadata(path)?;
+    match data {
+        _ if data.is_dir() => Err(InspectError::NoFile("a folder")),
+        _ if !data.is_file() => Err(InspectError::NoFile("a pipe or a device")),
+        _ => Ok((File::open(path)?, data.len())),
     }
 }
 

@@ -1,7 +1,8 @@
 //! `modelDescription.xml` of FMI 2.0 for Co-Simulation and Model Exchange.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
+use std::sync::Arc;
 
 use cotree_fmu::instance::DERIVATIVE_ORDER;
 use quick_xml::Writer;
@@ -11,8 +12,11 @@ use super::description::{Causality, Description, ScalarVariable, Start, is_struc
 use crate::mechanism::Unit;
 
 /// Names of the log categories that the runtime uses, and what is logged under them.
-const LOG_CATEGORIES: [(&str, &str); 3] =
-    [("events", "calls that the importer makes"), ("solver", "what the solver does"), ("errors", "why a call failed")];
+const LOG_CATEGORIES: [(&str, &str); 3] = [
+    ("events", "begin, end, and singular poses that are passed"),
+    ("solver", "what the solver does"),
+    ("errors", "why a call failed"),
+];
 
 type Out = Writer<Vec<u8>>;
 type Attributes = Vec<(&'static str, String)>;
@@ -171,24 +175,31 @@ fn structure(out: &mut Out, description: &Description) -> io::Result<()> {
     })
 }
 
+/// Longer lists of dependencies are left out, or they would grow with the square of the model. The standard then takes the unknown to
+/// depend on everything that is known.
+const LISTED: usize = 500;
+
 /// A list of unknowns; none at all if empty: the schema wants at least one.
 fn unknowns(
     out: &mut Out,
     list: &str,
     description: &Description,
     indices: &[usize],
-    dependencies: impl Fn(&ScalarVariable) -> Vec<usize>,
+    dependencies: impl Fn(&ScalarVariable) -> Arc<[usize]>,
 ) -> io::Result<()> {
     if indices.is_empty() {
         return Ok(());
     }
     element(out, list, vec![], |out| {
         indices.iter().try_for_each(|&index| {
-            let mut on = dependencies(&description.variables[index]);
-            on.sort_unstable();
-            on.dedup();
-            let on: Vec<String> = on.into_iter().map(ordinal).collect();
-            leaf(out, "Unknown", vec![("index", ordinal(index)), ("dependencies", on.join(" "))])
+            let on = dependencies(&description.variables[index]);
+            let mut attributes = vec![("index", ordinal(index))];
+            if on.len() <= LISTED {
+                let on: BTreeSet<usize> = on.iter().copied().collect();
+                let on: Vec<String> = on.into_iter().map(ordinal).collect();
+                attributes.push(("dependencies", on.join(" ")));
+            }
+            leaf(out, "Unknown", attributes)
         })
     })
 }

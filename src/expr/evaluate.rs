@@ -1,5 +1,7 @@
 //! The numbers behind expressions, with the very functions of the runtime.
 
+use std::collections::HashMap;
+
 use cotree_fmu::math;
 
 use super::{Arena, Binary, Expr, Node, Symbol, Unary};
@@ -21,22 +23,39 @@ impl Arena {
     pub fn evaluate(&self, roots: &[Expr], values: &impl Values) -> Vec<f64> {
         let mut results = vec![0.0; self.len()];
         for expr in self.reachable(roots.iter().copied()) {
-            let of = |e: Expr| results[e.index()];
-            results[expr.index()] = match self.node(expr) {
-                Node::Constant(bits) => f64::from_bits(bits),
-                Node::Symbol(symbol) => values.value(symbol),
-                Node::Unary(function, a) => apply_unary(function, of(a)),
-                Node::Binary(function, a, b) => apply_binary(function, of(a), of(b)),
-                Node::Select(a, b, c) => {
-                    if of(a) != 0.0 {
-                        of(b)
-                    } else {
-                        of(c)
-                    }
-                }
-            };
+            results[expr.index()] = self.value(expr, values, |operand| results[operand.index()]);
         }
         roots.iter().map(|root| results[root.index()]).collect()
+    }
+
+    /// The same for many questions about one state: what is known from before is not evaluated again.
+    pub fn evaluate_more(&self, roots: &[Expr], values: &impl Values, known: &mut HashMap<Expr, f64>) -> Vec<f64> {
+        let mut stack: Vec<Expr> = roots.to_vec();
+        while let Some(&expr) = stack.last() {
+            let before = stack.len();
+            if !known.contains_key(&expr) {
+                stack.extend(self.node(expr).operands().filter(|operand| !known.contains_key(operand)));
+            }
+            if stack.len() == before {
+                stack.pop();
+                if !known.contains_key(&expr) {
+                    let value = self.value(expr, values, |operand| known.get(&operand).copied().unwrap_or(f64::NAN));
+                    known.insert(expr, value);
+                }
+            }
+        }
+        roots.iter().map(|root| known.get(root).copied().unwrap_or(f64::NAN)).collect()
+    }
+
+    /// The value of an expression from those of its operands.
+    fn value(&self, expr: Expr, values: &impl Values, of: impl Fn(Expr) -> f64) -> f64 {
+        match self.node(expr) {
+            Node::Constant(bits) => f64::from_bits(bits),
+            Node::Symbol(symbol) => values.value(symbol),
+            Node::Unary(function, a) => apply_unary(function, of(a)),
+            Node::Binary(function, a, b) => apply_binary(function, of(a), of(b)),
+            Node::Select(a, b, c) => of(if of(a) != 0.0 { b } else { c }),
+        }
     }
 }
 

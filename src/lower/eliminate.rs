@@ -34,6 +34,24 @@ enum Step {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undetermined(pub usize);
 
+/// Why there is no factorisation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Obstacle {
+    /// A coordinate moves no mass and is not held.
+    Undetermined(usize),
+    /// The elimination takes too many operations.
+    TooLarge,
+}
+
+impl From<Undetermined> for Obstacle {
+    fn from(Undetermined(index): Undetermined) -> Self {
+        Obstacle::Undetermined(index)
+    }
+}
+
+/// Most operations of an elimination: what they become takes half a gigabyte.
+const OPERATIONS: usize = 5_000_000;
+
 /// The matrix to be eliminated.
 #[derive(Clone, Copy)]
 pub struct System<'a> {
@@ -51,8 +69,8 @@ impl Factor {
     /// Orders and factorises.
     ///
     /// # Errors
-    /// A coordinate moves no mass and no constraint holds it.
-    pub fn new(arena: &mut Arena, system: &System) -> Result<Factor, Undetermined> {
+    /// A coordinate moves no mass and no constraint holds it, or too many of them depend on each other.
+    pub fn new(arena: &mut Arena, system: &System) -> Result<Factor, Obstacle> {
         let coordinates = system.mass.len();
         let size = coordinates + system.jacobian.len();
         let mut elimination = Elimination::new(system);
@@ -62,6 +80,9 @@ impl Factor {
         while elimination.left > 0 {
             let index = elimination.choose().ok_or_else(|| Undetermined(elimination.stuck()))?;
             elimination.eliminate_one(arena, index);
+            if elimination.operations > OPERATIONS {
+                return Err(Obstacle::TooLarge);
+            }
         }
         Ok(Factor { steps: elimination.steps, size })
     }
@@ -135,6 +156,7 @@ struct Elimination {
     /// The cost under which a row is among the safe ones.
     costs: Vec<Option<usize>>,
     steps: Vec<Step>,
+    operations: usize,
 }
 
 impl Elimination {
@@ -151,6 +173,7 @@ impl Elimination {
             safe: BTreeSet::new(),
             costs: vec![None; size],
             steps: Vec::new(),
+            operations: 0,
         }
     }
 
@@ -315,6 +338,7 @@ impl Elimination {
     }
 
     fn subtract(&mut self, arena: &mut Arena, [row, column]: [usize; 2], factor: Expr, entry: Expr) {
+        self.operations += 1;
         let old = self.rows[row].get(&column).copied().unwrap_or(Expr::ZERO);
         let new = minus_product(arena, old, factor, entry);
         for [row, column] in [[row, column], [column, row]] {
@@ -403,6 +427,6 @@ mod tests {
         let mut arena = Arena::default();
         let system =
             System { mass: &[vec![(0, Expr::ONE)], vec![]], jacobian: &[], scales: &[1.0; 2], values: &|_| 0.0 };
-        assert_eq!(Factor::new(&mut arena, &system).unwrap_err(), Undetermined(1));
+        assert_eq!(Factor::new(&mut arena, &system).unwrap_err(), Obstacle::Undetermined(1));
     }
 }

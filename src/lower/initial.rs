@@ -1,5 +1,7 @@
 //! The known and guessed initial values as kernels: values, targets, and the derivatives of the values.
 
+use std::collections::HashMap;
+
 use cotree_fmu::program::Condition;
 
 use crate::equations::Equations;
@@ -43,6 +45,8 @@ pub(super) fn conditions(equations: &mut Equations, order: Order, length: f64) -
     let settable = settable(equations);
     let chosen: Vec<&Initial> =
         mechanism.initial.iter().filter(|initial| order_of(initial.variable.quantity) == order).collect();
+    let places: HashMap<*const Initial, usize> =
+        settable.iter().enumerate().map(|(place, settable)| (std::ptr::from_ref(settable.line), place)).collect();
     let mut result = Conditions::default();
     let mut targets = Vec::new();
     for (row, initial) in chosen.into_iter().enumerate() {
@@ -55,7 +59,7 @@ pub(super) fn conditions(equations: &mut Equations, order: Order, length: f64) -
             scale: if angular { 1.0 } else { length },
         });
         result.results.push(value);
-        targets.push(match settable.iter().position(|settable| std::ptr::eq(settable.line, initial)) {
+        targets.push(match places.get(&std::ptr::from_ref(initial)) {
             Some(place) => equations.system.arena.symbol(Symbol::Parameter(mechanism.parameters.len() + place)),
             None => equations.formula(&initial.value),
         });

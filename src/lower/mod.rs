@@ -13,12 +13,13 @@ mod motion;
 mod program;
 mod series;
 mod solve_tree;
+mod start;
 mod strengthen;
 mod table;
 mod tape;
 
 pub use cost::Cost;
-pub use eliminate::{Factor, System, Undetermined};
+pub use eliminate::{Factor, Obstacle, System};
 pub use motion::{MotionSystem, Solver};
 pub use program::{Lowered, Pose, kernel_cost, positions, program};
 pub use solve_tree::{SolveTree, in_solve_tree};

@@ -1,7 +1,7 @@
 //! The linear system whose solution is the motion: \[M J^T; J 0\] {a; lambda} = {Q; gamma}, in the branch coordinates or in those of
 //! a second pair of trees.
 
-use super::eliminate::{self, Factor, Undetermined};
+use super::eliminate::{self, Factor, Obstacle};
 use super::program::Pose;
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr, Order, Symbol};
@@ -73,7 +73,7 @@ impl MotionSystem {
     ///
     /// # Errors
     /// A coordinate of the system moves no mass and nothing holds it.
-    pub fn factorise(self, equations: &mut Equations, pose: &Pose) -> Result<Solver, Undetermined> {
+    pub fn factorise(self, equations: &mut Equations, pose: &Pose) -> Result<Solver, Obstacle> {
         let values = typical(equations.system.mechanism, pose);
         let jacobian: Vec<Vec<(usize, Expr)>> = self.rows.iter().map(|row| row.jacobian.clone()).collect();
         let matrix = eliminate::System { mass: &self.mass, jacobian: &jacobian, scales: &self.scales, values: &values };

@@ -9,16 +9,20 @@ use cotree_fmu::series::form::ArmForm;
 use super::arms::arm_form;
 use super::blocks::blocks;
 use super::cost::Cost;
-use super::eliminate::Undetermined;
+use super::eliminate::Obstacle;
 use super::indicators::indicators;
 use super::initial::{Conditions, Settable, conditions, settable};
 use super::solve_tree::{self, SolveTree};
+use super::start::Beginning;
 use super::table::Table;
 use super::tape::Assembler;
 use crate::element::Held;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::mechanism::Method;
+
+/// With more coordinates there are no implicit steps unless the scene asks for them: their matrices are full.
+const MOST_IMPLICIT: usize = 500;
 
 /// Everything there is to know about a mechanism that has been formulated and assembled.
 #[derive(Clone, Debug)]
@@ -57,6 +61,9 @@ struct PositionKernels {
     velocities: Conditions,
 }
 
+/// The arm form with the expressions of its coefficients.
+type Arms = Option<(ArmForm, Vec<Expr>)>;
+
 /// The results of the kernels that the motion needs.
 #[derive(Clone, Debug, Default)]
 struct MotionKernels {
@@ -66,7 +73,7 @@ struct MotionKernels {
     inverse: Option<Vec<Expr>>,
     indicators: Vec<Expr>,
     outputs: Vec<Expr>,
-    arms: Option<(ArmForm, Vec<Expr>)>,
+    arms: Arms,
     solve_tree: Option<SolveTree>,
 }
 
@@ -81,7 +88,7 @@ pub fn positions(equations: &mut Equations, length: f64) -> Program {
 ///
 /// # Errors
 /// A coordinate that moves no mass and is not held.
-pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &Pose) -> Result<Lowered, Undetermined> {
+pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &Pose) -> Result<Lowered, Obstacle> {
     let rank = active.iter().filter(|active| **active).count();
     let motion = if rank == equations.coordinates.len() { Motion::Kinematic } else { Motion::Dynamic };
     let kernels = PositionKernels::new(equations, length);
@@ -91,40 +98,71 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     }
     moving.indicators = indicators(&mut equations.system.arena, &moving.acceleration);
     let solved = if motion == Motion::Dynamic { moving.acceleration.clone() } else { driving(&kernels) };
-    let table = Table::new(equations, motion, &solved);
+    let mut table = Table::new(equations, motion, &solved);
+    let beginning = Beginning {
+        constraints: [&kernels.constraint, &kernels.constraint_rate, &kernels.gamma],
+        conditions: [&kernels.positions.results, &kernels.velocities.results],
+        solved: (motion == Motion::Dynamic).then_some(&solved),
+        coordinates: equations.coordinates.len(),
+    };
+    table.find_initial_dependencies(equations, &beginning);
     moving.outputs.clone_from(&table.results);
     let reacting = equations.system.arena.symbols(table.results.iter().copied());
     if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
         moving.inverse = Some(inverse(equations));
     }
-    let series = if motion == Motion::Dynamic { series(equations, active).map(Some) } else { Ok(None) };
-    let mut no_series = series.as_ref().err().cloned();
-    moving.arms = series.unwrap_or_default();
+    let mut no_series = None;
+    if motion == Motion::Dynamic {
+        let solved = moving.acceleration.clone();
+        (moving.arms, no_series) = series(equations, active, &solved);
+    }
     let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
-    if program.arms.as_ref().is_some_and(|arms| is_too_large(arms, program.tapes.acceleration.instructions.len())) {
+    let large = |arms: &ArmForm| is_too_large(arms, program.tapes.acceleration.instructions.len());
+    if program.engine == Engine::Taylor && program.arms.as_ref().is_some_and(large) {
         program.engine = Engine::Dop853;
-        no_series = Some("its equations are many and know little of each other".into());
+        no_series = Some(TOO_MANY.into());
     }
     Ok(Lowered { program, table, solved: moving.acceleration, solve_tree: moving.solve_tree, no_series })
 }
 
-/// The arm form with the expressions of its coefficients, unless the scene asks for another method.
-fn series(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Expr>), String> {
-    match equations.system.mechanism.solver.method {
-        Method::Auto => arm_form(equations, active),
-        Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
-        Method::Implicit => Err("the scene asks for `method = \"implicit\"`".into()),
+/// Why the motion is not integrated by series, though it could be.
+const TOO_MANY: &str = "its equations are many and know little of each other";
+
+/// The arm form with the expressions of its coefficients, and why the motion is not integrated by it. Another method that the scene asks for needs
+/// it too where there are loops, to pass singular poses. None if it is hopeless: each expression of the accelerations becomes one instruction
+/// at most, and each coordinate and loop equation a row of its matrix at least.
+fn series(equations: &mut Equations, active: &[bool], solved: &[Expr]) -> (Arms, Option<String>) {
+    let asked = match equations.system.mechanism.solver.method {
+        Method::Auto => None,
+        Method::Explicit => Some("the scene asks for `method = \"explicit\"`".to_string()),
+        Method::Implicit => Some("the scene asks for `method = \"implicit\"`".to_string()),
+    };
+    let rows = active.iter().filter(|active| **active).count();
+    if rows == 0 && asked.is_some() {
+        return (None, asked);
+    }
+    let expressions = equations.system.arena.reachable(solved.iter().copied()).len();
+    if costs_too_much(equations.coordinates.len() + rows, rows, expressions) {
+        return (None, asked.or(Some(TOO_MANY.into())));
+    }
+    match arm_form(equations, active) {
+        Ok(arms) => (Some(arms), asked),
+        Err(reason) => (None, asked.or(Some(reason))),
     }
 }
 
 /// Would a step by Taylor series cost too much? It inverts a dense matrix and multiplies with it at every order; one by Runge-Kutta runs a
 /// tape that knows which entries vanish, for every stage, but does not cross singular poses of loops safely.
 fn is_too_large(arms: &ArmForm, instructions: usize) -> bool {
+    let size = arms.coordinates.len() + arms.auxiliary.len() + arms.rows.len();
+    costs_too_much(size, arms.rows.len(), instructions)
+}
+
+fn costs_too_much(size: usize, rows: usize, instructions: usize) -> bool {
     const ORDERS: usize = 18;
     const STAGES: usize = 12;
     const LARGEST_WITH_LOOPS: usize = 1000;
-    let size = arms.coordinates.len() + arms.auxiliary.len() + arms.rows.len();
-    if !arms.rows.is_empty() {
+    if rows > 0 {
         return size > LARGEST_WITH_LOOPS;
     }
     // A multiplication in a row costs a third of an instruction; a step by series is about twice as long.
@@ -165,7 +203,7 @@ impl MotionKernels {
         kernels: &PositionKernels,
         (length, active): (f64, &[bool]),
         pose: &Pose,
-    ) -> Result<(), Undetermined> {
+    ) -> Result<(), Obstacle> {
         let (solver, solve_tree) = solve_tree::solver(equations, active, length, pose)?;
         self.solve_tree = solve_tree;
         let arena = &mut equations.system.arena;
@@ -306,10 +344,10 @@ fn assemble(
         initial,
         engine: match mechanism.solver.method {
             Method::Implicit => Engine::Radau,
-            _ if arms.is_some() => Engine::Taylor,
-            _ => Engine::Dop853,
+            Method::Auto if arms.is_some() => Engine::Taylor,
+            Method::Auto | Method::Explicit => Engine::Dop853,
         },
-        automatic: mechanism.solver.method == Method::Auto,
+        automatic: mechanism.solver.method == Method::Auto && equations.coordinates.len() <= MOST_IMPLICIT,
         arms,
     }
 }

@@ -12,7 +12,7 @@
 use std::collections::HashMap;
 
 use super::cost::Cost;
-use super::eliminate::Undetermined;
+use super::eliminate::Obstacle;
 use super::motion::{Branch, LoopRow, MotionSystem, Solver, scales};
 use super::program::{Pose, kernel_cost};
 use crate::element::{Held, System};
@@ -28,6 +28,8 @@ const DEEP: usize = 8;
 const LONG: usize = 12;
 /// Up to as many bodies the choices are counted; beyond, all bodies become branches.
 const COUNTED: usize = 60;
+/// With more bodies nothing is formulated in branch coordinates that move many bodies each.
+const FULL: usize = 250;
 /// Choices of bodies: those at a multiple of so many angles from the ground.
 const STRIDES: [usize; 3] = [1, 2, 3];
 
@@ -52,17 +54,20 @@ pub fn solver(
     active: &[bool],
     length: f64,
     pose: &Pose,
-) -> Result<(Solver, Option<SolveTree>), Undetermined> {
+) -> Result<(Solver, Option<SolveTree>), Obstacle> {
     let bodies = equations.system.mechanism.bodies.len();
     let deepest = (0..bodies).map(|body| equations.depth(BodyId(body))).max().unwrap_or(0);
-    if deepest < DEEP && equations.largest_loop() < LONG {
+    let many = bodies > COUNTED && (0..bodies).any(|body| equations.moving(BodyId(body)) >= DEEP);
+    if !many && deepest < DEEP && equations.largest_loop() < LONG {
         let system = MotionSystem::in_branch_coordinates(equations, active, length);
         return Ok((system.factorise(equations, pose)?, None));
     }
-    if bodies > COUNTED
-        && let Ok((solver, tree)) = with_stride(equations, 1, active, length, pose)
-    {
-        return Ok((solver, Some(tree)));
+    if bodies > COUNTED {
+        match with_stride(equations, 1, active, length, pose) {
+            Ok((solver, tree)) => return Ok((solver, Some(tree))),
+            Err(obstacle) if bodies > FULL => return Err(obstacle),
+            Err(_) => {}
+        }
     }
     let system = MotionSystem::in_branch_coordinates(equations, active, length).factorise(equations, pose)?;
     let branch_cost = cost_of(equations, &system, active.len());
@@ -86,10 +91,15 @@ fn with_stride(
     active: &[bool],
     length: f64,
     pose: &Pose,
-) -> Result<(Solver, SolveTree), Undetermined> {
+) -> Result<(Solver, SolveTree), Obstacle> {
     let chosen = |body: BodyId| equations.depth(body).is_multiple_of(stride);
     let trees = equations.trees.with_bodies(&equations.system, chosen);
-    let solver = in_solve_tree(equations, trees.clone(), active, length).factorise(equations, pose)?;
+    let mut other = Equations::new(System::new(equations.system.mechanism), trees.clone());
+    let system = in_other_trees(equations, &mut other, active, length);
+    let solver = system.factorise(equations, pose).map_err(|obstacle| match obstacle {
+        Obstacle::Undetermined(index) => Obstacle::Undetermined(equations.counterpart(&other.coordinates[index])),
+        Obstacle::TooLarge => obstacle,
+    })?;
     let cost = cost_of(equations, &solver, active.len());
     Ok((solver, SolveTree { trees, cost, branch_cost: None }))
 }
@@ -104,15 +114,19 @@ fn cost_of(equations: &mut Equations, solver: &Solver, constraints: usize) -> Co
 /// mechanism.
 pub fn in_solve_tree(equations: &mut Equations, trees: Trees, active: &[bool], length: f64) -> MotionSystem {
     let mut other = Equations::new(System::new(equations.system.mechanism), trees);
+    in_other_trees(equations, &mut other, active, length)
+}
+
+fn in_other_trees(equations: &mut Equations, other: &mut Equations, active: &[bool], length: f64) -> MotionSystem {
     let dynamics = other.dynamics();
     let (mass, load) = (dynamics.mass.clone(), dynamics.load.clone());
-    let rows = active_rows(equations, &other, active);
+    let rows = active_rows(equations, other, active);
     let branches: Vec<Branch> = (equations.coordinates.iter())
         .map(|coordinate| other.acceleration_of(coordinate))
         .map(|(terms, rest)| Branch { terms, rest })
         .collect();
-    let mut system = MotionSystem { mass, load, rows, scales: scales(&other, length), branches };
-    move_to(equations, &other, &mut system);
+    let mut system = MotionSystem { mass, load, rows, scales: scales(other, length), branches };
+    move_to(equations, other, &mut system);
     system
 }
 

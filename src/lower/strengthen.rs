@@ -29,26 +29,47 @@ pub(super) fn additions(mut mass: Vec<Row>, loops: &BTreeMap<usize, Row>) -> Res
     let heaviest = (0..mass.len()).map(|i| diagonal(&mass, i)).fold(0.0, f64::max);
     let heaviest = if heaviest > 0.0 { heaviest } else { 1.0 };
     let mut added = Vec::new();
+    let mut taken = BTreeSet::new();
     let mut accepted = BTreeSet::new();
-    while let Some(Weak { coordinate, motion, is_zero }) = weak(&mass, heaviest, &accepted) {
-        let fresh = loops.iter().filter(|(index, _)| added.iter().all(|(other, _)| other != *index));
-        let best = fresh
-            .map(|(&index, row)| (index, row, hold(row, &motion)))
-            .filter(|(.., hold)| *hold > 0.0)
-            .max_by(|(.., a), (.., b)| a.total_cmp(b));
-        match best {
-            Some((index, row, _)) => {
-                let weight = weight(heaviest, row);
-                add(&mut mass, weight, row);
-                added.push((index, weight));
-            }
-            None if is_zero => return Err(Undetermined(largest(&motion).unwrap_or(coordinate))),
-            None => {
-                accepted.insert(coordinate);
+    let by_column = by_column(loops);
+    loop {
+        let found = weak(&mass, heaviest, &accepted);
+        if found.is_empty() {
+            return Ok(added);
+        }
+        for (place, Weak { coordinate, motion, is_zero }) in found.into_iter().enumerate() {
+            let touched: BTreeSet<usize> =
+                motion.keys().filter_map(|column| by_column.get(column)).flatten().copied().collect();
+            let fresh = touched.into_iter().filter(|index| !taken.contains(index));
+            let best = fresh
+                .map(|index| (index, &loops[&index], hold(&loops[&index], &motion)))
+                .filter(|(.., hold)| *hold > 0.0)
+                .max_by(|(.., a), (.., b)| a.total_cmp(b));
+            match best {
+                Some((index, row, _)) => {
+                    let weight = weight(heaviest, row);
+                    add(&mut mass, weight, row);
+                    added.push((index, weight));
+                    taken.insert(index);
+                }
+                // What was added for those before may hold it.
+                None if place > 0 => {}
+                None if is_zero => return Err(Undetermined(largest(&motion).unwrap_or(coordinate))),
+                None => {
+                    accepted.insert(coordinate);
+                }
             }
         }
     }
-    Ok(added)
+}
+
+/// The loop equations in which each coordinate occurs.
+fn by_column(loops: &BTreeMap<usize, Row>) -> BTreeMap<usize, Vec<usize>> {
+    let mut by_column: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (&index, row) in loops {
+        row.keys().for_each(|&column| by_column.entry(column).or_default().push(index));
+    }
+    by_column
 }
 
 /// A motion that moves little mass.
@@ -58,20 +79,30 @@ struct Weak {
     is_zero: bool,
 }
 
-/// The first poor pivot of a Cholesky factorisation that takes the coordinates with the fewest neighbours first.
-fn weak(mass: &[Row], heaviest: f64, accepted: &BTreeSet<usize>) -> Option<Weak> {
+/// Of so many coordinates one poor pivot is dealt with at a time: of large systems many at once, or the factorisations would be many too.
+const SHARE: usize = 200;
+
+/// The first poor pivots of a Cholesky factorisation that takes the coordinates with the fewest neighbours first.
+fn weak(mass: &[Row], heaviest: f64, accepted: &BTreeSet<usize>) -> Vec<Weak> {
+    let most = 1 + mass.len() / SHARE;
+    let mut found = Vec::new();
     let mut rows = mass.to_vec();
     let mut left: BTreeSet<(usize, usize)> =
         (0..rows.len()).filter(|&i| !rows[i].is_empty()).map(|i| (rows[i].len(), i)).collect();
     let mut steps: Vec<(usize, Row)> = Vec::new();
     while let Some((_, index)) = left.pop_first() {
         let mut row = std::mem::take(&mut rows[index]);
-        let pivot = row.remove(&index).unwrap_or_default();
+        let mut pivot = row.remove(&index).unwrap_or_default();
         let own = diagonal(mass, index);
         let poor = own <= LIGHT * heaviest || pivot <= POOR * own;
         let is_zero = pivot <= ZERO * own.max(ZERO * heaviest);
         if (poor && !accepted.contains(&index)) || is_zero {
-            return Some(Weak { coordinate: index, motion: motion(index, &steps), is_zero });
+            found.push(Weak { coordinate: index, motion: motion(index, &steps), is_zero });
+            if found.len() == most {
+                return found;
+            }
+            // As it will be when a loop equation has been added.
+            pivot += heaviest;
         }
         let below: Row = row.iter().map(|(&other, entry)| (other, entry / pivot)).collect();
         for (&other, factor) in &below {
@@ -84,7 +115,7 @@ fn weak(mass: &[Row], heaviest: f64, accepted: &BTreeSet<usize>) -> Option<Weak>
         }
         steps.push((index, below));
     }
-    None
+    found
 }
 
 /// The motion of one coordinate at rate 1 with which the eliminated ones go so as to move the least mass.

@@ -1,13 +1,15 @@
 //! The variables of the FMU: parameters, inputs, coordinates with their derivatives, and what the scene asks for.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
+use std::sync::Arc;
 
 use cotree_fmu::program::{Motion, Source, Variable};
 
 use super::initial::{order_of, settable};
+use super::start::{Beginning, Sources};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::mechanism::{Quantity, Unit};
+use crate::mechanism::{DisplayUnit, Mechanism, Quantity, Unit};
 
 /// With more accelerations and reactions than this each of them counts as depending on all that any of them depends on: finding out costs
 /// the square of their number.
@@ -33,7 +35,9 @@ pub struct Row {
     /// Its value as an expression.
     pub value: Expr,
     /// Places of the inputs and states that it depends on.
-    pub dependencies: Vec<usize>,
+    pub dependencies: Arc<[usize]>,
+    /// Places of the parameters, inputs and known initial values that it depends on at the start.
+    pub initial_dependencies: Arc<[usize]>,
 }
 
 /// An initial value that can be set.
@@ -54,6 +58,8 @@ pub struct Table {
     pub rows: Vec<Row>,
     /// Results of the output kernel.
     pub results: Vec<Expr>,
+    /// Where each of them is.
+    places: HashMap<Expr, usize>,
 }
 
 impl Table {
@@ -65,6 +71,7 @@ impl Table {
         table.add_outputs(equations, &members);
         table.add_members(&members, motion);
         table.add_starts(equations);
+        table.add_display_units(equations.system.mechanism);
         table.find_dependencies(equations, motion, solved);
         table
     }
@@ -99,8 +106,9 @@ impl Table {
 
     /// What the scene asks for, in its order.
     fn add_outputs(&mut self, equations: &mut Equations, members: &[Row]) {
+        let named: HashMap<&str, &Row> = members.iter().map(|member| (member.name.as_str(), member)).collect();
         for output in &equations.system.mechanism.outputs {
-            if let Some(member) = members.iter().find(|member| member.name == output.name) {
+            if let Some(&member) = named.get(output.name.as_str()) {
                 let description = output.description.clone();
                 self.rows.push(Row { output: true, description, ..member.clone() });
                 continue;
@@ -135,10 +143,10 @@ impl Table {
 
     /// The result of the output kernel with that value.
     fn computed(&mut self, equations: &Equations, value: Expr) -> Source {
-        let known = self.results.iter().position(|&result| result == value);
-        let result = known.unwrap_or_else(|| {
-            self.results.push(value);
-            self.results.len() - 1
+        let results = &mut self.results;
+        let result = *self.places.entry(value).or_insert_with(|| {
+            results.push(value);
+            results.len() - 1
         });
         let accelerated = equations.system.arena.symbols([value]).into_iter().any(Symbol::is_solved);
         Source::Output { result: result as u32, accelerated }
@@ -147,10 +155,12 @@ impl Table {
     /// Initial values that can be set belong to their variables; one that is nothing else yet becomes a row.
     fn add_starts(&mut self, equations: &mut Equations) {
         let mechanism = equations.system.mechanism;
+        let rows = self.rows.iter().enumerate().rev();
+        let named: HashMap<String, usize> = rows.map(|(place, row)| (row.name.clone(), place)).collect();
         for (index, settable) in settable(equations).into_iter().enumerate() {
             let variable = settable.line.variable;
             let name = mechanism.variable_name(variable);
-            let place = self.rows.iter().position(|row| row.name == name).unwrap_or_else(|| {
+            let place = named.get(&name).copied().unwrap_or_else(|| {
                 let value = equations.variable(variable);
                 let source = self.computed(equations, value);
                 let angular = matches!(variable.quantity, Quantity::Angle | Quantity::Omega);
@@ -165,6 +175,51 @@ impl Table {
         }
     }
 
+    /// A variable is shown in the unit that its initial value is written in.
+    fn add_display_units(&mut self, mechanism: &Mechanism) {
+        let written = mechanism.initial.iter().filter_map(|line| {
+            let display = line.display.as_ref()?;
+            Some((mechanism.variable_name(line.variable), display))
+        });
+        let written: HashMap<String, &DisplayUnit> = written.collect();
+        for row in self.rows.iter_mut().filter(|row| row.unit.display.is_none()) {
+            row.unit.display = written.get(&row.name).map(|&display| display.clone());
+        }
+    }
+
+    /// What everything depends on at the start.
+    pub(super) fn find_initial_dependencies(&mut self, equations: &Equations, beginning: &Beginning) {
+        let mut given = HashMap::new();
+        for (place, row) in self.rows.iter().enumerate() {
+            let symbols = match (row.source, row.start) {
+                (Source::Parameter(index), _) => vec![Symbol::Parameter(index as usize)],
+                (Source::Input(index), _) => [Order::Position, Order::Velocity, Order::Acceleration]
+                    .map(|order| Symbol::Input(index as usize, order))
+                    .to_vec(),
+                (_, Some(start)) if start.known => vec![Symbol::Parameter(start.parameter as usize)],
+                _ => continue,
+            };
+            given.extend(symbols.into_iter().map(|symbol| (symbol, place)));
+        }
+        for (index, &(_, input, order)) in equations.system.followers.iter().enumerate() {
+            if let Some(&place) = given.get(&Symbol::Input(input.0, Order::Position)) {
+                given.insert(Symbol::Follower(index, order), place);
+            }
+        }
+        let single = equations.coordinates.len() + equations.constraints.len() <= SINGLE;
+        let sources = single.then(|| Sources::new(&equations.system.arena, &given, beginning));
+        let mut everything: Vec<usize> = given.into_values().collect();
+        everything.sort_unstable();
+        everything.dedup();
+        let everything: Arc<[usize]> = everything.into();
+        for row in &mut self.rows {
+            row.initial_dependencies = match &sources {
+                Some(sources) => sources.of(row.value).into_iter().collect(),
+                None => everything.clone(),
+            };
+        }
+    }
+
     fn push(&mut self, (name, description, unit): (&str, &str, &Unit), source: Source, value: Expr) {
         self.rows.push(Row {
             name: name.to_string(),
@@ -175,7 +230,8 @@ impl Table {
             derivative_of: None,
             start: None,
             value,
-            dependencies: Vec::new(),
+            dependencies: Arc::default(),
+            initial_dependencies: Arc::default(),
         });
     }
 
@@ -216,12 +272,18 @@ impl Table {
             };
             Some(single.as_ref().and_then(|single| single.get(index)).unwrap_or(&together))
         };
+        let shared: Arc<[usize]> = together.iter().copied().collect();
         for row in &mut self.rows {
             if matches!(row.source, Source::Parameter(_) | Source::Input(_)) {
                 continue;
             }
             let symbols = arena.symbols([row.value]);
             let mut found: BTreeSet<usize> = symbols.iter().filter_map(place).copied().collect();
+            let on_all = symbols.iter().filter_map(through).any(|more| std::ptr::eq(more, &together));
+            if on_all && found.is_subset(&together) {
+                row.dependencies = shared.clone();
+                continue;
+            }
             symbols.iter().filter_map(through).for_each(|more| found.extend(more));
             row.dependencies = found.into_iter().collect();
         }

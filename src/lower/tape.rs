@@ -13,7 +13,7 @@ use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
 pub struct Assembler<'a> {
     arena: &'a Arena,
     layout: Layout,
-    /// Depends on nothing but parameters, for each expression of the arena.
+    /// Depends on nothing but parameters, for each expression of the kernels.
     fixed: Vec<bool>,
     shared: HashMap<Expr, u32>,
     /// Values of the constant registers.
@@ -28,14 +28,14 @@ pub struct Assembler<'a> {
 impl<'a> Assembler<'a> {
     /// Finds the constants and the parameter stage of the given kernels.
     pub fn new(arena: &'a Arena, layout: Layout, kernels: &[&[Expr]]) -> Self {
-        let mut fixed = Vec::with_capacity(arena.len());
-        let all = arena.all();
-        for expr in all {
-            fixed.push(match arena.node(expr) {
+        let used = arena.reachable(kernels.iter().flat_map(|kernel| kernel.iter().copied()));
+        let mut fixed = vec![false; arena.len()];
+        for &expr in &used {
+            fixed[expr.index()] = match arena.node(expr) {
                 Node::Constant(_) => true,
                 Node::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
                 node => node.operands().all(|operand| fixed[operand.index()]),
-            });
+            };
         }
         let mut assembler = Assembler {
             arena,
@@ -47,7 +47,6 @@ impl<'a> Assembler<'a> {
             scratch: 0,
             registers: 0,
         };
-        let used = arena.reachable(kernels.iter().flat_map(|kernel| kernel.iter().copied()));
         assembler.place_constants(&used);
         assembler.place_stage(&used, kernels);
         assembler

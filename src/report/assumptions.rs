@@ -14,7 +14,7 @@ pub fn assumptions(formulated: &mut Formulated) -> Vec<String> {
     let said = equations.system.arena.symbols(values);
     let mut sentences = Vec::new();
     for (index, coordinate) in equations.coordinates.iter().enumerate() {
-        if said.contains(&Symbol::Coordinate(index, Order::Position)) {
+        if said.binary_search(&Symbol::Coordinate(index, Order::Position)).is_ok() {
             continue;
         }
         let unit = if coordinate.angular { "rad" } else { "m" };

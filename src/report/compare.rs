@@ -14,6 +14,7 @@ use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::{Formulated, formulate};
 use crate::mechanism::{Coordinates, Mechanism};
+use crate::size;
 
 /// The choices that every scene has; the scene's own is added if it is another one.
 const CHOICES: [(&str, Coordinates); 4] = [
@@ -113,7 +114,7 @@ const ACCELERATION: &str = "accelerations and reactions";
 const LOOPS: &str = "loop equations, their Jacobian, gamma";
 
 fn figures(mechanism: &Mechanism) -> Figures {
-    match formulate(mechanism) {
+    match formulate(mechanism).and_then(|formulated| size::check_written(&formulated.equations).map(|()| formulated)) {
         Ok(formulated) => match cost(formulated) {
             Ok(cost) => Figures::Good(cost),
             Err(fault) => Figures::Bad { fault },

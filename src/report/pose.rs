@@ -2,6 +2,8 @@
 
 mod coupling;
 
+use std::collections::HashMap;
+
 use cotree_fmu::model::State;
 
 use super::drawing::{Body, Drawing, Force, Joint, JointKind, Spring, Turn};
@@ -16,7 +18,7 @@ use crate::mechanism::{
 /// Draws the initial pose.
 pub fn draw(formulated: &mut Formulated) -> Drawing {
     let mechanism = formulated.equations.system.mechanism;
-    let mut pose = Pose { equations: &mut formulated.equations, state: &formulated.state };
+    let mut pose = Pose::new(formulated);
     let ground = fixed_points(mechanism).into_iter().map(|place| pose.at(place)).collect();
     let mut drawing = Drawing {
         title: mechanism.name.clone(),
@@ -55,7 +57,7 @@ fn pushes(mechanism: &Mechanism, joints: &[Joint]) -> Vec<Force> {
 
 /// Where a point is at the start.
 pub fn position(formulated: &mut Formulated, place: Place) -> [f64; 2] {
-    Pose { equations: &mut formulated.equations, state: &formulated.state }.at(place)
+    Pose::new(formulated).at(place)
 }
 
 /// Where joints and springs meet the ground.
@@ -74,25 +76,29 @@ fn fixed_points(mechanism: &Mechanism) -> Vec<Place> {
 struct Pose<'a, 'm> {
     equations: &'a mut Equations<'m>,
     state: &'a State,
+    /// Values of expressions: the places of a mechanism share most of theirs.
+    known: HashMap<Expr, f64>,
 }
 
-impl Pose<'_, '_> {
-    fn values(&self, exprs: &[Expr]) -> Vec<f64> {
-        self.values_with(exprs, &|input| input)
+/// Values of symbols at a state, if the inputs were changed like this.
+fn values_at(state: &State, changed: impl Fn(f64) -> f64) -> impl Fn(Symbol) -> f64 {
+    move |symbol| match symbol {
+        Symbol::Time => state.time(),
+        Symbol::Parameter(i) => state.parameters()[i],
+        Symbol::Input(i, Order::Position) => changed(state.inputs()[i]),
+        Symbol::Coordinate(i, Order::Position) => state.positions()[i],
+        Symbol::Follower(i, Order::Position) => state.follower_positions()[i],
+        _ => 0.0,
+    }
+}
+
+impl<'a, 'm> Pose<'a, 'm> {
+    fn new(formulated: &'a mut Formulated<'m>) -> Self {
+        Pose { equations: &mut formulated.equations, state: &formulated.state, known: HashMap::new() }
     }
 
-    /// The values if the inputs were changed like this.
-    fn values_with(&self, exprs: &[Expr], changed: &dyn Fn(f64) -> f64) -> Vec<f64> {
-        let state = self.state;
-        let value = |symbol: Symbol| match symbol {
-            Symbol::Time => state.time(),
-            Symbol::Parameter(i) => state.parameters()[i],
-            Symbol::Input(i, Order::Position) => changed(state.inputs()[i]),
-            Symbol::Coordinate(i, Order::Position) => state.positions()[i],
-            Symbol::Follower(i, Order::Position) => state.follower_positions()[i],
-            _ => 0.0,
-        };
-        self.equations.system.arena.evaluate(exprs, &value)
+    fn values(&mut self, exprs: &[Expr]) -> Vec<f64> {
+        self.equations.system.arena.evaluate_more(exprs, &values_at(self.state, |input| input), &mut self.known)
     }
 
     fn at(&mut self, place: Place) -> [f64; 2] {
@@ -171,7 +177,8 @@ impl Pose<'_, '_> {
         for load in &self.equations.system.mechanism.loads {
             let LoadKind::Force { on, vector, in_body } = &load.kind else { continue };
             let exprs = vector.each_ref().map(|component| self.equations.formula(component));
-            let values = self.values_with(&exprs, &|input| if input == 0.0 { 1.0 } else { input });
+            let pushed = values_at(self.state, |input| if input == 0.0 { 1.0 } else { input });
+            let values = self.equations.system.arena.evaluate(&exprs, &pushed);
             let mut direction = [values[0], values[1]];
             if direction == [0.0; 2] {
                 direction = exprs.map(|expr| f64::from(u8::from(expr != Expr::ZERO)));

@@ -43,9 +43,17 @@ impl Kind {
     }
 }
 
-/// Reads TOML. What is wrong goes to `faults`; there is no tree if its shape cannot be trusted.
-pub(crate) fn from_toml(text: &str, faults: &mut Sink) -> Option<Node> {
+/// Reads TOML. What is wrong goes to `faults`; there is no tree if its shape cannot be trusted. A text that is wrong and has none of the
+/// `keys` at its top, or that is wrong in most lines, is something else: that is said once.
+pub(crate) fn from_toml(text: &str, keys: &[&str], faults: &mut Sink) -> Option<Node> {
     let (table, errors) = DeTable::parse_recoverable(text);
+    let strange = |error: &&toml::de::Error| !error.message().starts_with("duplicate key");
+    if let Some(first) = errors.iter().find(strange)
+        && (!keys.iter().any(|key| table.get_ref().contains_key(*key)) || mostly_wrong(text, &errors))
+    {
+        faults.push(something_else(first, text));
+        return None;
+    }
     let mut usable = true;
     let mut last_line = None;
     let mut repeated_table = 0;
@@ -75,6 +83,25 @@ pub(crate) fn from_toml(text: &str, faults: &mut Sink) -> Option<Node> {
 /// Reads JSON, likewise.
 pub(crate) fn from_json(text: &str, faults: &mut Sink) -> Option<Node> {
     json::read(text, faults)
+}
+
+/// Does more than half of the lines have an error, and are there a few of them?
+fn mostly_wrong(text: &str, errors: &[toml::de::Error]) -> bool {
+    let starts = errors.iter().filter_map(|error| Some(error.span()?.start));
+    let mut lines: Vec<usize> =
+        starts.map(|at| text.get(..at).map_or(0, |before| before.rfind('\n').unwrap_or(0))).collect();
+    lines.dedup();
+    let written = text.lines().filter(|line| !line.trim().is_empty() && !line.trim_start().starts_with('#')).count();
+    lines.len() > 4 && 2 * lines.len() > written
+}
+
+/// The fault of a file that is not meant to be TOML.
+fn something_else(first: &toml::de::Error, text: &str) -> Fault {
+    let span = first.span().map_or(Span::new(0, text.len().min(1)), |range| Span::new(range.start, range.end));
+    let label = first.message().trim_end_matches(", expected nothing").to_owned();
+    Fault::new("scene::not_a_scene", "this is not a scene: it is neither TOML nor JSON", span)
+        .label(label)
+        .help("`cotree new NAME` writes a scene to start from")
 }
 
 /// A fault of the file's syntax.

@@ -9,6 +9,7 @@ use cotree_fmu::fmi2::types::fmi2Status::{fmi2Discard, fmi2Error, fmi2OK, fmi2Wa
 use cotree_fmu::fmi2::types::*;
 
 use crate::fmu::*;
+use crate::version;
 
 /// A case: what it is called in the catalogue, what it checks, the check.
 pub type Case = (&'static str, &'static str, fn(&Fmu));
@@ -91,6 +92,7 @@ pub const CASES: &[Case] = &[
     ("X03", "an initial value that does not fit", impossible_initial),
     ("X04", "damaged resources", damaged_resources),
     ("X05", "another model's FMU in the same process", another_model),
+    ("X06", "a runtime of another version in the same process", another_version),
 ];
 
 /// Comes before the reason why a model has nothing that a case is about.
@@ -1251,4 +1253,46 @@ fn another_model(fmu: &Fmu) {
     let state = strangers[0].save();
     assert_eq!(slave.deserialize(&strangers[0].bytes(state)), Err(fmi2Error));
     strangers[0].free(state);
+}
+
+/// An FMU of another version: its own runtime, and a program in that runtime's format.
+fn of_another_version(fmu: &Fmu, folder: &Path) -> Fmu {
+    let path = std::env::var(crate::OTHER).expect("set by the first process");
+    let format = version::format(Path::new(&path));
+    assert_ne!(format, version::format(&Fmu::library_path(&fmu.folder, &fmu.identifier)));
+    copy(&fmu.folder.join("resources"), &folder.join("resources"));
+    let program = folder.join("resources/program.bin");
+    let mut bytes = std::fs::read(&program).expect("a program");
+    // After the mark.
+    bytes[4..8].copy_from_slice(&format.to_le_bytes());
+    std::fs::write(&program, bytes).expect("a file");
+    let mut other = Fmu::open(&fmu.folder);
+    (other.folder, other.library) = (folder.to_owned(), Library::load(Path::new(&path)));
+    other
+}
+
+/// In turns with an instance of a runtime of another version; neither reads what the other has written.
+fn another_version(fmu: &Fmu) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let other = of_another_version(fmu, folder.path());
+    let expected = fmu.started().run(0..20);
+    let (slave, stranger) = (fmu.started(), other.started());
+    for step in 0..20 {
+        let wanted = &expected[step as usize..=step as usize];
+        assert!(slave.run(step..step + 1) == wanted && stranger.run(step..step + 1) == wanted);
+    }
+    for [reader, writer] in [[&slave, &stranger], [&stranger, &slave]] {
+        let [name, guid, _] = good(reader.fmu);
+        let location = CString::new(writer.fmu.resources()).expect("no zero");
+        let messages = Messages::default();
+        assert!(make(reader.fmu, [Some(&name), Some(&guid), Some(&location)], &callbacks(&messages)).is_null());
+        let said = messages.lock().expect("not poisoned").pop().expect("a message").3;
+        assert!(said.contains("format") && said.contains("export again"), "{said}");
+        let state = writer.save();
+        assert_eq!(reader.deserialize(&writer.bytes(state)), Err(fmi2Error));
+        writer.free(state);
+        let said = reader.log().pop().expect("a message").3;
+        assert!(said.contains("the saved state cannot be read: format"), "{said}");
+    }
+    assert_eq!(slave.run(20..30), stranger.run(20..30));
 }

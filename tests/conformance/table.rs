@@ -1,5 +1,6 @@
 //! The results of the catalogue as a table.
 
+use std::collections::BTreeMap;
 use std::env;
 use std::fmt::Write;
 
@@ -11,6 +12,8 @@ pub enum Outcome {
     Failed(String),
     /// The model has nothing that the case is about; with the reason.
     Nothing(String),
+    /// The client cannot express the case; with the reason.
+    Beyond(String),
 }
 
 impl Outcome {
@@ -22,7 +25,7 @@ impl Outcome {
         match self {
             Self::Passed => "pass",
             Self::Failed(_) => "FAIL",
-            Self::Nothing(_) => "-",
+            Self::Nothing(_) | Self::Beyond(_) => "-",
         }
     }
 }
@@ -32,9 +35,17 @@ pub struct Row {
     pub case: &'static str,
     pub what: &'static str,
     pub outcomes: Vec<Outcome>,
+    /// Who has run it; nobody for rules of the archive.
+    pub clients: Vec<&'static str>,
+    /// Who cannot, and why.
+    pub beyond: BTreeMap<&'static str, String>,
 }
 
 impl Row {
+    pub fn new(case: &'static str, what: &'static str, outcomes: Vec<Outcome>, clients: Vec<&'static str>) -> Self {
+        Self { case, what, outcomes, clients, beyond: BTreeMap::new() }
+    }
+
     fn nothing(&self) -> impl Iterator<Item = (usize, &str)> {
         let outcomes = self.outcomes.iter().enumerate();
         outcomes.filter_map(|(model, outcome)| match outcome {
@@ -48,9 +59,9 @@ impl Row {
 pub fn plain(models: &[&str], rows: &[Row]) -> String {
     let heads: String = models.iter().map(|model| format!("{model:>14}")).collect();
     let mut text = format!("case {heads}  what\n");
-    for Row { case, what, outcomes } in rows {
+    for Row { case, what, outcomes, clients, .. } in rows {
         let words: String = outcomes.iter().map(|outcome| format!("{:>14}", outcome.word())).collect();
-        let _ = writeln!(text, "{case:5}{words}  {what}");
+        let _ = writeln!(text, "{case:5}{words}  {what} ({})", clients.join(", "));
     }
     text
 }
@@ -58,7 +69,7 @@ pub fn plain(models: &[&str], rows: &[Row]) -> String {
 /// What failed, and what no model could show.
 pub fn failures(models: &[&str], rows: &[Row]) -> Vec<String> {
     let mut failures = Vec::new();
-    for Row { case, what, outcomes } in rows {
+    for Row { case, what, outcomes, .. } in rows {
         for (outcome, model) in outcomes.iter().zip(models) {
             if let Outcome::Failed(reason) = outcome {
                 failures.push(format!("{case} {model}: {what}\n{reason}"));
@@ -80,8 +91,9 @@ pub fn markdown(models: &[&str], rows: &[Row], glibc: &str) -> String {
     let mut text = format!(
         "# Conformance\n\nWritten by `tools/conformance.sh` on {}, commit {}. Do not edit.\n\n\
          {} cases with {} models: {} passed, {} failed, {} where the model has nothing that the case is about.\n\
-         S: rules for the archive. D: calls through the C interface, each case in a fresh process. M: Model Exchange. X: beyond the \
-         catalogue.\nThe newest version of the C library that the shared library for this platform asks for: {glibc}.\n\n",
+         S: rules for the archive. D: calls, each case in a fresh process. M: Model Exchange. X: beyond the catalogue.\n\
+         Clients: the raw C interface, and two importers that others have written: fmpy (Python) and fmi-rs (Rust). A model passes if it \
+         passes with each of them.\nThe newest version of the C library that the shared library for this platform asks for: {glibc}.\n\n",
         said("COTREE_DATE"),
         said("COTREE_COMMIT"),
         rows.len(),
@@ -90,16 +102,22 @@ pub fn markdown(models: &[&str], rows: &[Row], glibc: &str) -> String {
         counted("FAIL"),
         counted("-"),
     );
-    let _ = writeln!(text, "| case | what | {} |", models.join(" | "));
-    let _ = writeln!(text, "|---|---|{}", "---|".repeat(models.len()));
-    for Row { case, what, outcomes } in rows {
+    let _ = writeln!(text, "| case | what | clients | {} |", models.join(" | "));
+    let _ = writeln!(text, "|---|---|---|{}", "---|".repeat(models.len()));
+    for Row { case, what, outcomes, clients, .. } in rows {
         let words: Vec<&str> = outcomes.iter().map(Outcome::word).collect();
-        let _ = writeln!(text, "| {case} | {what} | {} |", words.join(" | "));
+        let _ = writeln!(text, "| {case} | {what} | {} | {} |", clients.join(", "), words.join(" | "));
     }
     text.push_str("\n## Nothing to check\n\n");
     for row in rows {
         for (model, reason) in row.nothing() {
             let _ = writeln!(text, "- {} with {}: {reason}", row.case, models[model]);
+        }
+    }
+    text.push_str("\n## What an importer cannot express\n\n");
+    for row in rows {
+        for (client, reason) in &row.beyond {
+            let _ = writeln!(text, "- {} with {client}: {reason}", row.case);
         }
     }
     text

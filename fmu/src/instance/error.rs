@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::crossing::Crossing;
 use crate::frame::FrameError;
 use crate::solver::Failure;
 
@@ -123,6 +124,17 @@ pub enum InstanceError {
         /// Is it running?
         running: bool,
     },
+    /// The loops cannot follow a jump.
+    #[error("{}; {cause}; change it in smaller steps, or give its rate as well", jumped(.jumps))]
+    Jump {
+        /// What has jumped since the last step: name, value before, value now.
+        jumps: Vec<(String, f64, f64)>,
+        /// What happens then.
+        cause: Failure,
+    },
+    /// Branches of the motion cross, and the importer integrates.
+    #[error("at t = {:.6} s the mechanism is in a singular pose: the loops at {} hold less there, and an integrator outside does not see on which branch the motion goes on; use Co-Simulation", .0.time, list(&.0.joints))]
+    Crossing(Crossing),
     /// A saved state of something else.
     #[error("this state was saved by another model")]
     ForeignState,
@@ -132,6 +144,15 @@ pub enum InstanceError {
     /// The solver gives up.
     #[error(transparent)]
     Solver(#[from] Failure),
+}
+
+fn list(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+fn jumped(jumps: &[(String, f64, f64)]) -> String {
+    let one = |(name, from, to): &(String, f64, f64)| format!("`{name}` jumped from {from} to {to}");
+    jumps.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
 fn bounds(min: Option<f64>, max: Option<f64>) -> String {

@@ -15,7 +15,16 @@ impl Instance {
         }
         self.initialise()?;
         self.now.phase = Phase::Exchange;
-        Ok(())
+        if self.model.program().motion == Motion::Kinematic {
+            return Ok(());
+        }
+        match self.watch.begin(&self.model, &self.now.state) {
+            None => Ok(()),
+            Some(crossing) => {
+                self.now.phase = Phase::Initial { solved: true };
+                Err(InstanceError::Crossing(crossing))
+            }
+        }
     }
 
     /// Number of continuous states.
@@ -96,6 +105,9 @@ impl Instance {
     }
 
     /// After an accepted step of the importer's integrator: have the loops come apart by more than the tolerance?
+    ///
+    /// # Errors
+    /// The step has gone through a pose in which branches of the motion cross: what comes after it means nothing.
     pub fn complete_step(&mut self) -> Result<bool, InstanceError> {
         self.settle()?;
         match self.model.program().motion {
@@ -104,6 +116,9 @@ impl Instance {
                 Ok(false)
             }
             Motion::Dynamic => {
+                if let Some(crossing) = self.watch.step(&self.model, &self.now.state, self.now.tolerance) {
+                    return Err(InstanceError::Crossing(crossing));
+                }
                 self.load()?;
                 Ok(self.stepper.gap(&self.model, &mut self.machine, &self.now.state) > self.now.tolerance)
             }
@@ -120,7 +135,8 @@ impl Instance {
         let settings = self.settings();
         let before = if self.now.run.is_changed() { self.now.run.before() } else { &self.now.state };
         self.shown.copy_from(&self.now.state);
-        self.stepper.settle(&self.model, &mut self.machine, before, &mut self.shown, &settings)?;
+        let settled = self.stepper.settle(&self.model, &mut self.machine, before, &mut self.shown, &settings);
+        settled.map_err(|failure| self.explained(failure))?;
         let moved = self.shown != self.now.state;
         self.now.state.copy_from(&self.shown);
         self.now.run.keep(&self.now.state);

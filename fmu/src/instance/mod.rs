@@ -4,6 +4,7 @@
 //! again. Values can be read as soon as setup is done; the initial state is solved for when it is first needed and again after a
 //! change. A failure leaves the instance as it was: other values may be tried.
 
+mod crossing;
 mod derivatives;
 mod error;
 mod exchange;
@@ -11,6 +12,7 @@ mod snapshot;
 
 use std::sync::Arc;
 
+pub use crossing::Crossing;
 pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
 pub use snapshot::Snapshot;
@@ -23,7 +25,8 @@ use crate::solver::expansion::Expansion;
 use crate::solver::initial::solve_initial;
 use crate::solver::stepping::Stepper;
 use crate::solver::tangent::Tangent;
-use crate::solver::{Engine, Passage, Settings, Statistics};
+use crate::solver::{Engine, Failure, Passage, Settings, Statistics};
+use crossing::Watch;
 use snapshot::{Phase, TOLERANCES};
 
 /// How far a last step may overrun the stop time by rounding, relative to the step.
@@ -49,6 +52,8 @@ pub struct Instance {
     accelerations: Accelerations,
     tangent: Tangent,
     expansion: Expansion,
+    /// Model Exchange only.
+    watch: Watch,
     /// The pose of a driven mechanism that fits a change of time, parameters or inputs, before the change has become a step.
     shown: State,
     outputs: Vec<f64>,
@@ -67,6 +72,7 @@ impl Instance {
             accelerations: Accelerations::new(&model),
             tangent: Tangent::new(&model),
             expansion: Expansion::default(),
+            watch: Watch::default(),
             shown: model.default_state(0.0),
             outputs: vec![0.0; model.program().tapes.outputs.results.len()],
             computed: Computed::default(),
@@ -136,6 +142,9 @@ impl Instance {
     pub fn set_engine(&mut self, engine: Engine) -> Result<(), InstanceError> {
         if self.now.phase == Phase::Running {
             return Err(InstanceError::Phase { running: true });
+        }
+        if engine == Engine::Radau {
+            self.stepper.permit_implicit(&self.model);
         }
         self.now.engine = engine;
         self.now.automatic = false;
@@ -312,7 +321,8 @@ impl Instance {
         } else {
             let settings = self.settings();
             let Snapshot { state, run, .. } = &mut self.now;
-            self.stepper.step_to(&self.model, &mut self.machine, state, run, time, &settings)?;
+            let done = self.stepper.step_to(&self.model, &mut self.machine, state, run, time, &settings);
+            done.map_err(|failure| self.explained(failure))?;
             self.behind = false;
         }
         self.now.derivatives.fill(false);
@@ -387,10 +397,33 @@ impl Instance {
             let settings = self.settings();
             self.shown.copy_from(&self.now.state);
             let before = self.now.run.before();
-            self.stepper.settle(&self.model, &mut self.machine, before, &mut self.shown, &settings)?;
+            let settled = self.stepper.settle(&self.model, &mut self.machine, before, &mut self.shown, &settings);
+            settled.map_err(|failure| self.explained(failure))?;
         }
         self.computed.state = true;
         Ok(())
+    }
+
+    /// A failure of the solver; at the present time already, it comes from what was set here.
+    fn explained(&self, failure: Failure) -> InstanceError {
+        let now = matches!(failure, Failure::LockUp { time, .. } if time <= self.time());
+        let jumps = if now && self.now.run.is_changed() { self.jumps() } else { Vec::new() };
+        if jumps.is_empty() { InstanceError::Solver(failure) } else { InstanceError::Jump { jumps, cause: failure } }
+    }
+
+    /// Parameters and inputs that have changed since the last step: name, value before, value now.
+    fn jumps(&self) -> Vec<(String, f64, f64)> {
+        let (before, now) = (self.now.run.before(), &self.now.state);
+        let value = |state: &State, source: Source| match source {
+            Source::Parameter(index) => state.parameters().get(index as usize).copied(),
+            Source::Input(index) => state.inputs().get(index as usize).copied(),
+            _ => None,
+        };
+        let changed = self.model.program().variables.iter().filter_map(|variable| {
+            let (from, to) = (value(before, variable.source)?, value(now, variable.source)?);
+            (from != to).then(|| (variable.name.clone(), from, to))
+        });
+        changed.collect()
     }
 
     /// Brings the state that can be seen into the registers. Accelerations and reactions stay there.
@@ -429,6 +462,7 @@ impl Instance {
         self.computed = Computed::default();
         self.behind = false;
         self.stepper.forget();
+        self.watch = Watch::default();
     }
 
     /// A copy of all that the future depends on.
@@ -449,10 +483,14 @@ impl Instance {
         if snapshot.model != self.now.model {
             return Err(InstanceError::ForeignState);
         }
+        if snapshot.engine == Engine::Radau {
+            self.stepper.permit_implicit(&self.model);
+        }
         self.now.copy_from(snapshot);
         self.computed = Computed::default();
         self.behind = false;
         self.stepper.forget();
+        self.watch = Watch::default();
         Ok(())
     }
 }

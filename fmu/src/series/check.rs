@@ -1,7 +1,8 @@
 //! What must hold for an arm form, so that finding series cannot fail.
 
 use super::MAX_SWITCHES;
-use super::form::{ArmForm, Factor, Operation, Place, Slot, Source, Step};
+use super::form::{ArmForm, Factor, Given, Operation, Place, Slot, Source, Step};
+use crate::program::Program;
 
 /// Holds, or what does not.
 type Check = Result<(), &'static str>;
@@ -11,12 +12,19 @@ fn holds(condition: bool, what: &'static str) -> Check {
 }
 
 impl ArmForm {
-    /// Checks everything but the tape of the coefficients, for a program with so many coordinates and loop equations.
+    /// Checks everything but the tape of the coefficients, as a part of a program.
     ///
     /// # Errors
     /// What is wrong.
-    pub fn check(&self, coordinates: usize, constraints: usize) -> Check {
-        self.check_unknowns(coordinates)?;
+    pub fn check(&self, program: &Program) -> Check {
+        let constraints = program.constraints.len();
+        self.check_unknowns(program.coordinates.len())?;
+        let given = self.tape.given.iter().all(|(_, given)| match *given {
+            Given::Time => true,
+            Given::Input(index, _) => (index as usize) < program.inputs.len(),
+            Given::Follower(index, _) => (index as usize) < program.followers.len(),
+        });
+        holds(given, "what a series is given by")?;
         let written = self.check_tape()?;
         let signal = |slot: Slot| self.is_signal(slot) && written.get(slot as usize) == Some(&true);
         let coefficient = |place: &u32| (*place as usize) < self.coefficients.results.len();

@@ -1,6 +1,6 @@
 //! Sparse matrices of complex constants, stored as the nonzero pieces of their columns.
 
-use super::lane::{Lane, WIDTH, ZERO, minus, plus, splat};
+use super::lane::{Lane, WIDTH, ZERO, add, minus, plus, splat};
 
 /// One lane of one column.
 #[derive(Clone, Copy, Debug)]
@@ -45,21 +45,25 @@ impl Columns {
     /// sum + (re + i im)(x + i y)
     #[inline(always)]
     pub fn complex(&self, lane: usize, x: &[f64], y: &[f64], [mut gx, mut gy]: [Lane; 2]) -> [Lane; 2] {
+        // Two sums for each, which do not wait for each other.
+        let (mut hx, mut hy) = (ZERO, ZERO);
         for piece in &self.pieces[self.first[lane]..self.first[lane + 1]] {
             let (x, y) = (splat(x[piece.column]), splat(y[piece.column]));
-            gx = minus(plus(gx, piece.re, x), piece.im, y);
-            gy = plus(plus(gy, piece.re, y), piece.im, x);
+            (gx, gy) = (plus(gx, piece.re, x), plus(gy, piece.re, y));
+            (hx, hy) = (minus(hx, piece.im, y), plus(hy, piece.im, x));
         }
-        [gx, gy]
+        [add(gx, hx), add(gy, hy)]
     }
 
-    /// sum + re x + im y
+    /// sum of re x + im y
     #[inline(always)]
-    pub fn dot(&self, lane: usize, x: &[f64], y: &[f64], mut sum: Lane) -> Lane {
+    pub fn dot(&self, lane: usize, x: &[f64], y: &[f64]) -> Lane {
+        let (mut re, mut im) = (ZERO, ZERO);
         for piece in &self.pieces[self.first[lane]..self.first[lane + 1]] {
-            sum = plus(plus(sum, piece.re, splat(x[piece.column])), piece.im, splat(y[piece.column]));
+            re = plus(re, piece.re, splat(x[piece.column]));
+            im = plus(im, piece.im, splat(y[piece.column]));
         }
-        sum
+        add(re, im)
     }
 
     /// sum + (re + i im) x, x real

@@ -1,9 +1,11 @@
 //! The inverse of the symmetric matrix [M J^T; J 0], once a step.
 
-use super::lane::{Lane, WIDTH, ZERO, add, lanes, minus, multiply, plus, splat};
+use super::lane::{Lane, WIDTH, ZERO, add, lanes, larger, largest, minus, multiply, plus, splat, subtract};
 
 /// The smallest pivot that counts, relative to the largest entry of its row.
 const SINGULAR: f64 = 1e-13;
+/// An entry of the diagonal that is larger than this, in the same units, is the pivot without looking for a larger one.
+const GOOD: f64 = 0.1;
 
 /// A square matrix by rows, whose rows and columns may have their own places.
 #[derive(Clone, Debug)]
@@ -13,16 +15,23 @@ pub(super) struct Inverse {
     /// Place of each column in its row.
     places: Vec<usize>,
     rows: Vec<Lane>,
+    /// For each column a row of ones with a zero at its place: no single number is written into a row that is read in lanes right after.
+    others: Vec<Lane>,
     /// Row that was the pivot of each column.
     pivots: Vec<usize>,
-    largest: Vec<f64>,
+    /// One over the largest entry that each row began with.
+    scales: Vec<f64>,
 }
 
 impl Inverse {
     /// For columns at these places of rows with room for so many.
     pub fn new(places: Vec<usize>, room: usize) -> Self {
         let (size, width) = (places.len(), lanes(room));
-        Self { width, places, rows: vec![ZERO; size * width], pivots: vec![0; size], largest: vec![0.0; size] }
+        let mut others = vec![splat(1.0); size * width];
+        for (row, place) in others.chunks_exact_mut(width.max(1)).zip(&places) {
+            row.as_flattened_mut()[*place] = 0.0;
+        }
+        Self { width, others, rows: vec![ZERO; size * width], pivots: vec![0; size], scales: vec![0.0; size], places }
     }
 
     /// Zero.
@@ -92,13 +101,14 @@ impl Inverse {
 
     #[inline(always)]
     fn eliminate_all(&mut self, width: usize) -> bool {
-        for (row, largest) in self.rows.chunks_exact(width).zip(&mut self.largest) {
-            *largest = row.as_flattened().iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+        for (row, scale) in self.rows.chunks_exact(width).zip(&mut self.scales) {
+            *scale = 1.0 / largest(row.iter().fold(ZERO, |largest, entries| larger(largest, *entries)));
         }
         for column in 0..self.places.len() {
-            let pivot = self.heaviest(column, width);
+            let good = self.weight(column, column, width) > GOOD;
+            let pivot = if good { column } else { self.heaviest(column, width) };
             // Written so that NaN is singular too.
-            let regular = self.weight(pivot, column, width) > SINGULAR;
+            let regular = good || self.weight(pivot, column, width) > SINGULAR;
             if !regular {
                 return false;
             }
@@ -118,7 +128,7 @@ impl Inverse {
 
     #[inline(always)]
     fn weight(&self, row: usize, column: usize, width: usize) -> f64 {
-        self.rows.as_flattened()[row * width * WIDTH + self.places[column]].abs() / self.largest[row]
+        self.rows.as_flattened()[row * width * WIDTH + self.places[column]].abs() * self.scales[row]
     }
 
     /// The row whose entry is the largest in relation to its others.
@@ -139,7 +149,7 @@ impl Inverse {
         if a != b {
             let (upper, lower) = self.rows.split_at_mut(b * width);
             upper[a * width..][..width].swap_with_slice(&mut lower[..width]);
-            self.largest.swap(a, b);
+            self.scales.swap(a, b);
         }
     }
 
@@ -148,17 +158,18 @@ impl Inverse {
         let place = self.places[column];
         let (before, rest) = self.rows.split_at_mut(column * width);
         let (pivot, after) = rest.split_at_mut(width);
+        let others = &self.others[column * width..][..width];
         let inverse = splat(1.0 / pivot.as_flattened()[place]);
-        pivot.as_flattened_mut()[place] = 1.0;
-        pivot.iter_mut().for_each(|entries| *entries = multiply(*entries, inverse));
+        for (entries, others) in pivot.iter_mut().zip(others) {
+            *entries = multiply(plus(subtract(splat(1.0), *others), *entries, *others), inverse);
+        }
         for row in before.chunks_exact_mut(width).chain(after.chunks_exact_mut(width)) {
             let factor = row.as_flattened()[place];
             if factor == 0.0 {
                 continue;
             }
-            row.as_flattened_mut()[place] = 0.0;
-            for (entries, above) in row.iter_mut().zip(&*pivot) {
-                *entries = minus(*entries, splat(factor), *above);
+            for ((entries, above), others) in row.iter_mut().zip(&*pivot).zip(others) {
+                *entries = minus(multiply(*entries, *others), splat(factor), *above);
             }
         }
     }

@@ -1,5 +1,7 @@
 //! Four numbers at a time, every one rounded as if it were alone.
 
+use crate::math;
+
 /// Numbers in a lane.
 pub(super) const WIDTH: usize = 4;
 
@@ -48,4 +50,17 @@ pub(super) fn plus(sum: Lane, a: Lane, b: Lane) -> Lane {
 #[inline(always)]
 pub(super) fn minus(sum: Lane, a: Lane, b: Lane) -> Lane {
     [sum[0] - a[0] * b[0], sum[1] - a[1] * b[1], sum[2] - a[2] * b[2], sum[3] - a[3] * b[3]]
+}
+
+/// The larger magnitudes; NaN stays.
+#[inline(always)]
+pub(super) fn larger(a: Lane, b: Lane) -> Lane {
+    let pick = |a: f64, b: f64| math::maximum(a, b.abs());
+    [pick(a[0], b[0]), pick(a[1], b[1]), pick(a[2], b[2]), pick(a[3], b[3])]
+}
+
+/// The largest of the four, or NaN.
+#[inline(always)]
+pub(super) fn largest(lane: Lane) -> f64 {
+    math::maximum(math::maximum(lane[0], lane[1]), math::maximum(lane[2], lane[3]))
 }

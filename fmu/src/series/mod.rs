@@ -4,7 +4,7 @@
 //! * `jet`: the series of one motion, by one factorisation and one pass for each order.
 //! * `switch`: laws in pieces.
 //! * `tape`: scalar series for signals of time and the laws of loads.
-//! * `columns`, `inverse`, `lane`: sparse constants, the factorisation, four numbers at a time.
+//! * `columns`, `inverse`, `lane`, `turn`: sparse constants, the factorisation, four numbers and four angles at a time.
 
 mod check;
 mod columns;
@@ -14,6 +14,7 @@ mod jet;
 mod lane;
 mod switch;
 mod tape;
+mod turn;
 
 pub use jet::{Jet, Singular};
 pub use switch::{Choices, MAX_SWITCHES};

@@ -142,12 +142,21 @@ impl Engines<'_> {
         let mut pace = Pace::new(context, run);
         while run.front_time < horizon.target {
             pace.check(context, run, horizon.target)?;
+            let before = run.front_time;
+            // Series look after singular poses by themselves.
+            let watched = has_loops(context) && (context.settings.engine != Engine::Taylor || run.choice.stiff);
+            if watched && self.passes_by_series(context, run, horizon)? {
+                continue;
+            }
             if context.settings.engine == Engine::Radau {
                 self.implicit.single(context, run, horizon)?;
             } else if run.choice.stiff {
                 self.stiff_step(context, run, horizon)?;
             } else {
                 self.other_step(context, run, horizon)?;
+            }
+            if let (true, Some(taylor)) = (watched, &mut self.taylor) {
+                taylor.watch(context, run, run.front_time - before);
             }
         }
         Ok(())
@@ -157,7 +166,7 @@ impl Engines<'_> {
     pub fn read(&mut self, context: &mut Context, run: &Continuation, target: f64, motion: &mut [f64]) -> bool {
         match (context.settings.engine, &mut self.taylor) {
             _ if run.implicit.is_last() => Implicit::read(run, target, motion),
-            (Engine::Taylor, Some(taylor)) if run.order > 0 || run.front_time == target => {
+            (engine, Some(taylor)) if run.order > 0 || engine == Engine::Taylor && run.front_time == target => {
                 taylor.read(context, run, target, motion) == Reading::Open
             }
             _ => self.explicit.read(run, target, motion),
@@ -171,6 +180,24 @@ impl Engines<'_> {
             context.machine.load(context.model, state);
             self.implicit.tighten(context, run, state.positions_mut());
         }
+    }
+
+    /// A step by series where another engine is in charge, if a singular pose is near.
+    fn passes_by_series(
+        &mut self,
+        context: &mut Context,
+        run: &mut Continuation,
+        horizon: Horizon,
+    ) -> Result<bool, Failure> {
+        let Some(taylor) = &mut self.taylor else { return Ok(false) };
+        if !taylor.is_needed(context, run) {
+            return Ok(false);
+        }
+        run.implicit.forget();
+        self.implicit.forget();
+        taylor.single(context, self.explicit, run, horizon)?;
+        self.explicit.forget();
+        Ok(true)
     }
 
     fn stiff_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
@@ -206,6 +233,11 @@ impl Engines<'_> {
         }
         Ok(())
     }
+}
+
+/// Without loops there are no singular poses.
+fn has_loops(context: &Context) -> bool {
+    !context.model.active().is_empty()
 }
 
 /// What an implicit step costs, in steps of the engine that the settings name.

@@ -10,7 +10,7 @@ use super::continuation::Continuation;
 use super::dynamic::{Horizon, motion, underflow};
 use super::length::{STRETCH, shortest, within};
 use super::radau::{DENSE_ORDER, Newton, Radau, evaluate};
-use super::{Context, Failure};
+use super::{Context, Engine, Failure};
 use crate::math;
 use crate::model::Model;
 
@@ -46,8 +46,8 @@ const LONGEST_START: f64 = 1.0;
 /// The motion before is continued over at most so many times its last step for a first guess.
 const EXTRAPOLATED: f64 = 8.0;
 
-/// Storage for implicit steps.
-#[derive(Clone, Debug)]
+/// Storage for implicit steps; by default, none.
+#[derive(Clone, Debug, Default)]
 pub struct Implicit {
     radau: Radau,
     next: Vec<f64>,
@@ -125,8 +125,19 @@ impl Memory {
 }
 
 impl Implicit {
-    /// Storage for a model.
+    /// Storage for a model, if its program may ask for implicit steps: it grows with the square of the coordinates.
     pub fn new(model: &Model) -> Self {
+        let program = model.program();
+        if program.automatic || program.engine == Engine::Radau { Self::allocate(model) } else { Self::default() }
+    }
+
+    /// Is there storage for a model?
+    pub fn is_allocated(&self, model: &Model) -> bool {
+        self.next.len() == 2 * model.coordinates()
+    }
+
+    /// Storage for a model.
+    pub fn allocate(model: &Model) -> Self {
         let n = model.coordinates();
         Self {
             radau: Radau::new(n),

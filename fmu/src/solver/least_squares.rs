@@ -3,13 +3,20 @@
 //!
 //! Gauss-Newton steps by the pseudo-inverse, damped (Levenberg-Marquardt) when they do not help. The Jacobian falls apart into
 //! blocks without common unknowns, which are decomposed one by one: thousands of unknowns cost little when few of them depend on each other.
+//! Of blocks that are large themselves the normal equations are factorised, which have few entries.
 
 use nalgebra::{DMatrix, DVector, SVD};
+
+use super::sparse::{Factors, Row};
 
 /// Singular values below this share of the largest do not count.
 const RANK: f64 = 1e-10;
 /// Most steps.
 const ITERATIONS: usize = 200;
+/// Blocks with more rows and more columns than this are sparse.
+const DENSE: usize = 150;
+/// What takes the place of [`RANK`] in normal equations, where singular values are squared; relative to the largest singular value.
+const SMOOTHING: f64 = 1e-6;
 /// Damping, relative to the largest singular value, tried in this order.
 const DAMPING: [f64; 8] = [0.0, 1e-6, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0];
 /// So many steps without progress end the search.
@@ -65,10 +72,17 @@ fn sum_of_squares(r: &[f64]) -> f64 {
 
 /// J^+ r over all blocks, no component longer than `reach`.
 fn step(blocks: &[Block], r: &[f64], unknowns: usize, damping: f64, reach: f64) -> Vec<f64> {
-    let largest = blocks.iter().map(|block| block.values.max()).fold(0.0, f64::max);
+    let size = |block: &Block| match block {
+        Block::Dense(block) => block.values.max(),
+        Block::Sparse(block) => block.size,
+    };
+    let largest = blocks.iter().map(size).fold(0.0, f64::max);
     let mut step = vec![0.0; unknowns];
     for block in blocks {
-        block.apply(r, damping * largest, RANK * largest, &mut step);
+        match block {
+            Block::Dense(block) => block.apply(r, damping * largest, RANK * largest, &mut step),
+            Block::Sparse(block) => block.apply(r, damping.max(SMOOTHING) * largest, &mut step),
+        }
     }
     let longest = step.iter().fold(0.0, |longest: f64, d| longest.max(d.abs()));
     if longest > reach {
@@ -77,8 +91,14 @@ fn step(blocks: &[Block], r: &[f64], unknowns: usize, damping: f64, reach: f64) 
     step
 }
 
-/// U S V^T of the rows and columns that depend on each other.
-struct Block {
+/// The rows and columns that depend on each other.
+enum Block {
+    Dense(DenseBlock),
+    Sparse(SparseBlock),
+}
+
+/// As U S V^T.
+struct DenseBlock {
     rows: Vec<usize>,
     columns: Vec<usize>,
     u: DMatrix<f64>,
@@ -86,7 +106,7 @@ struct Block {
     v_transposed: DMatrix<f64>,
 }
 
-impl Block {
+impl DenseBlock {
     fn apply(&self, r: &[f64], damping: f64, smallest: f64, step: &mut [f64]) {
         let right = DVector::from_iterator(self.rows.len(), self.rows.iter().map(|&row| r[row]));
         let mut components = self.u.tr_mul(&right);
@@ -117,6 +137,78 @@ impl Block {
     }
 }
 
+/// As its entries.
+struct SparseBlock {
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+    /// Both by their places in the block.
+    entries: Vec<Entry>,
+    /// A bound of the largest singular value.
+    size: f64,
+    /// Has J J^T fewer entries than J^T J?
+    by_rows: bool,
+}
+
+impl SparseBlock {
+    fn new(rows: Vec<usize>, columns: Vec<usize>, entries: Vec<Entry>) -> Self {
+        let (mut by_row, mut by_column) = (vec![0.0; rows.len()], vec![0.0; columns.len()]);
+        for &(row, column, value) in &entries {
+            by_row[row] += value.abs();
+            by_column[column] += value.abs();
+        }
+        let largest = |sums: &[f64]| sums.iter().copied().fold(0.0, f64::max);
+        let size = (largest(&by_row) * largest(&by_column)).sqrt();
+        let crossings = |count: usize, line: fn(&Entry) -> usize| -> usize {
+            let mut lines = vec![0_usize; count];
+            entries.iter().for_each(|entry| lines[line(entry)] += 1);
+            lines.into_iter().map(|length| length * length).sum()
+        };
+        let by_rows = crossings(columns.len(), |entry| entry.1) <= crossings(rows.len(), |entry| entry.0);
+        Self { rows, columns, entries, size, by_rows }
+    }
+
+    /// J^T (J J^T + damping^2)^-1 r = (J^T J + damping^2)^-1 J^T r, refined once.
+    fn apply(&self, r: &[f64], damping: f64, step: &mut [f64]) {
+        let Some(factors) = Factors::new(self.normal(damping)) else { return };
+        let mut rest: Vec<f64> = self.rows.iter().map(|&row| r[row]).collect();
+        let mut total = vec![0.0; self.columns.len()];
+        for _ in 0..2 {
+            let mut part = vec![0.0; self.columns.len()];
+            if self.by_rows {
+                let mut weights = rest.clone();
+                factors.solve(&mut weights);
+                self.entries.iter().for_each(|&(row, column, value)| part[column] += value * weights[row]);
+            } else {
+                self.entries.iter().for_each(|&(row, column, value)| part[column] += value * rest[row]);
+                factors.solve(&mut part);
+            }
+            self.entries.iter().for_each(|&(row, column, value)| rest[row] -= value * part[column]);
+            total.iter_mut().zip(part).for_each(|(total, part)| *total += part);
+        }
+        for (&column, value) in self.columns.iter().zip(total) {
+            step[column] = value;
+        }
+    }
+
+    /// J J^T + damping^2 or J^T J + damping^2.
+    fn normal(&self, damping: f64) -> Vec<Row> {
+        let (size, others) =
+            if self.by_rows { (self.rows.len(), self.columns.len()) } else { (self.columns.len(), self.rows.len()) };
+        let mut crossing: Vec<Vec<(usize, f64)>> = vec![Vec::new(); others];
+        for &(row, column, value) in &self.entries {
+            let (own, other) = if self.by_rows { (row, column) } else { (column, row) };
+            crossing[other].push((own, value));
+        }
+        let mut normal: Vec<Row> = (0..size).map(|index| Row::from([(index, damping * damping)])).collect();
+        for line in crossing {
+            for &(i, a) in &line {
+                line.iter().for_each(|&(j, b)| *normal[i].entry(j).or_default() += a * b);
+            }
+        }
+        normal
+    }
+}
+
 /// Splits a sparse matrix into blocks without common columns.
 fn decompose(rows: usize, columns: usize, entries: &[Entry]) -> Vec<Block> {
     let mut sets = Sets::new(columns);
@@ -143,13 +235,22 @@ fn decompose(rows: usize, columns: usize, entries: &[Entry]) -> Vec<Block> {
             set.push(row);
         }
     }
-    let mut matrices: Vec<_> =
-        members.iter().map(|(rows, columns)| DMatrix::zeros(rows.len(), columns.len())).collect();
+    let mut own: Vec<Vec<Entry>> = vec![Vec::new(); columns];
     for &(row, column, value) in entries.iter().filter(|entry| entry.2 != 0.0) {
-        matrices[sets.root(column)][(row_place[row], column_place[column])] += value;
+        own[sets.root(column)].push((row_place[row], column_place[column], value));
     }
-    let blocks = members.into_iter().zip(matrices).filter(|((rows, _), _)| !rows.is_empty());
-    blocks.filter_map(|((rows, columns), matrix)| Block::new(rows, columns, matrix)).collect()
+    let blocks = members.into_iter().zip(own).filter(|((rows, _), _)| !rows.is_empty());
+    blocks.filter_map(|((rows, columns), entries)| block(rows, columns, entries)).collect()
+}
+
+/// None if the decomposition does not converge.
+fn block(rows: Vec<usize>, columns: Vec<usize>, entries: Vec<Entry>) -> Option<Block> {
+    if rows.len().min(columns.len()) > DENSE {
+        return Some(Block::Sparse(SparseBlock::new(rows, columns, entries)));
+    }
+    let mut matrix = DMatrix::zeros(rows.len(), columns.len());
+    entries.into_iter().for_each(|(row, column, value)| matrix[(row, column)] += value);
+    DenseBlock::new(rows, columns, matrix).map(Block::Dense)
 }
 
 /// Disjoint sets of columns.
@@ -222,6 +323,28 @@ mod tests {
         let (x, residual) = solution(&[(0, 0, 1.0), (1, 0, 1.0)], &[1.0, 2.0], 1);
         near(&x, &[1.5]);
         assert!((residual - 0.5).abs() < 1e-12);
+    }
+
+    /// Sums of neighbours, with and without a redundant and a contradictory row: the same whether dense or sparse.
+    #[test]
+    fn large_blocks_give_what_small_ones_give() {
+        let size = 3 * DENSE;
+        let chain = |count: usize| -> Vec<Entry> {
+            (0..count).flat_map(|i| [(i, i, 1.0), (i, i + 1, 2.0 + (i as f64).sin())]).collect()
+        };
+        let right: Vec<f64> = (0..size).map(|i| (i as f64).cos()).collect();
+        let wide = chain(size);
+        let mut tall = chain(size - 1);
+        tall.extend([(size - 1, 0, 1.0), (size, 3, 1.0), (size + 1, 3, 1.0)]);
+        let more: Vec<f64> = right.iter().copied().chain([0.5, 0.3]).collect();
+        for (entries, right, unknowns) in [(wide, right, size + 1), (tall, more, size)] {
+            let mut matrix = DMatrix::zeros(right.len(), unknowns);
+            entries.iter().for_each(|&(row, column, value)| matrix[(row, column)] += value);
+            let expected = matrix.svd(true, true).solve(&DVector::from_column_slice(&right), 1e-12).unwrap();
+            let (x, _) = solution(&entries, &right, unknowns);
+            let worst = x.iter().zip(expected.iter()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(worst < 1e-8, "{worst}");
+        }
     }
 
     #[test]

@@ -24,6 +24,7 @@ pub mod projection;
 mod radau;
 pub mod redundancy;
 mod singular;
+mod sparse;
 pub mod stepping;
 pub mod tangent;
 mod taylor;

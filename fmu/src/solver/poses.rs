@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::initial::FULFILLED;
 use super::least_squares::{Entry, Equations, solve};
+use super::sparse::Row;
 use crate::machine::Machine;
 use crate::model::{Model, State};
 
@@ -29,6 +30,22 @@ pub fn jacobian(model: &Model, state: &State) -> DMatrix<f64> {
         }
     }
     matrix
+}
+
+/// The rows of Phi_q at a state, in units of the scales.
+pub(super) fn sparse_jacobian(model: &Model, state: &State) -> Vec<Row> {
+    let mut machine = Machine::new(model);
+    let x: Vec<f64> = state
+        .positions()
+        .iter()
+        .zip(&model.program().coordinates)
+        .map(|(q, coordinate)| q / coordinate.scale)
+        .collect();
+    let mut entries = Vec::new();
+    Loops { model, machine: &mut machine, state: &mut state.clone() }.jacobian(&x, &mut entries);
+    let mut rows = vec![Row::new(); model.program().constraints.len()];
+    entries.into_iter().for_each(|(row, column, value)| *rows[row].entry(column).or_default() += value);
+    rows
 }
 
 /// Consistent poses near a state, the state itself first: random moves in all coordinates (up to `reach` in units of

@@ -44,7 +44,7 @@ const INTO: [[f64; 3]; 3] = [
 ];
 
 /// Storage for a step.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Radau {
     n: usize,
     /// Derivatives of the accelerations by q, then by v, row by row.

@@ -2,7 +2,8 @@
 
 use nalgebra::DMatrix;
 
-use super::poses::{consistent_poses, jacobian};
+use super::poses::{consistent_poses, jacobian, sparse_jacobian};
+use super::sparse;
 use crate::model::{Model, State};
 
 /// A row counts as dependent when less than this share of it is new.
@@ -10,6 +11,8 @@ const NEW: f64 = 1e-8;
 /// Where more than this share of each independent row is new, the pose is regular. Elsewhere, near a change point, rounding errors of the pose make
 /// dependent rows look independent.
 const CLEAR: f64 = 1e-5;
+/// With more rows, entries are looked at instead of matrices.
+const DENSE: usize = 200;
 /// How far the poses are apart, in units of the scales.
 const REACH: f64 = 0.3;
 
@@ -25,6 +28,7 @@ pub struct Redundancy {
 /// Examines the loop equations at a consistent state and at random consistent poses near it. Of rows that depend on each other the
 /// first ones are kept.
 pub fn redundancy(model: &Model, state: &State, samples: usize) -> Redundancy {
+    let large = model.program().constraints.len() > DENSE;
     let scaled = |pose: &State| {
         let mut matrix = jacobian(model, pose);
         let program = model.program();
@@ -39,7 +43,11 @@ pub fn redundancy(model: &Model, state: &State, samples: usize) -> Redundancy {
     let poses = consistent_poses(model, state, samples, REACH);
     let mut best = (false, Vec::new());
     for pose in &poses {
-        let found = independent_rows(&scaled(pose));
+        let found = if large {
+            sparse::independent_rows(sparse_jacobian(model, pose), NEW, CLEAR)
+        } else {
+            independent_rows(&scaled(pose))
+        };
         if (found.0, found.1.len()) > (best.0, best.1.len()) {
             best = found;
         }

@@ -56,6 +56,13 @@ impl Stepper {
         }
     }
 
+    /// Storage for implicit steps, whether the program asks for them or not.
+    pub fn permit_implicit(&mut self, model: &Model) {
+        if !self.implicit.is_allocated(model) {
+            self.implicit = Implicit::allocate(model);
+        }
+    }
+
     /// What has been done so far.
     pub fn statistics(&self) -> Statistics {
         Statistics { projections: self.projection.count(), ..self.statistics }

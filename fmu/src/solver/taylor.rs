@@ -34,6 +34,8 @@ const REACH: f64 = 1.6;
 const ROUNDING: f64 = 1e-12;
 /// A pose predicted further ahead than so many steps is not to be relied on.
 const PREDICTED: f64 = 1.8;
+/// Series take over from another engine where a pose is not further ahead than so many of its steps.
+const WATCHED: f64 = 2.5;
 /// So often a step is halved.
 const HALVINGS: usize = 12;
 /// A step that would end near a singular pose is cut to this share.
@@ -152,6 +154,23 @@ impl Taylor {
     /// (q, v) at the target, from the polynomial.
     pub fn glide(&mut self, run: &Continuation, target: f64, motion: &mut [f64]) {
         self.jet.evaluate(&run.dense, run.order as usize, target - run.dense_from, motion);
+    }
+
+    /// Must series take the next step, whatever engine is in charge? No other knows of singular poses. To be asked of mechanisms with loops.
+    pub(super) fn is_needed(&mut self, context: &mut Context, run: &Continuation) -> bool {
+        self.begin(context, run);
+        let near = run.ahead > 0.0 && run.ahead < WATCHED * run.step;
+        near || run.in_zone(run.front_time) || self.known != Start::Regular
+    }
+
+    /// Looks for a singular pose ahead of the front that another engine has reached with a step of length h.
+    pub(super) fn watch(&mut self, context: &mut Context, run: &mut Continuation, h: f64) {
+        self.next.copy_from_slice(&run.front);
+        self.jet.force(Choices::default());
+        let found = self.start(context, run, run.front_time, false).is_some();
+        self.known = if found { Start::Regular } else { Start::Singular };
+        run.ahead = if found { self.guard.ahead(h) } else { 0.0 };
+        self.guard.roll();
     }
 
     /// Puts the front on the loops, if that has not been done.
@@ -316,7 +335,7 @@ impl Taylor {
     }
 
     /// The step that the tolerance permits. Rates decide, or positions if the step is so long that their error is larger.
-    fn natural_step(&self, order: usize, tolerance: f64) -> f64 {
+    fn natural_step(&mut self, order: usize, tolerance: f64) -> f64 {
         let step = SAFETY * self.jet.reach(order, tolerance, 1);
         if step > order as f64 { step.min(SAFETY * self.jet.reach(order, tolerance, 0)) } else { step }
     }
@@ -327,26 +346,31 @@ impl Taylor {
         let goal = NEGLIGIBLE * share(context.settings.tolerance);
         // Only a step much shorter than its natural length needs fewer terms.
         let cut = run.step == 0.0 || room < CUT * run.step;
-        let (mut last, mut power, mut small) = (2, room, 0);
-        loop {
-            if cut {
-                let rate = last as f64 * power;
-                let size = self.jet.size(last);
-                small = if rate * size <= goal { small + 1 } else { 0 };
-                if small == 2 && rate * room * size <= goal {
-                    break;
-                }
-                power *= room;
-            }
-            if last == order {
-                break;
-            }
-            last += 1;
-            self.jet.advance(last - 2);
-        }
+        let last = if cut {
+            self.expand_within(room, order, goal)
+        } else {
+            self.jet.advance(1, order - 2);
+            order
+        };
         run.order = last as u32;
         let polynomial = self.jet.polynomial(last);
         run.dense[..polynomial.len()].copy_from_slice(polynomial);
+    }
+
+    /// Orders until two terms in a row are negligible in a step; returns the last one.
+    fn expand_within(&mut self, room: f64, order: usize, goal: f64) -> usize {
+        let (mut power, mut small) = (room, 0);
+        for last in 2..order {
+            let rate = last as f64 * power;
+            let size = self.jet.size(last);
+            small = if rate * size <= goal { small + 1 } else { 0 };
+            if small == 2 && rate * room * size <= goal {
+                return last;
+            }
+            power *= room;
+            self.jet.advance(last - 1, last - 1);
+        }
+        order
     }
 
     /// One step of the explicit method.

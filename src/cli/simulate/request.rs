@@ -5,17 +5,23 @@ use std::path::Path;
 use super::super::failure::Failure;
 use super::Simulate;
 use crate::export::description::{Causality, Description, ScalarVariable};
+use crate::files;
 use crate::mechanism::{Experiment, Unit};
 use crate::pipeline;
 use crate::report::csv::Table;
 use crate::simulation::{self, Run};
 
+/// The largest input table [bytes].
+const LARGEST_TABLE: u64 = 256 << 20;
 /// More reported values than this are a mistake in `--step` or `--stop`.
 const MOST_POINTS: u64 = 100_000_000;
 
 /// Reads an input table.
 pub fn table(path: &Path) -> Result<Table, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, error))?;
+    let bytes = files::read(path, LARGEST_TABLE).map_err(|error| Failure::file("read", path, error))?;
+    let text = String::from_utf8(bytes).ok().filter(|text| !text.contains('\0')).ok_or_else(|| {
+        Failure::file("read", path, "it is not a text; an input table is CSV and begins with `time,name`")
+    })?;
     Table::parse(&text).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
 }
 

@@ -12,6 +12,7 @@ use super::document::{self, Kind, Node};
 use super::fault::{Fault, Faults, Sink};
 use super::model::Scene;
 use super::span::{Source, Span, Text};
+use crate::files;
 use crate::mechanism::Dimension;
 
 /// The keys of a scene.
@@ -36,25 +37,27 @@ const KEYS: [&str; 17] = [
 ];
 
 impl Scene {
+    /// The largest scene file [bytes]: some hundred thousand bodies.
+    pub const LARGEST: u64 = 64 << 20;
+
     /// Reads a scene file: JSON if it begins with `{` or is called `.json`, else TOML.
     pub fn read(path: impl AsRef<Path>) -> Result<Scene, Faults> {
         let path = path.as_ref();
-        let name = path.display().to_string();
-        let unreadable = |code, message: String| {
-            Faults::new(Source::new(&name, ""), vec![Fault::new(code, message, Span::default())])
-        };
-        let bytes = std::fs::read(path)
-            .map_err(|error| unreadable("scene::unreadable", format!("`{name}` cannot be read: {error}")))?;
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let at = error.utf8_error().valid_up_to();
-            let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
+        let bytes = files::read(path, Self::LARGEST).map_err(|error| {
+            let name = path.display();
             unreadable(
-                "scene::not_utf8",
-                format!("`{name}` is not UTF-8 text: line {line} has bytes that are no character"),
+                path,
+                Fault::new("scene::unreadable", format!("`{name}` cannot be read: {error}"), Span::default()),
             )
         })?;
+        Scene::from_bytes(path, bytes)
+    }
+
+    /// Reads a scene from the content of a file.
+    pub fn from_bytes(path: &Path, bytes: Vec<u8>) -> Result<Scene, Faults> {
+        let text = text(path, bytes).map_err(|fault| unreadable(path, fault))?;
         let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
-        Scene::from_source(Source::new(name, text), json)
+        Scene::from_source(Source::new(path.display().to_string(), text), json)
     }
 
     /// Reads a scene from a text in TOML, or in JSON if it begins with `{`.
@@ -76,7 +79,7 @@ impl Scene {
         let document = if json {
             document::from_json(text, &mut decoder.faults)
         } else {
-            document::from_toml(text, &mut decoder.faults)
+            document::from_toml(text, &KEYS, &mut decoder.faults)
         };
         let Some(document) = document else {
             return Err(decoder.faults.into_faults(source));
@@ -91,6 +94,30 @@ impl Scene {
         }
         Ok(scene)
     }
+}
+
+/// A fault of a file that has no text to show.
+fn unreadable(path: &Path, fault: Fault) -> Faults {
+    Faults::new(Source::new(path.display().to_string(), ""), vec![fault])
+}
+
+/// The text of a scene file.
+fn text(path: &Path, bytes: Vec<u8>) -> Result<String, Fault> {
+    let name = path.display();
+    let fault = |code, message| Fault::new(code, message, Span::default());
+    if bytes.starts_with(b"PK\x03\x04") {
+        let message = format!("`{name}` is an archive, not a scene");
+        return Err(fault("scene::archive", message).help("`cotree info` shows what is in an FMU, `--scene` its scene"));
+    }
+    if bytes.contains(&0) {
+        return Err(fault("scene::not_text", format!("`{name}` is not a text, so it is not a scene")));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
+        let message = format!("`{name}` is not UTF-8 text: line {line} has bytes that are no character");
+        fault("scene::not_utf8", message)
+    })
 }
 
 /// Reads the parts of a scene from a document.

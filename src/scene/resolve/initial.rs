@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::Resolver;
+use super::lower::Context;
 use super::variables::{Class, wanted};
 use crate::mechanism::{Initial, Owner, Place, Variable};
 use crate::scene::fault::Fault;
@@ -38,7 +39,8 @@ impl Resolver<'_> {
             self.constant(&line.value, &what, &crate::scene::dimension::ANYTHING);
             return None;
         };
-        let value = self.constant(&line.value, &what, &wanted(variable.quantity));
+        let (value, unit) = self.formula_and_unit(&line.value, &what, &wanted(variable.quantity), Context::Constant);
+        let value = self.check_finite(value, &line.value, &what);
         if !self.may_be_initial(variable) {
             self.faults.push(
                 Fault::new("scene::not_initial", format!("`{}` cannot have an initial value", line.variable.text), line.variable.span)
@@ -46,7 +48,8 @@ impl Resolver<'_> {
                     .help("give positions or velocities of bodies (`crank.angle`, `crank.vx`), revolute joints (`pin.angle`, `pin.omega`) or prismatic joints (`guide.s`, `guide.v`)"),
             );
         }
-        Some(Initial { variable, value, known: line.known, span: line.variable.span })
+        let display = unit.and_then(|unit| unit.display);
+        Some(Initial { variable, value, display, known: line.known, span: line.variable.span })
     }
 
     fn may_be_initial(&self, variable: Variable) -> bool {

@@ -78,7 +78,7 @@ impl Jet {
             *place -= self.coefficients[push.factors[0] as usize] * value;
         }
         for (r, gap) in lack[F..].iter_mut().enumerate() {
-            *gap = fixed.rows.dot(r, second[0].as_flattened(), second[1].as_flattened(), ZERO);
+            *gap = fixed.rows.dot(r, second[0].as_flattened(), second[1].as_flattened());
         }
         let solution: [Lane; N] = fixed.solve::<F, N>(&lack);
         let values = self.values.get_mut((k + 2) * F..)?.first_chunk_mut()?;
@@ -105,6 +105,12 @@ fn series<const F: usize>(lanes: &mut [Lane]) -> Option<&mut Series<F>> {
     lanes.as_chunks_mut().0.first_chunk_mut()
 }
 
+/// One term of x omega, y omega, x force_y and y force_x.
+#[inline(always)]
+fn terms(sums: [Lane; 4], [x, y]: [Lane; 2], omega: Lane, [force_x, force_y]: [Lane; 2]) -> [Lane; 4] {
+    [plus(sums[0], x, omega), plus(sums[1], y, omega), plus(sums[2], x, force_y), plus(sums[3], y, force_x)]
+}
+
 impl<const F: usize> Frames<'_, F> {
     /// Second derivatives of the arms, and moments of the forces, without the accelerations and forces of this order.
     #[inline(always)]
@@ -115,13 +121,20 @@ impl<const F: usize> Frames<'_, F> {
             let (x, y) = (&self.x[f][1..k + 2], &self.y[f][1..k + 2]);
             let omega = &self.omega[f][..k + 1];
             let (force_x, force_y) = (&self.force[0][f][..k], &self.force[1][f][..k]);
-            let (mut cosine, mut sine) = (multiply(x[k], omega[0]), multiply(y[k], omega[0]));
-            let (mut over, mut under) = (ZERO, ZERO);
-            for j in 0..k {
-                (cosine, sine) = (plus(cosine, x[j], omega[k - j]), plus(sine, y[j], omega[k - j]));
-                over = plus(over, x[j], force_y[k - 1 - j]);
-                under = plus(under, y[j], force_x[k - 1 - j]);
+            // Even and odd terms apart, so that they do not wait for each other: of cosines, of sines, and of both parts of the moment.
+            let mut even = [multiply(x[k], omega[0]), multiply(y[k], omega[0]), ZERO, ZERO];
+            let mut odd = [ZERO; 4];
+            let mut j = 0;
+            while j + 1 < k {
+                even = terms(even, [x[j], y[j]], omega[k - j], [force_x[k - 1 - j], force_y[k - 1 - j]]);
+                odd = terms(odd, [x[j + 1], y[j + 1]], omega[k - 1 - j], [force_x[k - 2 - j], force_y[k - 2 - j]]);
+                j += 2;
             }
+            if j < k {
+                even = terms(even, [x[j], y[j]], omega[k - j], [force_x[k - 1 - j], force_y[k - 1 - j]]);
+            }
+            let [cosine, sine] = [add(even[0], odd[0]), add(even[1], odd[1])];
+            let [over, under] = [add(even[2], odd[2]), add(even[3], odd[3])];
             second[0][f] = multiply(sine, multiply(splat(-1.0), up));
             second[1][f] = multiply(cosine, up);
             moment[f] = subtract(over, under);
@@ -153,11 +166,15 @@ impl Fixed<'_> {
         let flat = lack.as_flattened();
         let (balance, gaps) = flat.split_at(F * WIDTH);
         let (mut even, mut odd) = ([ZERO; N], [ZERO; N]);
-        let values = balance[..frames].iter().chain(&gaps[..rows]);
-        for (index, (row, value)) in self.inverse.rows::<N>().iter().zip(values).enumerate() {
-            let sum = if index % 2 == 0 { &mut even } else { &mut odd };
-            for n in 0..N {
-                sum[n] = minus(sum[n], row[n], splat(*value));
+        let (balanced, closed) = self.inverse.rows::<N>().split_at_checked(frames).unwrap_or_default();
+        for (inverse, values) in [(balanced, &balance[..frames]), (closed, &gaps[..rows])] {
+            let (mut pairs, mut two) = (inverse.chunks_exact(2), values.chunks_exact(2));
+            for (inverse, values) in (&mut pairs).zip(&mut two) {
+                even = less(even, &inverse[0], values[0]);
+                odd = less(odd, &inverse[1], values[1]);
+            }
+            if let ([inverse], [value]) = (pairs.remainder(), two.remainder()) {
+                even = less(even, inverse, *value);
             }
         }
         for n in 0..N {
@@ -165,6 +182,15 @@ impl Fixed<'_> {
         }
         even
     }
+}
+
+/// sum - row x value
+#[inline(always)]
+fn less<const N: usize>(mut sum: [Lane; N], row: &[Lane; N], value: f64) -> [Lane; N] {
+    for n in 0..N {
+        sum[n] = minus(sum[n], row[n], splat(value));
+    }
+    sum
 }
 
 impl Columns {

@@ -8,6 +8,27 @@
 //! and the loop equations are constant combinations of the b_k themselves. At every order the newest coefficients enter linearly, with the
 //! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
 
+/// A method that is compiled twice, for AVX2 and for any processor; both give the same bits.
+macro_rules! by_width {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident(&mut self $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
+        $(#[$meta])*
+        $vis fn $name(&mut self $(, $arg: $type)*) $(-> $result)? {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2")]
+                fn wide(jet: &mut Jet $(, $arg: $type)*) $(-> $result)? {
+                    jet.$body($($arg),*)
+                }
+                if self.wide {
+                    // SAFETY: `wide` is set only where the processor has AVX2.
+                    return unsafe { wide(self $(, $arg)*) };
+                }
+            }
+            self.$body($($arg),*)
+        }
+    };
+}
+
 mod frames;
 mod orders;
 mod pieces;
@@ -140,6 +161,8 @@ pub struct Jet {
     scalars: Scalars,
     coefficients: Vec<f64>,
     inertia: Vec<Lane>,
+    /// One where there is a frame.
+    present: Vec<Lane>,
     inverse: Inverse,
     /// The joint of each loop equation.
     groups: Vec<usize>,
@@ -229,6 +252,7 @@ impl Jet {
             scalars: Scalars::new(&form.tape, ORDERS, count, place, |arm| flat(place(arm), 0)),
             coefficients: vec![f64::NAN; count],
             inertia: vec![ZERO; shape.lanes[0]],
+            present: present(&shape),
             inverse: Inverse::new(equations.clone(), room),
             groups: groups(model, &form),
             mass_terms: Vec::new(),
@@ -383,6 +407,13 @@ fn unknowns(form: &ArmForm, shape: &Shape) -> Vec<usize> {
     let displacements = lengths.filter(|(_, factor)| *factor == Factor::Unknown);
     let displacements = displacements.map(|(index, _)| (form.frames.len() + index) as u32);
     frames.chain(displacements).map(|arm| shape.place(arm)).collect()
+}
+
+/// One for each frame, zero for places that are left over.
+fn present(shape: &Shape) -> Vec<Lane> {
+    let mut present = vec![ZERO; shape.lanes[0]];
+    present.as_flattened_mut()[..shape.counts[0]].fill(1.0);
+    present
 }
 
 /// Scales of the unknowns: 1 for angles, the length of the mechanism for displacements.

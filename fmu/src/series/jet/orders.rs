@@ -5,24 +5,20 @@ use crate::series::form::Factor;
 use crate::series::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract};
 
 impl Jet {
-    /// Order k of accelerations, order k + 2 of positions; all lower ones are known.
-    pub fn advance(&mut self, k: usize) {
-        #[cfg(target_arch = "x86_64")]
-        if self.wide {
-            // SAFETY: `wide` is set only where the processor has AVX2.
-            return unsafe { self.advance_wide(k) };
-        }
-        self.advance_any(k);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn advance_wide(&mut self, k: usize) {
-        self.advance_any(k);
+    by_width! {
+        /// Orders k of accelerations from the first to the last, orders k + 2 of positions; all lower ones are known.
+        pub fn advance(&mut self, first: usize, last: usize) = advance_all
     }
 
     #[inline(always)]
-    fn advance_any(&mut self, k: usize) {
+    fn advance_all(&mut self, first: usize, last: usize) {
+        for k in first..=last {
+            self.advance_one(k);
+        }
+    }
+
+    #[inline(always)]
+    fn advance_one(&mut self, k: usize) {
         let done = match self.frames {
             [1, 1] => self.advance_frames::<1, 1>(k),
             [1, 2] => self.advance_frames::<1, 2>(k),
@@ -182,7 +178,7 @@ impl Jet {
             [self.force[0][at(lane, k)], self.force[1][at(lane, k)]] = self.coupling.complex(lane, x, y, applied);
         }
         for lane in 0..self.gaps.len() {
-            self.gaps[lane] = self.rows.dot(lane, x, y, ZERO);
+            self.gaps[lane] = self.rows.dot(lane, x, y);
         }
         for lane in 0..frames {
             self.lack_lanes[lane] = self.moment(k, lane);

@@ -4,7 +4,8 @@ use super::{Jet, Singular, at, flat};
 use crate::math;
 use crate::model::Model;
 use crate::series::form::{Auxiliary, Factor, Place, Slot};
-use crate::series::lane::{WIDTH, ZERO, add, multiply, splat};
+use crate::series::lane::{Lane, WIDTH, add, multiply, splat};
+use crate::series::turn::cosine_and_sine;
 
 /// Loops that are open less than this, relative to their scales, are left alone.
 const CLOSED: f64 = 1e-13;
@@ -16,27 +17,16 @@ impl Jet {
     /// signals of this time. Returns how far the loops were open, relative to their scales.
     pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize, motion: &[f64]) -> Result<f64, Singular> {
         self.scalars.begin(model, registers, order);
-        let open = self.begin_either(model, motion)?;
+        let open = self.begin_motion(model, motion)?;
         for k in 0..2 {
             self.follow(k);
         }
-        self.advance(0);
+        self.advance(0, 0);
         Ok(open)
     }
 
-    fn begin_either(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> {
-        #[cfg(target_arch = "x86_64")]
-        if self.wide {
-            // SAFETY: `wide` is set only where the processor has AVX2.
-            return unsafe { self.begin_wide(model, motion) };
-        }
-        self.begin_any(model, motion)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn begin_wide(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> {
-        self.begin_any(model, motion)
+    by_width! {
+        fn begin_motion(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> = begin_any
     }
 
     #[inline(always)]
@@ -79,11 +69,9 @@ impl Jet {
     /// Poses of arms from the unknowns.
     #[inline(always)]
     fn turn(&mut self) {
-        for index in 0..self.shape.counts[0] {
-            let angle = self.angle_of(index, 0);
-            let (sine, cosine) = math::sin_cos(angle);
-            self.x.as_flattened_mut()[flat(index, 0)] = cosine;
-            self.y.as_flattened_mut()[flat(index, 0)] = sine;
+        for lane in 0..self.shape.lanes[0] {
+            let pose = cosine_and_sine(self.angles(lane, 0));
+            [self.x[at(lane, 0)], self.y[at(lane, 0)]] = pose.map(|part| multiply(part, self.present[lane]));
         }
         self.find_auxiliary(0);
         self.stretch(0);
@@ -92,16 +80,27 @@ impl Jet {
     /// Rates of arms from the rates of the unknowns.
     #[inline(always)]
     fn turn_rates(&mut self) {
-        for index in 0..self.shape.counts[0] {
-            let omega = self.angle_of(index, 1);
-            let (now, next) = (flat(index, 0), flat(index, 1));
-            self.omega.as_flattened_mut()[now] = omega;
-            let (c, s) = (self.x.as_flattened()[now], self.y.as_flattened()[now]);
-            self.x.as_flattened_mut()[next] = -omega * s;
-            self.y.as_flattened_mut()[next] = omega * c;
+        for lane in 0..self.shape.lanes[0] {
+            let omega = self.angles(lane, 1);
+            let (c, s) = (self.x[at(lane, 0)], self.y[at(lane, 0)]);
+            self.omega[at(lane, 0)] = omega;
+            self.x[at(lane, 1)] = multiply(multiply(splat(-1.0), omega), s);
+            self.y[at(lane, 1)] = multiply(omega, c);
         }
         self.find_auxiliary(1);
         self.stretch(1);
+    }
+
+    /// One coefficient of the angles of four frames.
+    #[inline(always)]
+    fn angles(&self, lane: usize, order: usize) -> Lane {
+        if self.special.is_empty() {
+            return self.values[order * self.shape.all() + lane];
+        }
+        std::array::from_fn(|place| {
+            let frame = lane * WIDTH + place;
+            if frame < self.shape.counts[0] { self.angle_of(frame, order) } else { 0.0 }
+        })
     }
 
     /// One coefficient of a frame's angle.
@@ -178,7 +177,7 @@ impl Jet {
         }
         let [x, y] = [&self.second[0], &self.second[1]].map(|lanes| lanes.as_flattened());
         for (lane, gaps) in self.gaps.iter_mut().enumerate() {
-            *gaps = self.rows.dot(lane, x, y, ZERO);
+            *gaps = self.rows.dot(lane, x, y);
         }
         let gaps = self.gaps.as_flattened_mut();
         let values = self.values[order * all..].as_flattened();
@@ -248,7 +247,7 @@ impl Jet {
         (0..2).for_each(|_| _ = self.close(model, 1, 0.0));
         self.weigh();
         (0..2).for_each(|k| self.follow(k));
-        self.advance(0);
+        self.advance(0, 0);
     }
 
     /// How close the loop equations of each joint are to depending on the others: the sum of the inverse squares of their distances, in

@@ -4,7 +4,7 @@ use super::{Jet, Shape};
 use crate::math;
 use crate::series::MAX_ORDER;
 use crate::series::form::{ArmForm, Place};
-use crate::series::lane::{Lane, WIDTH, ZERO, add, multiply, plus, splat, subtract};
+use crate::series::lane::{Lane, WIDTH, ZERO, add, larger, largest, multiply, plus, splat, subtract};
 
 /// Coefficients that the reach follows from, beside the last one: some vanish by symmetry.
 const WINDOW: usize = 3;
@@ -57,8 +57,13 @@ impl Jet {
         }
     }
 
-    /// q and v along a polynomial, dt after its start; the accelerations there are kept for [`Jet::defect`].
-    pub fn evaluate(&mut self, polynomial: &[f64], order: usize, dt: f64, motion: &mut [f64]) {
+    by_width! {
+        /// q and v along a polynomial, dt after its start; the accelerations there are kept for [`Jet::defect`].
+        pub fn evaluate(&mut self, polynomial: &[f64], order: usize, dt: f64, motion: &mut [f64]) = evaluate_any
+    }
+
+    #[inline(always)]
+    fn evaluate_any(&mut self, polynomial: &[f64], order: usize, dt: f64, motion: &mut [f64]) {
         let all = self.shape.all();
         let (coefficients, _) = polynomial.as_chunks::<WIDTH>();
         for lane in 0..all {
@@ -95,15 +100,21 @@ impl Jet {
     }
 
     /// The largest coefficient of one order, relative to what counts of rates.
+    #[inline(always)]
     pub fn size(&self, order: usize) -> f64 {
         let all = self.shape.all();
         let coefficients = self.values[order * all..].iter().zip(&self.weights);
         largest(coefficients.fold(ZERO, |worst, (value, weight)| larger(worst, multiply(*value, *weight))))
     }
 
-    /// The step that a tolerance on rates (`derivative` 1) or positions (0) permits if the coefficients shrink as the last ones do:
-    /// rho tol^(1/p) (Jorba and Zou, 2005).
-    pub fn reach(&self, order: usize, tolerance: f64, derivative: usize) -> f64 {
+    by_width! {
+        /// The step that a tolerance on rates (`derivative` 1) or positions (0) permits if the coefficients shrink as the last ones do:
+        /// rho tol^(1/p) (Jorba and Zou, 2005).
+        pub fn reach(&mut self, order: usize, tolerance: f64, derivative: usize) -> f64 = reach_any
+    }
+
+    #[inline(always)]
+    fn reach_any(&mut self, order: usize, tolerance: f64, derivative: usize) -> f64 {
         let first = order.saturating_sub(WINDOW).max(2);
         let share = math::rough_log2(tolerance) / (order - derivative) as f64;
         let mut reach = f64::INFINITY;
@@ -132,16 +143,4 @@ fn derivatives(coefficients: &[Lane], stride: usize, order: usize, dt: f64) -> [
     let (value, rate) = (plus(first, odd[0], square), plus(first, odd[1], square));
     let even_value = plus(coefficients[0], even[0], square);
     [plus(even_value, value, step), plus(rate, even[1], step), plus(even[2], odd[2], step)]
-}
-
-/// The larger magnitudes; NaN stays.
-#[inline(always)]
-fn larger(a: Lane, b: Lane) -> Lane {
-    let pick = |a: f64, b: f64| math::maximum(a, b.abs());
-    [pick(a[0], b[0]), pick(a[1], b[1]), pick(a[2], b[2]), pick(a[3], b[3])]
-}
-
-#[inline(always)]
-fn largest(lane: Lane) -> f64 {
-    lane.into_iter().fold(0.0, math::maximum)
 }

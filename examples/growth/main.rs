@@ -1,0 +1,125 @@
+//! How time, memory and size grow with the number of bodies: `cargo run --release --example growth` prints the tables of `docs/scale.md`.
+//!
+//! Each scene is measured in a process of its own, so that its peak of memory is its own: `growth SCENE SIZE` measures one and prints its row.
+#![allow(missing_docs, reason = "a program, not a library")]
+
+#[path = "../../benches/performance/scenes.rs"]
+#[allow(dead_code, reason = "the benchmark has more scenes")]
+mod scenes;
+
+use std::process::Command;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use cotree::formulate::formulate;
+use cotree::pipeline::compile;
+use cotree::scene::Scene;
+use cotree_fmu::instance::Instance;
+use cotree_fmu::machine::Machine;
+use cotree_fmu::model::Model;
+
+type Failure = Box<dyn std::error::Error>;
+
+/// Links of a chain, or loops of a ladder.
+const SIZES: [(&str, &[usize]); 2] =
+    [("chain", &[100, 200, 500, 1000, 2000, 5000]), ("ladder", &[50, 100, 250, 500, 1000, 2500])];
+/// The motion that is simulated [s].
+const SPAN: f64 = 0.01;
+/// Repetitions of an evaluation.
+const EVALUATIONS: u32 = 20;
+
+fn main() -> Result<(), Failure> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let [scene, size] = &arguments[..] {
+        println!("{}", row(scene, size.parse()?)?);
+        return Ok(());
+    }
+    println!(
+        "| scene | bodies | loop equations | read and formulate | lower | export | peak memory | program | FMU | instructions | accelerations | a step |"
+    );
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
+    for (scene, sizes) in SIZES {
+        for size in sizes {
+            let output = Command::new(std::env::current_exe()?).args([scene, &size.to_string()]).output()?;
+            match output.status.success() {
+                true => print!("{}", String::from_utf8_lossy(&output.stdout)),
+                false => println!("| {scene} of {size} | {} |", String::from_utf8_lossy(&output.stderr).trim()),
+            }
+        }
+    }
+    Ok(())
+}
+
+fn row(name: &str, size: usize) -> Result<String, Failure> {
+    let text = if name == "chain" { scenes::chain(size) } else { scenes::four_bars(size) };
+    let start = Instant::now();
+    let scene = Scene::from_toml(&text)?;
+    let mechanism = scene.resolve()?.mechanism;
+    let formulated = formulate(&mechanism).map_err(|faults| format!("{faults:?}"))?;
+    let formulating = start.elapsed();
+    drop(formulated);
+
+    let start = Instant::now();
+    let compiled = compile(&scene)?;
+    let compiling = start.elapsed();
+    let file = std::env::temp_dir().join(format!("cotree_growth_{name}_{size}.fmu"));
+    let start = Instant::now();
+    scene.export_fmu(&file)?;
+    let exporting = start.elapsed();
+    let bytes = std::fs::metadata(&file)?.len();
+    std::fs::remove_file(&file)?;
+    let memory = peak_memory();
+
+    let program = compiled.program.clone();
+    let (loops, instructions) = (program.constraints.len(), program.tapes.acceleration.instructions.len());
+    let program_bytes = program.to_bytes()?.len();
+    let model = Arc::new(Model::new(program)?);
+    let (evaluation, step) = (evaluation(&model), step(&model)?);
+    Ok(format!(
+        "| {name} of {size} | {} | {loops} | {} s | {} s | {} s | {memory} | {} kB | {} kB | {instructions} | {:.0} us | {:.0} us |",
+        mechanism.bodies.len(),
+        seconds(formulating),
+        seconds(compiling.saturating_sub(formulating)),
+        seconds(exporting),
+        program_bytes / 1000,
+        bytes / 1000,
+        1e6 * evaluation.as_secs_f64(),
+        1e6 * step.as_secs_f64(),
+    ))
+}
+
+fn seconds(time: Duration) -> String {
+    format!("{:.2}", time.as_secs_f64())
+}
+
+/// The most memory that this process has had, where the system tells.
+fn peak_memory() -> String {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak =
+        status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+    peak.map_or_else(|| "unknown".into(), |kilobytes| format!("{} MB", kilobytes / 1000))
+}
+
+/// The fastest of many evaluations of the accelerations.
+fn evaluation(model: &Arc<Model>) -> Duration {
+    let mut machine = Machine::new(model);
+    machine.load(model, &model.default_state(0.0));
+    let mut values = vec![0.0; model.coordinates() + model.program().constraints.len()];
+    let times = (0..EVALUATIONS).map(|_| {
+        let start = Instant::now();
+        machine.evaluate(&model.program().tapes.acceleration, &mut values);
+        start.elapsed()
+    });
+    times.min().unwrap_or_default()
+}
+
+/// A step of the solver, with its projections.
+fn step(model: &Arc<Model>) -> Result<Duration, Failure> {
+    let mut instance = Instance::new(model.clone());
+    instance.setup(0.0, Some(SPAN), Some(1e-6))?;
+    instance.initialise()?;
+    let start = Instant::now();
+    instance.step_to(SPAN)?;
+    let steps = instance.statistics().steps.max(1);
+    Ok(start.elapsed() / u32::try_from(steps)?)
+}

@@ -1,0 +1,185 @@
+//! Files that a command is given or leaves behind: endless ones, foreign ones, unfinished ones.
+#![cfg(unix)]
+
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+fn cotree(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cotree"));
+    command.args(arguments).current_dir(folder).stdin(Stdio::null()).output().unwrap()
+}
+
+/// What a command that must fail with exit code 2 says.
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = cotree(folder, arguments);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+    assert!(message.lines().count() <= 2, "{message}");
+    message
+}
+
+/// A folder with the scene that `new` writes, as `crank.toml`.
+fn with_scene() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(cotree(folder.path(), &["new", "crank"]).status.success());
+    folder
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = entries.collect();
+    names.sort();
+    names
+}
+
+/// A sparse file of ten gigabytes, a folder, a pipe that nobody writes to.
+fn odd_files(folder: &Path) {
+    File::create(folder.join("large")).unwrap().set_len(10_000_000_000).unwrap();
+    fs::create_dir(folder.join("folder")).unwrap();
+    assert!(Command::new("mkfifo").arg(folder.join("pipe")).status().unwrap().success());
+}
+
+#[test]
+fn what_is_no_file_or_never_ends_is_refused() {
+    let folder = with_scene();
+    odd_files(folder.path());
+    let cases =
+        [("/dev/zero", "larger than"), ("large", "larger than"), ("folder", "a folder"), ("pipe", "nobody writes to")];
+    for (file, reason) in cases {
+        for arguments in [&["check", file][..], &["simulate", "crank.toml", "--input", file]] {
+            let message = refused(folder.path(), arguments);
+            assert!(message.contains(file) && message.contains(reason), "{message}");
+        }
+    }
+    for (file, reason) in [("folder", "a folder"), ("pipe", "a pipe"), ("/dev/zero", "a device"), ("large", "no FMU")] {
+        let message = refused(folder.path(), &["info", file]);
+        assert!(message.contains(file) && message.contains(reason), "{message}");
+    }
+}
+
+#[test]
+fn a_scene_can_come_through_a_pipe() {
+    let folder = with_scene();
+    let command = format!("cat crank.toml | {} check /dev/stdin", env!("CARGO_BIN_EXE_cotree"));
+    let output = Command::new("sh").args(["-c", &command]).current_dir(folder.path()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn what_is_no_scene_is_told_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..60).map(|row| format!("{row},{row}.5,x\n")).collect();
+    let program =
+        "import math\n\ndef area(r):\n    return math.pi * r ** 2\n\nfor r in range(9):\n    print(area(r))\n";
+    let cases: [(&str, &[u8], &str); 6] = [
+        ("table.csv", rows.as_bytes(), "neither TOML nor JSON"),
+        ("area.py", program.as_bytes(), "neither TOML nor JSON"),
+        ("page.html", b"<!doctype html>\n<html>\n<body>name</body>\n</html>\n", "neither TOML nor JSON"),
+        ("prose.txt", b"Dear reader,\n\nthe crank is half a metre long.\nYours\n", "neither TOML nor JSON"),
+        ("image.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "not a text"),
+        ("a.fmu", b"PK\x03\x04\x14\0", "cotree info"),
+    ];
+    for (name, content, reason) in cases {
+        fs::write(folder.path().join(name), content).unwrap();
+        let output = cotree(folder.path(), &["check", name]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{message}");
+        assert!(message.contains(name) && message.contains(reason), "{message}");
+        assert_eq!(message.matches("scene::").count(), 1, "{message}");
+    }
+}
+
+#[test]
+fn slips_in_a_scene_are_still_told_one_by_one() {
+    let folder = with_scene();
+    let text = fs::read_to_string(folder.path().join("crank.toml")).unwrap();
+    let text = text.replace("format = 1", "format = = 1").replace("mass = 1.0", "mass : 1.0");
+    fs::write(folder.path().join("crank.toml"), text).unwrap();
+    let output = cotree(folder.path(), &["check", "crank.toml"]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(message.matches("scene::syntax").count(), 2, "{message}");
+}
+
+#[test]
+fn what_is_no_table_or_no_fmu_is_told() {
+    let folder = with_scene();
+    fs::write(folder.path().join("binary.csv"), b"time,\xff\xfe\n").unwrap();
+    let message = refused(folder.path(), &["simulate", "crank.toml", "--input", "binary.csv"]);
+    assert!(message.contains("begins with `time,name`"), "{message}");
+    assert!(refused(folder.path(), &["info", "crank.toml"]).contains("not a zip archive"));
+    assert!(cotree(folder.path(), &["export", "crank.toml"]).status.success());
+    let whole = fs::read(folder.path().join("crank.fmu")).unwrap();
+    fs::write(folder.path().join("half.fmu"), &whole[..whole.len() / 2]).unwrap();
+    assert!(refused(folder.path(), &["info", "half.fmu"]).contains("damaged"));
+}
+
+#[test]
+fn one_file_is_not_written_twice() {
+    let folder = with_scene();
+    for plot in ["q.csv", "./q.csv", &format!("{}/q.csv", folder.path().display())] {
+        let message = refused(folder.path(), &["simulate", "crank.toml", "-o", "q.csv", "--plot", plot]);
+        assert!(message.contains("already written"), "{message}");
+    }
+    assert_eq!(names(folder.path()), ["crank.toml"]);
+}
+
+/// The rod is shorter than the crank: at sin t = 0.8 the mechanism locks up.
+#[test]
+fn a_table_ends_where_the_solver_gives_up() {
+    let folder = with_scene();
+    let text = fs::read_to_string(folder.path().join("crank.toml")).unwrap();
+    let text = text.replace("crank_length = \"0.5 m\"", "crank_length = \"1 m\"");
+    let text = text.replace("{ value = \"1.5 m\", min = \"1 m\",", "{ value = \"0.8 m\",");
+    let text = text.replace("\"crank.angle\" = \"60 deg\"", "");
+    let text = text.replace("[parameters]", "[parameters]\nlead = 0.0");
+    let driver = "[drivers.motor]\njoint = \"main_bearing\"\nangle = \"t + lead\"\n\n[initial]";
+    fs::write(folder.path().join("crank.toml"), text.replace("[initial]", driver)).unwrap();
+    let arguments = ["simulate", "crank.toml", "-o", "out.csv", "--plot", "out.svg", "--step", "10 ms"];
+    let output = cotree(folder.path(), &arguments);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(3), "{message}");
+    assert!(message.contains("locks up") && message.contains("`out.csv` has the 93 rows before that"), "{message}");
+    let table = fs::read_to_string(folder.path().join("out.csv")).unwrap();
+    assert_eq!(table.lines().count(), 94);
+    assert!(table.lines().last().unwrap().starts_with("0.92,"), "{table}");
+    assert!(fs::read_to_string(folder.path().join("out.svg")).unwrap().ends_with("</svg>\n"));
+    assert_eq!(names(folder.path()), ["crank.toml", "out.csv", "out.svg"]);
+    // Nothing at all was worked out: what is there stays.
+    let none = cotree(folder.path(), &[&arguments[..], &["--set", "lead=1.2"]].concat());
+    assert_eq!(none.status.code(), Some(3), "{}", String::from_utf8_lossy(&none.stderr));
+    assert_eq!(fs::read_to_string(folder.path().join("out.csv")).unwrap(), table);
+}
+
+/// Waits until a process writes to a file in the folder.
+#[cfg(target_os = "linux")]
+fn wait_for_writing(process: u32, folder: &Path) {
+    for _ in 0..3000 {
+        let open = fs::read_dir(format!("/proc/{process}/fd"))
+            .unwrap()
+            .filter_map(|entry| fs::read_link(entry.ok()?.path()).ok());
+        if open.into_iter().any(|path| path.starts_with(folder.canonicalize().unwrap())) {
+            return;
+        }
+        sleep(Duration::from_millis(10));
+    }
+    panic!("nothing is written");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn who_is_stopped_leaves_nothing_behind() {
+    let folder = with_scene();
+    for signal in ["INT", "TERM", "HUP", "KILL"] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cotree"));
+        let arguments = ["simulate", "crank.toml", "--stop", "20000", "--step", "1 ms", "-o", "out.csv"];
+        let mut run = command.args(arguments).current_dir(folder.path()).spawn().unwrap();
+        wait_for_writing(run.id(), folder.path());
+        let kill = Command::new("kill").arg(format!("-{signal}")).arg(run.id().to_string()).status().unwrap();
+        assert!(kill.success());
+        assert!(!run.wait().unwrap().success(), "{signal}");
+        assert_eq!(names(folder.path()), ["crank.toml"], "{signal}");
+    }
+}

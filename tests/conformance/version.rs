@@ -1,0 +1,77 @@
+//! A runtime of another version: the same sources but for a line that changes the format of what is stored.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::python;
+
+/// The workspace around the copied sources.
+const WORKSPACE: &str = r#"
+[workspace]
+members = ["fmu", "tools/runtime"]
+resolver = "3"
+
+[workspace.package]
+version = "0.1.1"
+edition = "2024"
+rust-version = "1.89"
+license = "MIT OR Apache-2.0"
+
+[workspace.lints.rust]
+missing_docs = "warn"
+
+[profile.dev]
+opt-level = 1
+debug = false
+"#;
+/// Every source is part of the format, comments too.
+const CHANGE: (&str, &str) = ("fmu/src/program.rs", "// Of the next version.\n");
+/// What comes before the format in the bytes of a runtime.
+const KIND: &str = "a cotree program of format ";
+
+/// Builds it, once for unchanged sources; its shared library.
+pub fn other_runtime() -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let work = Path::new(env!("CARGO_TARGET_TMPDIR")).join("other-version");
+    write(&work.join("Cargo.toml"), WORKSPACE.as_bytes());
+    for part in ["Cargo.lock", "fmu/Cargo.toml", "fmu/build.rs", "fmu/src", "tools/runtime"] {
+        copy(root, &work, Path::new(part));
+    }
+    let mut build = Command::new(env!("CARGO"));
+    build.args(["build", "--quiet", "--package", "cotree-runtime"]).current_dir(&work);
+    build.arg("--target-dir").arg(work.join("target"));
+    python::run(&mut build).unwrap_or_else(|report| panic!("the other version cannot be built:\n{report}"));
+    let name = format!("{}cotree_runtime{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    work.join("target/debug").join(name)
+}
+
+fn copy(from: &Path, to: &Path, part: &Path) {
+    if from.join(part).is_dir() {
+        let entries =
+            fs::read_dir(from.join(part)).expect("a folder").map(|entry| entry.expect("an entry").file_name());
+        return entries.for_each(|name| copy(from, to, &part.join(name)));
+    }
+    let mut content = fs::read(from.join(part)).expect("a source");
+    if part == Path::new(CHANGE.0) {
+        content.extend(CHANGE.1.as_bytes());
+    }
+    write(&to.join(part), &content);
+}
+
+/// A file that stays untouched if it is right already, so that nothing is built again.
+fn write(path: &Path, content: &[u8]) {
+    if fs::read(path).is_ok_and(|old| old == content) {
+        return;
+    }
+    fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+    fs::write(path, content).expect("a file");
+}
+
+/// The format that a runtime reads and writes.
+pub fn format(library: &Path) -> u32 {
+    let bytes = fs::read(library).expect("a library");
+    let place = bytes.windows(KIND.len()).position(|window| window == KIND.as_bytes()).expect("a runtime of cotree");
+    let digits = &bytes[place + KIND.len()..][..8];
+    u32::from_str_radix(str::from_utf8(digits).expect("digits"), 16).expect("a hexadecimal number")
+}

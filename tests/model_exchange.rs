@@ -1,0 +1,94 @@
+//! Singular poses in Model Exchange: an integrator outside that meets one is told so, and nobody else is.
+
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+use cotree::pipeline::compile;
+use cotree::scene::{Body, Scene};
+use cotree_fmu::instance::{Instance, InstanceError};
+use cotree_fmu::model::Model;
+
+fn bar(length: f64) -> Body {
+    let body = Body::new().mass(1.0).inertia(length * length / 12.0);
+    body.point("a", [-length / 2.0, 0.0]).point("b", [length / 2.0, 0.0])
+}
+
+fn slider_crank(rod: f64, angle: f64) -> Instance {
+    let scene = Scene::new("slider_crank")
+        .body("crank", bar(1.0))
+        .body("rod", bar(rod))
+        .body("slider", Body::new().mass(0.7))
+        .revolute("bearing", "ground", "crank.a")
+        .revolute("pin", "crank.b", "rod.a")
+        .revolute("wrist", "rod.b", "slider")
+        .prismatic("guide", "ground", "slider", [1.0, 0.0])
+        .initial("crank.angle", angle)
+        .initial("crank.omega", 3.0)
+        .guess("rod.angle", -angle)
+        .output("crank.angle");
+    let compiled = compile(&scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
+    Instance::new(Arc::new(Model::new(compiled.program).expect("a sound program")))
+}
+
+/// Classical Runge-Kutta steps up to a time, as an importer takes them.
+fn integrate(instance: &mut Instance, stop: f64, h: f64) -> Result<(), InstanceError> {
+    instance.initialise_exchange()?;
+    let n = instance.state_count();
+    while instance.time() < stop - 0.5 * h {
+        let (t, mut start) = (instance.time(), vec![0.0; n]);
+        instance.states(&mut start)?;
+        let (mut sum, mut slope) = (vec![0.0; n], vec![0.0; n]);
+        for (share, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
+            let point: Vec<f64> = start.iter().zip(&slope).map(|(x, k)| x + share * h * k).collect();
+            instance.set_time(t + share * h)?;
+            instance.set_states(&point)?;
+            instance.state_derivatives(&mut slope)?;
+            sum.iter_mut().zip(&slope).for_each(|(sum, k)| *sum += weight * k / 6.0);
+        }
+        let end: Vec<f64> = start.iter().zip(&sum).map(|(x, k)| x + h * k).collect();
+        instance.set_states(&end)?;
+        if instance.complete_step()? {
+            instance.close_loops()?;
+        }
+    }
+    Ok(())
+}
+
+/// With crank and rod of the same length the slider could stay in the bearing once the crank is upright.
+#[test]
+fn a_step_through_a_singular_pose_is_an_error_that_names_the_joints() {
+    let mut inside = slider_crank(1.0, 0.5);
+    inside.initialise().expect("consistent");
+    inside.step_to(1.0).expect("passes");
+    let passage = inside.take_passages().remove(0);
+    for h in [1e-3, 3.7e-3, 1e-2, 3e-2] {
+        let mut instance = slider_crank(1.0, 0.5);
+        let found = integrate(&mut instance, 2.0, h).expect_err("two branches cross");
+        let InstanceError::Crossing(crossing) = &found else { panic!("{found:?}") };
+        assert!((crossing.time - passage.time).abs() < 1e-3, "{found}, but it is at {}", passage.time);
+        assert!(found.to_string().contains("use Co-Simulation"), "{found}");
+        assert!(passage.joints.iter().any(|joint| crossing.joints.contains(joint)), "{found}");
+        assert!(instance.time() - h <= crossing.time && crossing.time <= instance.time(), "in the last step");
+    }
+}
+
+#[test]
+fn no_other_step_is() {
+    for (rod, h) in [(1.01, 1e-3), (1.2, 1e-2), (2.0, 3e-2)] {
+        let mut instance = slider_crank(rod, 0.5);
+        instance.setup(0.0, None, Some(1e-5)).expect("possible");
+        integrate(&mut instance, 6.0, h).unwrap_or_else(|failure| panic!("{rod}: {failure}"));
+        assert!(instance.take_passages().is_empty());
+    }
+}
+
+#[test]
+fn a_start_in_a_singular_pose_is_refused() {
+    let mut instance = slider_crank(1.0, FRAC_PI_2);
+    let found = integrate(&mut instance, 1.0, 1e-3).expect_err("nobody knows where to go");
+    assert!(matches!(found, InstanceError::Crossing(_) | InstanceError::Solver(_)), "{found}");
+    // Other values may then be tried.
+    let angle = instance.variable("crank.angle").expect("known");
+    instance.set(angle, 0.3).expect("settable");
+    instance.initialise_exchange().expect("regular");
+}
