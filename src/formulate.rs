@@ -64,28 +64,11 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
 /// # Errors
 /// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
 pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -> Result<Formulated<'m>, Vec<Fault>> {
-    let mechanism = equations.system.mechanism;
     let mut faults = check_trivial(&equations);
     let length = typical_length(&mut equations);
     let start = start.cloned().or_else(|| own_start(&equations, length));
-    let mut draft = lower::positions(&mut equations, length);
-    if let Some(start) = &start {
-        start.begin(&equations, &mut draft.initial);
-    }
-    let model = Model::of_positions(draft).map_err(|fault| vec![internal(mechanism, &fault.to_string())])?;
-    let mut state = model.default_state(mechanism.experiment.start);
-    if let Err(failure) = solve_initial(&model, &mut state)
-        && faults.is_empty()
-    {
-        faults.push(explain(&equations, &model, &failure));
-    }
-    let independent: BTreeSet<usize> = if faults.is_empty() {
-        redundancy(&model, &state, POSES).independent.into_iter().collect()
-    } else {
-        // No pose closes the loops: at least so many are needed to tell which masses are.
-        equations.loops().map(|(index, _)| index).take(equations.coordinates.len()).collect()
-    };
-    let active: Vec<bool> = (0..equations.constraints.len()).map(|index| independent.contains(&index)).collect();
+    let (model, state) = first_state(&mut equations, length, start.as_ref(), &mut faults)?;
+    let active = active_rows(&equations, &model, &state, faults.is_empty());
     let redundant: Vec<usize> = (0..active.len()).filter(|&index| !active[index]).collect();
     let pose = Pose {
         time: state.time(),
@@ -118,6 +101,39 @@ pub fn equations<'m>(mechanism: &'m Mechanism, choice: &Coordinates) -> Result<E
     let trees = Trees::select(&system, choice)?;
     size::check(&system, &trees)?;
     Ok(Equations::new(system, trees))
+}
+
+/// The loops as a model, and where they close; that they do not is a fault, unless there are others already.
+fn first_state(
+    equations: &mut Equations,
+    length: f64,
+    start: Option<&Start>,
+    faults: &mut Vec<Fault>,
+) -> Result<(Model, State), Vec<Fault>> {
+    let mechanism = equations.system.mechanism;
+    let mut draft = lower::positions(equations, length);
+    if let Some(start) = start {
+        start.begin(equations, &mut draft.initial);
+    }
+    let model = Model::of_positions(draft).map_err(|fault| vec![internal(mechanism, &fault.to_string())])?;
+    let mut state = model.default_state(mechanism.experiment.start);
+    if let Err(failure) = solve_initial(&model, &mut state)
+        && faults.is_empty()
+    {
+        faults.push(explain(equations, &model, &failure));
+    }
+    Ok((model, state))
+}
+
+/// Which loop equations are imposed: not those that repeat others in every pose.
+fn active_rows(equations: &Equations, model: &Model, state: &State, closed: bool) -> Vec<bool> {
+    let independent: BTreeSet<usize> = if closed {
+        redundancy(model, state, POSES).independent.into_iter().collect()
+    } else {
+        // No pose closes the loops: at least so many are needed to tell which masses are.
+        equations.loops().map(|(index, _)| index).take(equations.coordinates.len()).collect()
+    };
+    (0..equations.constraints.len()).map(|index| independent.contains(&index)).collect()
 }
 
 /// Where the recommended trees start, for other trees.

@@ -190,6 +190,12 @@ fn parentheses_of_latex_pages_close_on_other_lines() {
         assert_eq!(page.matches(r"\Bigl").count(), page.matches(r"\Bigr").count(), "{model}");
         assert_eq!(page.matches(r"\left").count(), page.matches(r"\right").count(), "{model}");
     }
-    let page = pipeline::steps(&scene("models/andrews/scene.toml"), Prose::Latex).unwrap();
-    assert!(page.contains(r"\Bigl("), "long circuits are broken");
+    let page = pipeline::steps(&scene("models/trammel/scene.toml"), Prose::Latex).unwrap();
+    assert!(page.contains(r"\Bigl("), "long formulas are broken");
+}
+
+#[test]
+fn a_driver_in_the_tree_exerts_what_its_cutset_says() {
+    let text = lesson(&written(DRIVEN));
+    assert_has(&text, &["T_Theta3 = -T_m1 - T_h2"]);
 }

@@ -10,7 +10,7 @@ use crate::report::svg::escape;
 /// Formulas are broken at about so many characters.
 const WIDTH: f64 = 110.0;
 /// The width of a printed page and of a web page, in digits.
-const PAGE_WIDTH: f64 = 92.0;
+const PAGE_WIDTH: f64 = 95.0;
 const SCREEN_WIDTH: f64 = 120.0;
 /// Left sides wider than this part of the page do not stand below each other.
 const LEFT: f64 = 0.3;

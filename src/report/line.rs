@@ -62,6 +62,11 @@ fn spread(drawing: &mut Drawing) {
             end[0] += shift(end[0], body).unwrap_or(0.0);
         }
     }
+    for joint in &mut drawing.joints {
+        for (at, body) in joint.at.iter_mut().zip(joint.between) {
+            at[0] += shift(at[0], body).unwrap_or(0.0);
+        }
+    }
     for at in &mut drawing.ground {
         at[0] += shift(at[0], None).unwrap_or(0.0);
     }

@@ -203,7 +203,7 @@ impl Measure for Printed {
             Part::Whole(tree, least) => bound(tree, *least),
             Part::Sign { minus: false, first: true } => 0.0,
             Part::Sign { first: true, .. } => 1.7,
-            Part::Sign { .. } | Part::Relation(_) => 2.8,
+            Part::Sign { .. } | Part::Relation(_) => 2.6,
             Part::Times => 0.4,
             Part::Comma | Part::Over => 1.2,
             Part::Open(function) => 1.2 + function.map_or(0.0, |name| name.len() as f64),
@@ -219,7 +219,7 @@ pub fn printed(tree: &Tree) -> f64 {
         Tree::Number(value) => decimal(rounded(*value)).len() as f64,
         Tree::Pi => 1.2,
         Tree::Name(name) => name_width(name),
-        Tree::Sum(terms) => terms.iter().map(|(_, term)| 2.8 + bound(term, Binding::Product)).sum(),
+        Tree::Sum(terms) => terms.iter().map(|(_, term)| 2.6 + bound(term, Binding::Product)).sum(),
         Tree::Product(factors) => factors.iter().map(|factor| 0.4 + bound(factor, Binding::Product)).sum(),
         Tree::Quotient(parts) => 0.6 + printed(&parts[0]).max(printed(&parts[1])),
         Tree::Power(parts) => bound(&parts[0], Binding::Atom) + 0.75 * printed(&parts[1]),
@@ -239,7 +239,7 @@ fn name_width(name: &Name) -> f64 {
         None if greek(&name.base).is_some() => 1.3,
         None => 1.1 * name.base.chars().count() as f64,
     };
-    letters + 0.85 * name.subscript.chars().count() as f64
+    letters + 0.8 * name.subscript.chars().count() as f64
 }
 
 #[cfg(test)]

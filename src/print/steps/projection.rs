@@ -30,13 +30,35 @@ impl Lesson<'_, '_> {
         let mut blocks = vec![heading("Step 1: cutset equations on the motion spaces")];
         if rows.is_empty() {
             blocks.push(words("No branch is free to move: there are no equations of motion."));
-            return blocks;
+        } else {
+            blocks.push(words(
+                "For each coordinate, the balance of its branch's cutset, projected on the direction in which the branch can move (14):",
+            ));
+            blocks.push(Block::Equations(rows));
         }
-        blocks.push(words(
-            "For each coordinate, the balance of its branch's cutset, projected on the direction in which the branch can move (14):",
-        ));
-        blocks.push(Block::Equations(rows));
+        let efforts = self.efforts();
+        if !efforts.is_empty() {
+            blocks.push(words("The cutset of a driver says what it must exert:"));
+            blocks.push(Block::Equations(efforts));
+        }
         blocks
+    }
+
+    /// Cutsets of drivers in the trees.
+    fn efforts(&self) -> Rows {
+        let is_driver = |element| matches!(self.equations.system.element(element).origin, Origin::Driver(_));
+        let effort = |branch: &str, cutset: &Row, letter: &dyn Fn(&str) -> Tree| {
+            (letter(branch), signed(None, &negated(cutset), letter))
+        };
+        let forces = self.translation.branches.iter().zip(self.translation.cutsets());
+        let forces = forces
+            .filter(|(branch, _)| is_driver(branch.element))
+            .map(|(branch, cutset)| effort(&branch.label, &cutset, &|label| self.letters.force(label)));
+        let torques = self.rotation.branches.iter().zip(self.rotation.cutsets());
+        let torques = torques
+            .filter(|(branch, _)| is_driver(branch.element))
+            .map(|(branch, cutset)| effort(&branch.label, &cutset, &|label| self.letters.torque(label)));
+        forces.chain(torques).collect()
     }
 
     /// Step 2: circuits of chords, projected on what the chord holds; and the displacements of slides.
