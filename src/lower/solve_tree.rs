@@ -63,7 +63,8 @@ pub fn solver(
         return Ok((system.factorise(equations, pose)?, None));
     }
     if bodies > COUNTED {
-        match with_stride(equations, 1, active, longest_arm(equations, length, pose), pose) {
+        let arm = longest_arm(equations, length, pose);
+        match with_stride(equations, 1, active, arm, pose) {
             Ok((solver, tree)) => return Ok((solver, Some(tree))),
             Err(obstacle) if bodies > FULL => return Err(obstacle),
             Err(_) => {}
