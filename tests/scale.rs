@@ -181,6 +181,34 @@ fn what_is_asked_of_a_long_chain_is_what_its_links_say() {
     }
 }
 
+/// A spring from the ground to the end of a chain, and one along all of it: stretched as far as the end is away.
+#[test]
+fn springs_across_a_long_chain_pull_as_far_as_it_reaches() {
+    let spring = "[loads.band]\ntype = \"spring\"\nbetween = [\"ground\", \"b99.b\"]\nstiffness = 3\nlength = 0.25\n";
+    let outputs =
+        "[outputs]\nvariables = [\"band.length\", \"band.rate\", \"b99.b.x\", \"b99.b.y\", \"energy.total\"]\n";
+    let model = Arc::new(Model::new(program(&(scenes::chain(100) + spring + outputs))).unwrap());
+    let mut instance = Instance::new(model.clone());
+    instance.setup(0.0, None, Some(1e-9)).unwrap();
+    instance.initialise().unwrap();
+    let mut energy = Vec::new();
+    for point in 0..=4 {
+        if point > 0 {
+            instance.step_to(0.02 * f64::from(point)).unwrap();
+        }
+        let of = |instance: &mut Instance, name: &str| {
+            let variable = model.program().variables.iter().position(|variable| variable.name == name).unwrap();
+            instance.get(variable).unwrap()
+        };
+        let [length, x, y] = ["band.length", "b99.b.x", "b99.b.y"].map(|name| of(&mut instance, name));
+        assert!((length - x.hypot(y)).abs() < 1e-12);
+        let own = Chain::new(model.program(), &instance.state()).energy() + 1.5 * (length - 0.25).powi(2);
+        assert!((of(&mut instance, "energy.total") - own).abs() < 1e-10);
+        energy.push(own);
+    }
+    energy.iter().for_each(|after| assert!((after - energy[0]).abs() < 1e-7 * energy[0].abs(), "{energy:?}"));
+}
+
 #[test]
 fn a_long_chain_keeps_its_energy() {
     let energy = |until: f64| {

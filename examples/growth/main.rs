@@ -35,9 +35,9 @@ fn main() -> Result<(), Failure> {
         return Ok(());
     }
     println!(
-        "| scene | bodies | loop equations | read and formulate | lower | export | peak memory | program | FMU | instructions | accelerations | a step |"
+        "| scene | bodies | loop equations | formulate | export | peak memory | program | FMU | instructions | accelerations | a step |"
     );
-    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
     for (scene, sizes) in SIZES {
         for size in sizes {
             let output = Command::new(std::env::current_exe()?).args([scene, &size.to_string()]).output()?;
@@ -59,9 +59,7 @@ fn row(name: &str, size: usize) -> Result<String, Failure> {
     let formulating = start.elapsed();
     drop(formulated);
 
-    let start = Instant::now();
-    let compiled = compile(&scene)?;
-    let compiling = start.elapsed();
+    let program = compile(&scene)?.program;
     let file = std::env::temp_dir().join(format!("cotree_growth_{name}_{size}.fmu"));
     let start = Instant::now();
     scene.export_fmu(&file)?;
@@ -70,16 +68,14 @@ fn row(name: &str, size: usize) -> Result<String, Failure> {
     std::fs::remove_file(&file)?;
     let memory = peak_memory();
 
-    let program = compiled.program.clone();
     let (loops, instructions) = (program.constraints.len(), program.tapes.acceleration.instructions.len());
     let program_bytes = program.to_bytes()?.len();
     let model = Arc::new(Model::new(program)?);
     let (evaluation, step) = (evaluation(&model), step(&model)?);
     Ok(format!(
-        "| {name} of {size} | {} | {loops} | {} s | {} s | {} s | {memory} | {} kB | {} kB | {instructions} | {:.0} us | {:.0} us |",
+        "| {name} of {size} | {} | {loops} | {} s | {} s | {memory} | {} kB | {} kB | {instructions} | {:.0} us | {:.0} us |",
         mechanism.bodies.len(),
         seconds(formulating),
-        seconds(compiling.saturating_sub(formulating)),
         seconds(exporting),
         program_bytes / 1000,
         bytes / 1000,

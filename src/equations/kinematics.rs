@@ -222,6 +222,21 @@ impl Kinematics {
         self.totals[node.index()].0[order as usize]
     }
 
+    /// Position and velocity across an element that is not part of the equations of motion itself: shared sums if it spans a deep path.
+    pub fn spanned(&mut self, system: &mut System, ends: [TNode; 2]) -> Motion {
+        let [from, to] = ends.map(|end| self.moving(end));
+        if from + to <= DEEP + 2 * self.moving(self.meeting(ends)) {
+            return self.across(&mut system.arena, ends);
+        }
+        let mut between = |system: &mut System, order: Order| {
+            let [from, to] = ends.map(|end| self.total(system, end, order));
+            Vector::fixed(FrameId::WORLD, [0, 1].map(|axis| system.arena.subtract(to[axis], from[axis])))
+        };
+        let (position, velocity) = (between(system, Order::Position), between(system, Order::Velocity));
+        let velocity = Form::term(&mut system.arena, Expr::ONE, &velocity);
+        Motion { position, velocity, acceleration: Form::default() }
+    }
+
     /// Components of a motion in the axes of the world.
     fn in_world(&self, system: &mut System, motion: &Motion, order: Order) -> [Expr; 2] {
         [Vector::x(), Vector::y()].map(|axis| match order {

@@ -59,7 +59,7 @@ impl Equations<'_> {
     /// F = f d / |d|
     fn line_force(&mut self, ends: [crate::graph::TNode; 2], law: &Formula) -> Form<Vector> {
         let value = self.formula(law);
-        let across = self.kinematics.across(&mut self.system.arena, ends).position;
+        let across = self.kinematics.spanned(&mut self.system, ends).position;
         let length = self.length(&across);
         let density = self.system.arena.divide(value, length);
         Form::term(&mut self.system.arena, density, &across)

@@ -252,7 +252,7 @@ impl Equations<'_> {
 
     /// |d| and d|d|/dt in the plane; x_b - x_a and its rate on a line.
     fn line(&mut self, ends: [TNode; 2], quantity: Quantity) -> Expr {
-        let across = self.kinematics.across(&mut self.system.arena, ends);
+        let across = self.kinematics.spanned(&mut self.system, ends);
         if self.system.mechanism.dimension == Dimension::One {
             let of = if quantity == Quantity::Length { Quantity::X } else { Quantity::Vx };
             return self.of_motion(&across, of);

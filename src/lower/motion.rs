@@ -83,7 +83,7 @@ impl MotionSystem {
 }
 
 /// Values of symbols at a pose and at rest. What is missing counts as 1: whether it is needed is asked later.
-fn typical<'a>(mechanism: &'a Mechanism, pose: &'a Pose) -> impl Fn(Symbol) -> f64 + use<'a> {
+pub(super) fn typical<'a>(mechanism: &'a Mechanism, pose: &'a Pose) -> impl Fn(Symbol) -> f64 + use<'a> {
     move |symbol| match symbol {
         Symbol::Time => pose.time,
         Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),

@@ -13,7 +13,7 @@ use std::collections::HashMap;
 
 use super::cost::Cost;
 use super::eliminate::Obstacle;
-use super::motion::{Branch, LoopRow, MotionSystem, Solver, scales};
+use super::motion::{Branch, LoopRow, MotionSystem, Solver, scales, typical};
 use super::program::{Pose, kernel_cost};
 use crate::element::{Held, System};
 use crate::equations::{Constraint, Coordinate, Equations};
@@ -63,7 +63,8 @@ pub fn solver(
         return Ok((system.factorise(equations, pose)?, None));
     }
     if bodies > COUNTED {
-        match with_stride(equations, 1, active, length, pose) {
+        let arm = longest_arm(equations, length, pose);
+        match with_stride(equations, 1, active, arm, pose) {
             Ok((solver, tree)) => return Ok((solver, Some(tree))),
             Err(obstacle) if bodies > FULL => return Err(obstacle),
             Err(_) => {}
@@ -82,6 +83,17 @@ pub fn solver(
         }
     }
     Ok(best.map_or((system, None), |(solver, tree)| (solver, Some(tree))))
+}
+
+/// The longest arm of a body: what masses and inertias compare by in a large mechanism, where the ground reaches much farther than any body. The
+/// length of the mechanism if no body has an arm.
+fn longest_arm(equations: &mut Equations, length: f64, pose: &Pose) -> f64 {
+    let mechanism = equations.system.mechanism;
+    let components = mechanism.bodies.iter().flat_map(|body| &body.points).flat_map(|point| &point.at);
+    let exprs: Vec<Expr> = components.map(|formula| equations.system.value(formula)).collect();
+    let values = equations.system.arena.evaluate(&exprs, &typical(mechanism, pose));
+    let longest = values.chunks(2).map(|at| at.iter().map(|x| x * x).sum::<f64>().sqrt()).fold(0.0, f64::max);
+    if longest > 0.0 && longest.is_finite() { longest } else { length }
 }
 
 /// The solve tree in which every body at a multiple of `stride` angles from the ground is a branch.

@@ -79,17 +79,18 @@ struct Weak {
     is_zero: bool,
 }
 
-/// Of so many coordinates one poor pivot is dealt with at a time: of large systems many at once, or the factorisations would be many too.
-const SHARE: usize = 200;
+/// Up to so many coordinates one poor pivot is dealt with at a time; of more all at once, or the factorisations would be many too.
+const FEW: usize = 600;
 
 /// The first poor pivots of a Cholesky factorisation that takes the coordinates with the fewest neighbours first.
 fn weak(mass: &[Row], heaviest: f64, accepted: &BTreeSet<usize>) -> Vec<Weak> {
-    let most = 1 + mass.len() / SHARE;
+    let most = if mass.len() <= FEW { 1 } else { mass.len() };
     let mut found = Vec::new();
     let mut rows = mass.to_vec();
     let mut left: BTreeSet<(usize, usize)> =
         (0..rows.len()).filter(|&i| !rows[i].is_empty()).map(|i| (rows[i].len(), i)).collect();
     let mut steps: Vec<(usize, Row)> = Vec::new();
+    let mut followers = vec![Vec::new(); mass.len()];
     while let Some((_, index)) = left.pop_first() {
         let mut row = std::mem::take(&mut rows[index]);
         let mut pivot = row.remove(&index).unwrap_or_default();
@@ -97,7 +98,7 @@ fn weak(mass: &[Row], heaviest: f64, accepted: &BTreeSet<usize>) -> Vec<Weak> {
         let poor = own <= LIGHT * heaviest || pivot <= POOR * own;
         let is_zero = pivot <= ZERO * own.max(ZERO * heaviest);
         if (poor && !accepted.contains(&index)) || is_zero {
-            found.push(Weak { coordinate: index, motion: motion(index, &steps), is_zero });
+            found.push(Weak { coordinate: index, motion: motion(index, &steps, &followers), is_zero });
             if found.len() == most {
                 return found;
             }
@@ -113,19 +114,24 @@ fn weak(mass: &[Row], heaviest: f64, accepted: &BTreeSet<usize>) -> Vec<Weak> {
             }
             left.insert((rows[other].len(), other));
         }
+        below.keys().for_each(|&other| followers[other].push(steps.len()));
         steps.push((index, below));
     }
     found
 }
 
-/// The motion of one coordinate at rate 1 with which the eliminated ones go so as to move the least mass.
-fn motion(index: usize, steps: &[(usize, Row)]) -> Row {
+/// The motion of one coordinate at rate 1 with which the eliminated ones go so as to move the least mass. `followers`: the steps in which a
+/// coordinate was left, from which the eliminated one follows.
+fn motion(index: usize, steps: &[(usize, Row)], followers: &[Vec<usize>]) -> Row {
     let mut motion = Row::from([(index, 1.0)]);
-    for (eliminated, below) in steps.iter().rev() {
+    let mut due: BTreeSet<usize> = followers[index].iter().copied().collect();
+    while let Some(last) = due.pop_last() {
+        let (eliminated, below) = &steps[last];
         let rate: f64 =
             below.iter().map(|(other, factor)| -factor * motion.get(other).copied().unwrap_or_default()).sum();
         if rate != 0.0 {
             motion.insert(*eliminated, rate);
+            due.extend(&followers[*eliminated]);
         }
     }
     motion
