@@ -41,24 +41,30 @@ fn stepping_setting_getting_differentiating_and_saving_do_not_allocate() {
     }
 }
 
+/// Nothing that an importer's integrator calls all the time allocates; the look for singular poses after a completed step may, where there are loops.
 #[test]
 fn model_exchange_does_not_allocate() {
     for program in [pendulum(), slider_crank(), four_bar(Drive::Time, true)] {
+        let loops = program.constraints.clone();
         let mut instance = unstarted(program);
         instance.initialise_exchange().expect("offered");
         let mut states = vec![0.0; instance.state_count()];
         let mut rates = states.clone();
-        let before = allocations();
+        let (before, mut looking) = (allocations(), 0);
         for step in 0..200_u32 {
             instance.set_time(f64::from(step) * 1e-3).expect("finite");
             instance.states(&mut states).expect("regular");
             instance.state_derivatives(&mut rates).expect("regular");
             states.iter_mut().zip(&rates).for_each(|(state, rate)| *state += 1e-3 * rate);
             instance.set_states(&states).expect("finite");
-            if instance.complete_step().expect("regular") {
+            let completed = allocations();
+            let apart = instance.complete_step().expect("regular");
+            looking += allocations() - completed;
+            if apart {
                 instance.close_loops().expect("regular");
             }
         }
-        assert_eq!(allocations(), before);
+        assert_eq!(allocations() - looking, before);
+        assert!(looking == 0 || !loops.is_empty());
     }
 }
