@@ -30,6 +30,8 @@ const GROW: f64 = 4.0;
 const CUT: f64 = 0.9;
 /// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
 const REACH: f64 = 1.6;
+/// A pose predicted no further ahead than so many natural steps is looked for: a row that has just begun to fall falls faster and faster.
+const FORESEEN: f64 = 3.0;
 /// A step is not rejected for what rounding errors do.
 const ROUNDING: f64 = 1e-12;
 /// A pose predicted further ahead than so many steps is not to be relied on.
@@ -305,9 +307,10 @@ impl Taylor {
 
     /// Makes sure of the next singular pose, if one may be near. Says whether there is one.
     fn look_ahead(&mut self, context: &mut Context, run: &mut Continuation, natural: f64) -> bool {
-        let near = run.ahead > 0.0 && run.ahead < REACH * natural;
+        let near = run.ahead > 0.0 && run.ahead < FORESEEN * natural;
         if near {
-            run.ahead = self.locate(context, run, run.ahead).unwrap_or(0.0);
+            let guess = f64::min(run.ahead, REACH * natural);
+            run.ahead = self.locate(context, run, guess).unwrap_or(0.0);
             if run.ahead > 0.0 {
                 run.pose = Some(run.front_time + run.ahead);
             }
