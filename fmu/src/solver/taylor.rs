@@ -11,6 +11,7 @@ use super::dynamic::{Dynamic, Horizon};
 use super::length::{LONGEST, STRETCH, shortest};
 use super::singular::{Guard, Passage, Plan, plan};
 use super::{Context, Failure};
+use crate::math;
 use crate::model::Model;
 use crate::series::{Choices, Jet, MAX_ORDER};
 
@@ -32,8 +33,9 @@ const CUT: f64 = 0.9;
 const REACH: f64 = 1.6;
 /// A pose predicted no further ahead than so many natural steps is looked for: a row that has just begun to fall falls faster and faster.
 const FORESEEN: f64 = 3.0;
-/// A step is not rejected for what rounding errors do.
+/// A step is not rejected for what rounding errors do, of the order of one and of positions, in units of their spacing.
 const ROUNDING: f64 = 1e-12;
+const SPACINGS: f64 = 8.0;
 /// A pose predicted further ahead than so many steps is not to be relied on.
 const PREDICTED: f64 = 1.8;
 /// So often a step is halved.
@@ -221,7 +223,8 @@ impl Taylor {
         let chosen = self.jet.chosen();
         let usual = if run.step > 0.0 { run.step } else { natural };
         let mut found = self.look_ahead(context, run, natural.min(room));
-        let (mut h, mut goal) = planned(run.ahead, natural, usual, f64::max(OPENING * tolerance, ROUNDING));
+        let (mut h, mut goal) =
+            planned(run.ahead, natural, usual, f64::max(OPENING * tolerance, rounding(context.model, &run.front)));
         for _ in 0..HALVINGS {
             // Written so that NaN is too short.
             let long = h >= shortest;
@@ -384,6 +387,13 @@ fn planned(ahead: f64, natural: f64, usual: f64, goal: f64) -> (f64, f64) {
         Plan::Approach(most) => (natural.min(most), goal),
         Plan::Pass(least) => (natural.max(least), goal.max(NOISE)),
     }
+}
+
+/// How far loops are open by rounding errors alone: those of the positions count, for angles grow with every turn.
+fn rounding(model: &Model, front: &[f64]) -> f64 {
+    let coordinates = model.program().coordinates.iter().zip(front);
+    let largest = coordinates.fold(0.0, |largest, (coordinate, q)| math::maximum(largest, q.abs() / coordinate.scale));
+    math::maximum(ROUNDING, SPACINGS * f64::EPSILON * largest)
 }
 
 /// What one step may be wrong by at a tolerance.

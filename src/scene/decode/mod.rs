@@ -37,7 +37,7 @@ const KEYS: [&str; 17] = [
 ];
 
 impl Scene {
-    /// The largest scene file [bytes]: some hundred thousand bodies.
+    /// The largest scene file \[bytes\]: some hundred thousand bodies.
     pub const LARGEST: u64 = 64 << 20;
 
     /// Reads a scene file: JSON if it begins with `{` or is called `.json`, else TOML.

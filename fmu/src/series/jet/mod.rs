@@ -131,6 +131,7 @@ struct Scatter {
 #[derive(Clone, Debug)]
 pub struct Jet {
     /// Has the processor AVX2?
+    #[cfg(target_arch = "x86_64")]
     wide: bool,
     /// Lanes of frames and of all equations, if there is nothing but frames.
     frames: [usize; 2],
@@ -239,12 +240,9 @@ impl Jet {
         pushes.sort_by_key(|push| push.value.is_some());
         loads.sort_by_key(|load| load.value.is_some());
         let constants = |list: &[Scatter]| list.partition_point(|entry| entry.value.is_none());
-        #[cfg(target_arch = "x86_64")]
-        let wide = std::arch::is_x86_feature_detected!("avx2");
-        #[cfg(not(target_arch = "x86_64"))]
-        let wide = false;
         let mut jet = Self {
-            wide,
+            #[cfg(target_arch = "x86_64")]
+            wide: std::arch::is_x86_feature_detected!("avx2"),
             frames: [0; 2],
             coupling: Columns::new(all, &masses),
             rows: Columns::new(lanes(form.rows.len()), &arms_of_rows),
