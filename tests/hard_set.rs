@@ -40,6 +40,33 @@ fn no_run_leaves_its_branch() {
     assert!(runs > 250, "{runs}");
 }
 
+/// Wherever a run is saved, it goes on with the same bits: in the same instance after it has gone elsewhere, and in another one.
+#[test]
+fn a_run_saved_anywhere_goes_on_with_the_same_bits() {
+    const POINTS: u32 = 80;
+    let time = |point: u32| 0.05 * f64::from(point);
+    let (model, mut instance) = parallelogram(1e-8);
+    let (mut saved, mut states) = (vec![instance.save()], vec![instance.state()]);
+    for point in 1..=POINTS {
+        instance.step_to(time(point)).expect("the motion goes on");
+        saved.push(instance.save());
+        states.push(instance.state());
+    }
+    let mut other = Instance::new(model);
+    other.setup(0.0, Some(4.0), Some(1e-8)).expect("times");
+    other.initialise().expect("consistent");
+    for (point, state) in (1..).zip(&saved[..saved.len() - 1]) {
+        for instance in [&mut instance, &mut other] {
+            instance.restore(state).expect("its own state");
+            for point in point..=u32::min(point + 10, POINTS) {
+                instance.step_to(time(point)).expect("the motion goes on");
+                let expected = states[point as usize].registers();
+                assert_eq!(instance.state().registers(), expected, "at {} s", time(point));
+            }
+        }
+    }
+}
+
 fn get_variable(instance: &mut Instance, name: &str) -> f64 {
     let variable = instance.variable(name).expect("an output");
     instance.get(variable).expect("defined")

@@ -1,7 +1,8 @@
 //! The search for a pose in which nothing accelerates: Q(q, 0, t0) - Phi_q^T lambda = 0, Phi = 0.
 //!
 //! Levenberg-Marquardt from the guess, with the exact Jacobian. Where that stands still without a solution (a pendulum that starts level: its
-//! stiffness is zero there) the mechanism is let go for a while, always from rest, and the search goes on from where it got to.
+//! stiffness is zero there) the mechanism is let go for a while, always from rest, and the search goes on from where it got to; if it falls back into
+//! the same place again and again, the mechanism is let go from the guess for longer and longer.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -27,6 +28,7 @@ const MOVE: f64 = 0.1;
 /// Searches for an equilibrium from a resting point; `Err` holds the last numbers if there is none.
 pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Point) -> Result<Point, Failure> {
     let mut search = Search::new(formulated, variation, guess)?;
+    let mut released = search.point.clone();
     let mut stuck = None;
     for _ in 0..RELEASES {
         search.descend()?;
@@ -36,6 +38,18 @@ pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Poin
         stuck.get_or_insert_with(|| search.point.clone());
         for _ in 0..MOVES {
             search.release()?;
+        }
+    }
+    // A search that falls back into the same trap: the mechanism itself goes on from where it was let go, and is searched from where it came to.
+    for _ in 0..RELEASES {
+        search.point = released;
+        for _ in 0..MOVES {
+            search.release()?;
+        }
+        released = search.point.clone();
+        search.descend()?;
+        if search.is_balanced()? {
+            return Ok(search.point);
         }
     }
     let point = stuck.unwrap_or(search.point);

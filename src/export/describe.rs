@@ -51,7 +51,11 @@ fn variable(mechanism: &Mechanism, row: &Row) -> ScalarVariable {
     };
     ScalarVariable {
         name: row.name.clone(),
-        description: row.description.clone(),
+        description: match (row.description.is_empty(), row.source) {
+            (true, Source::Parameter(_)) => format!("parameter `{}` of the scene", row.name),
+            (true, Source::Input(_)) => format!("input `{}` of the scene", row.name),
+            _ => row.description.clone(),
+        },
         unit: row.unit.clone(),
         causality,
         start: row.start.map(|start| match start.known {

@@ -40,7 +40,9 @@ impl Name {
     /// A word, such as the name of a parameter; digits at its end become a subscript.
     pub fn word(plain: &str) -> Name {
         let base = plain.trim_end_matches(|c: char| c.is_ascii_digit());
-        let base = if base.is_empty() || base.ends_with('_') { plain } else { base };
+        // With a number below, these are entries of the page's own matrices.
+        let own = matches!(base, "M" | "Q" | "Phi" | "gamma" | "lambda" | "D" | "K" | "F" | "q" | "v" | "a");
+        let base = if base.is_empty() || base.ends_with('_') || own { plain } else { base };
         let subscript = &plain[base.len()..];
         Name { plain: plain.to_owned(), ..Name::letter(base, subscript) }
     }

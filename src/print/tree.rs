@@ -93,11 +93,23 @@ pub fn formulas<'a>(reading: &Reading, names: &'a Names<'a, '_>) -> Formulas {
     });
     let mut layout = Layout { names, variables: variables.collect(), defined, angles: BTreeMap::new() };
     let used = reading.definitions.iter().enumerate().filter(|(_, definition)| definition.uses > 0);
-    let definitions =
-        used.map(|(index, definition)| (Tree::Name(layout.defined[index].clone()), layout.sum(&definition.value)));
+    let definitions = used
+        .map(|(index, definition)| (index, (Tree::Name(layout.defined[index].clone()), layout.sum(&definition.value))));
     let definitions = definitions.collect::<Vec<_>>();
     let formulas = reading.roots.iter().map(|root| layout.sum(root)).collect();
-    let angles = layout.angles.into_values().map(|(name, value)| (Tree::Name(name), value)).collect();
+    // The sine and cosine of an angle that is itself defined come right after it.
+    let (mut angles, mut own) = (Vec::new(), BTreeMap::<usize, Vec<_>>::new());
+    for ((factor, _), (name, value)) in layout.angles {
+        let pair = (Tree::Name(name), value);
+        match factor {
+            Factor::Named(index, _) => own.entry(index).or_default().push(pair),
+            _ => angles.push(pair),
+        }
+    }
+    let definitions = definitions
+        .into_iter()
+        .flat_map(|(index, pair)| std::iter::once(pair).chain(own.remove(&index).unwrap_or_default()))
+        .collect();
     Formulas { angles, definitions, formulas }
 }
 

@@ -310,7 +310,7 @@ fn described(archive: &Archive) -> Vec<String> {
     let reals = archive.fmu.below("/ScalarVariable/Real");
     let bare = scalars.into_iter().zip(reals).filter(|(scalar, real)| {
         let computed = matches!(attribute(scalar, "causality"), Some("output" | "local"));
-        (computed && attribute(real, "unit").is_none()) || attribute(scalar, "description").is_some_and(str::is_empty)
+        (computed && attribute(real, "unit").is_none()) || attribute(scalar, "description").is_none_or(str::is_empty)
     });
     bare.map(|(scalar, _)| format!("{scalar:?}")).collect()
 }

@@ -491,6 +491,9 @@ impl Instance {
         self.behind = false;
         self.stepper.forget();
         self.watch = Watch::default();
+        if self.now.phase == Phase::Exchange && self.model.program().motion == Motion::Dynamic {
+            self.watch.resume(&self.model, &self.now.state);
+        }
         Ok(())
     }
 }

@@ -175,6 +175,7 @@ impl Engines<'_> {
 
     fn stiff_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
         self.implicit.single(context, run, horizon)?;
+        run.series = None;
         let possible = run.choice.held_back.max(STABLE / self.implicit.rate(context.model));
         if run.choice.returns(run.step < possible * cost_ratio(context)) {
             // Series find their own step.

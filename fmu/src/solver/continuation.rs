@@ -31,6 +31,8 @@ pub struct Continuation {
     pub(super) order: u32,
     /// Pieces of laws that the next step begins in, where the front is at the end of a piece.
     pub(super) choices: Choices,
+    /// Did the last step begin the series at the front, and with the loops closed tightly? None if there is no series yet.
+    pub(super) series: Option<bool>,
     /// Natural length of the next step; 0 if it is not known.
     pub(super) step: f64,
     /// How long after the front a singular pose will come, as far as is known; 0 for none [s].
@@ -59,6 +61,7 @@ impl Continuation {
             dense: vec![0.0; dense_length(model)],
             order: 0,
             choices: Choices::default(),
+            series: None,
             step: 0.0,
             ahead: 0.0,
             pose: None,
@@ -114,6 +117,7 @@ impl Continuation {
     /// Forgets the step that went beyond a state; the run goes on from that state.
     pub(super) fn restart(&mut self, model: &Model, state: &State) {
         self.choices = Choices::default();
+        self.series = None;
         self.origin.copy_from(state);
         if self.ahead > 0.0 {
             self.ahead = f64::max(self.ahead + self.front_time - state.time(), 0.0);
@@ -138,6 +142,7 @@ impl Continuation {
         self.dense.clone_from(&other.dense);
         self.order = other.order;
         self.choices = other.choices;
+        self.series = other.series;
         self.step = other.step;
         self.ahead = other.ahead;
         self.pose = other.pose;

@@ -140,7 +140,7 @@ pub enum Failure {
         joints: Vec<String>,
     },
     /// A driven mechanism cannot go on.
-    #[error("at t = {time} s the mechanism locks up: the drivers prescribe what `{}` cannot follow (gap {gap})", gap.owner)]
+    #[error("at t = {time} s the mechanism locks up: the loops cannot be closed at `{}` any more (gap {gap})", gap.owner)]
     LockUp {
         /// When [s].
         time: f64,

@@ -61,6 +61,8 @@ pub struct Taylor {
     pub(super) passages: Vec<Passage>,
     /// What the jet holds begins at the front.
     known: Start,
+    /// Has it been begun with the loops closed tightly?
+    tight: bool,
 }
 
 /// Whether there is a series at the front.
@@ -97,6 +99,7 @@ impl Taylor {
             passing: Vec::new(),
             passages: Vec::new(),
             known: Start::Unknown,
+            tight: false,
         })
     }
 
@@ -163,8 +166,10 @@ impl Taylor {
         if self.known == Start::Unknown {
             self.next.copy_from_slice(&run.front);
             self.jet.force(run.choices);
-            self.known = match self.start(context, run, run.front_time, false) {
-                Some(_) if Self::begins_near(context, run) => Start::Near,
+            // Only what the continuation remembers counts: what the guard holds may come from another run.
+            self.guard.front.fill(0.0);
+            self.known = match self.start(context, run, run.front_time, run.series == Some(true)) {
+                Some(_) if run.series.is_none() && Self::begins_near(context, run) => Start::Near,
                 Some(_) => Start::Regular,
                 None => Start::Singular,
             };
@@ -181,7 +186,8 @@ impl Taylor {
         let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
         self.jet.closeness(model, &mut self.guard.next);
         self.take_closed(model);
-        if tightly || self.guard.arrives() {
+        self.tight = tightly || self.guard.arrives();
+        if self.tight {
             // The series must come from the matrix of the very pose in which the loops are closed.
             self.jet.close_tightly(model);
             self.take_closed(model);
@@ -263,6 +269,7 @@ impl Taylor {
                 run.choices = change.map_or(Choices::default(), |(_, choices)| choices);
                 if change.is_some() {
                     self.known = Start::Unknown;
+                    run.series = None;
                 }
                 return Ok(true);
             }
@@ -282,6 +289,7 @@ impl Taylor {
         run.choices.known |= choices.known;
         run.choices.positive |= choices.positive;
         self.known = Start::Unknown;
+        run.series = None;
         Ok(choices.known != 0)
     }
 
@@ -302,6 +310,7 @@ impl Taylor {
         self.guard.roll();
         // A step cut short says nothing against the natural length.
         run.step = if cut { h.max(run.step) } else { h };
+        run.series = Some(self.tight);
         run.dense_from = run.front_time;
         run.front_time = end;
         run.front.copy_from_slice(&self.next);
@@ -372,6 +381,7 @@ impl Taylor {
         run.step = 0.0;
         run.order = 0;
         run.choices = Choices::default();
+        run.series = None;
         context.machine.load(context.model, &run.origin);
         explicit.single(context, run, horizon)?;
         context.statistics.fallbacks += 1;

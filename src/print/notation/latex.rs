@@ -170,12 +170,12 @@ fn name(name: &Name) -> String {
 
 fn below(subscript: &str) -> String {
     let upright = subscript.len() > 1 && subscript.chars().any(char::is_alphabetic);
-    if upright { format!(r"\mathrm{{{}}}", escape(subscript)) } else { subscript.to_owned() }
+    if upright { format!(r"\mathrm{{{}}}", escape(subscript)) } else { escape(subscript) }
 }
 
 fn letter(base: &str) -> String {
     match base.len() {
-        1 => base.to_owned(),
+        1 => escape(base),
         _ if greek(base).is_some() => format!(r"\{base}"),
         _ => format!(r"\mathit{{{}}}", escape(base)),
     }

@@ -116,6 +116,7 @@ impl Taylor {
                     run.front_time = time + h;
                     run.front.copy_from_slice(&self.closed);
                     (run.ahead, run.pose) = (0.0, Some(time));
+                    run.series = None;
                     run.step = run.step.max(h);
                     context.statistics.steps += 1;
                     self.known = Start::Unknown;
