@@ -62,15 +62,17 @@ fn repeat(title: &str, runs: u32) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Instructions of the processor for one run at 1e-6 with its start, by `perf stat` on this very program: they are not noisy. None without `perf`.
+/// Instructions of the processor for one run at 1e-6 with its start, which are not noisy, counted by callgrind on this very program. None without
+/// valgrind.
 fn instructions(title: &str) -> Option<u64> {
     let count = |runs: u32| {
-        let mut perf = Command::new("perf");
-        perf.args(["stat", "-x,", "-e", "instructions:u"]).arg(std::env::current_exe().ok()?);
-        let output = perf.args(["--only", title, &runs.to_string()]).output().ok()?;
-        String::from_utf8_lossy(&output.stderr).lines().last()?.split(',').next()?.parse::<u64>().ok()
+        let mut valgrind = Command::new("valgrind");
+        valgrind.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]).arg(std::env::current_exe().ok()?);
+        let output = valgrind.args(["--only", title, &runs.to_string()]).output().ok()?;
+        let said = String::from_utf8_lossy(&output.stderr);
+        said.lines().find_map(|line| line.split_once("Collected :")?.1.trim().parse::<u64>().ok())
     };
-    Some(count(11)?.saturating_sub(count(1)?) / 10)
+    Some(count(6)?.saturating_sub(count(1)?) / 5)
 }
 
 fn heading() -> String {

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::hint::black_box;
 
+use cotree_fmu::machine::Machine;
 use cotree_fmu::series::Jet;
 
 use crate::{Failure, fastest, model, scenes, started};
@@ -20,7 +21,9 @@ pub fn write(text: &mut String) -> Result<(), Failure> {
         let Some(mut jet) = Jet::new(&model) else { continue };
         let state = started(&model, None, 1e-6)?.state();
         let mut motion = [state.positions(), state.rates()].concat();
-        jet.update(state.registers());
+        let mut machine = Machine::new(&model);
+        machine.load(&model, &state);
+        jet.update(machine.registers());
         let repeated = |work: &mut dyn FnMut()| {
             let once = |(): &mut ()| {
                 (0..STEPS).for_each(|_| work());
@@ -28,7 +31,7 @@ pub fn write(text: &mut String) -> Result<(), Failure> {
             };
             fastest(|| Ok(()), once).map(|seconds| 1e9 * seconds / f64::from(STEPS))
         };
-        let begin = repeated(&mut || _ = black_box(jet.begin(&model, state.registers(), ORDER, black_box(&motion))))?;
+        let begin = repeated(&mut || _ = black_box(jet.begin(&model, machine.registers(), ORDER, black_box(&motion))))?;
         let orders = repeated(&mut || black_box(&mut jet).advance(1, ORDER - 2))?;
         let polynomial = jet.polynomial(ORDER).to_vec();
         let end = repeated(&mut || {
