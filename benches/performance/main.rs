@@ -1,6 +1,7 @@
 //! Speed, as the tables of `docs/performance.md`: `cargo bench --bench performance -- [FILE]` writes them to a file, or shows them.
 //!
-//! With `COTREE_PEERS` set to a folder that holds a runner of other programs, `run.sh SCENE PEER...`, what it prints becomes the last section.
+//! With `COTREE_PEERS` set to a folder that holds a runner of other programs, `run.sh SCENE PEER...`, what it prints becomes the last section;
+//! `COTREE_PEERS_SCENES="S1 S2"` names the scenes, if not all.
 #![allow(missing_docs, reason = "a program, not a library")]
 
 mod compiled;
@@ -262,7 +263,8 @@ fn export(text: &mut String) -> Result<(), Failure> {
 fn peers(text: &mut String) {
     let Some(folder) = std::env::var_os("COTREE_PEERS") else { return };
     *text += "\n## Other programs\n\nMilliseconds at equal error, measured in the same run by the runner in `COTREE_PEERS`.\n";
-    for scene in ["S1", "S2", "S3", "S4", "S6"] {
+    let scenes = std::env::var("COTREE_PEERS_SCENES").unwrap_or_else(|_| "S1 S2 S3 S4 S6".into());
+    for scene in scenes.split_whitespace() {
         let output =
             Command::new(Path::new(&folder).join("run.sh")).arg(scene).args(PEERS).current_dir(&folder).output();
         let said = output.map_or_else(
