@@ -25,6 +25,20 @@ pub struct Start {
     state: State,
 }
 
+/// What expressions are at a state; accelerations, reactions and what else a state does not tell count as zero.
+pub(crate) fn evaluate_at(arena: &Arena, state: &State, exprs: &[Expr]) -> Vec<f64> {
+    arena.evaluate(exprs, &|symbol: Symbol| match symbol {
+        Symbol::Time => state.time(),
+        Symbol::Parameter(i) => state.parameters()[i],
+        Symbol::Input(i, Order::Position) => state.inputs()[i],
+        Symbol::Coordinate(i, Order::Position) => state.positions()[i],
+        Symbol::Coordinate(i, Order::Velocity) => state.rates()[i],
+        Symbol::Follower(i, Order::Position) => state.follower_positions()[i],
+        Symbol::Follower(i, Order::Velocity) => state.follower_rates()[i],
+        _ => 0.0,
+    })
+}
+
 impl Start {
     /// The start in the recommended trees; none if these have none, or are too large.
     pub fn find(mechanism: &Mechanism, length: f64) -> Option<Start> {
@@ -75,22 +89,8 @@ impl Start {
 
     fn read<const N: usize>(&self, equations: &mut Equations, place: Place, quantities: [Quantity; N]) -> [f64; N] {
         let exprs = quantities.map(|quantity| equations.variable(Variable { owner: Owner::Place(place), quantity }));
-        let values = self.values(&equations.system.arena, &exprs);
+        let values = evaluate_at(&equations.system.arena, &self.state, &exprs);
         std::array::from_fn(|index| values[index])
-    }
-
-    fn values(&self, arena: &Arena, exprs: &[Expr]) -> Vec<f64> {
-        let state = &self.state;
-        arena.evaluate(exprs, &|symbol: Symbol| match symbol {
-            Symbol::Time => state.time(),
-            Symbol::Parameter(i) => state.parameters()[i],
-            Symbol::Input(i, Order::Position) => state.inputs()[i],
-            Symbol::Coordinate(i, Order::Position) => state.positions()[i],
-            Symbol::Coordinate(i, Order::Velocity) => state.rates()[i],
-            Symbol::Follower(i, Order::Position) => state.follower_positions()[i],
-            Symbol::Follower(i, Order::Velocity) => state.follower_rates()[i],
-            _ => 0.0,
-        })
     }
 
     /// Where the search for the initial state begins, in the coordinates of these equations.
@@ -127,7 +127,7 @@ impl Start {
             Direction::X => [r[0], v[0]],
             Direction::Y => [r[1], v[1]],
             Direction::Fixed(body, axis) => {
-                let axis = self.values(&equations.system.arena, &axis);
+                let axis = evaluate_at(&equations.system.arena, &self.state, &axis);
                 let [angle, omega] = self.bodies[equations.system.r_node(body).index()];
                 let (sine, cosine) = angle.sin_cos();
                 let along = [cosine * axis[0] - sine * axis[1], sine * axis[0] + cosine * axis[1]];

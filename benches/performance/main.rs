@@ -131,6 +131,13 @@ fn fastest<T>(
     Ok(best)
 }
 
+/// The largest difference of the coordinates.
+fn error_at_end(instance: &Instance, exact: &Instance) -> f64 {
+    let (end, exact) = (instance.state(), exact.state());
+    let ends = end.positions().iter().zip(exact.positions());
+    ends.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
 /// Whole runs: what the FMU does by itself, at four tolerances.
 fn motions(text: &mut String) -> Result<(), Failure> {
     *text += "\n## Whole runs\n\nBy the engine that the model chooses. Error: of the coordinates at the end, against a run at 1e-12.\n\n\
@@ -147,9 +154,7 @@ fn motions(text: &mut String) -> Result<(), Failure> {
         for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
             let mut instance = started(&model, None, tolerance)?;
             run(&mut instance)?;
-            let (end, exact) = (instance.state(), exact.state());
-            let ends = end.positions().iter().zip(exact.positions());
-            let error = ends.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let error = error_at_end(&instance, &exact);
             let seconds = fastest(|| started(&model, None, tolerance), run)?;
             let work = instance.statistics();
             let step = 1e6 * seconds / work.steps.max(1) as f64;

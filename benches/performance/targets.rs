@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use cotree_fmu::instance::Instance;
 
-use crate::{Failure, fastest, model, scenes, started};
+use crate::{Failure, error_at_end, fastest, model, scenes, started};
 
 /// Scene, wanted error, target and a program written by hand \[ms\].
 fn list() -> [(&'static str, String, f64, f64, f64); 5] {
@@ -33,9 +33,7 @@ pub fn write(text: &mut String) -> Result<(), Failure> {
             let tolerance = 10.0_f64.powi(-exponent);
             let mut instance = started(&model, None, tolerance)?;
             run(&mut instance)?;
-            let (end, exact) = (instance.state(), exact.state());
-            let ends = end.positions().iter().zip(exact.positions());
-            let error = ends.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let error = error_at_end(&instance, &exact);
             if error <= wanted {
                 let time = 1e3 * fastest(|| started(&model, None, tolerance), run)?;
                 writeln!(

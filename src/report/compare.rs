@@ -10,11 +10,11 @@ use cotree_fmu::tape::{Operation, Tape};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-use crate::equations::Equations;
-use crate::expr::{Expr, Order, Symbol};
+use crate::expr::Expr;
 use crate::formulate::{Formulated, formulate};
 use crate::mechanism::{Coordinates, Mechanism};
 use crate::size;
+use crate::start::evaluate_at;
 
 /// The choices that every scene has; the scene's own is added if it is another one.
 const CHOICES: [(&str, Coordinates); 4] = [
@@ -215,7 +215,7 @@ fn conditions(formulated: &mut Formulated, dynamic: bool) -> (Option<f64>, Optio
 /// A sparse matrix of expressions as numbers at the initial pose.
 fn values(formulated: &Formulated, rows: &[Vec<(usize, Expr)>], columns: usize) -> DMatrix<f64> {
     let exprs: Vec<Expr> = rows.iter().flatten().map(|(_, entry)| *entry).collect();
-    let numbers = at_start(&formulated.equations, &formulated.state, &exprs);
+    let numbers = evaluate_at(&formulated.equations.system.arena, &formulated.state, &exprs);
     let mut matrix = DMatrix::zeros(rows.len(), columns);
     let places =
         rows.iter().enumerate().flat_map(|(row, entries)| entries.iter().map(move |(column, _)| (row, *column)));
@@ -223,19 +223,6 @@ fn values(formulated: &Formulated, rows: &[Vec<(usize, Expr)>], columns: usize) 
         matrix[place] = number;
     }
     matrix
-}
-
-fn at_start(equations: &Equations, state: &cotree_fmu::model::State, exprs: &[Expr]) -> Vec<f64> {
-    let value = |symbol: Symbol| match symbol {
-        Symbol::Time => state.time(),
-        Symbol::Parameter(i) => state.parameters()[i],
-        Symbol::Input(i, Order::Position) => state.inputs()[i],
-        Symbol::Coordinate(i, Order::Position) => state.positions()[i],
-        Symbol::Coordinate(i, Order::Velocity) => state.rates()[i],
-        Symbol::Follower(i, Order::Position) => state.follower_positions()[i],
-        _ => 0.0,
-    };
-    equations.system.arena.evaluate(exprs, &value)
 }
 
 /// Largest over smallest singular value, after rows and columns have been scaled to largest entries of about 1 (Ruiz).

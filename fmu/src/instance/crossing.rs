@@ -3,13 +3,12 @@
 
 use crate::model::{Model, State};
 use crate::solver::poses::jacobian;
+use crate::solver::weakest;
 
 /// With more loop equations the search would take longer than the step.
 const MOST_EQUATIONS: usize = 50;
 /// A start this close to a singular pose is in it: that is how well the loops are closed there, and its root.
 const EXACT: f64 = 1e-5;
-/// A joint takes part in a dependence with at least this share of the largest one.
-const SHARE: f64 = 0.1;
 /// A pose is singular if its distance is a smaller share than this of the usual one. From there on it takes an error of the square of it to get
 /// onto the other branch.
 const NEAR: f64 = 1e-3;
@@ -30,15 +29,10 @@ fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
     for (mut column, coordinate) in matrix.column_iter_mut().zip(&program.coordinates) {
         column *= coordinate.scale;
     }
-    let eigen = (&matrix * matrix.transpose()).symmetric_eigen();
-    let weakest = (0..eigen.eigenvalues.len()).min_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    let Some(weakest) = weakest else { return (f64::INFINITY, Vec::new()) };
-    let combination = eigen.eigenvectors.column(weakest);
-    let rows = model.active().iter().zip(combination.iter());
-    let taking_part = rows.filter(|(_, share)| share.abs() > SHARE * combination.amax());
-    let mut joints: Vec<String> = taking_part.map(|(&row, _)| program.constraints[row].owner.clone()).collect();
-    joints.dedup();
-    (eigen.eigenvalues[weakest].max(0.0).sqrt(), joints)
+    match weakest(model, &matrix) {
+        Some(weakest) => (weakest.least.max(0.0).sqrt(), weakest.joints),
+        None => (f64::INFINITY, Vec::new()),
+    }
 }
 
 /// A singular pose within a step.

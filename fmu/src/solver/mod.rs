@@ -32,6 +32,7 @@ mod taylor;
 pub use crate::program::Engine;
 pub use failure::{Failure, Gap};
 pub use singular::Passage;
+pub(crate) use singular::weakest;
 
 use crate::machine::Machine;
 use crate::model::Model;

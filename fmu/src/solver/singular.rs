@@ -11,6 +11,8 @@
 
 use std::fmt;
 
+use nalgebra::DMatrix;
+
 use super::poses::jacobian;
 use crate::model::{Model, State};
 
@@ -148,17 +150,31 @@ pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
     for (mut row, &index) in matrix.row_iter_mut().zip(model.active()) {
         row /= program.constraints[index].scale;
     }
-    let eigen = (&matrix * matrix.transpose()).symmetric_eigen();
-    let Some((weakest, _)) = eigen.eigenvalues.iter().enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b)) else {
-        return (1.0, Vec::new());
-    };
-    let distance = (eigen.eigenvalues[weakest].max(0.0) / eigen.eigenvalues.max()).sqrt();
-    let combination = eigen.eigenvectors.column(weakest);
-    let largest = combination.amax();
-    let rows = model.active().iter().zip(combination.iter()).filter(|(_, share)| share.abs() > SHARE * largest);
-    let mut names: Vec<String> = rows.map(|(&row, _)| program.constraints[row].owner.clone()).collect();
-    names.dedup();
-    (distance, names)
+    let Some(weakest) = weakest(model, &matrix) else { return (1.0, Vec::new()) };
+    ((weakest.least.max(0.0) / weakest.largest).sqrt(), weakest.joints)
+}
+
+/// The combination of active loop equations that holds least.
+#[derive(Debug)]
+pub(crate) struct Weakest {
+    /// Smallest and largest eigenvalue of J J^T.
+    pub least: f64,
+    pub largest: f64,
+    /// Joints and drivers that take part in the combination.
+    pub joints: Vec<String>,
+}
+
+/// The same for the rows J of the active loop equations, in whatever units; none without equations.
+pub(crate) fn weakest(model: &Model, rows: &DMatrix<f64>) -> Option<Weakest> {
+    let eigen = (rows * rows.transpose()).symmetric_eigen();
+    let (index, least) = eigen.eigenvalues.iter().enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    let combination = eigen.eigenvectors.column(index);
+    let share = SHARE * combination.amax();
+    let taking_part = model.active().iter().zip(combination.iter()).filter(|(_, part)| part.abs() > share);
+    let constraints = &model.program().constraints;
+    let mut joints: Vec<String> = taking_part.map(|(&row, _)| constraints[row].owner.clone()).collect();
+    joints.dedup();
+    Some(Weakest { least: *least, largest: eigen.eigenvalues.max(), joints })
 }
 
 #[cfg(test)]
