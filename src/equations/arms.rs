@@ -108,6 +108,17 @@ pub struct Auxiliary {
     pub row: usize,
 }
 
+/// A massless rod between two points: its angle follows from theirs.
+#[derive(Clone, Debug)]
+pub struct Rod {
+    /// The frame that turns with it.
+    pub frame: FrameId,
+    /// First of its two rows.
+    pub row: usize,
+    /// Its length.
+    pub length: Expr,
+}
+
 /// A mechanism as arms.
 #[derive(Clone, Debug, Default)]
 pub struct ArmEquations {
@@ -119,6 +130,8 @@ pub struct ArmEquations {
     pub rows: Vec<Row>,
     /// Displacements that are no coordinates.
     pub auxiliary: Vec<Auxiliary>,
+    /// Frames whose angles are no coordinates.
+    pub rods: Vec<Rod>,
     /// Forces.
     pub loads: Vec<Load>,
     /// Torques, and forces along a displacement.
@@ -259,8 +272,8 @@ impl Equations<'_> {
             let factor = self.system.arena.negate(term.factor);
             match term.port {
                 Port::Angle(ends) => self.angle_between(ends, factor, arms, &mut row),
-                Port::Along(ends, direction) => self.displacement_between(ends, direction, factor, &mut row)?,
-                Port::Length(_) => return Err("a distance is held".into()),
+                Port::Along(ends, direction) => self.displacement_between(ends, direction, factor, arms, &mut row)?,
+                Port::Length(ends) => return self.rod(constraint, ends, coupling, arms),
             }
         }
         arms.rows.push(row);
@@ -287,23 +300,75 @@ impl Equations<'_> {
         ends: [TNode; 2],
         direction: Direction,
         factor: Expr,
+        arms: &mut ArmEquations,
         row: &mut Row,
     ) -> Result<(), Reason> {
         let gap = self.kinematics.across(&mut self.system.arena, ends).position;
         let gap = self.decompose(&gap)?;
-        let (frame, along) = self.along(direction);
+        let (frame, line) = self.along(direction);
         let arena = &mut self.system.arena;
-        let along = along.map(|component| arena.multiply(factor, component));
+        let along = line.map(|component| arena.multiply(factor, component));
         let part = match frame == FrameId::WORLD {
-            true => projected_row(arena, row.constraint, gap, along),
-            false => {
-                row_in_frame(arena, row.constraint, gap, (frame, along)).ok_or("a coupling follows a turning line")?
-            }
+            true => Some(projected_row(arena, row.constraint, gap.clone(), along)),
+            false => row_in_frame(arena, row.constraint, gap.clone(), (frame, along)),
+        };
+        let Some(part) = part else {
+            // Displacements along the line and across it close the gap, and both components hold.
+            let across = [arena.negate(line[1]), line[0]];
+            let first = self.close(row.constraint, gap, frame, &[line, across], arms);
+            let [square, _] = conjugate_product(&mut self.system.arena, line, along);
+            row.displacements.push((first, self.system.arena.negate(square)));
+            return Ok(());
         };
         row.arms.extend(part.arms);
         row.displacements.extend(part.displacements);
         row.signals.extend(part.signals);
         row.constant.extend(part.constant);
+        Ok(())
+    }
+
+    /// Closes a gap by displacements in directions fixed in a frame: both of its components hold. Returns the number of
+    /// the first displacement.
+    fn close(
+        &mut self,
+        constraint: usize,
+        mut gap: Arms,
+        frame: FrameId,
+        directions: &[[Expr; 2]],
+        arms: &mut ArmEquations,
+    ) -> usize {
+        let first = self.coordinates.len() + arms.auxiliary.len();
+        for (displacement, &free) in (first..).zip(directions) {
+            arms.auxiliary.push(Auxiliary { displacement, frame, free, row: arms.rows.len() });
+            gap.insert(Arm { frame, factor: Factor::Displacement(displacement) }, free);
+        }
+        self.vanishes(constraint, gap, arms);
+        first
+    }
+
+    /// Both components of a gap are zero.
+    fn vanishes(&mut self, constraint: usize, gap: Arms, arms: &mut ArmEquations) {
+        for axis in [[Expr::ONE, Expr::ZERO], [Expr::ZERO, Expr::ONE]] {
+            arms.rows.push(projected_row(&mut self.system.arena, constraint, gap.clone(), axis));
+        }
+    }
+
+    /// offset - factor x the distance of two points: a massless rod lies between them.
+    fn rod(
+        &mut self,
+        constraint: usize,
+        ends: [TNode; 2],
+        coupling: &Coupling,
+        arms: &mut ArmEquations,
+    ) -> Result<(), Reason> {
+        let [term] = &coupling.terms[..] else { return Err("a distance is coupled with something else".into()) };
+        let gap = self.kinematics.across(&mut self.system.arena, ends).position;
+        let mut gap = self.decompose(&gap)?;
+        let length = self.system.arena.divide(coupling.offset, term.factor);
+        let frame = self.kinematics.frames.other(arms.rods.len());
+        arms.rods.push(Rod { frame, row: arms.rows.len(), length });
+        gap.insert(Arm::of(frame), [self.system.arena.negate(length), Expr::ZERO]);
+        self.vanishes(constraint, gap, arms);
         Ok(())
     }
 
@@ -321,14 +386,8 @@ impl Equations<'_> {
             arms.rows.push(row);
         } else {
             // Across the direction the gap is free: a displacement closes it, and both components hold.
-            let displacement = self.coordinates.len() + arms.auxiliary.len();
             let free = [arena.negate(along[1]), along[0]];
-            arms.auxiliary.push(Auxiliary { displacement, frame, free, row: arms.rows.len() });
-            let mut closed = gap;
-            closed.insert(Arm { frame, factor: Factor::Displacement(displacement) }, free);
-            for axis in [[Expr::ONE, Expr::ZERO], [Expr::ZERO, Expr::ONE]] {
-                arms.rows.push(projected_row(arena, constraint, closed.clone(), axis));
-            }
+            self.close(constraint, gap, frame, &[free], arms);
         }
     }
 

@@ -55,6 +55,11 @@ impl Frames {
         FrameId(self.0.len() - 1)
     }
 
+    /// A frame that is none of these, the index-th of its kind.
+    pub fn other(&self, index: usize) -> FrameId {
+        FrameId(self.0.len() + index)
+    }
+
     /// All frames, the world first.
     pub fn iter(&self) -> impl Iterator<Item = (FrameId, &Frame)> {
         self.0.iter().enumerate().map(|(index, frame)| (FrameId(index), frame))

@@ -72,7 +72,8 @@ impl Lowering<'_> {
         for (index, _) in angular.iter().enumerate().filter(|(index, angular)| !**angular && !borne.contains(index)) {
             used.insert(Arm { frame: FrameId::WORLD, factor: Factor::Displacement(index) });
         }
-        let frames = arms.frames.iter().map(|turning| Arm::of(turning.frame));
+        let frames = arms.frames.iter().map(|turning| turning.frame).chain(arms.rods.iter().map(|rod| rod.frame));
+        let frames = frames.map(Arm::of);
         let changing = used.iter().copied().filter(|arm| arm.factor != Factor::One);
         let (world, products): (Vec<Arm>, Vec<Arm>) = changing.partition(|arm| arm.frame == FrameId::WORLD);
         for (number, arm) in frames.chain(products).chain(world).enumerate() {
@@ -152,6 +153,11 @@ impl Lowering<'_> {
                 self.builder.define(unit, vec![(source, sign)]);
             }
         }
+        let inertia = self.coefficients.place(Expr::ZERO);
+        for rod in &self.arms.rods {
+            let unknown = Some(self.numbers[&Arm::of(rod.frame)]);
+            self.form.frames.push(Frame { unknown, signal: None, inertia });
+        }
         let mut ordered: Vec<(u32, Arm)> = self.numbers.iter().map(|(arm, number)| (*number, *arm)).collect();
         ordered.sort_unstable();
         for (_, arm) in ordered {
@@ -186,6 +192,10 @@ impl Lowering<'_> {
                 row: auxiliary.row as u32,
                 direction: auxiliary.free.map(|part| self.coefficients.place(part)),
             });
+        }
+        for rod in &self.arms.rods {
+            let length = self.coefficients.place(rod.length);
+            self.form.rods.push(form::Rod { frame: self.numbers[&Arm::of(rod.frame)], row: rod.row as u32, length });
         }
         for row in &self.arms.rows {
             let mut data = form::Row { constraint: row.constraint as u32, ..form::Row::default() };

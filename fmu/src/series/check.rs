@@ -74,7 +74,7 @@ impl ArmForm {
         let arms = self.frames.len() + self.products.len() + self.world.len();
         let unknowns = (0..arms).filter(|&arm| self.is_unknown(arm as u32)).count();
         holds(self.coordinates.len() == coordinates, "the number of coordinates")?;
-        holds(unknowns == coordinates + self.auxiliary.len(), "the number of unknowns")?;
+        holds(unknowns == coordinates + self.auxiliary.len() + self.rods.len(), "the number of unknowns")?;
         for (index, frame) in self.frames.iter().enumerate() {
             let earlier = |unknown: u32| unknown as usize <= index && self.is_unknown(unknown);
             holds(frame.unknown.is_none_or(earlier), "the angle of a frame")?;
@@ -98,6 +98,12 @@ impl ArmForm {
             let rows = (auxiliary.row as usize) + 1 < self.rows.len();
             let direction = auxiliary.direction.iter().all(|place| (*place as usize) < self.coefficients.results.len());
             holds(turning && rows && direction && bear(auxiliary.arm), "a free displacement")?;
+        }
+        for rod in &self.rods {
+            let turning = (rod.frame as usize) < self.frames.len() && self.is_unknown(rod.frame);
+            let rows = (rod.row as usize) + 1 < self.rows.len();
+            let length = (rod.length as usize) < self.coefficients.results.len();
+            holds(turning && rows && length && bear(rod.frame), "a rod")?;
         }
         holds(super::jet::chain(self).len() == coordinates, "the chain of angles")
     }

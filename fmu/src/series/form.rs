@@ -24,6 +24,8 @@ pub struct ArmForm {
     pub coordinates: Vec<Place>,
     /// Displacements that are no coordinates.
     pub auxiliary: Vec<Auxiliary>,
+    /// Frames whose angles are no coordinates.
+    pub rods: Vec<Rod>,
     /// Turning frames; their arms are their unit vectors.
     pub frames: Vec<Frame>,
     /// Arms of changing length in turning frames.
@@ -72,6 +74,17 @@ pub struct Auxiliary {
     pub row: u32,
     /// Components of the direction in the arm's frame.
     pub direction: [Coefficient; 2],
+}
+
+/// A frame that turns with a massless rod between two points: length e = (X, Y), the values of two rows without it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Rod {
+    /// The frame.
+    pub frame: u32,
+    /// The row of X; that of Y is the next one.
+    pub row: u32,
+    /// The length.
+    pub length: Coefficient,
 }
 
 /// A turning frame: its angle is an unknown, a signal of time, or their sum.

@@ -3,7 +3,7 @@
 use super::{Jet, Singular, at, flat};
 use crate::math;
 use crate::model::Model;
-use crate::series::form::{Auxiliary, Factor, Place, Slot};
+use crate::series::form::{Auxiliary, Factor, Place, Rod, Slot};
 use crate::series::lane::{Lane, WIDTH, add, multiply, splat};
 use crate::series::matrix::Matrix;
 use crate::series::turn::cosine_and_sine;
@@ -74,6 +74,7 @@ impl Jet {
             let pose = cosine_and_sine(self.angles(lane, 0));
             [self.x[at(lane, 0)], self.y[at(lane, 0)]] = pose.map(|part| multiply(part, self.present[lane]));
         }
+        self.turn_rods(0);
         self.find_auxiliary(0);
         self.stretch(0);
     }
@@ -88,6 +89,7 @@ impl Jet {
             self.x[at(lane, 1)] = multiply(multiply(splat(-1.0), omega), s);
             self.y[at(lane, 1)] = multiply(omega, c);
         }
+        self.turn_rods(1);
         self.find_auxiliary(1);
         self.stretch(1);
     }
@@ -139,6 +141,38 @@ impl Jet {
                 Factor::Unknown => self.values.as_flattened()[order * all + first + index],
                 Factor::Signal(slot) => self.scalars.get(slot, order),
             };
+        }
+    }
+
+    /// Angles of rods (or their rates) from the gaps between the points that they lie between.
+    #[inline(always)]
+    fn turn_rods(&mut self, order: usize) {
+        if self.form.rods.is_empty() {
+            return;
+        }
+        for Rod { frame, .. } in &self.form.rods {
+            let place = flat(*frame as usize, order);
+            (self.x.as_flattened_mut()[place], self.y.as_flattened_mut()[place]) = (0.0, 0.0);
+        }
+        self.stretch(order);
+        self.gap(order);
+        let first = order * self.shape.all() * WIDTH;
+        for Rod { frame, row, length } in &self.form.rods {
+            let (frame, row) = (*frame as usize, *row as usize);
+            let (gap_x, gap_y) = (self.gaps.as_flattened()[row], self.gaps.as_flattened()[row + 1]);
+            let [x, y] = [&mut self.x, &mut self.y].map(|lanes| lanes.as_flattened_mut());
+            let angle = if order == 0 {
+                let distance = (gap_x * gap_x + gap_y * gap_y).sqrt();
+                (x[flat(frame, 0)], y[flat(frame, 0)]) = (gap_x / distance, gap_y / distance);
+                libm::atan2(gap_y, gap_x)
+            } else {
+                let (c, s) = (x[flat(frame, 0)], y[flat(frame, 0)]);
+                let rate = (c * gap_y - s * gap_x) / self.coefficients[*length as usize];
+                (x[flat(frame, 1)], y[flat(frame, 1)]) = (-rate * s, rate * c);
+                self.omega.as_flattened_mut()[flat(frame, 0)] = rate;
+                rate
+            };
+            self.values.as_flattened_mut()[first + frame] = angle;
         }
     }
 
