@@ -146,7 +146,7 @@ fn check_word(name: &Text, what: &str, faults: &mut Sink) {
         faults.push(
             Fault::new("scene::bad_name", format!("`{}` cannot be the name of {}", name.text, one(what)), name.span)
                 .label("not a name")
-                .help("names are made of letters, digits and `_`, and do not begin with a digit: `crank_2`"),
+                .help("names are made of the letters a-z and A-Z, digits and `_`, and do not begin with a digit: `crank_2`"),
         );
     }
 }
