@@ -26,7 +26,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Collects M and Q (of a model with masses), Phi, Phi_q, Phi_t, gamma, and the displacements that the loops determine.
+    /// Collects M and Q (of a model with masses), Phi, Phi_q, Phi_t, gamma, and the displacements and efforts that follow from the
+    /// motion.
     pub fn new(equations: &mut Equations) -> Self {
         let dynamic = has_masses(equations);
         let mut groups = Vec::new();
@@ -34,11 +35,11 @@ impl Motion {
             groups.extend(dynamics(equations));
             groups.extend(vibration(equations));
         }
-        if dynamic && equations.coordinates.is_empty() {
-            groups.push(("Efforts of the drivers", efforts(equations)));
-        }
         groups.extend(loops(equations));
         groups.push(("Slides that are no coordinates", slides(equations)));
+        if dynamic {
+            groups.push(("Efforts of the drivers", efforts(equations)));
+        }
         groups.retain(|(_, entries)| !entries.is_empty());
         Motion { groups, dynamic }
     }
@@ -176,32 +177,40 @@ fn loops(equations: &Equations) -> [(&'static str, Vec<Entry>); 4] {
     ]
 }
 
-/// The displacements of prismatic joints in the cotree (Eqs 41, 42).
-fn slides(equations: &mut Equations) -> Vec<Entry> {
-    let slides: Vec<JointId> = equations
-        .trees
-        .translation
-        .chords
-        .iter()
-        .filter_map(|&chord| match equations.system.element(chord).origin {
-            Origin::Joint(joint) => Some(joint),
+/// The displacements of joints that slide and are in the cotree (Eqs 41, 42).
+pub fn slides(equations: &mut Equations) -> Vec<Entry> {
+    let chords = equations.trees.translation.chords.clone();
+    let slides = chords.into_iter().filter_map(|chord| {
+        let element = equations.system.element(chord);
+        let slides = element.translation.as_ref().is_some_and(|row| !row.motion.is_empty());
+        match element.origin {
+            Origin::Joint(joint) if slides => Some(joint),
             _ => None,
-        })
-        .filter(|joint| matches!(equations.system.mechanism.joints[joint.0].kind, JointKind::Prismatic { .. }))
-        .collect();
-    let entry = |joint| {
-        let variable = Variable { owner: Owner::Joint(joint), quantity: Quantity::S };
+        }
+    });
+    let slides: Vec<JointId> = slides.collect();
+    let slide = |joint| Variable { owner: Owner::Joint(joint), quantity: Quantity::S };
+    entries(equations, slides.into_iter().map(slide))
+}
+
+/// What the drivers exert; accelerations and reactions are known by then.
+pub fn efforts(equations: &mut Equations) -> Vec<Entry> {
+    let mechanism = equations.system.mechanism;
+    entries(equations, mechanism.driver_efforts().into_iter())
+}
+
+/// What every joint holds; accelerations and reactions are known by then.
+pub fn held(equations: &mut Equations) -> Vec<Entry> {
+    let mechanism = equations.system.mechanism;
+    entries(equations, mechanism.joint_reactions().into_iter())
+}
+
+fn entries(equations: &mut Equations, variables: impl Iterator<Item = Variable>) -> Vec<Entry> {
+    let entry = |variable| {
         let name = Name::variable(&equations.system.mechanism.variable_name(variable));
         (name, equations.variable(variable))
     };
-    slides.into_iter().map(entry).collect()
-}
-
-/// What the drivers exert where nothing else moves the mechanism.
-fn efforts(equations: &mut Equations) -> Vec<Entry> {
-    let mechanism = equations.system.mechanism;
-    let entry = |variable| (Name::variable(&mechanism.variable_name(variable)), equations.variable(variable));
-    mechanism.driver_efforts().into_iter().map(entry).collect()
+    variables.map(entry).collect()
 }
 
 /// What is known of the quantities for reading formulas.
