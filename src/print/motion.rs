@@ -97,23 +97,23 @@ impl Motion {
 
     /// The equations as matrices (Eqs 19-22).
     fn form(&self, equations: &Equations) -> Vec<(Tree, Tree)> {
-        let name = |base: &str| Tree::Name(Name::letter(base, ""));
-        let [v, a] = ["v", "a"].map(name);
-        let [m, load, lambda] = ["M", "Q", "lambda"].map(name);
-        let jacobian = || Tree::Name(Name { plain: "Phi_q".into(), ..Name::letter("Phi", "q") });
+        let column = |base: &str| Tree::Name(Name::column(base, ""));
+        let [v, a, load, lambda] = ["v", "a", "Q", "lambda"].map(column);
+        let m = Tree::Name(Name::matrix("M", ""));
+        let jacobian = || Tree::Name(Name::matrix("Phi", "q"));
         let product = |a: Tree, b: Tree| Tree::product(vec![a, b]);
         let mut rows = Vec::new();
         if self.dynamic && !has_loops(equations) {
             rows.push((product(m, a.clone()), load));
         } else if self.dynamic {
-            let transposed = Tree::power(jacobian(), name("T"));
+            let transposed = Tree::power(jacobian(), Tree::Name(Name::letter("T", "")));
             rows.push((Tree::sum(vec![(false, product(m, a.clone())), (false, product(transposed, lambda))]), load));
         }
         if has_loops(equations) {
-            rows.push((name("Phi"), Tree::zero()));
-            let rate = Tree::Name(Name::letter("Phi", "t"));
+            rows.push((column("Phi"), Tree::zero()));
+            let rate = Tree::Name(Name::column("Phi", "t"));
             rows.push((product(jacobian(), v), Tree::Sum(vec![(true, rate)])));
-            rows.push((product(jacobian(), a), name("gamma")));
+            rows.push((product(jacobian(), a), column("gamma")));
         }
         rows
     }
@@ -151,7 +151,7 @@ fn vibration(equations: &mut Equations) -> Vec<(&'static str, Vec<Entry>)> {
     vec![
         ("Damping matrix (symmetric; zeros left out)", upper("D", &vibration.damping)),
         ("Stiffness matrix (symmetric; zeros left out)", upper("K", &vibration.stiffness)),
-        ("Forces: Q = F - D v - K q", force.collect()),
+        ("Forces: {Q} = {F} - [D]{v} - [K]{q}", force.collect()),
     ]
 }
 
@@ -271,8 +271,7 @@ fn deserves_name(arena: &Arena, expr: Expr) -> bool {
 
 fn coordinates(equations: &Equations) -> Vec<Vec<Piece>> {
     let row = |(index, coordinate): (usize, &crate::equations::Coordinate)| {
-        let number = (index + 1).to_string();
-        let short = Name { plain: format!("q{number}"), ..Name::letter("q", &number) };
+        let short = Name::entry("q", &[index]);
         let unit = if coordinate.angular { "rad" } else { "m" };
         let own = [&coordinate.name.position, &coordinate.name.rate].map(|name| Tree::Name(Name::variable(name)));
         let [position, rate] = own.map(Piece::Math);

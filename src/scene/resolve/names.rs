@@ -40,7 +40,7 @@ pub(super) struct Names<'s> {
     pub ground: HashMap<&'s str, usize>,
     /// Points of each body.
     pub points: Vec<HashMap<&'s str, usize>>,
-    /// What could not be read; its uses are no faults.
+    /// What could not be read or stands for two things; its uses are no faults.
     broken: HashSet<&'s str>,
 }
 
@@ -80,6 +80,8 @@ impl<'s> Names<'s> {
                 fault.also.push(first_name.span);
             }
             faults.push(fault);
+            // Which of the two its uses mean, nobody knows.
+            self.broken.insert(&name.text);
         } else {
             self.named.insert(&name.text, (named, name));
         }
