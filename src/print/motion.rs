@@ -11,7 +11,9 @@ use super::tree::{Formulas, Tree, formulas};
 use crate::element::{Direction, Held, Origin};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Arena, Expr, Node, Symbol};
-use crate::mechanism::{BodyId, Dimension, JointId, JointKind, LoadId, LoadKind, Owner, Place, Quantity, Variable};
+use crate::mechanism::{
+    BodyId, Coordinates, Dimension, JointId, JointKind, LoadId, LoadKind, Owner, Place, Quantity, Variable,
+};
 
 /// A quantity: what it is called, and its expression.
 pub type Entry = (Name, Expr);
@@ -68,6 +70,10 @@ impl Motion {
             blocks.push(Block::Heading("Coordinates".into()));
             blocks.push(Block::Table(Vec::new(), coordinates(equations)));
         }
+        let lines = definitions.len() + formulas.len();
+        if lines > READABLE {
+            blocks.push(Block::Text(vec![Piece::words(length_note(equations, lines))]));
+        }
         if has_loops(equations) {
             blocks.push(Block::Heading("Reactions".into()));
             blocks.push(Block::Table(Vec::new(), reactions(equations)));
@@ -117,6 +123,22 @@ impl Motion {
         }
         rows
     }
+}
+
+/// More formulas than this need a word about their number.
+const READABLE: usize = 1000;
+
+/// Says how long the page is, and what makes it shorter.
+fn length_note(equations: &Equations, lines: usize) -> String {
+    let hint = match equations.system.mechanism.coordinates {
+        Coordinates::Recommended => "",
+        _ => {
+            " Other coordinates give other equations of the same motion: try `preset = \"recommended\"` in `[coordinates]`. Where each \
+              angle is counted from the body before, as joint angles are, the terms grow with the fourth power of the depth; with the \
+              bodies' own angles they grow with its square."
+        }
+    };
+    format!("These are {lines} formulas.{hint}")
 }
 
 /// Are all masses and inertias that the equations need given?
