@@ -290,6 +290,23 @@ impl Joint {
     }
 }
 
+impl JointKind {
+    /// The forces and torques with which it holds or couples.
+    pub fn reactions(&self, dimension: Dimension) -> &'static [Quantity] {
+        match self {
+            JointKind::Weld { .. } if dimension == Dimension::One => &[Quantity::Fx],
+            JointKind::Revolute { .. } => &[Quantity::Fx, Quantity::Fy],
+            JointKind::Prismatic { .. } => &[Quantity::Fn, Quantity::Torque],
+            JointKind::Weld { .. } => &[Quantity::Fx, Quantity::Fy, Quantity::Torque],
+            JointKind::Slot { .. } => &[Quantity::Fn],
+            JointKind::Rolling { .. } => &[Quantity::Fn, Quantity::Ft],
+            JointKind::Distance { .. } => &[Quantity::Force],
+            JointKind::Gear { .. } => &[Quantity::Torque],
+            JointKind::Rack { .. } => &[Quantity::Force, Quantity::Torque],
+        }
+    }
+}
+
 /// A prescribed motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Driver {
@@ -661,6 +678,15 @@ impl Mechanism {
             Owner::System => return variable.quantity.word().to_string(),
         };
         format!("{owner}.{}", variable.quantity.word())
+    }
+
+    /// What each joint holds.
+    pub fn joint_reactions(&self) -> Vec<Variable> {
+        let reactions = |(index, joint): (usize, &Joint)| {
+            let owner = Owner::Joint(JointId(index));
+            joint.kind.reactions(self.dimension).iter().map(move |&quantity| Variable { owner, quantity })
+        };
+        self.joints.iter().enumerate().flat_map(reactions).collect()
     }
 
     /// What each driver must exert.

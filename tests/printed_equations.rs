@@ -8,7 +8,7 @@ use std::path::Path;
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::equations;
-use cotree::mechanism::{Coordinates, Mechanism};
+use cotree::mechanism::{Coordinates, JointId, JointKind, Mechanism, Owner, Quantity, Variable};
 use cotree::pipeline::{self, Notation};
 use cotree::print::{self, Prose};
 use cotree::scene::Scene;
@@ -174,14 +174,17 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
         }
         exact.extend(vibration.force.iter().enumerate().map(|(row, &force)| (format!("F[{}]", row + 1), force)));
     }
+    exact.extend(slides(equations));
+    if json["dynamic"] == true {
+        let mechanism = equations.system.mechanism;
+        let efforts = mechanism.driver_efforts().into_iter();
+        exact.extend(efforts.map(|effort| (mechanism.variable_name(effort), equations.variable(effort))));
+    }
     let mut count = 0;
     let groups = json["equations"].as_object().unwrap();
     for entry in groups.values().flat_map(|group| group.as_array().unwrap()) {
         let name = entry["name"].as_str().unwrap();
-        let Some(expr) = exact.remove(name) else {
-            assert!(name.ends_with(".s"), "{title}: `{name}` is not expected");
-            continue;
-        };
+        let expr = exact.remove(name).unwrap_or_else(|| panic!("{title}: `{name}` is not expected"));
         let expected = equations.system.arena.evaluate(&[expr], &value)[0];
         let printed = evaluate(&entry["tree"], &names);
         let close = (printed - expected).abs() <= 1e-9 * (1e-3 + expected.abs());
@@ -190,6 +193,21 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
     }
     assert!(exact.is_empty(), "{title}: not printed: {exact:?}");
     count
+}
+
+/// The displacements of what slides without being a coordinate: of prismatic joints, pins in slots and rolling discs.
+fn slides(equations: &mut Equations) -> Vec<(String, Expr)> {
+    let mut slides = Vec::new();
+    for (index, joint) in equations.system.mechanism.joints.iter().enumerate() {
+        let name = format!("{}.s", joint.name);
+        let slides_freely =
+            matches!(joint.kind, JointKind::Prismatic { .. } | JointKind::Slot { .. } | JointKind::Rolling { .. });
+        if slides_freely && equations.coordinates.iter().all(|coordinate| coordinate.name.position != name) {
+            let slide = Variable { owner: Owner::Joint(JointId(index)), quantity: Quantity::S };
+            slides.push((name, equations.variable(slide)));
+        }
+    }
+    slides
 }
 
 fn mentioned(tree: &Value) -> Vec<&str> {

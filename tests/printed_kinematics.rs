@@ -1,11 +1,13 @@
-//! The printed velocities, accelerations and reactions of driven mechanisms are those of the runtime, in each language.
+//! The printed velocities, accelerations, reactions, slides and efforts are those of the runtime, in each language.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
 use cotree::element::{Direction, Held};
+use cotree::equations::Constraint;
 use cotree::formulate::formulate;
 use cotree::pipeline::{self, Notation};
 use cotree::scene::Scene;
@@ -66,41 +68,54 @@ angle = "1 + speed*t + 0.4*t^2"
 "rocker.angle" = { guess = "90 deg" }
 "#;
 
-/// A scene, where it is at the start, and what is to be found there: rates, accelerations and, with masses, reactions.
+/// A scene, where it is at the start, and what is to be found there: rates, accelerations, reactions (zero without masses), slides
+/// and efforts.
 struct Case {
     scene: Scene,
     name: String,
-    /// t, p, q
-    arguments: (f64, Vec<f64>, Vec<f64>),
+    /// t, p, q, v
+    arguments: (f64, Vec<f64>, Vec<f64>, Vec<f64>),
+    /// Do the drivers prescribe every motion?
+    driven: bool,
     reactions: usize,
+    slides: usize,
+    efforts: usize,
     expected: Vec<f64>,
 }
 
 impl Case {
-    fn new(mut scene: Scene) -> Case {
+    /// The names of what follows from the motion are listed in the order in which they are printed.
+    fn new(mut scene: Scene, slides: &[&str], efforts: &[&str]) -> Case {
         let mechanism = scene.resolve().unwrap().mechanism;
         let formulated = formulate(&mechanism).unwrap();
-        assert!(formulated.lowered.solved.is_empty() && mechanism.inputs.is_empty(), "{}", mechanism.name);
+        let driven = formulated.lowered.solved.is_empty();
+        assert!(mechanism.inputs.is_empty(), "{}", mechanism.name);
         let state = &formulated.state;
-        let arguments =
-            (state.time(), state.parameters()[..mechanism.parameters.len()].to_vec(), state.positions().to_vec());
+        let parameters = state.parameters()[..mechanism.parameters.len()].to_vec();
+        let arguments = (state.time(), parameters, state.positions().to_vec(), state.rates().to_vec());
         let coordinates = &formulated.equations.coordinates;
         let mut names: Vec<String> = coordinates.iter().map(|own| own.name.rate.clone()).collect();
         names.extend(coordinates.iter().map(|own| own.name.acceleration.clone()));
         let constraints: Vec<_> = formulated.equations.loops().map(|(_, row)| row).collect();
-        if mechanism.bodies.iter().all(|body| body.mass.is_some()) {
-            names.extend(constraints.iter().map(|row| {
-                let quantity = match row.held {
-                    Held::Along(Direction::X) => "fx",
-                    Held::Along(Direction::Y) => "fy",
-                    other => panic!("{other:?} is not in these scenes"),
-                };
-                format!("{}.{quantity}", formulated.equations.system.element(row.element).name)
-            }));
+        let has_masses = mechanism.bodies.iter().all(|body| body.mass.is_some());
+        let reaction = |row: &&Constraint| {
+            let quantity = match row.held {
+                Held::Along(Direction::X) => "fx",
+                Held::Along(Direction::Y) => "fy",
+                Held::Along(Direction::Fixed(..)) => "fn",
+                other => panic!("{other:?} is not in these scenes"),
+            };
+            format!("{}.{quantity}", formulated.equations.system.element(row.element).name)
+        };
+        let before = names.len();
+        if has_masses {
+            names.extend(constraints.iter().map(reaction));
         }
+        names.extend(slides.iter().chain(efforts).map(|&name| name.to_owned()));
+        let asked: BTreeSet<&String> = names.iter().collect();
         let reactions = constraints.len();
         let is_new = |name: &&String| mechanism.outputs.iter().all(|output| output.name != **name);
-        scene = names.iter().filter(is_new).fold(scene, |scene, name| scene.output(name));
+        scene = asked.into_iter().filter(is_new).fold(scene, |scene, name| scene.output(name));
         let mut instance = Instance::new(Arc::new(Model::new(pipeline::compile(&scene).unwrap().program).unwrap()));
         instance.setup(0.0, None, Some(1e-10)).unwrap();
         instance.initialise().unwrap();
@@ -108,8 +123,12 @@ impl Case {
             let variable = instance.variable(name).unwrap_or_else(|| panic!("no variable {name}"));
             instance.get(variable).unwrap()
         };
-        let expected = names.iter().map(value).collect();
-        Case { name: mechanism.name.clone(), scene, arguments, reactions, expected }
+        let mut expected: Vec<f64> = names.iter().map(value).collect();
+        if !has_masses {
+            expected.splice(before..before, vec![0.0; reactions]);
+        }
+        let (slides, efforts) = (slides.len(), efforts.len());
+        Case { name: mechanism.name.clone(), scene, arguments, driven, reactions, slides, efforts, expected }
     }
 
     fn code(&self, notation: Notation) -> String {
@@ -134,9 +153,32 @@ impl Case {
     }
 }
 
+/// Driven without and with masses, and free.
 fn cases() -> Vec<Case> {
-    let quick_return = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/quick_return/scene.toml");
-    vec![Case::new(Scene::read(quick_return).unwrap()), Case::new(Scene::from_toml(FOUR_BAR).unwrap())]
+    let model = |name: &str| {
+        Scene::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name).join("scene.toml")).unwrap()
+    };
+    let four_bar = Scene::from_toml(FOUR_BAR).unwrap();
+    let held = [
+        "crank_pivot.fx",
+        "crank_pivot.fy",
+        "crank_pin.fx",
+        "crank_pin.fy",
+        "rocker_pin.fx",
+        "rocker_pin.fy",
+        "rocker_pivot.fx",
+        "rocker_pivot.fy",
+        "motor.torque",
+    ];
+    vec![
+        Case::new(model("quick_return"), &["rocker_slot.s", "tool_slide.s"], &[]),
+        Case::new(four_bar, &[], &held),
+        Case::new(
+            model("scotch_yoke"),
+            &["slot.s"],
+            &["main_bearing.fx", "main_bearing.fy", "guide.fn", "guide.torque", "slot.fn"],
+        ),
+    ]
 }
 
 fn list(values: &[f64], suffix: &str) -> String {
@@ -149,67 +191,97 @@ fn run(command: &mut Command) -> Vec<f64> {
     String::from_utf8(output.stdout).unwrap().split_whitespace().map(|word| word.parse().unwrap()).collect()
 }
 
+/// The functions of a case: without its name, and what they are given behind t, p, u, f, q.
+fn functions(case: &Case) -> Vec<(&'static str, &'static [&'static str], &'static [&'static str])> {
+    let mut functions: Vec<(_, &[_], &[_])> = Vec::new();
+    if case.driven {
+        functions.push(("velocities", &[], &["v"]));
+    }
+    functions.push(("accelerations", &["v"], &["a", "lambda"]));
+    if case.slides > 0 {
+        functions.push(("slides", &["v"], &["s"]));
+    }
+    if case.efforts > 0 {
+        functions.push(("efforts", &["v", "a", "lambda"], &["effort"]));
+    }
+    functions
+}
+
 fn in_c(case: &Case, folder: &Path) -> Vec<f64> {
-    let (t, p, q) = &case.arguments;
+    let (t, p, q, v) = &case.arguments;
     let (n, m) = (case.n(), case.reactions);
-    let main = format!(
+    let mut main = format!(
         "#include \"code.c\"\n#include <stdio.h>\nint main(void)\n{{\n\
-         const double p[] = {{{}}}, q[] = {{{}}}, none[1] = {{0}};\ndouble v[{n}], a[{n}], lambda[{m}] = {{0}};\n\
-         {name}_velocities({t:e}, p, none, none, q, v);\n{name}_accelerations({t:e}, p, none, none, q, v, a, lambda);\n\
-         for (int i = 0; i < {n}; i++) printf(\"%.17g\\n\", v[i]);\nfor (int i = 0; i < {n}; i++) printf(\"%.17g\\n\", a[i]);\n\
-         for (int i = 0; i < {m}; i++) printf(\"%.17g\\n\", lambda[i]);\nreturn 0;\n}}\n",
+         const double p[] = {{{}}}, q[] = {{{}}}, none[1] = {{0}};\ndouble v[{n}] = {{{}}}, a[{n}], lambda[{m}];\n\
+         double s[{}], effort[{}];\n",
         list(p, ""),
         list(q, ""),
-        name = case.name,
+        list(v, ""),
+        case.slides + 1,
+        case.efforts + 1,
     );
+    for (function, given, found) in functions(case) {
+        let arrays = [given, found].concat().join(", ");
+        let _ = writeln!(main, "{}_{function}({t:e}, p, none, none, q, {arrays});", case.name);
+    }
+    for (array, size) in [("v", n), ("a", n), ("lambda", m), ("s", case.slides), ("effort", case.efforts)] {
+        let _ = writeln!(main, "for (int i = 0; i < {size}; i++) printf(\"%.17g\\n\", {array}[i]);");
+    }
+    main.push_str("return 0;\n}\n");
     std::fs::write(folder.join("code.c"), case.code(Notation::C)).unwrap();
     std::fs::write(folder.join("main.c"), main).unwrap();
-    let flags =
-        ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off", "main.c", "-o", "main_c", "-lm"];
-    run(Command::new("gcc").current_dir(folder).args(flags));
+    let flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-ffp-contract=off"];
+    run(Command::new("gcc").current_dir(folder).args(flags).args(["main.c", "-o", "main_c", "-lm"]));
     run(&mut Command::new(folder.join("main_c")))
 }
 
 fn in_rust(case: &Case, folder: &Path) -> Vec<f64> {
-    let (t, p, q) = &case.arguments;
+    let (t, p, q, v) = &case.arguments;
     let (n, m) = (case.n(), case.reactions);
-    let main = format!(
-        "mod code;\nfn main() {{\nlet (p, q) = ([{}], [{}]);\nlet (mut v, mut a, mut lambda) = ([0.0; {n}], [0.0; {n}], [0.0; {m}]);\n\
-         code::{name}_velocities({t:e}, &p, &[], &[], &q, &mut v);\n\
-         code::{name}_accelerations({t:e}, &p, &[], &[], &q, &v, &mut a, &mut lambda);\n\
-         v.iter().chain(&a).chain(&lambda).for_each(|x| println!(\"{{x:e}}\"));\n}}\n",
+    let mut main = format!(
+        "mod code;\n#[allow(unused_mut)]\nfn main() {{\nlet (p, q, mut v): ([f64; {}], [f64; {n}], [f64; {n}]) = ([{}], [{}], [{}]);\n\
+         let (mut a, mut lambda, mut s, mut effort) = ([0.0_f64; {n}], [0.0_f64; {m}], [0.0_f64; {}], [0.0_f64; {}]);\n",
+        p.len(),
         list(p, "_f64"),
         list(q, "_f64"),
-        name = case.name,
+        list(v, "_f64"),
+        case.slides,
+        case.efforts,
     );
+    for (function, given, found) in functions(case) {
+        let given = given.iter().map(|array| format!("&{array}"));
+        let arrays: Vec<String> = given.chain(found.iter().map(|array| format!("&mut {array}"))).collect();
+        let _ = writeln!(main, "code::{}_{function}({t:e}, &p, &[], &[], &q, {});", case.name, arrays.join(", "));
+    }
+    main.push_str("v.iter().chain(&a).chain(&lambda).chain(&s).chain(&effort).for_each(|x| println!(\"{x:e}\"));\n}\n");
     std::fs::write(folder.join("code.rs"), case.code(Notation::Rust)).unwrap();
     std::fs::write(folder.join("main.rs"), main).unwrap();
-    let flags = ["--edition", "2021", "-D", "warnings", "main.rs", "-o", "main_rust"];
+    let flags = ["--edition", "2021", "-D", "warnings", "-A", "dead_code", "main.rs", "-o", "main_rust"];
     run(Command::new("rustc").current_dir(folder).args(flags));
     run(&mut Command::new(folder.join("main_rust")))
 }
 
 fn in_fortran(case: &Case, folder: &Path) -> Vec<f64> {
-    let (t, p, q) = &case.arguments;
+    let (t, p, q, v) = &case.arguments;
     let (n, m) = (case.n(), case.reactions);
     let mut main = format!(
         "program test\n  use {name}_model\n  use, intrinsic :: iso_fortran_env, only: real64\n  implicit none\n  \
-         real(real64) :: p({}), none(0), q({n}), v({n}), a({n}), lambda({m})\n  lambda = 0\n",
+         real(real64) :: p({}), none(0), q({n}), v({n}), a({n}), lambda({m}), s({}), effort({})\n",
         p.len(),
+        case.slides,
+        case.efforts,
         name = case.name,
     );
-    for (array, values) in [("p", p), ("q", q)] {
+    for (array, values) in [("p", p), ("q", q), ("v", v)] {
         for (index, value) in values.iter().enumerate() {
             let _ = writeln!(main, "  {array}({}) = {value:e}_real64", index + 1);
         }
     }
-    let _ = write!(
-        main,
-        "  call {name}_velocities({t:e}_real64, p, none, none, q, v)\n  \
-         call {name}_accelerations({t:e}_real64, p, none, none, q, v, a, lambda)\n  \
-         print '(es25.17e3)', v, a, lambda\nend program test\n",
-        name = case.name
-    );
+    for (function, given, found) in functions(case) {
+        let arrays = [given, found].concat().join(", ");
+        let _ = writeln!(main, "  call {}_{function}({t:e}_real64, p, none, none, q, {arrays})", case.name);
+    }
+    main.push_str("  print '(es25.17e3)', v, a, lambda, s, effort\nend program test\n");
     std::fs::write(folder.join("code.f90"), case.code(Notation::Fortran)).unwrap();
     std::fs::write(folder.join("main.f90"), main).unwrap();
     let flags = ["-std=f2008", "-O1", "code.f90", "main.f90", "-o", "main_fortran"];
@@ -218,17 +290,36 @@ fn in_fortran(case: &Case, folder: &Path) -> Vec<f64> {
 }
 
 fn in_python(case: &Case, folder: &Path, python: &Path) -> Vec<f64> {
-    let (t, p, q) = &case.arguments;
-    let main = format!(
-        "import code_ as code\np, q = [{}], [{}]\nv = code.{name}_velocities({t:e}, p, [], [], q)\n\
-         a, lambda_ = code.{name}_accelerations({t:e}, p, [], [], q, v)\nfor x in [*v, *a, *lambda_]: print(repr(float(x)))\n",
+    let (t, p, q, v) = &case.arguments;
+    let mut main = format!(
+        "import code_ as code\np, q, v, s, effort = [{}], [{}], [{}], [], []\n",
         list(p, ""),
         list(q, ""),
-        name = case.name,
+        list(v, "")
     );
+    for (function, given, found) in functions(case) {
+        let given: String = given.iter().map(|array| format!(", {array}")).collect();
+        let _ = writeln!(main, "{} = code.{}_{function}({t:e}, p, [], [], q{given})", found.join(", "), case.name);
+    }
+    let main = main.replace("lambda", "lambda_") + "for x in [*v, *a, *lambda_, *s, *effort]: print(repr(float(x)))\n";
     std::fs::write(folder.join("code_.py"), case.code(Notation::Python)).unwrap();
     std::fs::write(folder.join("main.py"), main).unwrap();
     run(Command::new(python).current_dir(folder).arg("main.py"))
+}
+
+/// Functions do not leave what they are given as it is.
+#[test]
+fn without_masses_their_matrices_are_zero() {
+    let text = "joints.j = { type = 'revolute', between = ['ground', 'a.p'] }\nbodies.a = { points = { p = [1, 0] } }\n\
+                drivers.d = { joint = 'j', angle = 't' }\nname = 'bare'\n\
+                coordinates = { translation = ['j'], rotation = ['a'] }";
+    let scene = Scene::from_toml(text).unwrap();
+    for (notation, load) in
+        [(Notation::C, "Q[0] = 0e0;"), (Notation::Rust, "Q[0] = 0e0_f64;"), (Notation::Fortran, "load(1) = 0e0_real64")]
+    {
+        let code = pipeline::equations(&scene, notation).unwrap();
+        assert!(code.contains(load) && code.contains("The scene gives no masses"), "{code}");
+    }
 }
 
 #[test]

@@ -40,8 +40,8 @@ fn a_gear_pair_is_two_chords_of_the_rotational_graph() {
         &[
             "g6 `mesh` coupling - g6a: arm -> planet, g6b: arm -> ground",
             "theta_g6a = -sun_teeth/planet_teeth*theta_g6b",
-            "T_g6a = lambda1",
-            "T_g6b = sun_teeth/planet_teeth*lambda1",
+            "T_g6a = lambda[1]",
+            "T_g6b = sun_teeth/planet_teeth*lambda[1]",
             "T_m1 + T_h4 - T_h5 + T_T7 - T_g6a - T_g6b = 0",
             "T_m2 + T_h5 + T_g6a = 0",
             "theta_g6a = theta_m2 - theta_m1",
@@ -54,8 +54,8 @@ fn a_rack_is_a_chord_of_both_graphs() {
     let text = lesson(&scene("tests/scenes/components/rack.toml"));
     let expected = [
         "r_k6 . u_k6 = 0.05*theta_k6 + 0.3",
-        "F_k6 = lambda1*u_k6",
-        "T_k6 = -0.05*lambda1",
+        "F_k6 = lambda[1]*u_k6",
+        "T_k6 = -0.05*lambda[1]",
         "(F_s5 + F_m2 + F_k6) . u_s5 = 0",
         "T_m1 + T_h4 + T_T7 + T_k6 = 0",
     ];
@@ -65,15 +65,20 @@ fn a_rack_is_a_chord_of_both_graphs() {
 #[test]
 fn a_rolling_disc_has_its_tangential_force_and_its_torque() {
     let text = lesson(&scene("tests/scenes/components/rolling.toml"));
-    assert_has(&text, &["s_o2 = 0.1 - radius*theta_o2", "F_o2 . u_o2 = lambda1", "T_o2 = radius*lambda1"]);
+    assert_has(&text, &["s_o2 = 0.1 - radius*theta_o2", "F_o2 . u_o2 = lambda[1]", "T_o2 = radius*lambda[1]"]);
     assert!(!lines(&text).contains(&"T_o2 = 0".to_owned()), "{text}");
 }
 
 #[test]
 fn a_distance_link_pushes_along_itself() {
     let text = lesson(&scene("tests/scenes/components/distance.toml"));
-    let expected =
-        ["abs(r_d2) = 1.3", "F_d2 = lambda1*r_d2/abs(r_d2)", "(F_m1 + F_d2) . i = 0", "r_d2 = r_m1", "g = (0, -9.81)"];
+    let expected = [
+        "abs(r_d2) = 1.3",
+        "F_d2 = lambda[1]*r_d2/abs(r_d2)",
+        "(F_m1 + F_d2) . i = 0",
+        "r_d2 = r_m1",
+        "g = (0, -9.81)",
+    ];
     assert_has(&text, &expected);
 }
 
@@ -190,12 +195,47 @@ fn parentheses_of_latex_pages_close_on_other_lines() {
         assert_eq!(page.matches(r"\Bigl").count(), page.matches(r"\Bigr").count(), "{model}");
         assert_eq!(page.matches(r"\left").count(), page.matches(r"\right").count(), "{model}");
     }
-    let page = pipeline::steps(&scene("models/trammel/scene.toml"), Prose::Latex).unwrap();
+    let page = pipeline::steps(&written(&chain(6, "joint")), Prose::Latex).unwrap();
     assert!(page.contains(r"\Bigl("), "long formulas are broken");
+    assert_eq!(page.matches(r"\Bigl").count(), page.matches(r"\Bigr").count());
 }
 
 #[test]
 fn a_driver_in_the_tree_exerts_what_its_cutset_says() {
     let text = lesson(&written(DRIVEN));
     assert_has(&text, &["T_Theta3 = -T_m1 - T_h2"]);
+}
+
+#[test]
+fn a_length_that_is_used_again_gets_a_name_and_the_root_of_a_square_is_no_root() {
+    let text = equations(&scene("models/trammel/scene.toml"));
+    assert_has(
+        &text,
+        &[
+            "z1 = sqrt(level_rail.s^2 + upright_rail.s^2)",
+            "spring.length = abs(0.9 - level_rail.s)",
+            "Phi[1] = rod_length - z1",
+            "Phi_q[1,1] = -level_rail.s/z1",
+        ],
+    );
+}
+
+/// A chain of rods.
+fn chain(links: usize, preset: &str) -> String {
+    let mut text = format!("name = 'chain'\ngravity = [0, -9.81]\ncoordinates.preset = '{preset}'\n");
+    for link in 0..links {
+        let before = if link == 0 { "ground".to_owned() } else { format!("b{}.b", link - 1) };
+        text.push_str(&format!(
+            "bodies.b{link} = {{ mass = 1, inertia = 0.1, points = {{ a = [-0.5, 0], b = [0.5, 0] }} }}\n\
+             joints.j{link} = {{ type = 'revolute', between = ['{before}', 'b{link}.a'] }}\n"
+        ));
+    }
+    text
+}
+
+#[test]
+fn long_pages_say_so_and_how_they_get_shorter() {
+    let [long, short] = ["joint", "recommended"].map(|preset| equations(&written(&chain(20, preset))));
+    assert!(long.contains(" formulas. Other coordinates give other equations"), "{}", &long[..2000]);
+    assert!(!short.contains(" formulas."), "{}", &short[..2000]);
 }

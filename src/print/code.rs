@@ -7,7 +7,7 @@ mod kinematics;
 mod python;
 mod rust;
 
-use super::motion::has_masses;
+use super::motion::{self, Entry, has_masses};
 use super::symbol_name;
 use super::tree::unary_name;
 use crate::equations::Equations;
@@ -44,6 +44,10 @@ pub struct Sizes {
     pub coordinates: usize,
     /// Loop equations, m.
     pub constraints: usize,
+    /// Slides that are no coordinates.
+    pub slides: usize,
+    /// Reactions of all joints and efforts of all drivers.
+    pub efforts: usize,
 }
 
 /// A function: its name, what it is for, and its results.
@@ -51,8 +55,10 @@ pub struct Sizes {
 pub struct Function {
     /// Its name.
     pub name: String,
-    /// One line.
-    pub about: &'static str,
+    /// What it is for, in a line or two.
+    pub about: String,
+    /// Is it given accelerations and reactions, behind the rates?
+    pub knows_motion: bool,
     /// The arrays that it fills, in the order in which it is given them.
     pub outputs: &'static [Output],
 }
@@ -76,6 +82,10 @@ pub enum Output {
     Acceleration,
     /// Reactions.
     Reaction,
+    /// Displacements of the slides that are no coordinates.
+    Slide,
+    /// Reactions of all joints and efforts of all drivers.
+    Effort,
 }
 
 /// One line of straight-line code. Operands are constants, symbols, or the results of earlier lines.
@@ -104,6 +114,13 @@ pub enum Operand {
     Result(usize),
 }
 
+impl Function {
+    /// What it is for, in lines that are not too long.
+    pub fn comment(&self) -> Vec<String> {
+        self.about.lines().flat_map(|line| wrapped(line, 110)).collect()
+    }
+}
+
 const EQUATIONS: &[Output] =
     &[Output::Mass, Output::Load, Output::Constraint, Output::Jacobian, Output::TimeRate, Output::Gamma];
 const SOLUTION: &[Output] = &[Output::Acceleration, Output::Reaction];
@@ -117,6 +134,8 @@ impl Output {
             Output::Load | Output::Acceleration => [n, 1],
             Output::Constraint | Output::TimeRate | Output::Gamma | Output::Reaction => [m, 1],
             Output::Jacobian => [m, n],
+            Output::Slide => [sizes.slides, 1],
+            Output::Effort => [sizes.efforts, 1],
         }
     }
 
@@ -136,52 +155,108 @@ impl Output {
             Output::Gamma => "gamma",
             Output::Acceleration => "a",
             Output::Reaction => "lambda",
+            Output::Slide => "s",
+            Output::Effort => "effort",
         }
     }
 }
 
 /// Functions that compute M, Q, Phi, Phi_q, Phi_t and gamma and, for a dynamic model, the accelerations and reactions
-/// (`solved`); for a kinematic one the velocities and accelerations, from the loop equations that are not `redundant`. Without masses there are no M
-/// and Q: they stay as they are given.
+/// (`solved`); for a kinematic one the velocities and accelerations, from the loop equations that are not `redundant`. Then what follows
+/// from the motion: slides that are no coordinates and, with masses, the reactions of all joints and the efforts of all drivers. Without
+/// masses M, Q and the reactions are zero.
 pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], language: &dyn Language) -> String {
     // A scene may be called `my scene`: functions may not.
     let name = crate::export::description::identifier(&equations.system.mechanism.name);
     let masses = has_masses(equations);
     let matrices = matrices(equations);
     let loops: Vec<usize> = equations.loops().map(|(index, _)| index).collect();
+    let slides = motion::slides(equations);
+    let efforts = if masses { [motion::held(equations), motion::efforts(equations)].concat() } else { Vec::new() };
     let sizes = Sizes {
         parameters: equations.system.mechanism.parameters.len(),
         inputs: equations.system.mechanism.inputs.len(),
         followers: equations.system.followers.len(),
         coordinates: equations.coordinates.len(),
         constraints: loops.len(),
+        slides: slides.len(),
+        efforts: efforts.len(),
     };
-    let arena = &equations.system.arena;
     let mut text = language.prelude(&name, &legend(equations));
+    let writer = Writer { arena: &equations.system.arena, loops: &loops, sizes: &sizes, language };
+    let without = if masses { "" } else { "\nThe scene gives no masses: M and Q are zero." };
     let function = Function {
         name: format!("{name}_equations"),
-        about: "Equations of motion: M a + Phi_q^T lambda = Q, Phi = 0, Phi_q v = -Phi_t, Phi_q a = gamma.",
+        about: format!(
+            "Equations of motion: M a + Phi_q^T lambda = Q, Phi = 0, Phi_q v = -Phi_t, Phi_q a = gamma.{without}"
+        ),
+        knows_motion: false,
         outputs: EQUATIONS,
     };
-    text.push_str(&language.function(&function, &sizes, &steps(arena, &matrices)));
+    text.push_str(&writer.function(&function, &matrices));
     if !solved.is_empty() {
         let (accelerations, reactions) = solved.split_at(sizes.coordinates.min(solved.len()));
-        let accelerations = accelerations.iter().enumerate().map(|(row, &expr)| (Output::Acceleration, [row, 0], expr));
-        let reactions = loops.iter().filter_map(|&index| reactions.get(index)).enumerate();
-        let results = accelerations.chain(reactions.map(|(row, &expr)| (Output::Reaction, [row, 0], expr)));
+        let reactions = loops.iter().filter_map(|&index| reactions.get(index));
+        let results = [column(Output::Acceleration, accelerations), column(Output::Reaction, reactions)].concat();
         let function = Function {
             name: format!("{name}_accelerations"),
-            about: "Accelerations a and reactions lambda, from the equations of motion.",
+            about: "Accelerations a and reactions lambda, from the equations of motion.".to_owned(),
+            knows_motion: false,
             outputs: SOLUTION,
         };
-        text.push_str(&language.function(&function, &sizes, &steps(arena, &results.collect::<Vec<_>>())));
+        text.push_str(&writer.function(&function, &results));
     }
     let rows: Vec<usize> = (0..sizes.constraints).filter(|&row| !redundant.contains(&loops[row])).collect();
     if solved.is_empty() && !rows.is_empty() && rows.len() == sizes.coordinates {
         text.push_str(&language.kinematics(&Kinematics { name: &name, sizes, rows: &rows, masses }));
     }
+    if !slides.is_empty() {
+        let function = Function {
+            name: format!("{name}_slides"),
+            about: format!("Displacements s of the slides that are no coordinates: {}.", list(&slides)),
+            knows_motion: false,
+            outputs: &[Output::Slide],
+        };
+        text.push_str(&writer.function(&function, &column(Output::Slide, slides.iter().map(|(_, expr)| expr))));
+    }
+    if !efforts.is_empty() {
+        let function = Function {
+            name: format!("{name}_efforts"),
+            about: format!(
+                "What joints hold and drivers exert, on their second side, from accelerations a and reactions lambda:\n{}.",
+                list(&efforts)
+            ),
+            knows_motion: true,
+            outputs: &[Output::Effort],
+        };
+        text.push_str(&writer.function(&function, &column(Output::Effort, efforts.iter().map(|(_, expr)| expr))));
+    }
     text.push_str(&language.end(&name));
     text
+}
+
+/// Results that are columns.
+fn column<'a>(output: Output, exprs: impl IntoIterator<Item = &'a Expr>) -> Vec<(Output, [usize; 2], Expr)> {
+    exprs.into_iter().enumerate().map(|(row, &expr)| (output, [row, 0], expr)).collect()
+}
+
+fn list(entries: &[Entry]) -> String {
+    entries.iter().map(|(name, _)| name.plain.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+/// Writes functions of one model in one language.
+struct Writer<'a> {
+    arena: &'a Arena,
+    /// The loop equations that say something: their reactions are numbered in this order.
+    loops: &'a [usize],
+    sizes: &'a Sizes,
+    language: &'a dyn Language,
+}
+
+impl Writer<'_> {
+    fn function(&self, function: &Function, results: &[(Output, [usize; 2], Expr)]) -> String {
+        self.language.function(function, self.sizes, &steps(self.arena, self.loops, results))
+    }
 }
 
 /// Dense results, zeros included.
@@ -195,18 +270,15 @@ fn matrices(equations: &mut Equations) -> Vec<(Output, [usize; 2], Expr)> {
         }
     };
     let dynamic = has_masses(equations);
-    if dynamic {
-        for (row, entries) in equations.dynamics().mass.iter().enumerate() {
-            dense(Output::Mass, row, entries);
-        }
+    let none = vec![Vec::new(); n];
+    for (row, entries) in if dynamic { &equations.dynamics().mass } else { &none }.iter().enumerate() {
+        dense(Output::Mass, row, entries);
     }
     for (row, (_, constraint)) in equations.loops().enumerate() {
         dense(Output::Jacobian, row, &constraint.jacobian);
     }
-    if dynamic {
-        let loads = equations.dynamics().load.iter().enumerate();
-        results.extend(loads.map(|(row, &load)| (Output::Load, [row, 0], load)));
-    }
+    let none = vec![Expr::ZERO; n];
+    results.extend(column(Output::Load, if dynamic { &equations.dynamics().load } else { &none }));
     for (row, (_, constraint)) in equations.loops().enumerate() {
         results.push((Output::Constraint, [row, 0], constraint.value));
         results.push((Output::TimeRate, [row, 0], constraint.time_rate));
@@ -215,12 +287,17 @@ fn matrices(equations: &mut Equations) -> Vec<(Output, [usize; 2], Expr)> {
     results
 }
 
-fn steps(arena: &Arena, results: &[(Output, [usize; 2], Expr)]) -> Vec<Step> {
+fn steps(arena: &Arena, loops: &[usize], results: &[(Output, [usize; 2], Expr)]) -> Vec<Step> {
     let order = arena.reachable(results.iter().map(|(.., expr)| *expr));
     let mut steps = Vec::with_capacity(order.len() + results.len());
     let mut done = std::collections::HashSet::new();
     let of = |expr: Expr| match arena.node(expr) {
         Node::Constant(bits) => Operand::Number(f64::from_bits(bits)),
+        // Of a loop equation that says nothing there is no reaction.
+        Node::Symbol(Symbol::Reaction(index)) => match loops.iter().position(|&row| row == index) {
+            Some(number) => Operand::Symbol(Symbol::Reaction(number)),
+            None => Operand::Number(0.0),
+        },
         Node::Symbol(symbol) => Operand::Symbol(symbol),
         _ => Operand::Result(expr.index()),
     };
@@ -278,8 +355,10 @@ pub fn argument(symbol: Symbol) -> Option<(&'static str, usize)> {
         Symbol::Follower(i, order) => Some(("f", 3 * i + order as usize)),
         Symbol::Coordinate(i, Order::Position) => Some(("q", i)),
         Symbol::Coordinate(i, Order::Velocity) => Some(("v", i)),
-        // Time is no array; accelerations and reactions are results, and without masses there is nothing that needs them.
-        Symbol::Time | Symbol::Coordinate(_, Order::Acceleration) | Symbol::Reaction(_) | Symbol::Missing(..) => None,
+        Symbol::Coordinate(i, Order::Acceleration) => Some(("a", i)),
+        Symbol::Reaction(i) => Some(("lambda", i)),
+        // Time is no array; without masses there is nothing that needs them.
+        Symbol::Time | Symbol::Missing(..) => None,
     }
 }
 

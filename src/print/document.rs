@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::notation::lines::printed;
-use super::notation::{latex, mathml, plain};
+use super::notation::{latex, mathml, plain, unicode};
 use super::tree::Tree;
 use crate::report::svg::escape;
 
@@ -155,12 +155,7 @@ fn text_table(text: &mut String, head: &[String], rows: &[Vec<Piece>]) {
 
 /// A page in LaTeX, ready to be compiled.
 pub fn latex(title: &str, blocks: &[Block]) -> String {
-    let title = latex::escape(title);
-    let mut text = format!(
-        "\\documentclass[a4paper,10pt]{{article}}\n\\usepackage[margin=20mm]{{geometry}}\n\
-         \\usepackage{{amsmath,array,longtable,lmodern}}\n\\usepackage[T1]{{fontenc}}\n\\allowdisplaybreaks\n\
-         \\setlength{{\\parindent}}{{0pt}}\n\\begin{{document}}\n\\section*{{{title}}}\n"
-    );
+    let mut text = format!("\\begin{{document}}\n\\section*{{\\raggedright {}}}\n", latex::escape(title));
     for block in blocks {
         match block {
             Block::Heading(heading) => add(&mut text, format_args!("\n\\subsection*{{{}}}\n", latex::escape(heading))),
@@ -173,7 +168,10 @@ pub fn latex(title: &str, blocks: &[Block]) -> String {
         }
     }
     text.push_str("\\end{document}\n");
-    text
+    let preamble = "\\documentclass[a4paper,10pt]{article}\n\\usepackage[margin=20mm]{geometry}\n\
+                    \\usepackage{amsmath,array,longtable,lmodern}\n\\usepackage[T1]{fontenc}\n\\allowdisplaybreaks\n\
+                    \\setlength{\\parindent}{0pt}\n";
+    format!("{preamble}{}{text}", unicode::declarations(&text))
 }
 
 fn latex_equations(text: &mut String, equations: &[(Tree, Tree)]) {

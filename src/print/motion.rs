@@ -11,7 +11,9 @@ use super::tree::{Formulas, Tree, formulas};
 use crate::element::{Direction, Held, Origin};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Arena, Expr, Node, Symbol};
-use crate::mechanism::{BodyId, Dimension, JointId, JointKind, LoadId, LoadKind, Owner, Place, Quantity, Variable};
+use crate::mechanism::{
+    BodyId, Coordinates, Dimension, JointId, JointKind, LoadId, LoadKind, Owner, Place, Quantity, Variable,
+};
 
 /// A quantity: what it is called, and its expression.
 pub type Entry = (Name, Expr);
@@ -26,7 +28,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Collects M and Q (of a model with masses), Phi, Phi_q, Phi_t, gamma, and the displacements that the loops determine.
+    /// Collects M and Q (of a model with masses), Phi, Phi_q, Phi_t, gamma, and the displacements and efforts that follow from the
+    /// motion.
     pub fn new(equations: &mut Equations) -> Self {
         let dynamic = has_masses(equations);
         let mut groups = Vec::new();
@@ -34,11 +37,11 @@ impl Motion {
             groups.extend(dynamics(equations));
             groups.extend(vibration(equations));
         }
-        if dynamic && equations.coordinates.is_empty() {
-            groups.push(("Efforts of the drivers", efforts(equations)));
-        }
         groups.extend(loops(equations));
         groups.push(("Slides that are no coordinates", slides(equations)));
+        if dynamic {
+            groups.push(("Efforts of the drivers", efforts(equations)));
+        }
         groups.retain(|(_, entries)| !entries.is_empty());
         Motion { groups, dynamic }
     }
@@ -66,6 +69,10 @@ impl Motion {
             blocks.push(Block::Equations(self.form(equations)));
             blocks.push(Block::Heading("Coordinates".into()));
             blocks.push(Block::Table(Vec::new(), coordinates(equations)));
+        }
+        let lines = definitions.len() + formulas.len();
+        if lines > READABLE {
+            blocks.push(Block::Text(vec![Piece::words(length_note(equations, lines))]));
         }
         if has_loops(equations) {
             blocks.push(Block::Heading("Reactions".into()));
@@ -96,26 +103,42 @@ impl Motion {
 
     /// The equations as matrices (Eqs 19-22).
     fn form(&self, equations: &Equations) -> Vec<(Tree, Tree)> {
-        let name = |base: &str| Tree::Name(Name::letter(base, ""));
-        let [v, a] = ["v", "a"].map(name);
-        let [m, load, lambda] = ["M", "Q", "lambda"].map(name);
-        let jacobian = || Tree::Name(Name { plain: "Phi_q".into(), ..Name::letter("Phi", "q") });
+        let column = |base: &str| Tree::Name(Name::column(base, ""));
+        let [v, a, load, lambda] = ["v", "a", "Q", "lambda"].map(column);
+        let m = Tree::Name(Name::matrix("M", ""));
+        let jacobian = || Tree::Name(Name::matrix("Phi", "q"));
         let product = |a: Tree, b: Tree| Tree::product(vec![a, b]);
         let mut rows = Vec::new();
         if self.dynamic && !has_loops(equations) {
             rows.push((product(m, a.clone()), load));
         } else if self.dynamic {
-            let transposed = Tree::power(jacobian(), name("T"));
+            let transposed = Tree::power(jacobian(), Tree::Name(Name::letter("T", "")));
             rows.push((Tree::sum(vec![(false, product(m, a.clone())), (false, product(transposed, lambda))]), load));
         }
         if has_loops(equations) {
-            rows.push((name("Phi"), Tree::zero()));
-            let rate = Tree::Name(Name::letter("Phi", "t"));
+            rows.push((column("Phi"), Tree::zero()));
+            let rate = Tree::Name(Name::column("Phi", "t"));
             rows.push((product(jacobian(), v), Tree::Sum(vec![(true, rate)])));
-            rows.push((product(jacobian(), a), name("gamma")));
+            rows.push((product(jacobian(), a), column("gamma")));
         }
         rows
     }
+}
+
+/// More formulas than this need a word about their number.
+const READABLE: usize = 1000;
+
+/// Says how long the page is, and what makes it shorter.
+fn length_note(equations: &Equations, lines: usize) -> String {
+    let hint = match equations.system.mechanism.coordinates {
+        Coordinates::Recommended => "",
+        _ => {
+            " Other coordinates give other equations of the same motion: try `preset = \"recommended\"` in `[coordinates]`. Where each \
+              angle is counted from the body before, as joint angles are, the terms grow with the fourth power of the depth; with the \
+              bodies' own angles they grow with its square."
+        }
+    };
+    format!("These are {lines} formulas.{hint}")
 }
 
 /// Are all masses and inertias that the equations need given?
@@ -150,7 +173,7 @@ fn vibration(equations: &mut Equations) -> Vec<(&'static str, Vec<Entry>)> {
     vec![
         ("Damping matrix (symmetric; zeros left out)", upper("D", &vibration.damping)),
         ("Stiffness matrix (symmetric; zeros left out)", upper("K", &vibration.stiffness)),
-        ("Forces: Q = F - D v - K q", force.collect()),
+        ("Forces: {Q} = {F} - [D]{v} - [K]{q}", force.collect()),
     ]
 }
 
@@ -176,32 +199,40 @@ fn loops(equations: &Equations) -> [(&'static str, Vec<Entry>); 4] {
     ]
 }
 
-/// The displacements of prismatic joints in the cotree (Eqs 41, 42).
-fn slides(equations: &mut Equations) -> Vec<Entry> {
-    let slides: Vec<JointId> = equations
-        .trees
-        .translation
-        .chords
-        .iter()
-        .filter_map(|&chord| match equations.system.element(chord).origin {
-            Origin::Joint(joint) => Some(joint),
+/// The displacements of joints that slide and are in the cotree (Eqs 41, 42).
+pub fn slides(equations: &mut Equations) -> Vec<Entry> {
+    let chords = equations.trees.translation.chords.clone();
+    let slides = chords.into_iter().filter_map(|chord| {
+        let element = equations.system.element(chord);
+        let slides = element.translation.as_ref().is_some_and(|row| !row.motion.is_empty());
+        match element.origin {
+            Origin::Joint(joint) if slides => Some(joint),
             _ => None,
-        })
-        .filter(|joint| matches!(equations.system.mechanism.joints[joint.0].kind, JointKind::Prismatic { .. }))
-        .collect();
-    let entry = |joint| {
-        let variable = Variable { owner: Owner::Joint(joint), quantity: Quantity::S };
+        }
+    });
+    let slides: Vec<JointId> = slides.collect();
+    let slide = |joint| Variable { owner: Owner::Joint(joint), quantity: Quantity::S };
+    entries(equations, slides.into_iter().map(slide))
+}
+
+/// What the drivers exert; accelerations and reactions are known by then.
+pub fn efforts(equations: &mut Equations) -> Vec<Entry> {
+    let mechanism = equations.system.mechanism;
+    entries(equations, mechanism.driver_efforts().into_iter())
+}
+
+/// What every joint holds; accelerations and reactions are known by then.
+pub fn held(equations: &mut Equations) -> Vec<Entry> {
+    let mechanism = equations.system.mechanism;
+    entries(equations, mechanism.joint_reactions().into_iter())
+}
+
+fn entries(equations: &mut Equations, variables: impl Iterator<Item = Variable>) -> Vec<Entry> {
+    let entry = |variable| {
         let name = Name::variable(&equations.system.mechanism.variable_name(variable));
         (name, equations.variable(variable))
     };
-    slides.into_iter().map(entry).collect()
-}
-
-/// What the drivers exert where nothing else moves the mechanism.
-fn efforts(equations: &mut Equations) -> Vec<Entry> {
-    let mechanism = equations.system.mechanism;
-    let entry = |variable| (Name::variable(&mechanism.variable_name(variable)), equations.variable(variable));
-    mechanism.driver_efforts().into_iter().map(entry).collect()
+    variables.map(entry).collect()
 }
 
 /// What is known of the quantities for reading formulas.
@@ -262,8 +293,7 @@ fn deserves_name(arena: &Arena, expr: Expr) -> bool {
 
 fn coordinates(equations: &Equations) -> Vec<Vec<Piece>> {
     let row = |(index, coordinate): (usize, &crate::equations::Coordinate)| {
-        let number = (index + 1).to_string();
-        let short = Name { plain: format!("q{number}"), ..Name::letter("q", &number) };
+        let short = Name::entry("q", &[index]);
         let unit = if coordinate.angular { "rad" } else { "m" };
         let own = [&coordinate.name.position, &coordinate.name.rate].map(|name| Tree::Name(Name::variable(name)));
         let [position, rate] = own.map(Piece::Math);

@@ -30,7 +30,19 @@ impl Name {
         Name { bold: true, ..Name::letter(base, subscript) }
     }
 
-    /// An entry of a matrix or column, counted from 1 in plain text: `M[1,2]`.
+    /// A matrix of the page's own; in brackets in plain text, where a parameter may have the same name.
+    pub fn matrix(base: &str, subscript: &str) -> Name {
+        let name = Name::bold(base, subscript);
+        Name { plain: format!("[{}]", name.plain), ..name }
+    }
+
+    /// A column of the page's own; in braces in plain text.
+    pub fn column(base: &str, subscript: &str) -> Name {
+        let name = Name::bold(base, subscript);
+        Name { plain: format!("{{{}}}", name.plain), ..name }
+    }
+
+    /// An entry of a matrix or column, counted from 1 in plain text: `M[1,2]`. No name of the user's has brackets.
     pub fn entry(base: &str, places: &[usize]) -> Name {
         let places: Vec<String> = places.iter().map(|place| (place + 1).to_string()).collect();
         let places = places.join(",");
@@ -40,8 +52,11 @@ impl Name {
     /// A word, such as the name of a parameter; digits at its end become a subscript.
     pub fn word(plain: &str) -> Name {
         let base = plain.trim_end_matches(|c: char| c.is_ascii_digit());
-        // With a number below, these are entries of the page's own matrices.
-        let own = matches!(base, "M" | "Q" | "Phi" | "gamma" | "lambda" | "D" | "K" | "F" | "q" | "v" | "a");
+        // With a number below, these are entries of the page's own matrices and columns.
+        let own = matches!(
+            base,
+            "M" | "Q" | "Phi" | "Phi_q" | "Phi_t" | "gamma" | "lambda" | "D" | "K" | "F" | "q" | "v" | "a"
+        );
         let base = if base.is_empty() || base.ends_with('_') || own { plain } else { base };
         let subscript = &plain[base.len()..];
         Name { plain: plain.to_owned(), ..Name::letter(base, subscript) }
@@ -82,8 +97,10 @@ pub struct Names<'a, 'm> {
     equations: &'a Equations<'m>,
     /// Number of coordinates.
     pub coordinates: usize,
-    /// Letters for cosines, sines and shared parts that no parameter or input uses.
-    letters: [&'static str; 3],
+    /// Letters for cosines and sines that no name of the user's with a number behind uses, and how many lines stand between letter and number.
+    trigonometric: ([&'static str; 2], usize),
+    /// The same for shared parts.
+    shared: (&'static str, usize),
 }
 
 impl<'a, 'm> Names<'a, 'm> {
@@ -91,20 +108,26 @@ impl<'a, 'm> Names<'a, 'm> {
     pub fn new(equations: &'a Equations<'m>) -> Self {
         let mechanism = equations.system.mechanism;
         let own = mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
-        let own: Vec<&str> = own.chain(mechanism.inputs.iter().map(|input| input.name.as_str())).collect();
-        let free = |letter: &str| {
+        let own = own.chain(mechanism.inputs.iter().map(|input| input.name.as_str()));
+        let own: Vec<&str> = own.chain(mechanism.drivers.iter().map(|driver| driver.name.as_str())).collect();
+        let is_free = |letter: &str, lines: usize| {
+            let stem = format!("{letter}{}", "_".repeat(lines));
             let is_numbered = |name: &&str| {
-                name.strip_prefix(letter)
+                name.strip_prefix(stem.as_str())
                     .is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|b| b.is_ascii_digit()))
             };
             !own.iter().any(is_numbered)
         };
-        let [short, shared] = [free("c") && free("s"), free("z")];
-        let letters = if short { ["c", "s"] } else { ["cos_", "sin_"] };
+        // As many lines as there are names are enough: each name spoils one number of lines.
+        let lines = |letters: &[&str]| {
+            (1..=own.len() + 1).find(|&lines| letters.iter().all(|letter| is_free(letter, lines))).unwrap_or(1)
+        };
+        let short = is_free("c", 0) && is_free("s", 0);
         Names {
             equations,
             coordinates: equations.coordinates.len(),
-            letters: [letters[0], letters[1], if shared { "z" } else { "part_" }],
+            trigonometric: if short { (["c", "s"], 0) } else { (["cos", "sin"], lines(&["cos", "sin"])) },
+            shared: if is_free("z", 0) { ("z", 0) } else { ("part", lines(&["part"])) },
         }
     }
 
@@ -123,18 +146,18 @@ impl<'a, 'm> Names<'a, 'm> {
 
     /// `c1`, `s1`
     pub fn trigonometric(&self, sine: bool, number: usize) -> Name {
-        self.numbered(self.letters[usize::from(sine)], number)
+        let (letters, lines) = self.trigonometric;
+        numbered(letters[usize::from(sine)], lines, number)
     }
 
     /// `z1`
     pub fn shared(&self, number: usize) -> Name {
-        self.numbered(self.letters[2], number)
+        numbered(self.shared.0, self.shared.1, number)
     }
+}
 
-    fn numbered(&self, letter: &str, number: usize) -> Name {
-        let base = letter.trim_end_matches('_');
-        Name { plain: format!("{letter}{number}"), ..Name::letter(base, &number.to_string()) }
-    }
+fn numbered(letter: &str, lines: usize, number: usize) -> Name {
+    Name { plain: format!("{letter}{}{number}", "_".repeat(lines)), ..Name::letter(letter, &number.to_string()) }
 }
 
 /// The name of a symbol.
@@ -162,8 +185,7 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
         }
         Symbol::Reaction(i) => {
             // Counted among the loop equations that say something.
-            let number = (1 + equations.loops().filter(|(index, _)| *index < i).count()).to_string();
-            Name { plain: format!("lambda{number}"), ..Name::letter("lambda", &number) }
+            Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < i).count()])
         }
         Symbol::Missing(body, Property::Mass) => Name::variable(&format!("{}.mass", mechanism.bodies[body].name)),
         Symbol::Missing(body, Property::Inertia) => Name::variable(&format!("{}.inertia", mechanism.bodies[body].name)),

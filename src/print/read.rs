@@ -5,8 +5,9 @@ use std::collections::{HashMap, HashSet};
 use super::normal::{Factor, Function, Sum, Term};
 use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
 
-/// What is shared and has so many symbols gets a name.
+/// What is shared and has so many symbols gets a name; a root, such as a length, with fewer.
 const LONG: usize = 10;
+const LONG_ROOT: usize = 3;
 /// Beyond so many levels of parentheses nobody can read.
 const DEEP: usize = 12;
 /// Beyond so many symbols in one expression neither.
@@ -82,7 +83,7 @@ fn candidates(
             _ => operands.iter().map(|operand| sizes[operand]).sum(),
         };
         let depth = operands.iter().map(|operand| depths[operand]).max().unwrap_or(0) + level(arena, expr);
-        let shared = uses.get(&expr).is_some_and(|&count| count > 1) && size >= LONG;
+        let shared = uses.get(&expr).is_some_and(|&count| count > 1) && size >= long(arena, expr);
         let unreadable = size >= WIDE || depth >= DEEP;
         let named = shared || unreadable;
         if named {
@@ -96,6 +97,11 @@ fn candidates(
         depths.insert(expr, if atom { 0 } else { depth });
     }
     (names, forced)
+}
+
+/// From how many symbols on a shared part gets a name.
+fn long(arena: &Arena, expr: Expr) -> usize {
+    if matches!(arena.node(expr), Node::Unary(Unary::Sqrt, _)) { LONG_ROOT } else { LONG }
 }
 
 /// Sums and signs nest without parentheses, and so do products.
@@ -174,7 +180,8 @@ impl<'a> Reader<'a> {
                 sum
             } else {
                 let value = sum.tidy();
-                let short = if forced.contains(&expr) { value.leaves() < 2 } else { value.leaves() < LONG };
+                let short =
+                    if forced.contains(&expr) { value.leaves() < 2 } else { value.leaves() < long(arena, expr) };
                 if variable.is_none() && short {
                     value
                 } else {

@@ -218,7 +218,10 @@ fn number(value: f64) -> (Vec<Tree>, Vec<Tree>) {
 fn call(function: Function, mut arguments: Vec<Tree>) -> Tree {
     let name = match function {
         Function::One(Unary::Sqrt) => {
-            return Tree::Root(Box::new(arguments.pop().unwrap_or_else(Tree::zero)));
+            return match arguments.pop().unwrap_or_else(Tree::zero) {
+                Tree::Power(parts) if parts[1] == Tree::Number(2.0) => Tree::Call("abs", vec![parts[0].clone()]),
+                inside => Tree::Root(Box::new(inside)),
+            };
         }
         Function::One(function) => unary_name(function),
         Function::Select => "if",

@@ -30,6 +30,8 @@ pub struct Drawing {
     pub forces: Vec<Force>,
     /// Torques, torsion springs and motors.
     pub turns: Vec<Turn>,
+    /// Points that a driver leads.
+    pub targets: Vec<Target>,
 }
 
 /// A body.
@@ -102,6 +104,19 @@ pub struct Turn {
     pub at: [f64; 2],
 }
 
+/// A point whose position is prescribed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// The driver's name.
+    pub name: String,
+    /// Index of the body; `None` is the ground.
+    pub on: Option<usize>,
+    /// Where the point is.
+    pub at: [f64; 2],
+    /// Where it goes from there, if it moves; the length is not looked at.
+    pub direction: Option<[f64; 2]>,
+}
+
 /// Beyond so many bodies names would only cover the drawing.
 const NAMED_BODIES: usize = 40;
 /// Beyond so many joints only the bodies are named.
@@ -132,6 +147,7 @@ impl Drawing {
         self.draw_bodies(&view, &mut svg, &mut labels);
         self.draw_loads(&view, &mut svg, &mut labels);
         self.draw_joints(&view, &mut svg, &mut labels);
+        self.draw_targets(&view, &mut svg, &mut labels);
         labels.place(&mut svg);
         let frame = labels.frame(MARGIN);
         (svg, frame)
@@ -319,6 +335,22 @@ impl Drawing {
         }
     }
 
+    /// Above the pins: a driver often leads one.
+    fn draw_targets(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        for target in self.targets.iter().filter(|target| is_finite(&target.at)) {
+            let at = view.pixel(target.at);
+            symbols::target(svg, view, at);
+            labels.cover(at, 2.8 * view.pin);
+            if let Some(direction) = target.direction.filter(is_finite) {
+                let ends = symbols::departure(svg, view, at, view.direction(direction));
+                labels.obstruct(&ends, view.pin);
+            }
+            if self.joints.len() <= NAMED_JOINTS {
+                labels.load(&target.name, at, 3.4 * view.pin, symbols::FORCE);
+            }
+        }
+    }
+
     /// Does a body lead away from a point in about this direction?
     fn is_crowded(&self, at: Pixel, direction: Pixel, view: &View) -> bool {
         (0..self.bodies.len()).map(|body| self.outline(body, view)).any(|outline| {
@@ -412,6 +444,7 @@ mod tests {
             springs: vec![Spring { name: "return_spring".into(), between: [Some(2), None], ends: [wrist, wall] }],
             forces: vec![Force { name: "gas".into(), on: Some(2), at: wrist, direction: [-5.0, 0.0] }],
             turns: vec![Turn { name: "motor".into(), at: bearing }],
+            targets: vec![Target { name: "path".into(), on: Some(1), at: wrist, direction: Some([0.0, 1.0]) }],
         }
     }
 
@@ -431,7 +464,7 @@ mod tests {
     fn every_part_is_drawn_and_named() {
         let svg = slider_crank().svg();
         assert!(elements(&svg) > 50);
-        for name in ["crank", "rod", "slider", "main_bearing", "cylinder", "return_spring", "gas", "motor"] {
+        for name in ["crank", "rod", "slider", "main_bearing", "cylinder", "return_spring", "gas", "motor", "path"] {
             assert!(svg.contains(&format!(">{name}</text>")), "{name}");
         }
         assert_eq!(svg, slider_crank().svg());
@@ -444,6 +477,7 @@ mod tests {
         drawing.joints[1].at[0][1] = f64::INFINITY;
         drawing.springs[0].ends[1][0] = f64::NAN;
         drawing.forces[0].direction = [f64::NAN; 2];
+        drawing.targets[0].direction = Some([f64::NAN; 2]);
         drawing.ground.push([f64::NAN; 2]);
         let svg = drawing.svg();
         elements(&svg);

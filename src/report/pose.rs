@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use cotree_fmu::model::State;
 
-use super::drawing::{Body, Drawing, Force, Joint, JointKind, Spring, Turn};
+use super::drawing::{Body, Drawing, Force, Joint, JointKind, Spring, Target, Turn};
 use super::line;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
@@ -29,9 +29,17 @@ pub fn draw(formulated: &mut Formulated) -> Drawing {
         springs: pose.springs(),
         forces: pose.forces(),
         turns: pose.turns(),
+        targets: pose.targets(),
     };
     drawing.forces.extend(pushes(mechanism, &drawing.joints));
     if mechanism.dimension == Dimension::One {
+        let pushed = drawing.targets.drain(..).map(|target| Force {
+            name: target.name,
+            on: target.on,
+            at: target.at,
+            direction: target.direction.unwrap_or([1.0, 0.0]),
+        });
+        drawing.forces.extend(pushed);
         line::lay_out(&mut drawing);
     }
     drawing
@@ -196,6 +204,32 @@ impl<'a, 'm> Pose<'a, 'm> {
             });
         }
         forces
+    }
+
+    /// Points whose position is prescribed, with the direction in which they leave.
+    fn targets(&mut self) -> Vec<Target> {
+        let mut targets = Vec::new();
+        for driver in &self.equations.system.mechanism.drivers {
+            let DriverKind::Position { on, position } = &driver.kind else { continue };
+            let exprs = position.each_ref().map(|component| self.equations.formula(component));
+            let (on_body, at) = (on.body().map(|body| body.0), self.at(*on));
+            targets.push(Target { name: driver.name.clone(), on: on_body, at, direction: self.leaving(exprs) });
+        }
+        targets
+    }
+
+    /// Along the velocity at the start; if the point rests there, along its acceleration; if it does not accelerate either, along the
+    /// components that can change at all.
+    fn leaving(&mut self, position: [Expr; 2]) -> Option<[f64; 2]> {
+        let arena = &mut self.equations.system.arena;
+        let rate = position.map(|component| arena.time_derivative(component));
+        let acceleration = rate.map(|component| arena.time_derivative(component));
+        let values = [rate, acceleration].map(|pair| {
+            let values = self.values(&pair);
+            [values[0], values[1]]
+        });
+        let may_change = rate.map(|component| f64::from(u8::from(component != Expr::ZERO)));
+        values.into_iter().chain([may_change]).find(|direction| direction.iter().any(|x| x.abs() > 1e-12))
     }
 
     /// Torques, torsion springs and motors, at a joint between the bodies or at the second body.

@@ -163,19 +163,17 @@ fn poses(mechanism: &Mechanism) -> Vec<Variable> {
 fn joints(mechanism: &Mechanism) -> Vec<Variable> {
     let mut variables = Vec::new();
     for (index, joint) in mechanism.joints.iter().enumerate() {
-        let quantities: &[Quantity] = match joint.kind {
-            JointKind::Weld { .. } if mechanism.dimension == Dimension::One => &[Quantity::Fx],
-            JointKind::Revolute { .. } => &[Quantity::Angle, Quantity::Fx, Quantity::Fy],
-            JointKind::Prismatic { .. } => &[Quantity::S, Quantity::Fn, Quantity::Torque],
-            JointKind::Weld { .. } => &[Quantity::Fx, Quantity::Fy, Quantity::Torque],
-            JointKind::Slot { .. } => &[Quantity::S, Quantity::Angle, Quantity::Fn],
-            JointKind::Rolling { .. } => &[Quantity::S, Quantity::Angle, Quantity::Fn, Quantity::Ft],
-            JointKind::Distance { .. } => &[Quantity::Force],
-            JointKind::Gear { .. } => &[Quantity::Torque],
-            JointKind::Rack { .. } => &[Quantity::Force, Quantity::Torque],
+        let pose: &[Quantity] = match joint.kind {
+            JointKind::Revolute { .. } => &[Quantity::Angle],
+            JointKind::Prismatic { .. } => &[Quantity::S],
+            JointKind::Slot { .. } | JointKind::Rolling { .. } => &[Quantity::S, Quantity::Angle],
+            JointKind::Weld { .. } | JointKind::Distance { .. } | JointKind::Gear { .. } | JointKind::Rack { .. } => {
+                &[]
+            }
         };
+        let quantities = pose.iter().chain(joint.kind.reactions(mechanism.dimension));
         let owner = Owner::Joint(JointId(index));
-        variables.extend(quantities.iter().map(|&quantity| Variable { owner, quantity }));
+        variables.extend(quantities.map(|&quantity| Variable { owner, quantity }));
     }
     variables
 }

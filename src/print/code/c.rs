@@ -26,17 +26,22 @@ impl Language for C {
     }
 
     fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String {
+        let known: &[Output] = if function.knows_motion { &[Output::Acceleration, Output::Reaction] } else { &[] };
+        let known: String = known.iter().map(|known| format!("const double *{}, ", known.name())).collect();
         let outputs: Vec<String> = function.outputs.iter().map(|output| format!("double *{}", output.name())).collect();
         let shapes: Vec<String> = function.outputs.iter().map(|output| shape(*output, sizes)).collect();
+        let about = function.comment().join("\n   ");
         let mut text = format!(
-            "\n/* {}\n   Sizes: {}. */\nvoid {}(double t, const double *p, const double *u, const double *f, \
-             const double *q, const double *v,\n    {})\n{{\n    \
+            "\n/* {about}\n   Sizes: {}. */\nvoid {}(double t, const double *p, const double *u, const double *f, \
+             const double *q, const double *v,\n    {known}{})\n{{\n    \
              (void)t; (void)p; (void)u; (void)f; (void)q; (void)v;\n   ",
-            function.about,
             shapes.join(", "),
             function.name,
             outputs.join(", ")
         );
+        if function.knows_motion {
+            text.push_str(" (void)a; (void)lambda;");
+        }
         for output in function.outputs {
             let _ = write!(text, " (void){};", output.name()); // writing to a string cannot fail
         }

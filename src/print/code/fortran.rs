@@ -82,14 +82,18 @@ impl Language for Fortran {
     fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String {
         let name = identifier(&function.name);
         let outputs: Vec<&str> = function.outputs.iter().map(|output| array(*output)).collect();
+        let known = if function.knows_motion { "a, lambda, " } else { "" };
         let mut text = format!(
-            "\n  ! {}\n  subroutine {name}(t, p, u, f, q, v, &\n      {})\n    real(real64), intent(in) :: t\n",
-            function.about,
+            "\n  ! {}\n  subroutine {name}(t, p, u, f, q, v, {known}&\n      {})\n    real(real64), intent(in) :: t\n",
+            function.comment().join("\n  ! "),
             outputs.join(", ")
         );
-        let Sizes { parameters, inputs, followers, coordinates, .. } = sizes;
-        let arguments =
-            [("p", *parameters), ("u", 3 * inputs), ("f", 3 * followers), ("q", *coordinates), ("v", *coordinates)];
+        let Sizes { parameters, inputs, followers, coordinates, constraints, .. } = sizes;
+        let mut arguments =
+            vec![("p", *parameters), ("u", 3 * inputs), ("f", 3 * followers), ("q", *coordinates), ("v", *coordinates)];
+        if function.knows_motion {
+            arguments.extend([("a", *coordinates), ("lambda", *constraints)]);
+        }
         for (argument, size) in arguments {
             let _ = writeln!(text, "    real(real64), intent(in) :: {argument}({size})"); // writing to a string cannot fail
         }
@@ -131,8 +135,8 @@ fn identifier(name: &str) -> String {
         return name;
     }
     // The end says which function it is.
-    let tail =
-        ["_equations", "_velocities", "_accelerations"].into_iter().find(|tail| name.ends_with(tail)).unwrap_or("");
+    let tails = ["_equations", "_velocities", "_accelerations", "_slides", "_efforts"];
+    let tail = tails.into_iter().find(|tail| name.ends_with(tail)).unwrap_or("");
     format!("{}{tail}", &name[..40])
 }
 
@@ -146,6 +150,8 @@ fn array(output: Output) -> &'static str {
         Output::Gamma => "gamma",
         Output::Acceleration => "a",
         Output::Reaction => "lambda",
+        Output::Slide => "s",
+        Output::Effort => "effort",
     }
 }
 

@@ -49,12 +49,11 @@ void @NAME@_velocities(double t, const double *p, const double *u, const double 
 }
 
 /* The accelerations a that the drivers prescribe: Phi_q a = gamma; with masses also the reactions: Phi_q^T lambda = Q - M a.
-   Sizes: a @N@, lambda @M@. Without masses, lambda stays as it is given. */
+   Sizes: a @N@, lambda @M@. Without masses, lambda is zero. */
 void @NAME@_accelerations(double t, const double *p, const double *u, const double *f, const double *q, const double *v,
     double *a, double *lambda)
 {
     double M[@N@ * @N@], Q[@N@], Phi[@M@], Phi_q[@M@ * @N@], Phi_t[@M@], gamma[@M@], A[@N@ * @N@];
-    (void)lambda;
     @NAME@_equations(t, p, u, f, q, v, M, Q, Phi, Phi_q, Phi_t, gamma);
     for (int i = 0; i < @N@; i++) {
         const int row = @NAME@_rows[i];
@@ -63,6 +62,8 @@ void @NAME@_accelerations(double t, const double *p, const double *u, const doub
         a[i] = gamma[row];
     }
     solve(@N@, A, a);
+    for (int i = 0; i < @M@; i++)
+        lambda[i] = 0.0;
 @MASSES@
     double b[@N@];
     for (int i = 0; i < @N@; i++) {
@@ -73,8 +74,6 @@ void @NAME@_accelerations(double t, const double *p, const double *u, const doub
         }
     }
     solve(@N@, A, b);
-    for (int i = 0; i < @M@; i++)
-        lambda[i] = 0.0;
     for (int i = 0; i < @N@; i++)
         lambda[@NAME@_rows[i]] = b[i];
 @END@

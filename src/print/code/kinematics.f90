@@ -14,7 +14,7 @@
   end subroutine @NAME@_velocities
 
   ! The accelerations a that the drivers prescribe: Phi_q a = gamma; with masses also the reactions: Phi_q^T lambda = Q - M a.
-  ! Without masses, lambda stays as it is given.
+  ! Without masses, lambda is zero.
   subroutine @NAME@_accelerations(t, p, u, f, q, v, a, lambda)
     real(real64), intent(in) :: t, p(@P@), u(@U@), f(@F@), q(@N@), v(@N@)
     real(real64), intent(inout) :: a(@N@), lambda(@M@)
@@ -25,11 +25,11 @@
     matrix = phi_q(rows, :)
     a = gamma(rows)
     call solve(matrix, a)
+    lambda = 0.0_real64
 @MASSES@
     matrix = transpose(phi_q(rows, :))
     load = load - matmul(mass, a)
     call solve(matrix, load)
-    lambda = 0.0_real64
     lambda(rows) = load
 @END@
   end subroutine @NAME@_accelerations

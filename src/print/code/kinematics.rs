@@ -19,7 +19,7 @@ impl Kinematics<'_> {
     /// The template with names and sizes in their places; `name` as the language writes it, rows counted from `first`.
     pub fn fill(&self, template: &str, name: &str, first: usize) -> String {
         let rows: Vec<String> = self.rows.iter().map(|row| (row + first).to_string()).collect();
-        let Sizes { parameters, inputs, followers, coordinates, constraints } = self.sizes;
+        let Sizes { parameters, inputs, followers, coordinates, constraints, .. } = self.sizes;
         let mut text = self.chosen(template).replace("@NAME@", name).replace("@ROWS@", &rows.join(", "));
         let numbers =
             [("P", parameters), ("U", 3 * inputs), ("F", 3 * followers), ("N", coordinates), ("M", constraints)];

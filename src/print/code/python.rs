@@ -29,10 +29,13 @@ impl Language for Python {
     fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String {
         let names: Vec<&str> = function.outputs.iter().map(|output| name(*output)).collect();
         let names = names.join(", ");
+        let known = if function.knows_motion { ["a", "lambda_"].as_slice() } else { &[] };
+        let arguments = ["p", "u", "f", "q", "v"].iter().chain(known).copied().collect::<Vec<_>>().join(", ");
+        let about = function.comment().join("\n    ");
         let mut text = format!(
-            "\n\ndef {}(t, p, u, f, q, v):\n    \"\"\"{}\n\n    Returns {names}.\n    \"\"\"\n    t = np.float64(t)\n    \
-             p, u, f, q, v = (np.asarray(values, dtype=float) for values in (p, u, f, q, v))\n",
-            function.name, function.about
+            "\n\ndef {}(t, {arguments}):\n    \"\"\"{about}\n\n    Returns {names}.\n    \"\"\"\n    t = np.float64(t)\n    \
+             {arguments} = (np.asarray(values, dtype=float) for values in ({arguments}))\n",
+            function.name
         );
         for output in function.outputs {
             let [rows, columns] = output.shape(sizes);
@@ -84,6 +87,7 @@ fn operand(operand: Operand) -> String {
         Operand::Number(value) if value < 0.0 => format!("({value:e})"),
         Operand::Number(value) => format!("{value:e}"),
         Operand::Symbol(Symbol::Time) => "t".to_owned(),
+        Operand::Symbol(Symbol::Reaction(index)) => format!("{}[{index}]", name(Output::Reaction)),
         Operand::Symbol(symbol) => {
             argument(symbol).map_or_else(|| "np.nan".to_owned(), |(array, index)| format!("{array}[{index}]"))
         }

@@ -25,8 +25,8 @@ impl Language for Rust {
     }
 
     fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String {
-        let Sizes { parameters, inputs, followers, coordinates, .. } = sizes;
-        let arguments = [
+        let Sizes { parameters, inputs, followers, coordinates, constraints, .. } = sizes;
+        let mut arguments = vec![
             "t: f64".to_owned(),
             format!("p: &[f64; {parameters}]"),
             format!("u: &[f64; {}]", 3 * inputs),
@@ -34,6 +34,9 @@ impl Language for Rust {
             format!("q: &[f64; {coordinates}]"),
             format!("v: &[f64; {coordinates}]"),
         ];
+        if function.knows_motion {
+            arguments.extend([format!("a: &[f64; {coordinates}]"), format!("lambda: &[f64; {constraints}]")]);
+        }
         let outputs = function.outputs.iter().map(|output| {
             let [rows, columns] = output.shape(sizes);
             let name = output.name();
@@ -47,7 +50,7 @@ impl Language for Rust {
         let mut text = format!(
             "\n/// {}\n#[allow(non_snake_case, unused_variables, clippy::too_many_arguments, clippy::excessive_precision)]\n\
              pub fn {}(\n    {},\n) {{\n",
-            function.about,
+            function.comment().join("\n/// "),
             function.name,
             arguments.join(",\n    ")
         );

@@ -79,6 +79,7 @@ pub fn escape(text: &str) -> String {
                 escaped.push('\\');
                 escaped.push(c);
             }
+            c if c.is_control() => escaped.push(' '),
             c => escaped.push(c),
         }
     }
@@ -154,12 +155,16 @@ fn number(value: f64) -> String {
 }
 
 fn name(name: &Name) -> String {
-    let letter = match compound(&name.base) {
+    let letter = match compound(name) {
         // In braces: a bracket behind a line break would be its argument.
         Some((letter, below)) => format!("{{[{}_{below}]}}", self::letter(letter)),
         None => self::letter(&name.base),
     };
-    let letter = if name.bold { format!(r"\mathbf{{{letter}}}") } else { letter };
+    let letter = match (name.bold, greek(&name.base)) {
+        (true, Some(_)) => format!(r"\boldsymbol{{{letter}}}"),
+        (true, None) => format!(r"\mathbf{{{letter}}}"),
+        (false, _) => letter,
+    };
     let dotted = match name.dots {
         0 => letter,
         1 => format!(r"\dot{{{letter}}}"),

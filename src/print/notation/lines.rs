@@ -234,7 +234,7 @@ fn bound(tree: &Tree, least: Binding) -> f64 {
 }
 
 fn name_width(name: &Name) -> f64 {
-    let letters = match compound(&name.base) {
+    let letters = match compound(name) {
         Some(_) => 3.6,
         None if greek(&name.base).is_some() => 1.3,
         None => 1.1 * name.base.chars().count() as f64,

@@ -184,7 +184,7 @@ fn number(text: &mut String, value: f64) {
 }
 
 fn name(text: &mut String, name: &Name) {
-    let letter = match compound(&name.base) {
+    let letter = match compound(name) {
         Some((letter, below)) => {
             format!("<mrow><mo>[</mo><msub>{}<mi>{below}</mi></msub><mo>]</mo></mrow>", self::letter(letter, name.bold))
         }

@@ -4,7 +4,9 @@ pub mod latex;
 pub mod lines;
 pub mod mathml;
 pub mod plain;
+pub mod unicode;
 
+use super::name::Name;
 use super::tree::Tree;
 
 /// How tightly what a formula is made of holds together.
@@ -67,8 +69,9 @@ fn greek(name: &str) -> Option<&'static str> {
     GREEK.iter().find(|(known, _)| *known == name).map(|(_, sign)| *sign)
 }
 
-/// A matrix whose name has a subscript of its own, such as `Phi_q`: letter and subscript.
-fn compound(base: &str) -> Option<(&str, &str)> {
-    let (letter, below) = base.split_once('_')?;
-    (letter == "Phi").then_some((letter, below))
+/// A matrix whose name has a subscript of its own, such as the `Phi_q` of an entry: letter and subscript. A user's own `Phi_q` has
+/// nothing below.
+fn compound(name: &Name) -> Option<(&str, &str)> {
+    let (letter, below) = name.base.split_once('_')?;
+    (letter == "Phi" && !name.subscript.is_empty()).then_some((letter, below))
 }

@@ -245,6 +245,25 @@ pub fn turn(svg: &mut Svg, view: &View, at: Pixel) {
     arrow_head(svg, view, along(tip, 1.0 * view.pin, [0.0, 1.0]), [0.0, 1.0]);
 }
 
+/// A point that a driver leads: a ring with cross hairs, around a pin if there is one.
+pub fn target(svg: &mut Svg, view: &View, at: Pixel) {
+    let radius = 1.6 * view.pin;
+    svg.circle(at, radius, &format!(r#"fill="none" stroke="{FORCE}" stroke-width="1.8""#));
+    for direction in [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]] {
+        let [inner, outer] = [1.1, 2.4].map(|pins| along(at, pins * view.pin, direction));
+        svg.line(inner, outer, &format!(r#"stroke="{FORCE}" stroke-width="1.8""#));
+    }
+}
+
+/// Where a point goes from here: a dashed arrow, so that nobody takes it for a force. Returns its ends.
+pub fn departure(svg: &mut Svg, view: &View, at: Pixel, direction: Pixel) -> [Pixel; 2] {
+    let [start, tip] = [2.6, 10.5].map(|pins| along(at, pins * view.pin, direction));
+    let style = format!(r#"stroke="{FORCE}" stroke-width="1.8" stroke-dasharray="5 3""#);
+    svg.line(start, along(tip, -1.4 * view.pin, direction), &style);
+    arrow_head(svg, view, tip, direction);
+    [start, tip]
+}
+
 fn arrow_head(svg: &mut Svg, view: &View, tip: Pixel, direction: Pixel) {
     let base = along(tip, -2.0 * view.pin, direction);
     let side = normal(direction);

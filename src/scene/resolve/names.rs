@@ -40,7 +40,7 @@ pub(super) struct Names<'s> {
     pub ground: HashMap<&'s str, usize>,
     /// Points of each body.
     pub points: Vec<HashMap<&'s str, usize>>,
-    /// What could not be read; its uses are no faults.
+    /// What could not be read or stands for two things; its uses are no faults.
     broken: HashSet<&'s str>,
 }
 
@@ -80,6 +80,8 @@ impl<'s> Names<'s> {
                 fault.also.push(first_name.span);
             }
             faults.push(fault);
+            // Which of the two its uses mean, nobody knows.
+            self.broken.insert(&name.text);
         } else {
             self.named.insert(&name.text, (named, name));
         }
@@ -146,7 +148,7 @@ fn check_word(name: &Text, what: &str, faults: &mut Sink) {
         faults.push(
             Fault::new("scene::bad_name", format!("`{}` cannot be the name of {}", name.text, one(what)), name.span)
                 .label("not a name")
-                .help("names are made of letters, digits and `_`, and do not begin with a digit: `crank_2`"),
+                .help("names are made of the letters a-z and A-Z, digits and `_`, and do not begin with a digit: `crank_2`"),
         );
     }
 }
