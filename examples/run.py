@@ -6,8 +6,10 @@ usage: run.py MODEL.fmu [NAME=VALUE...]        sets parameters and inputs, in SI
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+from zipfile import BadZipFile
 
 from fmpy import read_model_description, simulate_fmu
+from fmpy.fmi1 import FMICallException
 
 ROWS = 10
 
@@ -59,4 +61,9 @@ def main(fmu, *settings):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    try:
+        main(*sys.argv[1:])
+    except (FMICallException, BadZipFile, OSError, ValueError) as failure:
+        sys.exit(f"error: {failure}")

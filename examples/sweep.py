@@ -4,10 +4,12 @@ usage: sweep.py SLIDER_CRANK.fmu [POINTS] [WORKERS]        POINTS lengths of eit
 """
 
 import sys
+from zipfile import BadZipFile
 
 import numpy as np
 from dask.distributed import Client, LocalCluster, as_completed
 from fmpy import simulate_fmu
+from fmpy.fmi1 import FMICallException
 
 STOP = 2.0
 
@@ -42,4 +44,9 @@ def main(fmu, points=6, workers=None):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], *map(int, sys.argv[2:]))
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    try:
+        main(sys.argv[1], *map(int, sys.argv[2:]))
+    except (FMICallException, BadZipFile, OSError, ValueError) as failure:
+        sys.exit(f"error: {failure}")

@@ -9,6 +9,7 @@ use cotree_fmu::series::form::ArmForm;
 use super::arms::arm_form;
 use super::blocks::blocks;
 use super::cost::Cost;
+use super::dependencies::Moving;
 use super::eliminate::Obstacle;
 use super::indicators::indicators;
 use super::initial::{Conditions, Settable, conditions, settable};
@@ -95,7 +96,9 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     }
     moving.indicators = indicators(&mut equations.system.arena, &moving.acceleration);
     let solved = if motion == Motion::Dynamic { moving.acceleration.clone() } else { driving(&kernels) };
-    let mut table = Table::new(equations, motion, &solved);
+    let blocks = if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() };
+    let mut table =
+        Table::new(equations, motion, &Moving { solved: &moving.acceleration, blocks: &blocks, length, pose });
     let beginning = Beginning {
         constraints: [&kernels.constraint, &kernels.constraint_rate, &kernels.gamma],
         conditions: [&kernels.positions.results, &kernels.velocities.results],
@@ -117,6 +120,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         }
     }
     let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
+    program.blocks = blocks;
     if program.arms.as_ref().is_some_and(|arms| is_too_large(arms, program.tapes.acceleration.instructions.len())) {
         program.engine = Engine::Dop853;
         no_series = Some(TOO_MANY.into());
@@ -211,7 +215,7 @@ impl MotionKernels {
 }
 
 /// Q - M a
-fn inverse(equations: &mut Equations) -> Vec<Expr> {
+pub(super) fn inverse(equations: &mut Equations) -> Vec<Expr> {
     let dynamics = equations.dynamics().clone();
     let arena = &mut equations.system.arena;
     let rows = dynamics.load.into_iter().zip(dynamics.mass);
@@ -324,7 +328,7 @@ fn assemble(
         coordinates: coordinates(equations, length),
         constraints: constraints(equations, length, active),
         motion,
-        blocks: if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() },
+        blocks: Vec::new(),
         length,
         variables: table.variables(),
         constants: assembler.constants.clone(),

@@ -8,8 +8,8 @@
 
 use std::cell::Cell;
 use std::ffi::{CStr, CString};
-use std::panic::{self, AssertUnwindSafe};
-use std::sync::Once;
+use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
+use std::sync::OnceLock;
 
 use super::component::{Component, Interface, Refusal, SavedState};
 use super::logging::{Category, Logger};
@@ -49,16 +49,22 @@ thread_local! {
     static CONTAINED: Cell<bool> = const { Cell::new(false) };
 }
 
+/// What panics are told to outside of calls. It stays in the library's own memory, and a function that captures nothing needs none: unloading
+/// the library loses nothing.
+static PREVIOUS: OnceLock<Box<dyn Fn(&PanicHookInfo<'_>) + Sync + Send>> = OnceLock::new();
+
 /// Nothing here should panic; if something does all the same, it neither reaches the importer nor prints.
 fn contain<T>(run: impl FnOnce() -> T) -> Option<T> {
-    static SILENCE: Once = Once::new();
-    SILENCE.call_once(|| {
+    PREVIOUS.get_or_init(|| {
         let previous = panic::take_hook();
-        panic::set_hook(Box::new(move |info| {
-            if !CONTAINED.get() {
+        panic::set_hook(Box::new(|info| {
+            if !CONTAINED.get()
+                && let Some(previous) = PREVIOUS.get()
+            {
                 previous(info);
             }
         }));
+        previous
     });
     let before = CONTAINED.replace(true);
     let result = panic::catch_unwind(AssertUnwindSafe(run)).ok();
