@@ -25,6 +25,14 @@ def simulate(fmu, settings):
     return simulate_fmu(fmu, start_values=settings, output_interval=(stop - start) / (100 * ROWS))
 
 
+def parse(setting):
+    name, _, value = setting.partition("=")
+    try:
+        return name, float(value)
+    except ValueError:
+        sys.exit(f"error: {setting} is not of the form NAME=NUMBER")
+
+
 def print_table(result):
     names = result.dtype.names
     widths = [max(12, len(name)) for name in names]
@@ -51,8 +59,7 @@ def plot(result, path):
 
 
 def main(fmu, *settings):
-    pairs = (setting.partition("=") for setting in settings)
-    result = simulate(fmu, {name: float(value) for name, _, value in pairs})
+    result = simulate(fmu, dict(map(parse, settings)))
     print_table(result)
     if find_spec("matplotlib"):
         plot(result, Path(fmu).with_suffix(".png"))
@@ -65,5 +72,5 @@ if __name__ == "__main__":
         sys.exit(__doc__)
     try:
         main(*sys.argv[1:])
-    except (FMICallException, BadZipFile, OSError, ValueError) as failure:
+    except (FMICallException, BadZipFile, OSError) as failure:
         sys.exit(f"error: {failure}")
