@@ -13,7 +13,7 @@ use crate::report::svg::escape;
 const STYLE: &str = "body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;color:#1f2933;max-width:60rem;\
 margin:2rem auto;padding:0 1rem}svg{max-width:100%;height:auto;border:1px solid #e6eaef;border-radius:6px}\
 table{border-collapse:collapse;width:100%;font-size:.92rem}th,td{text-align:left;padding:.3rem .7rem;\
-border-bottom:1px solid #e6eaef;vertical-align:top}.n{text-align:right;font-variant-numeric:tabular-nums}\
+border-bottom:1px solid #e6eaef;vertical-align:top}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}\
 code{font-size:.92em;background:#f3f5f8;padding:.1em .3em;border-radius:3px}\
 pre{font-size:.86rem;background:#f3f5f8;padding:.7rem;border-radius:6px;overflow:auto;max-height:40rem}\
 math{font-size:1.05em}";
