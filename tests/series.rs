@@ -73,6 +73,35 @@ fn step(coefficients: &[Vec<f64>]) -> f64 {
     radius.fold(1.0, f64::min) * 0.2
 }
 
+/// Upright bars of different lengths side by side, each tied to the next by another: loops that share bars.
+fn ladder(loops: usize) -> String {
+    let mut text = String::from("format = 1\nname = \"ladder\"\ngravity = [0, -9.81]\n[ground.points]\n");
+    let (mut at, mut tops, mut rest) = (0.0, Vec::new(), String::new());
+    for pivot in 0..=loops {
+        let (length, mass) = (1.0 + 0.2 * (pivot as f64).sin(), 1.0 + 0.5 * (2.0 * pivot as f64).cos());
+        text += &format!("p{pivot} = [{at}, 0]\n");
+        rest += &format!("[bodies.v{pivot}]\nmass = {mass}\ninertia = 0.1\ncom = [0.4, 0.1]\n");
+        rest += &format!("points = {{ a = [0, 0], b = [{length}, 0] }}\n");
+        rest += &format!("[joints.f{pivot}]\ntype = \"revolute\"\nbetween = [\"ground.p{pivot}\", \"v{pivot}.a\"]\n");
+        tops.push([at, length]);
+        at += 1.0 + 0.1 * (3.0 * pivot as f64).cos();
+    }
+    let mut guesses = String::from("[initial]\n\"v0.angle\" = \"80 deg\"\n\"v0.omega\" = -1\n");
+    for (tie, tops) in (1..).zip(tops.windows(2)) {
+        let (x, y) = (tops[1][0] - tops[0][0], tops[1][1] - tops[0][1]);
+        rest += &format!("[bodies.h{tie}]\nmass = 1\ninertia = 0.05\ncom = [0.5, 0]\n");
+        rest += &format!("points = {{ a = [0, 0], b = [{}, 0] }}\n", x.hypot(y));
+        for (joint, upright, end) in [("l", tie - 1, "a"), ("r", tie, "b")] {
+            rest += &format!(
+                "[joints.{joint}{tie}]\ntype = \"revolute\"\nbetween = [\"v{upright}.b\", \"h{tie}.{end}\"]\n"
+            );
+        }
+        guesses +=
+            &format!("\"v{tie}.angle\" = {{ guess = \"80 deg\" }}\n\"h{tie}.angle\" = {{ guess = {} }}\n", y.atan2(x));
+    }
+    text + &rest + &guesses + "[experiment]\nstop = 1\n"
+}
+
 /// What the arm form does not have.
 const WITHOUT_SERIES: [&str; 2] = ["a coupling follows a turning line", "a distance is held"];
 
@@ -126,4 +155,24 @@ fn series_of_random_mechanisms_solve_the_equations() {
         }
     }
     assert!(checked >= 300, "only {checked}");
+}
+
+#[test]
+fn series_of_many_loops_solve_the_equations() {
+    for loops in [5, 12, 25] {
+        let name = format!("ladder of {loops}");
+        for coordinates in [Coordinates::Recommended, Coordinates::Absolute] {
+            assert!(check(&name, &mut resolve(&ladder(loops), &name), coordinates));
+        }
+    }
+}
+
+#[test]
+fn a_step_costs_so_much_for_each_loop() {
+    let cost = |loops: usize| {
+        let program = formulate(&resolve(&ladder(loops), "ladder")).expect("a ladder").lowered.program;
+        Jet::new(&Model::new(program).expect("a model")).expect("an arm form").cost()
+    };
+    let costs = [100, 200, 400].map(cost);
+    assert!((costs[2] - costs[1]) < 2.1 * (costs[1] - costs[0]), "{costs:?}");
 }

@@ -1,9 +1,11 @@
 //! The kernels of a program.
 
+use cotree_fmu::model::Model;
 use cotree_fmu::program::{
     Block, Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion,
     Parameter, Program, SparseTape, Tapes,
 };
+use cotree_fmu::series::Jet;
 use cotree_fmu::series::form::ArmForm;
 
 use super::arms::arm_form;
@@ -20,7 +22,7 @@ use super::tape::Assembler;
 use crate::element::Held;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::mechanism::Method;
+use crate::mechanism::{BodyId, Method};
 
 /// With more coordinates there are no implicit steps unless the scene asks for them: their matrices are full.
 const MOST_IMPLICIT: usize = 500;
@@ -95,14 +97,13 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         moving.eliminate(equations, &kernels, (length, active), pose)?;
     }
     moving.indicators = indicators(&mut equations.system.arena, &moving.acceleration);
-    let solved = if motion == Motion::Dynamic { moving.acceleration.clone() } else { driving(&kernels) };
     let blocks = if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() };
     let mut table =
         Table::new(equations, motion, &Moving { solved: &moving.acceleration, blocks: &blocks, length, pose });
     let beginning = Beginning {
         constraints: [&kernels.constraint, &kernels.constraint_rate, &kernels.gamma],
         conditions: [&kernels.positions.results, &kernels.velocities.results],
-        solved: (motion == Motion::Dynamic).then_some(&solved),
+        solved: (motion == Motion::Dynamic).then_some(&moving.acceleration),
         coordinates: equations.coordinates.len(),
     };
     table.find_initial_dependencies(equations, &beginning);
@@ -113,15 +114,14 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     }
     let mut no_series = None;
     if motion == Motion::Dynamic {
-        let solved = moving.acceleration.clone();
-        match series(equations, active, &solved) {
+        match series(equations, active) {
             Ok(arms) => moving.arms = Some(arms),
             Err(reason) => no_series = Some(reason),
         }
     }
     let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
     program.blocks = blocks;
-    if program.arms.as_ref().is_some_and(|arms| is_too_large(arms, program.tapes.acceleration.instructions.len())) {
+    if is_too_large(&program) {
         program.engine = Engine::Dop853;
         no_series = Some(TOO_MANY.into());
     }
@@ -131,40 +131,35 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
 /// Why the motion is not integrated by series, though it could be.
 const TOO_MANY: &str = "its equations are many and know little of each other";
 
-/// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because each
-/// expression of the accelerations becomes one instruction at most, and each coordinate and loop equation a row of its matrix at least.
-fn series(equations: &mut Equations, active: &[bool], solved: &[Expr]) -> Result<(ArmForm, Vec<Expr>), String> {
-    let rows = active.iter().filter(|active| **active).count();
-    let expressions = equations.system.arena.reachable(solved.iter().copied()).len();
+/// Up to as many masses between arms series are tried at all.
+const COUPLINGS: usize = 1_000_000;
+
+/// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because
+/// many bodies move with many angles each.
+fn series(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Expr>), String> {
+    let bodies = equations.system.mechanism.bodies.len();
+    let couplings: usize = (0..bodies).map(|body| equations.depth(BodyId(body)).pow(2)).sum();
     match equations.system.mechanism.solver.method {
-        Method::Auto if costs_too_much(equations.coordinates.len() + rows, rows, expressions) => Err(TOO_MANY.into()),
+        Method::Auto if couplings > COUPLINGS => Err(TOO_MANY.into()),
         Method::Auto => arm_form(equations, active),
         Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
         Method::Implicit => Err("the scene asks for `method = \"implicit\"`".into()),
     }
 }
 
-/// Would a step by Taylor series cost too much? It inverts a dense matrix and multiplies with it at every order; one by Runge-Kutta runs a
-/// tape that knows which entries vanish, for every stage, but does not cross singular poses of loops safely.
-fn is_too_large(arms: &ArmForm, instructions: usize) -> bool {
-    let size = arms.coordinates.len() + arms.auxiliary.len() + arms.rows.len();
-    costs_too_much(size, arms.rows.len(), instructions)
-}
-
-fn costs_too_much(size: usize, rows: usize, instructions: usize) -> bool {
-    const ORDERS: usize = 18;
+/// Would a step by Taylor series cost too much? It needs a matrix of positions and forces; one by Runge-Kutta runs a tape for every stage, but
+/// does not know singular poses of loops as well.
+fn is_too_large(program: &Program) -> bool {
+    const SMALL: usize = 32;
     const STAGES: usize = 12;
-    const LARGEST_WITH_LOOPS: usize = 1000;
-    if rows > 0 {
-        return size > LARGEST_WITH_LOOPS;
-    }
-    // A multiplication in a row costs a third of an instruction; a step by series is about twice as long.
-    size * size * (size + ORDERS) > 2 * 3 * STAGES * instructions.max(1000)
-}
-
-/// What the motion of a kinematic model depends on.
-fn driving(kernels: &PositionKernels) -> Vec<Expr> {
-    kernels.constraint.iter().chain(&kernels.gamma).copied().collect()
+    /// As much as a matrix of 1000 rows that is inverted as a whole.
+    const MOST_WITH_LOOPS: f64 = 5e7;
+    let Some(arms) = program.arms.as_ref().filter(|arms| arms.coordinates.len() > SMALL) else { return false };
+    let instructions = program.tapes.acceleration.instructions.len();
+    // A step by series is about twice as long.
+    let most = if arms.rows.is_empty() { (2 * STAGES * instructions) as f64 } else { MOST_WITH_LOOPS };
+    let jet = Model::new(program.clone()).ok().and_then(|model| Jet::new(&model));
+    jet.is_none_or(|jet| jet.cost() > most)
 }
 
 impl PositionKernels {

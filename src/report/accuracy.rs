@@ -6,6 +6,7 @@ use std::sync::Arc;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
+use cotree_fmu::series::Jet;
 use cotree_fmu::solver::Statistics;
 
 use super::curve::Curve;
@@ -64,7 +65,8 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
 /// When a run at the reference tolerance has used up its budget. Stops where it stands after parts of the experiment that
 /// double in length, so it never takes much more than that.
 fn affordable(model: &Arc<Model>, experiment: Experiment) -> Result<f64, InstanceError> {
-    let cost = model.program().tapes.acceleration.instructions.len().max(1) as u64;
+    let tape = model.program().tapes.acceleration.instructions.len().max(1) as u64;
+    let cost = Jet::new(model).map_or(tape, |jet| jet.cost() as u64);
     let mut instance = start(model, experiment, REFERENCE)?;
     for halvings in (1..=HALVINGS).rev() {
         let time = experiment.start + (experiment.stop - experiment.start) * 0.5f64.powi(halvings);

@@ -40,14 +40,24 @@ impl Inverse {
         self.rows.fill(ZERO);
     }
 
+    /// Number of rows.
+    pub fn size(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Where an entry and its mirror image are kept.
+    pub fn places(&self, row: usize, column: usize) -> [usize; 2] {
+        let width = self.width * WIDTH;
+        [row * width + self.places[column], column * width + self.places[row]]
+    }
+
     /// Adds to an entry and its mirror image.
     #[inline(always)]
-    pub fn add(&mut self, row: usize, column: usize, value: f64) {
-        let (width, [at_row, at_column]) = (self.width * WIDTH, [row, column].map(|index| self.places[index]));
+    pub fn add(&mut self, [place, mirror]: [usize; 2], value: f64) {
         let flat = self.rows.as_flattened_mut();
-        flat[row * width + at_column] += value;
-        if row != column {
-            flat[column * width + at_row] += value;
+        flat[place] += value;
+        if place != mirror {
+            flat[mirror] += value;
         }
     }
 
@@ -187,7 +197,7 @@ mod tests {
         let mut matrix = Inverse::new(places.to_vec(), 8);
         let mut dense = [[0.0; 4]; 4];
         for (row, column, value) in entries {
-            matrix.add(row, column, value);
+            matrix.add(matrix.places(row, column), value);
             dense[row][column] = value;
             dense[column][row] = value;
         }
@@ -204,7 +214,7 @@ mod tests {
     fn a_singular_matrix_has_none() {
         let mut matrix = Inverse::new(vec![0, 1], 4);
         for (row, column) in [(0, 0), (0, 1), (1, 1)] {
-            matrix.add(row, column, 1.0);
+            matrix.add(matrix.places(row, column), 1.0);
         }
         assert!(!matrix.invert());
     }

@@ -4,14 +4,17 @@
 //! * `jet`: the series of one motion, by one factorisation and one pass for each order.
 //! * `switch`: laws in pieces.
 //! * `tape`: scalar series for signals of time and the laws of loads.
-//! * `columns`, `inverse`, `lane`, `turn`: sparse constants, the factorisation, four numbers and four angles at a time.
+//! * `columns`, `matrix`, `inverse`, `factors`: sparse constants, and the matrix of a pose, as a whole or by its entries.
+//! * `lane`, `turn`: four numbers and four angles at a time.
 
 mod check;
 mod columns;
+mod factors;
 pub mod form;
 mod inverse;
 mod jet;
 mod lane;
+mod matrix;
 mod switch;
 mod tape;
 mod turn;

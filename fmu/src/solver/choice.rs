@@ -33,10 +33,6 @@ const IMPLICIT_EVALUATIONS: f64 = 12.0;
 const JACOBIANS: f64 = 0.5;
 /// Evaluations of an explicit step.
 const EXPLICIT_EVALUATIONS: f64 = 13.0;
-/// Orders of a series; multiplications in a row cost a third of an instruction.
-const ORDERS: f64 = 18.0;
-/// What the beginning and the end of a series cost.
-const BEGINNING: f64 = 500.0;
 
 /// What a run remembers of the choice.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -177,7 +173,7 @@ impl Engines<'_> {
         self.implicit.single(context, run, horizon)?;
         run.series = None;
         let possible = run.choice.held_back.max(STABLE / self.implicit.rate(context.model));
-        if run.choice.returns(run.step < possible * cost_ratio(context)) {
+        if run.choice.returns(run.step < possible * self.cost_ratio(context)) {
             // Series find their own step.
             run.step = if context.settings.engine == Engine::Taylor { 0.0 } else { possible };
             self.explicit.forget();
@@ -207,23 +203,19 @@ impl Engines<'_> {
         }
         Ok(())
     }
-}
 
-/// What an implicit step costs, in steps of the engine that the settings name.
-fn cost_ratio(context: &Context) -> f64 {
-    let model: &Model = context.model;
-    let n = model.coordinates() as f64;
-    let tape = model.program().tapes.acceleration.instructions.len() as f64;
-    // A real and a complex factorisation.
-    let algebra = 5.0 * n * n * n / 3.0 + 4.0 * 5.0 * n * n;
-    let implicit = (IMPLICIT_EVALUATIONS + JACOBIANS * 2.0 * n * TANGENT) * tape + algebra / 3.0;
-    let other = match (context.settings.engine, &model.program().arms) {
-        (Engine::Taylor, Some(arms)) => {
-            let size = (arms.coordinates.len() + arms.auxiliary.len() + arms.rows.len()) as f64;
-            let steps = (arms.tape.signals.len() + arms.tape.positions.len() + arms.tape.rates.len()) as f64;
-            BEGINNING + (size * size * (size + ORDERS) + (size + steps) * ORDERS * ORDERS) / 3.0
-        }
-        _ => EXPLICIT_EVALUATIONS * tape,
-    };
-    implicit / other.max(1.0)
+    /// What an implicit step costs, in steps of the engine that the settings name.
+    fn cost_ratio(&self, context: &Context) -> f64 {
+        let model: &Model = context.model;
+        let n = model.coordinates() as f64;
+        let tape = model.program().tapes.acceleration.instructions.len() as f64;
+        // A real and a complex factorisation.
+        let algebra = 5.0 * n * n * n / 3.0 + 4.0 * 5.0 * n * n;
+        let implicit = (IMPLICIT_EVALUATIONS + JACOBIANS * 2.0 * n * TANGENT) * tape + algebra / 3.0;
+        let other = match (context.settings.engine, &self.taylor) {
+            (Engine::Taylor, Some(taylor)) => taylor.cost(),
+            _ => EXPLICIT_EVALUATIONS * tape,
+        };
+        implicit / other.max(1.0)
+    }
 }

@@ -25,6 +25,7 @@ mod radau;
 pub mod redundancy;
 mod singular;
 mod sparse;
+mod spectrum;
 pub mod stepping;
 pub mod tangent;
 mod taylor;

@@ -13,7 +13,10 @@ use std::fmt;
 
 use nalgebra::DMatrix;
 
-use super::poses::jacobian;
+use super::poses::{jacobian, sparse_jacobian};
+use super::sparse::Row;
+use super::spectrum::{ends, ends_of_many};
+use crate::math;
 use crate::model::{Model, State};
 
 /// A step may bring a row this much closer to the others.
@@ -33,6 +36,8 @@ const LANDING: f64 = 1.28;
 const PASSES: f64 = 0.85;
 /// A joint or a loop equation takes part in a dependence with at least this share of the largest one.
 const SHARE: f64 = 0.1;
+/// With more loop equations than this the weakest combination is found by iteration.
+const MANY: usize = 100;
 /// A start is in the zone of a singular pose if a step along it brings a row so many times further from the others.
 const ESCAPE: f64 = 20.0;
 
@@ -146,11 +151,18 @@ pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
     if model.active().is_empty() {
         return (1.0, Vec::new());
     }
-    let mut matrix = jacobian(model, state).select_rows(model.active());
-    for (mut row, &index) in matrix.row_iter_mut().zip(model.active()) {
-        row /= program.constraints[index].scale;
-    }
-    let Some(weakest) = weakest(model, &matrix) else { return (1.0, Vec::new()) };
+    let found = if model.active().len() > MANY {
+        let mut rows = sparse_jacobian(model, state);
+        let active: Vec<Row> = model.active().iter().map(|&row| std::mem::take(&mut rows[row])).collect();
+        ends_of_many(&active).map(|found| named(model, found))
+    } else {
+        let mut matrix = jacobian(model, state).select_rows(model.active());
+        for (mut row, &index) in matrix.row_iter_mut().zip(model.active()) {
+            row /= program.constraints[index].scale;
+        }
+        weakest(model, &matrix)
+    };
+    let Some(weakest) = found else { return (1.0, Vec::new()) };
     ((weakest.least.max(0.0) / weakest.largest).sqrt(), weakest.joints)
 }
 
@@ -166,15 +178,16 @@ pub(crate) struct Weakest {
 
 /// The same for the rows J of the active loop equations, in whatever units; none without equations.
 pub(crate) fn weakest(model: &Model, rows: &DMatrix<f64>) -> Option<Weakest> {
-    let eigen = (rows * rows.transpose()).symmetric_eigen();
-    let (index, least) = eigen.eigenvalues.iter().enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
-    let combination = eigen.eigenvectors.column(index);
-    let share = SHARE * combination.amax();
+    ends(rows).map(|found| named(model, found))
+}
+
+fn named(model: &Model, (least, largest, combination): (f64, f64, Vec<f64>)) -> Weakest {
+    let share = SHARE * combination.iter().fold(0.0, |largest, part| math::maximum(largest, part.abs()));
     let taking_part = model.active().iter().zip(combination.iter()).filter(|(_, part)| part.abs() > share);
     let constraints = &model.program().constraints;
     let mut joints: Vec<String> = taking_part.map(|(&row, _)| constraints[row].owner.clone()).collect();
     joints.dedup();
-    Some(Weakest { least: *least, largest: eigen.eigenvalues.max(), joints })
+    Weakest { least, largest, joints }
 }
 
 #[cfg(test)]

@@ -103,6 +103,11 @@ impl Taylor {
         })
     }
 
+    /// About what a step costs, in instructions of a tape.
+    pub fn cost(&self) -> f64 {
+        self.jet.cost()
+    }
+
     /// Numbers in the dense output of a step.
     pub fn dense_length(model: &Model) -> usize {
         model.program().arms.as_ref().map_or(0, Jet::room)

@@ -5,6 +5,7 @@ use super::{Jet, ORDERS, vectors};
 use crate::series::columns::Columns;
 use crate::series::inverse::Inverse;
 use crate::series::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract};
+use crate::series::matrix::Matrix;
 
 /// Series of F lanes.
 type Series<const F: usize> = [[Lane; ORDERS]; F];
@@ -58,11 +59,12 @@ impl Jet {
             omega: series(&mut self.omega)?,
             force: [series(force_x)?, series(force_y)?],
         };
+        let Matrix::Whole(inverse) = &self.matrix else { return None };
         let fixed = Fixed {
             coupling: &self.coupling,
             rows: &self.rows,
             reactions: &self.reactions,
-            inverse: &self.inverse,
+            inverse,
             equations: [self.unknowns.len(), self.form.rows.len()],
         };
         let (mut second, moment) = frames.convolve(k);

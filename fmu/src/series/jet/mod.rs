@@ -34,18 +34,24 @@ mod orders;
 mod pieces;
 mod start;
 mod step;
+mod terms;
 
+use crate::machine::Machine;
 use crate::model::Model;
 use crate::series::MAX_ORDER;
 use crate::series::columns::Columns;
 use crate::series::form::{ArmForm, Factor, Place, Row, Slot};
-use crate::series::inverse::Inverse;
 use crate::series::lane::{Lane, WIDTH, ZERO, lanes, splat};
+use crate::series::matrix::{FOUR_AT_ONCE, Matrix};
 use crate::series::tape::{Scalars, Vectors};
 use step::Read;
+use terms::{Plan, Terms};
 
 /// Storage for the series of positions, orders 0 to [`MAX_ORDER`].
 const ORDERS: usize = MAX_ORDER + 1;
+
+/// What the beginning and the end of a step cost, in instructions of a tape.
+const BEGINNING: f64 = 500.0;
 
 /// Place of one order of a lane: the orders of a lane lie side by side.
 #[inline(always)]
@@ -97,28 +103,6 @@ impl Shape {
     }
 }
 
-/// How an arm changes with an unknown: unknown (by equation), place of the derivative.
-type Touch = (usize, usize);
-
-/// One term of M: derivative . A derivative.
-#[derive(Clone, Copy, Debug)]
-struct MassTerm {
-    row: usize,
-    column: usize,
-    left: usize,
-    right: usize,
-    mass: [u32; 2],
-}
-
-/// One term of J: p . derivative.
-#[derive(Clone, Copy, Debug)]
-struct LoopTerm {
-    row: usize,
-    column: usize,
-    derivative: usize,
-    p: [u32; 2],
-}
-
 /// value x (x, y) on places.
 #[derive(Clone, Copy, Debug)]
 struct Scatter {
@@ -147,10 +131,7 @@ pub struct Jet {
     special: Vec<usize>,
     /// Where coordinates lie among the unknowns.
     reads: Vec<Read>,
-    mass_terms: Vec<MassTerm>,
-    inertia_terms: Vec<(usize, u32)>,
-    loop_terms: Vec<LoopTerm>,
-    linear_terms: Vec<(usize, usize, u32)>,
+    terms: Terms,
     pushes: Vec<Scatter>,
     loads: Vec<Scatter>,
     /// So many of them, the first ones, are constant.
@@ -164,7 +145,9 @@ pub struct Jet {
     inertia: Vec<Lane>,
     /// One where there is a frame.
     present: Vec<Lane>,
-    inverse: Inverse,
+    matrix: Matrix,
+    /// Is it laid out for masses that are alike?
+    alike: Option<bool>,
     /// The joint of each loop equation.
     groups: Vec<usize>,
     /// World components of arms, by orders.
@@ -215,8 +198,6 @@ impl Jet {
             .filter(|&index| turned_by[index] != Some(index) || form.frames[index].signal.is_some())
             .collect();
         let unknowns = unknowns(&form, &shape);
-        let equations: Vec<usize> =
-            (unknowns.iter().copied()).chain((0..form.rows.len()).map(|row| all * WIDTH + row)).collect();
         let room = (all + lanes(form.rows.len())) * WIDTH;
         let count = form.coefficients.results.len();
         let place = |arm: u32| shape.place(arm);
@@ -251,12 +232,10 @@ impl Jet {
             coefficients: vec![f64::NAN; count],
             inertia: vec![ZERO; shape.lanes[0]],
             present: present(&shape),
-            inverse: Inverse::new(equations.clone(), room),
+            matrix: Matrix::none(),
+            alike: None,
             groups: groups(model, &form),
-            mass_terms: Vec::new(),
-            inertia_terms: Vec::new(),
-            loop_terms: Vec::new(),
-            linear_terms: Vec::new(),
+            terms: Terms::new(&Plan::new(&form, &shape, &turned_by, &unknowns), unknowns.len()),
             constant_pushes: constants(&pushes),
             constant_loads: constants(&loads),
             pushes,
@@ -272,7 +251,7 @@ impl Jet {
             values: orders(all),
             second: [vec![ZERO; all], vec![ZERO; all]],
             inner: [vec![ZERO; shape.lanes[1]], vec![ZERO; shape.lanes[1]]],
-            lack: vec![0.0; equations.len()],
+            lack: vec![0.0; unknowns.len() + form.rows.len()],
             lack_lanes: vec![ZERO; all],
             gaps: vec![ZERO; lanes(form.rows.len())],
             solution: vec![ZERO; room / WIDTH],
@@ -287,62 +266,13 @@ impl Jet {
             shape,
             form,
         };
-        jet.prepare_terms();
+        let mut machine = Machine::new(model);
+        machine.load(model, &model.default_state(0.0));
+        jet.update(machine.registers());
         if jet.has_only_frames() {
             jet.frames = [all, room / WIDTH];
         }
         Some(jet)
-    }
-
-    /// Unknowns that move an arm, with the places of the derivatives.
-    fn touches(&self, arm: u32) -> Vec<Touch> {
-        let place = self.shape.place(arm);
-        let equation = |place: usize| self.unknowns.iter().position(|unknown| *unknown == place);
-        let [frames, products, _] = self.shape.counts;
-        let index = arm as usize;
-        let (frame, factor) = if index < frames {
-            (Some(index), None)
-        } else if index < frames + products {
-            let product = self.form.products[index - frames];
-            (Some(product.frame as usize), Some(product.factor))
-        } else {
-            (None, Some(self.form.world[index - frames - products]))
-        };
-        let turn = frame.and_then(|frame| self.turned_by[frame]).and_then(equation).map(|row| (row, place));
-        let slide = (factor == Some(Factor::Unknown)).then(|| equation(place)).flatten();
-        let slide = slide.map(|row| (row, self.shape.all() * WIDTH + place));
-        turn.into_iter().chain(slide).collect()
-    }
-
-    fn prepare_terms(&mut self) {
-        let equation = |place: usize| self.unknowns.iter().position(|unknown| *unknown == place).unwrap_or_default();
-        let (mut masses, mut loops, mut inertia, mut linear) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        for entry in &self.form.coupling {
-            for (row, left) in self.touches(entry.on) {
-                for (column, right) in self.touches(entry.from) {
-                    if row <= column {
-                        masses.push(MassTerm { row, column, left, right, mass: entry.mass });
-                    }
-                }
-            }
-        }
-        for (frame, turned_by) in self.form.frames.iter().zip(&self.turned_by) {
-            if let Some(place) = turned_by {
-                inertia.push((equation(*place), frame.inertia));
-            }
-        }
-        let first = self.unknowns.len();
-        for (index, row) in self.form.rows.iter().enumerate() {
-            for &(arm, p) in &row.arms {
-                for (column, derivative) in self.touches(arm) {
-                    loops.push(LoopTerm { row: first + index, column, derivative, p });
-                }
-            }
-            for &(unknown, factor) in &row.unknowns {
-                linear.push((first + index, equation(self.shape.place(unknown)), factor));
-            }
-        }
-        (self.mass_terms, self.loop_terms, self.inertia_terms, self.linear_terms) = (masses, loops, inertia, linear);
     }
 
     /// The name of one of them.
@@ -354,6 +284,17 @@ impl Jet {
     /// Joints and drivers that loops are closed at.
     pub fn groups(&self) -> usize {
         self.groups.last().map_or(0, |last| last + 1)
+    }
+
+    /// About what a step costs, in instructions of a tape.
+    pub fn cost(&self) -> f64 {
+        let form = &self.form;
+        let scalars = form.tape.signals.len() + form.tape.positions.len() + form.tape.rates.len();
+        let constants = form.coupling.len() + form.rows.iter().map(|row| row.arms.len()).sum::<usize>();
+        // Twice at each order, by complex numbers; four sums of products over all orders below.
+        let vectors = 8 * lanes(constants) + 2 * ORDERS * self.shape.all();
+        let orders = ORDERS as f64 * (FOUR_AT_ONCE * vectors as f64 + (scalars * ORDERS) as f64 / 2.0);
+        BEGINNING + self.matrix.cost() + orders
     }
 
     /// Takes the coefficients over from the registers, after the parameter stage ran.
@@ -374,6 +315,21 @@ impl Jet {
         for (place, frame) in self.inertia.as_flattened_mut().iter_mut().zip(&self.form.frames) {
             *place = c[frame.inertia as usize];
         }
+        let alike = self.terms.are_alike(c, self.unknowns.len(), self.shape.lanes[0]);
+        if self.alike != Some(alike) {
+            self.alike = Some(alike);
+            self.lay_out(alike);
+        }
+    }
+
+    /// Storage for the matrix. It allocates: once for a model, and when a changed parameter makes masses alike that were not, or the other way
+    /// round.
+    fn lay_out(&mut self, alike: bool) {
+        let first = self.shape.all() * WIDTH;
+        let targets: Vec<usize> = (self.unknowns.iter().copied()).chain((first..).take(self.form.rows.len())).collect();
+        self.matrix =
+            Matrix::new(&targets, self.solution.len() * WIDTH, self.unknowns.len(), self.terms.entries(), alike);
+        self.terms.aim(&self.matrix);
     }
 }
 

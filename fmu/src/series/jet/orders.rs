@@ -252,7 +252,7 @@ impl Jet {
     /// Accelerations and reactions from what the equations lack.
     #[inline(always)]
     pub(super) fn solve(&mut self) {
-        self.inverse.times(&self.lack, &mut self.solution);
+        self.matrix.solve(&self.lack, &mut self.solution);
     }
 
     /// Everything at the new order.

@@ -5,6 +5,7 @@ use crate::math;
 use crate::model::Model;
 use crate::series::form::{Auxiliary, Factor, Place, Slot};
 use crate::series::lane::{Lane, WIDTH, add, multiply, splat};
+use crate::series::matrix::Matrix;
 use crate::series::turn::cosine_and_sine;
 
 /// Loops that are open less than this, relative to their scales, are left alone.
@@ -181,7 +182,7 @@ impl Jet {
         }
         let gaps = self.gaps.as_flattened_mut();
         let values = self.values[order * all..].as_flattened();
-        for &(row, column, factor) in &self.linear_terms {
+        for (row, column, factor) in self.terms.linear() {
             gaps[row - equations] += self.coefficients[factor as usize] * values[self.unknowns[column]];
         }
         for (gap, row) in gaps.iter_mut().zip(&self.form.rows) {
@@ -257,7 +258,7 @@ impl Jet {
         values.fill(0.0);
         for (index, (row, group)) in self.form.rows.iter().zip(&self.groups).enumerate() {
             let scale = constraints[row.constraint as usize].scale;
-            values[*group] += scale * scale * self.inverse.diagonal(first + index).abs();
+            values[*group] += scale * scale * self.matrix.inverse_diagonal(first + index).abs();
         }
     }
 
@@ -265,26 +266,19 @@ impl Jet {
     #[inline(always)]
     fn factor(&mut self) -> Result<(), Singular> {
         self.differentiate();
-        self.inverse.clear();
-        let c = &self.coefficients;
-        let [dx, dy] = [&self.derivatives[0], &self.derivatives[1]].map(|lanes| lanes.as_flattened());
-        for &(row, inertia) in &self.inertia_terms {
-            self.inverse.add(row, row, c[inertia as usize]);
-        }
-        for term in &self.mass_terms {
-            let (ax, ay, bx, by) = (dx[term.left], dy[term.left], dx[term.right], dy[term.right]);
-            let [re, im] = term.mass.map(|part| c[part as usize]);
-            self.inverse.add(term.row, term.column, re * (ax * bx + ay * by) - im * (ax * by - ay * bx));
-        }
-        for term in &self.loop_terms {
-            let [px, py] = term.p.map(|part| c[part as usize]);
-            let value = px * dx[term.derivative] + py * dy[term.derivative];
-            self.inverse.add(term.row, term.column, value);
-        }
-        for &(row, column, factor) in &self.linear_terms {
-            self.inverse.add(row, column, c[factor as usize]);
-        }
-        if self.inverse.invert() { Ok(()) } else { Err(Singular) }
+        let regular = match &mut self.matrix {
+            Matrix::Whole(inverse) => {
+                inverse.clear();
+                self.terms.assemble(inverse, &self.coefficients, &self.derivatives);
+                inverse.invert()
+            }
+            Matrix::Factored(factors) => {
+                factors.clear();
+                self.terms.assemble(&mut **factors, &self.coefficients, &self.derivatives);
+                factors.factor()
+            }
+        };
+        if regular { Ok(()) } else { Err(Singular) }
     }
 
     /// Derivatives of the arms by angles (k x b), then by displacements (e).
