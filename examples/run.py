@@ -6,8 +6,10 @@ usage: run.py MODEL.fmu [NAME=VALUE...]        sets parameters and inputs, in SI
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+from zipfile import BadZipFile
 
 from fmpy import read_model_description, simulate_fmu
+from fmpy.fmi1 import FMICallException
 
 ROWS = 10
 
@@ -21,6 +23,14 @@ def simulate(fmu, settings):
     stop = float(description.defaultExperiment.stopTime)
     start = float(description.defaultExperiment.startTime)
     return simulate_fmu(fmu, start_values=settings, output_interval=(stop - start) / (100 * ROWS))
+
+
+def parse(setting):
+    name, _, value = setting.partition("=")
+    try:
+        return name, float(value)
+    except ValueError:
+        sys.exit(f"error: {setting} is not of the form NAME=NUMBER")
 
 
 def print_table(result):
@@ -49,8 +59,7 @@ def plot(result, path):
 
 
 def main(fmu, *settings):
-    pairs = (setting.partition("=") for setting in settings)
-    result = simulate(fmu, {name: float(value) for name, _, value in pairs})
+    result = simulate(fmu, dict(map(parse, settings)))
     print_table(result)
     if find_spec("matplotlib"):
         plot(result, Path(fmu).with_suffix(".png"))
@@ -59,4 +68,9 @@ def main(fmu, *settings):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    try:
+        main(*sys.argv[1:])
+    except (FMICallException, BadZipFile, OSError) as failure:
+        sys.exit(f"error: {failure}")

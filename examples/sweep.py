@@ -4,28 +4,34 @@ usage: sweep.py SLIDER_CRANK.fmu [POINTS] [WORKERS]        POINTS lengths of eit
 """
 
 import sys
+from zipfile import BadZipFile
 
 import numpy as np
 from dask.distributed import Client, LocalCluster, as_completed
-from fmpy import simulate_fmu
+from fmpy import read_model_description, simulate_fmu
+from fmpy.fmi1 import FMICallException
 
 STOP = 2.0
 
 
 def stroke(fmu, crank, rod):
-    """How far the slider travels."""
-    result = simulate_fmu(
-        fmu,
-        fmi_type="CoSimulation",
-        start_values={"crank_length": crank, "rod_length": rod},
-        stop_time=STOP,
-        output_interval=0.01,
-        output=["cylinder.s"],
-    )
+    """How far the slider travels; not a number if crank and rod do not fit."""
+    try:
+        result = simulate_fmu(
+            fmu,
+            fmi_type="CoSimulation",
+            start_values={"crank_length": crank, "rod_length": rod},
+            stop_time=STOP,
+            output_interval=0.01,
+            output=["cylinder.s"],
+        )
+    except FMICallException:  # the FMU has said why
+        return np.nan
     return float(np.ptp(result["cylinder.s"]))
 
 
 def main(fmu, points=6, workers=None):
+    read_model_description(fmu)  # a file that is no FMU is told once, not by every worker
     cranks = np.linspace(0.3, 0.6, points)
     rods = np.linspace(1.2, 2.0, points)
     with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
@@ -42,4 +48,9 @@ def main(fmu, points=6, workers=None):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], *map(int, sys.argv[2:]))
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    try:
+        main(sys.argv[1], *map(int, sys.argv[2:]))
+    except (BadZipFile, OSError, ValueError) as failure:
+        sys.exit(f"error: {failure}")

@@ -205,19 +205,41 @@ fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Vec<Fault> {
     }
     let mechanism = equations.system.mechanism;
     for output in &mechanism.outputs {
-        let value = equations.formula(&output.value);
-        let mut roots = vec![value];
-        if equations.system.arena.symbols([value]).iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
-            roots.extend(equations.dynamics().load.clone());
-            roots.extend(equations.dynamics().mass.iter().flatten().map(|(_, entry)| *entry));
-        }
-        for missing in missing(equations, &roots) {
+        for missing in missing_for(equations, output) {
             if said.insert(missing) {
                 faults.push(missing_mass(equations, missing, Some(output)));
             }
         }
     }
     faults
+}
+
+/// What an output needs and is not there.
+fn missing_for(equations: &mut Equations, output: &Output) -> Vec<Symbol> {
+    let value = equations.formula(&output.value);
+    let mut roots = vec![value];
+    if equations.system.arena.symbols([value]).iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
+        roots.extend(equations.dynamics().load.clone());
+        roots.extend(equations.dynamics().mass.iter().flatten().map(|(_, entry)| *entry));
+    }
+    missing(equations, &roots)
+}
+
+/// The outputs that cannot be computed, and which body lacks a mass or an inertia for it.
+///
+/// # Errors
+/// There are no equations for this mechanism.
+pub fn lacking(mechanism: &Mechanism) -> Result<Vec<(&Output, usize, Property)>, Vec<Fault>> {
+    let mut equations = match &mechanism.coordinates {
+        Coordinates::Cheapest => equations(mechanism, &Coordinates::Recommended)?,
+        choice => equations(mechanism, choice)?,
+    };
+    let outputs = mechanism.outputs.iter();
+    let lacks = outputs.filter_map(|output| match missing_for(&mut equations, output).first() {
+        Some(&Symbol::Missing(body, property)) => Some((output, body, property)),
+        _ => None,
+    });
+    Ok(lacks.collect())
 }
 
 fn missing(equations: &Equations, roots: &[Expr]) -> Vec<Symbol> {

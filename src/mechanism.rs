@@ -740,6 +740,11 @@ impl Quantity {
 }
 
 impl Unit {
+    /// s
+    pub fn time() -> Unit {
+        Unit { exponents: [0, 0, 1, 0], si: "s".to_string(), display: None }
+    }
+
     /// rad
     pub fn angle() -> Unit {
         Unit { exponents: [0, 0, 0, 1], si: "rad".to_string(), display: None }

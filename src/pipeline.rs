@@ -1,5 +1,6 @@
 //! From a scene file to everything that the commands need.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -14,7 +15,8 @@ use crate::export::describe::describe;
 use crate::export::description::Description;
 use crate::export::page::Page;
 use crate::export::runtime::Runtime;
-use crate::formulate::{Formulated, formulate};
+use crate::expr::Property;
+use crate::formulate::{Formulated, formulate, lacking};
 use crate::mechanism::Unit;
 use crate::print::{self, Prose};
 use crate::report::accuracy::{self, Accuracy};
@@ -99,6 +101,36 @@ pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
         source: scene.source.clone(),
         program,
     })
+}
+
+/// As [`compile`], with every variable that can be computed among the outputs. A warning says which cannot, and why.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn compile_everything(scene: &Scene) -> Result<Compiled, Faults> {
+    let mut whole = scene.with_every_output();
+    let mechanism = whole.resolve()?.mechanism;
+    let lacking = lacking(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    let mut left_out: BTreeMap<(usize, Property), Vec<&str>> = BTreeMap::new();
+    for (output, body, property) in lacking {
+        if !scene.outputs.variables.iter().any(|asked| asked.text == output.name) {
+            whole.outputs.variables.retain(|variable| variable.text != output.name);
+            left_out.entry((body, property)).or_default().push(&output.name);
+        }
+    }
+    let mut compiled = compile(&whole)?;
+    let warnings = left_out.iter().map(|(&(body, property), names)| {
+        let key = if property == Property::Mass { "mass" } else { "inertia" };
+        let owner = &mechanism.bodies[body];
+        let message = format!("left out, because body `{}` has no `{key}`: {}", owner.name, names.join(", "));
+        Fault::warning("scene::left_out", message, owner.span)
+            .label(format!("has no `{key}`"))
+            .help(format!("add `{key} = ...` to `[bodies.{}]` if you want them", owner.name))
+    });
+    let warnings: Vec<Fault> =
+        compiled.warnings.take().into_iter().flat_map(|known| known.list).chain(warnings).collect();
+    compiled.warnings = (!warnings.is_empty()).then(|| Faults::new(scene.source.clone(), warnings));
+    Ok(compiled)
 }
 
 /// More equations than this nobody reads on a page.

@@ -183,3 +183,28 @@ fn who_is_stopped_leaves_nothing_behind() {
         assert_eq!(names(folder.path()), ["crank.toml"], "{signal}");
     }
 }
+
+#[test]
+fn a_dash_is_standard_output_and_never_a_file() {
+    let folder = with_scene();
+    let said = |arguments: &[&str]| {
+        let output = cotree(folder.path(), arguments);
+        assert!(output.status.success(), "{arguments:?}");
+        output.stdout
+    };
+    for command in [&["simulate", "crank.toml", "--stop", "0.1"][..], &["equilibrium", "crank.toml"]] {
+        let table = said(command);
+        assert!(!table.is_empty());
+        assert_eq!(said(&[command, &["-o", "-"]].concat()), table, "{command:?}");
+    }
+    let cases: [&[&str]; 3] = [
+        &["export", "crank.toml", "-o", "-"],
+        &["simulate", "crank.toml", "-o", "-", "--plot", "-"],
+        &["bench", "crank.toml", "--plot", "-"],
+    ];
+    for arguments in cases {
+        let message = refused(folder.path(), arguments);
+        assert!(message.contains("cannot write `-`") && message.contains("name a file"), "{message}");
+    }
+    assert_eq!(names(folder.path()), ["crank.toml"]);
+}

@@ -247,6 +247,71 @@ fn all_means_every_variable() {
     );
 }
 
+/// A rod without inertia that does not turn: the plain export needs none, and some of its variables do not exist.
+#[test]
+fn all_leaves_out_what_cannot_be_computed_and_says_so() {
+    let folder = with_scene();
+    let scene = r#"
+        format = 1
+        name = "lift"
+        [bodies.cage]
+        points = { hook = [0, 1] }
+        [bodies.wheel]
+        mass = 1.0
+        inertia = 0.1
+        points = { rim = [0.2, 0] }
+        [joints.rail]
+        type = "prismatic"
+        between = ["ground", "cage"]
+        axis = [0, 1]
+        [drivers.winch]
+        joint = "rail"
+        displacement = "0.1*sin(t)"
+        [joints.axle]
+        type = "revolute"
+        between = ["cage", "wheel"]
+        [drivers.motor]
+        joint = "axle"
+        angle = "t"
+        [outputs]
+        variables = ["cage.y"]
+    "#;
+    std::fs::write(folder.path().join("lift.toml"), scene).unwrap();
+    assert_eq!(code(&cotree(folder.path(), &["export", "lift.toml"])), 0);
+    let all = cotree(folder.path(), &["export", "lift.toml", "--all"]);
+    let said = stderr(&all);
+    assert_eq!(code(&all), 0, "{said}");
+    for part in ["left out, because body `cage` has no `mass`", "winch.force", "energy.kinetic"] {
+        assert!(said.replace(['\n', '\u{2502}'], " ").contains(part), "{part}: {said}");
+    }
+    let info = stdout(&cotree(folder.path(), &["info", "lift.fmu"]));
+    for (name, there) in
+        [("wheel.rim.ax", true), ("cage.hook.vy", true), ("winch.force", false), ("energy.total", false)]
+    {
+        assert_eq!(info.lines().any(|line| line.split_whitespace().nth(1) == Some(name)), there, "{name}: {info}");
+    }
+}
+
+/// The official schema wants at least one variable.
+#[test]
+fn a_scene_without_variables_has_time() {
+    let folder = with_scene();
+    let scene = r#"
+        format = 1
+        name = "empty"
+        [bodies.post]
+        mass = 1.0
+        [joints.foot]
+        type = "weld"
+        between = ["ground", "post"]
+    "#;
+    std::fs::write(folder.path().join("empty.toml"), scene).unwrap();
+    let export = cotree(folder.path(), &["export", "empty.toml"]);
+    assert_eq!(code(&export), 0, "{}", stderr(&export));
+    let info = stdout(&cotree(folder.path(), &["info", "empty.fmu"]));
+    assert!(info.lines().any(|line| line.split_whitespace().nth(1) == Some("time")), "{info}");
+}
+
 #[test]
 fn platforms_come_from_a_folder_of_runtimes() {
     let folder = with_scene();

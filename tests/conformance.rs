@@ -3,7 +3,7 @@
 
 #[path = "conformance/clients.rs"]
 mod clients;
-#[path = "conformance/dynamic.rs"]
+#[path = "conformance/dynamic/mod.rs"]
 mod dynamic;
 #[path = "conformance/fixed.rs"]
 mod fixed;

@@ -64,6 +64,31 @@ fn run_names_what_can_be_set() {
 }
 
 #[test]
+fn what_goes_wrong_is_told_in_a_line() {
+    let Some((work, python)) = &*ENVIRONMENT else { return };
+    let fmu = export("models/slider_crank/scene.toml", &work.join("wrong"));
+    let fmu = fmu.to_str().unwrap();
+    let cases: [(&[&str], &str); 8] = [
+        (&["run.py", fmu, "crank_length=5"], "crank.angle"),
+        (&["run.py", fmu, "crank_length=long"], "NAME=NUMBER"),
+        (&["run.py", "missing.fmu"], "missing.fmu"),
+        (&["run.py", "Cargo.toml"], "not a zip file"),
+        (&["run.py"], "usage: run.py"),
+        (&["sweep.py", "missing.fmu"], "missing.fmu"),
+        (&["coupled/couple.py", "missing"], "missing"),
+        (&["coupled/ssp.py", "missing"], "usage: ssp.py"),
+    ];
+    for (arguments, message) in cases {
+        let mut command = Command::new(python);
+        command.current_dir(root()).arg(root().join("examples").join(arguments[0])).args(&arguments[1..]);
+        let output = command.output().unwrap();
+        let told = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {told}");
+        assert!(told.contains(message) && !told.contains("Traceback"), "{arguments:?}: {told}");
+    }
+}
+
+#[test]
 fn coupled_fmus_converge_to_the_undivided_mechanism() {
     let Some((work, python)) = &*ENVIRONMENT else { return };
     let work = work.join("coupled");

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::io::{Cursor, Read};
 
 use cotree::export::archive::{Package, SceneText, pack, write};
-use cotree::export::description::{Causality, Description, ScalarVariable};
+use cotree::export::description::{Causality, Description, ScalarVariable, Start};
 use cotree::export::page::{Page, preformatted};
 use cotree::export::runtime::{LIBRARY, Platform, Runtime};
 use cotree::export::{ExportError, xml};
@@ -357,13 +357,29 @@ fn nothing_to_draw_is_a_picture_too() {
 
 #[test]
 fn the_page_says_what_a_user_wants_to_know() {
-    let page = Parts::new().page().html(&pendulum());
-    let parameters = ["<code>length</code>", "at least 0.1", "at most 3.0", "any time", "&lt;arm&gt;"];
+    let mut description = pendulum();
+    description.variables[4].start = Some(Start::Exact(std::f64::consts::FRAC_PI_6));
+    description.variables[5].start = Some(Start::Approximate(2.0));
+    let page = Parts::new().page().html(&description);
+    let initial = ["rad (deg)", "(30.0 deg)</td><td>known", "2.0</td><td>a guess"];
+    let parameters = [
+        "<code>length</code>",
+        "m (mm)",
+        "0.5 (500.0 mm)",
+        "at least 0.1 (100.0 mm)",
+        "at most 3.0",
+        "any time",
+        "&lt;arm&gt;",
+    ];
     let script = ["&quot;pendulum.fmu&quot;", "stop_time=10.0", "{&quot;length&quot;: 0.5}", "arm.angle"];
     let measured =
         ["from 0.0 s to 2.5 s", "<td class=\"n\">1e-4</td><td class=\"n\">3.0e-4</td><td class=\"n\">20</td>"];
-    for text in
-        parameters.iter().chain(&script).chain(&measured).chain(&["a &lt; b\n  Q[2]", "documentation/licenses/"])
+    for text in parameters
+        .iter()
+        .chain(&initial)
+        .chain(&script)
+        .chain(&measured)
+        .chain(&["a &lt; b\n  Q[2]", "documentation/licenses/"])
     {
         assert!(page.contains(text), "{text}\n{page}");
     }

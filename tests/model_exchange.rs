@@ -92,3 +92,46 @@ fn a_start_in_a_singular_pose_is_refused() {
     instance.set(angle, 0.3).expect("settable");
     instance.initialise_exchange().expect("regular");
 }
+
+/// A pendulum on a trolley that an input moves: no loop, but the trolley's rates, which an importer cannot tell. As a force it is no obstacle.
+#[test]
+fn a_driver_that_follows_an_input_is_for_co_simulation_only() {
+    let scene = |follows: &str| {
+        let text = format!(
+            r#"
+            format = 1
+            name = "trolley"
+            gravity = [0, -9.81]
+            [inputs]
+            signal = 0.1
+            [bodies.trolley]
+            mass = 1.0
+            [bodies.rod]
+            mass = 1.0
+            inertia = 0.1
+            points = {{ top = [0, 0.5] }}
+            [joints.rail]
+            type = "prismatic"
+            between = ["ground", "trolley"]
+            axis = [1, 0]
+            [joints.hook]
+            type = "revolute"
+            between = ["trolley", "rod.top"]
+            {follows}
+            [outputs]
+            variables = ["rod.alpha"]
+            "#
+        );
+        compile(&Scene::from_toml(&text).expect("a scene")).expect("a model")
+    };
+    let force = scene("[loads.push]\ntype = \"force\"\non = \"trolley\"\nvector = [\"signal\", 0]");
+    assert!(force.description.exchange.is_some());
+    for order in ["position", "velocity", "acceleration"] {
+        let driver =
+            format!("[drivers.winch]\njoint = \"rail\"\ndisplacement = {{ input = \"signal\", as = \"{order}\" }}");
+        let driven = scene(&driver);
+        assert_eq!(driven.description.exchange, None, "{order}");
+        let mut instance = Instance::new(Arc::new(Model::new(driven.program).expect("a sound program")));
+        assert!(matches!(instance.initialise_exchange(), Err(InstanceError::NoExchange)), "{order}");
+    }
+}

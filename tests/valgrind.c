@@ -1,4 +1,4 @@
-/* Instances that live a short life: values, steps, a saved state, derivatives; then the library is unloaded. */
+/* Instances that live a short life: values, steps, a saved state; the library is unloaded and loaded again. */
 #include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -67,10 +67,14 @@ static int run(void *library, const char *resources, const char *guid) {
 }
 
 int main(int count, char **arguments) {
-    if (count != 5) return fail("usage: instances LIBRARY RESOURCES GUID COUNT");
-    void *library = dlopen(arguments[1], RTLD_NOW | RTLD_LOCAL);
-    if (!library) return fail(dlerror());
-    for (int left = atoi(arguments[4]); left > 0; left--)
-        if (run(library, arguments[2], arguments[3])) return EXIT_FAILURE;
+    if (count != 6) return fail("usage: instances LIBRARY RESOURCES GUID LOADS INSTANCES");
+    for (int loads = atoi(arguments[4]); loads > 0; loads--) {
+        void *library = dlopen(arguments[1], RTLD_NOW | RTLD_LOCAL);
+        if (!library) return fail(dlerror());
+        for (int left = atoi(arguments[5]); left > 0; left--)
+            if (run(library, arguments[2], arguments[3])) return EXIT_FAILURE;
+        if (dlclose(library)) return fail(dlerror());
+        if (dlopen(arguments[1], RTLD_NOW | RTLD_NOLOAD)) return fail("the library stays loaded");
+    }
     return EXIT_SUCCESS;
 }

@@ -13,9 +13,11 @@ The crank gives the slider's position and velocity, the load gives the force tha
 import sys
 from contextlib import contextmanager
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 from fmpy import extract, instantiate_fmu, read_model_description, simulate_fmu
+from fmpy.fmi1 import FMICallException
 
 STOP = 2.0
 STEPS = [25, 50, 100, 200, 400]
@@ -132,4 +134,9 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    try:
+        main(*sys.argv[1:])
+    except (FMICallException, BadZipFile, OSError) as failure:
+        sys.exit(f"error: {failure}")

@@ -54,4 +54,9 @@ def main(folder, out):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    try:
+        main(*sys.argv[1:])
+    except OSError as failure:
+        sys.exit(f"error: {failure}")

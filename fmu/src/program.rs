@@ -354,17 +354,18 @@ impl Layout {
 }
 
 impl Program {
-    /// Can somebody else integrate it? Not if a driver follows an input: the loops then need its rates, which nobody tells.
+    /// Can somebody else integrate it? Not if a driver follows an input: loops, accelerations or outputs then need its rates, which nobody
+    /// tells.
     pub fn offers_exchange(&self) -> bool {
         let layout = self.layout();
-        let inputs = (layout.inputs() as u32)..(layout.followers() as u32);
+        let [inputs, rates, end] =
+            [layout.inputs(), layout.input_rates(), layout.followers()].map(|place| place as u32);
         let tapes = &self.tapes;
         let loops = [&tapes.constraint, &tapes.jacobian.tape, &tapes.constraint_rate, &tapes.gamma];
-        let mut reads = loops.into_iter().flat_map(|tape| {
-            let operands = tape.instructions.iter().flat_map(|instruction| instruction.operands());
-            operands.chain(tape.results.iter().copied())
-        });
-        self.followers.is_empty() && !reads.any(|register| inputs.contains(&register))
+        let others = [&tapes.acceleration, &tapes.outputs].into_iter().chain(&tapes.inverse);
+        self.followers.is_empty()
+            && !loops.into_iter().any(|tape| reads(tape, inputs..end))
+            && !others.into_iter().any(|tape| reads(tape, rates..end))
     }
 
     /// The layout of this program's register file.
@@ -377,4 +378,10 @@ impl Program {
             self.constraints.len(),
         )
     }
+}
+
+/// Does a tape read one of these registers?
+fn reads(tape: &Tape, registers: std::ops::Range<u32>) -> bool {
+    let operands = tape.instructions.iter().flat_map(|instruction| instruction.operands());
+    operands.chain(tape.results.iter().copied()).any(|register| registers.contains(&register))
 }

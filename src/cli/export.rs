@@ -8,6 +8,7 @@ use super::failure::Failure;
 use super::{MessageFormat, output};
 use crate::export::ExportError;
 use crate::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
+use crate::pipeline;
 
 /// Make an FMU: one file for any tool that reads FMI 2.0
 ///
@@ -38,8 +39,8 @@ impl Export {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let runtimes = self.runtimes().map_err(ExportError::from)?;
         let scene = output::load(&self.scene)?;
-        let scene = if self.all { scene.with_every_output() } else { scene };
-        let compiled = output::compile_scene(&scene, format)?;
+        let compiled = if self.all { pipeline::compile_everything(&scene) } else { pipeline::compile(&scene) }?;
+        output::warn_of(&compiled, format);
         let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
         output::apart(&[Some(&self.scene)], &[Some(&path)])?;
         compiled.write_fmu(&runtimes, &path)?;

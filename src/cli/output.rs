@@ -51,6 +51,15 @@ impl Write for Output {
     }
 }
 
+/// The file for a table or a report: none if it is `-`, which stands for standard output.
+pub fn file(path: Option<&Path>) -> Option<&Path> {
+    path.filter(|path| !is_standard(path))
+}
+
+fn is_standard(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
 /// Makes sure that nothing that is read is written over, and nothing is written twice.
 pub fn apart(read: &[Option<&Path>], written: &[Option<&Path>]) -> Result<(), Failure> {
     // A file that is not there yet is known by its folder.
@@ -59,6 +68,10 @@ pub fn apart(read: &[Option<&Path>], written: &[Option<&Path>]) -> Result<(), Fa
         let place = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
         path.canonicalize().ok().or_else(place).unwrap_or_else(|| path.to_path_buf())
     };
+    if written.iter().flatten().any(|path| is_standard(path)) {
+        let message = "only tables and reports (`-o`) go to standard output; name a file (`./-` for one of that name)";
+        return Err(Failure::Usage(format!("cannot write `-`: {message}")));
+    }
     let mut taken: Vec<_> = read.iter().flatten().map(|path| (real(path), "is read")).collect();
     for path in written.iter().flatten() {
         let place = real(path);
@@ -105,10 +118,15 @@ pub fn compile(path: &Path, format: MessageFormat) -> Result<Compiled, Failure> 
 /// Compiles a scene; its warnings go to standard error.
 pub fn compile_scene(scene: &Scene, format: MessageFormat) -> Result<Compiled, Failure> {
     let compiled = pipeline::compile(scene)?;
+    warn_of(&compiled, format);
+    Ok(compiled)
+}
+
+/// Shows the warnings of a compiled scene on standard error.
+pub fn warn_of(compiled: &Compiled, format: MessageFormat) {
     if let Some(warnings) = &compiled.warnings {
         warn(warnings, format);
     }
-    Ok(compiled)
 }
 
 /// Shows warnings on standard error.

@@ -3,7 +3,7 @@
 mod progress;
 mod request;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
@@ -31,7 +31,7 @@ use progress::Progress;
 pub struct Simulate {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// Where the table goes [default: standard output]
+    /// Where the table goes; `-` is standard output [default: -]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Draw the outputs over time, as an SVG file
@@ -56,14 +56,14 @@ pub struct Simulate {
 
 impl Simulate {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        let written = [self.output.as_deref(), self.plot.as_deref()];
+        let written = [self.file(), self.plot.as_deref()];
         output::apart(&[Some(&self.scene), self.input.as_deref()], &written)?;
         let compiled = output::compile(&self.scene, format)?;
         let table = self.input.as_deref().map(request::table).transpose()?;
         let run = request::run(&self, &compiled.description, table.as_ref())?;
         let model = Model::new(compiled.program.clone()).map_err(|error| Failure::Numerical(error.to_string()))?;
         let columns = run.reported.iter().map(|&index| compiled.description.variables[index].name.as_str());
-        let mut writer = Writer::new(Output::new(self.output.as_deref())?, columns)?;
+        let mut writer = Writer::new(Output::new(self.file())?, columns)?;
         let mut plot = self.plot.is_some().then(|| empty_plot(&compiled.description, &run.reported));
         let mut progress = Progress::new(simulation::count(run.experiment));
         let mut rows = 0;
@@ -87,7 +87,7 @@ impl Simulate {
         if let (Some(plot), Some(path)) = (plot, &self.plot) {
             output::write(path, &plot.svg())?;
         }
-        let named = |error| match &self.output {
+        let named = |error| match self.file() {
             Some(path) => Failure::file("write", path, error),
             None => Failure::from(error),
         };
@@ -95,9 +95,13 @@ impl Simulate {
         failure.map_or(Ok(()), Err)
     }
 
+    fn file(&self) -> Option<&Path> {
+        output::file(self.output.as_deref())
+    }
+
     /// The failure of a run that has some of its rows.
     fn cut_short(&self, error: InstanceError, rows: u64) -> Failure {
-        let place = self.output.as_ref().map_or("the table".to_owned(), |path| format!("`{}`", path.display()));
+        let place = self.file().map_or("the table".to_owned(), |path| format!("`{}`", path.display()));
         let note = format!("{place} has the {rows} row{} before that", if rows == 1 { "" } else { "s" });
         Failure::from(RunError::Instance(error)).with_note(&note)
     }

@@ -33,7 +33,7 @@ pub struct Study {
     /// The result as CSV, one value a line
     #[arg(long)]
     csv: bool,
-    /// Where the result goes [default: standard output]
+    /// Where the result goes; `-` is standard output [default: -]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -41,7 +41,7 @@ pub struct Study {
 impl Study {
     /// Reads the scene, applies the settings.
     pub fn open(&self, format: MessageFormat) -> Result<(Scene, Mechanism), Failure> {
-        output::apart(&[Some(&self.scene)], &[self.output.as_deref()])?;
+        output::apart(&[Some(&self.scene)], &[output::file(self.output.as_deref())])?;
         let scene = output::load(&self.scene)?;
         let resolved = scene.resolve()?;
         if !resolved.warnings.is_empty() {
@@ -62,9 +62,10 @@ impl Study {
             _ => Style::Text,
         };
         let text = report.write(style);
-        let mut out = Output::new(self.output.as_deref())?;
+        let file = output::file(self.output.as_deref());
+        let mut out = Output::new(file)?;
         let written = out.write_all(text.as_bytes()).and_then(|()| out.commit());
-        written.map_err(|error| match &self.output {
+        written.map_err(|error| match file {
             Some(path) => Failure::file("write", path, error),
             None => Failure::from(error),
         })

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use cotree_fmu::solver::Statistics;
 
-use super::description::{Causality, Description, ScalarVariable};
+use super::description::{Causality, Description, ScalarVariable, Start};
+use crate::mechanism::Unit;
 use crate::report::accuracy::{Accuracy, Measurement, REFERENCE};
 use crate::report::drawing::Drawing;
 use crate::report::svg::escape;
@@ -12,7 +13,7 @@ use crate::report::svg::escape;
 const STYLE: &str = "body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;color:#1f2933;max-width:60rem;\
 margin:2rem auto;padding:0 1rem}svg{max-width:100%;height:auto;border:1px solid #e6eaef;border-radius:6px}\
 table{border-collapse:collapse;width:100%;font-size:.92rem}th,td{text-align:left;padding:.3rem .7rem;\
-border-bottom:1px solid #e6eaef;vertical-align:top}.n{text-align:right;font-variant-numeric:tabular-nums}\
+border-bottom:1px solid #e6eaef;vertical-align:top}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}\
 code{font-size:.92em;background:#f3f5f8;padding:.1em .3em;border-radius:3px}\
 pre{font-size:.86rem;background:#f3f5f8;padding:.7rem;border-radius:6px;overflow:auto;max-height:40rem}\
 math{font-size:1.05em}";
@@ -45,6 +46,7 @@ impl Page<'_> {
         for (title, wanted) in SECTIONS {
             table(&mut page, title, description.variables.iter().filter(|variable| wanted(variable.causality)));
         }
+        page.push_str(&initial_values(&description.variables));
         page.push_str(&accuracy(self.accuracy, description.experiment.tolerance));
         if !self.equations.is_empty() {
             add(&mut page, format_args!("<h2>Equations of motion</h2>\n{}", self.equations));
@@ -80,7 +82,7 @@ const SECTIONS: [Section; 4] = [
     ("Parameters", |causality| matches!(causality, Causality::Parameter { .. })),
     ("Inputs", |causality| matches!(causality, Causality::Input { .. })),
     ("Outputs", |causality| causality == Causality::Output),
-    ("Other variables", |causality| causality == Causality::Local),
+    ("Other variables", |causality| matches!(causality, Causality::Local | Causality::Independent)),
 ];
 
 const LICENCES: &str = "<h2>Licences</h2>\n<p>The shared libraries in <code>binaries/</code> are the cotree runtime, under the MIT \
@@ -100,7 +102,7 @@ fn about(description: &Description) -> String {
     format!(
         "<h2>Use</h2>\n<p>FMI 2.0 {interfaces}. Default experiment: {:?} s to {:?} s, communication step {:?} s, \
          relative tolerance {:?}. In Python, with fmpy:</p>\n{}\
-         <ul>\n<li>All values are in SI units; display units are in <code>modelDescription.xml</code>.</li>\n\
+         <ul>\n<li>All values that are set and read are in SI units. In brackets: the units that tools show them in.</li>\n\
          <li>The solver chooses its own steps within a communication step and keeps the loops closed.</li>\n\
          <li>Between communication points an input keeps its value, or follows the rate given by \
          <code>fmi2SetRealInputDerivatives</code>. Two FMUs that exchange values once in a communication step see each \
@@ -178,38 +180,82 @@ fn table<'a>(page: &mut String, title: &str, variables: impl Iterator<Item = &'a
     let Some(first) = variables.peek() else {
         return;
     };
-    let range = range(first.causality).is_some();
+    let range = range(first).is_some();
     let columns = if range { "<th class=\"n\">default</th><th>permitted</th><th>may change</th>" } else { "" };
     add(
         page,
         format_args!("<h2>{title}</h2>\n<table>\n<tr><th>name</th><th>unit</th>{columns}<th>meaning</th></tr>\n"),
     );
     for variable in variables {
-        let (name, unit) = (escape(&variable.name), escape(&variable.unit.si));
+        let (name, unit) = (escape(&variable.name), escape(&shown_unit(&variable.unit)));
         add(page, format_args!("<tr><td><code>{name}</code></td><td>{unit}</td>"));
-        if let Some((start, permitted, change)) = self::range(variable.causality) {
-            add(page, format_args!("<td class=\"n\">{start:?}</td><td>{permitted}</td><td>{change}</td>"));
+        if let Some((start, permitted, change)) = self::range(variable) {
+            let [start, permitted] = [start, permitted].map(|text| escape(&text));
+            add(page, format_args!("<td class=\"n\">{start}</td><td>{permitted}</td><td>{change}</td>"));
         }
         add(page, format_args!("<td>{}</td></tr>\n", prose(&variable.description)));
     }
     page.push_str("</table>\n");
 }
 
+/// The initial values that can be set.
+fn initial_values(variables: &[ScalarVariable]) -> String {
+    let rows = variables.iter().filter_map(|variable| {
+        let (value, kind) = match variable.start? {
+            Start::Exact(value) => (value, "known"),
+            Start::Approximate(value) => (value, "a guess that picks the assembly"),
+        };
+        let [name, unit, value] =
+            [&variable.name, &shown_unit(&variable.unit), &shown(value, &variable.unit)].map(|text| escape(text));
+        Some(format!(
+            "<tr><td><code>{name}</code></td><td>{unit}</td><td class=\"n\">{value}</td><td>{kind}</td></tr>\n"
+        ))
+    });
+    let rows: String = rows.collect();
+    if rows.is_empty() {
+        return rows;
+    }
+    format!(
+        "<h2>Initial values</h2>\n<p>They may be set before initialisation.</p>\n<table>\n\
+         <tr><th>name</th><th>unit</th><th class=\"n\">default</th><th>is</th></tr>\n{rows}</table>\n"
+    )
+}
+
 /// Default, permitted values, and when it may be set, of what can be set.
-fn range(causality: Causality) -> Option<(f64, String, &'static str)> {
-    let (start, min, max, change) = match causality {
+fn range(variable: &ScalarVariable) -> Option<(String, String, &'static str)> {
+    let (start, min, max, change) = match variable.causality {
         Causality::Parameter { tunable: false, start, min, max } => (start, min, max, "before start"),
         Causality::Parameter { tunable: true, start, min, max } => (start, min, max, "any time"),
         Causality::Input { start, min, max } => (start, min, max, "any time"),
         Causality::Output | Causality::Local | Causality::Independent => return None,
     };
-    let permitted = match (min, max) {
+    let shown = |value: f64| shown(value, &variable.unit);
+    let permitted = match (min.map(shown), max.map(shown)) {
         (None, None) => "any".to_owned(),
-        (Some(min), None) => format!("at least {min:?}"),
-        (None, Some(max)) => format!("at most {max:?}"),
-        (Some(min), Some(max)) => format!("{min:?} to {max:?}"),
+        (Some(min), None) => format!("at least {min}"),
+        (None, Some(max)) => format!("at most {max}"),
+        (Some(min), Some(max)) => format!("{min} to {max}"),
     };
-    Some((start, permitted, change))
+    Some((shown(start), permitted, change))
+}
+
+/// A unit, and in brackets the one that tools show.
+fn shown_unit(unit: &Unit) -> String {
+    match &unit.display {
+        Some(display) => format!("{} ({})", unit.si, display.name),
+        None => unit.si.clone(),
+    }
+}
+
+/// A value, and in brackets as tools show it: without the last digits, in which a conversion rounds.
+fn shown(value: f64, unit: &Unit) -> String {
+    match &unit.display {
+        Some(display) => {
+            let converted = format!("{:.14e}", value / display.factor).parse().unwrap_or(value / display.factor);
+            format!("{value:?} ({converted:?} {})", display.name)
+        }
+        None => format!("{value:?}"),
+    }
 }
 
 fn add(page: &mut String, text: std::fmt::Arguments) {

@@ -3,11 +3,14 @@
 mod derivative;
 mod evaluate;
 mod import;
+mod rounded;
 mod simplify;
+mod slopes;
 
 use std::collections::HashMap;
 
 pub use evaluate::Values;
+pub use slopes::Slopes;
 
 /// Handle of an expression in an [`Arena`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -6,6 +6,7 @@
 mod arms;
 mod blocks;
 mod cost;
+mod dependencies;
 mod eliminate;
 mod indicators;
 mod initial;

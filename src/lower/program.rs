@@ -11,6 +11,7 @@ use cotree_fmu::series::form::ArmForm;
 use super::arms::arm_form;
 use super::blocks::blocks;
 use super::cost::Cost;
+use super::dependencies::Moving;
 use super::eliminate::Obstacle;
 use super::indicators::indicators;
 use super::initial::{Conditions, Settable, conditions, settable};
@@ -96,12 +97,13 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         moving.eliminate(equations, &kernels, (length, active), pose)?;
     }
     moving.indicators = indicators(&mut equations.system.arena, &moving.acceleration);
-    let solved = if motion == Motion::Dynamic { moving.acceleration.clone() } else { driving(&kernels) };
-    let mut table = Table::new(equations, motion, &solved);
+    let blocks = if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() };
+    let mut table =
+        Table::new(equations, motion, &Moving { solved: &moving.acceleration, blocks: &blocks, length, pose });
     let beginning = Beginning {
         constraints: [&kernels.constraint, &kernels.constraint_rate, &kernels.gamma],
         conditions: [&kernels.positions.results, &kernels.velocities.results],
-        solved: (motion == Motion::Dynamic).then_some(&solved),
+        solved: (motion == Motion::Dynamic).then_some(&moving.acceleration),
         coordinates: equations.coordinates.len(),
     };
     table.find_initial_dependencies(equations, &beginning);
@@ -118,6 +120,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         }
     }
     let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
+    program.blocks = blocks;
     if is_too_large(&program) {
         program.engine = Engine::Dop853;
         no_series = Some(TOO_MANY.into());
@@ -157,11 +160,6 @@ fn is_too_large(program: &Program) -> bool {
     let most = if arms.rows.is_empty() { (2 * STAGES * instructions) as f64 } else { MOST_WITH_LOOPS };
     let jet = Model::new(program.clone()).ok().and_then(|model| Jet::new(&model));
     jet.is_none_or(|jet| jet.cost() > most)
-}
-
-/// What the motion of a kinematic model depends on.
-fn driving(kernels: &PositionKernels) -> Vec<Expr> {
-    kernels.constraint.iter().chain(&kernels.gamma).copied().collect()
 }
 
 impl PositionKernels {
@@ -212,7 +210,7 @@ impl MotionKernels {
 }
 
 /// Q - M a
-fn inverse(equations: &mut Equations) -> Vec<Expr> {
+pub(super) fn inverse(equations: &mut Equations) -> Vec<Expr> {
     let dynamics = equations.dynamics().clone();
     let arena = &mut equations.system.arena;
     let rows = dynamics.load.into_iter().zip(dynamics.mass);
@@ -325,7 +323,7 @@ fn assemble(
         coordinates: coordinates(equations, length),
         constraints: constraints(equations, length, active),
         motion,
-        blocks: if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() },
+        blocks: Vec::new(),
         length,
         variables: table.variables(),
         constants: assembler.constants.clone(),

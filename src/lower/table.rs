@@ -1,19 +1,16 @@
 //! The variables of the FMU: parameters, inputs, coordinates with their derivatives, and what the scene asks for.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use cotree_fmu::program::{Motion, Source, Variable};
 
+use super::dependencies::{self, Moving, SINGLE};
 use super::initial::{order_of, settable};
 use super::start::{Beginning, Sources};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::mechanism::{DisplayUnit, Mechanism, Quantity, Unit};
-
-/// With more accelerations and reactions than this each of them counts as depending on all that any of them depends on: finding out costs
-/// the square of their number.
-const SINGLE: usize = 100;
 
 /// A variable with what the outside world is told about it.
 #[derive(Clone, Debug)]
@@ -63,8 +60,8 @@ pub struct Table {
 }
 
 impl Table {
-    /// Collects the variables. `solved`: accelerations and reactions as expressions, for the dependencies.
-    pub fn new(equations: &mut Equations, motion: Motion, solved: &[Expr]) -> Table {
+    /// Collects the variables.
+    pub(super) fn new(equations: &mut Equations, motion: Motion, moving: &Moving) -> Table {
         let mut table = Table::default();
         table.add_parameters_and_inputs(equations);
         let members = coordinate_members(equations);
@@ -72,7 +69,10 @@ impl Table {
         table.add_members(&members, motion);
         table.add_starts(equations);
         table.add_display_units(equations.system.mechanism);
-        table.find_dependencies(equations, motion, solved);
+        if table.rows.is_empty() {
+            table.add_time(equations);
+        }
+        dependencies::find(&mut table.rows, equations, moving);
         table
     }
 
@@ -187,6 +187,12 @@ impl Table {
         }
     }
 
+    /// A description without any variable would not be valid.
+    fn add_time(&mut self, equations: &mut Equations) {
+        let value = equations.system.arena.symbol(Symbol::Time);
+        self.push(("time", "time", &Unit::time()), Source::Time, value);
+    }
+
     /// What everything depends on at the start.
     pub(super) fn find_initial_dependencies(&mut self, equations: &Equations, beginning: &Beginning) {
         let mut given = HashMap::new();
@@ -234,86 +240,6 @@ impl Table {
             initial_dependencies: Arc::default(),
         });
     }
-
-    /// Exact dependencies: through accelerations and reactions to the states and inputs that these depend on.
-    fn find_dependencies(&mut self, equations: &Equations, motion: Motion, solved: &[Expr]) {
-        let arena = &equations.system.arena;
-        let places: HashMap<Symbol, usize> = self
-            .rows
-            .iter()
-            .enumerate()
-            .filter_map(|(place, row)| match (row.source, motion) {
-                (Source::Input(i), _) => Some((Symbol::Input(i as usize, Order::Position), place)),
-                (Source::Coordinate(i), Motion::Dynamic) => {
-                    Some((Symbol::Coordinate(i as usize, Order::Position), place))
-                }
-                (Source::Rate(i), Motion::Dynamic) => Some((Symbol::Coordinate(i as usize, Order::Velocity), place)),
-                _ => None,
-            })
-            .collect();
-        let place = |symbol: &Symbol| match *symbol {
-            Symbol::Input(i, _) => places.get(&Symbol::Input(i, Order::Position)),
-            // What a follower integrates does not change with its input at once.
-            Symbol::Follower(i, order) => {
-                let (_, input, given) = equations.system.followers[i];
-                if order < given { None } else { places.get(&Symbol::Input(input.0, Order::Position)) }
-            }
-            other => places.get(&other),
-        };
-        let of =
-            |value: Expr| -> BTreeSet<usize> { arena.symbols([value]).iter().filter_map(place).copied().collect() };
-        let together: BTreeSet<usize> =
-            arena.symbols(solved.iter().copied()).iter().filter_map(place).copied().collect();
-        let single: Option<Vec<_>> = (motion == Motion::Dynamic && solved.len() <= SINGLE)
-            .then(|| solved.iter().map(|&value| of(value)).collect());
-        // Of a driven mechanism the loop equations give positions, their rates the rates.
-        let at_positions: BTreeSet<usize> = arena
-            .symbols(equations.constraints.iter().map(|constraint| constraint.value))
-            .iter()
-            .filter_map(place)
-            .copied()
-            .collect();
-        let at_rates: BTreeSet<usize> = at_positions.iter().copied().chain(driven_rates(equations, &place)).collect();
-        let coordinates = equations.coordinates.len();
-        let through = |symbol: &Symbol| -> Option<&BTreeSet<usize>> {
-            let index = match *symbol {
-                Symbol::Coordinate(index, Order::Acceleration) => index,
-                Symbol::Reaction(index) => coordinates + index,
-                Symbol::Coordinate(_, order) if motion == Motion::Kinematic => {
-                    return Some(if order == Order::Position { &at_positions } else { &at_rates });
-                }
-                _ => return None,
-            };
-            Some(single.as_ref().and_then(|single| single.get(index)).unwrap_or(&together))
-        };
-        let shared: Arc<[usize]> = together.iter().copied().collect();
-        for row in &mut self.rows {
-            if matches!(row.source, Source::Parameter(_) | Source::Input(_)) {
-                continue;
-            }
-            let symbols = arena.symbols([row.value]);
-            let mut found: BTreeSet<usize> = symbols.iter().filter_map(place).copied().collect();
-            let on_all = symbols.iter().filter_map(through).any(|more| std::ptr::eq(more, &together));
-            if on_all && found.is_subset(&together) {
-                row.dependencies = shared.clone();
-                continue;
-            }
-            symbols.iter().filter_map(through).for_each(|more| found.extend(more));
-            row.dependencies = found.into_iter().collect();
-        }
-    }
-}
-
-/// What the rates of the loop equations depend on besides the pose.
-fn driven_rates<'a>(
-    equations: &Equations,
-    place: impl Fn(&Symbol) -> Option<&'a usize> + Copy,
-) -> impl Iterator<Item = usize> {
-    let arena = &equations.system.arena;
-    let followers = equations.constraints.iter().flat_map(|constraint| &constraint.followers);
-    let followers = followers.map(|&(index, _)| Symbol::Follower(index, Order::Velocity));
-    let symbols = arena.symbols(equations.constraints.iter().map(|constraint| constraint.time_rate));
-    followers.chain(symbols).filter_map(move |symbol| place(&symbol).copied())
 }
 
 /// q, v and a of every coordinate.

@@ -17,12 +17,14 @@ const WIDTH: f64 = 640.0;
 const AXES: Frame = Frame { x: 84.0, y: 44.0, width: 520.0, height: 300.0 };
 /// Below the axes: tick labels and title [px].
 const BOTTOM: f64 = 52.0;
-/// Space between the axes' ends and the outer points, as a factor.
+/// Space between the axes' ends and the outer points, with their labels: a factor, and a share of the decades in between.
 const SPACE: f64 = 1.6;
+const SHARE: f64 = 0.06;
 
 const GRID: &str = r##"stroke="#e6eaef" stroke-width="1""##;
 const AXIS: &str = r##"stroke="#9aa5b1" stroke-width="1""##;
 const SMALL: &str = r##"font-size="12" fill="#4b5563""##;
+const HALO: &str = r##"paint-order="stroke" stroke="#ffffff" stroke-width="3""##;
 const TITLE: &str = r##"font-size="12.5" fill="#1f2933" text-anchor="middle""##;
 const LINE: &str = r##"fill="none" stroke="#2f6cab" stroke-width="1.8" stroke-linejoin="round""##;
 
@@ -40,7 +42,7 @@ impl Curve {
         svg.path(&polyline(&pixels), LINE);
         for ([x, y], (_, label)) in pixels.into_iter().zip(&self.points) {
             svg.circle([x, y], 4.0, r##"fill="#2f6cab" stroke="#ffffff" stroke-width="1.5""##);
-            svg.text([x + 8.0, y - 6.0], SMALL, label);
+            svg.text([x + 8.0, y - 6.0], &format!("{SMALL} {HALO}"), label);
         }
         svg.finish(Frame { x: 0.0, y: 0.0, width: WIDTH, height: AXES.y + AXES.height + BOTTOM }, &self.title)
     }
@@ -77,7 +79,8 @@ impl Scale {
     pub fn over(values: impl Iterator<Item = f64>) -> Self {
         let [low, high] =
             values.fold([f64::MAX, f64::MIN_POSITIVE], |[low, high], value| [low.min(value), high.max(value)]);
-        Self { ends: [(low / SPACE).log10(), (high * SPACE).log10()] }
+        let space = SPACE.log10() + SHARE * (high / low).log10();
+        Self { ends: [low.log10() - space, high.log10() + space] }
     }
 
     /// Where a value is on the axis: 0 at its beginning, 1 at its end.
@@ -112,6 +115,15 @@ mod tests {
         let scale = Scale::over([300.0, 4000.0].into_iter());
         let labels: Vec<String> = scale.ticks().into_iter().map(label).collect();
         assert_eq!(labels, ["200", "500", "1000", "2000", "5000"]);
+    }
+
+    /// A label reaches 18 px above its point and 45 px to its right.
+    #[test]
+    fn labels_of_outer_points_are_within_the_axes() {
+        let scale = Scale::over([1e-11, 1e-4].into_iter());
+        assert!((1.0 - scale.part(1e-4)) * AXES.height > 18.0);
+        let work = Scale::over([200.0, 350.0].into_iter());
+        assert!((1.0 - work.part(350.0)) * AXES.width > 45.0);
     }
 
     #[test]

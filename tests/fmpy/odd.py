@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import schema
 from fmpy import extract, instantiate_fmu, read_model_description, simulate_fmu
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
@@ -125,7 +126,7 @@ angle = "30 deg"
 [loads.wind]
 type = "force"
 on = "post"
-vector = ["push", 0]
+vector = ["push", 0.0]
 [outputs]
 variables = ["foot.fx", "foot.fy", "post.angle"]
 """
@@ -162,6 +163,8 @@ axis = [1, 0]
 [outputs]
 variables = ["crank.angle", "rod.angle"]
 """
+
+EMPTY = FIXED.replace('[inputs]\npush = "1 N"\n', "").replace('"push"', "0.0").replace('"foot.fx", "foot.fy", "post.angle"', "")
 
 SILENT = PENDULUM.replace('variables = ["rod.angle", "energy.total"]', "variables = []")
 
@@ -330,6 +333,16 @@ def check_silent(make):
     for kind in (CS, ME):
         result = fmu.run(kind, 1.0, 0.1, output=["rod.angle"])
         close(result["rod.angle"][-1], 0.01 * np.cos(np.sqrt(1.5 * 9.81 / 0.5)), 1e-5, kind)
+
+
+def check_empty(make):
+    """Nothing that moves and nothing asked for: a description needs a variable all the same."""
+    fmu = make("empty", EMPTY)
+    assert [(v.name, v.causality, v.unit) for v in fmu.description.modelVariables] == [("time", "independent", "s")]
+    assert schema.main([Path(fmu.folder) / "modelDescription.xml"]) == 0
+    for kind in (CS, ME):
+        result = fmu.run(kind, 1.0, 0.1, output=["time"])
+        close(result["time"][-1], 1.0, 1e-12, kind)
 
 
 def check_all(make):

@@ -1,18 +1,16 @@
 //! Every variable of a scene as an output.
 
-use super::variables::{BODY, Class, ENERGIES, POINT, RESIDUALS, of_driver, of_joint, of_load, on_a_line, words};
+use super::variables::{BODY, ENERGIES, POINT, RESIDUALS, of_driver, of_joint, of_load, on_a_line, words};
 use crate::mechanism::{Dimension, Quantity};
 use crate::scene::model::Scene;
 use crate::scene::span::Text;
 
 impl Scene {
-    /// The same scene with every variable that it has among its outputs, after those that it asks for. Reactions, powers and energies only
-    /// if every body has a mass.
+    /// The same scene with every variable that it has among its outputs, after those that it asks for.
     pub fn with_every_output(&self) -> Scene {
         let mut scene = self.clone();
-        let weighed = self.bodies.iter().all(|body| body.mass.is_some());
         for (owner, has) in self.owners() {
-            for &quantity in has.iter().filter(|&&quantity| self.knows(quantity, weighed)) {
+            for &quantity in has.iter().filter(|&&quantity| self.knows(quantity)) {
                 let name = format!("{owner}.{}", words(quantity).0);
                 let asked = scene.outputs.variables.iter().any(|known| known.text == name);
                 if !asked {
@@ -38,9 +36,7 @@ impl Scene {
         owners
     }
 
-    fn knows(&self, quantity: Quantity, weighed: bool) -> bool {
-        let energy = ENERGIES.contains(&quantity);
-        (self.dimension == Dimension::Two || on_a_line(quantity))
-            && (weighed || !(energy || Class::of(quantity) == Class::Effort))
+    fn knows(&self, quantity: Quantity) -> bool {
+        self.dimension == Dimension::Two || on_a_line(quantity)
     }
 }

@@ -1,0 +1,106 @@
+//! Between C and Rust: pointers are checked, and nothing unwinds into the importer.
+
+use std::cell::Cell;
+use std::ffi::CStr;
+use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
+use std::sync::OnceLock;
+
+use crate::fmi2::component::{Component, Refusal};
+use crate::fmi2::logging::Category;
+use crate::fmi2::types::fmi2Status::{fmi2Error, fmi2OK};
+use crate::fmi2::types::*;
+
+/// Runs a call on a component; refusals are logged.
+pub(super) fn call(
+    component: fmi2Component,
+    run: impl FnOnce(&mut Component) -> Result<fmi2Status, Refusal>,
+) -> fmi2Status {
+    let component = component.cast::<Component>();
+    if component.is_null() {
+        return fmi2Error;
+    }
+    // SAFETY: not null, so by the contract it came from `fmi2Instantiate`, is still alive and not in use by another thread.
+    let component = unsafe { &mut *component };
+    contain(|| match run(component) {
+        Ok(status) => status,
+        Err(refusal) => {
+            component.refuse(&refusal);
+            fmi2Error
+        }
+    })
+    .unwrap_or_else(|| {
+        component.logger.log(fmi2Error, Category::Errors, "internal error: please report it with this FMU");
+        fmi2Error
+    })
+}
+
+/// As [`call`], for calls that succeed or fail.
+pub(super) fn plain(component: fmi2Component, run: impl FnOnce(&mut Component) -> Result<(), Refusal>) -> fmi2Status {
+    call(component, |component| run(component).map(|()| fmi2OK))
+}
+
+thread_local! {
+    /// Is this thread inside a call?
+    static CONTAINED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// What panics are told to outside of calls. It stays in the library's own memory, and a function that captures nothing needs none: unloading
+/// the library loses nothing.
+static PREVIOUS: OnceLock<Box<dyn Fn(&PanicHookInfo<'_>) + Sync + Send>> = OnceLock::new();
+
+/// Nothing here should panic; if something does all the same, it neither reaches the importer nor prints.
+pub(super) fn contain<T>(run: impl FnOnce() -> T) -> Option<T> {
+    PREVIOUS.get_or_init(|| {
+        let previous = panic::take_hook();
+        panic::set_hook(Box::new(|info| {
+            if !CONTAINED.get()
+                && let Some(previous) = PREVIOUS.get()
+            {
+                previous(info);
+            }
+        }));
+        previous
+    });
+    let before = CONTAINED.replace(true);
+    let result = panic::catch_unwind(AssertUnwindSafe(run)).ok();
+    CONTAINED.set(before);
+    result
+}
+
+/// An array argument. A null pointer is fine for no elements.
+pub(super) fn array<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], Refusal> {
+    if length == 0 {
+        return Ok(&[]);
+    }
+    if pointer.is_null() || !pointer.is_aligned() || length.saturating_mul(size_of::<T>()) > isize::MAX as usize {
+        return Err("an array is missing".into());
+    }
+    // SAFETY: neither null nor misaligned; by the contract it has this many elements and nobody writes to it during the call.
+    Ok(unsafe { std::slice::from_raw_parts(pointer, length) })
+}
+
+/// An array to be filled. A null pointer is fine for no elements.
+pub(super) fn array_mut<'a, T>(pointer: *mut T, length: usize) -> Result<&'a mut [T], Refusal> {
+    if length == 0 {
+        return Ok(&mut []);
+    }
+    if pointer.is_null() || !pointer.is_aligned() || length.saturating_mul(size_of::<T>()) > isize::MAX as usize {
+        return Err("an array is missing".into());
+    }
+    // SAFETY: neither null nor misaligned; by the contract it has this many elements and nobody else uses it during the call.
+    Ok(unsafe { std::slice::from_raw_parts_mut(pointer, length) })
+}
+
+/// A string argument.
+pub(super) fn string<'a>(pointer: fmi2String) -> Option<&'a CStr> {
+    // SAFETY: not null; by the contract it ends with a zero byte and lives during the call.
+    (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) })
+}
+
+/// A place for one result.
+pub(super) fn place<'a, T>(pointer: *mut T) -> Result<&'a mut T, Refusal> {
+    match array_mut(pointer, 1)? {
+        [place] => Ok(place),
+        _ => Err("a pointer is missing".into()),
+    }
+}

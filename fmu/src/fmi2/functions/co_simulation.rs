@@ -1,0 +1,76 @@
+//! Co-Simulation.
+
+use super::boundary::{call, place, plain};
+use crate::fmi2::types::fmi2Status::{fmi2Discard, fmi2OK};
+use crate::fmi2::types::*;
+
+/// Moves to the next communication point.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2DoStep(
+    c: fmi2Component,
+    currentCommunicationPoint: fmi2Real,
+    communicationStepSize: fmi2Real,
+    _noSetFMUStatePriorToCurrentPoint: fmi2Boolean,
+) -> fmi2Status {
+    plain(c, |component| component.do_step(currentCommunicationPoint, communicationStepSize))
+}
+
+/// Steps are never pending.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2CancelStep(c: fmi2Component) -> fmi2Status {
+    plain(c, |_| Err("there is no step to cancel: steps are done when fmi2DoStep returns".into()))
+}
+
+/// Steps are never pending.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetStatus(c: fmi2Component, _s: fmi2StatusKind, _value: *mut fmi2Status) -> fmi2Status {
+    call(c, |_| Ok(fmi2Discard))
+}
+
+/// The last communication point reached.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetRealStatus(c: fmi2Component, s: fmi2StatusKind, value: *mut fmi2Real) -> fmi2Status {
+    call(c, |component| match component.real_status(s) {
+        Some(time) => {
+            *place(value)? = time;
+            Ok(fmi2OK)
+        }
+        None => Ok(fmi2Discard),
+    })
+}
+
+/// There is no such status.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetIntegerStatus(
+    c: fmi2Component,
+    _s: fmi2StatusKind,
+    _value: *mut fmi2Integer,
+) -> fmi2Status {
+    call(c, |_| Ok(fmi2Discard))
+}
+
+/// The simulation never asks to be terminated.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetBooleanStatus(
+    c: fmi2Component,
+    s: fmi2StatusKind,
+    value: *mut fmi2Boolean,
+) -> fmi2Status {
+    call(c, |_| match s {
+        fmi2Terminated => {
+            *place(value)? = fmi2False;
+            Ok(fmi2OK)
+        }
+        _ => Ok(fmi2Discard),
+    })
+}
+
+/// There is no such status.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetStringStatus(
+    c: fmi2Component,
+    _s: fmi2StatusKind,
+    _value: *mut fmi2String,
+) -> fmi2Status {
+    call(c, |_| Ok(fmi2Discard))
+}

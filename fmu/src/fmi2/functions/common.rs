@@ -1,0 +1,148 @@
+//! Functions of both interfaces: creation, initialization, the end.
+
+use std::ffi::{CStr, CString};
+
+use super::boundary::{array, contain, plain, string};
+use crate::fmi2::component::{Component, Interface, Refusal};
+use crate::fmi2::logging::{Category, Logger};
+use crate::fmi2::resource;
+use crate::fmi2::types::fmi2Status::fmi2Error;
+use crate::fmi2::types::*;
+use crate::instance::{Instance, InstanceError};
+
+/// Platform of the types.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetTypesPlatform() -> fmi2String {
+    c"default".as_ptr()
+}
+
+/// Version of the standard.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetVersion() -> fmi2String {
+    c"2.0".as_ptr()
+}
+
+/// Switches log categories.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetDebugLogging(
+    c: fmi2Component,
+    loggingOn: fmi2Boolean,
+    nCategories: usize,
+    categories: *const fmi2String,
+) -> fmi2Status {
+    plain(c, |component| {
+        let names: Option<Vec<&CStr>> = array(categories, nCategories)?.iter().map(|&name| string(name)).collect();
+        let names = names.ok_or("a log category is missing")?;
+        component.logger.switch(loggingOn != fmi2False, &names).map_err(Refusal)
+    })
+}
+
+/// Loads the model.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Instantiate(
+    instanceName: fmi2String,
+    fmuType: fmi2Type,
+    fmuGUID: fmi2String,
+    fmuResourceLocation: fmi2String,
+    functions: *const fmi2CallbackFunctions,
+    _visible: fmi2Boolean,
+    loggingOn: fmi2Boolean,
+) -> fmi2Component {
+    let made = contain(|| {
+        let Ok([functions]) = array(functions, 1) else {
+            return None;
+        };
+        let name = string(instanceName).unwrap_or_default();
+        let (callback, environment) = (functions.logger, functions.componentEnvironment);
+        let logger = Logger::new(callback, environment, CString::from(name), loggingOn != fmi2False);
+        match instantiate(name, fmuType, string(fmuGUID), string(fmuResourceLocation)) {
+            Ok((interface, instance)) => Some(Component::new(logger, interface, instance)),
+            Err(refusal) => {
+                logger.log(fmi2Error, Category::Errors, &refusal.0);
+                None
+            }
+        }
+    });
+    match made.flatten() {
+        Some(component) => Box::into_raw(Box::new(component)).cast(),
+        None => std::ptr::null_mut(),
+    }
+}
+
+fn instantiate(
+    name: &CStr,
+    kind: fmi2Type,
+    guid: Option<&CStr>,
+    location: Option<&CStr>,
+) -> Result<(Interface, Instance), Refusal> {
+    if name.is_empty() {
+        return Err("the instance needs a name".into());
+    }
+    let interface = match kind {
+        fmi2CoSimulation => Interface::CoSimulation,
+        fmi2ModelExchange => Interface::ModelExchange,
+        _ => return Err("the interface is neither Co-Simulation nor Model Exchange".into()),
+    };
+    let guid = guid.ok_or("the GUID is missing")?;
+    let model = resource::load(location.unwrap_or_default()).map_err(Refusal)?;
+    if guid.to_bytes() != model.program().guid.as_bytes() {
+        return Err(
+            "the GUID is not that of this FMU: modelDescription.xml and the program do not belong together".into()
+        );
+    }
+    if interface == Interface::ModelExchange && !model.program().offers_exchange() {
+        return Err(InstanceError::NoExchange.into());
+    }
+    Ok((interface, Instance::new(model)))
+}
+
+/// Frees an instance.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeInstance(c: fmi2Component) {
+    if !c.is_null() {
+        // SAFETY: by the contract it came from `Box::into_raw` in `fmi2Instantiate` and is not used again.
+        let component = unsafe { Box::from_raw(c.cast::<Component>()) };
+        contain(|| drop(component));
+    }
+}
+
+/// Sets times and tolerance.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetupExperiment(
+    c: fmi2Component,
+    toleranceDefined: fmi2Boolean,
+    tolerance: fmi2Real,
+    startTime: fmi2Real,
+    stopTimeDefined: fmi2Boolean,
+    stopTime: fmi2Real,
+) -> fmi2Status {
+    plain(c, |component| {
+        let tolerance = (toleranceDefined != fmi2False).then_some(tolerance);
+        let stop = (stopTimeDefined != fmi2False).then_some(stopTime);
+        component.setup_experiment(tolerance, startTime, stop)
+    })
+}
+
+/// Starts initialization mode.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2EnterInitializationMode(c: fmi2Component) -> fmi2Status {
+    plain(c, Component::enter_initialization)
+}
+
+/// Solves for the initial state.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2ExitInitializationMode(c: fmi2Component) -> fmi2Status {
+    plain(c, Component::exit_initialization)
+}
+
+/// Ends the simulation.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Terminate(c: fmi2Component) -> fmi2Status {
+    plain(c, Component::terminate)
+}
+
+/// Back to the state after instantiation.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Reset(c: fmi2Component) -> fmi2Status {
+    plain(c, Component::reset)
+}

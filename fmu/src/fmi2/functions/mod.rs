@@ -1,0 +1,20 @@
+//! What the importer calls. Pointers are checked here, and nothing else is done here; nothing unwinds into the importer.
+//!
+//! The caller's part of the contract, which cannot be checked, is the same for all functions: a component is one that
+//! [`fmi2Instantiate`] returned and [`fmi2FreeInstance`] has not yet freed, used by one thread at a time; a state is one that this FMU handed
+//! out; arrays are as long as announced; strings end with a zero byte.
+#![allow(non_snake_case, non_upper_case_globals, reason = "the names of the standard")]
+#![allow(clippy::missing_safety_doc, reason = "the contract is the standard's, in short at the head of this file")]
+
+mod boundary;
+mod co_simulation;
+mod common;
+mod model_exchange;
+mod states;
+mod values;
+
+pub use co_simulation::*;
+pub use common::*;
+pub use model_exchange::*;
+pub use states::*;
+pub use values::*;

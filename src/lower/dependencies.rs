@@ -1,0 +1,275 @@
+//! What each variable depends on while the mechanism moves: the states and inputs that change it at once.
+//!
+//! Dynamic motion: through the accelerations and reactions to what is in their expressions, less what cancels there ([`Slopes`]). Driven
+//! motion: through the blocks of the loop equations to the inputs in them.
+
+use std::collections::{BTreeSet, HashMap};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use cotree_fmu::program::{Block, Source};
+
+use super::motion::typical;
+use super::program::{Pose, inverse};
+use super::table::Row;
+use crate::equations::Equations;
+use crate::expr::{Expr, Node, Order, Slopes, Symbol};
+
+/// With more accelerations and reactions than this each of them counts as depending on all that any of them depends on: finding out costs
+/// the square of their number.
+pub(super) const SINGLE: usize = 100;
+
+/// With more coordinates than this every coordinate of a driven mechanism counts as depending on everything that drives it.
+const MOST_DRIVEN: usize = 1000;
+
+/// More derivatives than this are not evaluated to see whether they vanish.
+const MOST_DERIVATIVES: usize = 10_000_000;
+
+/// At so many states a derivative has to vanish.
+const STATES: u64 = 4;
+
+/// Places of variables in the table.
+type Places = BTreeSet<usize>;
+
+/// How the mechanism moves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moving<'a> {
+    /// Accelerations and reactions as expressions; none if the drivers determine the motion.
+    pub solved: &'a [Expr],
+    /// The blocks of the loop equations if the drivers determine the motion, in the order of their solution.
+    pub blocks: &'a [Block],
+    /// Typical length.
+    pub length: f64,
+    /// A consistent pose.
+    pub pose: &'a Pose,
+}
+
+/// Finds the dependencies of all variables.
+pub(super) fn find(rows: &mut [Row], equations: &mut Equations, moving: &Moving) {
+    let driven = moving.solved.is_empty();
+    let inverse = if driven && reacts(rows, equations) { inverse(equations) } else { Vec::new() };
+    if !inverse.is_empty() {
+        (0..equations.constraints.len()).for_each(|row| _ = equations.system.arena.symbol(Symbol::Reaction(row)));
+    }
+    let finder = Finder { equations, given: given(rows, driven) };
+    let through = if driven { finder.driven(moving.blocks, &inverse) } else { finder.dynamic(moving.solved) };
+    for row in rows.iter_mut().filter(|row| !matches!(row.source, Source::Parameter(_) | Source::Input(_))) {
+        row.dependencies = finder.of([row.value], &through);
+    }
+    if !driven && moving.solved.len() <= SINGLE {
+        finder.leave_out_what_cancels(rows, moving);
+    }
+}
+
+/// Does any variable contain a reaction?
+fn reacts(rows: &[Row], equations: &Equations) -> bool {
+    let symbols = equations.system.arena.symbols(rows.iter().map(|row| row.value));
+    symbols.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_)))
+}
+
+/// The places of inputs and states.
+fn given(rows: &[Row], driven: bool) -> HashMap<Symbol, usize> {
+    let symbol = |source: Source| match source {
+        Source::Input(index) => Some(Symbol::Input(index as usize, Order::Position)),
+        Source::Coordinate(index) if !driven => Some(Symbol::Coordinate(index as usize, Order::Position)),
+        Source::Rate(index) if !driven => Some(Symbol::Coordinate(index as usize, Order::Velocity)),
+        _ => None,
+    };
+    rows.iter().enumerate().filter_map(|(place, row)| Some((symbol(row.source)?, place))).collect()
+}
+
+struct Finder<'a, 'm> {
+    equations: &'a Equations<'m>,
+    given: HashMap<Symbol, usize>,
+}
+
+/// What symbols depend on that are no inputs or states themselves.
+type Through = HashMap<Symbol, Arc<[usize]>>;
+
+impl Finder<'_, '_> {
+    /// The variable that a symbol belongs to.
+    fn place(&self, symbol: Symbol) -> Option<usize> {
+        let of_input = |input: usize| self.given.get(&Symbol::Input(input, Order::Position)).copied();
+        match symbol {
+            // The derivatives of an input are set together with it.
+            Symbol::Input(input, _) => of_input(input),
+            // What a follower integrates does not change with its input at once.
+            Symbol::Follower(index, order) => {
+                let (_, input, given) = self.equations.system.followers[index];
+                if order < given { None } else { of_input(input.0) }
+            }
+            other => self.given.get(&other).copied(),
+        }
+    }
+
+    /// Inputs and states in expressions, and behind what they contain. Many share one long list: it is neither copied nor read twice.
+    fn of(&self, values: impl IntoIterator<Item = Expr>, through: &Through) -> Arc<[usize]> {
+        let mut places = Places::new();
+        let mut behind: HashMap<*const usize, &Arc<[usize]>> = HashMap::new();
+        for symbol in self.equations.system.arena.symbols(values) {
+            places.extend(self.place(symbol));
+            behind.extend(through.get(&symbol).map(|more| (more.as_ptr(), more)));
+        }
+        let longest = behind.values().max_by_key(|more| more.len());
+        let rest = behind.values().filter(|more| longest.is_none_or(|longest| more.as_ptr() != longest.as_ptr()));
+        places.extend(rest.flat_map(|more| more.iter().copied()));
+        match longest {
+            Some(longest) if places.iter().all(|place| longest.binary_search(place).is_ok()) => (*longest).clone(),
+            Some(longest) => {
+                places.into_iter().chain(longest.iter().copied()).collect::<Places>().into_iter().collect()
+            }
+            None => places.into_iter().collect(),
+        }
+    }
+
+    /// Accelerations and reactions follow from the state.
+    fn dynamic(&self, solved: &[Expr]) -> Through {
+        let symbols = (0..solved.len()).map(|index| self.solved_symbol(index));
+        let none = Through::new();
+        if solved.len() <= SINGLE {
+            return symbols.zip(solved).map(|(symbol, &value)| (symbol, self.of([value], &none))).collect();
+        }
+        let together = self.of(solved.iter().copied(), &none);
+        symbols.map(|symbol| (symbol, together.clone())).collect()
+    }
+
+    fn solved_symbol(&self, index: usize) -> Symbol {
+        match index.checked_sub(self.equations.coordinates.len()) {
+            None => Symbol::Coordinate(index, Order::Acceleration),
+            Some(reaction) => Symbol::Reaction(reaction),
+        }
+    }
+
+    /// The loop equations give positions, their derivatives rates and accelerations, each block from those before it; the reactions follow
+    /// from the last block to the first.
+    fn driven(&self, blocks: &[Block], inverse: &[Expr]) -> Through {
+        let mut through = Through::new();
+        let whole = [Block {
+            rows: (0..self.equations.constraints.len() as u32).collect(),
+            columns: (0..self.equations.coordinates.len() as u32).collect(),
+        }];
+        let blocks = if self.equations.coordinates.len() > MOST_DRIVEN { &whole } else { blocks };
+        for order in [Order::Position, Order::Velocity, Order::Acceleration] {
+            for block in blocks {
+                let equations: Vec<Expr> = block.rows.iter().flat_map(|&row| self.terms(row as usize, order)).collect();
+                let places = self.of(equations, &through);
+                let followed = self.follower_places(block, order);
+                let places: Arc<[usize]> =
+                    places.iter().copied().chain(followed).collect::<Places>().into_iter().collect();
+                let columns = block.columns.iter().map(|&column| Symbol::Coordinate(column as usize, order));
+                through.extend(columns.map(|column| (column, places.clone())));
+            }
+        }
+        for block in blocks.iter().rev().filter(|_| !inverse.is_empty()) {
+            let places = self.reaction_places(block, inverse, &through);
+            let reactions = block.rows.iter().map(|&row| Symbol::Reaction(row as usize));
+            through.extend(reactions.map(|reaction| (reaction, places.clone())));
+        }
+        through
+    }
+
+    /// What the derivative of a loop equation consists of: its coefficients, the coordinates of this order, and the rest.
+    fn terms(&self, row: usize, order: Order) -> Vec<Expr> {
+        let constraint = &self.equations.constraints[row];
+        if order == Order::Position {
+            return vec![constraint.value];
+        }
+        let rest = if order == Order::Velocity { constraint.time_rate } else { constraint.gamma };
+        let arena = &self.equations.system.arena;
+        let unknowns = constraint.jacobian.iter().flat_map(|&(column, entry)| {
+            let symbol = Node::Symbol(Symbol::Coordinate(column, order));
+            [Some(entry), arena.existing(symbol)]
+        });
+        unknowns.flatten().chain([rest]).collect()
+    }
+
+    fn follower_places(&self, block: &Block, order: Order) -> Vec<usize> {
+        let followers = block.rows.iter().flat_map(|&row| &self.equations.constraints[row as usize].followers);
+        followers.filter_map(|&(index, _)| self.place(Symbol::Follower(index, order))).collect()
+    }
+
+    /// J^T lambda = Q - M a in the columns of a block.
+    fn reaction_places(&self, block: &Block, inverse: &[Expr], through: &Through) -> Arc<[usize]> {
+        let mut terms: Vec<Expr> = block.columns.iter().map(|&column| inverse[column as usize]).collect();
+        for (row, constraint) in self.equations.constraints.iter().enumerate() {
+            let entries = constraint.jacobian.iter().filter(|(column, _)| block.columns.contains(&(*column as u32)));
+            let before = terms.len();
+            terms.extend(entries.map(|&(_, entry)| entry));
+            if terms.len() > before {
+                terms.extend(self.equations.system.arena.existing(Node::Symbol(Symbol::Reaction(row))));
+            }
+        }
+        self.of(terms, through)
+    }
+
+    /// Takes away what is in an expression without effect, because terms cancel.
+    fn leave_out_what_cancels(&self, rows: &mut [Row], moving: &Moving) {
+        let arena = &self.equations.system.arena;
+        let roots: Vec<Expr> = rows.iter().map(|row| row.value).collect();
+        let solved: HashMap<Symbol, Expr> =
+            moving.solved.iter().enumerate().map(|(index, &value)| (self.solved_symbol(index), value)).collect();
+        // Not yet seen to change, and seen not to.
+        let mut idle: Vec<(usize, usize)> = Vec::new();
+        let mut open: BTreeSet<usize> = rows.iter().flat_map(|row| row.dependencies.iter().copied()).collect();
+        for state in 0..STATES {
+            let slopes = Slopes::new(arena, &solved, &roots, |symbol| self.somewhere(symbol, moving, state));
+            if open.is_empty() || slopes.len() * open.len() > MOST_DERIVATIVES {
+                break;
+            }
+            let before: Option<BTreeSet<(usize, usize)>> = (state > 0).then(|| idle.drain(..).collect());
+            for &known in &open {
+                let change = |symbol: Symbol| if self.place(symbol) == Some(known) { somehow(symbol, 17) } else { 0.0 };
+                for (unknown, changes) in slopes.changing(&roots, change).into_iter().enumerate() {
+                    let suspected = before.as_ref().is_none_or(|before| before.contains(&(unknown, known)));
+                    if changes == Some(false) && suspected && rows[unknown].dependencies.contains(&known) {
+                        idle.push((unknown, known));
+                    }
+                }
+            }
+            open = idle.iter().map(|&(_, known)| known).collect();
+        }
+        for (unknown, known) in idle {
+            let rest = rows[unknown].dependencies.iter().copied().filter(|&place| place != known);
+            rows[unknown].dependencies = rest.collect();
+        }
+    }
+
+    /// The value of a symbol at a state that nothing is special about, not far from a consistent one.
+    fn somewhere(&self, symbol: Symbol, moving: &Moving, state: u64) -> f64 {
+        let mechanism = self.equations.system.mechanism;
+        let usual = typical(mechanism, moving.pose)(symbol);
+        let random = somehow(symbol, state);
+        let scaled = |size: f64| if usual == 0.0 { size * random } else { usual * (0.75 + 0.5 * random) };
+        match symbol {
+            Symbol::Missing(..) => usual,
+            Symbol::Time => usual + random,
+            Symbol::Parameter(_) | Symbol::Input(..) => scaled(1.0),
+            Symbol::Coordinate(index, order) => {
+                let angular = self.equations.coordinates[index].angular;
+                let size = if angular { TAU / 6.0 } else { moving.length };
+                if order == Order::Position { usual + size * (random - 0.5) } else { size * (random + 0.25) }
+            }
+            Symbol::Follower(..) => usual + random,
+            Symbol::Reaction(_) => random,
+        }
+    }
+}
+
+/// A number between 0 and 1, another one for each symbol and state.
+fn somehow(symbol: Symbol, state: u64) -> f64 {
+    let (kind, index, order) = match symbol {
+        Symbol::Time => (0, 0, Order::Position),
+        Symbol::Parameter(index) => (1, index, Order::Position),
+        Symbol::Input(index, order) => (2, index, order),
+        Symbol::Follower(index, order) => (3, index, order),
+        Symbol::Coordinate(index, order) => (4, index, order),
+        Symbol::Reaction(index) => (5, index, Order::Position),
+        Symbol::Missing(index, _) => (6, index, Order::Position),
+    };
+    // splitmix64
+    let mut bits = (index as u64) << 8 | kind << 4 | (order as u64) << 2 | 1;
+    bits = bits.wrapping_add(state.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((bits ^ bits >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+}
