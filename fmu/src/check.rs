@@ -263,6 +263,7 @@ impl Program {
         registers.kernel("constraint_rate", &tapes.constraint_rate, rates)?;
         registers.kernel("gamma", &tapes.gamma, rates)?;
         registers.kernel("acceleration", &tapes.acceleration, rates)?;
+        registers.left("closeness", &tapes.acceleration, &tapes.closeness)?;
         registers.kernel("project_position", &tapes.project_position, positions)?;
         registers.kernel("project_velocity", &tapes.project_velocity, rates)?;
         if let Some(inverse) = &tapes.inverse {
@@ -403,6 +404,15 @@ impl RegisterCheck {
         self.needed = needed;
         self.overwritten.iter_mut().zip(written).for_each(|(all, here)| *all |= here);
         Ok(())
+    }
+
+    /// Registers that a tape, or the parameter stage, leaves behind.
+    fn left(&self, name: &'static str, tape: &Tape, registers: &[u32]) -> Result<(), Fault> {
+        let mut known = self.stage.clone();
+        let targets = tape.instructions.iter().flat_map(|instruction| instruction.targets());
+        targets.for_each(|register| known[register as usize] = true);
+        let unknown = registers.iter().find(|&&register| !known.get(register as usize).is_some_and(|known| *known));
+        unknown.map_or(Ok(()), |&register| Err(Fault::Undefined { tape: name, register }))
     }
 
     /// Returns which registers the tape writes; `reads` hears of every register read before the tape itself wrote it.

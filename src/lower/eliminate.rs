@@ -26,8 +26,8 @@ enum Step {
     One { index: usize, inverse: Expr, below: Vec<(usize, Expr)> },
     /// A pair \[a b; b 0\] with constant b, and (row, multipliers of the pair's rows).
     Two { pair: [usize; 2], diagonal: Expr, inverse: Expr, below: Vec<(usize, [Expr; 2])> },
-    /// A loop equation is added to rows of coordinates: (row, minus the factor).
-    Add { index: usize, to: Vec<(usize, Expr)> },
+    /// A loop equation is added with a weight to rows of coordinates: (row, minus the factor).
+    Add { index: usize, weight: f64, to: Vec<(usize, Expr)> },
 }
 
 /// A coordinate that moves no mass and is not held, so that its acceleration is not determined.
@@ -93,7 +93,7 @@ impl Factor {
         x.resize(self.size, Expr::ZERO);
         for step in &self.steps {
             match step {
-                Step::One { index, below, .. } | Step::Add { index, to: below } => {
+                Step::One { index, below, .. } | Step::Add { index, to: below, .. } => {
                     for (row, factor) in below {
                         x[*row] = minus_product(arena, x[*row], *factor, x[*index]);
                     }
@@ -110,6 +110,25 @@ impl Factor {
             step.substitute_back(arena, &mut x);
         }
         x
+    }
+
+    /// For each multiplier with a pivot of its own minus one over the square of how far its loop equation is from those that were eliminated
+    /// before, in the measure of the mass. Where that is constant, it says nothing.
+    pub fn closeness(&self, arena: &mut Arena, coordinates: usize) -> Vec<Expr> {
+        let mut weights = BTreeMap::new();
+        let mut closeness = Vec::new();
+        for step in &self.steps {
+            match step {
+                Step::Add { index, weight, .. } => *weights.entry(*index).or_insert(0.0) += weight,
+                Step::One { index, inverse, .. } if *index >= coordinates && arena.as_constant(*inverse).is_none() => {
+                    // An equation that was added makes its own pivot smaller: 1 / (1 / d + weight) instead of d.
+                    let weight = arena.constant(weights.get(index).copied().unwrap_or_default());
+                    closeness.push(arena.add(*inverse, weight));
+                }
+                _ => {}
+            }
+        }
+        closeness
     }
 }
 
@@ -244,7 +263,7 @@ impl Elimination {
                 self.subtract(arena, [column, other], factor, entry);
             }
         }
-        self.steps.push(Step::Add { index, to });
+        self.steps.push(Step::Add { index, weight, to });
     }
 
     /// The cheapest safe pivot.

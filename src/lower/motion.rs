@@ -118,6 +118,11 @@ impl Solver {
         results
     }
 
+    /// How close the loop equations are to depending on each other.
+    pub fn closeness(&self, arena: &mut Arena) -> Vec<Expr> {
+        self.factor.closeness(arena, self.system.load.len())
+    }
+
     /// The smallest move of the branch coordinates, in the measure of the mass, that takes away the residuals.
     pub fn projection(&self, arena: &mut Arena, residuals: &[Expr]) -> Vec<Expr> {
         let mut right = vec![Expr::ZERO; self.system.load.len()];

@@ -68,6 +68,7 @@ struct PositionKernels {
 #[derive(Clone, Debug, Default)]
 struct MotionKernels {
     acceleration: Vec<Expr>,
+    closeness: Vec<Expr>,
     project_position: Vec<Expr>,
     project_velocity: Vec<Expr>,
     inverse: Option<Vec<Expr>>,
@@ -196,6 +197,7 @@ impl MotionKernels {
         self.solve_tree = solve_tree;
         let arena = &mut equations.system.arena;
         self.acceleration = solver.motion(arena, active.len());
+        self.closeness = solver.closeness(arena);
         if !active.contains(&true) {
             return Ok(());
         }
@@ -257,6 +259,7 @@ fn assemble(
     let (jacobian, q_jacobian, v_jacobian) =
         (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
     let inverse = moving.inverse.as_deref().unwrap_or_default();
+    let acceleration: Vec<Expr> = moving.acceleration.iter().chain(&moving.closeness).copied().collect();
     let coefficients = moving.arms.as_ref().map_or(&[][..], |(_, coefficients)| coefficients);
     let mut assembler = Assembler::new(
         &equations.system.arena,
@@ -270,7 +273,7 @@ fn assemble(
             &q_jacobian,
             &position.velocities.results,
             &v_jacobian,
-            &moving.acceleration,
+            &acceleration,
             &moving.project_position,
             &moving.project_velocity,
             inverse,
@@ -280,13 +283,16 @@ fn assemble(
         ],
     );
     let places = |entries: &[((u32, u32), Expr)]| entries.iter().map(|(place, _)| *place).collect();
+    let mut acceleration = assembler.tape(&acceleration);
+    let closeness = acceleration.results.split_off(moving.acceleration.len());
     let tapes = Tapes {
         parameters: assembler.stage.clone(),
         constraint: assembler.tape(&position.constraint),
         jacobian: SparseTape { entries: places(&position.jacobian), tape: assembler.tape(&jacobian) },
         constraint_rate: assembler.tape(&position.constraint_rate),
         gamma: assembler.tape(&position.gamma),
-        acceleration: assembler.tape(&moving.acceleration),
+        acceleration,
+        closeness,
         project_position: assembler.tape(&moving.project_position),
         project_velocity: assembler.tape(&moving.project_velocity),
         inverse: moving.inverse.as_ref().map(|results| assembler.tape(results)),

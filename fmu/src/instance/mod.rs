@@ -102,9 +102,10 @@ impl Instance {
         self.stepper.statistics()
     }
 
-    /// Singular poses that the last step has passed; each is told once.
+    /// Singular poses that the motion has passed since the last communication point; each is told once.
     pub fn take_passages(&mut self) -> Vec<Passage> {
-        self.stepper.take_passages()
+        let time = self.time();
+        self.now.run.take_passages(time)
     }
 
     /// Index of the variable with that name.

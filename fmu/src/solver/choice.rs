@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Context;
 use super::continuation::Continuation;
+use super::dependence::end_of_reach;
 use super::dynamic::{Dynamic, Horizon, MOST_STEPS};
 use super::implicit::Implicit;
 use super::taylor::{Reading, Taylor};
@@ -112,7 +113,8 @@ impl Pace {
         // Written so that a front that stands still is too slow too.
         let enough = to_come < self.left as f64;
         if !enough {
-            return Err(Failure::TooManySteps { time: run.front_time, steps: MOST_STEPS });
+            let too_many = Failure::TooManySteps { time: run.front_time, steps: MOST_STEPS };
+            return Err(end_of_reach(context, run).unwrap_or(too_many));
         }
         self.left = self.left.saturating_sub(made);
         (self.attempts, self.time) = (attempts(context), run.front_time);

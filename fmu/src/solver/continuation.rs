@@ -5,12 +5,13 @@ use serde::{Deserialize, Serialize};
 use super::choice::Choice;
 use super::explicit::Explicit;
 use super::implicit::Memory;
+use super::passing::Passage;
 use super::taylor::Taylor;
 use crate::model::{Model, State, motion};
 use crate::series::Choices;
 
 /// Nothing is evaluated so near to a singular pose, in units of a usual step.
-const ZONE: f64 = 0.2;
+pub(super) const ZONE: f64 = 0.2;
 
 /// Together with the [`State`] it determines the rest of the run bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,6 +40,12 @@ pub struct Continuation {
     pub(super) ahead: f64,
     /// When the last singular pose was found, past or to come [s].
     pub(super) pose: Option<f64>,
+    /// The smallest 1 / r^2 of each loop equation so far, where r is how far it is from the others.
+    pub(super) smallest: Vec<f64>,
+    /// Do loop equations come so close to the others that the stages of a step must be on the loops?
+    pub(super) closing: bool,
+    /// Singular poses that the last steps have passed, not yet told.
+    pub(super) passages: Vec<Passage>,
     /// What the implicit method knows from the steps before.
     pub(super) implicit: Memory,
     /// Which engine is in charge, if that may change.
@@ -65,6 +72,9 @@ impl Continuation {
             step: 0.0,
             ahead: 0.0,
             pose: None,
+            smallest: vec![f64::MAX; model.program().tapes.closeness.len()],
+            closing: false,
+            passages: Vec::new(),
             implicit: Memory::new(model),
             choice: Choice::new(),
             changed: false,
@@ -77,6 +87,9 @@ impl Continuation {
         self.restart(model, state);
         self.dense_from = state.time();
         (self.step, self.ahead, self.pose) = (0.0, 0.0, None);
+        self.smallest.fill(f64::MAX);
+        self.closing = false;
+        self.passages.clear();
         self.choice = Choice::new();
         (self.changed, self.changed_before) = (false, false);
     }
@@ -122,9 +135,29 @@ impl Continuation {
         if self.ahead > 0.0 {
             self.ahead = f64::max(self.ahead + self.front_time - state.time(), 0.0);
         }
-        self.front_time = state.time();
+        // In the zone of a pose the next step passes it again.
+        let now = state.time();
+        if !self.in_zone(now) {
+            self.passages.retain(|passage| passage.time <= now);
+        }
+        self.front_time = now;
         self.front.copy_from_slice(&state.registers()[motion(model.layout())]);
         self.implicit.forget();
+    }
+
+    /// Notes that the last step has passed a singular pose: the motion there, and when.
+    pub(super) fn note_passage(&mut self, model: &Model, time: f64, pose: &[f64]) {
+        let mut state = self.origin.clone();
+        model.advance_signals(&self.origin, time, state.registers_mut());
+        state.registers_mut()[motion(model.layout())].copy_from_slice(pose);
+        self.passages.push(Passage::at(model, &state));
+    }
+
+    /// Takes the passages up to a time out.
+    pub fn take_passages(&mut self, time: f64) -> Vec<Passage> {
+        let (told, kept) = std::mem::take(&mut self.passages).into_iter().partition(|passage| passage.time <= time);
+        self.passages = kept;
+        told
     }
 
     /// Is this time so close to a singular pose that nothing may be evaluated?
@@ -146,6 +179,9 @@ impl Continuation {
         self.step = other.step;
         self.ahead = other.ahead;
         self.pose = other.pose;
+        self.smallest.clone_from(&other.smallest);
+        self.closing = other.closing;
+        self.passages.clone_from(&other.passages);
         self.implicit.copy_from(&other.implicit);
         self.choice = other.choice;
         self.changed = other.changed;
@@ -165,6 +201,9 @@ impl Continuation {
             && self.step >= 0.0
             && self.ahead >= 0.0
             && self.pose.is_none_or(f64::is_finite)
+            && self.passages.iter().all(|passage| passage.time.is_finite())
+            && self.smallest.len() == model.program().tapes.closeness.len()
+            && self.smallest.iter().all(|value| value.is_finite())
             && self.implicit.belongs_to(model)
             && self.choice.is_sound()
     }

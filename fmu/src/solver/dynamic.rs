@@ -1,17 +1,34 @@
 //! Integration of Eqs. (22): steps of DOP853, each projected onto the loop equations.
 
+mod passage;
+mod watch;
+
 use super::accelerations::finite;
-use super::continuation::Continuation;
+use super::continuation::{Continuation, ZONE};
+use super::dependence::end_of_reach;
 use super::explicit::{Derivative, Explicit, interpolate, next_step};
 use super::length::{STRETCH, shortest, within};
+use super::singular::{Plan, plan};
 use super::{Context, Failure, Statistics};
 use crate::machine::Machine;
 use crate::model::{Model, State};
+pub(super) use passage::COURSE;
+use watch::{Stages, Watch};
 
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
 const SHARE_OF_TOLERANCE: f64 = 0.01;
 /// Rounding is larger than an error below this.
 const FINEST: f64 = 1e-14;
+/// Near a singular pose the loops are closed this well.
+const TIGHT: f64 = 1e-10;
+/// So often a step is taken again because of a singular pose before it is made shorter.
+const REPLANS: u32 = 4;
+/// The error of a step near a singular pose, but not across it, is rounding only if it is less than this.
+const ROUGH: f64 = 1e6;
+/// Across a singular pose only rounding errors are left if an error, in units of what one step may be wrong by, is less than this, and this share of what it
+/// is together with the part that the loops take off.
+const NOISE: f64 = 1e3;
+const NOISE_SHARE: f64 = 1e-4;
 /// Most attempts at steps between two communication points.
 pub(super) const MOST_STEPS: u64 = 10_000_000;
 
@@ -23,6 +40,22 @@ pub struct Dynamic {
     tolerances: Vec<f64>,
     /// Is the derivative at the front known?
     known: bool,
+    watch: Watch,
+}
+
+/// What came of a trial.
+enum Trial {
+    /// With that error, in units of the tolerance, and a singular pose so far after the end (0 for none).
+    Accepted {
+        error: f64,
+        ahead: f64,
+    },
+    Rejected {
+        error: f64,
+        failure: Option<Failure>,
+    },
+    /// A singular pose was not where it was expected.
+    Replanned,
 }
 
 /// How far steps may go.
@@ -62,7 +95,8 @@ impl Dynamic {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
         let size = 2 * model.coordinates();
-        Self { explicit: Explicit::new(size), next: vec![0.0; size], tolerances: vec![0.0; size], known: false }
+        let (explicit, watch) = (Explicit::new(size), Watch::new(model));
+        Self { explicit, next: vec![0.0; size], tolerances: vec![0.0; size], known: false, watch }
     }
 
     /// To be called when the front is not the one that the last step left.
@@ -72,6 +106,9 @@ impl Dynamic {
 
     /// Takes one step.
     pub fn single(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+        if self.leave_at_the_start(context, run)? {
+            return Ok(());
+        }
         self.begin(context, run)?;
         self.step(context, run, horizon)
     }
@@ -84,7 +121,9 @@ impl Dynamic {
         }
         let theta = (target - run.dense_from) / (run.front_time - run.dense_from);
         interpolate(&run.dense, theta, motion);
-        true
+        // Where the loops hold less a projection would take the motion off its branch.
+        let zone = ZONE * (run.front_time - run.dense_from);
+        run.pose.is_none_or(|pose| (pose - target).abs() > zone)
     }
 
     /// The derivative at the front, and a first step size if there is none.
@@ -93,6 +132,7 @@ impl Dynamic {
         if !self.known {
             self.explicit.begin(&mut motion(context, &run.origin), time, &run.front);
             self.known = true;
+            self.look_around(context);
         }
         let n = context.model.coordinates();
         finite(context.model, time, &self.explicit.first()[n..])?;
@@ -108,75 +148,122 @@ impl Dynamic {
     fn step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
         let time = run.front_time;
         let shortest = shortest(time);
-        let mut rejected = false;
+        // No step ends in the zone of a singular pose, whoever asks for it: the dense output serves what lies there.
+        let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
+        let (mut rejected, mut replans) = (false, 0);
         loop {
             let natural = within(run.step, shortest, context.settings.max_step);
-            let limited = time + STRETCH * natural >= horizon.limit;
-            let end = if limited { horizon.limit } else { time + natural };
+            let planned = planned(run.ahead, natural).max(shortest);
+            let limited = time + STRETCH * planned >= limit && Self::may_end(run, limit);
+            let end = if limited { limit } else { time + planned };
             let h = end - time;
-            let (error, failure) = self.attempt(context, run, end, horizon.target);
-            let proposed = next_step(h, error, rejected);
-            if error <= 1.0 && failure.is_none() {
-                // A step cut short by a limit says nothing against the natural length.
-                run.step = if limited && !rejected { proposed.max(natural) } else { proposed };
-                self.accept(run, end);
-                context.statistics.steps += 1;
-                return Ok(());
+            match self.attempt(context, run, end, horizon.target) {
+                Trial::Accepted { error, ahead } => {
+                    let proposed = next_step(h, error, rejected);
+                    // A step cut short says nothing against the natural length.
+                    let cut = limited || planned < natural;
+                    run.step = if cut && !rejected { proposed.max(natural) } else { proposed };
+                    self.accept(run, end, ahead);
+                    context.statistics.steps += 1;
+                    return Ok(());
+                }
+                Trial::Rejected { error, failure } => {
+                    rejected = true;
+                    run.step = next_step(h, error, true).min(0.5 * h);
+                    if run.step < shortest {
+                        return Err(end_of_reach(context, run)
+                            .unwrap_or_else(|| underflow(context.model, time, self.explicit.first(), failure)));
+                    }
+                }
+                Trial::Replanned if replans < REPLANS => replans += 1,
+                Trial::Replanned => {
+                    (rejected, replans) = (true, 0);
+                    (run.step, run.ahead, run.pose) = ((0.5 * h).max(shortest), 0.0, None);
+                }
             }
-            rejected = true;
             context.statistics.rejected += 1;
-            run.step = proposed.min(0.5 * h);
-            if run.step < shortest {
-                return Err(underflow(context.model, time, self.explicit.first(), failure));
-            }
         }
     }
 
-    /// Tries a step to `end`. Returns its error in units of the tolerance, and what else is against it.
-    fn attempt(
-        &mut self,
-        context: &mut Context,
-        run: &mut Continuation,
-        end: f64,
-        target: f64,
-    ) -> (f64, Option<Failure>) {
+    /// Tries a step to `end`.
+    fn attempt(&mut self, context: &mut Context, run: &mut Continuation, end: f64, target: f64) -> Trial {
         let (time, h) = (run.front_time, end - run.front_time);
-        self.explicit.attempt(&mut motion(context, &run.origin), time, &run.front, h, &mut self.next);
+        let (near, passes) = (Self::is_near(run, end), Self::passes(run, end));
+        let watched = !context.model.program().tapes.closeness.is_empty();
+        if watched {
+            self.watch.begin_step();
+            let mut f = Stages::new(context, &run.origin, &mut self.watch, near);
+            self.explicit.attempt(&mut f, time, &run.front, h, &mut self.next);
+        } else {
+            self.explicit.attempt(&mut motion(context, &run.origin), time, &run.front, h, &mut self.next);
+        }
+        if let Some(failure) = self.watch.take_failure() {
+            return Trial::Rejected { error: f64::NAN, failure: Some(failure) };
+        }
         self.tolerate(context, &run.front, true);
-        let error = self.explicit.error(h, &self.tolerances);
+        let mut error = self.explicit.error(h, &self.tolerances);
+        if near && error > 1.0 && (passes || error < ROUGH) {
+            let flat = self.flattened_error(context, run, end, h);
+            let noise = passes && flat <= NOISE && flat <= NOISE_SHARE * error;
+            error = if noise { flat.min(1.0) } else { error.min(flat) };
+        }
         // Written so that NaN is rejected too.
         let small = error <= 1.0;
         if !small {
-            return (error, None);
+            return Trial::Rejected { error, failure: None };
         }
-        if let Err(failure) = self.close(context, run, end) {
-            return (error, Some(failure));
+        if let Err(failure) = self.close(context, run, end, near) {
+            return Trial::Rejected { error, failure: Some(failure) };
         }
         let mut f = motion(context, &run.origin);
         self.explicit.finish(&mut f, end, &self.next);
         let mut finite = self.explicit.last().iter().all(|value| value.is_finite());
-        if end > target {
-            self.explicit.dense(&mut f, time, &run.front, h, &self.next, &mut run.dense);
+        let mut ahead = 0.0;
+        if watched && finite {
+            self.look_ahead(context);
+            match self.survey(context, run, end) {
+                Some(found) => ahead = found,
+                None => return Trial::Replanned,
+            }
+        }
+        if end > target || Self::passes(run, end) {
+            let Self { explicit, watch, next, .. } = self;
+            if near {
+                let mut f = Stages::new(context, &run.origin, watch, true);
+                explicit.dense(&mut f, time, &run.front, h, next, &mut run.dense);
+            } else {
+                explicit.dense(&mut motion(context, &run.origin), time, &run.front, h, next, &mut run.dense);
+            }
             run.dense_from = time;
             finite &= run.dense.iter().all(|value| value.is_finite());
         }
-        (if finite { error } else { f64::NAN }, None)
+        if finite && Self::passes(run, end) {
+            self.note_passage(context, run, h);
+        }
+        if finite { Trial::Accepted { error, ahead } } else { Trial::Rejected { error: f64::NAN, failure: None } }
     }
 
     /// Projects the end of the step onto the loop equations.
-    fn close(&mut self, context: &mut Context, run: &Continuation, end: f64) -> Result<(), Failure> {
+    fn close(&mut self, context: &mut Context, run: &Continuation, end: f64, near: bool) -> Result<(), Failure> {
         if context.model.active().is_empty() {
             return Ok(());
         }
         let Context { model, machine, projection, settings, .. } = context;
         let (q, v) = self.next.split_at_mut(model.coordinates());
         machine.load_signals(model, &run.origin, end);
-        projection.positions(model, machine, q, settings.tolerance, f64::INFINITY)?;
-        projection.rates(model, machine, v, settings.tolerance)
+        let tolerance = if near { settings.tolerance.min(TIGHT) } else { settings.tolerance };
+        projection.positions(model, machine, q, tolerance, f64::INFINITY)?;
+        projection.rates(model, machine, v, tolerance)
     }
 
-    fn accept(&mut self, run: &mut Continuation, end: f64) {
+    fn accept(&mut self, run: &mut Continuation, end: f64, ahead: f64) {
         self.explicit.roll();
+        run.closing = self.watch.roll(&mut run.smallest);
+        run.ahead = ahead;
+        if ahead > 0.0 {
+            run.pose = Some(end + ahead);
+        }
+        run.series = Some(false);
         run.front_time = end;
         run.front.copy_from_slice(&self.next);
     }
@@ -191,6 +278,14 @@ impl Dynamic {
             self.tolerances[index] = tolerance * coordinate.scale;
             self.tolerances[n + index] = tolerance * coordinate.scale.max(rate);
         }
+    }
+}
+
+/// A step of its natural length, unless there is a singular pose so far ahead.
+fn planned(ahead: f64, natural: f64) -> f64 {
+    match if ahead > 0.0 { plan(&COURSE, ahead, natural) } else { Plan::Free } {
+        Plan::Free => natural,
+        Plan::Approach(length) | Plan::Pass(length) => length.min(natural),
     }
 }
 

@@ -8,6 +8,7 @@ pub mod accelerations;
 mod choice;
 mod continuation;
 mod dense;
+mod dependence;
 mod dop853;
 mod dynamic;
 pub mod expansion;
@@ -19,6 +20,7 @@ pub mod kinematic;
 mod least_squares;
 mod length;
 mod loops;
+mod passing;
 pub mod poses;
 pub mod projection;
 mod radau;
@@ -32,7 +34,7 @@ mod taylor;
 
 pub use crate::program::Engine;
 pub use failure::{Failure, Gap};
-pub use singular::Passage;
+pub use passing::Passage;
 pub(crate) use singular::weakest;
 
 use crate::machine::Machine;

@@ -122,6 +122,17 @@ impl Projection {
         Ok(())
     }
 
+    /// Takes out of a change of rates what would open the loops, at the positions in the registers.
+    pub fn flatten(&mut self, model: &Model, machine: &mut Machine, change: &mut [f64]) {
+        let m = model.program().constraints.len();
+        let tape = &model.program().tapes.project_velocity;
+        for (rates, sign) in [(&change.to_vec(), 1.0), (&vec![0.0; change.len()], -1.0)] {
+            machine.load_rates(model, rates);
+            machine.evaluate(tape, &mut self.step);
+            change.iter_mut().zip(&self.step[m..]).for_each(|(change, step)| *change += sign * step);
+        }
+    }
+
     /// The larger of the relative gaps of positions and of rates, at the state in the registers.
     pub fn gap(&mut self, model: &Model, machine: &mut Machine, state: &State) -> f64 {
         let mut relative = |level: Level, size: f64| {

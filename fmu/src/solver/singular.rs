@@ -9,8 +9,6 @@
 //! (J M^-1 J^T)^-1, and r_k = 1 / sqrt of its entry k is how far row k of J is from the rows that it may come to depend on. It passes zero like a straight
 //! line in time.
 
-use std::fmt;
-
 use nalgebra::DMatrix;
 
 use super::poses::{jacobian, sparse_jacobian};
@@ -29,17 +27,22 @@ const HORIZON: f64 = 12.0;
 const SOON: f64 = 0.8;
 /// A row that was coming closer and ends a step with more than this share of its distance has turned round, or has passed a singular pose.
 const TURNED: f64 = 0.8;
-/// Shares of a usual step: the distance from which a step passes the pose best, how long it must be in units of that distance.
-const TAKE_OFF: f64 = 0.77;
-const LANDING: f64 = 1.28;
-/// Shares of a usual step: the largest distance from which a step passes the pose.
-const PASSES: f64 = 0.85;
 /// A joint or a loop equation takes part in a dependence with at least this share of the largest one.
-const SHARE: f64 = 0.1;
+pub(super) const SHARE: f64 = 0.1;
 /// With more loop equations than this the weakest combination is found by iteration.
 const MANY: usize = 100;
 /// A start is in the zone of a singular pose if a step along it brings a row so many times further from the others.
 const ESCAPE: f64 = 20.0;
+
+/// The share of the distance at the front that is as good as none.
+const THERE: f64 = 0.02;
+/// A pose at which this share is left is no singular one.
+const NONE: f64 = 0.15;
+/// Attempts to find the time of the pose.
+const SECANTS: usize = 4;
+
+/// Where the time of a pose is made more precise, before and after it, in shares of a step.
+const CLOSER: [f64; 4] = [0.05, 5e-3, 5e-4, 1e-4];
 
 /// How close the loop equations are to depending on each other, at the front and at the end of a step: 1 / r_k^2.
 #[derive(Clone, Debug)]
@@ -59,15 +62,56 @@ pub enum Plan {
     Pass(f64),
 }
 
+/// How the steps of a method pass a pose.
+#[derive(Clone, Copy, Debug)]
+pub struct Course {
+    /// Shares of a usual step: the distance from which a step passes the pose best, and the largest one.
+    pub take_off: f64,
+    pub passes: f64,
+    /// Length of the step that passes, in units of the distance: the method evaluates nothing near the pose.
+    pub landing: f64,
+    /// Least share of the way that a step goes to come nearer: a short one says little of what lies ahead.
+    pub nearer: f64,
+}
+
 /// The plan for a pose so far ahead, if steps are usually so long.
-pub fn plan(ahead: f64, usual: f64) -> Plan {
-    if ahead <= PASSES * usual {
-        Plan::Pass(LANDING * ahead)
-    } else if ahead <= (1.0 + TAKE_OFF) * usual {
-        Plan::Approach(ahead - TAKE_OFF * usual)
+pub fn plan(course: &Course, ahead: f64, usual: f64) -> Plan {
+    if ahead <= course.passes * usual {
+        Plan::Pass(course.landing * ahead)
+    } else if ahead <= (1.0 + course.take_off) * usual {
+        Plan::Approach(f64::max(ahead - course.take_off * usual, course.nearer * ahead))
     } else {
         Plan::Free
     }
+}
+
+/// Finds the next singular pose near a guess of how far it is ahead, by the share that the row closest to the others has of its distance now.
+pub fn locate(guess: f64, mut share_at: impl FnMut(f64) -> f64) -> Option<f64> {
+    let (mut best, mut share) = (guess, share_at(guess));
+    for _ in 0..SECANTS {
+        if share < THERE {
+            break;
+        }
+        // The distance has passed zero, or is still to come to it.
+        let passed = best / (1.0 + share);
+        let coming = if share < 0.8 { best / (1.0 - share) } else { passed };
+        let candidates = [coming, passed].map(|time| (time, share_at(time)));
+        let (time, least) = if candidates[0].1 <= candidates[1].1 { candidates[0] } else { candidates[1] };
+        if least >= share {
+            break;
+        }
+        (best, share) = (time, least);
+    }
+    (share < NONE).then_some(best)
+}
+
+/// The time of a pose that is known about, more precisely: the distance from it grows alike on both sides. `span`: the length of the step.
+pub fn refine(at: f64, span: f64, mut share_at: impl FnMut(f64) -> f64) -> f64 {
+    CLOSER.iter().fold(at, |at, closer| {
+        let [before, after] = [-1.0, 1.0].map(|side| share_at(at + side * closer * span));
+        let shift = closer * span * (before - after) / (before + after);
+        if shift.is_finite() { at + shift } else { at }
+    })
 }
 
 impl Guard {
@@ -99,13 +143,6 @@ impl Guard {
         squares.fold(f64::INFINITY, f64::min).sqrt()
     }
 
-    /// Joints that are about as close as the closest one, measured by what they were at the front.
-    pub fn closest(&self) -> impl Iterator<Item = usize> {
-        let growth = |joint: usize| if self.front[joint] > 0.0 { self.next[joint] / self.front[joint] } else { 0.0 };
-        let largest = (0..self.front.len()).map(growth).fold(0.0, f64::max);
-        (0..self.front.len()).filter(move |&joint| growth(joint) >= SHARE * largest)
-    }
-
     /// Does a row come so close that the loops must be closed tightly?
     pub fn arrives(&self) -> bool {
         self.share() < SOON
@@ -119,29 +156,14 @@ impl Guard {
 
     /// How long after the step a row will depend on the others, if it comes closer at the same rate; 0 if none does soon.
     pub fn ahead(&self, h: f64) -> f64 {
-        let share = self.share();
-        let ahead = h * share / (1.0 - share);
-        if share * FALLS < 1.0 && ahead < HORIZON * h { ahead } else { 0.0 }
+        let ahead = self.arrival(h);
+        if self.share() * FALLS < 1.0 && ahead < HORIZON * h { ahead } else { 0.0 }
     }
-}
 
-/// A singular pose that the motion has passed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Passage {
-    /// When [s].
-    pub time: f64,
-    /// Joints and drivers whose loop equations depend on each other there.
-    pub joints: Vec<String>,
-}
-
-impl fmt::Display for Passage {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let joints: Vec<String> = self.joints.iter().map(|name| format!("`{name}`")).collect();
-        let (time, joints) = (self.time, joints.join(", "));
-        write!(
-            formatter,
-            "t = {time:.6} s: singular pose, the loops at {joints} hold less there; passed on the same branch"
-        )
+    /// How long after the step a row would depend on the others, if it came closer at the same rate.
+    pub fn arrival(&self, h: f64) -> f64 {
+        let share = self.share();
+        if share < 1.0 { h * share / (1.0 - share) } else { f64::INFINITY }
     }
 }
 
@@ -202,23 +224,25 @@ mod tests {
         assert!((guard.ahead(0.3) - 0.3).abs() < 1e-12);
         assert!(!guard.ends_near() && !guard.began_near());
         guard.next = vec![1.0, 100.0];
-        assert!(guard.ends_near() && guard.closest().eq([1]));
+        assert!(guard.ends_near());
         (guard.front, guard.next) = (guard.next.clone(), vec![1.0, 0.2]);
         assert!(guard.began_near());
     }
 
     #[test]
     fn no_planned_step_ends_near_the_pose() {
-        for usual in [1e-3, 1.0] {
-            let mut ahead = 4.0 * usual;
-            while ahead > 0.0 {
-                let h = match plan(ahead, usual) {
-                    Plan::Free => usual,
-                    Plan::Approach(most) => most.min(usual),
-                    Plan::Pass(least) => usual.max(least),
-                };
-                assert!((ahead - h).abs() > 0.2 * ahead, "{ahead} {h}");
-                ahead -= h;
+        for course in [crate::solver::taylor::COURSE, crate::solver::dynamic::COURSE] {
+            for usual in [1e-3, 1.0] {
+                let mut ahead = 4.0 * usual;
+                while ahead > 0.0 {
+                    let h = match plan(&course, ahead, usual) {
+                        Plan::Free => usual,
+                        Plan::Approach(most) => most.min(usual),
+                        Plan::Pass(least) => least,
+                    };
+                    assert!((ahead - h).abs() > 0.2 * ahead && h > 0.05 * usual, "{course:?} {ahead} {h}");
+                    ahead -= h;
+                }
             }
         }
     }

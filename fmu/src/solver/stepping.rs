@@ -12,7 +12,7 @@ use super::implicit::Implicit;
 use super::kinematic::{Kinematic, REACH, lock_up};
 use super::projection::Projection;
 use super::taylor::Taylor;
-use super::{Context, Engine, Failure, Passage, Settings, Statistics};
+use super::{Context, Engine, Failure, Settings, Statistics};
 use crate::machine::Machine;
 use crate::model::{Model, State, motion as range};
 use crate::program::Motion;
@@ -66,11 +66,6 @@ impl Stepper {
     /// What has been done so far.
     pub fn statistics(&self) -> Statistics {
         Statistics { projections: self.projection.count(), ..self.statistics }
-    }
-
-    /// Singular poses that the motion has passed since this was last asked.
-    pub fn take_passages(&mut self) -> Vec<Passage> {
-        self.taylor.as_mut().map(|taylor| std::mem::take(&mut taylor.passages)).unwrap_or_default()
     }
 
     /// To be called when the continuation was replaced by another one.
@@ -133,9 +128,8 @@ impl Stepper {
     ) -> Result<(), Failure> {
         let Self { dynamic, implicit, taylor, kinematic, projection, work, settling, statistics } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
-        if let Some(taylor) = taylor {
-            taylor.passages.clear();
-        }
+        // What nobody has asked for until now is not told any more.
+        run.take_passages(state.time());
         let exact = run.changed && run.changed_before;
         work.copy_from(state);
         if run.changed {

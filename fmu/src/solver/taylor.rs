@@ -7,14 +7,17 @@
 mod passage;
 
 use super::continuation::Continuation;
+use super::dependence::{begins_near, end_of_reach};
 use super::dynamic::{Dynamic, Horizon};
 use super::length::{LONGEST, STRETCH, shortest};
-use super::singular::{Guard, Passage, Plan, plan};
+use super::singular::{Course, Guard, Plan, plan};
 use super::{Context, Failure};
 use crate::math;
 use crate::model::Model;
 use crate::series::{Choices, Jet, MAX_ORDER};
 
+/// Nothing is evaluated between the ends of a step.
+pub(super) const COURSE: Course = Course { take_off: 0.77, passes: 0.85, landing: 1.28, nearer: 0.0 };
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
 const SHARE_OF_TOLERANCE: f64 = 0.03;
 /// Rounding is larger than an error below this.
@@ -55,10 +58,6 @@ pub struct Taylor {
     /// Series of q, order 2, in the piece that was left at once.
     left: Vec<f64>,
     guard: Guard,
-    /// Joints whose loops the next singular pose is about.
-    passing: Vec<usize>,
-    /// Singular poses passed since these were last taken.
-    pub(super) passages: Vec<Passage>,
     /// What the jet holds begins at the front.
     known: Start,
     /// Has it been begun with the loops closed tightly?
@@ -96,8 +95,6 @@ impl Taylor {
             closed: vec![0.0; size],
             left: vec![0.0; model.coordinates()],
             guard,
-            passing: Vec::new(),
-            passages: Vec::new(),
             known: Start::Unknown,
             tight: false,
         })
@@ -143,7 +140,7 @@ impl Taylor {
         if self.step(context, run, horizon)? {
             return Ok(());
         }
-        match Self::end_of_reach(context, run) {
+        match end_of_reach(context, run) {
             Some(failure) => Err(failure),
             None => self.lead_on(context, explicit, run, horizon),
         }
@@ -174,7 +171,7 @@ impl Taylor {
             // Only what the continuation remembers counts: what the guard holds may come from another run.
             self.guard.front.fill(0.0);
             self.known = match self.start(context, run, run.front_time, run.series == Some(true)) {
-                Some(_) if run.series.is_none() && Self::begins_near(context, run) => Start::Near,
+                Some(_) if run.series.is_none() && begins_near(context, run) => Start::Near,
                 Some(_) => Start::Regular,
                 None => Start::Singular,
             };
@@ -262,11 +259,11 @@ impl Taylor {
                     self.known = Start::Singular;
                     return Ok(true);
                 }
-                if found && run.ahead < end - time {
-                    self.note_passage(context, run);
-                }
                 if falling && !found {
                     found = self.look_back(context, run, end);
+                }
+                if found && run.ahead < end - time {
+                    self.note_passage(context, run, end);
                 }
                 let left = found.then_some(f64::max(run.ahead - (end - time), 0.0));
                 self.accept(context, run, end, end == limit || run.ahead > 0.0 || change.is_some());
@@ -389,6 +386,7 @@ impl Taylor {
         run.series = None;
         context.machine.load(context.model, &run.origin);
         explicit.single(context, run, horizon)?;
+        run.series = None;
         context.statistics.fallbacks += 1;
         self.known = Start::Unknown;
         Ok(())
@@ -397,7 +395,7 @@ impl Taylor {
 
 /// Length of a step that its series permits to be so long, and what is asked of its end.
 fn planned(ahead: f64, natural: f64, usual: f64, goal: f64) -> (f64, f64) {
-    match if ahead > 0.0 { plan(ahead, usual) } else { Plan::Free } {
+    match if ahead > 0.0 { plan(&COURSE, ahead, usual) } else { Plan::Free } {
         Plan::Free => (natural, goal),
         Plan::Approach(most) => (natural.min(most), goal),
         Plan::Pass(least) => (natural.max(least), goal.max(NOISE)),

@@ -2,19 +2,13 @@
 
 use super::{Start, Taylor, order_for};
 use crate::math;
-use crate::model::motion;
 use crate::solver::continuation::Continuation;
-use crate::solver::singular::{Passage, dependent};
+use crate::solver::dependence::undecided;
+use crate::solver::singular::{locate, refine};
 use crate::solver::{Context, Failure};
 
-/// The share of the distance at the front that is as good as none.
-const THERE: f64 = 0.02;
-/// A pose at which this share is left is no singular one.
-const NONE: f64 = 0.15;
 /// A row that has passed a pose has less than this share of its distance about there.
 const HALF: f64 = 0.5;
-/// Attempts to find the time of the pose.
-const SECANTS: usize = 4;
 
 /// Lengths that are tried for the step out of a singular pose, each half of the one before.
 const LENGTHS: usize = 12;
@@ -34,37 +28,13 @@ const NOISE: f64 = 1e-9;
 const MARGIN: f64 = 1.3;
 /// The rates of a step's polynomial are right to so many tolerances.
 const LOOSE: f64 = 10.0;
-/// A start closer to a singular pose than this is treated as one in it.
-const CLOSE: f64 = 1e-2;
-/// Loop equations closer than this are as good as dependent.
-const DEPENDENT: f64 = 1e-5;
 /// Corrections smaller than this are rounding errors.
 const ROUNDING: f64 = 1e-14;
 
 impl Taylor {
     /// Finds the next singular pose along the polynomial, near a guess of how far it is ahead.
     pub(super) fn locate(&mut self, context: &mut Context, run: &Continuation, guess: f64) -> Option<f64> {
-        let (mut best, mut share) = (guess, self.share_at(context, run, guess));
-        for _ in 0..SECANTS {
-            if share < THERE {
-                break;
-            }
-            // The distance has passed zero, or is still to come to it.
-            let passed = best / (1.0 + share);
-            let coming = if share < 0.8 { best / (1.0 - share) } else { passed };
-            let candidates = [coming, passed].map(|time| (time, self.share_at(context, run, time)));
-            let (time, least) = if candidates[0].1 <= candidates[1].1 { candidates[0] } else { candidates[1] };
-            if least >= share {
-                break;
-            }
-            (best, share) = (time, least);
-        }
-        if share >= NONE {
-            return None;
-        }
-        self.passing.clear();
-        self.passing.extend(self.guard.closest());
-        Some(best)
+        locate(guess, |time| self.share_at(context, run, time))
     }
 
     /// Looks for a singular pose that a step has passed without a plan. Says whether there was one.
@@ -76,8 +46,7 @@ impl Taylor {
         if let Some(ahead) = found {
             (run.ahead, run.pose) = (ahead, Some(run.front_time + ahead));
         }
-        self.jet.evaluate(&run.dense, run.order as usize, h, &mut self.next);
-        self.start(context, run, end, false);
+        self.come_back(context, run, end);
         found.is_some()
     }
 
@@ -125,7 +94,7 @@ impl Taylor {
                 h *= 0.5;
             }
         }
-        Err(Self::undecided(context, run))
+        Err(undecided(context, run))
     }
 
     /// Tries to find the state so long after the front; it is then in `closed`, and its series in the continuation.
@@ -169,41 +138,19 @@ impl Taylor {
         false
     }
 
-    /// Is the front so close to a singular pose that it must be left before anything is evaluated?
-    pub(super) fn begins_near(context: &Context, run: &Continuation) -> bool {
-        let first = run.step == 0.0 && run.dense_from == run.front_time;
-        if !first || context.model.active().is_empty() {
-            return run.in_zone(run.front_time);
-        }
-        front_dependence(context, run).0 < CLOSE
-    }
-
-    /// What to say where the motion could go on in several ways.
-    fn undecided(context: &Context, run: &Continuation) -> Failure {
-        Failure::Undecided { time: run.front_time, joints: front_dependence(context, run).1 }
-    }
-
-    /// Why there is no step from the front, if it is because the loops are at the end of their reach.
-    pub(super) fn end_of_reach(context: &Context, run: &Continuation) -> Option<Failure> {
-        if context.model.active().is_empty() {
-            return None;
-        }
-        let (distance, joints) = front_dependence(context, run);
-        (distance < DEPENDENT).then_some(Failure::EndOfReach { time: run.front_time, joints })
-    }
-
     /// Notes that the step from the front passes a singular pose.
-    pub(super) fn note_passage(&mut self, context: &Context, run: &Continuation) {
-        let time = run.front_time + run.ahead;
-        let joints = self.passing.iter().map(|&joint| self.jet.joint(context.model, joint).to_string()).collect();
-        self.passages.push(Passage { time, joints });
+    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Continuation, end: f64) {
+        let h = end - run.front_time;
+        let ahead = refine(run.ahead, h, |dt| self.share_at(context, run, dt));
+        self.jet.evaluate(&run.dense, run.order as usize, ahead, &mut self.next);
+        run.pose = Some(run.front_time + ahead);
+        run.note_passage(context.model, run.front_time + ahead, &self.next);
+        self.come_back(context, run, end);
     }
-}
 
-/// Which loop equations depend on each other at the front, and how far from it they are.
-fn front_dependence(context: &Context, run: &Continuation) -> (f64, Vec<String>) {
-    let mut state = run.origin.clone();
-    context.model.advance_signals(&run.origin, run.front_time, state.registers_mut());
-    state.registers_mut()[motion(context.model.layout())].copy_from_slice(&run.front);
-    dependent(context.model, &state)
+    /// Begins the series at the end of the step again, after looking elsewhere.
+    fn come_back(&mut self, context: &mut Context, run: &Continuation, end: f64) {
+        self.jet.evaluate(&run.dense, run.order as usize, end - run.front_time, &mut self.next);
+        self.start(context, run, end, false);
+    }
 }

@@ -1,0 +1,46 @@
+//! Loop equations that depend on each other at the front of a run.
+
+use super::continuation::Continuation;
+use super::singular::dependent;
+use super::{Context, Failure};
+use crate::model::motion;
+
+/// A start closer to a singular pose than this is treated as one in it.
+const CLOSE: f64 = 1e-2;
+/// Loop equations closer than this are as good as dependent.
+const DEPENDENT: f64 = 1e-5;
+/// The same where there is no step that leads on.
+const AT_THE_END: f64 = 1e-2;
+
+/// Is the front so close to a singular pose that it must be left before anything is evaluated?
+pub(super) fn begins_near(context: &Context, run: &Continuation) -> bool {
+    let first = run.step == 0.0 && run.dense_from == run.front_time;
+    if !first || context.model.active().is_empty() {
+        return run.in_zone(run.front_time);
+    }
+    at_the_front(context, run).0 < CLOSE
+}
+
+/// Is the front in a singular pose?
+pub(super) fn is_singular(context: &Context, run: &Continuation) -> bool {
+    at_the_front(context, run).0 < DEPENDENT
+}
+
+/// What to say where the motion could go on in several ways.
+pub(super) fn undecided(context: &Context, run: &Continuation) -> Failure {
+    Failure::Undecided { time: run.front_time, joints: at_the_front(context, run).1 }
+}
+
+/// Why there is no step from the front, if it is because the loops are at the end of their reach.
+pub(super) fn end_of_reach(context: &Context, run: &Continuation) -> Option<Failure> {
+    let (distance, joints) = at_the_front(context, run);
+    (distance < AT_THE_END).then_some(Failure::EndOfReach { time: run.front_time, joints })
+}
+
+/// Which loop equations depend on each other at the front, and how far from it they are.
+fn at_the_front(context: &Context, run: &Continuation) -> (f64, Vec<String>) {
+    let mut state = run.origin.clone();
+    context.model.advance_signals(&run.origin, run.front_time, state.registers_mut());
+    state.registers_mut()[motion(context.model.layout())].copy_from_slice(&run.front);
+    dependent(context.model, &state)
+}

@@ -1,0 +1,284 @@
+//! Singular poses on the way of a step of DOP853.
+//!
+//! A step that passes one is as long as brings the pose into the widest gap between the nodes; its stages are put on the loops, because what they
+//! would miss them by is divided by the distance; and what rounding errors add to its error along the direction in which the loops hold least does not
+//! count.
+
+use super::Dynamic;
+use super::watch::{Stages, read};
+use crate::math;
+use crate::solver::continuation::Continuation;
+use crate::solver::dependence::{begins_near, is_singular, undecided};
+use crate::solver::explicit::{interpolate, node};
+use crate::solver::singular::{Course, locate, refine};
+use crate::solver::{Context, Failure};
+
+/// The gap between the nodes 1/3 and 3/5, in the middle of which the pose is best.
+pub(in crate::solver) const COURSE: Course =
+    Course { take_off: 0.45, passes: 0.4667, landing: 1.0 / 0.4667, nearer: 0.5 };
+/// A step that passes a pose this share of its length from where it was expected is taken again.
+const MISSED: f64 = 0.07;
+/// So many steps after a pose the stages are still put on the loops.
+const BEHIND: f64 = 3.0;
+/// So far beyond a step its ends still tell where a singular pose is, in units of the step.
+const REACH: f64 = 2.2;
+/// Lengths that are tried for the step out of a singular pose, each half of the one before.
+const LENGTHS: usize = 12;
+/// The first one turns nothing by more than this [rad, or scales].
+const TURN: f64 = 0.3;
+/// Corrections of the state after the step.
+const CORRECTIONS: usize = 40;
+/// A correction that is not smaller than this share of the one before is the last one.
+const SLOW: f64 = 0.7;
+/// Corrections smaller than this are rounding errors.
+const ROUNDING: f64 = 1e-14;
+/// What may be left of a correction of positions, of rates relative to the largest, and in tolerances.
+const POSE: f64 = 1e-6;
+const RATE: f64 = 1e-4;
+const LOOSE: f64 = 10.0;
+/// The loops are closed this well where a step out of a singular pose begins and ends.
+const TIGHT: f64 = 1e-10;
+
+impl Dynamic {
+    /// Does a step pass a singular pose, as far as is known?
+    pub(super) fn passes(run: &Continuation, end: f64) -> bool {
+        run.ahead > 0.0 && run.front_time + run.ahead < end
+    }
+
+    /// Is a singular pose so near to a step that its stages must be on the loops?
+    pub(super) fn is_near(run: &Continuation, end: f64) -> bool {
+        let h = (end - run.front_time).abs();
+        run.closing || run.pose.is_some_and(|pose| pose > run.front_time - BEHIND * h && pose < end + h)
+    }
+
+    /// May a step that somebody cuts short end there? Not if it evaluates something near a singular pose.
+    pub(super) fn may_end(run: &Continuation, end: f64) -> bool {
+        let place = run.ahead / (end - run.front_time);
+        !Self::passes(run, end) || (place - COURSE.passes).abs() < MISSED
+    }
+
+    /// The error of the step just tried, without what the loops take off it.
+    pub(super) fn flattened_error(&mut self, context: &mut Context, run: &Continuation, end: f64, h: f64) -> f64 {
+        let Self { explicit, next, tolerances, .. } = self;
+        let Context { model, machine, projection, .. } = context;
+        let n = model.coordinates();
+        machine.load_signals(model, &run.origin, end);
+        machine.load_positions(model, &next[..n]);
+        explicit.filtered_error(h, tolerances, |error| {
+            for part in error.chunks_exact_mut(n) {
+                // Twice, for the first time leaves rounding errors divided by the distance.
+                projection.flatten(model, machine, part);
+                projection.flatten(model, machine, part);
+            }
+        })
+    }
+
+    /// Looks for singular poses in the step just tried and after it. Says how far after it there is one; none if the step must be taken
+    /// again, because it has passed a pose that was not known, or elsewhere.
+    pub(super) fn survey(&mut self, context: &mut Context, run: &mut Continuation, end: f64) -> Option<f64> {
+        let h = end - run.front_time;
+        let expected =
+            if Self::passes(run, end) { Some(run.ahead) } else { self.watch.dip().map(|stage| node(stage) * h) };
+        if let Some(guess) = expected {
+            self.watch.reference.copy_from_slice(&self.watch.front);
+            let found = locate(guess, |dt| self.share_at(context, run, h, dt));
+            let found = found.filter(|ahead| (0.0..h).contains(ahead));
+            let known = Self::passes(run, end);
+            if let Some(ahead) = found {
+                let missed = !known || (ahead - run.ahead).abs() > MISSED * h;
+                (run.ahead, run.pose) = (ahead, Some(run.front_time + ahead));
+                if missed {
+                    return None;
+                }
+            } else if known {
+                (run.ahead, run.pose) = (0.0, None);
+            }
+        }
+        let guess = self.watch.arrival(h);
+        if guess > REACH * h {
+            return Some(0.0);
+        }
+        self.watch.reference.copy_from_slice(&self.watch.guard.next);
+        let found = locate(guess, |dt| self.share_at(context, run, h, h + dt));
+        Some(found.filter(|ahead| *ahead > 0.0).unwrap_or(0.0))
+    }
+
+    /// The smallest distance from a singular pose along the polynomial through the ends of a step, as a share of the reference.
+    fn share_at(&mut self, context: &mut Context, run: &Continuation, h: f64, dt: f64) -> f64 {
+        let Self { explicit, next, watch, .. } = self;
+        quintic([&run.front, explicit.first()], [next, explicit.last()], h, dt, &mut watch.point);
+        self.share(context, run, run.front_time + dt)
+    }
+
+    /// The smallest distance from a singular pose at the point, as a share of the reference.
+    fn share(&self, context: &mut Context, run: &Continuation, time: f64) -> f64 {
+        let Self { watch, .. } = self;
+        let Context { model, machine, statistics, .. } = context;
+        machine.load_signals(model, &run.origin, time);
+        machine.load_motion(model, &watch.point);
+        machine.run(&model.program().tapes.acceleration);
+        statistics.evaluations += 1;
+        let rows = model.program().tapes.closeness.iter().zip(&watch.reference);
+        let share = |(&register, front): (&u32, &f64)| front / machine.registers()[register as usize].abs();
+        // Where a row depends on the others exactly, those after it are no numbers.
+        rows.map(share).fold(f64::INFINITY, |least, share| if share < least { share } else { least }).sqrt()
+    }
+
+    /// Notes that the step of this length passes a singular pose.
+    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Continuation, h: f64) {
+        self.watch.reference.copy_from_slice(&self.watch.front);
+        let ahead = refine(run.ahead, h, |dt| {
+            interpolate(&run.dense, dt / h, &mut self.watch.point);
+            self.share(context, run, run.front_time + dt)
+        });
+        let time = run.front_time + ahead;
+        run.pose = Some(time);
+        interpolate(&run.dense, ahead / h, &mut self.watch.point);
+        run.note_passage(context.model, time, &self.watch.point);
+    }
+
+    /// 1 / r^2 at the front, where the derivative has just been evaluated.
+    pub(super) fn look_around(&mut self, context: &Context) {
+        read(&context.model.program().tapes.closeness, context.machine.registers(), &mut self.watch.front);
+    }
+
+    /// The same at the end of a step.
+    pub(super) fn look_ahead(&mut self, context: &Context) {
+        read(&context.model.program().tapes.closeness, context.machine.registers(), &mut self.watch.guard.next);
+    }
+
+    /// Leaves a singular pose in which a run begins. Says whether there was one.
+    pub(super) fn leave_at_the_start(
+        &mut self,
+        context: &mut Context,
+        run: &mut Continuation,
+    ) -> Result<bool, Failure> {
+        let looks = run.series.is_none() && !context.model.program().tapes.closeness.is_empty();
+        if !looks || !begins_near(context, run) {
+            return Ok(false);
+        }
+        if self.leave(context, run) {
+            return Ok(true);
+        }
+        // Too slow to be left, though not in the pose: it is followed like any other motion.
+        if is_singular(context, run) { Err(undecided(context, run)) } else { Ok(false) }
+    }
+
+    /// Finds the state a step later from which the motion comes back to the front.
+    fn leave(&mut self, context: &mut Context, run: &mut Continuation) -> bool {
+        let n = context.model.coordinates();
+        let speeds = context.model.program().coordinates.iter().zip(&run.front[n..]);
+        let speed = speeds.fold(0.0, |largest, (coordinate, v)| math::maximum(largest, v.abs() / coordinate.scale));
+        let longest = TURN / speed;
+        let mut h = if run.step > 0.0 { f64::min(run.step, longest) } else { longest }.min(context.settings.max_step);
+        let pose = run.pose.filter(|_| run.in_zone(run.front_time)).unwrap_or(run.front_time);
+        for _ in 0..LENGTHS {
+            if h.is_finite() && self.shoot(context, run, h, pose, speed) {
+                (run.ahead, run.pose) = (0.0, Some(pose));
+                run.step = run.step.max(h);
+                context.statistics.steps += 1;
+                self.known = false;
+                return true;
+            }
+            h *= 0.5;
+        }
+        false
+    }
+
+    /// Tries to find the state so long after the front, by steps back from it that have the pose in their gap. The step that leads there is then the
+    /// last one.
+    fn shoot(&mut self, context: &mut Context, run: &mut Continuation, h: f64, pose: f64, speed: f64) -> bool {
+        let (n, time) = (context.model.coordinates(), run.front_time);
+        let end = time + h;
+        let back = (end - pose) * COURSE.landing;
+        let mut state = run.front.clone();
+        (0..n).for_each(|index| state[index] += h * state[n + index]);
+        let mut reached = state.clone();
+        let mut before = f64::INFINITY;
+        for _ in 0..CORRECTIONS {
+            if !self.stretch(context, run, end, -back, &mut state) {
+                return false;
+            }
+            interpolate(&run.dense, h / back, &mut reached);
+            let mut left = [0.0, 0.0];
+            for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
+                let dq = run.front[index] - reached[index];
+                let dv = run.front[n + index] - reached[n + index];
+                left[0] = math::maximum(left[0], dq.abs() / coordinate.scale);
+                left[1] = math::maximum(left[1], dv.abs() / (coordinate.scale * speed));
+                state[index] += dq + h * dv;
+                state[n + index] += dv;
+            }
+            let size = math::maximum(left[0], h * speed * left[1]);
+            if !size.is_finite() {
+                return false;
+            }
+            if size <= ROUNDING || size > SLOW * before {
+                let tolerance = context.settings.tolerance;
+                let closed = left[0] <= POSE.max(tolerance) && left[1] <= RATE.max(LOOSE * tolerance);
+                return closed && self.come_forth(context, run, end, back);
+            }
+            before = size;
+        }
+        false
+    }
+
+    /// Takes the step that leads to the state found, from where the last step back has ended.
+    fn come_forth(&mut self, context: &mut Context, run: &mut Continuation, end: f64, h: f64) -> bool {
+        let mut state = self.next.clone();
+        let there = self.stretch(context, run, end - h, h, &mut state);
+        self.tolerate(context, &state, true);
+        let straight = self.explicit.error(h, &self.tolerances);
+        if !there || straight.min(self.flattened_error(context, run, end, h)) > 1.0 {
+            return false;
+        }
+        run.dense_from = end - h;
+        run.front_time = end;
+        run.front.copy_from_slice(&self.next);
+        true
+    }
+
+    /// A step from a state, which is put on the loops first, with its stages on the loops. Its end and dense output are at hand then.
+    fn stretch(&mut self, context: &mut Context, run: &mut Continuation, from: f64, h: f64, state: &mut [f64]) -> bool {
+        if !close(context, run, from, state) {
+            return false;
+        }
+        let Self { explicit, next, watch, .. } = self;
+        watch.begin_step();
+        let mut f = Stages::new(context, &run.origin, watch, true);
+        explicit.begin(&mut f, from, state);
+        explicit.attempt(&mut f, from, state, h, next);
+        if watch.take_failure().is_some() || !close(context, run, from + h, next) {
+            return false;
+        }
+        let mut f = Stages::new(context, &run.origin, watch, true);
+        explicit.finish(&mut f, from + h, next);
+        explicit.dense(&mut f, from, state, h, next, &mut run.dense);
+        watch.take_failure().is_none() && run.dense.iter().chain(&*next).all(|value| value.is_finite())
+    }
+}
+
+/// Puts a state on the loops, tightly. Says whether that was possible.
+fn close(context: &mut Context, run: &Continuation, time: f64, state: &mut [f64]) -> bool {
+    let Context { model, machine, projection, settings, .. } = context;
+    let (q, v) = state.split_at_mut(model.coordinates());
+    let tolerance = settings.tolerance.min(TIGHT);
+    machine.load_signals(model, &run.origin, time);
+    projection.positions(model, machine, q, tolerance, f64::INFINITY).is_ok()
+        && projection.rates(model, machine, v, tolerance).is_ok()
+}
+
+/// (q, v) along the polynomial of degree 5 through two states with their derivatives, h apart, so long after the first one.
+fn quintic([y, f]: [&[f64]; 2], [end, slope]: [&[f64]; 2], h: f64, dt: f64, point: &mut [f64]) {
+    let (n, x) = (y.len() / 2, dt / h);
+    for i in 0..n {
+        let (v, a) = (h * y[n + i], 0.5 * h * h * f[n + i]);
+        // What is left of position, rate and half the acceleration at the end.
+        let p = end[i] - y[i] - v - a;
+        let r = h * end[n + i] - v - 2.0 * a;
+        let s = 0.5 * h * h * slope[n + i] - a;
+        let (c3, c4, c5) = (10.0 * p - 4.0 * r + s, -15.0 * p + 7.0 * r - 2.0 * s, 6.0 * p - 3.0 * r + s);
+        point[i] = y[i] + x * (v + x * (a + x * (c3 + x * (c4 + x * c5))));
+        point[n + i] = (v + x * (2.0 * a + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))) / h;
+    }
+}
