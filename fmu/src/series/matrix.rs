@@ -5,7 +5,7 @@ use super::inverse::Inverse;
 use super::lane::{Lane, WIDTH};
 
 /// What a multiplication of four numbers costs, in units of one by itself whose places must be looked up.
-pub(super) const FOUR_AT_ONCE: f64 = 0.2;
+pub(super) const FOUR_AT_ONCE: f64 = 0.35;
 /// So often a typical step solves.
 const SOLUTIONS: usize = 16;
 

@@ -33,6 +33,8 @@ const GROW: f64 = 8.0;
 const KEEP: f64 = 1.2;
 /// A contraction of Newton's iterations for which the Jacobian is kept.
 const FRESH_ENOUGH: f64 = 1e-3;
+/// Where in a step the Jacobian is evaluated, if the motion before says what is there.
+const MIDDLE: f64 = 0.6;
 /// A first step is rejected by this factor.
 const FIRST_REJECTED: f64 = 0.1;
 /// Iterations for which the safety factor is meant.
@@ -264,7 +266,7 @@ impl Implicit {
         }
         finite(context.model, run.front_time, &self.radau.first()[context.model.coordinates()..])?;
         if !run.implicit.anchored || run.implicit.contraction > FRESH_ENOUGH {
-            self.anchor_at_the_front(context, run);
+            self.anchor_ahead(context, run);
         } else if !self.current {
             self.differentiate(context, run);
         }
@@ -283,7 +285,20 @@ impl Implicit {
             frequency = math::maximum(frequency, front[n + index].abs() / coordinate.scale);
             frequency = math::maximum(frequency, acceleration.sqrt());
         }
-        libm::pow(share(context.settings.tolerance), 0.25) / frequency
+        fourth_root(share(context.settings.tolerance)) / frequency
+    }
+
+    /// Makes a place within the next step, as the motion before promises it, that of the Jacobian: it serves all nodes alike.
+    fn anchor_ahead(&mut self, context: &mut Context, run: &mut Continuation) {
+        let before = run.front_time - run.dense_from;
+        if !run.implicit.smooth || run.step == 0.0 || run.step > EXTRAPOLATED * before {
+            return self.anchor_at_the_front(context, run);
+        }
+        let Memory { anchor, anchored, .. } = &mut run.implicit;
+        anchor[0] = run.front_time + MIDDLE * run.step;
+        evaluate(&run.dense, before + MIDDLE * run.step, &mut anchor[1..]);
+        *anchored = true;
+        self.differentiate(context, run);
     }
 
     /// Makes the front the place of the Jacobian, if it is not.
@@ -328,9 +343,9 @@ impl Implicit {
                 return reject(0.5);
             }
         }
-        self.tolerate(context, &run.front, h);
-        self.guess(run, h);
         let share = share(context.settings.tolerance);
+        self.tolerate(context, &run.front, h, share);
+        self.guess(run, h);
         let goal = (NEWTON_SHARE * share.sqrt()).max(self.noise(&run.front, h));
         let Implicit { radau, next, tolerances, .. } = self;
         let mut f = motion(context, &run.origin);
@@ -345,7 +360,7 @@ impl Implicit {
         if !small {
             return reject(match error {
                 _ if first => FIRST_REJECTED,
-                error => (SAFETY * libm::pow(error, -0.25)).clamp(SHRINK, 0.9),
+                error => (SAFETY / fourth_root(error)).clamp(SHRINK, 0.9),
             });
         }
         radau.end(&run.front, next);
@@ -405,9 +420,9 @@ impl Implicit {
     fn propose(&self, memory: &Memory, h: f64, error: f64, iterations: i32, rejected: bool) -> f64 {
         let error = error.max(SMALLEST_ERROR);
         let safety = SAFETY * f64::min(1.0, (1.0 + 2.0 * ITERATIONS) / (f64::from(iterations) + 2.0 * ITERATIONS));
-        let mut factor = safety * libm::pow(error, -0.25);
+        let mut factor = safety / fourth_root(error);
         if memory.step > 0.0 {
-            let predicted = SAFETY * (memory.step.recip() * h) * libm::pow(memory.error / (error * error), 0.25);
+            let predicted = SAFETY * (memory.step.recip() * h) * fourth_root(memory.error / (error * error));
             factor = factor.min(predicted);
         }
         let most = if rejected { 1.0 } else { GROW };
@@ -417,9 +432,8 @@ impl Implicit {
 
     /// Absolute tolerances of q and v for one step. Rates count relative to themselves, but not below one scale a second, or a step if it is
     /// longer.
-    fn tolerate(&mut self, context: &Context, front: &[f64], h: f64) {
+    fn tolerate(&mut self, context: &Context, front: &[f64], h: f64, share: f64) {
         let n = context.model.coordinates();
-        let share = share(context.settings.tolerance);
         for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
             self.tolerances[index] = share * coordinate.scale;
             self.tolerances[n + index] = share * (coordinate.scale / h.max(1.0)).max(front[n + index].abs());
@@ -430,6 +444,10 @@ impl Implicit {
 /// q'' of the dense output.
 fn second_derivative(dense: &[f64], n: usize, index: usize, dt: f64) -> f64 {
     (2..=DENSE_ORDER).rev().fold(0.0, |sum, k| sum * dt + (k * (k - 1)) as f64 * dense[k * n + index])
+}
+
+fn fourth_root(value: f64) -> f64 {
+    value.sqrt().sqrt()
 }
 
 /// What the error estimate of one step may be.

@@ -30,6 +30,8 @@ const OPENING: f64 = 10.0;
 const SAFETY: f64 = 0.9;
 /// A step is at most so many times as long as the one before.
 const GROW: f64 = 4.0;
+/// A step shorter than this share of its natural length needs no look at its end if there are no loops to be closed there.
+const SURE: f64 = 0.5;
 /// A step shorter than this share of the one before is cut short.
 const CUT: f64 = 0.9;
 /// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
@@ -149,6 +151,10 @@ impl Taylor {
     /// (q, v) at the target, from the front or from the polynomial.
     pub fn read(&mut self, context: &mut Context, run: &Continuation, target: f64, motion: &mut [f64]) -> Reading {
         if run.front_time == target {
+            if self.jet.is_open() {
+                motion.copy_from_slice(&run.front);
+                return Reading::Closed;
+            }
             self.begin(context, run);
             let regular = matches!(self.known, Start::Regular | Start::Near);
             motion.copy_from_slice(if regular { &self.closed } else { &run.front });
@@ -245,6 +251,11 @@ impl Taylor {
             // What lies behind the end of a piece says nothing about the step up to it.
             self.jet.force(if change.is_some() { chosen } else { Choices::default() });
             self.jet.evaluate(&run.dense, order, end - time, &mut self.next);
+            if self.jet.is_open() && change.is_none() && end - time < SURE * natural {
+                self.known = Start::Unknown;
+                self.accept(context, run, end, true);
+                return Ok(true);
+            }
             let closed = self.start(context, run, end, false).is_some_and(|open| open <= goal);
             if closed && self.guard.ends_near() {
                 (run.ahead, h) = (0.0, SHORTER * (end - time));

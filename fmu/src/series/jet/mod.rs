@@ -275,6 +275,11 @@ impl Jet {
         Some(jet)
     }
 
+    /// Has the mechanism no loops?
+    pub fn is_open(&self) -> bool {
+        self.form.rows.is_empty()
+    }
+
     /// The name of one of them.
     pub fn joint<'a>(&self, model: &'a Model, joint: usize) -> &'a str {
         let row = self.groups.iter().position(|group| *group == joint).map(|row| self.form.rows[row].constraint);
