@@ -142,7 +142,7 @@ fn series(equations: &mut Equations, active: &[bool], solved: &[Expr]) -> Result
 }
 
 /// Would a step by Taylor series cost too much? It inverts a dense matrix and multiplies with it at every order; one by Runge-Kutta runs a
-/// tape that knows which entries vanish, for every stage, but does not cross singular poses of loops safely.
+/// tape that knows which entries vanish, for every stage, but needs more steps to cross singular poses of loops.
 fn is_too_large(arms: &ArmForm, instructions: usize) -> bool {
     let size = arms.coordinates.len() + arms.auxiliary.len() + arms.rows.len();
     costs_too_much(size, arms.rows.len(), instructions)
