@@ -1,5 +1,5 @@
 //! Runs the hard set: mechanisms through singular poses and other hard cases, at tolerances from 1e-3 to 1e-13, and prints what came
-//! out. Run with `cargo run --release --example hard_set [members] [taylor|explicit] [part of a family's name]`.
+//! out, for each method. Run with `cargo run --release --example hard_set [members] [automatic|explicit|all] [part of a family's name]`.
 
 #[path = "../tests/support/hard.rs"]
 mod hard;
@@ -24,27 +24,32 @@ struct Row {
     examples: Vec<String>,
 }
 
+/// What a row of the table is about besides a family.
+type Method = (&'static str, Option<Engine>);
+
+/// What the program chooses, and others.
+const METHODS: [Method; 2] = [("automatic", None), ("explicit", Some(Engine::Dop853))];
+/// Those that are not chosen run only mechanisms with loops, and not longer than this [s].
+const SHORT: f64 = 50.0;
 const POINTS: [Points; 3] = [Points::Even(400), Points::Even(7), Points::Uneven(300)];
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let members = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(6);
-    let engine = match arguments.next().as_deref() {
-        Some("explicit") => Some(Engine::Dop853),
-        Some("taylor") => Some(Engine::Taylor),
-        _ => None,
-    };
+    let method = arguments.next().unwrap_or_else(|| "all".into());
+    let methods: Vec<Method> = METHODS.into_iter().filter(|(name, _)| method == "all" || method == *name).collect();
     let part = arguments.next().unwrap_or_default();
     let cases: Vec<Case> = cases(members).into_iter().filter(|case| case.family.contains(&part)).collect();
-    let (next, rows) = (AtomicUsize::new(0), Mutex::new(BTreeMap::<&str, Row>::new()));
+    let (next, rows) = (AtomicUsize::new(0), Mutex::new(BTreeMap::<(&str, &str), Row>::new()));
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
         for _ in 0..cores {
             scope.spawn(|| {
                 while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let row = study(case, engine);
-                    if let Ok(mut rows) = rows.lock() {
-                        rows.entry(case.family).or_default().add(row);
+                    for (method, row) in study(case, &methods) {
+                        if let Ok(mut rows) = rows.lock() {
+                            rows.entry((case.family, method)).or_default().add(row);
+                        }
                     }
                 }
             });
@@ -55,19 +60,25 @@ fn main() {
     }
 }
 
-fn study(case: &Case, engine: Option<Engine>) -> Row {
-    let mut row = Row::default();
+fn study(case: &Case, methods: &[Method]) -> Vec<(&'static str, Row)> {
     let model = case.model();
-    for &tolerance in case.tolerances {
-        for points in POINTS {
-            let outcome = match &model {
-                Ok(model) => case.run(model, engine, tolerance, points),
-                Err(fault) => Outcome::Failed(fault.clone()),
-            };
-            row.count(&format!("{} at {tolerance:e}, {points:?}", case.scene.name.text), outcome);
+    let loops = model.as_ref().is_ok_and(|model| !model.active().is_empty());
+    let applies = |engine: Option<Engine>| engine.is_none() || loops && case.stop < SHORT;
+    let mut rows = Vec::new();
+    for &(method, engine) in methods.iter().filter(|(_, engine)| applies(*engine)) {
+        let mut row = Row::default();
+        for &tolerance in case.tolerances {
+            for points in POINTS {
+                let outcome = match &model {
+                    Ok(model) => case.run(model, engine, tolerance, points),
+                    Err(fault) => Outcome::Failed(fault.clone()),
+                };
+                row.count(&format!("{method}, {} at {tolerance:e}, {points:?}", case.scene.name.text), outcome);
+            }
         }
+        rows.push((method, row));
     }
-    row
+    rows
 }
 
 impl Row {
@@ -103,29 +114,30 @@ impl Row {
     }
 }
 
-fn print(rows: &BTreeMap<&str, Row>) {
+fn print(rows: &BTreeMap<(&str, &str), Row>) {
     println!(
-        "{:<32}{:>6}{:>6}{:>8}{:>8}{:>10}{:>10}{:>12}",
-        "scene", "runs", "lost", "failed", "errors", "drift", "residual", "us per run"
+        "{:<32}{:<11}{:>6}{:>6}{:>8}{:>8}{:>10}{:>10}{:>12}",
+        "scene", "method", "runs", "lost", "failed", "errors", "drift", "residual", "us per run"
     );
-    let mut total = Row::default();
-    for (family, row) in rows {
-        line(family, row);
+    let mut totals = BTreeMap::<&str, Row>::new();
+    for ((family, method), row) in rows {
+        line(family, method, row);
+        let total = totals.entry(method).or_default();
         total.runs += row.runs;
         total.lost += row.lost;
         total.failed += row.failed;
         total.refused += row.refused;
     }
-    line("all", &total);
+    totals.iter().for_each(|(method, total)| line("all", method, total));
     for row in rows.values() {
         row.examples.iter().take(6).for_each(|example| println!("{example}"));
     }
 }
 
-fn line(name: &str, row: &Row) {
+fn line(name: &str, method: &str, row: &Row) {
     let passed = row.runs - row.lost - row.failed - row.refused;
     println!(
-        "{name:<32}{:>6}{:>6}{:>8}{:>8}{:>10.1e}{:>10.1e}{:>12.0}",
+        "{name:<32}{method:<11}{:>6}{:>6}{:>8}{:>8}{:>10.1e}{:>10.1e}{:>12.0}",
         row.runs,
         row.lost,
         row.failed,

@@ -420,6 +420,16 @@ pub fn neutral(seed: u64) -> FourBar {
     }
 }
 
+/// One of these whose longest bar is a little too short to meet the others in line, or too long if that is negative.
+pub fn nearly_neutral(seed: u64, defect: f64) -> FourBar {
+    let mut bars = neutral(seed);
+    let sides = [&mut bars.crank, &mut bars.coupler, &mut bars.rocker, &mut bars.base];
+    if let Some(longest) = sides.into_iter().max_by(|a, b| a.total_cmp(b)) {
+        *longest -= defect;
+    }
+    bars
+}
+
 /// N four-bar loops of bars of length 1 side by side (IFToMM benchmark A02).
 pub fn loops(count: usize, angle: f64, speed: f64) -> Case {
     let mut scene = Scene::new(&format!("loops_{count}")).gravity([0.0, -9.81]);
@@ -724,6 +734,11 @@ pub fn cases(members: u64) -> Vec<Case> {
     }
     for seed in 0..3 * members {
         cases.push(neutral(seed).case("neutral four-bar", &format!("neutral_{seed}"), 8.0));
+    }
+    for (seed, power) in (0..members).flat_map(|seed| (3..=8).map(move |power| (seed, power))) {
+        let bars = nearly_neutral(seed, 10.0_f64.powi(-power));
+        let name = format!("nearly_neutral_{seed}_1e-{power}");
+        cases.push(bars.case("nearly neutral four-bar", &name, 8.0).at(&[1e-6, 1e-7, 1e-8, 1e-9, 1e-10]));
     }
     for count in [1, 2, 5, 10, 20, 40, 100] {
         // The benchmark itself: upright, 1 m/s.

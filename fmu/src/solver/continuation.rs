@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::choice::Choice;
 use super::explicit::Explicit;
 use super::implicit::Memory;
+use super::length::LONGEST;
 use super::passing::Passage;
 use super::taylor::Taylor;
 use crate::model::{Model, State, motion};
@@ -12,6 +13,20 @@ use crate::series::Choices;
 
 /// Nothing is evaluated so near to a singular pose, in units of a usual step.
 pub(super) const ZONE: f64 = 0.2;
+
+/// A step that follows a curve goes this share of the way to where branches would meet.
+const SHARE: f64 = 0.3;
+/// The curve is followed for so many times its distance from there.
+const AFTER: f64 = 1.0;
+
+/// How the curve is followed where branches come close to each other but do not meet: by plain steps, so short that none can go over to the other branch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Follow {
+    /// From here on as usual [s].
+    pub until: f64,
+    /// Longest next step [s].
+    pub most: f64,
+}
 
 /// Together with the [`State`] it determines the rest of the run bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,6 +59,8 @@ pub struct Continuation {
     pub(super) smallest: Vec<f64>,
     /// Do loop equations come so close to the others that the stages of a step must be on the loops?
     pub(super) closing: bool,
+    /// Where branches come close to each other but do not meet.
+    pub(super) follow: Option<Follow>,
     /// Singular poses that the last steps have passed, not yet told.
     pub(super) passages: Vec<Passage>,
     /// What the implicit method knows from the steps before.
@@ -74,6 +91,7 @@ impl Continuation {
             pose: None,
             smallest: vec![f64::MAX; model.program().tapes.closeness.len()],
             closing: false,
+            follow: None,
             passages: Vec::new(),
             implicit: Memory::new(model),
             choice: Choice::new(),
@@ -90,6 +108,7 @@ impl Continuation {
         self.smallest.fill(f64::MAX);
         self.closing = false;
         self.passages.clear();
+        self.follow = None;
         self.choice = Choice::new();
         (self.changed, self.changed_before) = (false, false);
     }
@@ -145,12 +164,48 @@ impl Continuation {
         self.implicit.forget();
     }
 
-    /// Notes that the last step has passed a singular pose: the motion there, and when.
-    pub(super) fn note_passage(&mut self, model: &Model, time: f64, pose: &[f64]) {
+    /// Judges a singular pose that a step from the front passes, by the motion there, and notes it. False if the branches do not meet there: the step must
+    /// be taken again, following the curve.
+    pub(super) fn note_passage(&mut self, model: &Model, tolerance: f64, time: f64, pose: &[f64]) -> bool {
+        let passage = self.passage(model, time, pose);
+        if passage.is_avoided(tolerance) {
+            let ahead = time - self.front_time;
+            self.follow = Some(Follow { until: time + AFTER * ahead, most: SHARE * ahead });
+            (self.ahead, self.pose, self.closing) = (0.0, None, false);
+            return false;
+        }
+        self.pose = Some(time);
+        self.passages.push(passage);
+        true
+    }
+
+    /// Notes a singular pose that is passed by leaving its zone, unless the step that first passed it has been noted.
+    pub(super) fn note_left(&mut self, model: &Model, tolerance: f64, [from, pose]: [f64; 2], there: &[f64]) {
+        if pose > from && !self.passages.iter().any(|passage| passage.time > from) {
+            let passage = self.passage(model, pose, there);
+            if !passage.is_avoided(tolerance) {
+                self.passages.push(passage);
+            }
+        }
+    }
+
+    fn passage(&self, model: &Model, time: f64, pose: &[f64]) -> Passage {
         let mut state = self.origin.clone();
         model.advance_signals(&self.origin, time, state.registers_mut());
         state.registers_mut()[motion(model.layout())].copy_from_slice(pose);
-        self.passages.push(Passage::at(model, &state));
+        Passage::at(model, &state)
+    }
+
+    /// Is the curve at the front followed by short steps, and how long may the next one be?
+    pub(super) fn following(&self) -> Option<f64> {
+        self.follow.filter(|follow| self.front_time < follow.until).map(|follow| follow.most)
+    }
+
+    /// After a step, at whose end a row would arrive at the others so much later if it came closer at the same rate.
+    pub(super) fn follow_on(&mut self, arrival: f64) {
+        if let Some(follow) = &mut self.follow {
+            follow.most = f64::min(SHARE * arrival, LONGEST);
+        }
     }
 
     /// Takes the passages up to a time out.
@@ -181,6 +236,7 @@ impl Continuation {
         self.pose = other.pose;
         self.smallest.clone_from(&other.smallest);
         self.closing = other.closing;
+        self.follow = other.follow;
         self.passages.clone_from(&other.passages);
         self.implicit.copy_from(&other.implicit);
         self.choice = other.choice;
@@ -201,6 +257,7 @@ impl Continuation {
             && self.step >= 0.0
             && self.ahead >= 0.0
             && self.pose.is_none_or(f64::is_finite)
+            && self.follow.is_none_or(|follow| follow.until.is_finite() && follow.most > 0.0 && follow.most.is_finite())
             && self.passages.iter().all(|passage| passage.time.is_finite())
             && self.smallest.len() == model.program().tapes.closeness.len()
             && self.smallest.iter().all(|value| value.is_finite())

@@ -7,7 +7,7 @@ use super::accelerations::finite;
 use super::continuation::{Continuation, ZONE};
 use super::dependence::end_of_reach;
 use super::explicit::{Derivative, Explicit, interpolate, next_step};
-use super::length::{STRETCH, shortest, within};
+use super::length::{LONGEST, STRETCH, shortest, within};
 use super::singular::{Plan, plan};
 use super::{Context, Failure, Statistics};
 use crate::machine::Machine;
@@ -152,7 +152,8 @@ impl Dynamic {
         let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
         let (mut rejected, mut replans) = (false, 0);
         loop {
-            let natural = within(run.step, shortest, context.settings.max_step);
+            let longest = run.following().unwrap_or(LONGEST).min(context.settings.max_step);
+            let natural = within(run.step, shortest, longest);
             let planned = planned(run.ahead, natural).max(shortest);
             let limited = time + STRETCH * planned >= limit && Self::may_end(run, limit);
             let end = if limited { limit } else { time + planned };
@@ -221,6 +222,12 @@ impl Dynamic {
         let mut ahead = 0.0;
         if watched && finite {
             self.look_ahead(context);
+        }
+        if run.following().is_some() {
+            if self.watch.jumps() {
+                return Trial::Rejected { error: f64::NAN, failure: None };
+            }
+        } else if watched && finite {
             match self.survey(context, run, end) {
                 Some(found) => ahead = found,
                 None => return Trial::Replanned,
@@ -237,8 +244,8 @@ impl Dynamic {
             run.dense_from = time;
             finite &= run.dense.iter().all(|value| value.is_finite());
         }
-        if finite && Self::passes(run, end) {
-            self.note_passage(context, run, h);
+        if finite && Self::passes(run, end) && !self.note_passage(context, run, h) {
+            return Trial::Replanned;
         }
         if finite { Trial::Accepted { error, ahead } } else { Trial::Rejected { error: f64::NAN, failure: None } }
     }
@@ -258,7 +265,10 @@ impl Dynamic {
 
     fn accept(&mut self, run: &mut Continuation, end: f64, ahead: f64) {
         self.explicit.roll();
-        run.closing = self.watch.roll(&mut run.smallest);
+        match run.following() {
+            Some(_) => run.follow_on(self.watch.follow(end - run.front_time)),
+            None => run.closing = self.watch.roll(&mut run.smallest),
+        }
         run.ahead = ahead;
         if ahead > 0.0 {
             run.pose = Some(end + ahead);

@@ -1,18 +1,25 @@
 //! What is told of a singular pose that the motion has passed.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
-use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::poses::jacobian;
+use super::poses::{constraint, sparse_jacobian};
 use super::singular::SHARE;
+use super::sparse::{Factors, Row, independent_rows, product_with_transposed};
 use crate::model::{Model, State};
 
 /// At the pose less than this share of a loop equation is new if it depends on the others.
-const NEW: f64 = 1e-3;
-/// With more loop equations nobody looks which of them depend on each other.
-const MOST: usize = 500;
+const NEW: f64 = 0.02;
+/// Branches that miss each other by less than this meet.
+const MEET: f64 = 1e-10;
+/// The time of the pose, and the motion there, are wrong by about the tolerance: together they look like a defect of this many squares of it.
+const UNCERTAIN: f64 = 10.0;
+/// At most so many Newton steps close the loop equations that do not depend on others; at places this close to where they are closed, in units of the
+/// scales, the others miss by as much.
+const CLOSINGS: usize = 4;
+const NEAR: f64 = 1e-7;
 /// More bodies than this are counted.
 const NAMED: usize = 4;
 
@@ -27,41 +34,44 @@ pub struct Passage {
     pub bodies: Vec<String>,
     /// How many loop equations follow from the others there.
     pub freedoms: usize,
+    /// By how much the branches miss each other there, relative to the scales of the loop equations.
+    pub defect: f64,
 }
 
 impl Passage {
     /// Describes the pose of a state.
     pub fn at(model: &Model, state: &State) -> Self {
-        let mut passage = Self { time: state.time(), joints: Vec::new(), bodies: Vec::new(), freedoms: 0 };
-        if model.active().len() <= MOST {
-            passage.describe(model, state);
-        }
+        let mut passage = Self { time: state.time(), joints: Vec::new(), bodies: Vec::new(), freedoms: 0, defect: 0.0 };
+        passage.describe(model, state);
         passage
+    }
+
+    /// Do the branches only come close to each other, by more than can be overlooked at a tolerance?
+    pub fn is_avoided(&self, tolerance: f64) -> bool {
+        self.defect > f64::max(MEET, UNCERTAIN * tolerance * tolerance)
     }
 
     fn describe(&mut self, model: &Model, state: &State) {
         let program = model.program();
-        let mut matrix = jacobian(model, state).select_rows(model.active());
-        for (mut row, &index) in matrix.row_iter_mut().zip(model.active()) {
-            row /= program.constraints[index].scale;
-        }
-        for (mut column, coordinate) in matrix.column_iter_mut().zip(&program.coordinates) {
-            column *= coordinate.scale;
-        }
-        let dependences = dependences(&matrix);
-        self.freedoms = dependences.len();
-        let takes_part = |place: usize| dependences.iter().any(|shares| shares[place] > SHARE);
-        let rows: Vec<usize> =
-            (0..matrix.nrows()).filter(|&place| takes_part(place)).map(|place| model.active()[place]).collect();
-        self.joints = rows.iter().map(|&row| program.constraints[row].owner.clone()).collect();
+        let rows = active_rows(model, state);
+        let Some(found) = Dependences::of(&rows) else { return };
+        let combinations = &found.combinations;
+        self.freedoms = combinations.len();
+        let takes_part = |place: usize| combinations.iter().any(|shares| shares[place].abs() > SHARE);
+        let part: Vec<usize> = (0..rows.len()).filter(|&place| takes_part(place)).collect();
+        self.joints = part.iter().map(|&place| program.constraints[model.active()[place]].owner.clone()).collect();
         self.joints.dedup();
-        let turns = |(index, coordinate): (usize, &crate::program::Coordinate)| {
-            let mut entries = program.tapes.jacobian.entries.iter();
-            let moves = entries.any(|&(row, column)| column as usize == index && rows.contains(&(row as usize)));
-            coordinate.name.strip_suffix(".angle").filter(|_| moves).map(String::from)
-        };
-        self.bodies = program.coordinates.iter().enumerate().filter_map(turns).collect();
+        let moved: BTreeSet<usize> = part.iter().flat_map(|&place| rows[place].keys().copied()).collect();
+        let turning = moved.iter().filter_map(|&index| program.coordinates[index].name.strip_suffix(".angle"));
+        self.bodies = turning.map(String::from).collect();
+        self.defect = found.defect(model, state, rows);
     }
+}
+
+/// The rows of Phi_q of the active loop equations, in units of the scales.
+fn active_rows(model: &Model, state: &State) -> Vec<Row> {
+    let mut rows = sparse_jacobian(model, state);
+    model.active().iter().map(|&row| std::mem::take(&mut rows[row])).collect()
 }
 
 impl fmt::Display for Passage {
@@ -92,30 +102,79 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-/// For each row that depends on the rows before it the shares of all rows in the combination that vanishes; the largest is 1.
-fn dependences(matrix: &DMatrix<f64>) -> Vec<DVector<f64>> {
-    let (rows, mut found) = (matrix.nrows(), Vec::new());
-    // Orthonormal rows, and each of them as a combination of the matrix's.
-    let mut basis: Vec<(DVector<f64>, DVector<f64>)> = Vec::new();
-    for index in 0..rows {
-        let mut rest: DVector<f64> = matrix.row(index).transpose();
-        let mut combination = DVector::zeros(rows);
-        combination[index] = 1.0;
-        for _ in 0..2 {
-            for (direction, parts) in &basis {
-                let share = direction.dot(&rest);
-                rest.axpy(-share, direction, 1.0);
-                combination.axpy(-share, parts, 1.0);
-            }
-        }
-        let size = rest.norm();
-        if size <= NEW * matrix.row(index).norm().max(1.0) {
-            found.push(combination.abs() / combination.amax());
-        } else {
-            basis.push((rest / size, combination / size));
-        }
+/// Which rows of a matrix J depend on each other.
+#[derive(Debug)]
+struct Dependences {
+    /// Rows that do not depend on those before them, and the factors of J J^T with them alone.
+    independent: Vec<usize>,
+    factors: Factors,
+    /// For each other row the combination of rows that vanishes; its largest share is 1.
+    combinations: Vec<Vec<f64>>,
+}
+
+impl Dependences {
+    /// None if rounding errors hide it.
+    fn of(rows: &[Row]) -> Option<Self> {
+        let (_, independent) = independent_rows(rows.to_vec(), NEW, NEW);
+        let own: Vec<Row> = independent.iter().map(|&row| rows[row].clone()).collect();
+        let factors = Factors::new(product_with_transposed(&own))?;
+        let others = (0..rows.len()).filter(|row| independent.binary_search(row).is_err());
+        let combination = |other: usize| {
+            let mut shares: Vec<f64> = own.iter().map(|row| dot(row, &rows[other])).collect();
+            factors.solve(&mut shares);
+            let mut combination = vec![0.0; rows.len()];
+            independent.iter().zip(shares).for_each(|(&row, share)| combination[row] = -share);
+            combination[other] = 1.0;
+            let largest = combination.iter().fold(0.0, |largest: f64, share| largest.max(share.abs()));
+            combination.iter().map(|share| share / largest).collect()
+        };
+        Some(Self { combinations: others.map(combination).collect(), independent, factors })
     }
-    found
+
+    /// What is left of the loop equations that depend on the others when those are closed.
+    fn defect(mut self, model: &Model, state: &State, mut rows: Vec<Row>) -> f64 {
+        let program = model.program();
+        let mut state = state.clone();
+        let open = |state: &State| -> Vec<f64> {
+            let values = constraint(model, state);
+            model.active().iter().map(|&row| values[row] / program.constraints[row].scale).collect()
+        };
+        for _ in 0..CLOSINGS {
+            let change = self.shortest(&rows, &open(&state));
+            // What depends on the others changes with the square only.
+            if change.values().all(|change| change.abs() < NEAR) {
+                break;
+            }
+            for (column, change) in change {
+                state.positions_mut()[column] -= change * program.coordinates[column].scale;
+            }
+            rows = active_rows(model, &state);
+            let Some(found) = Self::of(&rows) else { break };
+            self = found;
+        }
+        self.misses(&open(&state))
+    }
+
+    /// The largest of the combinations of so open loop equations.
+    fn misses(&self, open: &[f64]) -> f64 {
+        let miss = |shares: &Vec<f64>| shares.iter().zip(open).map(|(share, open)| share * open).sum::<f64>().abs();
+        self.combinations.iter().map(miss).fold(0.0, f64::max)
+    }
+
+    /// The shortest change of the coordinates that the independent rows turn into these values.
+    fn shortest(&self, rows: &[Row], values: &[f64]) -> Row {
+        let mut weights: Vec<f64> = self.independent.iter().map(|&row| values[row]).collect();
+        self.factors.solve(&mut weights);
+        let mut change = Row::new();
+        for (&row, weight) in self.independent.iter().zip(weights) {
+            rows[row].iter().for_each(|(&column, entry)| *change.entry(column).or_default() += weight * entry);
+        }
+        change
+    }
+}
+
+fn dot(a: &Row, b: &Row) -> f64 {
+    a.iter().filter_map(|(column, entry)| Some(entry * b.get(column)?)).sum()
 }
 
 #[cfg(test)]
@@ -124,18 +183,28 @@ mod tests {
 
     #[test]
     fn rows_that_depend_on_each_other_are_found_with_their_shares() {
-        let matrix = DMatrix::from_row_slice(4, 3, &[1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, -1.0]);
-        let found = dependences(&matrix);
-        assert_eq!(found.len(), 1);
-        assert!((&found[0] - DVector::from_column_slice(&[0.0, 0.5, 1.0, 1.0])).amax() < 1e-12, "{found:?}");
-        assert!(dependences(&DMatrix::identity(3, 3)).is_empty());
+        let rows =
+            |entries: &[&[(usize, f64)]]| entries.iter().map(|row| Row::from_iter(row.iter().copied())).collect();
+        let matrix: Vec<Row> = rows(&[&[(0, 1.0)], &[(1, 2.0)], &[(2, 1.0)], &[(1, 1.0), (2, -1.0)]]);
+        let found = Dependences::of(&matrix).unwrap();
+        let [shares] = &found.combinations[..] else { panic!("{found:?}") };
+        let expected = [0.0, -0.5, 1.0, 1.0];
+        assert!(shares.iter().zip(expected).all(|(share, expected)| (share - expected).abs() < 1e-12), "{found:?}");
+        let change = found.shortest(&matrix, &[3.0, 4.0, 0.0, 9.0]);
+        assert!((change[&0] - 3.0).abs() < 1e-12 && (change[&1] - 2.0).abs() < 1e-12, "{change:?}");
+        assert!(Dependences::of(&matrix[..3]).unwrap().combinations.is_empty());
     }
 
     #[test]
     fn the_message_names_the_bodies_in_line() {
         let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
-        let mut passage =
-            Passage { time: 3.14159265, joints: names(&["pin"]), bodies: names(&["crank", "rod"]), freedoms: 1 };
+        let mut passage = Passage {
+            time: 3.14159265,
+            joints: names(&["pin"]),
+            bodies: names(&["crank", "rod"]),
+            freedoms: 1,
+            defect: 0.0,
+        };
         assert_eq!(passage.to_string(), "t = 3.141593 s: `crank` and `rod` are in line; passing with 1 freedom gained");
         passage.bodies = names(&["a", "b", "c", "d", "e"]);
         assert!(passage.to_string().contains("`a`, `b`, `c` and 2 others are in line"), "{passage}");

@@ -23,6 +23,8 @@ const NEAREST: f64 = 0.25;
 const FALLS: f64 = 1.05;
 /// A pose further ahead than so many steps is of no concern yet.
 const HORIZON: f64 = 12.0;
+/// A row that comes closer or goes away by no more than this factor in one step stays on its branch.
+const STEADY: f64 = 2.0;
 /// A row that comes closer by this factor in one step is about to arrive.
 const SOON: f64 = 0.8;
 /// A row that was coming closer and ends a step with more than this share of its distance has turned round, or has passed a singular pose.
@@ -134,6 +136,12 @@ impl Guard {
     /// Was the start of the step in the zone of a singular pose, as seen from its end?
     pub fn began_near(&self) -> bool {
         self.front.iter().zip(&self.next).any(|(front, next)| *front > ESCAPE * ESCAPE * next && *next > 0.0)
+    }
+
+    /// Does a row come so much closer to the others in the step, or go so much further from them, that it could have gone over to another branch?
+    pub fn jumps(&self) -> bool {
+        let steady = 1.0 / (STEADY * STEADY)..STEADY * STEADY;
+        self.front.iter().zip(&self.next).any(|(front, next)| *front > 0.0 && !steady.contains(&(next / front)))
     }
 
     /// The smallest r_k at the end of the step, as a share of that at its start.

@@ -58,6 +58,21 @@ impl Factors {
     }
 }
 
+/// J J^T of the rows of J.
+pub(crate) fn product_with_transposed(rows: &[Row]) -> Vec<Row> {
+    let mut columns: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
+    for (index, row) in rows.iter().enumerate() {
+        row.iter().for_each(|(&column, &value)| columns.entry(column).or_default().push((index, value)));
+    }
+    let mut product = vec![Row::new(); rows.len()];
+    for entries in columns.values() {
+        for &(row, a) in entries {
+            entries.iter().for_each(|&(other, b)| *product[row].entry(other).or_default() += a * b);
+        }
+    }
+    product
+}
+
 /// Which rows are independent of those before them: those of which a share of more than `new` is left when the rows before are taken out, by
 /// Gauss elimination with the largest entry as the pivot. Also whether more than a share of `clear` was left of each.
 pub(crate) fn independent_rows(rows: Vec<Row>, new: f64, clear: f64) -> (bool, Vec<usize>) {

@@ -1,11 +1,9 @@
 //! The ends of the spectrum of J J^T.
 
-use std::collections::BTreeMap;
-
 use nalgebra::DMatrix;
 
 use super::poses::Random;
-use super::sparse::{Factors, Row};
+use super::sparse::{Factors, Row, product_with_transposed};
 
 /// Iterations towards one end; each shrinks what lies apart by the ratio of the eigenvalues.
 const ITERATIONS: usize = 30;
@@ -21,16 +19,7 @@ pub(super) fn ends(rows: &DMatrix<f64>) -> Option<(f64, f64, Vec<f64>)> {
 
 /// The same for many rows with few entries: by iteration of J J^T for the largest one, of its inverse for the smallest.
 pub(super) fn ends_of_many(rows: &[Row]) -> Option<(f64, f64, Vec<f64>)> {
-    let mut columns: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
-    for (index, row) in rows.iter().enumerate() {
-        row.iter().for_each(|(&column, &value)| columns.entry(column).or_default().push((index, value)));
-    }
-    let mut product = vec![Row::new(); rows.len()];
-    for entries in columns.values() {
-        for &(row, a) in entries {
-            entries.iter().for_each(|&(other, b)| *product[row].entry(other).or_default() += a * b);
-        }
-    }
+    let product = product_with_transposed(rows);
     let times = |x: &[f64]| -> Vec<f64> {
         product.iter().map(|row| row.iter().map(|(&column, value)| value * x[column]).sum()).collect()
     };

@@ -216,6 +216,10 @@ impl Taylor {
     fn step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<bool, Failure> {
         let time = run.front_time;
         let shortest = shortest(time);
+        let following = run.following();
+        if following.is_some() {
+            run.ahead = 0.0;
+        }
         let falling = run.ahead > 0.0;
         if falling && run.ahead < PREDICTED * run.step {
             run.pose = Some(time + run.ahead);
@@ -230,6 +234,7 @@ impl Taylor {
         let natural = self.natural_step(order, tolerance);
         let longest = if run.step > 0.0 { GROW * run.step } else { LONGEST };
         let natural = natural.min(longest).min(LONGEST).min(context.settings.max_step);
+        let natural = natural.min(following.unwrap_or(LONGEST));
         let piece = self.jet.end_of_piece(order, room.min(REACH * natural));
         if let Some((_, choices)) = piece.filter(|(length, _)| *length < shortest) {
             return self.change_at_once(context.model, run, choices);
@@ -237,8 +242,8 @@ impl Taylor {
         let chosen = self.jet.chosen();
         let usual = if run.step > 0.0 { run.step } else { natural };
         let mut found = self.look_ahead(context, run, natural.min(room));
-        let (mut h, mut goal) =
-            planned(run.ahead, natural, usual, f64::max(OPENING * tolerance, rounding(context.model, &run.front)));
+        let strict = f64::max(OPENING * tolerance, rounding(context.model, &run.front));
+        let mut h = planned(run.ahead, natural, usual);
         for _ in 0..HALVINGS {
             // Written so that NaN is too short.
             let long = h >= shortest;
@@ -256,25 +261,31 @@ impl Taylor {
                 self.accept(context, run, end, true);
                 return Ok(true);
             }
+            let goal = if found && run.ahead < end - time { strict.max(NOISE) } else { strict };
             let closed = self.start(context, run, end, false).is_some_and(|open| open <= goal);
-            if closed && self.guard.ends_near() {
+            if following.is_some() && closed && self.guard.jumps() {
+                h = 0.5 * (end - time);
+                continue;
+            }
+            if closed && following.is_none() && self.guard.ends_near() {
                 (run.ahead, h) = (0.0, SHORTER * (end - time));
                 if !found && let Some(ahead) = self.locate(context, run, end - time) {
                     (run.ahead, run.pose, found) = (ahead, Some(time + ahead), true);
-                    (h, goal) = planned(ahead, natural, usual, goal);
+                    h = planned(ahead, natural, usual);
                 }
                 continue;
             }
             if closed && self.jet.defect(order, end - time) <= goal {
-                if self.guard.began_near() {
+                if following.is_none() && self.guard.began_near() {
                     self.known = Start::Singular;
                     return Ok(true);
                 }
                 if falling && !found {
                     found = self.look_back(context, run, end);
                 }
-                if found && run.ahead < end - time {
-                    self.note_passage(context, run, end);
+                if found && run.ahead < end - time && !self.note_passage(context, run, end) {
+                    // Judged again from here, by the step just spoiled.
+                    return Ok(true);
                 }
                 let left = found.then_some(f64::max(run.ahead - (end - time), 0.0));
                 self.accept(context, run, end, end == limit || run.ahead > 0.0 || change.is_some());
@@ -320,6 +331,7 @@ impl Taylor {
     fn accept(&mut self, context: &mut Context, run: &mut Continuation, end: f64, cut: bool) {
         let h = end - run.front_time;
         run.ahead = self.guard.ahead(h);
+        run.follow_on(self.guard.arrival(h));
         self.guard.roll();
         // A step cut short says nothing against the natural length.
         run.step = if cut { h.max(run.step) } else { h };
@@ -404,12 +416,12 @@ impl Taylor {
     }
 }
 
-/// Length of a step that its series permits to be so long, and what is asked of its end.
-fn planned(ahead: f64, natural: f64, usual: f64, goal: f64) -> (f64, f64) {
+/// Length of a step that its series permits to be so long.
+fn planned(ahead: f64, natural: f64, usual: f64) -> f64 {
     match if ahead > 0.0 { plan(&COURSE, ahead, usual) } else { Plan::Free } {
-        Plan::Free => (natural, goal),
-        Plan::Approach(most) => (natural.min(most), goal),
-        Plan::Pass(least) => (natural.max(least), goal.max(NOISE)),
+        Plan::Free => natural,
+        Plan::Approach(most) => natural.min(most),
+        Plan::Pass(least) => natural.max(least),
     }
 }
 

@@ -124,17 +124,16 @@ impl Dynamic {
         rows.map(share).fold(f64::INFINITY, |least, share| if share < least { share } else { least }).sqrt()
     }
 
-    /// Notes that the step of this length passes a singular pose.
-    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Continuation, h: f64) {
+    /// Notes that the step of this length passes a singular pose; false if the branches do not meet there.
+    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Continuation, h: f64) -> bool {
         self.watch.reference.copy_from_slice(&self.watch.front);
         let ahead = refine(run.ahead, h, |dt| {
             interpolate(&run.dense, dt / h, &mut self.watch.point);
             self.share(context, run, run.front_time + dt)
         });
         let time = run.front_time + ahead;
-        run.pose = Some(time);
         interpolate(&run.dense, ahead / h, &mut self.watch.point);
-        run.note_passage(context.model, time, &self.watch.point);
+        run.note_passage(context.model, context.settings.tolerance, time, &self.watch.point)
     }
 
     /// 1 / r^2 at the front, where the derivative has just been evaluated.
@@ -172,8 +171,12 @@ impl Dynamic {
         let longest = TURN / speed;
         let mut h = if run.step > 0.0 { f64::min(run.step, longest) } else { longest }.min(context.settings.max_step);
         let pose = run.pose.filter(|_| run.in_zone(run.front_time)).unwrap_or(run.front_time);
+        let time = run.front_time;
         for _ in 0..LENGTHS {
             if h.is_finite() && self.shoot(context, run, h, pose, speed) {
+                let theta = (pose - run.dense_from) / (run.front_time - run.dense_from);
+                interpolate(&run.dense, theta, &mut self.watch.point);
+                run.note_left(context.model, context.settings.tolerance, [time, pose], &self.watch.point);
                 (run.ahead, run.pose) = (0.0, Some(pose));
                 run.step = run.step.max(h);
                 context.statistics.steps += 1;

@@ -13,6 +13,8 @@ const STAGE_TOLERANCE: f64 = 1e-5;
 /// The stage before the end from which a row's way to the end is judged, and its node.
 const LATE: usize = 10;
 const LATE_NODE: f64 = 0.857142857142857142857142857142;
+/// Stages at which rows are looked at: every gap between nodes has one of them at its side.
+const LOOKS: [bool; LATE + 2] = [false, false, false, true, false, true, true, false, true, true, true, false];
 /// A row whose 1 / r^2 has grown by this factor in between may have passed a singular pose.
 const DIP: f64 = 10.0;
 
@@ -59,7 +61,7 @@ impl Watch {
     pub fn begin_step(&mut self) {
         self.stage = 1;
         self.failure = None;
-        self.growths[0] = (1.0, 0);
+        self.growths.fill((0.0, 0));
     }
 
     /// The end of the step has become the front. Is a row so close to the others, and the step so long beside the way to where it would depend on them,
@@ -77,6 +79,24 @@ impl Watch {
         close
     }
 
+    /// The end of a step of length h that follows a curve has become the front. How long after it would a row depend on the others?
+    pub fn follow(&mut self, h: f64) -> f64 {
+        let arrival = self.whole().arrival(h);
+        self.front.copy_from_slice(&self.guard.next);
+        arrival
+    }
+
+    /// Does a row change so much in the step that it could have gone over to another branch?
+    pub fn jumps(&mut self) -> bool {
+        self.whole().jumps()
+    }
+
+    /// Distances at both ends of the step.
+    fn whole(&mut self) -> &Guard {
+        self.guard.front.copy_from_slice(&self.front);
+        &self.guard
+    }
+
     /// How long after a step of length h a row would depend on the others, if it came closer as at the end of the step.
     pub fn arrival(&self, h: f64) -> f64 {
         self.guard.arrival((1.0 - LATE_NODE) * h)
@@ -89,9 +109,16 @@ impl Watch {
     /// 1 / r^2 after an evaluation.
     fn note(&mut self, model: &Model, registers: &[f64]) {
         let Self { front, guard, growths, stage, .. } = self;
+        if *stage >= LOOKS.len() {
+            return;
+        }
         let rows = &model.program().tapes.closeness;
         if *stage == LATE {
             read(rows, registers, &mut guard.front);
+        }
+        if !LOOKS[*stage] {
+            *stage += 1;
+            return;
         }
         let mut largest = (0.0, 0);
         for (row, (&register, front)) in rows.iter().zip(front.iter()).enumerate() {
@@ -100,9 +127,7 @@ impl Watch {
                 largest = (growth, row);
             }
         }
-        if let Some(place) = growths.get_mut(*stage) {
-            *place = largest;
-        }
+        growths[*stage] = largest;
         *stage += 1;
     }
 

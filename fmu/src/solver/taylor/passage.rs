@@ -78,13 +78,17 @@ impl Taylor {
         let speed = speeds.fold(0.0, |largest, (coordinate, v)| math::maximum(largest, v.abs() / coordinate.scale));
         let longest = TURN / speed;
         let mut h = if run.step > 0.0 { f64::min(run.step, longest) } else { longest }.min(context.settings.max_step);
+        let pose = run.pose.filter(|_| run.in_zone(time)).unwrap_or(time);
         if h.is_finite() {
             for _ in 0..LENGTHS {
                 if self.shoot(context, run, h, speed) {
                     run.dense_from = time + h;
                     run.front_time = time + h;
                     run.front.copy_from_slice(&self.closed);
-                    (run.ahead, run.pose) = (0.0, Some(time));
+                    let mut there = self.closed.clone();
+                    self.glide(run, pose, &mut there);
+                    run.note_left(context.model, context.settings.tolerance, [time, pose], &there);
+                    (run.ahead, run.pose) = (0.0, Some(pose));
                     run.series = None;
                     run.step = run.step.max(h);
                     context.statistics.steps += 1;
@@ -138,14 +142,18 @@ impl Taylor {
         false
     }
 
-    /// Notes that the step from the front passes a singular pose.
-    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Continuation, end: f64) {
+    /// Notes that the step from the front passes a singular pose; false if the branches do not meet there.
+    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Continuation, end: f64) -> bool {
         let h = end - run.front_time;
         let ahead = refine(run.ahead, h, |dt| self.share_at(context, run, dt));
         self.jet.evaluate(&run.dense, run.order as usize, ahead, &mut self.next);
-        run.pose = Some(run.front_time + ahead);
-        run.note_passage(context.model, run.front_time + ahead, &self.next);
-        self.come_back(context, run, end);
+        let meets = run.note_passage(context.model, context.settings.tolerance, run.front_time + ahead, &self.next);
+        if meets {
+            self.come_back(context, run, end);
+        } else {
+            self.known = Start::Unknown;
+        }
+        meets
     }
 
     /// Begins the series at the end of the step again, after looking elsewhere.
