@@ -163,6 +163,12 @@ fn series_of_many_loops_solve_the_equations() {
 }
 
 #[test]
+fn a_light_body_among_many_loops_asks_for_pivots() {
+    let light = ladder(12).replacen("mass = 1\ninertia = 0.05", "mass = 1e-6\ninertia = 1e-8", 1);
+    assert!(check("ladder with a light body", &mut resolve(&light, "light"), Coordinates::Recommended));
+}
+
+#[test]
 fn a_step_costs_so_much_for_each_loop() {
     let cost = |loops: usize| {
         let program = formulate(&resolve(&ladder(loops), "ladder")).expect("a ladder").lowered.program;
