@@ -45,9 +45,6 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs() / b.abs().max(1.0)).fold(0.0, f64::max)
 }
 
-/// Models with parts that the arm form does not have; other tests compare their motion.
-const WITHOUT_SERIES: [&str; 1] = ["trammel"];
-
 #[test]
 fn every_dynamic_model_moves_as_expected() {
     let mut moved = Vec::new();
@@ -55,10 +52,6 @@ fn every_dynamic_model_moves_as_expected() {
         let name = entry.expect("an entry").file_name().into_string().expect("a name");
         let program = program(&scene(&name));
         if program.motion == Motion::Kinematic {
-            continue;
-        }
-        if WITHOUT_SERIES.contains(&name.as_str()) {
-            assert_eq!(program.engine, Engine::Dop853, "{name}");
             continue;
         }
         assert_eq!(program.engine, Engine::Taylor, "{name}");

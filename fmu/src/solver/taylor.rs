@@ -256,7 +256,8 @@ impl Taylor {
             // What lies behind the end of a piece says nothing about the step up to it.
             self.jet.force(if change.is_some() { chosen } else { Choices::default() });
             self.jet.evaluate(&run.dense, order, end - time, &mut self.next);
-            if self.jet.is_open() && change.is_none() && end - time < SURE * natural {
+            let sure = self.jet.is_open() && change.is_none() && end - time < SURE * natural;
+            if sure && self.next.iter().all(|value| value.is_finite()) {
                 self.known = Start::Unknown;
                 self.accept(context, run, end, true);
                 return Ok(true);
