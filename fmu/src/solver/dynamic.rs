@@ -188,26 +188,11 @@ impl Dynamic {
 
     /// Tries a step to `end`.
     fn attempt(&mut self, context: &mut Context, run: &mut Continuation, end: f64, target: f64) -> Trial {
-        let (time, h) = (run.front_time, end - run.front_time);
-        let (near, passes) = (Self::is_near(run, end), Self::passes(run, end));
-        let watched = !context.model.program().tapes.closeness.is_empty();
-        if watched {
-            self.watch.begin_step();
-            let mut f = Stages::new(context, &run.origin, &mut self.watch, near);
-            self.explicit.attempt(&mut f, time, &run.front, h, &mut self.next);
-        } else {
-            self.explicit.attempt(&mut motion(context, &run.origin), time, &run.front, h, &mut self.next);
-        }
-        if let Some(failure) = self.watch.take_failure() {
+        let near = Self::is_near(run, end);
+        if let Err(failure) = self.try_stages(context, run, end, near) {
             return Trial::Rejected { error: f64::NAN, failure: Some(failure) };
         }
-        self.tolerate(context, &run.front, true);
-        let mut error = self.explicit.error(h, &self.tolerances);
-        if near && error > 1.0 && (passes || error < ROUGH) {
-            let flat = self.flattened_error(context, run, end, h);
-            let noise = passes && flat <= NOISE && flat <= NOISE_SHARE * error;
-            error = if noise { flat.min(1.0) } else { error.min(flat) };
-        }
+        let error = self.judge(context, run, end, near);
         // Written so that NaN is rejected too.
         let small = error <= 1.0;
         if !small {
@@ -216,38 +201,70 @@ impl Dynamic {
         if let Err(failure) = self.close(context, run, end, near) {
             return Trial::Rejected { error, failure: Some(failure) };
         }
-        let mut f = motion(context, &run.origin);
-        self.explicit.finish(&mut f, end, &self.next);
-        let mut finite = self.explicit.last().iter().all(|value| value.is_finite());
+        self.explicit.finish(&mut motion(context, &run.origin), end, &self.next);
+        let unfit = Trial::Rejected { error: f64::NAN, failure: None };
+        if !self.explicit.last().iter().all(|value| value.is_finite()) {
+            return unfit;
+        }
         let mut ahead = 0.0;
-        if watched && finite {
+        if is_watched(context.model) {
             self.look_ahead(context);
-        }
-        if run.following().is_some() {
-            if self.watch.jumps() {
-                return Trial::Rejected { error: f64::NAN, failure: None };
-            }
-        } else if watched && finite {
-            match self.survey(context, run, end) {
-                Some(found) => ahead = found,
-                None => return Trial::Replanned,
+            if run.following().is_none() {
+                let Some(found) = self.survey(context, run, end) else { return Trial::Replanned };
+                ahead = found;
+            } else if self.watch.jumps() {
+                return unfit;
             }
         }
-        if end > target || Self::passes(run, end) {
-            let Self { explicit, watch, next, .. } = self;
-            if near {
-                let mut f = Stages::new(context, &run.origin, watch, true);
-                explicit.dense(&mut f, time, &run.front, h, next, &mut run.dense);
-            } else {
-                explicit.dense(&mut motion(context, &run.origin), time, &run.front, h, next, &mut run.dense);
-            }
-            run.dense_from = time;
-            finite &= run.dense.iter().all(|value| value.is_finite());
+        let passes = Self::passes(run, end);
+        if (end > target || passes) && !self.interpolate(context, run, end, near) {
+            return unfit;
         }
-        if finite && Self::passes(run, end) && !self.note_passage(context, run, h) {
+        if passes && !self.note_passage(context, run, end - run.front_time) {
             return Trial::Replanned;
         }
-        if finite { Trial::Accepted { error, ahead } } else { Trial::Rejected { error: f64::NAN, failure: None } }
+        Trial::Accepted { error, ahead }
+    }
+
+    /// The stages of a step.
+    fn try_stages(&mut self, context: &mut Context, run: &Continuation, end: f64, near: bool) -> Result<(), Failure> {
+        let (time, h) = (run.front_time, end - run.front_time);
+        let Self { explicit, watch, next, .. } = self;
+        if is_watched(context.model) {
+            watch.begin_step();
+            explicit.attempt(&mut Stages::new(context, &run.origin, watch, near), time, &run.front, h, next);
+        } else {
+            explicit.attempt(&mut motion(context, &run.origin), time, &run.front, h, next);
+        }
+        watch.take_failure().map_or(Ok(()), Err)
+    }
+
+    /// The error of the step just tried, in units of the tolerance.
+    fn judge(&mut self, context: &mut Context, run: &Continuation, end: f64, near: bool) -> f64 {
+        let h = end - run.front_time;
+        self.tolerate(context, &run.front, true);
+        let error = self.explicit.error(h, &self.tolerances);
+        let passes = Self::passes(run, end);
+        if near && error > 1.0 && (passes || error < ROUGH) {
+            let flat = self.flattened_error(context, run, end, h);
+            let noise = passes && flat <= NOISE && flat <= NOISE_SHARE * error;
+            return if noise { flat.min(1.0) } else { error.min(flat) };
+        }
+        error
+    }
+
+    /// The dense output of the step just tried; false if it is not finite.
+    fn interpolate(&mut self, context: &mut Context, run: &mut Continuation, end: f64, near: bool) -> bool {
+        let (time, h) = (run.front_time, end - run.front_time);
+        let Self { explicit, watch, next, .. } = self;
+        if near {
+            let mut f = Stages::new(context, &run.origin, watch, true);
+            explicit.dense(&mut f, time, &run.front, h, next, &mut run.dense);
+        } else {
+            explicit.dense(&mut motion(context, &run.origin), time, &run.front, h, next, &mut run.dense);
+        }
+        run.dense_from = time;
+        run.dense.iter().all(|value| value.is_finite())
     }
 
     /// Projects the end of the step onto the loop equations.
@@ -289,6 +306,11 @@ impl Dynamic {
             self.tolerances[n + index] = tolerance * coordinate.scale.max(rate);
         }
     }
+}
+
+/// Are there loop equations that may come to depend on each other?
+fn is_watched(model: &Model) -> bool {
+    !model.program().tapes.closeness.is_empty()
 }
 
 /// A step of its natural length, unless there is a singular pose so far ahead.

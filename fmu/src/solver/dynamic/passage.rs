@@ -4,8 +4,8 @@
 //! would miss them by is divided by the distance; and what rounding errors add to its error along the direction in which the loops hold least does not
 //! count.
 
-use super::Dynamic;
 use super::watch::{Stages, read};
+use super::{Dynamic, is_watched};
 use crate::math;
 use crate::solver::continuation::Continuation;
 use crate::solver::dependence::{begins_near, is_singular, undecided};
@@ -152,7 +152,7 @@ impl Dynamic {
         context: &mut Context,
         run: &mut Continuation,
     ) -> Result<bool, Failure> {
-        let looks = run.series.is_none() && !context.model.program().tapes.closeness.is_empty();
+        let looks = run.series.is_none() && is_watched(context.model);
         if !looks || !begins_near(context, run) {
             return Ok(false);
         }
