@@ -122,7 +122,7 @@ pub fn compile_everything(scene: &Scene) -> Result<Compiled, Faults> {
     let warnings = left_out.iter().map(|(&(body, property), names)| {
         let key = if property == Property::Mass { "mass" } else { "inertia" };
         let owner = &mechanism.bodies[body];
-        let message = format!("left out, because body `{}` has no `{key}`: {}", owner.name, names.join(", "));
+        let message = format!("left out, because body `{}` has no `{key}`: {}", owner.name, listed(names));
         Fault::warning("scene::left_out", message, owner.span)
             .label(format!("has no `{key}`"))
             .help(format!("add `{key} = ...` to `[bodies.{}]` if you want them", owner.name))
@@ -131,6 +131,15 @@ pub fn compile_everything(scene: &Scene) -> Result<Compiled, Faults> {
         compiled.warnings.take().into_iter().flat_map(|known| known.list).chain(warnings).collect();
     compiled.warnings = (!warnings.is_empty()).then(|| Faults::new(scene.source.clone(), warnings));
     Ok(compiled)
+}
+
+/// Names, unless they are many: then some of them.
+fn listed(names: &[&str]) -> String {
+    const MOST: usize = 12;
+    match names.len().checked_sub(MOST) {
+        None | Some(0) => names.join(", "),
+        Some(more) => format!("{} and {more} more", names[..MOST].join(", ")),
+    }
 }
 
 /// More equations than this nobody reads on a page.

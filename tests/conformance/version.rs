@@ -1,5 +1,7 @@
 //! A runtime of another version: the same sources but for a line that changes the format of what is stored.
 
+use std::collections::BTreeSet;
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -48,15 +50,28 @@ pub fn other_runtime() -> PathBuf {
 
 fn copy(from: &Path, to: &Path, part: &Path) {
     if from.join(part).is_dir() {
-        let entries =
-            fs::read_dir(from.join(part)).expect("a folder").map(|entry| entry.expect("an entry").file_name());
-        return entries.for_each(|name| copy(from, to, &part.join(name)));
+        let names = names(&from.join(part));
+        // What an earlier copy had and is no source any more.
+        for old in names_there(&to.join(part)).difference(&names) {
+            let old = to.join(part).join(old);
+            let removed = if old.is_dir() { fs::remove_dir_all(&old) } else { fs::remove_file(&old) };
+            removed.expect("the copy can be changed");
+        }
+        return names.iter().for_each(|name| copy(from, to, &part.join(name)));
     }
     let mut content = fs::read(from.join(part)).expect("a source");
     if part == Path::new(CHANGE.0) {
         content.extend(CHANGE.1.as_bytes());
     }
     write(&to.join(part), &content);
+}
+
+fn names(folder: &Path) -> BTreeSet<OsString> {
+    fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").file_name()).collect()
+}
+
+fn names_there(folder: &Path) -> BTreeSet<OsString> {
+    if folder.is_dir() { names(folder) } else { BTreeSet::new() }
 }
 
 /// A file that stays untouched if it is right already, so that nothing is built again.
