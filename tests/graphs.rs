@@ -140,3 +140,34 @@ fn the_table_has_a_line_for_each_choice() {
     assert_eq!(json["choices"][2]["coordinates"], 2);
     assert_eq!(json["choices"][2]["used"], true);
 }
+
+/// The drawing of a body whose tip is led.
+fn led(position: &str, dimension: usize) -> cotree::report::drawing::Drawing {
+    let text = match dimension {
+        1 => format!(
+            "name = 'led'\ndimension = 1\nbodies.a = {{}}\ndrivers.hand = {{ on = 'a', position = [{position}] }}"
+        ),
+        _ => format!(
+            "name = 'led'\nbodies.a = {{ mass = 1, inertia = 1, points = {{ tip = [1, 0] }} }}\ndrivers.hand = {{ on = 'a.tip', position = [{position}] }}"
+        ),
+    };
+    let scene = Scene::from_toml(&text).unwrap_or_else(|faults| panic!("{faults}"));
+    let drawing = pipeline::graph(&scene).unwrap_or_else(|faults| panic!("{faults}")).1;
+    assert!(drawing.svg().contains(">hand</text>"));
+    drawing
+}
+
+#[test]
+fn a_led_point_is_drawn_with_the_direction_in_which_it_leaves() {
+    let [x, y] = led("'1 + 3*t', '2 - 4*t'", 2).targets[0].direction.unwrap();
+    assert!((x - 3.0).abs() < 1e-12 && (y + 4.0).abs() < 1e-12, "{x} {y}");
+    assert_eq!(led("'1', 'cos(2*t)'", 2).targets[0].direction, Some([0.0, -4.0]), "at rest: where it accelerates to");
+    assert_eq!(led("1, 2", 2).targets[0].direction, None);
+    assert_eq!(led("1, 2", 2).targets[0].at, [1.0, 2.0]);
+}
+
+#[test]
+fn on_a_line_a_led_mass_is_pushed() {
+    let drawing = led("'2 - t'", 1);
+    assert_eq!((drawing.targets.len(), drawing.forces[0].direction), (0, [-1.0, 0.0]));
+}

@@ -256,7 +256,7 @@ fn in_rust(case: &Case, folder: &Path) -> Vec<f64> {
     main.push_str("v.iter().chain(&a).chain(&lambda).chain(&s).chain(&effort).for_each(|x| println!(\"{x:e}\"));\n}\n");
     std::fs::write(folder.join("code.rs"), case.code(Notation::Rust)).unwrap();
     std::fs::write(folder.join("main.rs"), main).unwrap();
-    let flags = ["--edition", "2021", "-D", "warnings", "-A", "dead_code", "main.rs", "-o", "main_rust"];
+    let flags = ["--edition", "2021", "-D", "warnings", "main.rs", "-o", "main_rust"];
     run(Command::new("rustc").current_dir(folder).args(flags));
     run(&mut Command::new(folder.join("main_rust")))
 }

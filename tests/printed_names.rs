@@ -84,6 +84,26 @@ fn the_own_symbols_of_plain_text_have_brackets_or_other_letters() {
 }
 
 #[test]
+fn the_letters_of_the_lesson_are_no_parameters() {
+    let scene = Scene::from_toml(
+        "name = 'earth'\nparameters = { g = '9.81 m/s^2', F_h3 = '2 N.m', T_m1 = 1 }\ngravity = [0, '-g']\n\
+         bodies.rod = { mass = 1, inertia = 'T_m1', points = { p = [1, 0] } }\n\
+         joints.pin = { type = 'revolute', between = ['ground', 'rod.p'] }\n\
+         loads.motor = { type = 'torque', on = 'rod', value = 'F_h3' }",
+    )
+    .unwrap_or_else(|faults| panic!("{faults}"));
+    let text = pipeline::steps(&scene, Prose::Text).unwrap_or_else(|faults| panic!("{faults}"));
+    let text: String = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ") + "\n").collect();
+    for line in
+        ["g_ = (0, -g)", "F_m1 = rod.mass*(g_ - a_m1)", "T_m1_ = -rod.inertia*alpha_m1 - r_r2 x F_r2", "T_T4 = F_h3"]
+    {
+        assert!(text.contains(line), "no {line} in\n{text}");
+    }
+    let latex = pipeline::steps(&scene, Prose::Latex).unwrap();
+    assert!(latex.contains(r"\mathbf{g} &= ") && !latex.contains("g_{}"), "{latex}");
+}
+
+#[test]
 fn json_names_are_those_of_the_text() {
     let json: serde_json::Value = serde_json::from_str(&printed(Notation::Json)).unwrap();
     let names = |list: &str| -> Vec<String> {

@@ -289,3 +289,12 @@ fn five_thousand_bodies_resolve() {
     }
     assert_eq!(resolve(&text).joints.len(), 5000);
 }
+
+#[test]
+fn uses_of_a_name_given_twice_are_no_further_faults() {
+    let text = "name = 'twice'\nparameters.arm = 1\nbodies.arm = { mass = 1, inertia = 1, points = { p = [1, 0] } }\n\
+                joints.pin = { type = 'revolute', between = ['ground', 'arm.p'] }\noutputs.variables = ['arm.angle']";
+    let faults = Scene::from_toml(text).unwrap().resolve().unwrap_err();
+    let codes: Vec<&str> = faults.list.iter().map(|fault| fault.code).collect();
+    assert_eq!(codes, ["scene::duplicate_name"]);
+}

@@ -306,6 +306,9 @@ fn coordinates(equations: &Equations) -> Vec<Vec<Piece>> {
 fn reactions(equations: &Equations) -> Vec<Vec<Piece>> {
     let row = |(index, constraint): (usize, &Constraint)| {
         let along = match constraint.held {
+            Held::Along(Direction::Fixed(..)) if !constraint.coupled.is_empty() => {
+                "N, force along the direction that it couples"
+            }
             Held::Along(Direction::X) => "N, force along x",
             Held::Along(Direction::Y) => "N, force along y",
             Held::Along(Direction::Fixed(..)) => "N, force along the direction that it holds",

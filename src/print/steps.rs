@@ -3,6 +3,7 @@
 
 mod graphs;
 mod letters;
+mod own;
 mod projection;
 mod terminal;
 mod view;
@@ -41,6 +42,7 @@ pub fn steps(equations: &mut Equations, prose: Prose) -> String {
     blocks.extend(lesson.eliminations(motion.dynamic));
     blocks.push(heading("Step 4: the equations of motion"));
     blocks.push(words("With all secondary variables eliminated, in the branch coordinates alone:"));
+    own::tell_apart(&mut blocks, &equations.system);
     blocks.extend(motion.blocks(equations));
     let title = format!("How the equations of motion of {} are derived", equations.system.mechanism.name);
     page(&title, &blocks, prose)

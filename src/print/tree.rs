@@ -56,6 +56,20 @@ impl Tree {
         }
     }
 
+    /// Calls `visit` with every name that occurs.
+    pub fn visit_names(&mut self, visit: &mut dyn FnMut(&mut Name)) {
+        match self {
+            Tree::Number(_) | Tree::Pi => {}
+            Tree::Name(name) => visit(name),
+            Tree::Sum(terms) => terms.iter_mut().for_each(|(_, term)| term.visit_names(visit)),
+            Tree::Product(parts) | Tree::Call(_, parts) => parts.iter_mut().for_each(|part| part.visit_names(visit)),
+            Tree::Quotient(parts) | Tree::Power(parts) | Tree::Relation(_, parts) => {
+                parts.iter_mut().for_each(|part| part.visit_names(visit));
+            }
+            Tree::Root(inside) => inside.visit_names(visit),
+        }
+    }
+
     /// The sum of several terms.
     pub fn sum(mut terms: Vec<(bool, Tree)>) -> Tree {
         // A sum does not begin with a minus sign if it can begin without.

@@ -1,6 +1,6 @@
 //! Masses on a line: laid out so that elements side by side do not hide one another.
 
-use super::drawing::{Body, Drawing, Joint, JointKind, Spring};
+use super::drawing::{Body, Coupling, CouplingKind, Drawing, Joint, JointKind, Spring};
 
 /// Distance between elements side by side, as a part of the drawing's width.
 const PITCH: f64 = 0.05;
@@ -12,6 +12,7 @@ const NEAR: f64 = 0.08;
 pub fn lay_out(drawing: &mut Drawing) {
     gather(drawing);
     spread(drawing);
+    stretch_welds(drawing);
     let lanes = lanes(drawing);
     match lanes.iter().max() {
         Some(&highest) if highest > 0 => draw_bars(drawing, &lanes, highest),
@@ -79,6 +80,15 @@ fn spread(drawing: &mut Drawing) {
     }
 }
 
+/// Draws a weld between masses that stand apart as a rigid link.
+fn stretch_welds(drawing: &mut Drawing) {
+    let stretched = |joint: &Joint| joint.kind == JointKind::Weld && joint.at[0] != joint.at[1];
+    let (welds, others) = std::mem::take(&mut drawing.joints).into_iter().partition(stretched);
+    drawing.joints = others;
+    let link = |weld: Joint| Coupling { name: weld.name, kind: CouplingKind::Link(weld.at) };
+    drawing.couplings.extend(Vec::into_iter(welds).map(link));
+}
+
 fn put_on_rails(drawing: &mut Drawing) {
     let rail = |(index, body): (usize, &Body)| Joint {
         name: String::new(),
@@ -110,15 +120,21 @@ fn draw_bars(drawing: &mut Drawing, lanes: &[usize], highest: usize) {
             }
         }
     }
+    for (coupling, &lane) in drawing.couplings.iter_mut().zip(&lanes[drawing.springs.len()..]) {
+        if let CouplingKind::Link(ends) = &mut coupling.kind {
+            ends.iter_mut().for_each(|end| end[1] = pitch * lane as f64);
+        }
+    }
     for force in &mut drawing.forces {
         force.at[1] = top;
     }
 }
 
-/// For each spring the lowest height at which it meets no other.
+/// For each spring, then for each link, the lowest height at which it meets no other.
 fn lanes(drawing: &Drawing) -> Vec<usize> {
-    let spans: Vec<[f64; 2]> =
-        drawing.springs.iter().map(|spring| spring.ends.map(|end| end[0])).map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    let links = drawing.couplings.iter().filter_map(|coupling| <[[f64; 2]; 2]>::try_from(coupling.link_ends()).ok());
+    let ends = drawing.springs.iter().map(|spring| spring.ends).chain(links);
+    let spans: Vec<[f64; 2]> = ends.map(|ends| ends.map(|end| end[0])).map(|[a, b]| [a.min(b), a.max(b)]).collect();
     let mut order: Vec<usize> = (0..spans.len()).collect();
     order.sort_by(|&a, &b| (spans[a][1] - spans[a][0]).total_cmp(&(spans[b][1] - spans[b][0])));
     let mut taken: Vec<Vec<[f64; 2]>> = Vec::new();
@@ -181,6 +197,20 @@ mod tests {
         assert_eq!(heights, [0.1, 0.0, 0.0]);
         assert_eq!(drawing.ground, [[0.0, 0.1], [0.0, 0.0]]);
         assert_eq!(drawing.bodies[1].points, [[2.0, 0.0], [2.0, 0.1]]);
+    }
+
+    #[test]
+    fn welded_masses_that_are_drawn_apart_are_linked() {
+        let mut drawing = line(&[[0.0, 1.0], [0.0, 2.0]]);
+        let weld = |at| Joint { name: "w".into(), kind: JointKind::Weld, between: [Some(0), Some(1)], at };
+        drawing.joints.push(weld([[1.0, 0.0]; 2]));
+        drawing.bodies[1].centre[0] = 1.0;
+        lay_out(&mut drawing);
+        assert_eq!(drawing.joints, []);
+        assert_eq!(drawing.couplings[0].name, "w");
+        // The short spring and the link stand in one row, the long spring above.
+        assert_eq!(drawing.couplings[0].link_ends(), [[0.5, 0.0], [1.0, 0.0]]);
+        assert_eq!(drawing.springs[1].ends[1], [1.0, 0.05]);
     }
 
     #[test]

@@ -203,13 +203,13 @@ impl Stability {
             Stability::Held => "joints and drivers hold everything: nothing can move".to_owned(),
             Stability::Stable => "stable: every disturbance is pushed back, and none grows".to_owned(),
             Stability::Neutral(most) => {
-                format!("neutral: one motion meets no stiffness; in it `{most}` moves most")
+                format!("neutral: a motion meets no stiffness; in it `{most}` moves most")
             }
             Stability::Undecided(most) => {
-                format!("undecided: to first order one motion neither grows nor decays; in it `{most}` moves most")
+                format!("undecided: to first order a motion neither grows nor decays; in it `{most}` moves most")
             }
             Stability::Unstable(most) => {
-                format!("unstable: one motion goes on by itself; in it `{most}` moves most")
+                format!("unstable: a motion goes on by itself; in it `{most}` moves most")
             }
         }
     }

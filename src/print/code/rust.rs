@@ -48,7 +48,7 @@ impl Language for Rust {
         });
         let arguments: Vec<String> = arguments.into_iter().chain(outputs).collect();
         let mut text = format!(
-            "\n/// {}\n#[allow(non_snake_case, unused_variables, clippy::too_many_arguments, clippy::excessive_precision)]\n\
+            "\n/// {}\n#[allow(dead_code, non_snake_case, unused_variables, clippy::too_many_arguments, clippy::excessive_precision)]\n\
              pub fn {}(\n    {},\n) {{\n",
             function.comment().join("\n/// "),
             function.name,
