@@ -46,7 +46,8 @@ thread_local! {
 
 /// What panics are told to outside of calls. It stays in the library's own memory, and a function that captures nothing needs none: unloading
 /// the library loses nothing.
-static PREVIOUS: OnceLock<Box<dyn Fn(&PanicHookInfo<'_>) + Sync + Send>> = OnceLock::new();
+static PREVIOUS: OnceLock<Hook> = OnceLock::new();
+type Hook = Box<dyn Fn(&PanicHookInfo<'_>) + Sync + Send>;
 
 /// Nothing here should panic; if something does all the same, it neither reaches the importer nor prints.
 pub(super) fn contain<T>(run: impl FnOnce() -> T) -> Option<T> {
