@@ -320,14 +320,37 @@ fn a_bouncing_mass_keeps_its_height() {
     assert_eq!(instance.statistics().fallbacks, 0);
 }
 
+/// A force that grows by 1 N every half second: x'' = n while n/2 <= t < (n + 1)/2.
 #[test]
-fn a_law_with_a_floor_takes_the_explicit_method_and_says_why() {
-    let text = LAWS.replace("0.1*atan(1.5*bob.omega)", "0.1*floor(bob.angle)");
-    let scene = Scene::from_toml(&text).expect("a scene");
-    let compiled = compile(&scene).expect("sound");
-    assert_eq!(compiled.program.engine, Engine::Dop853);
-    let shown = compiled.summary.to_string();
-    assert!(shown.contains("floor"), "{shown}");
+fn a_law_with_steps_is_followed_from_step_to_step() {
+    let text = "format = 1\ndimension = 1\nname = \"stairs\"\n[bodies.block]\nmass = 1\n\
+        [loads.push]\ntype = \"force\"\non = \"block\"\nvector = [\"floor(2*t)\"]\n\
+        [initial]\n\"block.x\" = 0\n\"block.vx\" = 0\n[experiment]\nstop = 5.25\n";
+    let model = Arc::new(Model::new(program(text)).expect("a sound program"));
+    assert_eq!(model.program().engine, Engine::Taylor);
+    let mut instance = started(&model, Engine::Taylor, 5.25, 1e-10);
+    instance.step_to(5.25).expect("regular");
+    let (mut x, mut v) = (0.0, 0.0);
+    for n in 0..=10 {
+        let (a, h) = (f64::from(n), if n < 10 { 0.5 } else { 0.25 });
+        x += h * (v + 0.5 * h * a);
+        v += h * a;
+    }
+    assert!(distance(&motion(&instance), &[x, v]) < 1e-12, "{:?} {x} {v}", motion(&instance));
+}
+
+#[test]
+fn steps_that_go_up_and_down_are_those_of_the_explicit_method() {
+    let text = LAWS.replace("0.1*atan(1.5*bob.omega)", "0.1*floor(3*bob.angle)");
+    let model = Arc::new(Model::new(program(&text)).expect("a sound program"));
+    assert_eq!(model.program().engine, Engine::Taylor);
+    let run = |engine, tolerance| {
+        let mut instance = started(&model, engine, 1.0, tolerance);
+        instance.step_to(1.0).expect("regular");
+        motion(&instance)
+    };
+    let (series, explicit) = (run(Engine::Taylor, 1e-10), run(Engine::Dop853, 1e-11));
+    assert!(distance(&series, &explicit) < 1e-6, "{}", distance(&series, &explicit));
 }
 
 /// sqrt(v^2 + v^2 sin^2) has no series where v = 0, which is where the motion begins.

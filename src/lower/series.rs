@@ -117,6 +117,7 @@ impl SeriesBuilder {
         let operands: Vec<Slot> = match operation {
             Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => vec![a, b],
             Operation::ArcTangent(a, b, s) => vec![a, b, s],
+            Operation::Floor { argument, .. } => vec![argument],
             Operation::Choose { switch, above, below } => vec![self.tape.switches[switch as usize], above, below],
             Operation::Power(a, _)
             | Operation::SquareRoot(a)
@@ -247,7 +248,7 @@ impl SeriesBuilder {
                 let minus = arena.constant(-1.0);
                 self.choose(arena, c, a, [Expr::ONE, minus])
             }
-            Unary::Floor => Err("a law has a jump (`floor`)".into()),
+            Unary::Floor => self.floor(arena, c, a),
             Unary::Tan => {
                 let (sine, cosine) = (arena.sin(a), arena.cos(a));
                 let tangent = arena.divide(sine, cosine);
@@ -314,6 +315,22 @@ impl SeriesBuilder {
     ) -> Result<Series, Reason> {
         let function = self.slot(arena, c, function)?;
         let [above, below] = [self.slot(arena, c, pieces[0])?, self.slot(arena, c, pieces[1])?];
+        let switch = self.switch(function)?;
+        let slot = self.operate(Operation::Choose { switch, above, below });
+        Ok(self.of_slot(slot))
+    }
+
+    /// The integer below, with a switching function of its own.
+    fn floor(&mut self, arena: &mut Arena, c: &mut Coefficients, a: Expr) -> Result<Series, Reason> {
+        let argument = self.slot(arena, c, a)?;
+        let function = self.allocate(self.levels[argument as usize]);
+        let switch = self.switch(function)?;
+        let slot = self.operate(Operation::Floor { argument, switch, function });
+        Ok(self.of_slot(slot))
+    }
+
+    /// The number of a switching function.
+    fn switch(&mut self, function: Slot) -> Result<u32, Reason> {
         let known = self.tape.switches.iter().position(|slot| *slot == function);
         let switch = known.unwrap_or(self.tape.switches.len());
         if known.is_none() {
@@ -322,8 +339,7 @@ impl SeriesBuilder {
         if self.tape.switches.len() > MAX_SWITCHES {
             return Err(format!("its laws have more than {MAX_SWITCHES} pieces"));
         }
-        let slot = self.operate(Operation::Choose { switch: switch as u32, above, below });
-        Ok(self.of_slot(slot))
+        Ok(switch as u32)
     }
 
     /// asin a = atan2(a, sqrt(1 - a^2)), acos a = atan2(sqrt(1 - a^2), a), atan a = atan2(a, 1)

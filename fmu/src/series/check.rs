@@ -158,6 +158,9 @@ impl ArmForm {
             Operation::ArcTangent(y, x, square) => known(y) && known(x) && known(square),
             // A rate reads one order ahead: of what is a series of positions already.
             Operation::Rate(a) => level == 2 && known(a) && !self.is_rate(a),
+            Operation::Floor { argument, switch, function } => {
+                known(argument) && self.tape.switches.get(switch as usize) == Some(&function)
+            }
             Operation::Choose { switch, above, below } => {
                 let function = self.tape.switches.get(switch as usize);
                 function.is_some_and(|slot| known(*slot)) && known(above) && known(below)
@@ -180,7 +183,9 @@ impl Step {
     /// Series that it writes.
     fn targets(&self) -> impl Iterator<Item = Slot> {
         let second = match self.operation {
-            Operation::SineCosine(_, second) | Operation::HyperbolicTangent(_, second) => Some(second),
+            Operation::SineCosine(_, second)
+            | Operation::HyperbolicTangent(_, second)
+            | Operation::Floor { function: second, .. } => Some(second),
             _ => None,
         };
         core::iter::once(self.target).chain(second)

@@ -237,6 +237,15 @@ pub enum Operation {
     ArcTangent(Slot, Slot, Slot),
     /// Time derivative of a series of positions.
     Rate(Slot),
+    /// The largest integer n that is no larger than the argument a: an even one while its switching function is positive.
+    Floor {
+        /// The argument.
+        argument: Slot,
+        /// Number of the switching function.
+        switch: u32,
+        /// Receives that function: (a - n) (n + 1 - a), with a minus sign for odd n.
+        function: Slot,
+    },
     /// The first series while a switching function is positive, else the second.
     Choose {
         /// Number of the switching function.

@@ -184,6 +184,7 @@ impl Scalars {
             Operation::HyperbolicTangent(a, slope) => self.hyperbolic_tangent(a, step.target, slope, k),
             Operation::ArcTangent(y, x, square) => self.arc_tangent([y, x, square], step.target, k),
             Operation::Rate(a) => (k + 1) as f64 * self.get(a, k + 1),
+            Operation::Floor { argument, switch, function } => self.floor(argument, step.target, (switch, function), k),
             Operation::Choose { switch, above, below } => {
                 let positive = self.choose(switch);
                 self.get(if positive { above } else { below }, k)
@@ -220,6 +221,26 @@ impl Scalars {
             (weighted(a, c, k) / k as f64, -weighted(a, s, k) / k as f64)
         };
         self.values[cosine as usize * self.room + k] = other;
+        value
+    }
+
+    /// n, and +-(b - b^2) with b = a - n. Which side of an integer is meant is told by whether n is even.
+    #[inline(always)]
+    fn floor(&mut self, argument: Slot, target: Slot, (switch, function): (u32, Slot), k: usize) -> f64 {
+        let below = libm::floor(self.get(argument, 0));
+        let even = self.chosen.get(switch).unwrap_or(below == 2.0 * libm::floor(0.5 * below));
+        let (odd, sign) = if even { (0.0, 1.0) } else { (1.0, -1.0) };
+        let a = self.series(argument);
+        let (value, inside) = if k == 0 {
+            let n = 2.0 * libm::rint(0.5 * (a[0] - 0.5 - odd)) + odd;
+            let b = a[0] - n;
+            (n, b - b * b)
+        } else {
+            let b = a[0] - self.get(target, 0);
+            (0.0, a[k] - (inner_square(a, k) + 2.0 * (b * a[k])))
+        };
+        self.chosen.set(switch, even);
+        self.values[function as usize * self.room + k] = sign * inside;
         value
     }
 

@@ -198,14 +198,9 @@ mod tests {
     #[test]
     fn the_message_names_the_bodies_in_line() {
         let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
-        let mut passage = Passage {
-            time: 3.14159265,
-            joints: names(&["pin"]),
-            bodies: names(&["crank", "rod"]),
-            freedoms: 1,
-            defect: 0.0,
-        };
-        assert_eq!(passage.to_string(), "t = 3.141593 s: `crank` and `rod` are in line; passing with 1 freedom gained");
+        let mut passage =
+            Passage { time: 3.25, joints: names(&["pin"]), bodies: names(&["crank", "rod"]), freedoms: 1, defect: 0.0 };
+        assert_eq!(passage.to_string(), "t = 3.250000 s: `crank` and `rod` are in line; passing with 1 freedom gained");
         passage.bodies = names(&["a", "b", "c", "d", "e"]);
         assert!(passage.to_string().contains("`a`, `b`, `c` and 2 others are in line"), "{passage}");
         (passage.joints, passage.freedoms) = (names(&["left", "right"]), 2);
