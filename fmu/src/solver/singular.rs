@@ -181,7 +181,10 @@ pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
     if model.active().is_empty() {
         return (1.0, Vec::new());
     }
+    let mut many = 1.0;
     let found = if model.active().len() > MANY {
+        // Loops in a row hold the less the more they are, whatever the pose.
+        many = model.active().len() as f64 / MANY as f64;
         let mut rows = sparse_jacobian(model, state);
         let active: Vec<Row> = model.active().iter().map(|&row| std::mem::take(&mut rows[row])).collect();
         ends_of_many(&active).map(|found| named(model, found))
@@ -193,7 +196,7 @@ pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
         weakest(model, &matrix)
     };
     let Some(weakest) = found else { return (1.0, Vec::new()) };
-    ((weakest.least.max(0.0) / weakest.largest).sqrt(), weakest.joints)
+    (math::minimum(many * (weakest.least.max(0.0) / weakest.largest).sqrt(), 1.0), weakest.joints)
 }
 
 /// The combination of active loop equations that holds least.
