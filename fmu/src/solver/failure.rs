@@ -140,7 +140,7 @@ pub enum Failure {
         joints: Vec<String>,
     },
     /// A driven mechanism cannot go on.
-    #[error("at t = {time} s the mechanism locks up: the loops cannot be closed at `{}` any more (gap {gap})", gap.owner)]
+    #[error("at t = {time} s the mechanism locks up: from here on the loops cannot be closed at `{}`; change the lengths or the drivers", gap.owner)]
     LockUp {
         /// When [s].
         time: f64,
