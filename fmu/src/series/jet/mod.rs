@@ -306,7 +306,7 @@ impl Jet {
     pub fn update(&mut self, registers: &[f64]) {
         let results = self.form.coefficients.results(registers);
         let same = self.coefficients.iter().zip(results).all(|(old, new)| old.to_bits() == new.to_bits());
-        if same {
+        if same && self.alike.is_some() {
             return;
         }
         for (place, value) in self.coefficients.iter_mut().zip(self.form.coefficients.results(registers)) {
