@@ -215,6 +215,11 @@ impl Continuation {
         told
     }
 
+    /// When the singular pose is in whose zone the front lies; the front's own time if there is none.
+    pub(super) fn pose_here(&self) -> f64 {
+        self.pose.filter(|_| self.in_zone(self.front_time)).unwrap_or(self.front_time)
+    }
+
     /// Is this time so close to a singular pose that nothing may be evaluated?
     pub(super) fn in_zone(&self, time: f64) -> bool {
         self.pose.is_some_and(|pose| (pose - time).abs() < ZONE * self.step)

@@ -155,7 +155,7 @@ impl Explicit {
 }
 
 /// Where in the step a stage is evaluated.
-pub fn node(stage: usize) -> f64 {
+pub const fn node(stage: usize) -> f64 {
     NODES[stage]
 }
 

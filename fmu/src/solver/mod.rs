@@ -18,6 +18,7 @@ mod implicit;
 pub mod initial;
 pub mod kinematic;
 mod least_squares;
+mod leaving;
 mod length;
 mod loops;
 mod passing;

@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::poses::{constraint, sparse_jacobian};
+use super::poses::{active_rows, constraint};
 use super::singular::SHARE;
 use super::sparse::{Factors, Row, independent_rows, product_with_transposed};
 use crate::model::{Model, State};
@@ -66,12 +66,6 @@ impl Passage {
         self.bodies = turning.map(String::from).collect();
         self.defect = found.defect(model, state, rows);
     }
-}
-
-/// The rows of Phi_q of the active loop equations, in units of the scales.
-fn active_rows(model: &Model, state: &State) -> Vec<Row> {
-    let mut rows = sparse_jacobian(model, state);
-    model.active().iter().map(|&row| std::mem::take(&mut rows[row])).collect()
 }
 
 impl fmt::Display for Passage {

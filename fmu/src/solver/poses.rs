@@ -48,6 +48,12 @@ pub(super) fn sparse_jacobian(model: &Model, state: &State) -> Vec<Row> {
     rows
 }
 
+/// Those of the active loop equations.
+pub(super) fn active_rows(model: &Model, state: &State) -> Vec<Row> {
+    let mut rows = sparse_jacobian(model, state);
+    model.active().iter().map(|&row| std::mem::take(&mut rows[row])).collect()
+}
+
 /// Consistent poses near a state, the state itself first: random moves in all coordinates (up to `reach` in units of
 /// their scales) and in time (up to `reach` seconds), then back to the loops. The same every time; moves from which there is no way back are
 /// left out.

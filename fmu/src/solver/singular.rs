@@ -11,8 +11,7 @@
 
 use nalgebra::DMatrix;
 
-use super::poses::{jacobian, sparse_jacobian};
-use super::sparse::Row;
+use super::poses::{active_rows, jacobian};
 use super::spectrum::{ends, ends_of_many};
 use crate::math;
 use crate::model::{Model, State};
@@ -185,9 +184,7 @@ pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
     let found = if model.active().len() > MANY {
         // Loops in a row hold the less the more they are, whatever the pose.
         many = model.active().len() as f64 / MANY as f64;
-        let mut rows = sparse_jacobian(model, state);
-        let active: Vec<Row> = model.active().iter().map(|&row| std::mem::take(&mut rows[row])).collect();
-        ends_of_many(&active).map(|found| named(model, found))
+        ends_of_many(&active_rows(model, state)).map(|found| named(model, found))
     } else {
         let mut matrix = jacobian(model, state).select_rows(model.active());
         for (mut row, &index) in matrix.row_iter_mut().zip(model.active()) {

@@ -6,10 +6,10 @@
 
 use super::watch::{Stages, read};
 use super::{Dynamic, is_watched};
-use crate::math;
 use crate::solver::continuation::Continuation;
 use crate::solver::dependence::{begins_near, is_singular, undecided};
 use crate::solver::explicit::{interpolate, node};
+use crate::solver::leaving::{CORRECTIONS, Search, Verdict};
 use crate::solver::singular::{Course, locate, refine};
 use crate::solver::{Context, Failure};
 
@@ -22,20 +22,6 @@ const MISSED: f64 = 0.07;
 const BEHIND: f64 = 3.0;
 /// So far beyond a step its ends still tell where a singular pose is, in units of the step.
 const REACH: f64 = 2.2;
-/// Lengths that are tried for the step out of a singular pose, each half of the one before.
-const LENGTHS: usize = 12;
-/// The first one turns nothing by more than this [rad, or scales].
-const TURN: f64 = 0.3;
-/// Corrections of the state after the step.
-const CORRECTIONS: usize = 40;
-/// A correction that is not smaller than this share of the one before is the last one.
-const SLOW: f64 = 0.7;
-/// Corrections smaller than this are rounding errors.
-const ROUNDING: f64 = 1e-14;
-/// What may be left of a correction of positions, of rates relative to the largest, and in tolerances.
-const POSE: f64 = 1e-6;
-const RATE: f64 = 1e-4;
-const LOOSE: f64 = 10.0;
 /// The loops are closed this well where a step out of a singular pose begins and ends.
 const TIGHT: f64 = 1e-10;
 
@@ -165,63 +151,41 @@ impl Dynamic {
 
     /// Finds the state a step later from which the motion comes back to the front.
     fn leave(&mut self, context: &mut Context, run: &mut Continuation) -> bool {
-        let n = context.model.coordinates();
-        let speeds = context.model.program().coordinates.iter().zip(&run.front[n..]);
-        let speed = speeds.fold(0.0, |largest, (coordinate, v)| math::maximum(largest, v.abs() / coordinate.scale));
-        let longest = TURN / speed;
-        let mut h = if run.step > 0.0 { f64::min(run.step, longest) } else { longest }.min(context.settings.max_step);
-        let pose = run.pose.filter(|_| run.in_zone(run.front_time)).unwrap_or(run.front_time);
-        let time = run.front_time;
-        for _ in 0..LENGTHS {
-            if h.is_finite() && self.shoot(context, run, h, pose, speed) {
+        let (time, pose) = (run.front_time, run.pose_here());
+        for mut search in Search::all(context, run) {
+            if self.shoot(context, run, &mut search, pose) {
                 let theta = (pose - run.dense_from) / (run.front_time - run.dense_from);
                 interpolate(&run.dense, theta, &mut self.watch.point);
                 run.note_left(context.model, context.settings.tolerance, [time, pose], &self.watch.point);
                 (run.ahead, run.pose) = (0.0, Some(pose));
-                run.step = run.step.max(h);
+                run.step = run.step.max(search.h);
                 context.statistics.steps += 1;
                 self.known = false;
                 return true;
             }
-            h *= 0.5;
         }
         false
     }
 
     /// Tries to find the state so long after the front, by steps back from it that have the pose in their gap. The step that leads there is then the
     /// last one.
-    fn shoot(&mut self, context: &mut Context, run: &mut Continuation, h: f64, pose: f64, speed: f64) -> bool {
-        let (n, time) = (context.model.coordinates(), run.front_time);
-        let end = time + h;
+    fn shoot(&mut self, context: &mut Context, run: &mut Continuation, search: &mut Search, pose: f64) -> bool {
+        let (n, h) = (context.model.coordinates(), search.h);
+        let end = run.front_time + h;
         let back = (end - pose) * COURSE.landing;
         let mut state = run.front.clone();
         (0..n).for_each(|index| state[index] += h * state[n + index]);
         let mut reached = state.clone();
-        let mut before = f64::INFINITY;
         for _ in 0..CORRECTIONS {
             if !self.stretch(context, run, end, -back, &mut state) {
                 return false;
             }
             interpolate(&run.dense, h / back, &mut reached);
-            let mut left = [0.0, 0.0];
-            for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
-                let dq = run.front[index] - reached[index];
-                let dv = run.front[n + index] - reached[n + index];
-                left[0] = math::maximum(left[0], dq.abs() / coordinate.scale);
-                left[1] = math::maximum(left[1], dv.abs() / (coordinate.scale * speed));
-                state[index] += dq + h * dv;
-                state[n + index] += dv;
+            match search.correct(context.model, &run.front, &state, &mut reached) {
+                Verdict::Again => std::mem::swap(&mut state, &mut reached),
+                Verdict::Failed => return false,
+                Verdict::Found => return self.come_forth(context, run, end, back),
             }
-            let size = math::maximum(left[0], h * speed * left[1]);
-            if !size.is_finite() {
-                return false;
-            }
-            if size <= ROUNDING || size > SLOW * before {
-                let tolerance = context.settings.tolerance;
-                let closed = left[0] <= POSE.max(tolerance) && left[1] <= RATE.max(LOOSE * tolerance);
-                return closed && self.come_forth(context, run, end, back);
-            }
-            before = size;
         }
         false
     }

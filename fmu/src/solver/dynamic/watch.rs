@@ -3,7 +3,7 @@
 use super::Motion;
 use crate::model::Model;
 use crate::model::State;
-use crate::solver::explicit::Derivative;
+use crate::solver::explicit::{Derivative, node};
 use crate::solver::projection::Projection;
 use crate::solver::singular::Guard;
 use crate::solver::{Context, Failure};
@@ -12,7 +12,7 @@ use crate::solver::{Context, Failure};
 const STAGE_TOLERANCE: f64 = 1e-5;
 /// The stage before the end from which a row's way to the end is judged, and its node.
 const LATE: usize = 10;
-const LATE_NODE: f64 = 0.857142857142857142857142857142;
+const LATE_NODE: f64 = node(LATE);
 /// Stages at which rows are looked at: every gap between nodes has one of them at its side.
 const LOOKS: [bool; LATE + 2] = [false, false, false, true, false, true, true, false, true, true, true, false];
 /// A row whose 1 / r^2 has grown by this factor in between may have passed a singular pose.
