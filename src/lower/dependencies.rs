@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use cotree_fmu::program::{Block, Source};
+use cotree_fmu::solver::poses::Random;
 
 use super::motion::typical;
 use super::program::{Pose, inverse};
@@ -266,10 +267,6 @@ fn somehow(symbol: Symbol, state: u64) -> f64 {
         Symbol::Reaction(index) => (5, index, Order::Position),
         Symbol::Missing(index, _) => (6, index, Order::Position),
     };
-    // splitmix64
-    let mut bits = (index as u64) << 8 | kind << 4 | (order as u64) << 2 | 1;
-    bits = bits.wrapping_add(state.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-    bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((bits ^ bits >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+    let seed = (index as u64) << 8 | kind << 4 | (order as u64) << 2 | 1;
+    Random::new(seed.wrapping_add(state << 32)).unit()
 }

@@ -5,6 +5,8 @@
 
 use std::collections::BTreeSet;
 
+use super::matrix::{Entries, Places};
+
 /// A pivot that is smaller than this share of what it is the difference of does not count.
 const SINGULAR: f64 = 1e-13;
 
@@ -144,6 +146,16 @@ pub(super) struct Factors {
     solution: Vec<f64>,
 }
 
+impl Entries for Factors {
+    #[inline(always)]
+    fn add(&mut self, [place, _]: Places, value: f64) {
+        match place.checked_sub(self.diagonal.len()) {
+            None => self.diagonal[place] += value,
+            Some(entry) => self.entries[entry] += value,
+        }
+    }
+}
+
 impl Factors {
     /// Storage; the inverse will be asked for the diagonal of the equations from `unknowns` on, solutions go to `targets`.
     pub fn new(pattern: Pattern, unknowns: usize, targets: Vec<usize>) -> Self {
@@ -172,24 +184,15 @@ impl Factors {
         &self.pattern
     }
 
-    /// Where an entry of the matrix is kept.
-    pub fn place(&self, row: usize, column: usize) -> usize {
-        self.pattern.place(row, column)
+    /// Where an entry of the matrix is kept, which is its mirror image too.
+    pub fn places(&self, row: usize, column: usize) -> Places {
+        [self.pattern.place(row, column); 2]
     }
 
     /// Zero.
     pub fn clear(&mut self) {
         self.diagonal.fill(0.0);
         self.entries.fill(0.0);
-    }
-
-    /// Adds to an entry and its mirror image.
-    #[inline(always)]
-    pub fn add(&mut self, place: usize, value: f64) {
-        match place.checked_sub(self.diagonal.len()) {
-            None => self.diagonal[place] += value,
-            Some(entry) => self.entries[entry] += value,
-        }
     }
 
     /// Replaces the matrix by its factors. False if it has none.
@@ -321,7 +324,7 @@ mod tests {
         let pattern = Pattern::new(size, unknowns, entries.iter().map(|&(row, column, _)| (row, column)));
         let mut factors = Factors::new(pattern, unknowns, (0..size).collect());
         for &(row, column, value) in entries {
-            factors.add(factors.place(row, column), value);
+            factors.add(factors.places(row, column), value);
         }
         factors
     }

@@ -1,6 +1,7 @@
 //! The inverse of the symmetric matrix [M J^T; J 0], once a step.
 
 use super::lane::{Lane, WIDTH, ZERO, add, lanes, larger, largest, minus, multiply, plus, splat, subtract};
+use super::matrix::{Entries, Places};
 
 /// The smallest pivot that counts, relative to the largest entry of its row.
 const SINGULAR: f64 = 1e-13;
@@ -21,6 +22,17 @@ pub(super) struct Inverse {
     pivots: Vec<usize>,
     /// One over the largest entry that each row began with.
     scales: Vec<f64>,
+}
+
+impl Entries for Inverse {
+    #[inline(always)]
+    fn add(&mut self, [place, mirror]: Places, value: f64) {
+        let flat = self.rows.as_flattened_mut();
+        flat[place] += value;
+        if place != mirror {
+            flat[mirror] += value;
+        }
+    }
 }
 
 impl Inverse {
@@ -46,19 +58,9 @@ impl Inverse {
     }
 
     /// Where an entry and its mirror image are kept.
-    pub fn places(&self, row: usize, column: usize) -> [usize; 2] {
+    pub fn places(&self, row: usize, column: usize) -> Places {
         let width = self.width * WIDTH;
         [row * width + self.places[column], column * width + self.places[row]]
-    }
-
-    /// Adds to an entry and its mirror image.
-    #[inline(always)]
-    pub fn add(&mut self, [place, mirror]: [usize; 2], value: f64) {
-        let flat = self.rows.as_flattened_mut();
-        flat[place] += value;
-        if place != mirror {
-            flat[mirror] += value;
-        }
     }
 
     /// An entry of the diagonal.

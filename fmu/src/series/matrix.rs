@@ -25,20 +25,6 @@ pub(super) trait Entries {
     fn add(&mut self, places: Places, value: f64);
 }
 
-impl Entries for Inverse {
-    #[inline(always)]
-    fn add(&mut self, places: Places, value: f64) {
-        Inverse::add(self, places, value);
-    }
-}
-
-impl Entries for Factors {
-    #[inline(always)]
-    fn add(&mut self, [place, _]: Places, value: f64) {
-        Factors::add(self, place, value);
-    }
-}
-
 impl Matrix {
     /// For equations whose solutions go to `targets`, among so much room; those from `unknowns` on are loop equations. Pivots of `alike` masses
     /// need not be searched for.
@@ -67,7 +53,7 @@ impl Matrix {
     pub fn places(&self, row: usize, column: usize) -> Places {
         match self {
             Self::Whole(inverse) => inverse.places(row, column),
-            Self::Factored(factors) => [factors.place(row, column); 2],
+            Self::Factored(factors) => factors.places(row, column),
         }
     }
 
