@@ -2,18 +2,14 @@
 
 use super::lane::{Lane, WIDTH, ZERO, add, minus, plus, splat};
 
-/// One lane of one column.
-#[derive(Clone, Copy, Debug)]
-struct Piece {
-    column: usize,
-    re: Lane,
-    im: Lane,
-}
-
-/// Pieces by the lanes that they add to.
+/// One lane of one column for each piece, by the lanes that they add to.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Columns {
-    pieces: Vec<Piece>,
+    columns: Vec<usize>,
+    re: Vec<Lane>,
+    im: Vec<Lane>,
+    /// Are all constants real?
+    real: bool,
     /// First piece of each lane, and the end.
     first: Vec<usize>,
     /// For each entry: its piece and place, and its two coefficients.
@@ -29,17 +25,27 @@ impl Columns {
         let first = (0..=lanes).map(|lane| places.partition_point(|place| place.0 < lane)).collect();
         let piece = |row: usize, column: usize| places.partition_point(|place| *place < (row / WIDTH, column));
         let entries = entries.iter().map(|&(row, column, c)| (piece(row, column), row % WIDTH, c)).collect();
-        let pieces = places.iter().map(|&(_, column)| Piece { column, re: ZERO, im: ZERO }).collect();
-        Self { pieces, first, entries }
+        let columns: Vec<usize> = places.iter().map(|&(_, column)| column).collect();
+        Self { re: vec![ZERO; columns.len()], im: vec![ZERO; columns.len()], columns, real: false, first, entries }
     }
 
     /// Takes the coefficients over.
     pub fn fill(&mut self, coefficients: &[f64]) {
-        self.pieces.iter_mut().for_each(|piece| (piece.re, piece.im) = (ZERO, ZERO));
+        self.re.fill(ZERO);
+        self.im.fill(ZERO);
         for &(piece, place, [re, im]) in &self.entries {
-            self.pieces[piece].re[place] += coefficients[re as usize];
-            self.pieces[piece].im[place] += coefficients[im as usize];
+            self.re[piece][place] += coefficients[re as usize];
+            self.im[piece][place] += coefficients[im as usize];
         }
+        self.real = self.im.iter().all(|im| *im == ZERO);
+    }
+
+    /// The pieces of a lane: column, real and imaginary parts.
+    #[inline(always)]
+    pub fn pieces(&self, lane: usize) -> impl Iterator<Item = (usize, Lane, Lane)> {
+        let range = self.first[lane]..self.first[lane + 1];
+        let parts = self.re[range.clone()].iter().zip(&self.im[range.clone()]);
+        self.columns[range].iter().zip(parts).map(|(column, (re, im))| (*column, *re, *im))
     }
 
     /// sum + (re + i im)(x + i y)
@@ -47,10 +53,25 @@ impl Columns {
     pub fn complex(&self, lane: usize, x: &[f64], y: &[f64], [mut gx, mut gy]: [Lane; 2]) -> [Lane; 2] {
         // Two sums for each, which do not wait for each other.
         let (mut hx, mut hy) = (ZERO, ZERO);
-        for piece in &self.pieces[self.first[lane]..self.first[lane + 1]] {
-            let (x, y) = (splat(x[piece.column]), splat(y[piece.column]));
-            (gx, gy) = (plus(gx, piece.re, x), plus(gy, piece.re, y));
-            (hx, hy) = (minus(hx, piece.im, y), plus(hy, piece.im, x));
+        if self.real {
+            let range = self.first[lane]..self.first[lane + 1];
+            let (columns, re) = (&self.columns[range.clone()], &self.re[range]);
+            let mut i = 0;
+            while i + 1 < columns.len() {
+                (gx, gy) = (plus(gx, re[i], splat(x[columns[i]])), plus(gy, re[i], splat(y[columns[i]])));
+                i += 1;
+                (hx, hy) = (plus(hx, re[i], splat(x[columns[i]])), plus(hy, re[i], splat(y[columns[i]])));
+                i += 1;
+            }
+            if i < columns.len() {
+                (gx, gy) = (plus(gx, re[i], splat(x[columns[i]])), plus(gy, re[i], splat(y[columns[i]])));
+            }
+        } else {
+            for (column, re, im) in self.pieces(lane) {
+                let (x, y) = (splat(x[column]), splat(y[column]));
+                (gx, gy) = (plus(gx, re, x), plus(gy, re, y));
+                (hx, hy) = (minus(hx, im, y), plus(hy, im, x));
+            }
         }
         [add(gx, hx), add(gy, hy)]
     }
@@ -59,9 +80,9 @@ impl Columns {
     #[inline(always)]
     pub fn dot(&self, lane: usize, x: &[f64], y: &[f64]) -> Lane {
         let (mut re, mut im) = (ZERO, ZERO);
-        for piece in &self.pieces[self.first[lane]..self.first[lane + 1]] {
-            re = plus(re, piece.re, splat(x[piece.column]));
-            im = plus(im, piece.im, splat(y[piece.column]));
+        for (column, by_x, by_y) in self.pieces(lane) {
+            re = plus(re, by_x, splat(x[column]));
+            im = plus(im, by_y, splat(y[column]));
         }
         add(re, im)
     }
@@ -69,10 +90,10 @@ impl Columns {
     /// sum + (re + i im) x, x real
     #[inline(always)]
     pub fn real(&self, lane: usize, x: &[f64], [mut gx, mut gy]: [Lane; 2]) -> [Lane; 2] {
-        for piece in &self.pieces[self.first[lane]..self.first[lane + 1]] {
-            let x = splat(x[piece.column]);
-            gx = plus(gx, piece.re, x);
-            gy = plus(gy, piece.im, x);
+        for (column, re, im) in self.pieces(lane) {
+            let x = splat(x[column]);
+            gx = plus(gx, re, x);
+            gy = plus(gy, im, x);
         }
         [gx, gy]
     }

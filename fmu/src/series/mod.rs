@@ -23,4 +23,4 @@ pub use jet::{Jet, Singular};
 pub use switch::{Choices, MAX_SWITCHES};
 
 /// The highest order of positions.
-pub const MAX_ORDER: usize = 20;
+pub const MAX_ORDER: usize = 28;

@@ -23,15 +23,14 @@ pub(super) fn cosine_and_sine(x: Lane) -> [Lane; 2] {
     let tail = add(subtract(second, y), correction);
 
     let [cosine, sine] = kernels(y, tail);
-    let quadrants = rounded.map(f64::to_bits);
-    let pick = |even: Lane, odd: Lane, turned: u64| -> Lane {
-        std::array::from_fn(|i| {
-            let size = if quadrants[i] & 1 == 0 { even[i] } else { odd[i] };
-            let negative = (quadrants[i].wrapping_add(turned) & 2) << 62;
-            f64::from_bits(size.to_bits() ^ negative)
-        })
-    };
-    [pick(cosine, sine, 1), pick(sine, cosine, 0)]
+    let mut result = [[0.0; 4]; 2];
+    for i in 0..4 {
+        let quadrant = rounded[i].to_bits();
+        let (even, odd) = if quadrant & 1 == 0 { (cosine[i], sine[i]) } else { (sine[i], cosine[i]) };
+        result[0][i] = f64::from_bits(even.to_bits() ^ (quadrant.wrapping_add(1) & 2) << 62);
+        result[1][i] = f64::from_bits(odd.to_bits() ^ (quadrant & 2) << 62);
+    }
+    result
 }
 
 /// cos and sin of y + tail for |y| up to pi/4.

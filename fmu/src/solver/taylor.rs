@@ -20,6 +20,8 @@ use crate::series::{Choices, Jet, MAX_ORDER};
 pub(super) const COURSE: Course = Course { take_off: 0.77, passes: 0.85, landing: 1.28, nearer: 0.0 };
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
 const SHARE_OF_TOLERANCE: f64 = 0.03;
+/// Orders of the coarsest series.
+const LEAST_ORDER: usize = 8;
 /// Rounding is larger than an error below this.
 const FINEST: f64 = 1e-15;
 /// A step that is cut short ends its series when two terms are this much smaller than the tolerance.
@@ -43,6 +45,11 @@ const ROUNDING: f64 = 1e-12;
 const SPACINGS: f64 = 8.0;
 /// A pose predicted further ahead than so many steps is not to be relied on.
 const PREDICTED: f64 = 1.8;
+/// Next to a singular pose rounding errors make steps shorter and shorter; the pose is passed with one that is no shorter than this share of
+/// those before.
+const SHORTENED: f64 = 0.75;
+/// So many steps before and after a singular pose rounding errors count.
+const NEIGHBOURHOOD: f64 = 12.0;
 /// So often a step is halved.
 const HALVINGS: usize = 12;
 /// A step that would end near a singular pose is cut to this share.
@@ -228,7 +235,9 @@ impl Taylor {
         let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
         let room = limit - time;
         let tolerance = share(context.settings.tolerance);
-        self.expand(context, run, room.min(context.settings.max_step));
+        let order =
+            if is_near(run) { order_near(context.settings.tolerance) } else { order_for(context.settings.tolerance) };
+        self.expand(context, run, room.min(context.settings.max_step), order);
         let order = run.order as usize;
         context.statistics.evaluations += 1;
         let natural = self.natural_step(order, tolerance);
@@ -240,7 +249,7 @@ impl Taylor {
             return self.change_at_once(context.model, run, choices);
         }
         let chosen = self.jet.chosen();
-        let usual = if run.step > 0.0 { run.step } else { natural };
+        let usual = if run.step > 0.0 { run.step.min(natural.max(SHORTENED * run.step)) } else { natural };
         let mut found = self.look_ahead(context, run, natural.min(room));
         let strict = f64::max(OPENING * tolerance, rounding(context.model, &run.front));
         let mut h = planned(run.ahead, natural, usual);
@@ -289,7 +298,8 @@ impl Taylor {
                     return Ok(true);
                 }
                 let left = found.then_some(f64::max(run.ahead - (end - time), 0.0));
-                self.accept(context, run, end, end == limit || run.ahead > 0.0 || change.is_some());
+                let falls = run.ahead > 0.0 && run.ahead < PREDICTED * run.step;
+                self.accept(context, run, end, end == limit || falls || change.is_some());
                 run.ahead = left.unwrap_or(run.ahead);
                 run.choices = change.map_or(Choices::default(), |(_, choices)| choices);
                 if change.is_some() {
@@ -363,8 +373,7 @@ impl Taylor {
     }
 
     /// The rest of the series at the front, as far as the step may need it.
-    fn expand(&mut self, context: &Context, run: &mut Continuation, room: f64) {
-        let order = order_for(context.settings.tolerance);
+    fn expand(&mut self, context: &Context, run: &mut Continuation, room: f64, order: usize) {
         let goal = NEGLIGIBLE * share(context.settings.tolerance);
         // Only a step much shorter than its natural length needs fewer terms.
         let cut = run.step == 0.0 || room < CUT * run.step;
@@ -438,8 +447,22 @@ fn share(tolerance: f64) -> f64 {
     (SHARE_OF_TOLERANCE * tolerance).max(FINEST)
 }
 
-/// Orders that cost least at a tolerance; the optimum is flat.
+/// Does the front lie where rounding errors of a singular pose may count?
+fn is_near(run: &Continuation) -> bool {
+    let near = |pose: f64| (run.front_time - pose).abs() < NEIGHBOURHOOD * run.step;
+    run.step == 0.0 || run.ahead > 0.0 || run.pose.is_some_and(near)
+}
+
+/// Orders that cost least at a tolerance: two more for each decade. The optimum is flat; with fewer of them steps stay away from the radius of
+/// convergence.
 fn order_for(tolerance: f64) -> usize {
+    let decades = -math::rough_log2(tolerance) * std::f64::consts::LOG10_2;
+    let even = LEAST_ORDER + 2 * (decades + 0.5) as usize;
+    even.min(MAX_ORDER)
+}
+
+/// Orders near a singular pose: the rounding errors that it multiplies grow with the order.
+fn order_near(tolerance: f64) -> usize {
     if tolerance >= 1e-5 {
         12
     } else if tolerance >= 1e-7 {
@@ -447,6 +470,6 @@ fn order_for(tolerance: f64) -> usize {
     } else if tolerance >= 1e-11 {
         18
     } else {
-        MAX_ORDER
+        20
     }
 }

@@ -1,7 +1,7 @@
 //! The orders of a mechanism of frames only: every angle an unknown of its own, no displacements, no signals in the loops. What
 //! [`super::orders`] does for all, with everything between two stores in registers.
 
-use super::{Jet, ORDERS, vectors};
+use super::{Jet, ORDERS, at, vectors};
 use crate::series::columns::Columns;
 use crate::series::inverse::Inverse;
 use crate::series::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract};
@@ -22,12 +22,13 @@ struct Frames<'a, const F: usize> {
 }
 
 /// What stays as it is along a step.
-struct Fixed<'a> {
-    coupling: &'a Columns,
-    rows: &'a Columns,
-    reactions: &'a Columns,
-    inverse: &'a Inverse,
-    equations: [usize; 2],
+pub(super) struct Fixed<'a> {
+    pub coupling: &'a Columns,
+    pub rows: &'a Columns,
+    pub reactions: &'a Columns,
+    pub inverse: &'a Inverse,
+    /// Numbers of accelerations and reactions.
+    pub equations: [usize; 2],
 }
 
 impl Jet {
@@ -39,6 +40,25 @@ impl Jet {
             && self.form.rows.iter().all(|row| row.signals.is_empty())
     }
 
+    /// Finds how the pose responds, if there are no more than a lane of frames: what is saved in orders of more is lost here.
+    #[inline(always)]
+    pub(super) fn respond_any(&mut self) {
+        match self.frames {
+            [1, 1] => self.respond_frames::<1>(),
+            [1, 2] => self.respond_frames::<2>(),
+            _ => {}
+        }
+    }
+
+    #[inline(always)]
+    fn respond_frames<const N: usize>(&mut self) {
+        let Matrix::Whole(inverse) = &self.matrix else { return };
+        let Self { coupling, rows, reactions, .. } = self;
+        let equations = [self.unknowns.len(), self.form.rows.len()];
+        let fixed = Fixed { coupling, rows, reactions, inverse, equations };
+        self.response.find::<N>(&fixed, self.x[at(0, 0)], self.y[at(0, 0)]);
+    }
+
     /// Order k with F lanes of frames and N - F of loops; none if the storage has another shape.
     #[inline(always)]
     pub(super) fn advance_frames<const F: usize, const N: usize>(&mut self, k: usize) -> Option<()> {
@@ -48,7 +68,8 @@ impl Jet {
         if !self.scalars.is_steady() {
             self.scalars.rates(k, vectors(&self.x, &self.y, &self.values, F));
         }
-        if k < 2 || self.constant_loads < self.loads.len() {
+        let steady = k > 1 && self.constant_loads == self.loads.len();
+        if !steady {
             self.apply_loads(k);
         }
         let applied: Pair<F> = [*self.applied[0].first_chunk()?, *self.applied[1].first_chunk()?];
@@ -60,36 +81,42 @@ impl Jet {
             force: [series(force_x)?, series(force_y)?],
         };
         let Matrix::Whole(inverse) = &self.matrix else { return None };
-        let fixed = Fixed {
-            coupling: &self.coupling,
-            rows: &self.rows,
-            reactions: &self.reactions,
-            inverse,
-            equations: [self.unknowns.len(), self.form.rows.len()],
+        let Self { coupling, rows, reactions, .. } = self;
+        let fixed =
+            Fixed { coupling, rows, reactions, inverse, equations: [self.unknowns.len(), self.form.rows.len()] };
+        let (mut second, mut moment) = frames.convolve(k);
+        let free = match F {
+            // What the loads do; the response knows the rest.
+            1 => applied,
+            _ => fixed.coupling.couple(&second, applied),
         };
-        let (mut second, moment) = frames.convolve(k);
-        let force = fixed.coupling.couple(&second, applied);
-        let mut lack = [ZERO; N];
-        for f in 0..F {
-            let turning = subtract(multiply(frames.x[f][0], force[1][f]), multiply(frames.y[f][0], force[0][f]));
-            lack[f] = add(moment[f], turning);
+        if F > 1 || !steady {
+            for (f, moment) in moment.iter_mut().enumerate() {
+                let turning = subtract(multiply(frames.x[f][0], free[1][f]), multiply(frames.y[f][0], free[0][f]));
+                *moment = add(*moment, turning);
+            }
         }
         for push in &self.pushes[if k == 0 { 0 } else { self.constant_pushes }..] {
             let value = push.value.map_or(1.0, |slot| self.scalars.get(slot, k));
-            let place = lack.as_flattened_mut().get_mut(push.place)?;
+            let place = moment.as_flattened_mut().get_mut(push.place)?;
             *place -= self.coefficients[push.factors[0] as usize] * value;
         }
-        for (r, gap) in lack[F..].iter_mut().enumerate() {
-            *gap = fixed.rows.dot(r, second[0].as_flattened(), second[1].as_flattened());
-        }
-        let solution: [Lane; N] = fixed.solve::<F, N>(&lack);
         let values = self.values.get_mut((k + 2) * F..)?.first_chunk_mut()?;
-        frames.turn(k, solution.first_chunk()?, &mut second, values);
-        let applied = match fixed.equations[1] {
-            0 => applied,
-            _ => fixed.reactions.react(solution[F..].as_flattened(), applied),
+        let force: Pair<F> = if F == 1 {
+            let h = [second[0][0], second[1][0]];
+            let solution: [Lane; N] = self.response.solve(&fixed, moment[0], h);
+            let force = self.response.force(&fixed, h, &solution, [applied[0][0], applied[1][0]]);
+            frames.turn(k, solution.first_chunk()?, &mut second, values);
+            force.map(|force| [force; F])
+        } else {
+            let solution: [Lane; N] = fixed.solve::<F, N>(&moment, &second);
+            frames.turn(k, solution.first_chunk()?, &mut second, values);
+            let applied = match fixed.equations[1] {
+                0 => applied,
+                _ => fixed.reactions.react(solution[F..].as_flattened(), applied),
+            };
+            fixed.coupling.couple(&second, applied)
         };
-        let force = fixed.coupling.couple(&second, applied);
         for (series, force) in frames.force.iter_mut().zip(force) {
             for (series, force) in series.iter_mut().zip(force) {
                 series[k] = force;
@@ -124,9 +151,9 @@ impl<const F: usize> Frames<'_, F> {
             let omega = &self.omega[f][..k + 1];
             let (force_x, force_y) = (&self.force[0][f][..k], &self.force[1][f][..k]);
             // Even and odd terms apart, so that they do not wait for each other: of cosines, of sines, and of both parts of the moment.
-            let mut even = [multiply(x[k], omega[0]), multiply(y[k], omega[0]), ZERO, ZERO];
-            let mut odd = [ZERO; 4];
-            let mut j = 0;
+            // What the order before has found comes last, so that the others do not wait for it.
+            let (mut even, mut odd) = ([ZERO; 4], [ZERO; 4]);
+            let mut j = 1;
             while j + 1 < k {
                 even = terms(even, [x[j], y[j]], omega[k - j], [force_x[k - 1 - j], force_y[k - 1 - j]]);
                 odd = terms(odd, [x[j + 1], y[j + 1]], omega[k - 1 - j], [force_x[k - 2 - j], force_y[k - 2 - j]]);
@@ -135,8 +162,12 @@ impl<const F: usize> Frames<'_, F> {
             if j < k {
                 even = terms(even, [x[j], y[j]], omega[k - j], [force_x[k - 1 - j], force_y[k - 1 - j]]);
             }
-            let [cosine, sine] = [add(even[0], odd[0]), add(even[1], odd[1])];
-            let [over, under] = [add(even[2], odd[2]), add(even[3], odd[3])];
+            let mut sums = [add(even[0], odd[0]), add(even[1], odd[1]), add(even[2], odd[2]), add(even[3], odd[3])];
+            if k > 0 {
+                sums = terms(sums, [x[0], y[0]], omega[k], [force_x[k - 1], force_y[k - 1]]);
+            }
+            let [cosine, sine, over, under] = sums;
+            let (cosine, sine) = (plus(cosine, x[k], omega[0]), plus(sine, y[k], omega[0]));
             second[0][f] = multiply(sine, multiply(splat(-1.0), up));
             second[1][f] = multiply(cosine, up);
             moment[f] = subtract(over, under);
@@ -163,13 +194,16 @@ impl<const F: usize> Frames<'_, F> {
 impl Fixed<'_> {
     /// Accelerations and reactions that make up for what the equations lack.
     #[inline(always)]
-    fn solve<const F: usize, const N: usize>(&self, lack: &[Lane; N]) -> [Lane; N] {
+    fn solve<const F: usize, const N: usize>(&self, moment: &[Lane; F], [x, y]: &Pair<F>) -> [Lane; N] {
         let [frames, rows] = self.equations;
-        let flat = lack.as_flattened();
-        let (balance, gaps) = flat.split_at(F * WIDTH);
+        let mut gaps = [ZERO; N];
+        for (r, gap) in gaps[F..].iter_mut().enumerate() {
+            *gap = self.rows.dot(r, x.as_flattened(), y.as_flattened());
+        }
+        let (balance, gaps) = (moment.as_flattened(), gaps[F..].as_flattened());
         let (mut even, mut odd) = ([ZERO; N], [ZERO; N]);
-        let (balanced, closed) = self.inverse.rows::<N>().split_at_checked(frames).unwrap_or_default();
-        for (inverse, values) in [(balanced, &balance[..frames]), (closed, &gaps[..rows])] {
+        let (balanced, closed) = self.inverse.rows::<N>().split_at_checked(F * WIDTH).unwrap_or_default();
+        for (inverse, values) in [(&balanced[..frames], &balance[..frames]), (&closed[..rows], &gaps[..rows])] {
             let (mut pairs, mut two) = (inverse.chunks_exact(2), values.chunks_exact(2));
             for (inverse, values) in (&mut pairs).zip(&mut two) {
                 even = less(even, &inverse[0], values[0]);

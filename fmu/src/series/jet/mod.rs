@@ -32,6 +32,7 @@ macro_rules! by_width {
 mod frames;
 mod orders;
 mod pieces;
+mod response;
 mod start;
 mod step;
 mod terms;
@@ -44,6 +45,7 @@ use crate::series::form::{ArmForm, Factor, Place, Row, Slot};
 use crate::series::lane::{Lane, WIDTH, ZERO, lanes, splat};
 use crate::series::matrix::{FOUR_AT_ONCE, Matrix};
 use crate::series::tape::{Scalars, Vectors};
+use response::Response;
 use step::Read;
 use terms::{Plan, Terms};
 
@@ -68,7 +70,7 @@ fn flat(place: usize, order: usize) -> usize {
 /// Orders 0 to k of a lane.
 #[inline(always)]
 fn series(lanes: &[Lane], lane: usize, k: usize) -> &[Lane] {
-    &lanes[at(lane, 0)..][..=k]
+    &lanes[at(lane, 0)..at(lane, 0) + k + 1]
 }
 
 /// Lanes and places of arms.
@@ -148,6 +150,8 @@ pub struct Jet {
     matrix: Matrix,
     /// Is it laid out for masses that are alike?
     alike: Option<bool>,
+    /// Of a mechanism of frames only.
+    response: Response,
     /// The joint of each loop equation.
     groups: Vec<usize>,
     /// World components of arms, by orders.
@@ -234,6 +238,7 @@ impl Jet {
             present: present(&shape),
             matrix: Matrix::none(),
             alike: None,
+            response: Response::default(),
             groups: groups(model, &form),
             terms: Terms::new(&Plan::new(&form, &shape, &turned_by, &unknowns), unknowns.len()),
             constant_pushes: constants(&pushes),
@@ -271,6 +276,7 @@ impl Jet {
         jet.update(machine.registers());
         if jet.has_only_frames() {
             jet.frames = [all, room / WIDTH];
+            jet.response = Response::new(jet.unknowns.len(), jet.form.rows.len(), jet.frames[1]);
         }
         Some(jet)
     }

@@ -4,6 +4,7 @@ use super::{Jet, Singular, at, flat};
 use crate::math;
 use crate::model::Model;
 use crate::series::form::{Auxiliary, Factor, Place, Rod, Slot};
+use crate::series::inverse::Inverse;
 use crate::series::lane::{Lane, WIDTH, add, multiply, splat};
 use crate::series::matrix::Matrix;
 use crate::series::turn::cosine_and_sine;
@@ -30,6 +31,10 @@ impl Jet {
         fn begin_motion(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> = begin_any
     }
 
+    by_width! {
+        fn respond(&mut self) = respond_any
+    }
+
     #[inline(always)]
     fn begin_any(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> {
         let (q, v) = motion.split_at(self.form.coordinates.len());
@@ -40,6 +45,7 @@ impl Jet {
         let open = self.close(model, 0, CLOSED);
         self.turn_rates();
         self.close(model, 1, CLOSED);
+        self.respond_any();
         self.weigh();
         Ok(open)
     }
@@ -280,6 +286,7 @@ impl Jet {
         }
         self.turn_rates();
         (0..2).for_each(|_| _ = self.close(model, 1, 0.0));
+        self.respond();
         self.weigh();
         (0..2).for_each(|k| self.follow(k));
         self.advance(0, 0);
@@ -302,9 +309,20 @@ impl Jet {
         self.differentiate();
         let regular = match &mut self.matrix {
             Matrix::Whole(inverse) => {
-                inverse.clear();
-                self.terms.assemble(inverse, &self.coefficients, &self.derivatives);
-                inverse.invert()
+                let assemble = |inverse: &mut Inverse| {
+                    inverse.clear();
+                    self.terms.assemble(inverse, &self.coefficients, &self.derivatives);
+                };
+                assemble(inverse);
+                let in_order = self.alike == Some(true) && inverse.size() > WIDTH;
+                if in_order && inverse.invert_in_order() {
+                    true
+                } else {
+                    if in_order {
+                        assemble(inverse);
+                    }
+                    inverse.invert()
+                }
             }
             Matrix::Factored(factors) => {
                 factors.clear();

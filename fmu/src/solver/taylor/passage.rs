@@ -1,6 +1,6 @@
 //! Singular poses on the way of a Taylor step.
 
-use super::{Start, Taylor, order_for};
+use super::{Start, Taylor, order_for, order_near};
 use crate::solver::continuation::Continuation;
 use crate::solver::dependence::undecided;
 use crate::solver::leaving::{CORRECTIONS, Search, Verdict};
@@ -86,7 +86,7 @@ impl Taylor {
             if self.start(context, run, time + h, true).is_none() {
                 return false;
             }
-            self.expand(context, run, f64::INFINITY);
+            self.expand(context, run, f64::INFINITY, order_near(context.settings.tolerance));
             let order = run.order as usize;
             self.jet.evaluate(&run.dense, order, -h, &mut self.next);
             match search.correct(context.model, &run.front, &self.closed, &mut self.next) {
