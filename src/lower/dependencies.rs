@@ -14,7 +14,7 @@ use super::motion::typical;
 use super::program::{Pose, inverse};
 use super::table::Row;
 use crate::equations::Equations;
-use crate::expr::{Expr, Node, Order, Slopes, Symbol};
+use crate::expr::{Expr, Node, Order, Rounded, Slopes, Symbol};
 
 /// With more accelerations and reactions than this each of them counts as depending on all that any of them depends on: finding out costs
 /// the square of their number.
@@ -213,7 +213,8 @@ impl Finder<'_, '_> {
         let mut idle: Vec<(usize, usize)> = Vec::new();
         let mut open: BTreeSet<usize> = rows.iter().flat_map(|row| row.dependencies.iter().copied()).collect();
         for state in 0..STATES {
-            let slopes = Slopes::new(arena, &solved, &roots, |symbol| self.somewhere(symbol, moving, state));
+            let slopes =
+                Slopes::new(arena, &solved, &roots, |symbol| Rounded::exact(self.somewhere(symbol, moving, state)));
             if open.is_empty() || slopes.len() * open.len() > MOST_DERIVATIVES {
                 break;
             }
@@ -257,7 +258,7 @@ impl Finder<'_, '_> {
 }
 
 /// A number between 0 and 1, another one for each symbol and state.
-fn somehow(symbol: Symbol, state: u64) -> f64 {
+pub(super) fn somehow(symbol: Symbol, state: u64) -> f64 {
     let (kind, index, order) = match symbol {
         Symbol::Time => (0, 0, Order::Position),
         Symbol::Parameter(index) => (1, index, Order::Position),
