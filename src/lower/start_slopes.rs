@@ -235,21 +235,17 @@ impl<'a, U: Fn(Symbol) -> f64> Start<'a, U> {
         let all = level.all();
         self.begin(level, &all, number)?;
         self.newton(level)?;
+        self.bound(level)?;
         let slopes = self.evaluate(&HashMap::new(), &all)?;
         let rows = level.jacobian(&slopes, &all);
-        let held = level.residuals.len();
-        let right: Vec<Vec<Rounded>> = std::iter::once(slopes.values(&level.residuals))
-            .chain(self.changes.iter().map(|change| slopes.slopes(&level.residuals, within(change))))
-            .collect();
-        let reduced = Reduced::new(&rows[..held], &right);
+        let right: Vec<Vec<Rounded>> =
+            self.changes.iter().map(|change| slopes.slopes(&level.residuals, within(change))).collect();
+        let reduced = Reduced::new(&rows[..level.residuals.len()], &right);
         let (determined, loose): (Vec<usize>, Vec<usize>) =
             (0..level.unknowns.len()).partition(|&column| reduced.determines(column));
         for column in determined {
-            let unknown = level.unknowns[column];
-            let value = self.value(unknown).off_by(reduced.solution(column, 0));
-            self.values.insert(unknown, value);
             for (index, change) in self.changes.iter_mut().enumerate() {
-                change.insert(unknown, reduced.solution(column, 1 + index));
+                change.insert(level.unknowns[column], reduced.solution(column, index));
             }
         }
         let groups = groups(&rows, &loose);
@@ -305,6 +301,18 @@ impl<'a, U: Fn(Symbol) -> f64> Start<'a, U> {
             before = longest;
         }
         None
+    }
+
+    /// How far the unknowns may still be from the solution.
+    fn bound(&mut self, level: &Level) -> Option<()> {
+        let slopes = self.evaluate(&HashMap::new(), &level.residuals)?;
+        let rest = slopes.values(&level.residuals);
+        let reduced = Reduced::new(&level.jacobian(&slopes, &level.residuals), &[rest]);
+        for (column, &unknown) in level.unknowns.iter().enumerate() {
+            let value = self.value(unknown).off_by(reduced.solution(column, 0));
+            self.values.insert(unknown, value);
+        }
+        Some(())
     }
 
     /// Which roots change with what is given.
