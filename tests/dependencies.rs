@@ -511,6 +511,62 @@ fn dependencies_at_the_start_are_those_that_differences_show() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// Where the equations leave the start open, too: then it follows from how the search for it goes.
+#[test]
+fn derivatives_of_the_start_are_those_that_differences_show() {
+    for (name, text) in scenes().into_iter().chain(start_scenes()) {
+        let compiled = compile(&Scene::from_toml(&text).expect("a scene")).expect("a model");
+        let description = &compiled.description;
+        let model = Arc::new(Model::new(compiled.program.clone()).expect("a program"));
+        let unknowns: Vec<usize> =
+            (0..description.variables.len()).filter(|&place| is_calculated(description, place)).collect();
+        let (values, _) = start_near(&model, description, &unknowns, 1).expect("a start");
+        for (index, &(known, order, value)) in values.iter().enumerate() {
+            if order > 0 {
+                continue;
+            }
+            let step = 1e-3 * if value.abs() < 0.1 { 1.0 } else { value };
+            let at = |by: f64| {
+                let mut moved = values.clone();
+                moved[index].2 += by;
+                at_the_start(&model, &moved, &unknowns)
+            };
+            let Some([a, b, c, d]) = [at(-step), at(-step / 2.0), at(step / 2.0), at(step)]
+                .into_iter()
+                .collect::<Option<Vec<_>>>()
+                .and_then(|all| <[Vec<f64>; 4]>::try_from(all).ok())
+            else {
+                continue;
+            };
+            let slopes = start_slopes(&model, &values, known, &unknowns);
+            for (place, (&unknown, slope)) in unknowns.iter().zip(slopes).enumerate() {
+                let near = (c[place] - b[place]) / step;
+                let far = (d[place] - a[place]) / (2.0 * step);
+                let difference = (4.0 * near - far) / 3.0;
+                let size = difference.abs().max((a[place].abs() + d[place].abs()) * 1e-2).max(1.0);
+                let bound = 1e-7 * size + 1e-2 * (near - far).abs();
+                let names = (&description.variables[unknown].name, &description.variables[known].name);
+                assert!((slope - difference).abs() <= bound, "{name}: {names:?}: {slope} for {difference}");
+            }
+        }
+    }
+}
+
+/// Directional derivatives at the start that follows from these values.
+fn start_slopes(model: &Arc<Model>, values: &[Setting], known: usize, unknowns: &[usize]) -> Vec<f64> {
+    let mut instance = Instance::new(model.clone());
+    for &(known, order, value) in values {
+        match order {
+            0 => instance.set(known, value).expect("settable"),
+            order => instance.set_derivative(known, order, value).expect("an input"),
+        }
+    }
+    instance.begin_direction();
+    instance.add_direction(known, 1.0).expect("known");
+    instance.differentiate().expect("a start");
+    unknowns.iter().map(|&unknown| instance.derivative(unknown).expect("defined")).collect()
+}
+
 /// Scenes in which much cancels at the start.
 fn start_scenes() -> Vec<(String, String)> {
     [("parallelogram", PARALLELOGRAM), ("half known", HALF_KNOWN), ("followed", FOLLOWED), ("driven arm", DRIVEN_ARM)]
