@@ -37,10 +37,14 @@ type Numbers = HashMap<Symbol, Rounded>;
 pub(super) struct Level {
     /// What is solved for.
     pub unknowns: Vec<Symbol>,
-    /// They are zero.
+    /// They are zero: loop equations, then known values.
     pub residuals: Vec<Expr>,
-    /// They are made small first, and then let go. What the others leave open depends on them.
+    /// How many of them are loop equations.
+    pub loops: usize,
+    /// They and the known values are made small first, with the loops open. What is left open goes on from there.
     pub guesses: Vec<Expr>,
+    /// Is that so? It is with positions.
+    pub guessing: bool,
 }
 
 /// How the start is found.
@@ -82,8 +86,10 @@ impl Search {
                     .chain(followers.iter().map(|follower| follower.2).enumerate().filter_map(free))
                     .collect(),
                 residuals: loops(equations, beginning).map(|row| values[row]).collect(),
-                guesses: Vec::new(),
+                guessing: order == Order::Position,
+                ..Level::default()
             };
+            level.loops = level.residuals.len();
             level.impose(&mut equations.system.arena, conditions);
             search.levels.push(level);
         }
@@ -146,7 +152,11 @@ impl Level {
         let (values, targets) = conditions.results.split_at(conditions.conditions.len());
         for ((condition, &value), &target) in conditions.conditions.iter().zip(values).zip(targets) {
             let residual = arena.subtract(value, target);
-            if condition.known { &mut self.residuals } else { &mut self.guesses }.push(residual);
+            match condition.known {
+                true => self.residuals.push(residual),
+                false if self.guessing => self.guesses.push(residual),
+                false => (),
+            }
         }
     }
 
@@ -238,9 +248,9 @@ impl<'a, U: Fn(Symbol) -> f64> Start<'a, U> {
         self.bound(level)?;
         let slopes = self.evaluate(&HashMap::new(), &all)?;
         let rows = level.jacobian(&slopes, &all);
-        let right: Vec<Vec<Rounded>> =
-            self.changes.iter().map(|change| slopes.slopes(&level.residuals, within(change))).collect();
-        let reduced = Reduced::new(&rows[..level.residuals.len()], &right);
+        let held = level.residuals.len();
+        let right: Vec<Vec<Rounded>> = self.changes.iter().map(|change| slopes.slopes(&all, within(change))).collect();
+        let reduced = Reduced::new(&rows[..held], &right.iter().map(|rows| rows[..held].to_vec()).collect::<Vec<_>>());
         let (determined, loose): (Vec<usize>, Vec<usize>) =
             (0..level.unknowns.len()).partition(|&column| reduced.determines(column));
         for column in determined {
@@ -248,16 +258,24 @@ impl<'a, U: Fn(Symbol) -> f64> Start<'a, U> {
                 change.insert(level.unknowns[column], reduced.solution(column, index));
             }
         }
-        let groups = groups(&rows, &loose);
-        for change in &mut self.changes {
-            let moved: Vec<bool> =
-                slopes.slopes(&all, within(change)).into_iter().map(|slope| !slope.is_zero()).collect();
-            for (rows, columns) in &groups {
-                if rows.iter().any(|&row| moved[row]) {
-                    let unknowns = columns.iter().map(|&column| level.unknowns[column]);
-                    change.extend(unknowns.map(|unknown| (unknown, Rounded::exact(0.5 + somehow(unknown, 18)))));
-                }
-            }
+        if loose.is_empty() {
+            return Some(());
+        }
+        let every: Vec<usize> = (0..level.unknowns.len()).collect();
+        let first = if level.guessing { groups(&rows[level.loops..], &every) } else { Vec::new() };
+        let then = groups(&rows[..held], &loose);
+        for (change, right) in self.changes.iter_mut().zip(&right) {
+            let guessed = guessed(&first, &right[level.loops..], every.len());
+            let moved: Vec<bool> = (slopes.slopes(&level.residuals, within(change)).into_iter().zip(&rows))
+                .map(|(slope, row)| {
+                    !slope.is_zero() || row.iter().zip(&guessed).any(|(at, moves)| *moves && !at.is_zero())
+                })
+                .collect();
+            let together = then.iter().filter(|(rows, _)| rows.iter().any(|&row| moved[row]));
+            let alone = loose.iter().copied().filter(|&column| guessed[column]);
+            let columns: Vec<usize> = together.flat_map(|(_, columns)| columns.iter().copied()).chain(alone).collect();
+            let unknowns = columns.into_iter().map(|column| level.unknowns[column]);
+            change.extend(unknowns.map(|unknown| (unknown, Rounded::exact(0.5 + somehow(unknown, 18)))));
         }
         Some(())
     }
@@ -330,12 +348,25 @@ fn copy(numbers: &mut Numbers, from: Symbol, to: Symbol) {
     }
 }
 
+/// Which unknowns move where known values and guesses are made small with the loops open, given which of these residuals move.
+fn guessed(groups: &[Group], residuals: &[Rounded], columns: usize) -> Vec<bool> {
+    let mut guessed = vec![false; columns];
+    for (rows, columns) in groups {
+        let moved = rows.iter().any(|&row| !residuals[row].is_zero());
+        columns.iter().for_each(|&column| guessed[column] = moved);
+    }
+    guessed
+}
+
 fn within(numbers: &Numbers) -> impl Fn(Symbol) -> Rounded {
     |symbol| numbers.get(&symbol).copied().unwrap_or_default()
 }
 
-/// Rows and columns that belong together, of some of the columns of a matrix.
-fn groups(matrix: &[Vec<Rounded>], columns: &[usize]) -> Vec<(Vec<usize>, Vec<usize>)> {
+/// Rows and columns that belong together.
+type Group = (Vec<usize>, Vec<usize>);
+
+/// What belongs together, of some of the columns of a matrix.
+fn groups(matrix: &[Vec<Rounded>], columns: &[usize]) -> Vec<Group> {
     let mut sets = UnionFind::<usize>::new(matrix.first().map_or(0, Vec::len));
     let of_row = |row: usize| columns.iter().copied().filter(move |&column| !matrix[row][column].is_zero());
     for row in 0..matrix.len() {
@@ -344,7 +375,7 @@ fn groups(matrix: &[Vec<Rounded>], columns: &[usize]) -> Vec<(Vec<usize>, Vec<us
             members.for_each(|column| _ = sets.union(first, column));
         }
     }
-    let mut groups: HashMap<usize, (Vec<usize>, Vec<usize>)> = HashMap::new();
+    let mut groups: HashMap<usize, Group> = HashMap::new();
     for row in 0..matrix.len() {
         if let Some(column) = of_row(row).next() {
             groups.entry(sets.find(column)).or_default().0.push(row);
