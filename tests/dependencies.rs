@@ -625,7 +625,7 @@ fn partly_known(scene: &str, first: u64) -> String {
         };
         count += 1;
         let position = [".x\"", ".y\"", ".angle\"", ".s\""].iter().any(|end| name.ends_with(end));
-        match (count % 5 == 0, position) {
+        match (count.is_multiple_of(5), position) {
             (true, _) => text += &format!("{line}\n"),
             (false, true) => text += &format!("{name} = {{ guess = {value} }}\n"),
             (false, false) => (),
