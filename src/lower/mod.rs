@@ -8,6 +8,7 @@ mod blocks;
 mod cost;
 mod dependencies;
 mod eliminate;
+mod footprints;
 mod indicators;
 mod initial;
 mod motion;
@@ -22,6 +23,7 @@ mod table;
 mod tape;
 
 pub use cost::Cost;
+pub(crate) use dependencies::LISTED;
 pub use eliminate::{Factor, Obstacle, System};
 pub use motion::{MotionSystem, Solver};
 pub use program::{Lowered, Pose, kernel_cost, positions, program};
