@@ -17,6 +17,7 @@ mod reduced;
 mod series;
 mod solve_tree;
 mod start;
+mod start_levels;
 mod start_slopes;
 mod strengthen;
 mod table;

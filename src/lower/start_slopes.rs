@@ -9,12 +9,9 @@ use std::collections::HashMap;
 use petgraph::unionfind::UnionFind;
 
 use super::dependencies::somehow;
-use super::initial::Conditions;
-use super::program::inverse;
 use super::reduced::Reduced;
-use super::start::Beginning;
-use crate::equations::Equations;
-use crate::expr::{Arena, Expr, Order, Rounded, Slopes, Symbol};
+use super::start_levels::{Level, Search};
+use crate::expr::{Arena, Expr, Rounded, Slopes, Symbol};
 
 /// How far parameters, inputs and known values are moved, relative to what they are: as far as the loops can follow.
 const MOVES: [f64; 4] = [0.1, 1e-2, 1e-3, 1e-5];
@@ -32,146 +29,8 @@ const MOST_DERIVATIVES: usize = 2_000_000;
 /// Numbers of symbols; those that are not there are zero, or as usual.
 type Numbers = HashMap<Symbol, Rounded>;
 
-/// Equations for unknowns that follow from what is known before.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Level {
-    /// What is solved for.
-    pub unknowns: Vec<Symbol>,
-    /// They are zero: loop equations, then known values.
-    pub residuals: Vec<Expr>,
-    /// How many of them are loop equations.
-    pub loops: usize,
-    /// They and the known values are made small first, with the loops open. What is left open goes on from there.
-    pub guesses: Vec<Expr>,
-    /// Is that so? It is with positions.
-    pub guessing: bool,
-}
-
-/// How the start is found.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Search {
-    /// In the order of their solution: positions, rates, and where drivers determine the motion accelerations and reactions.
-    pub levels: Vec<Level>,
-    /// Accelerations and reactions in terms of the state, where loads determine the motion.
-    pub solved: HashMap<Symbol, Expr>,
-    /// What followers take from inputs: the same numbers.
-    pub followed: Vec<(Symbol, Symbol)>,
-    /// Typical length.
-    pub length: f64,
-}
-
 /// What is given by one variable: one symbol, or an input and its derivatives.
 pub(super) type Given = Vec<Symbol>;
-
-impl Search {
-    /// The equations of the start. `reacts`: where drivers determine the motion, are reactions wanted?
-    pub fn new(equations: &mut Equations, beginning: &Beginning, (length, reacts): (f64, bool)) -> Self {
-        let followers = equations.system.followers.clone();
-        let mut search = Search { length, ..Search::default() };
-        for (index, &(_, input, order)) in followers.iter().enumerate() {
-            let mut follow = |order, input_order| {
-                let symbol = (Symbol::Follower(index, order), Symbol::Input(input.0, input_order));
-                search.followed.push(symbol);
-            };
-            follow(order, Order::Position);
-            if order == Order::Velocity {
-                follow(Order::Acceleration, Order::Velocity);
-            }
-        }
-        for (order, conditions) in [Order::Position, Order::Velocity].into_iter().zip(beginning.conditions) {
-            let values = beginning.constraints[usize::from(order == Order::Velocity)];
-            let free = |(index, given): (usize, Order)| (order < given).then_some(Symbol::Follower(index, order));
-            let mut level = Level {
-                unknowns: coordinates(equations, order)
-                    .chain(followers.iter().map(|follower| follower.2).enumerate().filter_map(free))
-                    .collect(),
-                residuals: loops(equations, beginning).map(|row| values[row]).collect(),
-                guessing: order == Order::Position,
-                ..Level::default()
-            };
-            level.loops = level.residuals.len();
-            level.impose(&mut equations.system.arena, conditions);
-            search.levels.push(level);
-        }
-        match beginning.solved {
-            Some(solved) => search.solved = beginning.symbols().zip(solved.iter().copied()).collect(),
-            None => {
-                search.levels.push(driven(equations, beginning));
-                search.levels.extend(reacts.then(|| reactions(equations, beginning)));
-            }
-        }
-        search
-    }
-}
-
-fn coordinates(equations: &Equations, order: Order) -> impl Iterator<Item = Symbol> + use<> {
-    (0..equations.coordinates.len()).map(move |index| Symbol::Coordinate(index, order))
-}
-
-/// The loop equations that count: independent ones, and those about followers alone.
-fn loops<'a>(equations: &'a Equations, beginning: &'a Beginning) -> impl Iterator<Item = usize> + use<'a> {
-    let constraints = equations.constraints.iter().zip(beginning.active).enumerate();
-    let counts = constraints.filter(|(_, (row, active))| **active || (row.is_trivial() && !row.says_nothing()));
-    counts.map(|(row, _)| row)
-}
-
-/// Phi_q a - gamma
-fn driven(equations: &mut Equations, beginning: &Beginning) -> Level {
-    let mut level = Level { unknowns: coordinates(equations, Order::Acceleration).collect(), ..Level::default() };
-    for (row, constraint) in equations.constraints.iter().enumerate().filter(|(row, _)| beginning.active[*row]) {
-        let arena = &mut equations.system.arena;
-        let start = arena.negate(beginning.constraints[2][row]);
-        let sum = |sum, &(column, entry): &(usize, Expr)| {
-            let acceleration = arena.symbol(Symbol::Coordinate(column, Order::Acceleration));
-            let term = arena.multiply(entry, acceleration);
-            arena.add(sum, term)
-        };
-        level.residuals.push(constraint.jacobian.iter().fold(start, sum));
-    }
-    level
-}
-
-/// Q - M a - Phi_q^T lambda
-fn reactions(equations: &mut Equations, beginning: &Beginning) -> Level {
-    let mut level = Level { residuals: inverse(equations), ..Level::default() };
-    for (row, constraint) in equations.constraints.iter().enumerate().filter(|(row, _)| beginning.active[*row]) {
-        let arena = &mut equations.system.arena;
-        let reaction = arena.symbol(Symbol::Reaction(row));
-        level.unknowns.push(Symbol::Reaction(row));
-        for &(column, entry) in &constraint.jacobian {
-            let term = arena.multiply(entry, reaction);
-            level.residuals[column] = arena.subtract(level.residuals[column], term);
-        }
-    }
-    level
-}
-
-impl Level {
-    /// Adds conditions.
-    fn impose(&mut self, arena: &mut Arena, conditions: &Conditions) {
-        let (values, targets) = conditions.results.split_at(conditions.conditions.len());
-        for ((condition, &value), &target) in conditions.conditions.iter().zip(values).zip(targets) {
-            let residual = arena.subtract(value, target);
-            match condition.known {
-                true => self.residuals.push(residual),
-                false if self.guessing => self.guesses.push(residual),
-                false => (),
-            }
-        }
-    }
-
-    fn all(&self) -> Vec<Expr> {
-        self.residuals.iter().chain(&self.guesses).copied().collect()
-    }
-
-    /// Derivatives of roots by the unknowns, by rows.
-    fn jacobian(&self, slopes: &Slopes, roots: &[Expr]) -> Vec<Vec<Rounded>> {
-        let one = |of: Symbol| move |symbol| if symbol == of { Rounded::exact(1.0) } else { Rounded::default() };
-        let columns: Vec<Vec<Rounded>> =
-            self.unknowns.iter().map(|&unknown| slopes.slopes(roots, one(unknown))).collect();
-        (0..roots.len()).map(|row| columns.iter().map(|column| column[row]).collect()).collect()
-    }
-}
 
 /// Which roots change with what is given, as a table of roots and givens. Nothing where that could not be told.
 pub(super) fn changing(
@@ -248,9 +107,19 @@ impl<'a, U: Fn(Symbol) -> f64> Start<'a, U> {
         self.bound(level)?;
         let slopes = self.evaluate(&HashMap::new(), &all)?;
         let rows = level.jacobian(&slopes, &all);
-        let held = level.residuals.len();
         let right: Vec<Vec<Rounded>> = self.changes.iter().map(|change| slopes.slopes(&all, within(change))).collect();
-        let reduced = Reduced::new(&rows[..held], &right.iter().map(|rows| rows[..held].to_vec()).collect::<Vec<_>>());
+        let loose = self.determine(level, &rows, &right);
+        if !loose.is_empty() {
+            self.let_go(level, &slopes, (&rows, &right), &loose);
+        }
+        Some(())
+    }
+
+    /// How those unknowns change that follow from the equations, given their derivatives and the changes of their residuals; returns the others.
+    fn determine(&mut self, level: &Level, rows: &[Vec<Rounded>], right: &[Vec<Rounded>]) -> Vec<usize> {
+        let held = level.residuals.len();
+        let right: Vec<Vec<Rounded>> = right.iter().map(|residuals| residuals[..held].to_vec()).collect();
+        let reduced = Reduced::new(&rows[..held], &right);
         let (determined, loose): (Vec<usize>, Vec<usize>) =
             (0..level.unknowns.len()).partition(|&column| reduced.determines(column));
         for column in determined {
@@ -258,26 +127,31 @@ impl<'a, U: Fn(Symbol) -> f64> Start<'a, U> {
                 change.insert(level.unknowns[column], reduced.solution(column, index));
             }
         }
-        if loose.is_empty() {
-            return Some(());
-        }
+        loose
+    }
+
+    /// Those that are left open go somehow with everything that pulls at them: from their guess, or where the equations close.
+    fn let_go(
+        &mut self,
+        level: &Level,
+        slopes: &Slopes,
+        (rows, right): (&[Vec<Rounded>], &[Vec<Rounded>]),
+        loose: &[usize],
+    ) {
         let every: Vec<usize> = (0..level.unknowns.len()).collect();
         let first = if level.guessing { groups(&rows[level.loops..], &every) } else { Vec::new() };
-        let then = groups(&rows[..held], &loose);
-        for (change, right) in self.changes.iter_mut().zip(&right) {
+        let then = groups(&rows[..level.residuals.len()], loose);
+        for (change, right) in self.changes.iter_mut().zip(right) {
             let guessed = guessed(&first, &right[level.loops..], every.len());
-            let moved: Vec<bool> = (slopes.slopes(&level.residuals, within(change)).into_iter().zip(&rows))
-                .map(|(slope, row)| {
-                    !slope.is_zero() || row.iter().zip(&guessed).any(|(at, moves)| *moves && !at.is_zero())
-                })
-                .collect();
-            let together = then.iter().filter(|(rows, _)| rows.iter().any(|&row| moved[row]));
+            let pulled = |row: usize| rows[row].iter().zip(&guessed).any(|(entry, moves)| *moves && !entry.is_zero());
+            let residuals = slopes.slopes(&level.residuals, within(change));
+            let moved = |row: usize| !residuals[row].is_zero() || pulled(row);
+            let together = then.iter().filter(|(rows, _)| rows.iter().any(|&row| moved(row)));
             let alone = loose.iter().copied().filter(|&column| guessed[column]);
-            let columns: Vec<usize> = together.flat_map(|(_, columns)| columns.iter().copied()).chain(alone).collect();
-            let unknowns = columns.into_iter().map(|column| level.unknowns[column]);
+            let columns = together.flat_map(|(_, columns)| columns.iter().copied()).chain(alone);
+            let unknowns = columns.map(|column| level.unknowns[column]);
             change.extend(unknowns.map(|unknown| (unknown, Rounded::exact(0.5 + somehow(unknown, 18)))));
         }
-        Some(())
     }
 
     /// Where the search for a level begins: off what is special, where anything moves at all.
