@@ -1,9 +1,14 @@
 //! Finds the runtime's shared library, which cargo has built as a build dependency, and hands it to
-//! `src/export/runtime.rs`.
+//! `src/export/runtime.rs`: as it is, and compressed better than there would be time for at every export.
 
+use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use std::{env, fs};
+
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
 
 /// Names another runtime to embed: needed when cotree itself is cross-compiled, useful for one linked against an old
 /// C library.
@@ -18,9 +23,22 @@ fn main() -> Result<(), String> {
     };
     // The library changes exactly when cargo links it anew.
     println!("cargo::rerun-if-changed={}", library.display());
-    fs::copy(&library, out.join("runtime"))
-        .map(|_| ())
-        .map_err(|error| format!("cannot copy the runtime {}: {error}", library.display()))
+    let bytes =
+        fs::read(&library).map_err(|error| format!("cannot read the runtime {}: {error}", library.display()))?;
+    fs::write(out.join("runtime"), &bytes).map_err(|error| format!("cannot copy the runtime: {error}"))?;
+    pack(&bytes, &out.join("runtime.zip")).map_err(|error| format!("cannot pack the runtime: {error}"))
+}
+
+/// An archive with the library in it, as it will lie in FMUs.
+fn pack(library: &[u8], path: &Path) -> zip::result::ZipResult<()> {
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::DEFAULT)
+        .unix_permissions(0o755);
+    let mut zip = ZipWriter::new(File::create(path)?);
+    zip.start_file("runtime", options)?;
+    zip.write_all(library)?;
+    zip.finish().map(|_| ())
 }
 
 /// The shared library in the folder where cargo keeps the results of the build dependencies.

@@ -1,15 +1,21 @@
 //! The dependencies that the model description declares, against what changes when a state or an input changes.
 
+#[path = "support/start_scenes.rs"]
+mod start_scenes;
+mod support;
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use cotree::export::description::{Causality, Description, Start};
+use cotree::export::description::{Causality, Description, ScalarVariable, Start};
 use cotree::pipeline::compile;
 use cotree::scene::Scene;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
+use start_scenes::{DRIVEN_ARM, FOLLOWED, HALF_KNOWN, PARALLELOGRAM};
+use support::random_parts::random_parts;
 
 /// Two pendulums that have nothing to do with each other.
 const APART: &str = r#"
@@ -97,8 +103,12 @@ fn scenes() -> Vec<(String, String)> {
     scenes.push(("three driven".to_owned(), DRIVEN.to_owned()));
     let stiff = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/stiff.toml");
     scenes.push(("stiff".to_owned(), read(&stiff)));
+    scenes.extend((1..=RANDOM).map(|seed| (format!("random {seed}"), random_parts(seed, 2).scene)));
     scenes
 }
+
+/// So many random mechanisms with gears, racks, slots, rolling discs and distance links.
+const RANDOM: u64 = 8;
 
 /// What a calculated variable changes with, of all states and inputs, at some states and with some parameters of the model.
 fn found(model: &Arc<Model>, description: &Description) -> Vec<BTreeSet<usize>> {
@@ -218,45 +228,225 @@ fn dependencies_are_those_that_derivatives_show() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Everything that is calculated, at the start, with a parameter, an input or a known initial value changed a little.
-fn at_the_start(model: &Arc<Model>, known: Option<(usize, f64)>, calculated: &[usize]) -> Option<Vec<Option<u64>>> {
-    let mut instance = Instance::new(model.clone());
-    if let Some((known, value)) = known {
-        instance.set(known, value).ok()?;
-    }
-    instance.initialise().ok()?;
-    Some(calculated.iter().map(|&unknown| instance.get(unknown).ok().map(f64::to_bits)).collect())
+/// What the initial state follows from, with its defaults: parameters, inputs and known initial values.
+fn knowns(description: &Description) -> Vec<(usize, f64)> {
+    let start = |variable: &ScalarVariable| match (variable.causality, variable.start) {
+        (Causality::Parameter { start, .. } | Causality::Input { start, .. }, _) => Some(start),
+        (_, Some(Start::Exact(start))) => Some(start),
+        _ => None,
+    };
+    let all = description.variables.iter().enumerate();
+    all.filter_map(|(place, variable)| Some((place, start(variable)?))).collect()
 }
 
-#[test]
-fn dependencies_at_the_start_hold_all_that_differences_show() {
-    for (name, text) in scenes() {
-        let compiled = compile(&Scene::from_toml(&text).expect("a scene")).expect("a model");
-        let description = &compiled.description;
-        let model = Arc::new(Model::new(compiled.program.clone()).expect("a program"));
-        let variables = &description.variables;
-        let unknowns: Vec<usize> = (0..variables.len())
-            .filter(|&place| {
-                is_calculated(description, place) && !matches!(variables[place].start, Some(Start::Exact(_)))
-            })
-            .collect();
-        let before = at_the_start(&model, None, &unknowns).expect("consistent");
-        for (known, variable) in variables.iter().enumerate() {
-            let start = match (variable.causality, variable.start) {
-                (Causality::Parameter { start, .. } | Causality::Input { start, .. }, _) => start,
-                (_, Some(Start::Exact(start))) => start,
-                _ => continue,
-            };
-            // Large enough to show above the tolerance of the loops, small enough for them to close.
-            let value = start * 1.001 + if start == 0.0 { 1e-3 } else { 0.0 };
-            let Some(after) = at_the_start(&model, Some((known, value)), &unknowns) else { continue };
-            for ((&unknown, before), after) in unknowns.iter().zip(&before).zip(after) {
-                let listed = variables[unknown].initial_dependencies.contains(&known);
-                let names = (&variables[unknown].name, &variable.name);
-                assert!(*before == after || listed, "{name}: {} also depends on {} at the start", names.0, names.1);
+/// A value that is set before initialisation: of a variable, or of an input's first or second derivative.
+type Setting = (usize, i32, f64);
+
+/// Everything that is calculated, at the start that follows from these values.
+fn at_the_start(model: &Arc<Model>, values: &[Setting], calculated: &[usize]) -> Option<Vec<f64>> {
+    let mut instance = Instance::new(model.clone());
+    let mut set = |&(known, order, value): &Setting| match order {
+        0 => instance.set(known, value),
+        order => instance.set_derivative(known, order, value),
+    };
+    values.iter().try_for_each(&mut set).ok()?;
+    instance.initialise().ok()?;
+    Some(calculated.iter().map(|&unknown| instance.get(unknown).unwrap_or(f64::NAN)).collect())
+}
+
+/// What is set near the defaults, as far away as the loops can follow, and what follows from it.
+fn start_near(
+    model: &Arc<Model>,
+    description: &Description,
+    unknowns: &[usize],
+    (sample, by): (u32, &[f64]),
+) -> Option<(Vec<Setting>, Vec<f64>)> {
+    let random = |place: usize| f64::sin(f64::from(7 * place as u32 + 13 * sample + 1));
+    by.iter().find_map(|by| {
+        let mut values = Vec::new();
+        for (place, start) in knowns(description) {
+            values.push((place, 0, start + by * if start == 0.0 { 1.0 } else { start } * random(place)));
+            if matches!(description.variables[place].causality, Causality::Input { .. }) {
+                values.extend([1, 2].map(|order| (place, order, random(place + order as usize))));
+            }
+        }
+        at_the_start(model, &values, unknowns).map(|after| (values, after))
+    })
+}
+
+/// Which knowns can be changed alone, and which unknowns move with them, at a start near the default one.
+type Moves = (BTreeSet<usize>, BTreeSet<(usize, usize)>);
+
+fn moves_at_the_start(
+    model: &Arc<Model>,
+    description: &Description,
+    unknowns: &[usize],
+    (sample, by, lost): (u32, &[f64], f64),
+) -> Option<Moves> {
+    let (values, before) = start_near(model, description, unknowns, (sample, by))?;
+    let mut free = BTreeSet::new();
+    let mut slopes = vec![Vec::new(); unknowns.len()];
+    for (index, &(known, _, value)) in values.iter().enumerate() {
+        let mut changed = values.clone();
+        changed[index].2 += 1e-3 * if value.abs() < 0.1 { 1.0 } else { value };
+        let Some(after) = at_the_start(model, &changed, unknowns) else { continue };
+        free.insert(known);
+        for ((slopes, before), after) in slopes.iter_mut().zip(&before).zip(after) {
+            slopes.push((known, (after - before).abs(), before.abs().max(after.abs())));
+        }
+    }
+    let mut found = BTreeSet::new();
+    for (&unknown, slopes) in unknowns.iter().zip(slopes) {
+        let largest = slopes.iter().fold(0.0, |largest: f64, slope| largest.max(slope.1));
+        let counts = |change: f64, size: f64| change > (lost * largest).max(1e-12 * size).max(1e-13);
+        found.extend(slopes.into_iter().filter(|slope| counts(slope.1, slope.2)).map(|slope| (unknown, slope.0)));
+    }
+    Some((free, found))
+}
+
+/// How far parameters, inputs and known values are moved from their defaults: as far as the loops can follow.
+const FAR: [f64; 4] = [0.1, 0.01, 1e-3, 0.0];
+
+/// What is said too little and too much about the start of a scene.
+fn wrong_at_the_start(name: &str, text: &str, by: &[f64], lost: f64) -> [Vec<String>; 2] {
+    let compiled = compile(&Scene::from_toml(text).expect("a scene")).expect("a model");
+    let description = &compiled.description;
+    let model = Arc::new(Model::new(compiled.program.clone()).expect("a program"));
+    let variables = &description.variables;
+    let is_exact = |place: usize| matches!(variables[place].start, Some(Start::Exact(_)));
+    let calculated = (0..variables.len()).filter(|&place| is_calculated(description, place) && !is_exact(place));
+    let unknowns: Vec<usize> = calculated.collect();
+    let moves = |sample| moves_at_the_start(&model, description, &unknowns, (sample, by, lost));
+    let samples: Vec<Moves> = (0..4).filter_map(moves).collect();
+    assert!(!samples.is_empty(), "{name}: no start found");
+    // Values that are known of the same thing twice cannot be changed one by one.
+    let free: BTreeSet<usize> = samples.iter().flat_map(|(free, _)| free.iter().copied()).collect();
+    let found: BTreeSet<(usize, usize)> = samples.iter().flat_map(|(_, found)| found.iter().copied()).collect();
+    let (mut missing, mut idle) = (Vec::new(), Vec::new());
+    for &unknown in &unknowns {
+        for (known, _) in knowns(description) {
+            let listed = variables[unknown].initial_dependencies.contains(&known);
+            let names = (&variables[unknown].name, &variables[known].name);
+            match (listed, found.contains(&(unknown, known))) {
+                (false, true) => missing.push(format!("{name}: `{}` also depends on `{}`", names.0, names.1)),
+                (true, false) if free.contains(&known) => {
+                    idle.push(format!("{name}: `{}` does not depend on `{}`", names.0, names.1));
+                }
+                _ => (),
             }
         }
     }
+    [missing, idle]
+}
+
+#[test]
+fn dependencies_at_the_start_are_those_that_differences_show() {
+    let scenes = scenes().into_iter().chain(start_scenes());
+    let wrong: Vec<String> =
+        scenes.flat_map(|(name, text)| wrong_at_the_start(&name, &text, &FAR, 1e-10)).flatten().collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// What the initial values leave open goes the shortest way from the guesses, and the lists hold everything on the way. By second-order
+/// effects of long ways, unrelated parts take notice of each other: that does not count.
+#[test]
+fn dependencies_of_a_start_that_is_left_open_are_listed() {
+    let all = (1..=4 * RANDOM).map(|seed| (format!("open {seed}"), partly_known(&random_parts(seed, 2).scene, seed)));
+    // What contradicts itself, or closes on another branch than guessed, is no start.
+    let assembles = |text: &str| Scene::from_toml(text).is_ok_and(|scene| compile(&scene).is_ok());
+    let open: Vec<(String, String)> = all.filter(|(_, text)| assembles(text)).collect();
+    assert!(open.len() as u64 > RANDOM, "too few scenes to tell: {}", open.len());
+    let missing = open.iter().flat_map(|(name, text)| {
+        let [missing, _] = wrong_at_the_start(name, text, &[1e-3, 1e-4, 0.0], 1e-5);
+        missing
+    });
+    let missing: Vec<String> = missing.collect();
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+/// Where the equations leave the start open, too: then it follows from how the search for it goes.
+#[test]
+fn derivatives_of_the_start_are_those_that_differences_show() {
+    for (name, text) in scenes().into_iter().chain(start_scenes()) {
+        let compiled = compile(&Scene::from_toml(&text).expect("a scene")).expect("a model");
+        let description = &compiled.description;
+        let model = Arc::new(Model::new(compiled.program.clone()).expect("a program"));
+        let unknowns: Vec<usize> =
+            (0..description.variables.len()).filter(|&place| is_calculated(description, place)).collect();
+        let (values, _) = start_near(&model, description, &unknowns, (1, &FAR)).expect("a start");
+        for (index, &(known, order, value)) in values.iter().enumerate() {
+            if order > 0 {
+                continue;
+            }
+            let step = 1e-3 * if value.abs() < 0.1 { 1.0 } else { value };
+            let at = |by: f64| {
+                let mut moved = values.clone();
+                moved[index].2 += by;
+                at_the_start(&model, &moved, &unknowns)
+            };
+            let Some([a, b, c, d]) = [at(-step), at(-step / 2.0), at(step / 2.0), at(step)]
+                .into_iter()
+                .collect::<Option<Vec<_>>>()
+                .and_then(|all| <[Vec<f64>; 4]>::try_from(all).ok())
+            else {
+                continue;
+            };
+            let slopes = start_slopes(&model, &values, known, &unknowns);
+            for (place, (&unknown, slope)) in unknowns.iter().zip(slopes).enumerate() {
+                let near = (c[place] - b[place]) / step;
+                let far = (d[place] - a[place]) / (2.0 * step);
+                let difference = (4.0 * near - far) / 3.0;
+                let size = difference.abs().max((a[place].abs() + d[place].abs()) * 1e-2).max(1.0);
+                let bound = 1e-7 * size + 1e-2 * (near - far).abs();
+                let names = (&description.variables[unknown].name, &description.variables[known].name);
+                assert!((slope - difference).abs() <= bound, "{name}: {names:?}: {slope} for {difference}");
+            }
+        }
+    }
+}
+
+/// Directional derivatives at the start that follows from these values.
+fn start_slopes(model: &Arc<Model>, values: &[Setting], known: usize, unknowns: &[usize]) -> Vec<f64> {
+    let mut instance = Instance::new(model.clone());
+    for &(known, order, value) in values {
+        match order {
+            0 => instance.set(known, value).expect("settable"),
+            order => instance.set_derivative(known, order, value).expect("an input"),
+        }
+    }
+    instance.begin_direction();
+    instance.add_direction(known, 1.0).expect("known");
+    instance.differentiate().expect("a start");
+    unknowns.iter().map(|&unknown| instance.derivative(unknown).expect("defined")).collect()
+}
+
+/// Scenes in which much cancels at the start, or is left open.
+fn start_scenes() -> Vec<(String, String)> {
+    let own =
+        [("parallelogram", PARALLELOGRAM), ("half known", HALF_KNOWN), ("followed", FOLLOWED), ("arm", DRIVEN_ARM)];
+    own.map(|(name, text)| (name.to_owned(), text.to_owned())).into()
+}
+
+/// The scene with every fifth of its initial values; other positions are guesses.
+fn partly_known(scene: &str, first: u64) -> String {
+    let mut count = first;
+    let mut inside = false;
+    let mut text = String::new();
+    for line in scene.lines() {
+        inside = if line.starts_with('[') { line == "[initial]" } else { inside };
+        let Some((name, value)) = line.split_once(" = ").filter(|_| inside) else {
+            text += &format!("{line}\n");
+            continue;
+        };
+        count += 1;
+        let position = [".x\"", ".y\"", ".angle\"", ".s\""].iter().any(|end| name.ends_with(end));
+        match (count.is_multiple_of(5), position) {
+            (true, _) => text += &format!("{line}\n"),
+            (false, true) => text += &format!("{name} = {{ guess = {value} }}\n"),
+            (false, false) => (),
+        }
+    }
+    text
 }
 
 #[test]

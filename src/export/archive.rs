@@ -1,15 +1,17 @@
 //! The FMU file: a zip archive with the same bytes for the same contents.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
+use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipWriter};
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use super::description::Description;
 use super::page::Page;
-use super::runtime::Runtime;
+use super::runtime::{PACKED, Platform, Runtime};
 use super::{ExportError, icon, xml};
 use crate::files;
 
@@ -54,30 +56,49 @@ pub fn pack(package: &Package) -> Result<Vec<u8>, ExportError> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, content) in entries(package)? {
         let permissions = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
-        zip.start_file(name, options.unix_permissions(permissions))?;
-        zip.write_all(&content).map_err(zip::result::ZipError::from)?;
+        match content {
+            Content::Bytes(bytes) => {
+                zip.start_file(name, options.unix_permissions(permissions))?;
+                zip.write_all(&bytes).map_err(ZipError::from)?;
+            }
+            Content::OwnRuntime => {
+                let mut packed = ZipArchive::new(Cursor::new(PACKED))?;
+                zip.raw_copy_file_rename(packed.by_index_raw(0)?, name)?;
+            }
+        }
     }
     Ok(zip.finish()?.into_inner())
 }
 
+/// A file of the FMU.
+enum Content<'a> {
+    Bytes(Cow<'a, [u8]>),
+    /// The runtime that cotree was built with, which is compressed already.
+    OwnRuntime,
+}
+
 /// Every file of the FMU, by name.
-fn entries(package: &Package) -> Result<BTreeMap<String, Vec<u8>>, ExportError> {
+fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, Content<'a>>, ExportError> {
     let description = xml::model_description(package.description).map_err(ExportError::Description)?;
-    let mut entries = BTreeMap::from([
-        ("modelDescription.xml".to_owned(), description),
-        ("model.png".to_owned(), icon::png(package.page.drawing)?),
-        ("resources/program.bin".to_owned(), package.program.to_vec()),
-        ("documentation/index.html".to_owned(), package.page.html(package.description).into_bytes()),
-        ("documentation/licenses/license.txt".to_owned(), LICENSE.into()),
-        ("documentation/licenses/apache-2.0.txt".to_owned(), APACHE.into()),
-    ]);
-    for Runtime { platform, library } in package.runtimes {
-        let identifier = &package.description.identifier;
-        let name = format!("binaries/{}/{identifier}.{}", platform.folder, platform.extension);
-        entries.insert(name, library.to_vec());
+    let files: [(&str, Cow<[u8]>); 6] = [
+        ("modelDescription.xml", description.into()),
+        ("model.png", icon::png(package.page.drawing)?.into()),
+        ("resources/program.bin", package.program.into()),
+        ("documentation/index.html", package.page.html(package.description).into_bytes().into()),
+        ("documentation/licenses/license.txt", LICENSE.as_bytes().into()),
+        ("documentation/licenses/apache-2.0.txt", APACHE.as_bytes().into()),
+    ];
+    let mut entries: BTreeMap<String, Content> =
+        files.into_iter().map(|(name, bytes)| (name.to_owned(), Content::Bytes(bytes))).collect();
+    for runtime in package.runtimes {
+        let Platform { folder, extension, .. } = runtime.platform;
+        let name = format!("binaries/{folder}/{}.{extension}", package.description.identifier);
+        let content = if runtime.is_own() { Content::OwnRuntime } else { Content::Bytes((&*runtime.library).into()) };
+        entries.insert(name, content);
     }
     if let Some(scene) = package.scene {
-        entries.insert(format!("resources/scene.{}", scene.extension), scene.text.into());
+        let name = format!("resources/scene.{}", scene.extension);
+        entries.insert(name, Content::Bytes(scene.text.as_bytes().into()));
     }
     Ok(entries)
 }

@@ -13,6 +13,9 @@ use cotree_fmu::storage::KIND;
 /// The shared library for the platform that cotree runs on.
 pub static LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/runtime"));
 
+/// An archive with nothing but [`LIBRARY`] in it, compressed.
+pub(super) static PACKED: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/runtime.zip"));
+
 /// Name of the folder beside the `cotree` program where runtimes are looked for.
 const FOLDER: &str = "runtimes";
 
@@ -163,6 +166,11 @@ pub enum RuntimeError {
 }
 
 impl Runtime {
+    /// Is it the one that cotree was built with?
+    pub(super) fn is_own(&self) -> bool {
+        std::ptr::eq(&raw const *self.library, &raw const *LIBRARY)
+    }
+
     /// The runtime that cotree carries inside itself.
     ///
     /// # Errors

@@ -9,6 +9,7 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 
 use super::description::{Causality, Description, ScalarVariable, Start, is_structured};
+use crate::lower::LISTED;
 use crate::mechanism::Unit;
 
 /// Names of the log categories that the runtime uses, and what is logged under them.
@@ -175,10 +176,6 @@ fn structure(out: &mut Out, description: &Description) -> io::Result<()> {
     })
 }
 
-/// Longer lists of dependencies are left out, or they would grow with the square of the model. The standard then takes the unknown to
-/// depend on everything that is known.
-const LISTED: usize = 500;
-
 /// A list of unknowns; none at all if empty: the schema wants at least one.
 fn unknowns(
     out: &mut Out,
@@ -194,6 +191,7 @@ fn unknowns(
         indices.iter().try_for_each(|&index| {
             let on = dependencies(&description.variables[index]);
             let mut attributes = vec![("index", ordinal(index))];
+            // Without a list the standard takes the unknown to depend on everything that is known.
             if on.len() <= LISTED {
                 let on: BTreeSet<usize> = on.iter().copied().collect();
                 let on: Vec<String> = on.into_iter().map(ordinal).collect();

@@ -10,6 +10,7 @@ mod slopes;
 use std::collections::HashMap;
 
 pub use evaluate::Values;
+pub use rounded::Rounded;
 pub use slopes::Slopes;
 
 /// Handle of an expression in an [`Arena`].

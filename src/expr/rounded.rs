@@ -5,7 +5,8 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number and a bound on its rounding error, to first order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Rounded {
+pub struct Rounded {
+    /// The number.
     pub value: f64,
     error: f64,
 }
@@ -23,6 +24,17 @@ impl Rounded {
         self.value.abs() <= MARGIN * self.error
     }
 
+    /// Is it more than rounding? Nothing if it is no number.
+    pub fn is_not_zero(self) -> Option<bool> {
+        self.is_finite().then_some(!self.is_zero())
+    }
+
+    /// This number, if a correction of it is still to be made: it is off by so much.
+    pub fn off_by(self, correction: Self) -> Self {
+        Rounded { value: self.value, error: self.error + correction.value.abs() + correction.error }
+    }
+
+    /// Are both the number and the bound finite?
     pub fn is_finite(self) -> bool {
         self.value.is_finite() && self.error.is_finite()
     }
@@ -32,10 +44,12 @@ impl Rounded {
         Rounded::computed(value, slope.abs() * self.error)
     }
 
+    /// Its square.
     pub fn square(self) -> Self {
         self * self
     }
 
+    /// Its square root.
     pub fn sqrt(self) -> Self {
         let root = self.value.sqrt();
         self.apply(root, 0.5 / root)

@@ -32,7 +32,12 @@ enum Step {
 
 impl Slopes {
     /// Evaluates the expressions, those for solved symbols first, with the values of the other symbols.
-    pub fn new(arena: &Arena, solved: &HashMap<Symbol, Expr>, roots: &[Expr], values: impl Fn(Symbol) -> f64) -> Self {
+    pub fn new(
+        arena: &Arena,
+        solved: &HashMap<Symbol, Expr>,
+        roots: &[Expr],
+        values: impl Fn(Symbol) -> Rounded,
+    ) -> Self {
         let mut slopes = Slopes { steps: Vec::new(), places: HashMap::new(), values: Vec::new() };
         for roots in [&solved.values().copied().collect::<Vec<_>>(), roots] {
             for expr in arena.reachable(roots.iter().copied()) {
@@ -44,7 +49,7 @@ impl Slopes {
         slopes
     }
 
-    fn add(&mut self, arena: &Arena, solved: &HashMap<Symbol, Expr>, expr: Expr, values: &impl Fn(Symbol) -> f64) {
+    fn add(&mut self, arena: &Arena, solved: &HashMap<Symbol, Expr>, expr: Expr, values: &impl Fn(Symbol) -> Rounded) {
         let none = (0, Rounded::default());
         let node = arena.node(expr);
         if let Node::Symbol(symbol) = node
@@ -56,7 +61,7 @@ impl Slopes {
         let of = |operand: Expr| self.places.get(&operand).map_or(none, |&place| (place, self.values[place]));
         let (value, step) = match node {
             Node::Constant(bits) => (Rounded::exact(f64::from_bits(bits)), Step::Operation([none; 3])),
-            Node::Symbol(symbol) => (Rounded::exact(values(symbol)), Step::Symbol(symbol)),
+            Node::Symbol(symbol) => (values(symbol), Step::Symbol(symbol)),
             Node::Unary(function, a) => {
                 let (place, a) = of(a);
                 let (value, slope) = unary(function, a);
@@ -90,10 +95,21 @@ impl Slopes {
 
     /// Which of the roots change with a known value, given how much each symbol changes with it. Nothing if that cannot be told here.
     pub fn changing(&self, roots: &[Expr], change: impl Fn(Symbol) -> f64) -> Vec<Option<bool>> {
+        let slopes = self.slopes(roots, |symbol| Rounded::exact(change(symbol)));
+        slopes.into_iter().map(Rounded::is_not_zero).collect()
+    }
+
+    /// The values of the roots.
+    pub fn values(&self, roots: &[Expr]) -> Vec<Rounded> {
+        roots.iter().map(|root| self.places.get(root).map(|&place| self.values[place]).unwrap_or_default()).collect()
+    }
+
+    /// How much each of the roots changes, given how much each symbol does.
+    pub fn slopes(&self, roots: &[Expr], change: impl Fn(Symbol) -> Rounded) -> Vec<Rounded> {
         let mut slopes: Vec<Rounded> = Vec::with_capacity(self.steps.len());
         for step in &self.steps {
             slopes.push(match step {
-                Step::Symbol(symbol) => Rounded::exact(change(*symbol)),
+                Step::Symbol(symbol) => change(*symbol),
                 Step::Operation(partials) => {
                     let moved = partials
                         .iter()
@@ -102,8 +118,7 @@ impl Slopes {
                 }
             });
         }
-        let of = |root: &Expr| self.places.get(root).map(|&place| slopes[place]).unwrap_or_default();
-        roots.iter().map(of).map(|slope| slope.is_finite().then_some(!slope.is_zero())).collect()
+        roots.iter().map(|root| self.places.get(root).map(|&place| slopes[place]).unwrap_or_default()).collect()
     }
 }
 

@@ -10,15 +10,18 @@ use std::sync::Arc;
 use cotree_fmu::program::{Block, Source};
 use cotree_fmu::solver::poses::Random;
 
+use super::footprints::footprints;
 use super::motion::typical;
 use super::program::{Pose, inverse};
 use super::table::Row;
 use crate::equations::Equations;
-use crate::expr::{Expr, Node, Order, Slopes, Symbol};
+use crate::expr::{Expr, Node, Order, Rounded, Slopes, Symbol};
 
-/// With more accelerations and reactions than this each of them counts as depending on all that any of them depends on: finding out costs
-/// the square of their number.
+/// With more accelerations and reactions than this nobody looks for what cancels: finding out costs more than the square of their number.
 pub(super) const SINGLE: usize = 100;
+
+/// Longer lists of dependencies are left out of the description, or they would grow with the square of the model.
+pub(crate) const LISTED: usize = 500;
 
 /// With more coordinates than this every coordinate of a driven mechanism counts as depending on everything that drives it.
 const MOST_DRIVEN: usize = 1000;
@@ -125,13 +128,11 @@ impl Finder<'_, '_> {
 
     /// Accelerations and reactions follow from the state.
     fn dynamic(&self, solved: &[Expr]) -> Through {
-        let symbols = (0..solved.len()).map(|index| self.solved_symbol(index));
-        let none = Through::new();
-        if solved.len() <= SINGLE {
-            return symbols.zip(solved).map(|(symbol, &value)| (symbol, self.of([value], &none))).collect();
-        }
-        let together = self.of(solved.iter().copied(), &none);
-        symbols.map(|symbol| (symbol, together.clone())).collect()
+        let mut everything: Vec<usize> = self.given.values().copied().collect();
+        everything.sort_unstable();
+        let place = |symbol| self.place(symbol);
+        let found = footprints(&self.equations.system.arena, solved, place, (everything.into(), LISTED));
+        found.into_iter().enumerate().map(|(index, places)| (self.solved_symbol(index), places)).collect()
     }
 
     fn solved_symbol(&self, index: usize) -> Symbol {
@@ -213,7 +214,8 @@ impl Finder<'_, '_> {
         let mut idle: Vec<(usize, usize)> = Vec::new();
         let mut open: BTreeSet<usize> = rows.iter().flat_map(|row| row.dependencies.iter().copied()).collect();
         for state in 0..STATES {
-            let slopes = Slopes::new(arena, &solved, &roots, |symbol| self.somewhere(symbol, moving, state));
+            let slopes =
+                Slopes::new(arena, &solved, &roots, |symbol| Rounded::exact(self.somewhere(symbol, moving, state)));
             if open.is_empty() || slopes.len() * open.len() > MOST_DERIVATIVES {
                 break;
             }
@@ -257,7 +259,7 @@ impl Finder<'_, '_> {
 }
 
 /// A number between 0 and 1, another one for each symbol and state.
-fn somehow(symbol: Symbol, state: u64) -> f64 {
+pub(super) fn somehow(symbol: Symbol, state: u64) -> f64 {
     let (kind, index, order) = match symbol {
         Symbol::Time => (0, 0, Order::Position),
         Symbol::Parameter(index) => (1, index, Order::Position),

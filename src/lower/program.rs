@@ -103,11 +103,12 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         Table::new(equations, motion, &Moving { solved: &moving.acceleration, blocks: &blocks, length, pose });
     let beginning = Beginning {
         constraints: [&kernels.constraint, &kernels.constraint_rate, &kernels.gamma],
-        conditions: [&kernels.positions.results, &kernels.velocities.results],
+        conditions: [&kernels.positions, &kernels.velocities],
+        active,
         solved: (motion == Motion::Dynamic).then_some(&moving.acceleration),
         coordinates: equations.coordinates.len(),
     };
-    table.find_initial_dependencies(equations, &beginning);
+    table.find_initial_dependencies(equations, &beginning, (length, pose));
     moving.outputs.clone_from(&table.results);
     let reacting = equations.system.arena.symbols(table.results.iter().copied());
     if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {

@@ -7,6 +7,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use petgraph::unionfind::UnionFind;
 
+use super::initial::Conditions;
 use crate::expr::{Arena, Expr, Order, Symbol};
 
 /// Places of variables in the table.
@@ -17,12 +18,25 @@ pub(super) type Places = BTreeSet<usize>;
 pub(super) struct Beginning<'a> {
     /// Phi, its rate, gamma.
     pub constraints: [&'a [Expr]; 3],
-    /// Conditions on positions and on velocities: values, then targets.
-    pub conditions: [&'a [Expr]; 2],
+    /// Conditions on positions and on velocities.
+    pub conditions: [&'a Conditions; 2],
+    /// Which loop equations are independent.
+    pub active: &'a [bool],
     /// Accelerations, then reactions, in terms of the state; nothing if the drivers determine the motion.
     pub solved: Option<&'a [Expr]>,
     /// Number of coordinates.
     pub coordinates: usize,
+}
+
+impl Beginning<'_> {
+    /// What is solved for where loads determine the motion: accelerations, then reactions.
+    pub fn symbols(&self) -> impl Iterator<Item = Symbol> {
+        let coordinates = self.coordinates;
+        (0..).map(move |index: usize| match index.checked_sub(coordinates) {
+            None => Symbol::Coordinate(index, Order::Acceleration),
+            Some(reaction) => Symbol::Reaction(reaction),
+        })
+    }
 }
 
 /// An equation for what it contains of some order.
@@ -46,10 +60,14 @@ impl<'a> Sources<'a> {
         let places = given.iter().map(|(&symbol, &place)| (symbol, Places::from([place]))).collect();
         let mut sources = Self { arena, places, everything: given.values().copied().collect() };
         let [phi, rate, gamma] = beginning.constraints;
-        sources.solve(Order::Position, level(phi, beginning.conditions[0], Order::Position));
-        sources.solve(Order::Velocity, level(rate, beginning.conditions[1], Order::Velocity));
+        sources.solve(Order::Position, level(phi, &beginning.conditions[0].results, Order::Position));
+        sources.solve(Order::Velocity, level(rate, &beginning.conditions[1].results, Order::Velocity));
         match beginning.solved {
-            Some(solved) => sources.take(solved, beginning.coordinates),
+            Some(solved) => {
+                let found: Vec<_> =
+                    beginning.symbols().zip(solved).map(|(symbol, &value)| (symbol, sources.of(value))).collect();
+                sources.places.extend(found);
+            }
             None => {
                 let pairs = rate.iter().zip(gamma);
                 let equations = pairs
@@ -110,17 +128,6 @@ impl<'a> Sources<'a> {
         // A follower's rate or acceleration is what its input says, whatever else.
         for (symbol, number) in numbers {
             self.places.entry(symbol).or_default().extend(&found[groups.find(number)]);
-        }
-    }
-
-    /// Accelerations and reactions follow from the state.
-    fn take(&mut self, solved: &[Expr], coordinates: usize) {
-        for (index, &value) in solved.iter().enumerate() {
-            let symbol = match index.checked_sub(coordinates) {
-                None => Symbol::Coordinate(index, Order::Acceleration),
-                Some(reaction) => Symbol::Reaction(reaction),
-            };
-            self.places.insert(symbol, self.of(value));
         }
     }
 }

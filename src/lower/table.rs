@@ -7,7 +7,11 @@ use cotree_fmu::program::{Motion, Source, Variable};
 
 use super::dependencies::{self, Moving, SINGLE};
 use super::initial::{order_of, settable};
+use super::motion::typical;
+use super::program::Pose;
 use super::start::{Beginning, Sources};
+use super::start_levels::Search;
+use super::start_slopes::changing;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::mechanism::{DisplayUnit, Mechanism, Quantity, Unit};
@@ -194,36 +198,62 @@ impl Table {
     }
 
     /// What everything depends on at the start.
-    pub(super) fn find_initial_dependencies(&mut self, equations: &Equations, beginning: &Beginning) {
-        let mut given = HashMap::new();
-        for (place, row) in self.rows.iter().enumerate() {
-            let symbols = match (row.source, row.start) {
-                (Source::Parameter(index), _) => vec![Symbol::Parameter(index as usize)],
-                (Source::Input(index), _) => [Order::Position, Order::Velocity, Order::Acceleration]
+    pub(super) fn find_initial_dependencies(
+        &mut self,
+        equations: &mut Equations,
+        beginning: &Beginning,
+        (length, pose): (f64, &Pose),
+    ) {
+        let given = self.given();
+        let single = equations.coordinates.len() + equations.constraints.len() <= SINGLE;
+        if !single {
+            let everything: Arc<[usize]> = given.iter().map(|(place, _)| *place).collect();
+            self.rows.iter_mut().for_each(|row| row.initial_dependencies = everything.clone());
+            return;
+        }
+        let values: Vec<Expr> = self.rows.iter().map(|row| row.value).collect();
+        let reacts = equations.system.arena.symbols(values.iter().copied());
+        let reacts = reacts.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_)));
+        let search = Search::new(equations, beginning, (length, reacts));
+        let starts: Vec<f64> = settable(equations).into_iter().map(|settable| settable.value).collect();
+        let mechanism = equations.system.mechanism;
+        let typical = typical(mechanism, pose);
+        let usual = |symbol| match symbol {
+            Symbol::Parameter(index) if index >= mechanism.parameters.len() => {
+                starts.get(index - mechanism.parameters.len()).copied().unwrap_or_default()
+            }
+            other => typical(other),
+        };
+        let symbols: Vec<Vec<Symbol>> = given.iter().map(|(_, symbols)| symbols.clone()).collect();
+        let arena = &equations.system.arena;
+        let changing = changing((arena, &search), &values, &symbols, &usual);
+        let places = given.iter().flat_map(|(place, symbols)| symbols.iter().map(|&symbol| (symbol, *place)));
+        let followed = search.followed.iter().filter_map(|(symbol, input)| {
+            let (place, _) = given.iter().find(|(_, symbols)| symbols.contains(input))?;
+            Some((*symbol, *place))
+        });
+        let sources = Sources::new(arena, &places.chain(followed).collect(), beginning);
+        for (row, changing) in self.rows.iter_mut().zip(changing) {
+            let contained = sources.of(row.value);
+            let changes = |place: &usize, change: Option<bool>| change.unwrap_or_else(|| contained.contains(place));
+            let listed = given.iter().zip(changing).filter(|((place, _), change)| changes(place, *change));
+            row.initial_dependencies = listed.map(|((place, _), _)| *place).collect();
+        }
+    }
+
+    /// What is given at the start: the places of parameters, inputs and known initial values, and their symbols.
+    fn given(&self) -> Vec<(usize, Vec<Symbol>)> {
+        let of = |row: &Row| match (row.source, row.start) {
+            (Source::Parameter(index), _) => Some(vec![Symbol::Parameter(index as usize)]),
+            (Source::Input(index), _) => Some(
+                [Order::Position, Order::Velocity, Order::Acceleration]
                     .map(|order| Symbol::Input(index as usize, order))
                     .to_vec(),
-                (_, Some(start)) if start.known => vec![Symbol::Parameter(start.parameter as usize)],
-                _ => continue,
-            };
-            given.extend(symbols.into_iter().map(|symbol| (symbol, place)));
-        }
-        for (index, &(_, input, order)) in equations.system.followers.iter().enumerate() {
-            if let Some(&place) = given.get(&Symbol::Input(input.0, Order::Position)) {
-                given.insert(Symbol::Follower(index, order), place);
-            }
-        }
-        let single = equations.coordinates.len() + equations.constraints.len() <= SINGLE;
-        let sources = single.then(|| Sources::new(&equations.system.arena, &given, beginning));
-        let mut everything: Vec<usize> = given.into_values().collect();
-        everything.sort_unstable();
-        everything.dedup();
-        let everything: Arc<[usize]> = everything.into();
-        for row in &mut self.rows {
-            row.initial_dependencies = match &sources {
-                Some(sources) => sources.of(row.value).into_iter().collect(),
-                None => everything.clone(),
-            };
-        }
+            ),
+            (_, Some(start)) if start.known => Some(vec![Symbol::Parameter(start.parameter as usize)]),
+            _ => None,
+        };
+        self.rows.iter().enumerate().filter_map(|(place, row)| Some((place, of(row)?))).collect()
     }
 
     fn push(&mut self, (name, description, unit): (&str, &str, &Unit), source: Source, value: Expr) {

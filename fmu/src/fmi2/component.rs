@@ -3,7 +3,7 @@
 use super::logging::{Category, Logger};
 use super::types::{fmi2Status, fmi2StatusKind};
 use crate::frame::Mark;
-use crate::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot};
+use crate::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot, number};
 
 /// How far a communication point may be from the time reached, relative to the step.
 const OFFSET: f64 = 1e-3;
@@ -304,10 +304,13 @@ impl Component {
     pub fn do_step(&mut self, point: f64, step: f64) -> Outcome {
         self.allow("fmi2DoStep", &[Mode::StepComplete])?;
         if !(point.is_finite() && step > 0.0 && step <= LONGEST) {
-            return Err(Refusal(format!("a step of {step} s from t = {point} s is impossible")));
+            let (step, point, most) = (number(step), number(point), number(LONGEST));
+            let why = format!("it must be longer than zero and at most {most} s");
+            return Err(Refusal(format!("a step of {step} s from t = {point} s is impossible: {why}")));
         }
         let time = self.instance.time();
         if (point - time).abs() > OFFSET * step + ROUNDING * f64::EPSILON * time.abs() {
+            let (point, time) = (number(point), number(time));
             return Err(Refusal(format!("the step starts at t = {point} s, but the simulation is at t = {time} s")));
         }
         let done = self.instance.step_to(point + step);

@@ -77,7 +77,7 @@ pub enum InstanceError {
         value: f64,
     },
     /// Outside the bounds of the scene.
-    #[error("`{name}` cannot be set to {value}: {}", bounds(*.min, *.max))]
+    #[error("`{name}` cannot be set to {}: {}", number(*.value), bounds(*.min, *.max))]
     OutOfRange {
         /// The variable.
         name: String,
@@ -103,7 +103,7 @@ pub enum InstanceError {
         reason: &'static str,
     },
     /// A step that does not go forward to a finite time.
-    #[error("a step from t = {from} s to {to} s is impossible")]
+    #[error("a step from t = {} s to {} s is impossible", number(*.from), number(*.to))]
     Step {
         /// Time now [s].
         from: f64,
@@ -111,7 +111,7 @@ pub enum InstanceError {
         to: f64,
     },
     /// Beyond the stop time.
-    #[error("a step to t = {to} s goes beyond the stop time {stop} s")]
+    #[error("a step to t = {} s goes beyond the stop time {} s", number(*.to), number(*.stop))]
     Stop {
         /// Time asked for [s].
         to: f64,
@@ -146,20 +146,38 @@ pub enum InstanceError {
     Solver(#[from] Failure),
 }
 
+/// A number that reads back the same, and is not hundreds of digits long.
+pub(crate) fn number(value: f64) -> String {
+    let plain = value == 0.0 || !value.is_finite() || (1e-5..1e15).contains(&value.abs());
+    if plain { value.to_string() } else { format!("{value:e}") }
+}
+
 fn list(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 fn jumped(jumps: &[(String, f64, f64)]) -> String {
-    let one = |(name, from, to): &(String, f64, f64)| format!("`{name}` jumped from {from} to {to}");
+    let one =
+        |(name, from, to): &(String, f64, f64)| format!("`{name}` jumped from {} to {}", number(*from), number(*to));
     jumps.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
 fn bounds(min: Option<f64>, max: Option<f64>) -> String {
     match (min, max) {
-        (Some(min), Some(max)) => format!("it must lie between {min} and {max}"),
-        (Some(min), None) => format!("it must be at least {min}"),
-        (None, Some(max)) => format!("it must be at most {max}"),
+        (Some(min), Some(max)) => format!("it must lie between {} and {}", number(min), number(max)),
+        (Some(min), None) => format!("it must be at least {}", number(min)),
+        (None, Some(max)) => format!("it must be at most {}", number(max)),
         (None, None) => "it has no bounds".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let found = [0.0, -0.25, 1e300, 1e-300, 5e5, f64::INFINITY].map(number);
+        assert_eq!(found, ["0", "-0.25", "1e300", "1e-300", "500000", "inf"]);
     }
 }

@@ -15,6 +15,7 @@ use std::sync::Arc;
 pub use crossing::Crossing;
 pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
+pub(crate) use error::number;
 pub use snapshot::Snapshot;
 
 use crate::machine::Machine;

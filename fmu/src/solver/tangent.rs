@@ -70,7 +70,7 @@ impl Tangent {
             machine.differentiate(&model.program().tapes.parameters, &mut self.registers, &mut []);
         }
         if movement == Movement::Assembled {
-            initial::tangent::assemble(model, machine, &mut self.registers);
+            initial::tangent::assemble(model, machine, &mut self.registers)?;
         }
         match self.loops {
             None => {

@@ -1,11 +1,13 @@
-//! How the first consistent state changes with parameters, inputs and initial values.
+//! How the first consistent state changes with parameters, inputs and initial values: by the linearised equations where these determine it,
+//! otherwise as the search for it does.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::column_scale;
+use super::{column_scale, solve_initial};
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::program::{Condition, FollowerOrder, SparseTape};
+use crate::solver::Failure;
 use crate::tape::Tape;
 
 /// Singular values below this share of the largest do not count.
@@ -21,9 +23,11 @@ struct Level<'a> {
     unknowns: Vec<Option<usize>>,
 }
 
-/// Completes a direction of parameters and inputs by that of the assembled state: the linearised equations, with the smallest movement
-/// where they leave a choice.
-pub(crate) fn assemble(model: &Model, machine: &mut Machine, tangents: &mut [f64]) {
+/// Completes a direction of parameters and inputs by that of the assembled state.
+///
+/// # Errors
+/// The equations leave a choice, and nothing can be assembled nearby.
+pub(crate) fn assemble(model: &Model, machine: &mut Machine, tangents: &mut [f64]) -> Result<(), Failure> {
     let (program, layout) = (model.program(), model.layout());
     let (tapes, initial) = (&program.tapes, &program.initial);
     let (n, f) = (model.coordinates(), program.followers.len());
@@ -45,18 +49,24 @@ pub(crate) fn assemble(model: &Model, machine: &mut Machine, tangents: &mut [f64
         condition_jacobian: &initial.velocity_jacobian,
         unknowns: registers(layout.rates(), n).chain(rates).collect(),
     };
-    positions.solve(model, machine, tangents);
-    velocities.solve(model, machine, tangents);
+    let rest = machine.registers()[layout.rates()..layout.accelerations()].iter().all(|rate| *rate == 0.0);
+    // Rates that are zero for want of a reason change as little as they can.
+    if positions.solve(model, machine, tangents) && (velocities.solve(model, machine, tangents) || rest) {
+        return Ok(());
+    }
+    searched(model, machine.registers(), tangents)
 }
 
 impl Level<'_> {
-    fn solve(&self, model: &Model, machine: &mut Machine, tangents: &mut [f64]) {
+    /// False if the equations leave a choice.
+    fn solve(&self, model: &Model, machine: &mut Machine, tangents: &mut [f64]) -> bool {
         let known: Vec<usize> = (0..self.conditions.len()).filter(|&row| self.conditions[row].known).collect();
         let loops = model.program().constraints.len();
         let mut right = DVector::zeros(loops + known.len());
         let mut matrix = DMatrix::zeros(right.len(), self.unknowns.len());
+        let unknowns = self.unknowns.iter().flatten().count();
         if matrix.is_empty() {
-            return;
+            return unknowns == 0;
         }
         machine.differentiate(self.loops, tangents, &mut right.as_mut_slice()[..loops]);
         let mut conditions = vec![0.0; 2 * self.conditions.len()];
@@ -70,12 +80,13 @@ impl Level<'_> {
         let svd = matrix.svd(true, true);
         let limit = RANK * svd.singular_values.max();
         // Both factors were asked for, so there is a solution.
-        let Ok(step) = svd.solve(&right, limit) else { return };
+        let Ok(step) = svd.solve(&right, limit) else { return false };
         for (column, register) in self.unknowns.iter().enumerate() {
             if let Some(register) = *register {
                 tangents[register] = -step[column] * column_scale(model, column);
             }
         }
+        svd.rank(limit) == unknowns
     }
 
     /// Entries of a sparse matrix, with unknowns in units of their scales.
@@ -97,4 +108,38 @@ impl Level<'_> {
             }
         }
     }
+}
+
+/// Derivatives of the assembled state by differences of what the search finds: to the fourth order, so that little more than rounding is lost.
+fn searched(model: &Model, registers: &[f64], tangents: &mut [f64]) -> Result<(), Failure> {
+    /// Relative to what changes: as far as the loops can follow.
+    const STEPS: [f64; 3] = [1e-3, 1e-5, 1e-7];
+    let layout = model.layout();
+    let (given, found) = (layout.parameters()..layout.followers(), layout.followers()..layout.accelerations());
+    let sizes = given.clone().filter(|&register| tangents[register] != 0.0).map(|register| {
+        let value = registers[register].abs();
+        let size = if value > 0.0 { value } else { 1.0 };
+        size / tangents[register].abs()
+    });
+    let size = sizes.fold(f64::INFINITY, f64::min);
+    if !size.is_finite() {
+        tangents[found].fill(0.0);
+        return Ok(());
+    }
+    let at = |by: f64| -> Result<Vec<f64>, Failure> {
+        let mut state = model.default_state(registers[layout.time()]);
+        let places = state.registers_mut()[given.clone()].iter_mut().zip(given.clone());
+        places.for_each(|(place, register)| *place = registers[register] + by * tangents[register]);
+        solve_initial(model, &mut state)?;
+        Ok(state.registers()[found.clone()].to_vec())
+    };
+    let slopes = |step: f64| -> Result<Vec<f64>, Failure> {
+        let [a, b, c, d] = [at(-step)?, at(-step / 2.0)?, at(step / 2.0)?, at(step)?];
+        let slope = |index: usize| (8.0 * (c[index] - b[index]) - (d[index] - a[index])) / (6.0 * step);
+        Ok((0..a.len()).map(slope).collect())
+    };
+    let [first, rest @ ..] = STEPS;
+    let tried = rest.iter().fold(slopes(first * size), |found, step| found.or_else(|_| slopes(step * size)));
+    tangents[found.clone()].copy_from_slice(&tried?);
+    Ok(())
 }

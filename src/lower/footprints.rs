@@ -1,0 +1,94 @@
+//! What is in many expressions that share most of their parts: one pass over the parts, each with the set of places that it depends on. Equal sets
+//! are one, and a set that grows beyond a limit counts as everything, so that the cost is that of the parts.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use crate::expr::{Arena, Expr, Node, Symbol};
+
+/// The sets, by number.
+struct Sets {
+    sets: Vec<Arc<[usize]>>,
+    numbers: HashMap<Arc<[usize]>, usize>,
+    unions: HashMap<(usize, usize), usize>,
+    /// Sets may have so many elements.
+    most: usize,
+}
+
+const NONE: usize = 0;
+const EVERYTHING: usize = 1;
+
+/// For each root the places in it; for a root with more than `most` of them, everything.
+pub(super) fn footprints(
+    arena: &Arena,
+    roots: &[Expr],
+    place: impl Fn(Symbol) -> Option<usize>,
+    (everything, most): (Arc<[usize]>, usize),
+) -> Vec<Arc<[usize]>> {
+    let mut sets = Sets { sets: Vec::new(), numbers: HashMap::new(), unions: HashMap::new(), most };
+    sets.number(Arc::default());
+    sets.sets.push(everything);
+    let mut found = vec![NONE; roots.iter().map(|root| root.index() + 1).max().unwrap_or(0)];
+    for expr in arena.reachable(roots.iter().copied()) {
+        found[expr.index()] = match arena.node(expr) {
+            Node::Symbol(symbol) => place(symbol).map_or(NONE, |place| sets.number(Arc::new([place]))),
+            node => node.operands().fold(NONE, |set, operand| sets.union(set, found[operand.index()])),
+        };
+    }
+    roots.iter().map(|root| sets.sets[found[root.index()]].clone()).collect()
+}
+
+impl Sets {
+    fn number(&mut self, set: Arc<[usize]>) -> usize {
+        let next = self.sets.len();
+        let number = *self.numbers.entry(set.clone()).or_insert(next);
+        if number == next {
+            self.sets.push(set);
+        }
+        number
+    }
+
+    fn union(&mut self, a: usize, b: usize) -> usize {
+        match (a.min(b), a.max(b)) {
+            (NONE, other) => other,
+            (EVERYTHING, _) => EVERYTHING,
+            (a, b) if a == b => a,
+            pair => match self.unions.get(&pair) {
+                Some(&union) => union,
+                None => {
+                    let union = self.merged(pair);
+                    self.unions.insert(pair, union);
+                    union
+                }
+            },
+        }
+    }
+
+    fn merged(&mut self, (a, b): (usize, usize)) -> usize {
+        let mut union: Vec<usize> = self.sets[a].iter().chain(&*self.sets[b]).copied().collect();
+        union.sort_unstable();
+        union.dedup();
+        if union.len() > self.most { EVERYTHING } else { self.number(union.into()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expr::Order;
+
+    #[test]
+    fn shared_parts_are_counted_once_and_large_sets_are_everything() {
+        let mut arena = Arena::default();
+        let symbols: Vec<Expr> = (0..5).map(|index| arena.symbol(Symbol::Coordinate(index, Order::Position))).collect();
+        let time = arena.symbol(Symbol::Time);
+        let pair = arena.multiply(symbols[3], symbols[1]);
+        let sum = arena.add(pair, time);
+        let product = arena.multiply(sum, pair);
+        let all = arena.sum(symbols.iter().copied());
+        let place = |symbol| if let Symbol::Coordinate(index, _) = symbol { Some(10 * index) } else { None };
+        let everything: Arc<[usize]> = Arc::new([0, 10, 20, 30, 40, 50]);
+        let found = footprints(&arena, &[product, time, all, symbols[2]], place, (everything.clone(), 4));
+        assert_eq!(found, [Arc::from([10, 30]), Arc::default(), everything, Arc::from([20])]);
+    }
+}
