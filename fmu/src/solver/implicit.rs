@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::abreast::Abreast;
 use super::accelerations::finite;
 use super::continuation::Continuation;
 use super::dynamic::{Horizon, motion, underflow};
@@ -52,6 +53,7 @@ const EXTRAPOLATED: f64 = 8.0;
 #[derive(Clone, Debug, Default)]
 pub struct Implicit {
     radau: Radau,
+    abreast: Abreast,
     next: Vec<f64>,
     tolerances: Vec<f64>,
     /// One direction, and the derivative of everything along it.
@@ -143,6 +145,7 @@ impl Implicit {
         let n = model.coordinates();
         Self {
             radau: Radau::new(n),
+            abreast: Abreast::new(model),
             next: vec![0.0; 2 * n],
             tolerances: vec![0.0; 2 * n],
             tangents: vec![0.0; model.program().registers as usize],
@@ -313,22 +316,14 @@ impl Implicit {
         self.differentiate(context, run);
     }
 
-    /// The Jacobian at the anchor: one run of the derivative of the kernel for each of q and v.
+    /// The Jacobian at the anchor.
     fn differentiate(&mut self, context: &mut Context, run: &Continuation) {
         let Context { model, machine, .. } = context;
-        let (n, first) = (model.coordinates(), model.layout().positions());
         let Memory { anchor, .. } = &run.implicit;
         machine.load_signals(model, &run.origin, anchor[0]);
         machine.load_motion(model, &anchor[1..]);
         let (by_q, by_v) = self.radau.jacobian_mut();
-        for direction in 0..2 * n {
-            self.tangents[first + direction] = 1.0;
-            machine.differentiate(&model.program().tapes.acceleration, &mut self.tangents, &mut self.column);
-            self.tangents[first + direction] = 0.0;
-            let matrix = if direction < n { &mut *by_q } else { &mut *by_v };
-            let column = matrix.iter_mut().skip(direction % n).step_by(n);
-            column.zip(&self.column).for_each(|(place, value)| *place = *value);
-        }
+        self.abreast.differentiate(model, machine, by_q, by_v);
         self.current = true;
         context.statistics.jacobians += 1;
     }
@@ -347,8 +342,8 @@ impl Implicit {
         self.tolerate(context, &run.front, h, share);
         self.guess(run, h);
         let goal = (NEWTON_SHARE * share.sqrt()).max(self.noise(&run.front, h));
-        let Implicit { radau, next, tolerances, .. } = self;
-        let mut f = motion(context, &run.origin);
+        let Implicit { radau, next, tolerances, abreast, .. } = self;
+        let mut f = abreast.nodes(context, &run.origin);
         let step = (time, run.front.as_slice(), h);
         let (iterations, contraction) = match radau.solve(&mut f, step, tolerances, goal) {
             Newton::Converged { iterations, contraction } => (iterations, contraction),

@@ -4,6 +4,7 @@
 //! the branch coordinates and projected back onto the loop equations after every step ([`projection`]); fully driven mechanisms need no
 //! integrator ([`kinematic`]).
 
+mod abreast;
 pub mod accelerations;
 mod choice;
 mod continuation;

@@ -59,6 +59,8 @@ pub(super) struct Radau {
     stages: [Vec<f64>; 3],
     turned: [Vec<f64>; 3],
     slopes: [Vec<f64>; 3],
+    /// The stages themselves.
+    points: [Vec<f64>; 3],
     point: Vec<f64>,
     pair: Vec<Complex<f64>>,
     /// The error, and what it is without its first term.
@@ -90,6 +92,7 @@ impl Radau {
             stages: three(),
             turned: three(),
             slopes: three(),
+            points: three(),
             point: vector(),
             pair: vec![Complex::default(); 2 * n],
             error: vector(),
@@ -175,10 +178,8 @@ impl Radau {
     ) -> Newton {
         let (mut before, mut ratio_before, mut rate) = (0.0, 1.0, 0.0);
         for iteration in 1..=ITERATIONS {
-            for (stage, node) in NODES.into_iter().enumerate() {
-                add(y, &self.stages[stage], &mut self.point);
-                f.evaluate(time + node * h, &self.point, &mut self.slopes[stage]);
-            }
+            self.points.iter_mut().zip(&self.stages).for_each(|(point, stage)| add(y, stage, point));
+            f.evaluate_three(NODES.map(|node| time + node * h), &self.points, &mut self.slopes);
             let size = self.iterate(h, tolerances);
             if !size.is_finite() {
                 return Newton::Failed { shorter: 0.5 };

@@ -1,6 +1,7 @@
 //! Straight-line programs over a register file of `f64`.
 
 mod interpreter;
+mod lanes;
 mod series;
 mod tangent;
 
