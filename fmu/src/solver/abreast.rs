@@ -3,8 +3,9 @@
 use super::Context;
 use super::dynamic::{Motion, motion};
 use super::explicit::Derivative;
+use super::radau::Nodes;
 use crate::machine::Machine;
-use crate::model::{Model, State};
+use crate::model::{Model, State, motion as range};
 use crate::series::lane::{Lane, WIDTH, ZERO, splat};
 use crate::tape::Tape;
 
@@ -23,7 +24,7 @@ pub(super) struct Abreast {
 }
 
 /// (q, v)' with the signals continued from `origin`, at three points at once.
-pub(super) struct Nodes<'a> {
+pub(super) struct States<'a> {
     motion: Motion<'a>,
     abreast: &'a mut Abreast,
     /// The times that the signals are for.
@@ -36,7 +37,7 @@ impl Abreast {
         let (program, layout) = (model.program(), model.layout());
         let size = program.registers as usize;
         let read = read(&program.tapes.acceleration, size);
-        let moving = layout.positions()..layout.accelerations();
+        let moving = range(layout);
         let is_signal =
             |register: &usize| *register == layout.time() || (layout.inputs()..layout.positions()).contains(register);
         let (signals, others) = read.into_iter().partition::<Vec<_>, _>(is_signal);
@@ -46,11 +47,11 @@ impl Abreast {
     }
 
     /// The derivative for the stages of a step; parameters are those in the machine.
-    pub fn nodes<'a>(&'a mut self, context: &'a mut Context<'_>, origin: &'a State) -> Nodes<'a> {
+    pub fn states<'a>(&'a mut self, context: &'a mut Context<'_>, origin: &'a State) -> States<'a> {
         for &register in &self.constants {
             self.registers[register] = splat(context.machine.registers()[register]);
         }
-        Nodes { motion: motion(context, origin), abreast: self, times: None }
+        States { motion: motion(context, origin), abreast: self, times: None }
     }
 
     /// Derivatives of the accelerations by q and by v, row by row, at the state in the machine.
@@ -73,12 +74,14 @@ impl Abreast {
     }
 }
 
-impl Derivative for Nodes<'_> {
+impl Derivative for States<'_> {
     fn evaluate(&mut self, time: f64, y: &[f64], derivative: &mut [f64]) {
         self.motion.evaluate(time, y, derivative);
     }
+}
 
-    fn evaluate_three(&mut self, times: [f64; 3], points: &[Vec<f64>; 3], derivatives: &mut [Vec<f64>; 3]) {
+impl Nodes for States<'_> {
+    fn evaluate_nodes(&mut self, times: [f64; 3], points: &[Lane], derivatives: &mut [Lane]) {
         let Self { motion: Motion { model, machine, statistics, origin }, abreast, times: known } = self;
         let Abreast { registers, signals, .. } = &mut **abreast;
         if !signals.is_empty() && *known != Some(times) {
@@ -89,19 +92,12 @@ impl Derivative for Nodes<'_> {
             signals.iter().for_each(|&register| registers[register][3] = registers[register][2]);
             *known = Some(times);
         }
-        let [first, second, third] = points;
-        let values = first.iter().zip(second).zip(third);
-        for (lane, ((a, b), c)) in registers[model.layout().positions()..].iter_mut().zip(values) {
-            *lane = [*a, *b, *c, *c];
-        }
+        registers[range(model.layout())].copy_from_slice(points);
         let tape = &model.program().tapes.acceleration;
         tape.run_lanes(registers);
-        let n = model.coordinates();
-        for (place, (point, derivative)) in points.iter().zip(derivatives).enumerate() {
-            let (rates, accelerations) = derivative.split_at_mut(n);
-            rates.copy_from_slice(&point[n..]);
-            accelerations.iter_mut().zip(&tape.results).for_each(|(a, &row)| *a = registers[row as usize][place]);
-        }
+        let (rates, accelerations) = derivatives.split_at_mut(model.coordinates());
+        rates.copy_from_slice(&points[rates.len()..]);
+        accelerations.iter_mut().zip(&tape.results).for_each(|(a, &row)| *a = registers[row as usize]);
         statistics.evaluations += 3;
     }
 }

@@ -16,13 +16,6 @@ const ORDER: f64 = 8.0;
 pub trait Derivative {
     /// Writes f(t, y).
     fn evaluate(&mut self, time: f64, y: &[f64], derivative: &mut [f64]);
-
-    /// Writes f(t, y) at three points, which do not depend on each other.
-    fn evaluate_three(&mut self, times: [f64; 3], points: &[Vec<f64>; 3], derivatives: &mut [Vec<f64>; 3]) {
-        for ((time, point), derivative) in times.into_iter().zip(points).zip(derivatives) {
-            self.evaluate(time, point, derivative);
-        }
-    }
 }
 
 impl<F: FnMut(f64, &[f64], &mut [f64])> Derivative for F {

@@ -20,7 +20,7 @@ const SHARE_OF_TOLERANCE: f64 = 0.05;
 /// Rounding is larger than an error below this.
 const FINEST: f64 = 1e-13;
 /// Newton's iterations end at this share of the root of what an error estimate may be: a step is better than its error estimate by as much.
-const NEWTON_SHARE: f64 = 0.3;
+const NEWTON_SHARE: f64 = 0.1;
 /// Some units of rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Steps of the power method.
@@ -34,6 +34,8 @@ const GROW: f64 = 8.0;
 const KEEP: f64 = 1.2;
 /// A contraction of Newton's iterations for which the Jacobian is kept.
 const FRESH_ENOUGH: f64 = 1e-3;
+/// A contraction that a longer step must not come near: steps that Newton's iterations limit grow by no more than leads there.
+const SLOWEST: f64 = 0.15;
 /// Where in a step the Jacobian is evaluated, if the motion before says what is there.
 const MIDDLE: f64 = 0.6;
 /// A first step is rejected by this factor.
@@ -241,7 +243,8 @@ impl Implicit {
             let h = end - time;
             match self.attempt(context, run, end, rejected) {
                 Trial::Accepted { error, iterations, contraction } => {
-                    let proposed = self.propose(&run.implicit, h, error, iterations, rejected);
+                    let proposed =
+                        self.propose(&run.implicit, h, error, [f64::from(iterations), contraction], rejected);
                     self.accept(run, end, error, contraction);
                     // A step cut short by a limit says nothing against the natural length.
                     run.step = if limited && !rejected { proposed.max(natural) } else { proposed };
@@ -341,11 +344,12 @@ impl Implicit {
         let share = share(context.settings.tolerance);
         self.tolerate(context, &run.front, h, share);
         self.guess(run, h);
-        let goal = (NEWTON_SHARE * share.sqrt()).max(self.noise(&run.front, h));
+        let noise = self.noise(&run.front, h);
+        let goal = (NEWTON_SHARE * share.sqrt()).max(noise);
         let Implicit { radau, next, tolerances, abreast, .. } = self;
-        let mut f = abreast.nodes(context, &run.origin);
+        let mut f = abreast.states(context, &run.origin);
         let step = (time, run.front.as_slice(), h);
-        let (iterations, contraction) = match radau.solve(&mut f, step, tolerances, goal) {
+        let (iterations, contraction) = match radau.solve(&mut f, step, tolerances, [goal, noise]) {
             Newton::Converged { iterations, contraction } => (iterations, contraction),
             Newton::Failed { shorter } => return reject(shorter),
         };
@@ -412,15 +416,15 @@ impl Implicit {
     }
 
     /// The natural length of the next step.
-    fn propose(&self, memory: &Memory, h: f64, error: f64, iterations: i32, rejected: bool) -> f64 {
+    fn propose(&self, memory: &Memory, h: f64, error: f64, [iterations, contraction]: [f64; 2], rejected: bool) -> f64 {
         let error = error.max(SMALLEST_ERROR);
-        let safety = SAFETY * f64::min(1.0, (1.0 + 2.0 * ITERATIONS) / (f64::from(iterations) + 2.0 * ITERATIONS));
+        let safety = SAFETY * f64::min(1.0, (1.0 + 2.0 * ITERATIONS) / (iterations + 2.0 * ITERATIONS));
         let mut factor = safety / fourth_root(error);
         if memory.step > 0.0 {
             let predicted = SAFETY * (memory.step.recip() * h) * fourth_root(memory.error / (error * error));
             factor = factor.min(predicted);
         }
-        let most = if rejected { 1.0 } else { GROW };
+        let most = if rejected { 1.0 } else { (SLOWEST / contraction).sqrt().clamp(1.0, GROW) };
         let factor = factor.clamp(SHRINK, most);
         if (1.0..=KEEP).contains(&factor) { h } else { factor * h }
     }

@@ -14,6 +14,7 @@ use nalgebra::Complex;
 
 use super::dense::Lu;
 use super::explicit::Derivative;
+use crate::series::lane::{self, Lane, ZERO, splat};
 
 /// Order of the polynomial that the dense output is.
 pub(super) const DENSE_ORDER: usize = 5;
@@ -21,6 +22,9 @@ pub(super) const DENSE_ORDER: usize = 5;
 const ITERATIONS: i32 = 10;
 /// Iterations that reduce their step by less do not converge.
 const DIVERGING: f64 = 0.99;
+/// Iterations that are only rounding are so many times its estimate at most, and at least this share of the one before.
+const ROUGH: f64 = 10.0;
+const STALLING: f64 = 0.5;
 /// The second iteration may be larger than the first by this factor.
 const BULGE: f64 = 2.0;
 const SQRT_6: f64 = 2.449_489_742_783_178;
@@ -31,17 +35,23 @@ const SLOPE: [f64; 3] = [(13.0 + 7.0 * SQRT_6) / 3.0, (13.0 - 7.0 * SQRT_6) / 3.
 /// Eigenvalues of the inverse of the method's matrix: the real one, and one of the complex pair.
 const REAL: f64 = 3.637_834_252_744_495_7;
 const COMPLEX: Complex<f64> = Complex::new(2.681_082_873_627_752, 3.050_430_199_247_41);
-/// Its eigenvectors: z = FROM w, w = INTO z.
-const FROM: [[f64; 3]; 3] = [
+/// Its eigenvectors: z = FROM w, w = INTO z; by columns.
+const FROM: [Lane; 3] = columns([
     [0.091_232_394_870_892_94, -0.141_255_295_020_954_2, -0.030_029_194_105_147_424],
     [0.241_717_932_707_107, 0.204_129_352_293_8, 0.382_942_112_757_261_94],
     [0.966_048_182_615_092_9, 1.0, 0.0],
-];
-const INTO: [[f64; 3]; 3] = [
+]);
+const INTO: [Lane; 3] = columns([
     [4.325_579_890_063_155, 0.339_199_251_815_809_9, 0.541_770_539_935_874_9],
     [-4.178_718_591_551_905, -0.327_682_820_761_062_4, 0.476_623_554_500_550_45],
     [-0.502_872_634_945_786_9, 2.571_926_949_855_605_4, -0.596_039_204_828_224_9],
-];
+]);
+
+/// A derivative that can be evaluated at the three nodes at once.
+pub(super) trait Nodes: Derivative {
+    /// Writes f(t, y) at three times; each lane holds the values of one component there, the last one twice.
+    fn evaluate_nodes(&mut self, times: [f64; 3], points: &[Lane], derivatives: &mut [Lane]);
+}
 
 /// Storage for a step.
 #[derive(Clone, Debug, Default)]
@@ -55,12 +65,12 @@ pub(super) struct Radau {
     factored: f64,
     /// The derivative at the start of the step.
     first: Vec<f64>,
-    /// Stages less the start, as they are and in the coordinates of the eigenvectors.
-    stages: [Vec<f64>; 3],
-    turned: [Vec<f64>; 3],
-    slopes: [Vec<f64>; 3],
-    /// The stages themselves.
-    points: [Vec<f64>; 3],
+    /// Stages less the start, side by side (the last one twice), and in the coordinates of the eigenvectors.
+    stages: Vec<Lane>,
+    turned: Vec<Lane>,
+    /// The stages themselves, and the derivatives there.
+    points: Vec<Lane>,
+    slopes: Vec<Lane>,
     point: Vec<f64>,
     pair: Vec<Complex<f64>>,
     /// The error, and what it is without its first term.
@@ -81,7 +91,7 @@ impl Radau {
     /// Storage for n coordinates.
     pub fn new(n: usize) -> Self {
         let vector = || vec![0.0; 2 * n];
-        let three = || [vector(), vector(), vector()];
+        let lanes = || vec![ZERO; 2 * n];
         Self {
             n,
             jacobian: vec![0.0; 2 * n * n],
@@ -89,10 +99,10 @@ impl Radau {
             complex: Lu::new(n),
             factored: 0.0,
             first: vector(),
-            stages: three(),
-            turned: three(),
-            slopes: three(),
-            points: three(),
+            stages: lanes(),
+            turned: lanes(),
+            points: lanes(),
+            slopes: lanes(),
             point: vector(),
             pair: vec![Complex::default(); 2 * n],
             error: vector(),
@@ -156,30 +166,37 @@ impl Radau {
 
     /// Takes the start itself as the first guess of the stages.
     pub fn guess_nothing(&mut self) {
-        self.stages.iter_mut().chain(&mut self.turned).for_each(|vector| vector.fill(0.0));
+        self.stages.fill(ZERO);
+        self.turned.fill(ZERO);
     }
 
     /// Takes the first guess of the stages from elsewhere: `at` writes the motion at a node.
     pub fn guess(&mut self, y: &[f64], mut at: impl FnMut(f64, &mut [f64])) {
-        for (stage, node) in self.stages.iter_mut().zip(NODES) {
-            at(node, stage);
-            stage.iter_mut().zip(y).for_each(|(stage, y)| *stage -= y);
+        for (place, node) in NODES.into_iter().enumerate() {
+            at(node, &mut self.point);
+            let values = self.point.iter().zip(y);
+            self.stages.iter_mut().zip(values).for_each(|(stage, (value, y))| stage[place] = value - y);
         }
-        turn(&INTO, &self.stages, &mut self.turned);
+        for (turned, stage) in self.turned.iter_mut().zip(&mut self.stages) {
+            stage[3] = stage[2];
+            *turned = turn(&INTO, *stage);
+        }
     }
 
-    /// Solves for the stages of a step with the factors, until an iteration is no larger than `goal`, in units of the tolerances.
+    /// Solves for the stages of a step with the factors, until an iteration is no larger than `goal`, in units of the tolerances. Iterations that are
+    /// not much larger than `noise` and do not shrink any more are rounding.
     pub fn solve(
         &mut self,
-        f: &mut impl Derivative,
+        f: &mut impl Nodes,
         (time, y, h): (f64, &[f64], f64),
         tolerances: &[f64],
-        goal: f64,
+        [goal, noise]: [f64; 2],
     ) -> Newton {
         let (mut before, mut ratio_before, mut rate) = (0.0, 1.0, 0.0);
         for iteration in 1..=ITERATIONS {
-            self.points.iter_mut().zip(&self.stages).for_each(|(point, stage)| add(y, stage, point));
-            f.evaluate_three(NODES.map(|node| time + node * h), &self.points, &mut self.slopes);
+            let stages = y.iter().zip(&self.stages);
+            self.points.iter_mut().zip(stages).for_each(|(point, (y, stage))| *point = lane::add(splat(*y), *stage));
+            f.evaluate_nodes(NODES.map(|node| time + node * h), &self.points, &mut self.slopes);
             let size = self.iterate(h, tolerances);
             if !size.is_finite() {
                 return Newton::Failed { shorter: 0.5 };
@@ -190,7 +207,8 @@ impl Radau {
                 rate = if iteration <= 3 { ratio } else { (ratio * ratio_before).sqrt() };
                 ratio_before = ratio;
             }
-            if size <= goal {
+            let stalled = iteration > 2 && size <= ROUGH * noise && size >= STALLING * before;
+            if size <= goal || stalled {
                 return Newton::Converged { iterations: iteration, contraction: rate };
             }
             let diverging = if iteration == 2 { rate >= BULGE } else { rate >= DIVERGING };
@@ -198,7 +216,7 @@ impl Radau {
                 return Newton::Failed { shorter: 0.5 };
             }
             let left = ITERATIONS - iteration;
-            let expected = size * libm::pow(rate, f64::from(left)) / goal;
+            let expected = size * power(rate, left) / goal;
             if iteration > 2 && expected >= 1.0 {
                 return Newton::Failed { shorter: 0.8 * libm::pow(expected.min(20.0), -1.0 / f64::from(4 + left)) };
             }
@@ -212,22 +230,20 @@ impl Radau {
         let (mu, nu) = (REAL / h, COMPLEX / h);
         let mut squares = 0.0;
         for i in 0..2 * self.n {
-            let slopes = [0, 1, 2].map(|stage| self.slopes[stage][i]);
-            let [first, second, third] = INTO.map(|row| row[0] * slopes[0] + row[1] * slopes[1] + row[2] * slopes[2]);
-            let turned = Complex::new(self.turned[1][i], self.turned[2][i]);
-            self.point[i] = first - mu * self.turned[0][i];
-            self.pair[i] = Complex::new(second, third) - nu * turned;
+            let [first, second, third, _] = turn(&INTO, self.slopes[i]);
+            let turned = self.turned[i];
+            self.point[i] = first - mu * turned[0];
+            self.pair[i] = Complex::new(second, third) - nu * Complex::new(turned[1], turned[2]);
         }
         self.solve_real(mu);
         self.solve_pair(nu);
         for (i, tolerance) in tolerances.iter().enumerate() {
-            let steps = [self.point[i], self.pair[i].re, self.pair[i].im];
-            for (turned, step) in self.turned.iter_mut().zip(steps) {
-                turned[i] += step;
-                squares += (step / tolerance) * (step / tolerance);
-            }
+            let step = [self.point[i], self.pair[i].re, self.pair[i].im, 0.0];
+            self.turned[i] = lane::add(self.turned[i], step);
+            self.stages[i] = turn(&FROM, self.turned[i]);
+            let [a, b, c, _] = step.map(|step| step / tolerance);
+            squares += a * a + (b * b + c * c);
         }
-        turn(&FROM, &self.turned, &mut self.stages);
         (squares / (6 * self.n).max(1) as f64).sqrt()
     }
 
@@ -281,7 +297,7 @@ impl Radau {
 
     /// The end of the step.
     pub fn end(&self, y: &[f64], next: &mut [f64]) {
-        add(y, &self.stages[2], next);
+        next.iter_mut().zip(y.iter().zip(&self.stages)).for_each(|(next, (y, stage))| *next = y + stage[2]);
     }
 
     /// Error of the step just solved, in units of the tolerances: accept up to 1. The embedded method of order 3, filtered so that stiff parts
@@ -294,7 +310,7 @@ impl Radau {
         again: bool,
     ) -> f64 {
         for i in 0..2 * self.n {
-            let slope: f64 = SLOPE.iter().zip(&self.stages).map(|(factor, stage)| factor * stage[i]).sum();
+            let slope: f64 = SLOPE.iter().zip(&self.stages[i]).map(|(factor, stage)| factor * stage).sum();
             self.rest[i] = -slope / h;
             self.point[i] = self.first[i] + self.rest[i];
         }
@@ -302,8 +318,8 @@ impl Radau {
         let large = size >= 1.0;
         if again && large {
             add(y, &self.error, &mut self.point);
-            f.evaluate(time, &self.point, &mut self.slopes[0]);
-            add(&self.slopes[0], &self.rest, &mut self.point);
+            f.evaluate(time, &self.point, &mut self.error);
+            add(&self.error, &self.rest, &mut self.point);
             size = self.filter(h, tolerances);
         }
         size
@@ -323,7 +339,7 @@ impl Radau {
         let n = self.n;
         let [c1, c2, _] = NODES;
         for i in 0..n {
-            let [z1, z2, z3] = [0, 1, 2].map(|stage| self.stages[stage][n + i]);
+            let [z1, z2, z3, _] = self.stages[n + i];
             let first = z1 / c1;
             let (middle, last) = ((z2 - z1) / (c2 - c1), (z3 - z2) / (1.0 - c2));
             let second = (middle - first) / c2;
@@ -366,18 +382,43 @@ fn add(a: &[f64], b: &[f64], sum: &mut [f64]) {
     sum.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum = a + b);
 }
 
-/// to = matrix * from, for vectors of vectors.
-fn turn(matrix: &[[f64; 3]; 3], from: &[Vec<f64>; 3], to: &mut [Vec<f64>; 3]) {
-    for (row, to) in matrix.iter().zip(to) {
-        for (i, place) in to.iter_mut().enumerate() {
-            *place = row[0] * from[0][i] + row[1] * from[1][i] + row[2] * from[2][i];
-        }
-    }
+/// A whole power, by products.
+fn power(base: f64, exponent: i32) -> f64 {
+    (0..exponent).fold(1.0, |power, _| power * base)
+}
+
+/// The columns of a matrix, with the last row twice.
+const fn columns(rows: [[f64; 3]; 3]) -> [Lane; 3] {
+    let [first, second, third] = rows;
+    [
+        [first[0], second[0], third[0], third[0]],
+        [first[1], second[1], third[1], third[1]],
+        [first[2], second[2], third[2], third[2]],
+    ]
+}
+
+/// A matrix, by columns, times the first three numbers of a lane.
+#[inline(always)]
+fn turn(matrix: &[Lane; 3], from: Lane) -> Lane {
+    let sum = lane::multiply(matrix[0], splat(from[0]));
+    lane::plus(lane::plus(sum, matrix[1], splat(from[1])), matrix[2], splat(from[2]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// One node after the other.
+    impl<F: FnMut(f64, &[f64], &mut [f64])> Nodes for F {
+        fn evaluate_nodes(&mut self, times: [f64; 3], points: &[Lane], derivatives: &mut [Lane]) {
+            for (place, time) in times.into_iter().enumerate() {
+                let point: Vec<f64> = points.iter().map(|lane| lane[place]).collect();
+                let mut derivative = vec![0.0; point.len()];
+                self(time, &point, &mut derivative);
+                derivatives.iter_mut().zip(derivative).for_each(|(lane, value)| lane[place] = value);
+            }
+        }
+    }
 
     /// Two coupled oscillators with q = (sin t, cos 2 t), driven so that this is a solution; the Jacobian is exact.
     fn problem(time: f64, y: &[f64], derivative: &mut [f64]) {
@@ -412,7 +453,7 @@ mod tests {
             jacobian(&mut radau, &y);
             assert!(radau.factor(h));
             radau.guess_nothing();
-            let newton = radau.solve(&mut problem, (time, &y, h), &[1.0; 4], 1e-13);
+            let newton = radau.solve(&mut problem, (time, &y, h), &[1.0; 4], [1e-13, 0.0]);
             assert!(matches!(newton, Newton::Converged { .. }), "{newton:?}");
             estimate = radau.error(&mut problem, (time, &y, h), &[1.0; 4], false);
             radau.end(&y, &mut next);
@@ -457,7 +498,7 @@ mod tests {
             radau.begin(&mut f, time, &y);
             radau.guess_nothing();
             // The problem is linear: the second iteration has nothing left to do.
-            let newton = radau.solve(&mut f, (time, &y, h), &[1.0; 2], 1e-9);
+            let newton = radau.solve(&mut f, (time, &y, h), &[1.0; 2], [1e-9, 0.0]);
             assert!(matches!(newton, Newton::Converged { iterations: 1 | 2, .. }), "{newton:?}");
             radau.end(&y, &mut next);
             std::mem::swap(&mut y, &mut next);
@@ -472,6 +513,7 @@ mod tests {
         let mut radau = Radau::new(1);
         radau.jacobian_mut();
         assert!(radau.factor(0.1));
-        assert_eq!(radau.solve(&mut f, (0.0, &[0.0, 0.0], 0.1), &[1.0; 2], 1e-9), Newton::Failed { shorter: 0.5 });
+        let newton = radau.solve(&mut f, (0.0, &[0.0, 0.0], 0.1), &[1.0; 2], [1e-9, 0.0]);
+        assert_eq!(newton, Newton::Failed { shorter: 0.5 });
     }
 }
