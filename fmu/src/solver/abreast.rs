@@ -7,7 +7,7 @@ use super::radau::Nodes;
 use crate::machine::Machine;
 use crate::model::{Model, State, motion as range};
 use crate::series::lane::{Lane, WIDTH, ZERO, splat};
-use crate::tape::Tape;
+use crate::tape::{DIRECTIONS, Lanes, Tape};
 
 /// Storage; by default, none.
 #[derive(Clone, Debug, Default)]
@@ -16,6 +16,8 @@ pub(super) struct Abreast {
     registers: Vec<Lane>,
     /// Derivatives along four directions.
     tangents: Vec<Lane>,
+    /// Derivatives along some directions, at the nodes.
+    several: Vec<Lanes>,
     /// Registers that the kernel reads besides q and v: what may change with time, and what may not.
     signals: Vec<usize>,
     constants: Vec<usize>,
@@ -43,7 +45,14 @@ impl Abreast {
         let (signals, others) = read.into_iter().partition::<Vec<_>, _>(is_signal);
         let (moved, constants) = others.into_iter().partition::<Vec<_>, _>(|register| moving.contains(register));
         let directions = moved.into_iter().map(|register| register - moving.start).collect();
-        Self { registers: vec![ZERO; size], tangents: vec![ZERO; size], signals, constants, directions }
+        Self {
+            registers: vec![ZERO; size],
+            tangents: vec![ZERO; size],
+            several: vec![[ZERO; DIRECTIONS]; size],
+            signals,
+            constants,
+            directions,
+        }
     }
 
     /// The derivative for the stages of a step; parameters are those in the machine.
@@ -82,7 +91,45 @@ impl Derivative for States<'_> {
 
 impl Nodes for States<'_> {
     fn evaluate_nodes(&mut self, times: [f64; 3], points: &[Lane], derivatives: &mut [Lane]) {
-        let Self { motion: Motion { model, machine, statistics, origin }, abreast, times: known } = self;
+        self.load(times, points);
+        self.motion.model.program().tapes.acceleration.run_lanes(&mut self.abreast.registers);
+        self.read(points, derivatives);
+        self.motion.statistics.evaluations += 3;
+    }
+
+    fn differentiate_nodes(
+        &mut self,
+        times: [f64; 3],
+        points: &[Lane],
+        derivatives: &mut [Lane],
+        jacobians: &mut [Lane],
+    ) {
+        self.load(times, points);
+        let Self { motion: Motion { model, .. }, abreast, .. } = self;
+        let (n, first) = (model.coordinates(), model.layout().positions());
+        let tape = &model.program().tapes.acceleration;
+        let Abreast { registers, several, directions, .. } = &mut **abreast;
+        jacobians.fill(ZERO);
+        for some in directions.chunks(DIRECTIONS) {
+            let seeds = || some.iter().enumerate();
+            seeds().for_each(|(place, direction)| several[first + direction][place] = splat(1.0));
+            tape.run_lanes_tangents(registers, several);
+            seeds().for_each(|(place, direction)| several[first + direction][place] = ZERO);
+            for (place, &direction) in seeds() {
+                let column = jacobians[direction / n * n * n..].iter_mut().skip(direction % n).step_by(n);
+                let rows = column.take(n).zip(&tape.results);
+                rows.for_each(|(entry, &row)| *entry = several[row as usize][place]);
+            }
+        }
+        self.read(points, derivatives);
+        self.motion.statistics.evaluations += 3;
+    }
+}
+
+impl States<'_> {
+    /// Brings the states at the nodes into the registers.
+    fn load(&mut self, times: [f64; 3], points: &[Lane]) {
+        let Self { motion: Motion { model, machine, origin, .. }, abreast, times: known } = self;
         let Abreast { registers, signals, .. } = &mut **abreast;
         if !signals.is_empty() && *known != Some(times) {
             for (place, time) in times.into_iter().enumerate() {
@@ -93,12 +140,15 @@ impl Nodes for States<'_> {
             *known = Some(times);
         }
         registers[range(model.layout())].copy_from_slice(points);
-        let tape = &model.program().tapes.acceleration;
-        tape.run_lanes(registers);
+    }
+
+    /// What the kernel has left there.
+    fn read(&self, points: &[Lane], derivatives: &mut [Lane]) {
+        let Self { motion: Motion { model, .. }, abreast, .. } = self;
         let (rates, accelerations) = derivatives.split_at_mut(model.coordinates());
         rates.copy_from_slice(&points[rates.len()..]);
-        accelerations.iter_mut().zip(&tape.results).for_each(|(a, &row)| *a = registers[row as usize]);
-        statistics.evaluations += 3;
+        let results = &model.program().tapes.acceleration.results;
+        accelerations.iter_mut().zip(results).for_each(|(a, &row)| *a = abreast.registers[row as usize]);
     }
 }
 

@@ -258,7 +258,9 @@ impl Implicit {
                     if run.step < shortest {
                         return Err(underflow(context.model, time, self.radau.first(), failure));
                     }
-                    self.anchor_at_the_front(context, run);
+                    if !self.radau.has_each() {
+                        self.anchor_at_the_front(context, run);
+                    }
                 }
             }
         }
@@ -271,7 +273,9 @@ impl Implicit {
             self.known = true;
         }
         finite(context.model, run.front_time, &self.radau.first()[context.model.coordinates()..])?;
-        if !run.implicit.anchored || run.implicit.contraction > FRESH_ENOUGH {
+        if self.radau.has_each() {
+            // Each attempt has Jacobians of its own.
+        } else if !run.implicit.anchored || run.implicit.contraction > FRESH_ENOUGH {
             self.anchor_ahead(context, run);
         } else if !self.current {
             self.differentiate(context, run);
@@ -335,15 +339,12 @@ impl Implicit {
     fn attempt(&mut self, context: &mut Context, run: &mut Continuation, end: f64, rejected: bool) -> Trial {
         let (time, h) = (run.front_time, end - run.front_time);
         let reject = |shorter: f64| Trial::Rejected { shorter, failure: None };
-        if self.radau.factored() != h {
-            context.statistics.factorisations += 1;
-            if !self.radau.factor(h) {
-                return reject(0.5);
-            }
-        }
         let share = share(context.settings.tolerance);
         self.tolerate(context, &run.front, h, share);
         self.guess(run, h);
+        if !self.linearise(context, run, h) {
+            return reject(0.5);
+        }
         let noise = self.noise(&run.front, h);
         let goal = (NEWTON_SHARE * share.sqrt()).max(noise);
         let Implicit { radau, next, tolerances, abreast, .. } = self;
@@ -367,6 +368,23 @@ impl Implicit {
             return Trial::Rejected { shorter: 0.5, failure: Some(failure) };
         }
         Trial::Accepted { error, iterations, contraction }
+    }
+
+    /// Jacobians, if each stage has its own, and factors for a step of that length; false if there are none.
+    fn linearise(&mut self, context: &mut Context, run: &mut Continuation, h: f64) -> bool {
+        if !self.radau.has_each() && self.radau.factored() == h {
+            return true;
+        }
+        context.statistics.factorisations += 1;
+        if !self.radau.has_each() {
+            return self.radau.factor(h);
+        }
+        context.statistics.jacobians += 1;
+        let Implicit { radau, abreast, .. } = self;
+        let regular = radau.linearise(&mut abreast.states(context, &run.origin), (run.front_time, &run.front, h));
+        radau.last_stage((run.front_time, h), &mut run.implicit.anchor);
+        (run.implicit.anchored, self.current) = (true, true);
+        regular
     }
 
     /// What rounding makes of the stages, in units of the tolerances: rates are differences of positions over the step.

@@ -12,6 +12,7 @@ mod dense;
 mod dependence;
 mod dop853;
 mod dynamic;
+mod each_stage;
 pub mod expansion;
 pub mod explicit;
 pub mod failure;

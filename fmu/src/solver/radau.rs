@@ -13,6 +13,7 @@
 use nalgebra::Complex;
 
 use super::dense::Lu;
+use super::each_stage::EachStage;
 use super::explicit::Derivative;
 use crate::series::lane::{self, Lane, ZERO, splat};
 
@@ -35,22 +36,40 @@ const SLOPE: [f64; 3] = [(13.0 + 7.0 * SQRT_6) / 3.0, (13.0 - 7.0 * SQRT_6) / 3.
 /// Eigenvalues of the inverse of the method's matrix: the real one, and one of the complex pair.
 const REAL: f64 = 3.637_834_252_744_495_7;
 const COMPLEX: Complex<f64> = Complex::new(2.681_082_873_627_752, 3.050_430_199_247_41);
-/// Its eigenvectors: z = FROM w, w = INTO z; by columns.
-const FROM: [Lane; 3] = columns([
+/// Its eigenvectors: z = FROM w, w = INTO z.
+const FROM_ROWS: [[f64; 3]; 3] = [
     [0.091_232_394_870_892_94, -0.141_255_295_020_954_2, -0.030_029_194_105_147_424],
     [0.241_717_932_707_107, 0.204_129_352_293_8, 0.382_942_112_757_261_94],
     [0.966_048_182_615_092_9, 1.0, 0.0],
-]);
-const INTO: [Lane; 3] = columns([
+];
+const INTO_ROWS: [[f64; 3]; 3] = [
     [4.325_579_890_063_155, 0.339_199_251_815_809_9, 0.541_770_539_935_874_9],
     [-4.178_718_591_551_905, -0.327_682_820_761_062_4, 0.476_623_554_500_550_45],
     [-0.502_872_634_945_786_9, 2.571_926_949_855_605_4, -0.596_039_204_828_224_9],
-]);
+];
+const BLOCKS: [[f64; 3]; 3] = [[REAL, 0.0, 0.0], [0.0, COMPLEX.re, -COMPLEX.im], [0.0, COMPLEX.im, COMPLEX.re]];
+const INVERSE_ROWS: [[f64; 3]; 3] = product(&product(&FROM_ROWS, &BLOCKS), &INTO_ROWS);
+/// By columns: the eigenvectors, the inverse of the method's matrix and its square.
+const FROM: [Lane; 3] = columns(&FROM_ROWS);
+const INTO: [Lane; 3] = columns(&INTO_ROWS);
+const INVERSE: [Lane; 3] = columns(&INVERSE_ROWS);
+const SQUARE: [Lane; 3] = columns(&product(&INVERSE_ROWS, &INVERSE_ROWS));
+/// With so few coordinates each stage has its own Jacobian: that costs less than the iterations it saves.
+const FEW: usize = 8;
 
 /// A derivative that can be evaluated at the three nodes at once.
 pub(super) trait Nodes: Derivative {
     /// Writes f(t, y) at three times; each lane holds the values of one component there, the last one twice.
     fn evaluate_nodes(&mut self, times: [f64; 3], points: &[Lane], derivatives: &mut [Lane]);
+
+    /// The same, and the derivatives of the accelerations by q, then by v, row by row.
+    fn differentiate_nodes(
+        &mut self,
+        times: [f64; 3],
+        points: &[Lane],
+        derivatives: &mut [Lane],
+        jacobians: &mut [Lane],
+    );
 }
 
 /// Storage for a step.
@@ -61,6 +80,7 @@ pub(super) struct Radau {
     jacobian: Vec<f64>,
     real: Lu,
     complex: Lu<Complex<f64>>,
+    each: Option<EachStage>,
     /// The step that the factors are for; 0 if there are none.
     factored: f64,
     /// The derivative at the start of the step.
@@ -90,13 +110,18 @@ pub(super) enum Newton {
 impl Radau {
     /// Storage for n coordinates.
     pub fn new(n: usize) -> Self {
+        Self::with(n, n <= FEW)
+    }
+
+    fn with(n: usize, few: bool) -> Self {
         let vector = || vec![0.0; 2 * n];
         let lanes = || vec![ZERO; 2 * n];
         Self {
             n,
             jacobian: vec![0.0; 2 * n * n],
             real: Lu::new(n),
-            complex: Lu::new(n),
+            complex: Lu::new(if few { 0 } else { n }),
+            each: few.then(|| EachStage::new(n)),
             factored: 0.0,
             first: vector(),
             stages: lanes(),
@@ -145,7 +170,34 @@ impl Radau {
         self.factored
     }
 
-    /// Factors both matrices for a step; false if one is singular.
+    /// Has each stage its own Jacobian?
+    pub fn has_each(&self) -> bool {
+        self.each.is_some()
+    }
+
+    /// Takes Jacobians at the guessed stages, the last one as that of the whole step, and factors what the step needs; false if a matrix is singular.
+    pub fn linearise(&mut self, f: &mut impl Nodes, (time, y, h): (f64, &[f64], f64)) -> bool {
+        self.place(y);
+        let Some(each) = &mut self.each else { return false };
+        f.differentiate_nodes(nodes(time, h), &self.points, &mut self.slopes, each.jacobians());
+        self.jacobian.iter_mut().zip(each.jacobians()).for_each(|(place, stages)| *place = stages[2]);
+        let regular = each.factor(h, &INVERSE, &SQUARE);
+        self.factor(h) && regular
+    }
+
+    /// Time, q and v where the last stage was last evaluated.
+    pub fn last_stage(&self, (time, h): (f64, f64), place: &mut [f64]) {
+        place[0] = nodes(time, h)[2];
+        place[1..].iter_mut().zip(&self.points).for_each(|(place, point)| *place = point[2]);
+    }
+
+    /// The stages themselves.
+    fn place(&mut self, y: &[f64]) {
+        let stages = y.iter().zip(&self.stages);
+        self.points.iter_mut().zip(stages).for_each(|(point, (y, stage))| *point = lane::add(splat(*y), *stage));
+    }
+
+    /// Factors the matrices for a step; false if one is singular.
     pub fn factor(&mut self, h: f64) -> bool {
         let n = self.n;
         let (by_q, by_v) = self.jacobian.split_at(n * n);
@@ -154,6 +206,11 @@ impl Radau {
             *place = -(mu * v) - q;
         }
         self.real.add_to_diagonal(mu * mu);
+        if self.each.is_some() {
+            let regular = self.real.factor(0.0).is_ok();
+            self.factored = if regular { h } else { 0.0 };
+            return regular;
+        }
         for (place, (q, v)) in self.complex.matrix().iter_mut().zip(by_q.iter().zip(by_v)) {
             *place = -(nu * *v) - *q;
         }
@@ -183,7 +240,7 @@ impl Radau {
         }
     }
 
-    /// Solves for the stages of a step with the factors, until an iteration is no larger than `goal`, in units of the tolerances. Iterations that are
+    /// Solves for the stages of a step with the factors, and with the slopes at the guess if it was linearised there, until an iteration is no larger than `goal`, in units of the tolerances. Iterations that are
     /// not much larger than `noise` and do not shrink any more are rounding.
     pub fn solve(
         &mut self,
@@ -194,10 +251,14 @@ impl Radau {
     ) -> Newton {
         let (mut before, mut ratio_before, mut rate) = (0.0, 1.0, 0.0);
         for iteration in 1..=ITERATIONS {
-            let stages = y.iter().zip(&self.stages);
-            self.points.iter_mut().zip(stages).for_each(|(point, (y, stage))| *point = lane::add(splat(*y), *stage));
-            f.evaluate_nodes(NODES.map(|node| time + node * h), &self.points, &mut self.slopes);
-            let size = self.iterate(h, tolerances);
+            if iteration > 1 || self.each.is_none() {
+                self.place(y);
+                f.evaluate_nodes(nodes(time, h), &self.points, &mut self.slopes);
+            }
+            let size = match &mut self.each {
+                Some(each) => each.iterate(&self.slopes, &mut self.stages, tolerances),
+                None => self.iterate(h, tolerances),
+            };
             if !size.is_finite() {
                 return Newton::Failed { shorter: 0.5 };
             }
@@ -382,13 +443,18 @@ fn add(a: &[f64], b: &[f64], sum: &mut [f64]) {
     sum.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum = a + b);
 }
 
+/// Times of the nodes of a step.
+fn nodes(time: f64, h: f64) -> [f64; 3] {
+    NODES.map(|node| time + node * h)
+}
+
 /// A whole power, by products.
 fn power(base: f64, exponent: i32) -> f64 {
     (0..exponent).fold(1.0, |power, _| power * base)
 }
 
 /// The columns of a matrix, with the last row twice.
-const fn columns(rows: [[f64; 3]; 3]) -> [Lane; 3] {
+const fn columns(rows: &[[f64; 3]; 3]) -> [Lane; 3] {
     let [first, second, third] = rows;
     [
         [first[0], second[0], third[0], third[0]],
@@ -397,9 +463,20 @@ const fn columns(rows: [[f64; 3]; 3]) -> [Lane; 3] {
     ]
 }
 
+const fn product(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let mut product = [[0.0; 3]; 3];
+    let mut place = 0;
+    while place < 9 {
+        let (row, column) = (place / 3, place % 3);
+        product[row][column] = a[row][0] * b[0][column] + a[row][1] * b[1][column] + a[row][2] * b[2][column];
+        place += 1;
+    }
+    product
+}
+
 /// A matrix, by columns, times the first three numbers of a lane.
 #[inline(always)]
-fn turn(matrix: &[Lane; 3], from: Lane) -> Lane {
+pub(super) fn turn(matrix: &[Lane; 3], from: Lane) -> Lane {
     let sum = lane::multiply(matrix[0], splat(from[0]));
     lane::plus(lane::plus(sum, matrix[1], splat(from[1])), matrix[2], splat(from[2]))
 }
@@ -417,6 +494,30 @@ mod tests {
                 self(time, &point, &mut derivative);
                 derivatives.iter_mut().zip(derivative).for_each(|(lane, value)| lane[place] = value);
             }
+        }
+
+        /// By differences.
+        fn differentiate_nodes(
+            &mut self,
+            times: [f64; 3],
+            points: &[Lane],
+            derivatives: &mut [Lane],
+            jacobians: &mut [Lane],
+        ) {
+            let n = points.len() / 2;
+            for direction in 0..2 * n {
+                let [mut above, mut below] = [points.to_vec(), points.to_vec()];
+                let [mut over, mut under] = [vec![ZERO; 2 * n], vec![ZERO; 2 * n]];
+                above[direction] = lane::add(points[direction], splat(1e-6));
+                below[direction] = lane::add(points[direction], splat(-1e-6));
+                self.evaluate_nodes(times, &above, &mut over);
+                self.evaluate_nodes(times, &below, &mut under);
+                for row in 0..n {
+                    let slope = lane::subtract(over[n + row], under[n + row]).map(|difference| difference / 2e-6);
+                    jacobians[direction / n * n * n + row * n + direction % n] = slope;
+                }
+            }
+            self.evaluate_nodes(times, points, derivatives);
         }
     }
 
@@ -441,8 +542,8 @@ mod tests {
     }
 
     /// Largest errors at the end of [0, 2] and between the steps, and the last error estimate.
-    fn run(steps: u32) -> [f64; 3] {
-        let mut radau = Radau::new(2);
+    fn run(steps: u32, each: bool) -> [f64; 3] {
+        let mut radau = Radau::with(2, each);
         let h = 2.0 / f64::from(steps);
         let (mut y, mut next, mut dense) = (exact(0.0).to_vec(), vec![0.0; 4], vec![0.0; 2 * (DENSE_ORDER + 1)]);
         let worst = |y: &[f64], time: f64| y.iter().zip(exact(time)).fold(0.0, |w: f64, (y, e)| w.max((y - e).abs()));
@@ -450,9 +551,13 @@ mod tests {
         for step in 0..steps {
             let time = f64::from(step) * h;
             radau.begin(&mut problem, time, &y);
-            jacobian(&mut radau, &y);
-            assert!(radau.factor(h));
             radau.guess_nothing();
+            if each {
+                assert!(radau.linearise(&mut problem, (time, &y, h)));
+            } else {
+                jacobian(&mut radau, &y);
+                assert!(radau.factor(h));
+            }
             let newton = radau.solve(&mut problem, (time, &y, h), &[1.0; 4], [1e-13, 0.0]);
             assert!(matches!(newton, Newton::Converged { .. }), "{newton:?}");
             estimate = radau.error(&mut problem, (time, &y, h), &[1.0; 4], false);
@@ -474,11 +579,13 @@ mod tests {
 
     #[test]
     fn converges_with_order_5_its_dense_output_and_its_estimate_with_order_4() {
-        let (coarse, fine) = (run(40), run(80));
-        let order = |i: usize| (coarse[i] / fine[i]).log2();
-        assert!((4.6..5.6).contains(&order(0)), "order {} of {coarse:?}", order(0));
-        assert!((3.7..4.7).contains(&order(1)), "dense order {} of {coarse:?}", order(1));
-        assert!((3.5..4.5).contains(&order(2)), "estimate {} of {coarse:?}", order(2));
+        for each in [false, true] {
+            let (coarse, fine) = (run(40, each), run(80, each));
+            let order = |i: usize| (coarse[i] / fine[i]).log2();
+            assert!((4.6..5.6).contains(&order(0)), "order {} of {coarse:?}", order(0));
+            assert!((3.7..4.7).contains(&order(1)), "dense order {} of {coarse:?}", order(1));
+            assert!((3.5..4.5).contains(&order(2)), "estimate {} of {coarse:?}", order(2));
+        }
     }
 
     /// q'' = -1e6 (q - cos t) - 2e3 (q' + sin t) - cos t: the solution is cos t plus a transient that is gone at once.
@@ -488,7 +595,7 @@ mod tests {
             d[0] = y[1];
             d[1] = -1e6 * (y[0] - t.cos()) - 2e3 * (y[1] + t.sin()) - t.cos();
         };
-        let (mut radau, mut y, mut next) = (Radau::new(1), vec![1.0 + 1e-3, 0.0], vec![0.0; 2]);
+        let (mut radau, mut y, mut next) = (Radau::with(1, false), vec![1.0 + 1e-3, 0.0], vec![0.0; 2]);
         let h = 0.1;
         for step in 0..20 {
             let (by_q, by_v) = radau.jacobian_mut();
@@ -510,7 +617,7 @@ mod tests {
     #[test]
     fn a_step_that_is_no_number_fails() {
         let mut f = |_: f64, _: &[f64], d: &mut [f64]| d.fill(f64::NAN);
-        let mut radau = Radau::new(1);
+        let mut radau = Radau::with(1, false);
         radau.jacobian_mut();
         assert!(radau.factor(0.1));
         let newton = radau.solve(&mut f, (0.0, &[0.0, 0.0], 0.1), &[1.0; 2], [1e-9, 0.0]);

@@ -47,6 +47,32 @@ impl Tape {
         self.run_any_tangents(registers, tangents);
     }
 
+    /// Runs the tape over four register files, interleaved, and its derivatives along some directions, the same at each of the four points.
+    ///
+    /// # Panics
+    /// As [`Tape::run_tangent`].
+    pub(crate) fn run_lanes_tangents(&self, registers: &mut [Lane], tangents: &mut [Lanes]) {
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[target_feature(enable = "avx2")]
+            fn wide(tape: &Tape, registers: &mut [Lane], tangents: &mut [Lanes]) {
+                tape.run_any_lanes_tangents(registers, tangents);
+            }
+            if std::arch::is_x86_feature_detected!("avx2") {
+                // SAFETY: the processor has AVX2.
+                return unsafe { wide(self, registers, tangents) };
+            }
+        }
+        self.run_any_lanes_tangents(registers, tangents);
+    }
+
+    #[inline(always)]
+    fn run_any_lanes_tangents(&self, registers: &mut [Lane], tangents: &mut [Lanes]) {
+        for instruction in &self.instructions {
+            instruction.run_lanes_tangents(registers, tangents);
+        }
+    }
+
     #[inline(always)]
     fn run_any_lanes(&self, registers: &mut [Lane]) {
         for instruction in &self.instructions {
@@ -86,6 +112,44 @@ impl Instruction {
     }
 
     #[inline(always)]
+    fn run_lanes_tangents(&self, registers: &mut [Lane], tangents: &mut [Lanes]) {
+        // Operands first: the target may be one of them.
+        let [a, b, c] = [self.a, self.b, self.c].map(|register| registers[register as usize]);
+        self.run_lanes(registers);
+        let value = registers[self.target as usize];
+        match self.operation {
+            Operation::Add => self.along(tangents, |da, db, _| add(da, db)),
+            Operation::Subtract => self.along(tangents, |da, db, _| subtract(da, db)),
+            Operation::Multiply => self.along(tangents, |da, db, _| add(chains(b, da), chains(a, db))),
+            Operation::MultiplyAdd => self.along(tangents, |da, db, dc| add(add(chains(b, da), chains(a, db)), dc)),
+            Operation::Divide => self.along(tangents, |da, db, _| divide(subtract(da, chains(value, db)), b)),
+            Operation::Negate => self.along(tangents, |da, _, _| da.map(|da| -da)),
+            Operation::SquareRoot => {
+                let slope = value.map(|value| 0.5 / value);
+                self.along(tangents, |da, _, _| chains(slope, da));
+            }
+            Operation::SinCos => {
+                let [sine, cosine] = [value.map(|value| -value), registers[self.c as usize]];
+                for k in 0..DIRECTIONS {
+                    let direction = tangents[self.a as usize][k];
+                    tangents[self.c as usize][k] = chains(sine, direction);
+                    tangents[self.target as usize][k] = chains(cosine, direction);
+                }
+            }
+            operation => self.along(tangents, |da, db, dc| alone_at(operation, value, [a, b, c], [da, db, dc])),
+        }
+    }
+
+    /// Derivatives of the target from those of the operands.
+    #[inline(always)]
+    fn along(&self, tangents: &mut [Lanes], of: impl Fn(Lane, Lane, Lane) -> Lane) {
+        for k in 0..DIRECTIONS {
+            let [da, db, dc] = [self.a, self.b, self.c].map(|register| tangents[register as usize][k]);
+            tangents[self.target as usize][k] = of(da, db, dc);
+        }
+    }
+
+    #[inline(always)]
     fn run_tangents(&self, registers: &mut [f64], tangents: &mut [Lane]) {
         // Operands first: the target may be one of them.
         let [a, b, c] = [self.a, self.b, self.c].map(|register| registers[register as usize]);
@@ -110,6 +174,10 @@ impl Instruction {
     }
 }
 
+/// Derivatives along so many directions at four points.
+pub(crate) const DIRECTIONS: usize = 3;
+pub(crate) type Lanes = [Lane; DIRECTIONS];
+
 /// One after the other, what seldom occurs.
 #[inline(never)]
 fn alone(operation: Operation, a: Lane, b: Lane, c: Lane) -> Lane {
@@ -122,6 +190,12 @@ fn alone_along(operation: Operation, value: f64, operands: [f64; 3], [da, db, dc
     std::array::from_fn(|i| operation.tangent(value, operands, [da[i], db[i], dc[i]]))
 }
 
+/// The same for derivatives at four points.
+#[inline(never)]
+fn alone_at(operation: Operation, value: Lane, [a, b, c]: [Lane; 3], [da, db, dc]: [Lane; 3]) -> Lane {
+    std::array::from_fn(|i| operation.tangent(value[i], [a[i], b[i], c[i]], [da[i], db[i], dc[i]]))
+}
+
 #[inline(always)]
 fn divide(a: Lane, b: Lane) -> Lane {
     [a[0] / b[0], a[1] / b[1], a[2] / b[2], a[3] / b[3]]
@@ -130,7 +204,13 @@ fn divide(a: Lane, b: Lane) -> Lane {
 /// slope * direction, but nothing for nothing.
 #[inline(always)]
 fn chain(slope: f64, direction: Lane) -> Lane {
-    let product = multiply(splat(slope), direction);
+    chains(splat(slope), direction)
+}
+
+/// The same with a slope for each.
+#[inline(always)]
+fn chains(slope: Lane, direction: Lane) -> Lane {
+    let product = multiply(slope, direction);
     let pick = |i: usize| if direction[i] == 0.0 { ZERO[i] } else { product[i] };
     [pick(0), pick(1), pick(2), pick(3)]
 }
@@ -221,6 +301,32 @@ mod tests {
                     for found in [&registers, &others] {
                         assert!(found.iter().zip(&values).all(|(a, b)| bits(*a) == bits(*b)), "{tape:?} {point:?}");
                     }
+                }
+            }
+        }
+    }
+    #[test]
+    fn directions_at_four_points_have_the_bits_of_one_after_the_other() {
+        let mut random = Random::new(7);
+        for tape in tapes() {
+            for _ in 0..300 {
+                let points = file(&mut random);
+                let start: [Lanes; REGISTERS] =
+                    std::array::from_fn(|_| std::array::from_fn(|_| std::array::from_fn(|_| number(&mut random))));
+                let [mut wide, mut any] = [start; 2];
+                let [mut registers, mut others] = [points; 2];
+                tape.run_lanes_tangents(&mut registers, &mut wide);
+                tape.run_any_lanes_tangents(&mut others, &mut any);
+                for (k, i) in (0..DIRECTIONS).flat_map(|k| (0..4).map(move |i| (k, i))) {
+                    let direction = |lanes: &[Lanes]| lanes.iter().map(|lanes| lanes[k]).collect::<Vec<Lane>>();
+                    let (mut values, mut alone) = (place(&points, i), place(&direction(&start), i));
+                    tape.run_tangent(&mut values, &mut alone);
+                    assert!(
+                        same(&direction(&wide), i, &alone),
+                        "{tape:?} {points:?} {start:?}: {wide:?} for {alone:?}"
+                    );
+                    assert!(same(&direction(&any), i, &alone), "{tape:?} {points:?} {start:?}: {any:?} for {alone:?}");
+                    assert!(same(&registers, i, &values) && same(&others, i, &values), "{tape:?} {points:?}");
                 }
             }
         }

@@ -7,6 +7,7 @@ mod tangent;
 
 use serde::{Deserialize, Serialize};
 
+pub(crate) use lanes::{DIRECTIONS, Lanes};
 pub use series::{ORDER, Series};
 
 /// A straight-line program: no branch, no loop, no memory but the registers.
