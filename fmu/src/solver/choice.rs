@@ -27,10 +27,12 @@ const VOTES: u32 = 8;
 /// A step times the fastest rate: what series and the explicit method may take, and from where on it holds them back.
 const STABLE: f64 = 5.0;
 const HELD_BACK: f64 = 3.5;
-/// Instructions of a tape run with derivatives, in those of the tape.
-const TANGENT: f64 = 2.5;
-/// Evaluations of an implicit step, and the share of steps with a Jacobian.
-const IMPLICIT_EVALUATIONS: f64 = 12.0;
+/// A tape run with derivatives along four directions, and along three at each of the nodes, in runs of the tape.
+const TANGENTS: f64 = 3.0;
+const TANGENTS_AT_NODES: f64 = 4.0;
+/// Runs of the tape in an implicit step: one at the nodes counts twice. And the share of steps with a Jacobian, unless each stage has its own.
+const IMPLICIT_RUNS: f64 = 12.0;
+const IMPLICIT_RUNS_EACH: f64 = 7.0;
 const JACOBIANS: f64 = 0.5;
 /// Evaluations of an explicit step.
 const EXPLICIT_EVALUATIONS: f64 = 13.0;
@@ -211,9 +213,14 @@ impl Engines<'_> {
         let model: &Model = context.model;
         let n = model.coordinates() as f64;
         let tape = model.program().tapes.acceleration.instructions.len() as f64;
-        // A real and a complex factorisation.
-        let algebra = 5.0 * n * n * n / 3.0 + 4.0 * 5.0 * n * n;
-        let implicit = (IMPLICIT_EVALUATIONS + JACOBIANS * 2.0 * n * TANGENT) * tape + algebra / 3.0;
+        let (runs, algebra) = if self.implicit.has_each() {
+            (IMPLICIT_RUNS_EACH + (2.0 * n / 3.0).ceil() * TANGENTS_AT_NODES, 9.0 * n * n * n + 3.0 * 9.0 * n * n)
+        } else {
+            // A real and a complex factorisation.
+            let algebra = 5.0 * n * n * n / 3.0 + 4.0 * 5.0 * n * n;
+            (IMPLICIT_RUNS + JACOBIANS * (2.0 * n / 4.0).ceil() * TANGENTS, algebra)
+        };
+        let implicit = runs * tape + algebra / 3.0;
         let other = match (context.settings.engine, &self.taylor) {
             (Engine::Taylor, Some(taylor)) => taylor.cost(),
             _ => EXPLICIT_EVALUATIONS * tape,

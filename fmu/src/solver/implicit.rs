@@ -65,6 +65,8 @@ pub struct Implicit {
     known: bool,
     /// Is the Jacobian the one of the anchor?
     current: bool,
+    /// A tolerance, and what the error estimate of one step may be at it.
+    share: [f64; 2],
 }
 
 /// What the method knows from the steps before.
@@ -154,6 +156,7 @@ impl Implicit {
             column: vec![0.0; n],
             known: false,
             current: false,
+            share: [0.0; 2],
         }
     }
 
@@ -161,6 +164,19 @@ impl Implicit {
     pub fn forget(&mut self) {
         self.known = false;
         self.current = false;
+    }
+
+    /// Has each stage of a step its own Jacobian?
+    pub fn has_each(&self) -> bool {
+        self.radau.has_each()
+    }
+
+    /// What the error estimate of one step may be.
+    fn share(&mut self, tolerance: f64) -> f64 {
+        if self.share[0] != tolerance {
+            self.share = [tolerance, share(tolerance)];
+        }
+        self.share[1]
     }
 
     /// How fast anything can change at most, judging by the last Jacobian \[1/s\].
@@ -339,7 +355,7 @@ impl Implicit {
     fn attempt(&mut self, context: &mut Context, run: &mut Continuation, end: f64, rejected: bool) -> Trial {
         let (time, h) = (run.front_time, end - run.front_time);
         let reject = |shorter: f64| Trial::Rejected { shorter, failure: None };
-        let share = share(context.settings.tolerance);
+        let share = self.share(context.settings.tolerance);
         self.tolerate(context, &run.front, h, share);
         self.guess(run, h);
         if !self.linearise(context, run, h) {
