@@ -63,6 +63,11 @@ impl Abreast {
         States { motion: motion(context, origin), abreast: self, times: None }
     }
 
+    /// Registers as the last pass at the nodes has left them.
+    pub fn registers(&self) -> &[Lane] {
+        &self.registers
+    }
+
     /// Derivatives of the accelerations by q and by v, row by row, at the state in the machine.
     pub fn differentiate(&mut self, model: &Model, machine: &mut Machine, by_q: &mut [f64], by_v: &mut [f64]) {
         let (n, first) = (model.coordinates(), model.layout().positions());

@@ -20,6 +20,8 @@ const FIRST_LOOK: u32 = 32;
 const MOST_PATIENCE: u32 = 4096;
 /// So many steps in a row must be held back: next to a singular pose everything can change fast too, but only there.
 const LOOKS: u32 = 4;
+/// So many steps after a singular pose it is passed.
+const AWAY: f64 = 4.0;
 /// So many attempts show at what pace the motion goes.
 const LOOK_AT_PACE: u64 = 4096;
 /// So many steps in a row must speak for the way back.
@@ -143,7 +145,7 @@ impl Engines<'_> {
         while run.front_time < horizon.target {
             pace.check(context, run, horizon.target)?;
             if context.settings.engine == Engine::Radau {
-                self.implicit.single(context, run, horizon)?;
+                self.implicit.single(context, run, horizon, false)?;
             } else if run.choice.stiff {
                 self.stiff_step(context, run, horizon)?;
             } else {
@@ -174,10 +176,13 @@ impl Engines<'_> {
     }
 
     fn stiff_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
-        self.implicit.single(context, run, horizon)?;
+        let goes_on = self.implicit.single(context, run, horizon, true)?;
         run.series = None;
         let possible = run.choice.held_back.max(STABLE / self.implicit.rate(context.model));
-        if run.choice.returns(run.step < possible * self.cost_ratio(context)) {
+        if !goes_on {
+            run.choice = Choice::new();
+        }
+        if !goes_on || run.choice.returns(run.step < possible * self.cost_ratio(context)) {
             // Series find their own step.
             run.step = if context.settings.engine == Engine::Taylor { 0.0 } else { possible };
             self.explicit.forget();
@@ -198,7 +203,7 @@ impl Engines<'_> {
             }
         }
         // The implicit method knows nothing of singular poses.
-        let regular = run.ahead == 0.0 && run.pose.is_none();
+        let regular = run.ahead == 0.0 && run.pose.is_none_or(|pose| pose < run.front_time - AWAY * run.step);
         if context.settings.automatic && regular && run.choice.looks() {
             let held_back = run.step * self.implicit.fastest_rate(context, run) > HELD_BACK;
             run.choice.look(held_back);

@@ -8,9 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::abreast::Abreast;
 use super::accelerations::finite;
 use super::continuation::Continuation;
+use super::dependence::singular_ahead;
 use super::dynamic::{Horizon, motion, underflow};
 use super::length::{STRETCH, shortest, within};
 use super::radau::{DENSE_ORDER, Newton, Radau, evaluate};
+use super::singular::is_jump;
 use super::{Context, Engine, Failure};
 use crate::math;
 use crate::model::Model;
@@ -48,6 +50,8 @@ const SMALLEST_ERROR: f64 = 1e-10;
 const REMEMBERED: f64 = 1e-2;
 /// Longest first step [s].
 const LONGEST_START: f64 = 1.0;
+/// A loop equation that is closer to the others by this factor than it has been may be about to depend on them.
+const CLOSE: f64 = 100.0;
 /// The motion before is continued over at most so many times its last step for a first guess.
 const EXTRAPOLATED: f64 = 8.0;
 
@@ -65,6 +69,8 @@ pub struct Implicit {
     known: bool,
     /// Is the Jacobian the one of the anchor?
     current: bool,
+    /// 1 / r^2 of each loop equation at the front, where r is how far it is from the others.
+    front: Vec<f64>,
     /// A tolerance, and what the error estimate of one step may be at it.
     share: [f64; 2],
 }
@@ -97,6 +103,8 @@ enum Trial {
         shorter: f64,
         failure: Option<Failure>,
     },
+    /// A singular pose may be in the step.
+    Unsteady,
 }
 
 impl Memory {
@@ -156,6 +164,7 @@ impl Implicit {
             column: vec![0.0; n],
             known: false,
             current: false,
+            front: vec![0.0; model.program().tapes.closeness.len()],
             share: [0.0; 2],
         }
     }
@@ -246,9 +255,20 @@ impl Implicit {
         }
     }
 
-    /// One accepted step from the front.
-    pub fn single(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+    /// One accepted step from the front; or none, and false, if there may be a singular pose in it and another engine can take over.
+    pub fn single(
+        &mut self,
+        context: &mut Context,
+        run: &mut Continuation,
+        horizon: Horizon,
+        handing_over: bool,
+    ) -> Result<bool, Failure> {
         self.begin(context, run)?;
+        if self.is_close(run)
+            && let Some(failure) = singular_ahead(context, run)
+        {
+            return if handing_over { Ok(false) } else { Err(failure) };
+        }
         let time = run.front_time;
         let shortest = shortest(time);
         let mut rejected = false;
@@ -265,7 +285,21 @@ impl Implicit {
                     // A step cut short by a limit says nothing against the natural length.
                     run.step = if limited && !rejected { proposed.max(natural) } else { proposed };
                     context.statistics.steps += 1;
-                    return Ok(());
+                    return Ok(true);
+                }
+                Trial::Unsteady => {
+                    rejected = true;
+                    context.statistics.rejected += 1;
+                    run.step = 0.5 * h;
+                    if handing_over {
+                        return Ok(false);
+                    }
+                    if let Some(failure) = singular_ahead(context, run) {
+                        return Err(failure);
+                    }
+                    if run.step < shortest {
+                        return Err(underflow(context.model, time, self.radau.first(), None));
+                    }
                 }
                 Trial::Rejected { shorter, failure } => {
                     rejected = true;
@@ -287,6 +321,9 @@ impl Implicit {
         if !self.known {
             self.radau.begin(&mut motion(context, &run.origin), run.front_time, &run.front);
             self.known = true;
+            let closeness = context.model.program().tapes.closeness.iter();
+            let values = closeness.map(|&register| context.machine.registers()[register as usize].abs());
+            self.front.iter_mut().zip(values).for_each(|(place, value)| *place = value);
         }
         finite(context.model, run.front_time, &self.radau.first()[context.model.coordinates()..])?;
         if self.radau.has_each() {
@@ -380,6 +417,9 @@ impl Implicit {
             });
         }
         radau.end(&run.front, next);
+        if !self.is_steady(context.model) {
+            return Trial::Unsteady;
+        }
         if let Err(failure) = self.close(context, run, end) {
             return Trial::Rejected { shorter: 0.5, failure: Some(failure) };
         }
@@ -401,6 +441,27 @@ impl Implicit {
         radau.last_stage((run.front_time, h), &mut run.implicit.anchor);
         (run.implicit.anchored, self.current) = (true, true);
         regular
+    }
+
+    /// Is a loop equation at the front much closer to the others than it has been?
+    fn is_close(&self, run: &mut Continuation) -> bool {
+        let rows = run.smallest.iter_mut().zip(&self.front);
+        rows.fold(false, |close, (smallest, front)| {
+            *smallest = math::minimum(*front, *smallest);
+            close || *front > CLOSE * CLOSE * *smallest
+        })
+    }
+
+    /// Does no loop equation come so much closer to the others within the step, or go so much further from them, that there could be a singular pose in
+    /// it?
+    fn is_steady(&self, model: &Model) -> bool {
+        let rows = model.program().tapes.closeness.iter().zip(&self.front);
+        rows.into_iter().all(|(&register, front)| {
+            let stages = self.abreast.registers()[register as usize].map(f64::abs);
+            let values = [*front, stages[0], stages[1], stages[2]];
+            let largest = values.into_iter().fold(0.0, math::maximum);
+            !is_jump(values.into_iter().fold(f64::INFINITY, math::minimum), largest)
+        })
     }
 
     /// What rounding makes of the stages, in units of the tolerances: rates are differences of positions over the step.
