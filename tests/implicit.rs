@@ -179,6 +179,49 @@ fn only_stiff_motion_changes_the_engine() {
     }
 }
 
+/// Two masses on a rail: one on a soft spring, the other coupled to it by this law (its stretch is d, its rate w).
+fn coupled(law: &str) -> String {
+    let law = law.replace('d', "(b.x-a.x-l)").replace('w', "(b.vx-a.vx)");
+    let body = |name: &str, mass: f64, load: &str| {
+        format!(
+            "[bodies.{name}]\nmass={mass}\n[joints.rail_{name}]\ntype=\"prismatic\"\nbetween=[\"ground\", \"{name}\"]\naxis=[1, 0]\n\
+             [loads.on_{name}]\ntype=\"force\"\non=\"{name}\"\nvector=[\"{load}\", 0]\n"
+        )
+    };
+    format!(
+        "format=1\nname=\"coupled\"\n[parameters]\nl=\"1 m\"\nk=\"100 N/m\"\n{}{}[initial]\n\"a.x\"=0.3\n\"b.x\"=1.35\n\"a.vx\"=0\n\"b.vx\"=0.1\n\
+         [experiment]\nstop=5\ntolerance=1e-6\n",
+        body("a", 1.0, &format!("{law} - k*a.x")),
+        body("b", 0.5, &format!("-({law})")),
+    )
+}
+
+/// A stiff spring behind a soft start, and a damper that hardly lets anything move.
+#[test]
+fn motion_that_becomes_stiff_and_motion_that_is_from_the_start_meet_the_tolerance() {
+    let soft_start = coupled("d*(100 + 1e7/(1 + exp(-20*(t-1)))) + w*(1 + 4000/(1 + exp(-20*(t-1))))");
+    let damper = coupled("1e5*w");
+    for (text, reference) in [(soft_start, Engine::Dop853), (damper, Engine::Radau)] {
+        let model = model(&text);
+        let run = |engine, tolerance| {
+            let mut instance = started(&model, engine, 5.0, tolerance);
+            let mut motions = Vec::new();
+            for point in 1..=50 {
+                instance.step_to(0.1 * f64::from(point)).expect("regular");
+                motions.push(motion(&instance));
+            }
+            (motions, instance.statistics())
+        };
+        let (exact, _) = run(Some(reference), 1e-11);
+        for tolerance in [1e-3, 1e-4, 1e-6, 1e-8] {
+            let (chosen, work) = run(None, tolerance);
+            let worst = chosen.iter().zip(&exact).map(|(a, b)| distance(a, b)).fold(0.0, f64::max);
+            assert!(worst < 5.0 * tolerance, "{tolerance:e}: {worst:e}");
+            assert!(work.jacobians > 0 && work.evaluations < 10_000, "{tolerance:e}: {work:?}");
+        }
+    }
+}
+
 #[test]
 fn relaxation_oscillations_take_few_steps() {
     let model = model(&van_der_pol(100.0));
