@@ -10,6 +10,7 @@ use std::sync::Arc;
 use cotree::pipeline::compile;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
+use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{Engine, Motion};
 use counting::allocations;
@@ -126,6 +127,49 @@ fn the_models_and_random_mechanisms_move_as_with_the_explicit_method() {
         compared += 1;
     }
     assert!(compared > 15, "{compared}");
+}
+
+/// At four random states, and along four directions, every kernel of the models has the bits that it has alone.
+#[test]
+fn kernels_at_four_points_have_the_bits_of_one_after_the_other() {
+    let mut seed = 0_u32;
+    let mut random = || {
+        seed += 1;
+        (f64::from(seed) * 12.9898).sin() * 3.0
+    };
+    let bits = |value: f64| if value.is_nan() { f64::NAN.to_bits() } else { value.to_bits() };
+    let mut compared = 0;
+    let models = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("models")).expect("the models");
+    for scene in models.map(|folder| folder.expect("a model").path().join("scene.toml")).filter(|path| path.is_file()) {
+        let model = model(&std::fs::read_to_string(&scene).expect("a scene"));
+        let (layout, tapes) = (model.layout(), &model.program().tapes);
+        let mut machine = Machine::new(&model);
+        machine.load(&model, &model.default_state(0.0));
+        for tape in [&tapes.acceleration, &tapes.constraint, &tapes.gamma, &tapes.outputs] {
+            let files: [Vec<f64>; 4] = std::array::from_fn(|_| {
+                let mut file = machine.registers().to_vec();
+                file[layout.positions()..layout.constants()].fill_with(&mut random);
+                file
+            });
+            let lanes: Vec<[f64; 4]> = (0..files[0].len()).map(|i| std::array::from_fn(|k| files[k][i])).collect();
+            let mut directions = vec![[0.0; 4]; lanes.len()];
+            directions[layout.positions()..layout.constants()].fill_with(|| std::array::from_fn(|_| random()));
+            let (mut points, mut tangents, mut point) = (lanes.clone(), directions.clone(), files[0].clone());
+            tape.run_lanes(&mut points);
+            tape.run_tangents(&mut point, &mut tangents);
+            for (k, file) in files.iter().enumerate() {
+                let (mut alone, mut first) = (file.clone(), files[0].clone());
+                let mut along: Vec<f64> = directions.iter().map(|lane| lane[k]).collect();
+                tape.run(&mut alone);
+                tape.run_tangent(&mut first, &mut along);
+                let same =
+                    |lanes: &[[f64; 4]], alone: &[f64]| lanes.iter().zip(alone).all(|(a, b)| bits(a[k]) == bits(*b));
+                assert!(same(&points, &alone) && same(&tangents, &along), "{}", scene.display());
+            }
+            compared += tape.instructions.len();
+        }
+    }
+    assert!(compared > 1000, "{compared}");
 }
 
 #[test]

@@ -16,7 +16,7 @@ pub(super) struct Abreast {
     registers: Vec<Lane>,
     /// Derivatives along four directions.
     tangents: Vec<Lane>,
-    /// Derivatives along some directions, at the nodes.
+    /// Derivatives along some directions, at the nodes; none if one Jacobian serves all of them.
     several: Vec<Lanes>,
     /// Registers that the kernel reads besides q and v: what may change with time, and what may not.
     signals: Vec<usize>,
@@ -34,8 +34,8 @@ pub(super) struct States<'a> {
 }
 
 impl Abreast {
-    /// Storage for a model.
-    pub fn new(model: &Model) -> Self {
+    /// Storage for a model; has each node its own Jacobian?
+    pub fn new(model: &Model, each: bool) -> Self {
         let (program, layout) = (model.program(), model.layout());
         let size = program.registers as usize;
         let read = read(&program.tapes.acceleration, size);
@@ -48,7 +48,7 @@ impl Abreast {
         Self {
             registers: vec![ZERO; size],
             tangents: vec![ZERO; size],
-            several: vec![[ZERO; DIRECTIONS]; size],
+            several: vec![[ZERO; DIRECTIONS]; if each { size } else { 0 }],
             signals,
             constants,
             directions,

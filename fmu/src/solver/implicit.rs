@@ -155,9 +155,10 @@ impl Implicit {
     /// Storage for a model.
     pub fn allocate(model: &Model) -> Self {
         let n = model.coordinates();
+        let radau = Radau::new(n);
         Self {
-            radau: Radau::new(n),
-            abreast: Abreast::new(model),
+            abreast: Abreast::new(model, radau.has_each()),
+            radau,
             next: vec![0.0; 2 * n],
             tolerances: vec![0.0; 2 * n],
             tangents: vec![0.0; model.program().registers as usize],

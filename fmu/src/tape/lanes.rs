@@ -12,7 +12,7 @@ impl Tape {
     ///
     /// # Panics
     /// As [`Tape::run`].
-    pub(crate) fn run_lanes(&self, registers: &mut [Lane]) {
+    pub fn run_lanes(&self, registers: &mut [Lane]) {
         #[cfg(target_arch = "x86_64")]
         {
             #[target_feature(enable = "avx2")]
@@ -32,7 +32,7 @@ impl Tape {
     ///
     /// # Panics
     /// As [`Tape::run_tangent`].
-    pub(crate) fn run_tangents(&self, registers: &mut [f64], tangents: &mut [Lane]) {
+    pub fn run_tangents(&self, registers: &mut [f64], tangents: &mut [Lane]) {
         #[cfg(target_arch = "x86_64")]
         {
             #[target_feature(enable = "avx2")]
