@@ -71,7 +71,7 @@ fn study(case: &Case, methods: &[Method]) -> Vec<(&'static str, Row)> {
     let applies = |engine: Option<Engine>| match engine {
         None => true,
         Some(Engine::Radau) => case.family.contains(STIFF),
-        Some(_) => loops && case.stop < SHORT,
+        Some(_) => loops && case.stop < SHORT && !case.family.contains(STIFF),
     };
     let mut rows = Vec::new();
     for &(method, engine) in methods.iter().filter(|(_, engine)| applies(*engine)) {

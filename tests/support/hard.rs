@@ -448,7 +448,7 @@ pub fn neutral_with_flap(seed: u64) -> Case {
         .load("hinge_spring", spring)
         .initial("flap.angle", rocker)
         .initial("flap.omega", omega);
-    Case::new("change point, stiff spring", scene, 8.0, vec![bars.law()]).driven().at(&[1e-3, 1e-4, 1e-5, 1e-6])
+    Case::new("change point, stiff spring", scene, 8.0, vec![bars.law()]).driven().at(&[1e-3, 1e-4, 1e-6, 1e-8, 1e-10])
 }
 
 /// N four-bar loops of bars of length 1 side by side (IFToMM benchmark A02).

@@ -12,7 +12,7 @@ use super::dependence::end_of_reach;
 use super::dynamic::{Dynamic, Horizon, MOST_STEPS};
 use super::implicit::Implicit;
 use super::taylor::{Reading, Taylor};
-use super::{Engine, Failure};
+use super::{Engine, Failure, Settings};
 use crate::model::{Model, State};
 
 /// Steps before the first look at the fastest rate. After each look that finds nothing it takes twice as many, after each trial that fails four times.
@@ -22,6 +22,8 @@ const MOST_PATIENCE: u32 = 4096;
 const LOOKS: u32 = 4;
 /// So many steps after a singular pose it is passed.
 const AWAY: f64 = 4.0;
+/// Steps that stiffness holds back pass a singular pose at this tolerance or a larger one.
+const COARSE: f64 = 1e-5;
 /// So many attempts show at what pace the motion goes.
 const LOOK_AT_PACE: u64 = 4096;
 /// So many steps in a row must speak for the way back.
@@ -52,11 +54,23 @@ pub(super) struct Choice {
     suspected: u32,
     /// The step at which the other engine was held back \[s\].
     held_back: f64,
+    /// Has the implicit method been in charge?
+    has_been_stiff: bool,
+    /// Does stiffness hold steps back that come to a singular pose?
+    passing: bool,
 }
 
 impl Choice {
     pub fn new() -> Self {
-        Self { stiff: false, count: 0, patience: FIRST_LOOK, suspected: 0, held_back: 0.0 }
+        Self {
+            stiff: false,
+            count: 0,
+            patience: FIRST_LOOK,
+            suspected: 0,
+            held_back: 0.0,
+            has_been_stiff: false,
+            passing: false,
+        }
     }
 
     /// Is it one that a run would write?
@@ -77,8 +91,9 @@ impl Choice {
     fn look(&mut self, held_back: bool) {
         self.suspected = if held_back { self.suspected + 1 } else { 0 };
         self.stiff = self.suspected >= LOOKS;
+        self.has_been_stiff |= self.stiff;
         if self.stiff || !held_back {
-            (self.count, self.suspected) = (0, 0);
+            (self.count, self.suspected, self.passing) = (0, 0, false);
             self.patience = MOST_PATIENCE.min(self.patience * if self.stiff { 4 } else { 2 });
         }
     }
@@ -124,6 +139,11 @@ impl Pace {
         (self.attempts, self.time) = (attempts(context), run.front_time);
         Ok(())
     }
+}
+
+/// Is no singular pose near, as far as is known?
+fn is_regular(run: &Continuation) -> bool {
+    run.ahead == 0.0 && run.pose.is_none_or(|pose| pose < run.front_time - AWAY * run.step)
 }
 
 /// Steps tried.
@@ -180,7 +200,7 @@ impl Engines<'_> {
         run.series = None;
         let possible = run.choice.held_back.max(STABLE / self.implicit.rate(context.model));
         if !goes_on {
-            run.choice = Choice::new();
+            run.choice = Choice { has_been_stiff: true, passing: true, ..Choice::new() };
         }
         if !goes_on || run.choice.returns(run.step < possible * self.cost_ratio(context)) {
             // Series find their own step.
@@ -195,6 +215,14 @@ impl Engines<'_> {
 
     fn other_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
         run.implicit.forget();
+        if run.choice.has_been_stiff && run.ahead > 0.0 && !run.choice.passing {
+            run.choice.passing = self.is_held_back(context, run);
+        }
+        // Stiffness keeps the steps so short that they are much better than the tolerance; next to the pose rounding errors are not.
+        let coarse = Settings { tolerance: context.settings.tolerance.max(COARSE), ..*context.settings };
+        let settings = if run.choice.passing && !is_regular(run) { &coarse } else { context.settings };
+        let Context { model, machine, projection, statistics, .. } = context;
+        let context = &mut Context { model, machine, projection, statistics, settings };
         match (context.settings.engine, &mut self.taylor) {
             (Engine::Taylor, Some(taylor)) => taylor.single(context, self.explicit, run, horizon)?,
             _ => {
@@ -203,14 +231,19 @@ impl Engines<'_> {
             }
         }
         // The implicit method knows nothing of singular poses.
-        let regular = run.ahead == 0.0 && run.pose.is_none_or(|pose| pose < run.front_time - AWAY * run.step);
-        if context.settings.automatic && regular && run.choice.looks() {
-            let held_back = run.step * self.implicit.fastest_rate(context, run) > HELD_BACK;
+        if context.settings.automatic && is_regular(run) && run.choice.looks() {
+            let held_back = self.is_held_back(context, run);
             run.choice.look(held_back);
             run.choice.held_back = run.step;
-            self.implicit.forget();
         }
         Ok(())
+    }
+
+    /// Is the step as long as the fastest rate permits?
+    fn is_held_back(&mut self, context: &mut Context, run: &Continuation) -> bool {
+        let rate = self.implicit.fastest_rate(context, run);
+        self.implicit.forget();
+        run.step * rate > HELD_BACK
     }
 
     /// What an implicit step costs, in steps of the engine that the settings name.

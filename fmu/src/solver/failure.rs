@@ -123,7 +123,7 @@ pub enum Failure {
     },
     /// Branches of the motion meet ahead, and the implicit method evaluates what does not tell them apart there.
     #[error(
-        "at t = {time} s the mechanism comes to a singular pose: {} depend on each other there, and the implicit method does not see on which branch the motion goes on; use `method = \"explicit\"`, or leave the choice to the program", list(.joints)
+        "at t = {time} s the mechanism comes to a singular pose: {} depend on each other there, and the implicit method does not see on which branch the motion goes on; leave the choice of the method to the program", list(.joints)
     )]
     SingularAhead {
         /// When [s].
