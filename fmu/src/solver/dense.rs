@@ -147,8 +147,15 @@ impl<T: Scalar> Lu<T> {
     }
 }
 
+/// In four sums, so that not every addition waits for the one before.
 fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
-    a.iter().zip(b).map(|(a, b)| *a * *b).sum()
+    let (a, rest) = a.as_chunks::<4>();
+    let (b, last) = b.split_at(4 * a.len());
+    let mut sums = [T::default(); 4];
+    for (a, b) in a.iter().zip(b.as_chunks::<4>().0) {
+        sums.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum += *a * *b);
+    }
+    sums.into_iter().chain(rest.iter().zip(last).map(|(a, b)| *a * *b)).sum()
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ use crate::math;
 use crate::model::Model;
 
 /// The error estimate is of order 3, the step of order 5: so much of tolerance^(4/5) makes the error of the motion follow the tolerance.
-const SHARE_OF_TOLERANCE: f64 = 0.05;
+const SHARE_OF_TOLERANCE: f64 = 0.03;
 /// Rounding is larger than an error below this.
 const FINEST: f64 = 1e-13;
 /// Newton's iterations end at this share of the root of what an error estimate may be: a step is better than its error estimate by as much.
