@@ -111,6 +111,7 @@ impl Instruction {
         registers[self.target as usize] = value;
     }
 
+    #[allow(clippy::needless_range_loop, reason = "a closure would not be compiled for AVX2")]
     #[inline(always)]
     fn run_lanes_tangents(&self, registers: &mut [Lane], tangents: &mut [Lanes]) {
         // Operands first: the target may be one of them.
@@ -141,6 +142,7 @@ impl Instruction {
     }
 
     /// Derivatives of the target from those of the operands.
+    #[allow(clippy::needless_range_loop, reason = "a closure would not be compiled for AVX2")]
     #[inline(always)]
     fn along(&self, tangents: &mut [Lanes], of: impl Fn(Lane, Lane, Lane) -> Lane) {
         for k in 0..DIRECTIONS {
