@@ -35,7 +35,9 @@ pub fn explain(equations: &Equations, model: &Model, failure: &Failure) -> Fault
             Fault::new("assembly::conflict", failure.to_string(), owner_span(equations, &gap.owner))
                 .label("contradicts the others")
         }
-        Failure::Undecided { joints, .. } | Failure::EndOfReach { joints, .. } => {
+        Failure::Undecided { joints, .. }
+        | Failure::EndOfReach { joints, .. }
+        | Failure::SingularAhead { joints, .. } => {
             let span = joints.first().map_or_else(Span::default, |joint| owner_span(equations, joint));
             Fault::new("assembly::singular", failure.to_string(), span).label("depends on the others in this pose")
         }

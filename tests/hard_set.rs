@@ -10,7 +10,7 @@ use cotree::pipeline::compile;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
-use support::hard::{Case, FourBar, Outcome, Points, cases, nearly_neutral, neutral};
+use support::hard::{Case, FourBar, Outcome, Points, cases, nearly_neutral, neutral, neutral_with_flap};
 
 /// Those that take long are for the example.
 const LONG: [&str; 4] = ["1000 s", "10 000 rpm for 60 s", "four-bars side by side, 5-100", "Jansen's leg, 1000 turns"];
@@ -41,6 +41,36 @@ fn no_run_leaves_its_branch() {
         }
         assert!(runs > 250, "{engine:?}: {runs}");
     }
+}
+
+/// While the motion is stiff the implicit method is in charge, but another engine passes the poses; alone it stops before them.
+#[test]
+fn a_stiff_spring_takes_no_motion_off_its_branch() {
+    for seed in 0..4 {
+        let case = neutral_with_flap(seed);
+        let model = case.model().expect("a sound scene");
+        for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+            for points in [Points::Even(50), Points::Uneven(40)] {
+                let run = format!("{} at {tolerance:e}, {points:?}", case.scene.name.text);
+                check(&case, &run, case.run(&model, None, tolerance, points), tolerance);
+                let alone = case.run(&model, Some(Engine::Radau), tolerance, points);
+                assert!(
+                    matches!(&alone, Outcome::Failed(why) if why.contains("comes to a singular pose")),
+                    "{run}: {alone:?}"
+                );
+            }
+        }
+    }
+    let mut instance = Instance::new(neutral_with_flap(3).model().expect("a sound scene"));
+    instance.setup(0.0, Some(8.0), Some(1e-6)).expect("times");
+    instance.initialise().expect("consistent");
+    let mut passed = 0;
+    for point in 1..=80 {
+        instance.step_to(0.1 * f64::from(point)).expect("the motion goes on");
+        passed += instance.take_passages().len();
+    }
+    let done = instance.statistics();
+    assert!(passed > 8 && done.jacobians > 200 && done.steps < 2000, "{passed} {done:?}");
 }
 
 fn check(case: &Case, run: &str, outcome: Outcome, tolerance: f64) {

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use cotree::pipeline::compile;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
+use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{Engine, Motion};
 use counting::allocations;
@@ -128,6 +129,49 @@ fn the_models_and_random_mechanisms_move_as_with_the_explicit_method() {
     assert!(compared > 15, "{compared}");
 }
 
+/// At four random states, and along four directions, every kernel of the models has the bits that it has alone.
+#[test]
+fn kernels_at_four_points_have_the_bits_of_one_after_the_other() {
+    let mut seed = 0_u32;
+    let mut random = || {
+        seed += 1;
+        (f64::from(seed) * 12.9898).sin() * 3.0
+    };
+    let bits = |value: f64| if value.is_nan() { f64::NAN.to_bits() } else { value.to_bits() };
+    let mut compared = 0;
+    let models = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("models")).expect("the models");
+    for scene in models.map(|folder| folder.expect("a model").path().join("scene.toml")).filter(|path| path.is_file()) {
+        let model = model(&std::fs::read_to_string(&scene).expect("a scene"));
+        let (layout, tapes) = (model.layout(), &model.program().tapes);
+        let mut machine = Machine::new(&model);
+        machine.load(&model, &model.default_state(0.0));
+        for tape in [&tapes.acceleration, &tapes.constraint, &tapes.gamma, &tapes.outputs] {
+            let files: [Vec<f64>; 4] = std::array::from_fn(|_| {
+                let mut file = machine.registers().to_vec();
+                file[layout.positions()..layout.constants()].fill_with(&mut random);
+                file
+            });
+            let lanes: Vec<[f64; 4]> = (0..files[0].len()).map(|i| std::array::from_fn(|k| files[k][i])).collect();
+            let mut directions = vec![[0.0; 4]; lanes.len()];
+            directions[layout.positions()..layout.constants()].fill_with(|| std::array::from_fn(|_| random()));
+            let (mut points, mut tangents, mut point) = (lanes.clone(), directions.clone(), files[0].clone());
+            tape.run_lanes(&mut points);
+            tape.run_tangents(&mut point, &mut tangents);
+            for (k, file) in files.iter().enumerate() {
+                let (mut alone, mut first) = (file.clone(), files[0].clone());
+                let mut along: Vec<f64> = directions.iter().map(|lane| lane[k]).collect();
+                tape.run(&mut alone);
+                tape.run_tangent(&mut first, &mut along);
+                let same =
+                    |lanes: &[[f64; 4]], alone: &[f64]| lanes.iter().zip(alone).all(|(a, b)| bits(a[k]) == bits(*b));
+                assert!(same(&points, &alone) && same(&tangents, &along), "{}", scene.display());
+            }
+            compared += tape.instructions.len();
+        }
+    }
+    assert!(compared > 1000, "{compared}");
+}
+
 #[test]
 fn the_stiff_slider_crank_ends_where_quadruple_precision_puts_it() {
     let model = model(&stiff());
@@ -176,6 +220,49 @@ fn only_stiff_motion_changes_the_engine() {
     for name in ["bench_slider_crank", "double_pendulum", "vibration", "andrews"] {
         let stop = if name == "andrews" { 0.03 } else { 5.0 };
         assert_eq!(run(&file(&format!("models/{name}/scene.toml")), stop, 1e-8).factorisations, 0, "{name}");
+    }
+}
+
+/// Two masses on a rail: one on a soft spring, the other coupled to it by this law (its stretch is d, its rate w).
+fn coupled(law: &str) -> String {
+    let law = law.replace('d', "(b.x-a.x-l)").replace('w', "(b.vx-a.vx)");
+    let body = |name: &str, mass: f64, load: &str| {
+        format!(
+            "[bodies.{name}]\nmass={mass}\n[joints.rail_{name}]\ntype=\"prismatic\"\nbetween=[\"ground\", \"{name}\"]\naxis=[1, 0]\n\
+             [loads.on_{name}]\ntype=\"force\"\non=\"{name}\"\nvector=[\"{load}\", 0]\n"
+        )
+    };
+    format!(
+        "format=1\nname=\"coupled\"\n[parameters]\nl=\"1 m\"\nk=\"100 N/m\"\n{}{}[initial]\n\"a.x\"=0.3\n\"b.x\"=1.35\n\"a.vx\"=0\n\"b.vx\"=0.1\n\
+         [experiment]\nstop=5\ntolerance=1e-6\n",
+        body("a", 1.0, &format!("{law} - k*a.x")),
+        body("b", 0.5, &format!("-({law})")),
+    )
+}
+
+/// A stiff spring behind a soft start, and a damper that hardly lets anything move.
+#[test]
+fn motion_that_becomes_stiff_and_motion_that_is_from_the_start_meet_the_tolerance() {
+    let soft_start = coupled("d*(100 + 1e7/(1 + exp(-20*(t-1)))) + w*(1 + 4000/(1 + exp(-20*(t-1))))");
+    let damper = coupled("1e5*w");
+    for (text, reference) in [(soft_start, Engine::Dop853), (damper, Engine::Radau)] {
+        let model = model(&text);
+        let run = |engine, tolerance| {
+            let mut instance = started(&model, engine, 5.0, tolerance);
+            let mut motions = Vec::new();
+            for point in 1..=50 {
+                instance.step_to(0.1 * f64::from(point)).expect("regular");
+                motions.push(motion(&instance));
+            }
+            (motions, instance.statistics())
+        };
+        let (exact, _) = run(Some(reference), 1e-11);
+        for tolerance in [1e-3, 1e-4, 1e-6, 1e-8] {
+            let (chosen, work) = run(None, tolerance);
+            let worst = chosen.iter().zip(&exact).map(|(a, b)| distance(a, b)).fold(0.0, f64::max);
+            assert!(worst < 5.0 * tolerance, "{tolerance:e}: {worst:e}");
+            assert!(work.jacobians > 0 && work.evaluations < 10_000, "{tolerance:e}: {work:?}");
+        }
     }
 }
 

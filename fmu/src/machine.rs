@@ -1,6 +1,7 @@
 //! The register file on which a model's tapes run.
 
 use crate::model::{Model, State, motion};
+use crate::series::lane::Lane;
 use crate::tape::Tape;
 
 /// A register file with the constants of one model in it. Allocated once; nothing allocates afterwards.
@@ -77,6 +78,11 @@ impl Machine {
     pub fn differentiate(&mut self, tape: &Tape, tangents: &mut [f64], results: &mut [f64]) {
         tape.run_tangent(&mut self.registers, tangents);
         results.iter_mut().zip(tape.results(tangents)).for_each(|(place, value)| *place = value);
+    }
+
+    /// Runs a tape together with its derivatives along four directions.
+    pub(crate) fn run_tangents(&mut self, tape: &Tape, tangents: &mut [Lane]) {
+        tape.run_tangents(&mut self.registers, tangents);
     }
 
     /// Runs a tape and copies its first results out.

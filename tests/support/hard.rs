@@ -430,6 +430,27 @@ pub fn nearly_neutral(seed: u64, defect: f64) -> FourBar {
     bars
 }
 
+/// One of these whose rocker carries a flap on a stiff spring with critical damping, turning along with it.
+pub fn neutral_with_flap(seed: u64) -> Case {
+    const STIFFNESS: f64 = 1e6;
+    const INERTIA: f64 = 0.05;
+    let bars = neutral(seed);
+    let [coupler, rocker] = bars.angles();
+    // Of the velocities of the loop.
+    let along = |angle: f64| [-angle.sin(), angle.cos()];
+    let ([a, b, c], r) = ([along(bars.angle), along(coupler), along(rocker)], bars.crank * bars.omega);
+    let omega = r * (a[0] * b[1] - a[1] * b[0]) / (bars.rocker * (c[0] * b[1] - c[1] * b[0]));
+    let spring = Load::torsion_spring("rocker", "flap", STIFFNESS).damping(2.0 * (STIFFNESS * INERTIA).sqrt());
+    let scene = bars
+        .scene(&format!("flap_{seed}"))
+        .body("flap", Body::new().mass(0.1).inertia(INERTIA))
+        .revolute("hinge", "rocker.b", "flap")
+        .load("hinge_spring", spring)
+        .initial("flap.angle", rocker)
+        .initial("flap.omega", omega);
+    Case::new("change point, stiff spring", scene, 8.0, vec![bars.law()]).driven().at(&[1e-3, 1e-4, 1e-6, 1e-8, 1e-10])
+}
+
 /// N four-bar loops of bars of length 1 side by side (IFToMM benchmark A02).
 pub fn loops(count: usize, angle: f64, speed: f64) -> Case {
     let mut scene = Scene::new(&format!("loops_{count}")).gravity([0.0, -9.81]);

@@ -3,64 +3,64 @@
 use crate::math;
 
 /// Numbers in a lane.
-pub(super) const WIDTH: usize = 4;
+pub(crate) const WIDTH: usize = 4;
 
 /// Four numbers that take part in the same operation.
-pub(super) type Lane = [f64; WIDTH];
+pub(crate) type Lane = [f64; WIDTH];
 
 /// Nothing.
-pub(super) const ZERO: Lane = [0.0; WIDTH];
+pub(crate) const ZERO: Lane = [0.0; WIDTH];
 
 /// Lanes that hold so many numbers.
-pub(super) fn lanes(count: usize) -> usize {
+pub(crate) fn lanes(count: usize) -> usize {
     count.div_ceil(WIDTH)
 }
 
 /// One number in every place.
 #[inline(always)]
-pub(super) fn splat(value: f64) -> Lane {
+pub(crate) fn splat(value: f64) -> Lane {
     [value; WIDTH]
 }
 
 /// a + b
 #[inline(always)]
-pub(super) fn add(a: Lane, b: Lane) -> Lane {
+pub(crate) fn add(a: Lane, b: Lane) -> Lane {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]]
 }
 
 /// a - b
 #[inline(always)]
-pub(super) fn subtract(a: Lane, b: Lane) -> Lane {
+pub(crate) fn subtract(a: Lane, b: Lane) -> Lane {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]]
 }
 
 /// a b
 #[inline(always)]
-pub(super) fn multiply(a: Lane, b: Lane) -> Lane {
+pub(crate) fn multiply(a: Lane, b: Lane) -> Lane {
     [a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]]
 }
 
 /// sum + a b, rounded twice
 #[inline(always)]
-pub(super) fn plus(sum: Lane, a: Lane, b: Lane) -> Lane {
+pub(crate) fn plus(sum: Lane, a: Lane, b: Lane) -> Lane {
     [sum[0] + a[0] * b[0], sum[1] + a[1] * b[1], sum[2] + a[2] * b[2], sum[3] + a[3] * b[3]]
 }
 
 /// sum - a b, rounded twice
 #[inline(always)]
-pub(super) fn minus(sum: Lane, a: Lane, b: Lane) -> Lane {
+pub(crate) fn minus(sum: Lane, a: Lane, b: Lane) -> Lane {
     [sum[0] - a[0] * b[0], sum[1] - a[1] * b[1], sum[2] - a[2] * b[2], sum[3] - a[3] * b[3]]
 }
 
 /// The larger magnitudes; NaN stays.
 #[inline(always)]
-pub(super) fn larger(a: Lane, b: Lane) -> Lane {
+pub(crate) fn larger(a: Lane, b: Lane) -> Lane {
     let pick = |a: f64, b: f64| math::maximum(a, b.abs());
     [pick(a[0], b[0]), pick(a[1], b[1]), pick(a[2], b[2]), pick(a[3], b[3])]
 }
 
 /// The largest of the four, or NaN.
 #[inline(always)]
-pub(super) fn largest(lane: Lane) -> f64 {
+pub(crate) fn largest(lane: Lane) -> f64 {
     math::maximum(math::maximum(lane[0], lane[1]), math::maximum(lane[2], lane[3]))
 }

@@ -13,11 +13,11 @@ mod factors;
 pub mod form;
 mod inverse;
 mod jet;
-mod lane;
+pub(crate) mod lane;
 mod matrix;
 mod switch;
 mod tape;
-mod turn;
+pub(crate) mod turn;
 
 pub use jet::{Jet, Singular};
 pub use switch::{Choices, MAX_SWITCHES};

@@ -5,7 +5,7 @@ use crate::math::{self, COSINE, HALF_PI, REDUCTION_LIMIT, ROUND, SINE, TWO_OVER_
 
 /// cos x and sin x.
 #[inline(always)]
-pub(super) fn cosine_and_sine(x: Lane) -> [Lane; 2] {
+pub(crate) fn cosine_and_sine(x: Lane) -> [Lane; 2] {
     // Written so that NaN is not small.
     let small = x.iter().all(|x| x.abs() < REDUCTION_LIMIT);
     if !small {

@@ -12,7 +12,7 @@ use super::dependence::end_of_reach;
 use super::dynamic::{Dynamic, Horizon, MOST_STEPS};
 use super::implicit::Implicit;
 use super::taylor::{Reading, Taylor};
-use super::{Engine, Failure};
+use super::{Engine, Failure, Settings};
 use crate::model::{Model, State};
 
 /// Steps before the first look at the fastest rate. After each look that finds nothing it takes twice as many, after each trial that fails four times.
@@ -20,6 +20,10 @@ const FIRST_LOOK: u32 = 32;
 const MOST_PATIENCE: u32 = 4096;
 /// So many steps in a row must be held back: next to a singular pose everything can change fast too, but only there.
 const LOOKS: u32 = 4;
+/// So many steps after a singular pose it is passed.
+const AWAY: f64 = 4.0;
+/// Steps that stiffness holds back pass a singular pose at this tolerance or a larger one.
+const COARSE: f64 = 1e-5;
 /// So many attempts show at what pace the motion goes.
 const LOOK_AT_PACE: u64 = 4096;
 /// So many steps in a row must speak for the way back.
@@ -27,10 +31,12 @@ const VOTES: u32 = 8;
 /// A step times the fastest rate: what series and the explicit method may take, and from where on it holds them back.
 const STABLE: f64 = 5.0;
 const HELD_BACK: f64 = 3.5;
-/// Instructions of a tape run with derivatives, in those of the tape.
-const TANGENT: f64 = 2.5;
-/// Evaluations of an implicit step, and the share of steps with a Jacobian.
-const IMPLICIT_EVALUATIONS: f64 = 12.0;
+/// A tape run with derivatives along four directions, and along three at each of the nodes, in runs of the tape.
+const TANGENTS: f64 = 3.0;
+const TANGENTS_AT_NODES: f64 = 4.0;
+/// Runs of the tape in an implicit step: one at the nodes counts twice. And the share of steps with a Jacobian, unless each stage has its own.
+const IMPLICIT_RUNS: f64 = 12.0;
+const IMPLICIT_RUNS_EACH: f64 = 7.0;
 const JACOBIANS: f64 = 0.5;
 /// Evaluations of an explicit step.
 const EXPLICIT_EVALUATIONS: f64 = 13.0;
@@ -48,11 +54,23 @@ pub(super) struct Choice {
     suspected: u32,
     /// The step at which the other engine was held back \[s\].
     held_back: f64,
+    /// Has the implicit method been in charge?
+    has_been_stiff: bool,
+    /// Does stiffness hold steps back that come to a singular pose?
+    passing: bool,
 }
 
 impl Choice {
     pub fn new() -> Self {
-        Self { stiff: false, count: 0, patience: FIRST_LOOK, suspected: 0, held_back: 0.0 }
+        Self {
+            stiff: false,
+            count: 0,
+            patience: FIRST_LOOK,
+            suspected: 0,
+            held_back: 0.0,
+            has_been_stiff: false,
+            passing: false,
+        }
     }
 
     /// Is it one that a run would write?
@@ -73,8 +91,9 @@ impl Choice {
     fn look(&mut self, held_back: bool) {
         self.suspected = if held_back { self.suspected + 1 } else { 0 };
         self.stiff = self.suspected >= LOOKS;
+        self.has_been_stiff |= self.stiff;
         if self.stiff || !held_back {
-            (self.count, self.suspected) = (0, 0);
+            (self.count, self.suspected, self.passing) = (0, 0, false);
             self.patience = MOST_PATIENCE.min(self.patience * if self.stiff { 4 } else { 2 });
         }
     }
@@ -122,6 +141,11 @@ impl Pace {
     }
 }
 
+/// Is no singular pose near, as far as is known?
+fn is_regular(run: &Continuation) -> bool {
+    run.ahead == 0.0 && run.pose.is_none_or(|pose| pose < run.front_time - AWAY * run.step)
+}
+
 /// Steps tried.
 fn attempts(context: &Context) -> u64 {
     context.statistics.steps + context.statistics.rejected
@@ -141,7 +165,7 @@ impl Engines<'_> {
         while run.front_time < horizon.target {
             pace.check(context, run, horizon.target)?;
             if context.settings.engine == Engine::Radau {
-                self.implicit.single(context, run, horizon)?;
+                self.implicit.single(context, run, horizon, false)?;
             } else if run.choice.stiff {
                 self.stiff_step(context, run, horizon)?;
             } else {
@@ -172,10 +196,13 @@ impl Engines<'_> {
     }
 
     fn stiff_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
-        self.implicit.single(context, run, horizon)?;
+        let goes_on = self.implicit.single(context, run, horizon, true)?;
         run.series = None;
         let possible = run.choice.held_back.max(STABLE / self.implicit.rate(context.model));
-        if run.choice.returns(run.step < possible * self.cost_ratio(context)) {
+        if !goes_on {
+            run.choice = Choice { has_been_stiff: true, passing: true, ..Choice::new() };
+        }
+        if !goes_on || run.choice.returns(run.step < possible * self.cost_ratio(context)) {
             // Series find their own step.
             run.step = if context.settings.engine == Engine::Taylor { 0.0 } else { possible };
             self.explicit.forget();
@@ -188,6 +215,14 @@ impl Engines<'_> {
 
     fn other_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
         run.implicit.forget();
+        if run.choice.has_been_stiff && run.ahead > 0.0 && !run.choice.passing {
+            run.choice.passing = self.is_held_back(context, run);
+        }
+        // Stiffness keeps the steps so short that they are much better than the tolerance; next to the pose rounding errors are not.
+        let coarse = Settings { tolerance: context.settings.tolerance.max(COARSE), ..*context.settings };
+        let settings = if run.choice.passing && !is_regular(run) { &coarse } else { context.settings };
+        let Context { model, machine, projection, statistics, .. } = context;
+        let context = &mut Context { model, machine, projection, statistics, settings };
         match (context.settings.engine, &mut self.taylor) {
             (Engine::Taylor, Some(taylor)) => taylor.single(context, self.explicit, run, horizon)?,
             _ => {
@@ -196,14 +231,19 @@ impl Engines<'_> {
             }
         }
         // The implicit method knows nothing of singular poses.
-        let regular = run.ahead == 0.0 && run.pose.is_none();
-        if context.settings.automatic && regular && run.choice.looks() {
-            let held_back = run.step * self.implicit.fastest_rate(context, run) > HELD_BACK;
+        if context.settings.automatic && is_regular(run) && run.choice.looks() {
+            let held_back = self.is_held_back(context, run);
             run.choice.look(held_back);
             run.choice.held_back = run.step;
-            self.implicit.forget();
         }
         Ok(())
+    }
+
+    /// Is the step as long as the fastest rate permits?
+    fn is_held_back(&mut self, context: &mut Context, run: &Continuation) -> bool {
+        let rate = self.implicit.fastest_rate(context, run);
+        self.implicit.forget();
+        run.step * rate > HELD_BACK
     }
 
     /// What an implicit step costs, in steps of the engine that the settings name.
@@ -211,9 +251,14 @@ impl Engines<'_> {
         let model: &Model = context.model;
         let n = model.coordinates() as f64;
         let tape = model.program().tapes.acceleration.instructions.len() as f64;
-        // A real and a complex factorisation.
-        let algebra = 5.0 * n * n * n / 3.0 + 4.0 * 5.0 * n * n;
-        let implicit = (IMPLICIT_EVALUATIONS + JACOBIANS * 2.0 * n * TANGENT) * tape + algebra / 3.0;
+        let (runs, algebra) = if self.implicit.has_each() {
+            (IMPLICIT_RUNS_EACH + (2.0 * n / 3.0).ceil() * TANGENTS_AT_NODES, 9.0 * n * n * n + 3.0 * 9.0 * n * n)
+        } else {
+            // A real and a complex factorisation.
+            let algebra = 5.0 * n * n * n / 3.0 + 4.0 * 5.0 * n * n;
+            (IMPLICIT_RUNS + JACOBIANS * (2.0 * n / 4.0).ceil() * TANGENTS, algebra)
+        };
+        let implicit = runs * tape + algebra / 3.0;
         let other = match (context.settings.engine, &self.taylor) {
             (Engine::Taylor, Some(taylor)) => taylor.cost(),
             _ => EXPLICIT_EVALUATIONS * tape,

@@ -14,11 +14,17 @@ pub(crate) trait Scalar:
 {
     /// By which pivots are chosen.
     fn size(self) -> f64;
+    /// 1 / self
+    fn reciprocal(self) -> Self;
 }
 
 impl Scalar for f64 {
     fn size(self) -> f64 {
         self.abs()
+    }
+
+    fn reciprocal(self) -> Self {
+        1.0 / self
     }
 }
 
@@ -26,13 +32,18 @@ impl Scalar for Complex<f64> {
     fn size(self) -> f64 {
         self.re.abs() + self.im.abs()
     }
+
+    fn reciprocal(self) -> Self {
+        let square = self.re * self.re + self.im * self.im;
+        Self::new(self.re / square, -self.im / square)
+    }
 }
 
 /// LU factors of a square matrix, with partial pivoting. Storage is reused.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lu<T = f64> {
     size: usize,
-    /// Row by row; L below the diagonal, U on and above it.
+    /// Row by row; L below the diagonal, U above it, and on it the reciprocals of U's.
     factors: Vec<T>,
     pivots: Vec<usize>,
 }
@@ -71,6 +82,8 @@ impl<T: Scalar> Lu<T> {
             }
             self.pivots[column] = pivot;
             self.swap_rows(column, pivot);
+            let place = &mut self.factors[column * n + column];
+            *place = place.reciprocal();
             self.eliminate(column);
         }
         Ok(())
@@ -89,7 +102,7 @@ impl<T: Scalar> Lu<T> {
         let (upper, lower) = self.factors.split_at_mut((column + 1) * n);
         let pivot = &upper[column * n..];
         for row in lower.chunks_exact_mut(n) {
-            let factor = row[column] / pivot[column];
+            let factor = row[column] * pivot[column];
             row[column] = factor;
             for (entry, above) in row[column + 1..].iter_mut().zip(&pivot[column + 1..]) {
                 *entry -= factor * *above;
@@ -108,7 +121,7 @@ impl<T: Scalar> Lu<T> {
         }
         for row in (0..n).rev() {
             let known = dot(&self.factors[row * n..][row + 1..n], &b[row + 1..]);
-            b[row] = (b[row] - known) / self.factors[row * n + row];
+            b[row] = (b[row] - known) * self.factors[row * n + row];
         }
     }
 
@@ -116,7 +129,7 @@ impl<T: Scalar> Lu<T> {
     pub fn solve_transposed(&self, b: &mut [T]) {
         let n = self.size;
         for row in 0..n {
-            b[row] /= self.factors[row * n + row];
+            b[row] = b[row] * self.factors[row * n + row];
             for column in row + 1..n {
                 let part = self.factors[row * n + column] * b[row];
                 b[column] -= part;
@@ -134,8 +147,15 @@ impl<T: Scalar> Lu<T> {
     }
 }
 
+/// In four sums, so that not every addition waits for the one before.
 fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
-    a.iter().zip(b).map(|(a, b)| *a * *b).sum()
+    let (a, rest) = a.as_chunks::<4>();
+    let (b, last) = b.split_at(4 * a.len());
+    let mut sums = [T::default(); 4];
+    for (a, b) in a.iter().zip(b.as_chunks::<4>().0) {
+        sums.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum += *a * *b);
+    }
+    sums.into_iter().chain(rest.iter().zip(last).map(|(a, b)| *a * *b)).sum()
 }
 
 #[cfg(test)]

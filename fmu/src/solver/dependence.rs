@@ -9,6 +9,8 @@ use crate::model::motion;
 const CLOSE: f64 = 1e-2;
 /// Loop equations closer than this are as good as dependent.
 const DEPENDENT: f64 = 1e-5;
+/// Closer to a singular pose than this the implicit method does not go.
+const REFUSED: f64 = 1e-3;
 /// The same where there is no step that leads on.
 const AT_THE_END: f64 = 1e-2;
 
@@ -24,6 +26,12 @@ pub(super) fn begins_near(context: &Context, run: &Continuation) -> bool {
 /// Is the front in a singular pose?
 pub(super) fn is_singular(context: &Context, run: &Continuation) -> bool {
     at_the_front(context, run).0 < DEPENDENT
+}
+
+/// Why the implicit method goes no further, if it is because the front is close to a singular pose.
+pub(super) fn singular_ahead(context: &Context, run: &Continuation) -> Option<Failure> {
+    let (distance, joints) = at_the_front(context, run);
+    (distance < REFUSED).then_some(Failure::SingularAhead { time: run.front_time, joints })
 }
 
 /// What to say where the motion could go on in several ways.

@@ -69,10 +69,10 @@ pub struct Horizon {
 
 /// (q, v)' with the signals continued from `origin`.
 pub(super) struct Motion<'a> {
-    model: &'a Model,
-    machine: &'a mut Machine,
-    statistics: &'a mut Statistics,
-    origin: &'a State,
+    pub model: &'a Model,
+    pub machine: &'a mut Machine,
+    pub statistics: &'a mut Statistics,
+    pub origin: &'a State,
 }
 
 impl Derivative for Motion<'_> {

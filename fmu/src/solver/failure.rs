@@ -121,6 +121,16 @@ pub enum Failure {
         /// Joints whose loop equations depend on each other.
         joints: Vec<String>,
     },
+    /// Branches of the motion meet ahead, and the implicit method evaluates what does not tell them apart there.
+    #[error(
+        "at t = {time} s the mechanism comes to a singular pose: {} depend on each other there, and the implicit method does not see on which branch the motion goes on; leave the choice of the method to the program", list(.joints)
+    )]
+    SingularAhead {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations come to depend on each other.
+        joints: Vec<String>,
+    },
     /// The loops come apart during the motion.
     #[error("at t = {time} s the loops cannot be kept closed: the largest gap is {gap}")]
     Drift {

@@ -5,21 +5,24 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::abreast::Abreast;
 use super::accelerations::finite;
 use super::continuation::Continuation;
+use super::dependence::singular_ahead;
 use super::dynamic::{Horizon, motion, underflow};
 use super::length::{STRETCH, shortest, within};
 use super::radau::{DENSE_ORDER, Newton, Radau, evaluate};
+use super::singular::is_jump;
 use super::{Context, Engine, Failure};
 use crate::math;
 use crate::model::Model;
 
 /// The error estimate is of order 3, the step of order 5: so much of tolerance^(4/5) makes the error of the motion follow the tolerance.
-const SHARE_OF_TOLERANCE: f64 = 0.05;
+const SHARE_OF_TOLERANCE: f64 = 0.03;
 /// Rounding is larger than an error below this.
 const FINEST: f64 = 1e-13;
 /// Newton's iterations end at this share of the root of what an error estimate may be: a step is better than its error estimate by as much.
-const NEWTON_SHARE: f64 = 0.3;
+const NEWTON_SHARE: f64 = 0.1;
 /// Some units of rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Steps of the power method.
@@ -33,6 +36,8 @@ const GROW: f64 = 8.0;
 const KEEP: f64 = 1.2;
 /// A contraction of Newton's iterations for which the Jacobian is kept.
 const FRESH_ENOUGH: f64 = 1e-3;
+/// A contraction that a longer step must not come near: steps that Newton's iterations limit grow by no more than leads there.
+const SLOWEST: f64 = 0.15;
 /// Where in a step the Jacobian is evaluated, if the motion before says what is there.
 const MIDDLE: f64 = 0.6;
 /// A first step is rejected by this factor.
@@ -45,6 +50,8 @@ const SMALLEST_ERROR: f64 = 1e-10;
 const REMEMBERED: f64 = 1e-2;
 /// Longest first step [s].
 const LONGEST_START: f64 = 1.0;
+/// A loop equation that is closer to the others by this factor than it has been may be about to depend on them.
+const CLOSE: f64 = 100.0;
 /// The motion before is continued over at most so many times its last step for a first guess.
 const EXTRAPOLATED: f64 = 8.0;
 
@@ -52,6 +59,7 @@ const EXTRAPOLATED: f64 = 8.0;
 #[derive(Clone, Debug, Default)]
 pub struct Implicit {
     radau: Radau,
+    abreast: Abreast,
     next: Vec<f64>,
     tolerances: Vec<f64>,
     /// One direction, and the derivative of everything along it.
@@ -61,6 +69,10 @@ pub struct Implicit {
     known: bool,
     /// Is the Jacobian the one of the anchor?
     current: bool,
+    /// 1 / r^2 of each loop equation at the front, where r is how far it is from the others.
+    front: Vec<f64>,
+    /// A tolerance, and what the error estimate of one step may be at it.
+    share: [f64; 2],
 }
 
 /// What the method knows from the steps before.
@@ -91,6 +103,8 @@ enum Trial {
         shorter: f64,
         failure: Option<Failure>,
     },
+    /// A singular pose may be in the step.
+    Unsteady,
 }
 
 impl Memory {
@@ -141,14 +155,18 @@ impl Implicit {
     /// Storage for a model.
     pub fn allocate(model: &Model) -> Self {
         let n = model.coordinates();
+        let radau = Radau::new(n);
         Self {
-            radau: Radau::new(n),
+            abreast: Abreast::new(model, radau.has_each()),
+            radau,
             next: vec![0.0; 2 * n],
             tolerances: vec![0.0; 2 * n],
             tangents: vec![0.0; model.program().registers as usize],
             column: vec![0.0; n],
             known: false,
             current: false,
+            front: vec![0.0; model.program().tapes.closeness.len()],
+            share: [0.0; 2],
         }
     }
 
@@ -156,6 +174,19 @@ impl Implicit {
     pub fn forget(&mut self) {
         self.known = false;
         self.current = false;
+    }
+
+    /// Has each stage of a step its own Jacobian?
+    pub fn has_each(&self) -> bool {
+        self.radau.has_each()
+    }
+
+    /// What the error estimate of one step may be.
+    fn share(&mut self, tolerance: f64) -> f64 {
+        if self.share[0] != tolerance {
+            self.share = [tolerance, share(tolerance)];
+        }
+        self.share[1]
     }
 
     /// How fast anything can change at most, judging by the last Jacobian \[1/s\].
@@ -225,9 +256,20 @@ impl Implicit {
         }
     }
 
-    /// One accepted step from the front.
-    pub fn single(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+    /// One accepted step from the front; or none, and false, if there may be a singular pose in it and another engine can take over.
+    pub fn single(
+        &mut self,
+        context: &mut Context,
+        run: &mut Continuation,
+        horizon: Horizon,
+        handing_over: bool,
+    ) -> Result<bool, Failure> {
         self.begin(context, run)?;
+        if self.is_close(run)
+            && let Some(failure) = singular_ahead(context, run)
+        {
+            return if handing_over { Ok(false) } else { Err(failure) };
+        }
         let time = run.front_time;
         let shortest = shortest(time);
         let mut rejected = false;
@@ -238,12 +280,27 @@ impl Implicit {
             let h = end - time;
             match self.attempt(context, run, end, rejected) {
                 Trial::Accepted { error, iterations, contraction } => {
-                    let proposed = self.propose(&run.implicit, h, error, iterations, rejected);
+                    let proposed =
+                        self.propose(&run.implicit, h, error, [f64::from(iterations), contraction], rejected);
                     self.accept(run, end, error, contraction);
                     // A step cut short by a limit says nothing against the natural length.
                     run.step = if limited && !rejected { proposed.max(natural) } else { proposed };
                     context.statistics.steps += 1;
-                    return Ok(());
+                    return Ok(true);
+                }
+                Trial::Unsteady => {
+                    rejected = true;
+                    context.statistics.rejected += 1;
+                    run.step = 0.5 * h;
+                    if handing_over {
+                        return Ok(false);
+                    }
+                    if let Some(failure) = singular_ahead(context, run) {
+                        return Err(failure);
+                    }
+                    if run.step < shortest {
+                        return Err(underflow(context.model, time, self.radau.first(), None));
+                    }
                 }
                 Trial::Rejected { shorter, failure } => {
                     rejected = true;
@@ -252,7 +309,9 @@ impl Implicit {
                     if run.step < shortest {
                         return Err(underflow(context.model, time, self.radau.first(), failure));
                     }
-                    self.anchor_at_the_front(context, run);
+                    if !self.radau.has_each() {
+                        self.anchor_at_the_front(context, run);
+                    }
                 }
             }
         }
@@ -263,9 +322,14 @@ impl Implicit {
         if !self.known {
             self.radau.begin(&mut motion(context, &run.origin), run.front_time, &run.front);
             self.known = true;
+            let closeness = context.model.program().tapes.closeness.iter();
+            let values = closeness.map(|&register| context.machine.registers()[register as usize].abs());
+            self.front.iter_mut().zip(values).for_each(|(place, value)| *place = value);
         }
         finite(context.model, run.front_time, &self.radau.first()[context.model.coordinates()..])?;
-        if !run.implicit.anchored || run.implicit.contraction > FRESH_ENOUGH {
+        if self.radau.has_each() {
+            // Each attempt has Jacobians of its own.
+        } else if !run.implicit.anchored || run.implicit.contraction > FRESH_ENOUGH {
             self.anchor_ahead(context, run);
         } else if !self.current {
             self.differentiate(context, run);
@@ -313,22 +377,14 @@ impl Implicit {
         self.differentiate(context, run);
     }
 
-    /// The Jacobian at the anchor: one run of the derivative of the kernel for each of q and v.
+    /// The Jacobian at the anchor.
     fn differentiate(&mut self, context: &mut Context, run: &Continuation) {
         let Context { model, machine, .. } = context;
-        let (n, first) = (model.coordinates(), model.layout().positions());
         let Memory { anchor, .. } = &run.implicit;
         machine.load_signals(model, &run.origin, anchor[0]);
         machine.load_motion(model, &anchor[1..]);
         let (by_q, by_v) = self.radau.jacobian_mut();
-        for direction in 0..2 * n {
-            self.tangents[first + direction] = 1.0;
-            machine.differentiate(&model.program().tapes.acceleration, &mut self.tangents, &mut self.column);
-            self.tangents[first + direction] = 0.0;
-            let matrix = if direction < n { &mut *by_q } else { &mut *by_v };
-            let column = matrix.iter_mut().skip(direction % n).step_by(n);
-            column.zip(&self.column).for_each(|(place, value)| *place = *value);
-        }
+        self.abreast.differentiate(model, machine, by_q, by_v);
         self.current = true;
         context.statistics.jacobians += 1;
     }
@@ -337,20 +393,18 @@ impl Implicit {
     fn attempt(&mut self, context: &mut Context, run: &mut Continuation, end: f64, rejected: bool) -> Trial {
         let (time, h) = (run.front_time, end - run.front_time);
         let reject = |shorter: f64| Trial::Rejected { shorter, failure: None };
-        if self.radau.factored() != h {
-            context.statistics.factorisations += 1;
-            if !self.radau.factor(h) {
-                return reject(0.5);
-            }
-        }
-        let share = share(context.settings.tolerance);
+        let share = self.share(context.settings.tolerance);
         self.tolerate(context, &run.front, h, share);
         self.guess(run, h);
-        let goal = (NEWTON_SHARE * share.sqrt()).max(self.noise(&run.front, h));
-        let Implicit { radau, next, tolerances, .. } = self;
-        let mut f = motion(context, &run.origin);
+        if !self.linearise(context, run, h) {
+            return reject(0.5);
+        }
+        let noise = self.noise(&run.front, h);
+        let goal = (NEWTON_SHARE * share.sqrt()).max(noise);
+        let Implicit { radau, next, tolerances, abreast, .. } = self;
+        let mut f = abreast.states(context, &run.origin);
         let step = (time, run.front.as_slice(), h);
-        let (iterations, contraction) = match radau.solve(&mut f, step, tolerances, goal) {
+        let (iterations, contraction) = match radau.solve(&mut f, step, tolerances, [goal, noise]) {
             Newton::Converged { iterations, contraction } => (iterations, contraction),
             Newton::Failed { shorter } => return reject(shorter),
         };
@@ -364,10 +418,51 @@ impl Implicit {
             });
         }
         radau.end(&run.front, next);
+        if !self.is_steady(context.model) {
+            return Trial::Unsteady;
+        }
         if let Err(failure) = self.close(context, run, end) {
             return Trial::Rejected { shorter: 0.5, failure: Some(failure) };
         }
         Trial::Accepted { error, iterations, contraction }
+    }
+
+    /// Jacobians, if each stage has its own, and factors for a step of that length; false if there are none.
+    fn linearise(&mut self, context: &mut Context, run: &mut Continuation, h: f64) -> bool {
+        if !self.radau.has_each() && self.radau.factored() == h {
+            return true;
+        }
+        context.statistics.factorisations += 1;
+        if !self.radau.has_each() {
+            return self.radau.factor(h);
+        }
+        context.statistics.jacobians += 1;
+        let Implicit { radau, abreast, .. } = self;
+        let regular = radau.linearise(&mut abreast.states(context, &run.origin), (run.front_time, &run.front, h));
+        radau.last_stage((run.front_time, h), &mut run.implicit.anchor);
+        (run.implicit.anchored, self.current) = (true, true);
+        regular
+    }
+
+    /// Is a loop equation at the front much closer to the others than it has been?
+    fn is_close(&self, run: &mut Continuation) -> bool {
+        let rows = run.smallest.iter_mut().zip(&self.front);
+        rows.fold(false, |close, (smallest, front)| {
+            *smallest = math::minimum(*front, *smallest);
+            close || *front > CLOSE * CLOSE * *smallest
+        })
+    }
+
+    /// Does no loop equation come so much closer to the others within the step, or go so much further from them, that there could be a singular pose in
+    /// it?
+    fn is_steady(&self, model: &Model) -> bool {
+        let rows = model.program().tapes.closeness.iter().zip(&self.front);
+        rows.into_iter().all(|(&register, front)| {
+            let stages = self.abreast.registers()[register as usize].map(f64::abs);
+            let values = [*front, stages[0], stages[1], stages[2]];
+            let largest = values.into_iter().fold(0.0, math::maximum);
+            !is_jump(values.into_iter().fold(f64::INFINITY, math::minimum), largest)
+        })
     }
 
     /// What rounding makes of the stages, in units of the tolerances: rates are differences of positions over the step.
@@ -417,15 +512,15 @@ impl Implicit {
     }
 
     /// The natural length of the next step.
-    fn propose(&self, memory: &Memory, h: f64, error: f64, iterations: i32, rejected: bool) -> f64 {
+    fn propose(&self, memory: &Memory, h: f64, error: f64, [iterations, contraction]: [f64; 2], rejected: bool) -> f64 {
         let error = error.max(SMALLEST_ERROR);
-        let safety = SAFETY * f64::min(1.0, (1.0 + 2.0 * ITERATIONS) / (f64::from(iterations) + 2.0 * ITERATIONS));
+        let safety = SAFETY * f64::min(1.0, (1.0 + 2.0 * ITERATIONS) / (iterations + 2.0 * ITERATIONS));
         let mut factor = safety / fourth_root(error);
         if memory.step > 0.0 {
             let predicted = SAFETY * (memory.step.recip() * h) * fourth_root(memory.error / (error * error));
             factor = factor.min(predicted);
         }
-        let most = if rejected { 1.0 } else { GROW };
+        let most = if rejected { 1.0 } else { (SLOWEST / contraction).sqrt().clamp(1.0, GROW) };
         let factor = factor.clamp(SHRINK, most);
         if (1.0..=KEEP).contains(&factor) { h } else { factor * h }
     }

@@ -4,6 +4,7 @@
 //! the branch coordinates and projected back onto the loop equations after every step ([`projection`]); fully driven mechanisms need no
 //! integrator ([`kinematic`]).
 
+mod abreast;
 pub mod accelerations;
 mod choice;
 mod continuation;
@@ -11,6 +12,7 @@ mod dense;
 mod dependence;
 mod dop853;
 mod dynamic;
+mod each_stage;
 pub mod expansion;
 pub mod explicit;
 pub mod failure;

@@ -139,8 +139,7 @@ impl Guard {
 
     /// Does a row come so much closer to the others in the step, or go so much further from them, that it could have gone over to another branch?
     pub fn jumps(&self) -> bool {
-        let steady = 1.0 / (STEADY * STEADY)..STEADY * STEADY;
-        self.front.iter().zip(&self.next).any(|(front, next)| *front > 0.0 && !steady.contains(&(next / front)))
+        self.front.iter().zip(&self.next).any(|(front, next)| *front > 0.0 && is_jump(*front, *next))
     }
 
     /// The smallest r_k at the end of the step, as a share of that at its start.
@@ -172,6 +171,12 @@ impl Guard {
         let share = self.share();
         if share < 1.0 { h * share / (1.0 - share) } else { f64::INFINITY }
     }
+}
+
+/// Has a row with these two values of 1 / r^2 come so much closer to the others, or gone so much further from them, that it could have gone over to another
+/// branch? Not a number is a jump too.
+pub(super) fn is_jump(one: f64, other: f64) -> bool {
+    !(1.0 / (STEADY * STEADY)..STEADY * STEADY).contains(&(other / one))
 }
 
 /// Joints and drivers whose loop equations depend on each other at a state, or do so most, and how far from it they are: 0 to 1.

@@ -36,49 +36,57 @@ impl Instruction {
     pub(super) fn run(&self, registers: &mut [f64]) {
         let a = registers[self.a as usize];
         let b = registers[self.b as usize];
-        let value = match self.operation {
-            Operation::Add => a + b,
-            Operation::Subtract => a - b,
-            Operation::Multiply => a * b,
-            Operation::Divide => a / b,
-            Operation::Negate => -a,
-            Operation::MultiplyAdd => a * b + registers[self.c as usize],
-            Operation::SquareRoot => a.sqrt(),
-            Operation::Absolute => a.abs(),
-            Operation::SinCos => {
-                let (sine, cosine) = math::sin_cos(a);
-                registers[self.c as usize] = cosine;
-                sine
-            }
-            Operation::Tangent => libm::tan(a),
-            Operation::ArcSine => libm::asin(a),
-            Operation::ArcCosine => libm::acos(a),
-            Operation::ArcTangent => libm::atan(a),
-            Operation::ArcTangent2 => libm::atan2(a, b),
-            Operation::Exponential => libm::exp(a),
-            Operation::Logarithm => libm::log(a),
-            Operation::HyperbolicTangent => libm::tanh(a),
-            Operation::Power => libm::pow(a, b),
-            Operation::Sign => math::sign(a),
-            Operation::Floor => a.floor(),
-            Operation::Minimum => math::minimum(a, b),
-            Operation::Maximum => math::maximum(a, b),
-            Operation::Less => f64::from(u8::from(a < b)),
-            Operation::LessEqual => f64::from(u8::from(a <= b)),
-            Operation::Select => {
-                if a != 0.0 {
-                    b
-                } else {
-                    registers[self.c as usize]
-                }
-            }
-            Operation::Copy => a,
+        let value = if self.operation == Operation::SinCos {
+            let (sine, cosine) = math::sin_cos(a);
+            registers[self.c as usize] = cosine;
+            sine
+        } else {
+            self.operation.value(a, b, || registers[self.c as usize])
         };
         registers[self.target as usize] = value;
     }
 }
 
 impl Operation {
+    /// The first result.
+    #[inline(always)]
+    pub(super) fn value(self, a: f64, b: f64, c: impl FnOnce() -> f64) -> f64 {
+        match self {
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => a / b,
+            Self::Negate => -a,
+            Self::MultiplyAdd => a * b + c(),
+            Self::SquareRoot => a.sqrt(),
+            Self::Absolute => a.abs(),
+            Self::SinCos => math::sin_cos(a).0,
+            Self::Tangent => libm::tan(a),
+            Self::ArcSine => libm::asin(a),
+            Self::ArcCosine => libm::acos(a),
+            Self::ArcTangent => libm::atan(a),
+            Self::ArcTangent2 => libm::atan2(a, b),
+            Self::Exponential => libm::exp(a),
+            Self::Logarithm => libm::log(a),
+            Self::HyperbolicTangent => libm::tanh(a),
+            Self::Power => libm::pow(a, b),
+            Self::Sign => math::sign(a),
+            Self::Floor => a.floor(),
+            Self::Minimum => math::minimum(a, b),
+            Self::Maximum => math::maximum(a, b),
+            Self::Less => f64::from(u8::from(a < b)),
+            Self::LessEqual => f64::from(u8::from(a <= b)),
+            Self::Select => {
+                if a != 0.0 {
+                    b
+                } else {
+                    c()
+                }
+            }
+            Self::Copy => a,
+        }
+    }
+
     /// How many of the operands a, b, c it reads.
     pub fn operands(self) -> usize {
         match self {

@@ -1,11 +1,13 @@
 //! Straight-line programs over a register file of `f64`.
 
 mod interpreter;
+mod lanes;
 mod series;
 mod tangent;
 
 use serde::{Deserialize, Serialize};
 
+pub(crate) use lanes::{DIRECTIONS, Lanes};
 pub use series::{ORDER, Series};
 
 /// A straight-line program: no branch, no loop, no memory but the registers.

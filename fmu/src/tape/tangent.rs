@@ -42,7 +42,7 @@ fn chain(slope: f64, direction: f64) -> f64 {
 
 impl Operation {
     /// Derivative of the value, given operands and their derivatives.
-    fn tangent(self, value: f64, [a, b, c]: [f64; 3], [da, db, dc]: [f64; 3]) -> f64 {
+    pub(super) fn tangent(self, value: f64, [a, b, c]: [f64; 3], [da, db, dc]: [f64; 3]) -> f64 {
         match self {
             Self::Add => da + db,
             Self::Subtract => da - db,

@@ -63,8 +63,11 @@ impl Dynamic {
     /// again, because it has passed a pose that was not known, or elsewhere.
     pub(super) fn survey(&mut self, context: &mut Context, run: &mut Continuation, end: f64) -> Option<f64> {
         let h = end - run.front_time;
-        let expected =
-            if Self::passes(run, end) { Some(run.ahead) } else { self.watch.dip().map(|stage| node(stage) * h) };
+        let expected = if Self::passes(run, end) {
+            Some(run.ahead)
+        } else {
+            self.watch.dip().map(node).or_else(|| self.watch.late_dip()).map(|share| share * h)
+        };
         if let Some(guess) = expected {
             self.watch.reference.copy_from_slice(&self.watch.front);
             let found = locate(guess, |dt| self.share_at(context, run, h, dt));

@@ -18,6 +18,9 @@ const LOOKS: [bool; LATE + 2] = [false, false, false, true, false, true, true, f
 /// A row whose 1 / r^2 has grown by this factor in between may have passed a singular pose.
 const DIP: f64 = 10.0;
 
+/// A row is judged by the way that it went up to the late stage if it would arrive within so many steps on it.
+const BEYOND: f64 = 1.1;
+
 /// A row whose 1 / r^2 is larger than its smallest by this factor is close to the others.
 const CLOSE: f64 = 4.0;
 
@@ -131,6 +134,15 @@ impl Watch {
         *stage += 1;
     }
 
+    /// Where in the step, between the late stage and the end, a row may have depended on the others.
+    pub fn late_dip(&self) -> Option<f64> {
+        let Guard { front: late, next: end } = &self.guard;
+        let rows = self.front.iter().zip(late).zip(end);
+        let distances =
+            |((front, late), end): ((&f64, &f64), &f64)| [front, late, end].map(|value| value.sqrt().recip());
+        rows.map(distances).find_map(turned)
+    }
+
     /// The stage at which a row was much closer to the others than at both ends of the step.
     pub fn dip(&self) -> Option<usize> {
         let stages = 1..LATE + 1;
@@ -139,6 +151,14 @@ impl Watch {
         let end = self.guard.next[row] / self.front[row];
         (growth > DIP && growth > DIP * end).then_some(deepest)
     }
+}
+
+/// The place in the last gap of a step at which a row may have depended on the others, with these distances at its start, at the late stage and at its end:
+/// on the way that it went before, it would have arrived there.
+fn turned([front, late, end]: [f64; 3]) -> Option<f64> {
+    let arrival = LATE_NODE * front / (front - late);
+    let place = LATE_NODE + (1.0 - LATE_NODE) * late / (late + end);
+    (front > late && arrival < BEYOND).then_some(place)
 }
 
 /// 1 / r^2 in the registers.
@@ -186,5 +206,25 @@ impl Derivative for Stages<'_> {
             }
         }
         self.watch.note(self.motion.model, self.motion.machine.registers());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Distances that pass zero like a straight line at a place of the step.
+    fn distances(zero: f64) -> [f64; 3] {
+        [0.0, LATE_NODE, 1.0].map(|place: f64| (place - zero).abs())
+    }
+
+    #[test]
+    fn a_pose_in_the_last_gap_of_a_step_is_seen() {
+        for zero in [0.86, 0.9, 0.93, 0.98, 0.999] {
+            assert!(turned(distances(zero)).is_some_and(|place| (place - zero).abs() < 1e-12), "{zero}");
+        }
+        // It is still to come, has passed long ago, or is not on the way.
+        assert_eq!([1.2, 2.0, 0.4, -1.0].map(distances).map(turned), [None; 4]);
+        assert_eq!(turned([1.0, 0.5, 0.6]), None);
     }
 }
