@@ -292,6 +292,45 @@ fn a_law_that_jumps_forth_and_back_is_named() {
     assert!(instance.statistics().evaluations < 1000, "{:?}", instance.statistics());
 }
 
+fn block(way: &str, law: &str, start: f64) -> String {
+    let [x, y] = if way == "x" { [law, "0"] } else { ["0", law] };
+    let axis = if way == "x" { "[1, 0]" } else { "[0, 1]" };
+    format!(
+        "format = 1\nname = \"block\"\ngravity = [0, -9.81]\n[bodies.block]\nmass = 1\ninertia = 1\n\
+        [joints.way]\ntype = \"prismatic\"\nbetween = [\"ground\", \"block\"]\naxis = {axis}\n\
+        [loads.law]\ntype = \"force\"\non = \"block\"\nvector = [\"{x}\", \"{y}\"]\n\
+        [initial]\n\"block.{way}\" = {start}\n[experiment]\nstop = 3\n"
+    )
+}
+
+/// The end of a run to many communication points, by series and step by step.
+fn by_both(text: &str) -> [Vec<f64>; 2] {
+    let model = Arc::new(Model::new(program(text)).expect("a sound program"));
+    assert_eq!(model.program().engine, Engine::Taylor);
+    [(Engine::Taylor, 1e-8), (Engine::Dop853, 1e-10)].map(|(engine, tolerance)| {
+        let mut instance = started(&model, engine, 3.0, tolerance);
+        (1..=300).for_each(|point| instance.step_to(0.01 * f64::from(point)).expect("regular"));
+        motion(&instance)
+    })
+}
+
+/// The coefficients of tanh(v/1e-3) tell nothing of the turn where v is large: short steps, too, must look at their end.
+#[test]
+fn a_steep_law_is_not_stepped_over() {
+    let [series, explicit] = by_both(&block("x", "30*sin(3*t) - 10*tanh(block.vx/1e-3)", 0.0));
+    assert!(distance(&series, &explicit) < 1e-6, "{series:?} {explicit:?}");
+}
+
+/// Two pieces end where the mass leaves the ground, and the rounding errors of one make the other go there and back.
+#[test]
+fn pieces_that_end_together_are_left_together() {
+    let damped = "max(0, -1e7*block.y - 6000*block.vy*max(0, min(1, -block.y/1e-5)))";
+    for start in [0.1, 0.07, 0.123] {
+        let [series, explicit] = by_both(&block("y", damped, start));
+        assert!(distance(&series, &explicit) < 1e-6, "{start}: {series:?} {explicit:?}");
+    }
+}
+
 /// A mass that bounces on a one-sided spring: v = 0 at the top again and again, energy is kept.
 #[test]
 fn a_bouncing_mass_keeps_its_height() {

@@ -17,6 +17,8 @@ pub struct Choices {
     pub known: u64,
     /// Which switching functions count as positive.
     pub positive: u64,
+    /// Which have been taken back at once: once more, and the motion is pushed to and fro.
+    pub reversed: u64,
 }
 
 impl Choices {
@@ -31,6 +33,15 @@ impl Choices {
         let bit = 1_u64.checked_shl(switch).unwrap_or(0);
         self.known |= bit;
         self.positive = if positive { self.positive | bit } else { self.positive & !bit };
+    }
+
+    /// These, but for the ones that later ones replace.
+    pub fn then(self, later: Self) -> Self {
+        Self {
+            known: self.known | later.known,
+            positive: self.positive & !later.known | later.positive,
+            reversed: self.reversed | self.known & later.known | later.reversed,
+        }
     }
 }
 
@@ -117,5 +128,9 @@ mod tests {
             (choices.get(3), choices.get(63), choices.get(4), choices.get(64)),
             (Some(true), Some(false), None, None)
         );
+        let later = Choices { known: 0b110, positive: 0b010, reversed: 0 };
+        let both = Choices { known: 0b1001, positive: 0b1000, reversed: 0 }.then(later);
+        assert_eq!(both, Choices { known: 0b1111, positive: 0b1010, reversed: 0 });
+        assert_eq!(both.then(later), Choices { reversed: 0b110, ..both });
     }
 }

@@ -32,8 +32,11 @@ const OPENING: f64 = 10.0;
 const SAFETY: f64 = 0.9;
 /// A step is at most so many times as long as the one before.
 const GROW: f64 = 4.0;
-/// A step shorter than this share of its natural length needs no look at its end if there are no loops to be closed there.
+/// A step shorter than this share of its natural length needs no look at its end if there are no loops to be closed there, and no laws of the
+/// motion, which may be steep where no coefficient tells of it.
 const SURE: f64 = 0.5;
+/// A piece that is no longer than so many shortest steps is one of several that begin together.
+const FLEETING: f64 = 64.0;
 /// A step shorter than this share of the one before is cut short.
 const CUT: f64 = 0.9;
 /// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
@@ -265,7 +268,7 @@ impl Taylor {
             // What lies behind the end of a piece says nothing about the step up to it.
             self.jet.force(if change.is_some() { chosen } else { Choices::default() });
             self.jet.evaluate(&run.dense, order, end - time, &mut self.next);
-            let sure = self.jet.is_open() && change.is_none() && end - time < SURE * natural;
+            let sure = self.jet.is_even() && change.is_none() && end - time < SURE * natural;
             if sure && self.next.iter().all(|value| value.is_finite()) {
                 self.known = Start::Unknown;
                 self.accept(context, run, end, true);
@@ -301,7 +304,12 @@ impl Taylor {
                 let falls = run.ahead > 0.0 && run.ahead < PREDICTED * run.step;
                 self.accept(context, run, end, end == limit || falls || change.is_some());
                 run.ahead = left.unwrap_or(run.ahead);
-                run.choices = change.map_or(Choices::default(), |(_, choices)| choices);
+                run.choices = match change {
+                    // What has just changed may be zero by rounding still.
+                    Some((length, choices)) if length < FLEETING * shortest => run.choices.then(choices),
+                    Some((_, choices)) => choices,
+                    None => Choices::default(),
+                };
                 if change.is_some() {
                     self.known = Start::Unknown;
                     run.series = None;
@@ -317,12 +325,11 @@ impl Taylor {
     /// Begins anew in another piece at the front; false if nothing changes by that. Fails if the motion has just come from there: each piece
     /// leads back into the other.
     fn change_at_once(&mut self, model: &Model, run: &mut Continuation, choices: Choices) -> Result<bool, Failure> {
-        if run.choices.known & choices.known != 0 {
+        if run.choices.reversed & choices.known != 0 {
             return Err(Failure::Chatter { time: run.front_time, coordinate: self.most_switched(model) });
         }
         self.jet.coordinates(2, &mut self.left);
-        run.choices.known |= choices.known;
-        run.choices.positive |= choices.positive;
+        run.choices = run.choices.then(choices);
         self.known = Start::Unknown;
         run.series = None;
         Ok(choices.known != 0)

@@ -286,6 +286,11 @@ impl Jet {
         self.form.rows.is_empty()
     }
 
+    /// Has the mechanism no loops, and no laws of positions or rates?
+    pub fn is_even(&self) -> bool {
+        self.is_open() && self.scalars.is_still() && self.scalars.is_steady()
+    }
+
     /// The name of one of them.
     pub fn joint<'a>(&self, model: &'a Model, joint: usize) -> &'a str {
         let row = self.groups.iter().position(|group| *group == joint).map(|row| self.form.rows[row].constraint);
