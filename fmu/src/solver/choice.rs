@@ -11,7 +11,7 @@ use super::continuation::Continuation;
 use super::dependence::end_of_reach;
 use super::dynamic::{Dynamic, Horizon, MOST_STEPS};
 use super::implicit::Implicit;
-use super::taylor::{Reading, Taylor};
+use super::taylor::{Reading, Taylor, order_for};
 use super::{Engine, Failure, Settings};
 use crate::model::{Model, State};
 
@@ -28,9 +28,10 @@ const COARSE: f64 = 1e-5;
 const LOOK_AT_PACE: u64 = 4096;
 /// So many steps in a row must speak for the way back.
 const VOTES: u32 = 8;
-/// A step times the fastest rate: what series and the explicit method may take, and from where on it holds them back.
+/// A step times the fastest rate: what the explicit method may take, and series for each of their orders. From this share on it holds them back.
 const STABLE: f64 = 5.0;
-const HELD_BACK: f64 = 3.5;
+const STABLE_BY_ORDER: f64 = 0.3;
+const HELD_BACK: f64 = 0.7;
 /// A tape run with derivatives along four directions, and along three at each of the nodes, in runs of the tape.
 const TANGENTS: f64 = 3.0;
 const TANGENTS_AT_NODES: f64 = 4.0;
@@ -146,6 +147,14 @@ fn is_regular(run: &Continuation) -> bool {
     run.ahead == 0.0 && run.pose.is_none_or(|pose| pose < run.front_time - AWAY * run.step)
 }
 
+/// What a step times the fastest rate may be, if it is not implicit.
+fn stable(settings: &Settings) -> f64 {
+    match settings.engine {
+        Engine::Taylor => STABLE.max(STABLE_BY_ORDER * order_for(settings.tolerance) as f64),
+        _ => STABLE,
+    }
+}
+
 /// Steps tried.
 fn attempts(context: &Context) -> u64 {
     context.statistics.steps + context.statistics.rejected
@@ -198,7 +207,7 @@ impl Engines<'_> {
     fn stiff_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
         let goes_on = self.implicit.single(context, run, horizon, true)?;
         run.series = None;
-        let possible = run.choice.held_back.max(STABLE / self.implicit.rate(context.model));
+        let possible = run.choice.held_back.max(stable(context.settings) / self.implicit.rate(context.model));
         if !goes_on {
             run.choice = Choice { has_been_stiff: true, passing: true, ..Choice::new() };
         }
@@ -243,7 +252,7 @@ impl Engines<'_> {
     fn is_held_back(&mut self, context: &mut Context, run: &Continuation) -> bool {
         let rate = self.implicit.fastest_rate(context, run);
         self.implicit.forget();
-        run.step * rate > HELD_BACK
+        run.step * rate > HELD_BACK * stable(context.settings)
     }
 
     /// What an implicit step costs, in steps of the engine that the settings name.

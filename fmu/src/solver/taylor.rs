@@ -462,7 +462,7 @@ fn is_near(run: &Continuation) -> bool {
 
 /// Orders that cost least at a tolerance: two more for each decade. The optimum is flat; with fewer of them steps stay away from the radius of
 /// convergence.
-fn order_for(tolerance: f64) -> usize {
+pub(super) fn order_for(tolerance: f64) -> usize {
     let decades = -math::rough_log2(tolerance) * std::f64::consts::LOG10_2;
     let even = LEAST_ORDER + 2 * (decades + 0.5) as usize;
     even.min(MAX_ORDER)
