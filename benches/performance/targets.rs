@@ -60,7 +60,7 @@ Where a target is missed:
 - **S4.** In branch coordinates the mass matrix of a chain is full: an order multiplies with it twice, and with its inverse once. Tried with success: real constants by themselves,
   inverses four rows at a time. Sums along the chain would make it proportional to its length; they are not done. Long chains take the explicit method with the
   [solve tree](trees.md), whose cost is proportional.
-- **S6** is met. The same method as by hand, Radau IIA of order 5; but the stiff direction turns within a step, and one Jacobian for all stages made Newton's iterations slow: 5.2
+- **S6** is met but for the noise of the machine. The same method as by hand, Radau IIA of order 5; but the stiff direction turns within a step, and one Jacobian for all stages made Newton's iterations slow: 5.2
   a step, and shorter steps where they did not converge. With a Jacobian at each stage there are 2 to 3, and steps as long as the error permits. The three stages run through the
   interpreter together, four numbers at a time, the derivatives in two passes with them. Left: half of the time is latency of the interpreter, each
   instruction waiting for the one before.
