@@ -146,7 +146,6 @@ impl Inverse {
     pub fn invert_in_order(&mut self) -> bool {
         // The same for every width; small ones are known to the compiler.
         match self.width {
-            1 => self.eliminate_in_order(1),
             2 => self.eliminate_in_order(2),
             3 => self.eliminate_in_order(3),
             4 => self.eliminate_in_order(4),

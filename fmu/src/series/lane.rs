@@ -64,3 +64,31 @@ pub(crate) fn larger(a: Lane, b: Lane) -> Lane {
 pub(crate) fn largest(lane: Lane) -> f64 {
     math::maximum(math::maximum(lane[0], lane[1]), math::maximum(lane[2], lane[3]))
 }
+
+/// A method that is compiled twice, for AVX2 and for any processor; both give the same bits.
+macro_rules! by_width {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident(&mut self: $owner:ty $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
+        by_width! { [&mut] $(#[$meta])* $vis fn $name(self: $owner $(, $arg: $type)*) $(-> $result)? = $body }
+    };
+    ($(#[$meta:meta])* $vis:vis fn $name:ident(&self: $owner:ty $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
+        by_width! { [&] $(#[$meta])* $vis fn $name(self: $owner $(, $arg: $type)*) $(-> $result)? = $body }
+    };
+    ([$($by:tt)+] $(#[$meta:meta])* $vis:vis fn $name:ident(self: $owner:ty $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
+        $(#[$meta])*
+        $vis fn $name($($by)+ self $(, $arg: $type)*) $(-> $result)? {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2")]
+                fn wide(this: $($by)+ $owner $(, $arg: $type)*) $(-> $result)? {
+                    this.$body($($arg),*)
+                }
+                if std::arch::is_x86_feature_detected!("avx2") {
+                    // SAFETY: the processor has AVX2.
+                    return unsafe { wide(self $(, $arg)*) };
+                }
+            }
+            self.$body($($arg),*)
+        }
+    };
+}
+pub(crate) use by_width;

@@ -20,8 +20,8 @@ use crate::model::{Model, State};
 const NEAREST: f64 = 0.25;
 /// A row that comes closer by this factor in one step may be on its way to a singular pose.
 const FALLS: f64 = 1.05;
-/// A pose further ahead than so many steps is of no concern yet.
-const HORIZON: f64 = 12.0;
+/// A pose further away than so many steps is of no concern.
+pub(super) const HORIZON: f64 = 12.0;
 /// A row that comes closer or goes away by no more than this factor in one step stays on its branch.
 const STEADY: f64 = 2.0;
 /// A row that comes closer by this factor in one step is about to arrive.

@@ -10,7 +10,7 @@ use super::continuation::Continuation;
 use super::dependence::{begins_near, end_of_reach};
 use super::dynamic::{Dynamic, Horizon};
 use super::length::{LONGEST, STRETCH, shortest};
-use super::singular::{Course, Guard, Plan, plan};
+use super::singular::{Course, Guard, HORIZON, Plan, plan};
 use super::{Context, Failure};
 use crate::math;
 use crate::model::Model;
@@ -51,8 +51,6 @@ const PREDICTED: f64 = 1.8;
 /// Next to a singular pose rounding errors make steps shorter and shorter; the pose is passed with one that is no shorter than this share of
 /// those before.
 const SHORTENED: f64 = 0.75;
-/// So many steps before and after a singular pose rounding errors count.
-const NEIGHBOURHOOD: f64 = 12.0;
 /// So often a step is halved.
 const HALVINGS: usize = 12;
 /// A step that would end near a singular pose is cut to this share.
@@ -456,7 +454,7 @@ fn share(tolerance: f64) -> f64 {
 
 /// Does the front lie where rounding errors of a singular pose may count?
 fn is_near(run: &Continuation) -> bool {
-    let near = |pose: f64| (run.front_time - pose).abs() < NEIGHBOURHOOD * run.step;
+    let near = |pose: f64| (run.front_time - pose).abs() < HORIZON * run.step;
     run.step == 0.0 || run.ahead > 0.0 || run.pose.is_some_and(near)
 }
 

@@ -4,66 +4,33 @@
 //! processor.
 
 use super::{Instruction, Operation, Tape};
-use crate::series::lane::{Lane, ZERO, add, multiply, splat, subtract};
+use crate::series::lane::{Lane, ZERO, add, by_width, multiply, splat, subtract};
 use crate::series::turn::cosine_and_sine;
 
 impl Tape {
-    /// Runs the tape over four register files, interleaved.
-    ///
-    /// # Panics
-    /// As [`Tape::run`].
-    pub fn run_lanes(&self, registers: &mut [Lane]) {
-        #[cfg(target_arch = "x86_64")]
-        {
-            #[target_feature(enable = "avx2")]
-            fn wide(tape: &Tape, registers: &mut [Lane]) {
-                tape.run_any_lanes(registers);
-            }
-            if std::arch::is_x86_feature_detected!("avx2") {
-                // SAFETY: the processor has AVX2.
-                return unsafe { wide(self, registers) };
-            }
-        }
-        self.run_any_lanes(registers);
+    by_width! {
+        /// Runs the tape over four register files, interleaved.
+        ///
+        /// # Panics
+        /// As [`Tape::run`].
+        pub fn run_lanes(&self: Tape, registers: &mut [Lane]) = run_any_lanes
     }
 
-    /// Runs the tape over `registers`, and its derivatives along four directions over `tangents`, whose entries for what the tape reads are the
-    /// directions.
-    ///
-    /// # Panics
-    /// As [`Tape::run_tangent`].
-    pub fn run_tangents(&self, registers: &mut [f64], tangents: &mut [Lane]) {
-        #[cfg(target_arch = "x86_64")]
-        {
-            #[target_feature(enable = "avx2")]
-            fn wide(tape: &Tape, registers: &mut [f64], tangents: &mut [Lane]) {
-                tape.run_any_tangents(registers, tangents);
-            }
-            if std::arch::is_x86_feature_detected!("avx2") {
-                // SAFETY: the processor has AVX2.
-                return unsafe { wide(self, registers, tangents) };
-            }
-        }
-        self.run_any_tangents(registers, tangents);
+    by_width! {
+        /// Runs the tape over `registers`, and its derivatives along four directions over `tangents`, whose entries for what the tape reads are the
+        /// directions.
+        ///
+        /// # Panics
+        /// As [`Tape::run_tangent`].
+        pub fn run_tangents(&self: Tape, registers: &mut [f64], tangents: &mut [Lane]) = run_any_tangents
     }
 
-    /// Runs the tape over four register files, interleaved, and its derivatives along some directions, the same at each of the four points.
-    ///
-    /// # Panics
-    /// As [`Tape::run_tangent`].
-    pub(crate) fn run_lanes_tangents(&self, registers: &mut [Lane], tangents: &mut [Lanes]) {
-        #[cfg(target_arch = "x86_64")]
-        {
-            #[target_feature(enable = "avx2")]
-            fn wide(tape: &Tape, registers: &mut [Lane], tangents: &mut [Lanes]) {
-                tape.run_any_lanes_tangents(registers, tangents);
-            }
-            if std::arch::is_x86_feature_detected!("avx2") {
-                // SAFETY: the processor has AVX2.
-                return unsafe { wide(self, registers, tangents) };
-            }
-        }
-        self.run_any_lanes_tangents(registers, tangents);
+    by_width! {
+        /// Runs the tape over four register files, interleaved, and its derivatives along some directions, the same at each of the four points.
+        ///
+        /// # Panics
+        /// As [`Tape::run_tangent`].
+        pub(crate) fn run_lanes_tangents(&self: Tape, registers: &mut [Lane], tangents: &mut [Lanes]) = run_any_lanes_tangents
     }
 
     #[inline(always)]
@@ -307,6 +274,7 @@ mod tests {
             }
         }
     }
+
     #[test]
     fn directions_at_four_points_have_the_bits_of_one_after_the_other() {
         let mut random = Random::new(7);

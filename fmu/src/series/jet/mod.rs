@@ -8,27 +8,6 @@
 //! and the loop equations are constant combinations of the b_k themselves. At every order the newest coefficients enter linearly, with the
 //! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
 
-/// A method that is compiled twice, for AVX2 and for any processor; both give the same bits.
-macro_rules! by_width {
-    ($(#[$meta:meta])* $vis:vis fn $name:ident(&mut self $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
-        $(#[$meta])*
-        $vis fn $name(&mut self $(, $arg: $type)*) $(-> $result)? {
-            #[cfg(target_arch = "x86_64")]
-            {
-                #[target_feature(enable = "avx2")]
-                fn wide(jet: &mut Jet $(, $arg: $type)*) $(-> $result)? {
-                    jet.$body($($arg),*)
-                }
-                if self.wide {
-                    // SAFETY: `wide` is set only where the processor has AVX2.
-                    return unsafe { wide(self $(, $arg)*) };
-                }
-            }
-            self.$body($($arg),*)
-        }
-    };
-}
-
 mod frames;
 mod orders;
 mod pieces;
@@ -116,9 +95,6 @@ struct Scatter {
 /// The series of one motion.
 #[derive(Clone, Debug)]
 pub struct Jet {
-    /// Has the processor AVX2?
-    #[cfg(target_arch = "x86_64")]
-    wide: bool,
     /// Lanes of frames and of all equations, if there is nothing but frames.
     frames: [usize; 2],
     form: ArmForm,
@@ -226,8 +202,6 @@ impl Jet {
         loads.sort_by_key(|load| load.value.is_some());
         let constants = |list: &[Scatter]| list.partition_point(|entry| entry.value.is_none());
         let mut jet = Self {
-            #[cfg(target_arch = "x86_64")]
-            wide: std::arch::is_x86_feature_detected!("avx2"),
             frames: [0; 2],
             coupling: Columns::new(all, &masses),
             rows: Columns::new(lanes(form.rows.len()), &arms_of_rows),

@@ -2,12 +2,12 @@
 
 use super::{Jet, at, flat, series, vectors};
 use crate::series::form::Factor;
-use crate::series::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract};
+use crate::series::lane::{Lane, WIDTH, ZERO, add, by_width, minus, multiply, plus, splat, subtract};
 
 impl Jet {
     by_width! {
         /// Orders k of accelerations from the first to the last, orders k + 2 of positions; all lower ones are known.
-        pub fn advance(&mut self, first: usize, last: usize) = advance_all
+        pub fn advance(&mut self: Jet, first: usize, last: usize) = advance_all
     }
 
     #[inline(always)]

@@ -5,7 +5,7 @@ use crate::math;
 use crate::model::Model;
 use crate::series::form::{Auxiliary, Factor, Place, Rod, Slot};
 use crate::series::inverse::Inverse;
-use crate::series::lane::{Lane, WIDTH, add, multiply, splat};
+use crate::series::lane::{Lane, WIDTH, add, by_width, multiply, splat};
 use crate::series::matrix::Matrix;
 use crate::series::turn::cosine_and_sine;
 
@@ -28,11 +28,11 @@ impl Jet {
     }
 
     by_width! {
-        fn begin_motion(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> = begin_any
+        fn begin_motion(&mut self: Jet, model: &Model, motion: &[f64]) -> Result<f64, Singular> = begin_any
     }
 
     by_width! {
-        fn respond(&mut self) = respond_any
+        fn respond(&mut self: Jet) = respond_any
     }
 
     #[inline(always)]

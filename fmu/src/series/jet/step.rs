@@ -4,7 +4,7 @@ use super::{Jet, Shape};
 use crate::math;
 use crate::series::MAX_ORDER;
 use crate::series::form::{ArmForm, Place};
-use crate::series::lane::{Lane, WIDTH, ZERO, add, larger, largest, multiply, plus, splat, subtract};
+use crate::series::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, multiply, plus, splat, subtract};
 
 /// Coefficients that the reach follows from, beside the last one: some vanish by symmetry.
 const WINDOW: usize = 3;
@@ -59,7 +59,7 @@ impl Jet {
 
     by_width! {
         /// q and v along a polynomial, dt after its start; the accelerations there are kept for [`Jet::defect`].
-        pub fn evaluate(&mut self, polynomial: &[f64], order: usize, dt: f64, motion: &mut [f64]) = evaluate_any
+        pub fn evaluate(&mut self: Jet, polynomial: &[f64], order: usize, dt: f64, motion: &mut [f64]) = evaluate_any
     }
 
     #[inline(always)]
@@ -110,7 +110,7 @@ impl Jet {
     by_width! {
         /// The step that a tolerance on rates (`derivative` 1) or positions (0) permits if the coefficients shrink as the last ones do:
         /// rho tol^(1/p) (Jorba and Zou, 2005).
-        pub fn reach(&mut self, order: usize, tolerance: f64, derivative: usize) -> f64 = reach_any
+        pub fn reach(&mut self: Jet, order: usize, tolerance: f64, derivative: usize) -> f64 = reach_any
     }
 
     #[inline(always)]
