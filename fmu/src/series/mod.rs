@@ -4,11 +4,13 @@
 //! * `jet`: the series of one motion, by one factorisation and one pass for each order.
 //! * `switch`: laws in pieces.
 //! * `tape`: scalar series for signals of time and the laws of loads.
-//! * `columns`, `matrix`, `inverse`, `factors`: sparse constants, and the matrix of a pose, as a whole or by its entries.
+//! * `columns`, `coupling`: sparse constants, and the masses among them.
+//! * `matrix`, `inverse`, `factors`: the matrix of a pose, as a whole or by its entries.
 //! * `lane`, `turn`: four numbers and four angles at a time.
 
 mod check;
 mod columns;
+mod coupling;
 mod factors;
 pub mod form;
 mod inverse;

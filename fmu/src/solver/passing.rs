@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::poses::{active_rows, constraint};
 use super::singular::SHARE;
-use super::sparse::{Factors, Row, independent_rows, product_with_transposed};
+use super::sparse::{Factors, Row, columns, independent_rows, product_with_transposed};
 use crate::model::{Model, State};
 
 /// At the pose less than this share of a loop equation is new if it depends on the others.
@@ -16,8 +16,8 @@ const NEW: f64 = 0.02;
 const MEET: f64 = 1e-10;
 /// The time of the pose, and the motion there, are wrong by about the tolerance: together they look like a defect of this many squares of it.
 const UNCERTAIN: f64 = 10.0;
-/// At most so many Newton steps close the loop equations that do not depend on others; at places this close to where they are closed, in units of the
-/// scales, the others miss by as much.
+/// At most so many Newton steps, with the rows of the pose, close the loop equations that do not depend on others; at places this close to where they
+/// are closed, in units of the scales, the others miss by as much.
 const CLOSINGS: usize = 4;
 const NEAR: f64 = 1e-7;
 /// More bodies than this are counted.
@@ -64,7 +64,7 @@ impl Passage {
         let moved: BTreeSet<usize> = part.iter().flat_map(|&place| rows[place].keys().copied()).collect();
         let turning = moved.iter().filter_map(|&index| program.coordinates[index].name.strip_suffix(".angle"));
         self.bodies = turning.map(String::from).collect();
-        self.defect = found.defect(model, state, rows);
+        self.defect = found.defect(model, state, &rows);
     }
 }
 
@@ -113,8 +113,12 @@ impl Dependences {
         let own: Vec<Row> = independent.iter().map(|&row| rows[row].clone()).collect();
         let factors = Factors::new(product_with_transposed(&own))?;
         let others = (0..rows.len()).filter(|row| independent.binary_search(row).is_err());
+        let columns = columns(&own);
         let combination = |other: usize| {
-            let mut shares: Vec<f64> = own.iter().map(|row| dot(row, &rows[other])).collect();
+            let mut shares = vec![0.0; own.len()];
+            for (column, entry) in &rows[other] {
+                columns.get(column).into_iter().flatten().for_each(|&(row, own)| shares[row] += own * entry);
+            }
             factors.solve(&mut shares);
             let mut combination = vec![0.0; rows.len()];
             independent.iter().zip(shares).for_each(|(&row, share)| combination[row] = -share);
@@ -126,7 +130,7 @@ impl Dependences {
     }
 
     /// What is left of the loop equations that depend on the others when those are closed.
-    fn defect(mut self, model: &Model, state: &State, mut rows: Vec<Row>) -> f64 {
+    fn defect(&self, model: &Model, state: &State, rows: &[Row]) -> f64 {
         let program = model.program();
         let mut state = state.clone();
         let open = |state: &State| -> Vec<f64> {
@@ -134,7 +138,7 @@ impl Dependences {
             model.active().iter().map(|&row| values[row] / program.constraints[row].scale).collect()
         };
         for _ in 0..CLOSINGS {
-            let change = self.shortest(&rows, &open(&state));
+            let change = self.shortest(rows, &open(&state));
             // What depends on the others changes with the square only.
             if change.values().all(|change| change.abs() < NEAR) {
                 break;
@@ -142,9 +146,6 @@ impl Dependences {
             for (column, change) in change {
                 state.positions_mut()[column] -= change * program.coordinates[column].scale;
             }
-            rows = active_rows(model, &state);
-            let Some(found) = Self::of(&rows) else { break };
-            self = found;
         }
         self.misses(&open(&state))
     }
@@ -165,10 +166,6 @@ impl Dependences {
         }
         change
     }
-}
-
-fn dot(a: &Row, b: &Row) -> f64 {
-    a.iter().filter_map(|(column, entry)| Some(entry * b.get(column)?)).sum()
 }
 
 #[cfg(test)]

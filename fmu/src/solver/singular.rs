@@ -43,7 +43,7 @@ const NONE: f64 = 0.15;
 const SECANTS: usize = 4;
 
 /// Where the time of a pose is made more precise, before and after it, in shares of a step.
-const CLOSER: [f64; 4] = [0.05, 5e-3, 5e-4, 1e-4];
+const CLOSER: [f64; 3] = [0.05, 2e-3, 1e-4];
 
 /// How close the loop equations are to depending on each other, at the front and at the end of a step: 1 / r_k^2.
 #[derive(Clone, Debug)]
@@ -96,8 +96,9 @@ pub fn locate(guess: f64, mut share_at: impl FnMut(f64) -> f64) -> Option<f64> {
         // The distance has passed zero, or is still to come to it.
         let passed = best / (1.0 + share);
         let coming = if share < 0.8 { best / (1.0 - share) } else { passed };
-        let candidates = [coming, passed].map(|time| (time, share_at(time)));
-        let (time, least) = if candidates[0].1 <= candidates[1].1 { candidates[0] } else { candidates[1] };
+        let first = (coming, share_at(coming));
+        let second = if first.1 < THERE { first } else { (passed, share_at(passed)) };
+        let (time, least) = if first.1 <= second.1 { first } else { second };
         if least >= share {
             break;
         }

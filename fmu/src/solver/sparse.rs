@@ -58,14 +58,19 @@ impl Factors {
     }
 }
 
-/// J J^T of the rows of J.
-pub(crate) fn product_with_transposed(rows: &[Row]) -> Vec<Row> {
+/// The entries of each column: row and value.
+pub(crate) fn columns(rows: &[Row]) -> BTreeMap<usize, Vec<(usize, f64)>> {
     let mut columns: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
     for (index, row) in rows.iter().enumerate() {
         row.iter().for_each(|(&column, &value)| columns.entry(column).or_default().push((index, value)));
     }
+    columns
+}
+
+/// J J^T of the rows of J.
+pub(crate) fn product_with_transposed(rows: &[Row]) -> Vec<Row> {
     let mut product = vec![Row::new(); rows.len()];
-    for entries in columns.values() {
+    for entries in columns(rows).values() {
         for &(row, a) in entries {
             entries.iter().for_each(|&(other, b)| *product[row].entry(other).or_default() += a * b);
         }

@@ -53,7 +53,8 @@ impl Jet {
     #[inline(always)]
     fn respond_frames<const N: usize>(&mut self) {
         let Matrix::Whole(inverse) = &self.matrix else { return };
-        let Self { coupling, rows, reactions, .. } = self;
+        let Self { rows, reactions, .. } = self;
+        let coupling = self.coupling.entries();
         let equations = [self.unknowns.len(), self.form.rows.len()];
         let fixed = Fixed { coupling, rows, reactions, inverse, equations };
         self.response.find::<N>(&fixed, self.x[at(0, 0)], self.y[at(0, 0)]);
@@ -81,7 +82,8 @@ impl Jet {
             force: [series(force_x)?, series(force_y)?],
         };
         let Matrix::Whole(inverse) = &self.matrix else { return None };
-        let Self { coupling, rows, reactions, .. } = self;
+        let Self { rows, reactions, .. } = self;
+        let coupling = self.coupling.entries();
         let fixed =
             Fixed { coupling, rows, reactions, inverse, equations: [self.unknowns.len(), self.form.rows.len()] };
         let (mut second, mut moment) = frames.convolve(k);

@@ -20,6 +20,7 @@ use crate::machine::Machine;
 use crate::model::Model;
 use crate::series::MAX_ORDER;
 use crate::series::columns::Columns;
+use crate::series::coupling::Coupling;
 use crate::series::form::{ArmForm, Factor, Place, Row, Slot};
 use crate::series::lane::{Lane, WIDTH, ZERO, lanes, splat};
 use crate::series::matrix::{FOUR_AT_ONCE, Matrix};
@@ -115,7 +116,7 @@ pub struct Jet {
     /// So many of them, the first ones, are constant.
     constant_pushes: usize,
     constant_loads: usize,
-    coupling: Columns,
+    coupling: Coupling,
     rows: Columns,
     reactions: Columns,
     scalars: Scalars,
@@ -144,8 +145,9 @@ pub struct Jet {
     applied: [Vec<Lane>; 2],
     /// Unknowns, by orders.
     values: Vec<Lane>,
-    /// Second derivatives of arms at the present order.
+    /// Second derivatives of arms at the present order, and the forces that go with them.
     second: [Vec<Lane>; 2],
+    forces: [Vec<Lane>; 2],
     /// Known part of the second derivatives of products: all but their ends.
     inner: [Vec<Lane>; 2],
     /// What the equations lack, by equation.
@@ -203,7 +205,7 @@ impl Jet {
         let constants = |list: &[Scatter]| list.partition_point(|entry| entry.value.is_none());
         let mut jet = Self {
             frames: [0; 2],
-            coupling: Columns::new(all, &masses),
+            coupling: Coupling::new(all, form.frames.len(), &masses),
             rows: Columns::new(lanes(form.rows.len()), &arms_of_rows),
             reactions: Columns::new(all, &transposed),
             scalars: Scalars::new(&form.tape, ORDERS, count, place, |arm| flat(place(arm), 0)),
@@ -229,6 +231,7 @@ impl Jet {
             force: [orders(all), orders(all)],
             values: orders(all),
             second: [vec![ZERO; all], vec![ZERO; all]],
+            forces: [vec![ZERO; all], vec![ZERO; all]],
             inner: [vec![ZERO; shape.lanes[1]], vec![ZERO; shape.lanes[1]]],
             lack: vec![0.0; unknowns.len() + form.rows.len()],
             lack_lanes: vec![ZERO; all],

@@ -172,11 +172,11 @@ impl Jet {
     #[inline(always)]
     fn lack_of_balance(&mut self, k: usize) {
         let (all, [frames, products, _]) = (self.shape.all(), self.shape.lanes);
-        let [x, y] = [&self.second[0], &self.second[1]].map(|lanes| lanes.as_flattened());
-        for lane in 0..all {
-            let applied = [self.applied[0][lane], self.applied[1][lane]];
-            [self.force[0][at(lane, k)], self.force[1][at(lane, k)]] = self.coupling.complex(lane, x, y, applied);
+        for axis in 0..2 {
+            self.forces[axis].copy_from_slice(&self.applied[axis]);
         }
+        self.couple(k);
+        let [x, y] = [&self.second[0], &self.second[1]].map(|lanes| lanes.as_flattened());
         for lane in 0..self.gaps.len() {
             self.gaps[lane] = self.rows.dot(lane, x, y);
         }
@@ -286,12 +286,22 @@ impl Jet {
         if self.shape.counts[2] > 0 {
             self.shift(k, scale, true);
         }
-        let [x, y] = [&self.second[0], &self.second[1]].map(|lanes| lanes.as_flattened());
         let reactions = self.solution[all..].as_flattened();
         for lane in 0..all {
             let applied = [self.applied[0][lane], self.applied[1][lane]];
-            let force = self.reactions.real(lane, reactions, applied);
-            [self.force[0][at(lane, k)], self.force[1][at(lane, k)]] = self.coupling.complex(lane, x, y, force);
+            [self.forces[0][lane], self.forces[1][lane]] = self.reactions.real(lane, reactions, applied);
+        }
+        self.couple(k);
+    }
+
+    /// Adds the forces of the masses to the others, and keeps the sum.
+    #[inline(always)]
+    fn couple(&mut self, k: usize) {
+        self.coupling.add_forces(&self.second[0], &self.second[1], &mut self.forces);
+        for axis in 0..2 {
+            for (lane, force) in self.forces[axis].iter().enumerate() {
+                self.force[axis][at(lane, k)] = *force;
+            }
         }
     }
 }

@@ -31,17 +31,31 @@ impl Jet {
         fn begin_motion(&mut self: Jet, model: &Model, motion: &[f64]) -> Result<f64, Singular> = begin_any
     }
 
+    /// The pose of q alone and its matrix, for a look at [`Self::closeness`].
+    pub fn probe(&mut self, model: &Model, registers: &[f64], motion: &[f64]) -> Result<(), Singular> {
+        self.scalars.begin(model, registers, 0);
+        self.pose(motion)
+    }
+
+    by_width! {
+        fn pose(&mut self: Jet, motion: &[f64]) -> Result<(), Singular> = pose_any
+    }
+
+    #[inline(always)]
+    fn pose_any(&mut self, motion: &[f64]) -> Result<(), Singular> {
+        self.load(0, &motion[..self.form.coordinates.len()]);
+        self.turn();
+        self.factor()
+    }
+
     by_width! {
         fn respond(&mut self: Jet) = respond_any
     }
 
     #[inline(always)]
     fn begin_any(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> {
-        let (q, v) = motion.split_at(self.form.coordinates.len());
-        self.load(0, q);
-        self.load(1, v);
-        self.turn();
-        self.factor()?;
+        self.pose_any(motion)?;
+        self.load(1, &motion[self.form.coordinates.len()..]);
         let open = self.close(model, 0, CLOSED);
         self.turn_rates();
         self.close(model, 1, CLOSED);

@@ -1,6 +1,6 @@
 //! Singular poses on the way of a Taylor step.
 
-use super::{Start, Taylor, order_for, order_near};
+use super::{Start, Taylor, order_near};
 use crate::solver::continuation::Continuation;
 use crate::solver::dependence::undecided;
 use crate::solver::leaving::{CORRECTIONS, Search, Verdict};
@@ -37,12 +37,12 @@ impl Taylor {
     /// The smallest distance from a singular pose along the polynomial, as a share of that at the front.
     fn share_at(&mut self, context: &mut Context, run: &Continuation, dt: f64) -> f64 {
         self.jet.evaluate(&run.dense, run.order as usize, dt, &mut self.next);
-        let Context { model, machine, settings, .. } = context;
+        let Context { model, machine, .. } = context;
         let time = run.front_time + dt;
         machine.load_signals(model, &run.origin, time);
         self.jet.update(machine.registers());
-        match self.jet.begin(model, machine.registers(), order_for(settings.tolerance), &self.next) {
-            Ok(_) => {
+        match self.jet.probe(model, machine.registers(), &self.next) {
+            Ok(()) => {
                 self.jet.closeness(model, &mut self.guard.next);
                 self.guard.share()
             }
