@@ -40,6 +40,11 @@ impl Columns {
         self.real = self.im.iter().all(|im| *im == ZERO);
     }
 
+    /// So many lanes are added to.
+    pub fn lanes(&self) -> usize {
+        self.first.len() - 1
+    }
+
     /// The pieces of a lane: column, real and imaginary parts.
     #[inline(always)]
     pub fn pieces(&self, lane: usize) -> impl Iterator<Item = (usize, Lane, Lane)> {

@@ -71,6 +71,12 @@ impl Inverse {
         }
     }
 
+    /// Four entries of a row, by places.
+    #[inline(always)]
+    pub fn put(&mut self, row: usize, lane: usize, entries: Lane) {
+        self.rows[row * self.width + lane] = entries;
+    }
+
     /// Number of equations.
     pub fn size(&self) -> usize {
         self.places.len()

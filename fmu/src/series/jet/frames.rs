@@ -136,6 +136,35 @@ fn series<const F: usize>(lanes: &mut [Lane]) -> Option<&mut Series<F>> {
     lanes.as_chunks_mut().0.first_chunk_mut()
 }
 
+/// Second derivatives of the arms of a lane of frames, and moments of the forces on them, without the accelerations and forces of order k: from orders 1 to
+/// k + 1 of the arms, 0 to k of the rates, and 0 to k - 1 of the forces.
+#[inline(always)]
+pub(super) fn convolve([x, y]: [&[Lane]; 2], omega: &[Lane], [force_x, force_y]: [&[Lane]; 2]) -> [Lane; 3] {
+    let k = x.len() - 1;
+    let (x, y, omega) = (&x[..k + 1], &y[..k + 1], &omega[..k + 1]);
+    let (force_x, force_y) = (&force_x[..k], &force_y[..k]);
+    // Even and odd terms apart, so that they do not wait for each other: of cosines, of sines, and of both parts of the moment.
+    // What the order before has found comes last, so that the others do not wait for it.
+    let (mut even, mut odd) = ([ZERO; 4], [ZERO; 4]);
+    let mut j = 1;
+    while j + 1 < k {
+        even = terms(even, [x[j], y[j]], omega[k - j], [force_x[k - 1 - j], force_y[k - 1 - j]]);
+        odd = terms(odd, [x[j + 1], y[j + 1]], omega[k - 1 - j], [force_x[k - 2 - j], force_y[k - 2 - j]]);
+        j += 2;
+    }
+    if j < k {
+        even = terms(even, [x[j], y[j]], omega[k - j], [force_x[k - 1 - j], force_y[k - 1 - j]]);
+    }
+    let mut sums = [add(even[0], odd[0]), add(even[1], odd[1]), add(even[2], odd[2]), add(even[3], odd[3])];
+    if k > 0 {
+        sums = terms(sums, [x[0], y[0]], omega[k], [force_x[k - 1], force_y[k - 1]]);
+    }
+    let [cosine, sine, over, under] = sums;
+    let (cosine, sine) = (plus(cosine, x[k], omega[0]), plus(sine, y[k], omega[0]));
+    let up = splat((k + 1) as f64);
+    [multiply(sine, multiply(splat(-1.0), up)), multiply(cosine, up), subtract(over, under)]
+}
+
 /// One term of x omega, y omega, x force_y and y force_x.
 #[inline(always)]
 fn terms(sums: [Lane; 4], [x, y]: [Lane; 2], omega: Lane, [force_x, force_y]: [Lane; 2]) -> [Lane; 4] {
@@ -147,32 +176,10 @@ impl<const F: usize> Frames<'_, F> {
     #[inline(always)]
     fn convolve(&self, k: usize) -> (Pair<F>, [Lane; F]) {
         let (mut second, mut moment) = ([[ZERO; F]; 2], [ZERO; F]);
-        let up = splat((k + 1) as f64);
         for f in 0..F {
-            let (x, y) = (&self.x[f][1..k + 2], &self.y[f][1..k + 2]);
-            let omega = &self.omega[f][..k + 1];
-            let (force_x, force_y) = (&self.force[0][f][..k], &self.force[1][f][..k]);
-            // Even and odd terms apart, so that they do not wait for each other: of cosines, of sines, and of both parts of the moment.
-            // What the order before has found comes last, so that the others do not wait for it.
-            let (mut even, mut odd) = ([ZERO; 4], [ZERO; 4]);
-            let mut j = 1;
-            while j + 1 < k {
-                even = terms(even, [x[j], y[j]], omega[k - j], [force_x[k - 1 - j], force_y[k - 1 - j]]);
-                odd = terms(odd, [x[j + 1], y[j + 1]], omega[k - 1 - j], [force_x[k - 2 - j], force_y[k - 2 - j]]);
-                j += 2;
-            }
-            if j < k {
-                even = terms(even, [x[j], y[j]], omega[k - j], [force_x[k - 1 - j], force_y[k - 1 - j]]);
-            }
-            let mut sums = [add(even[0], odd[0]), add(even[1], odd[1]), add(even[2], odd[2]), add(even[3], odd[3])];
-            if k > 0 {
-                sums = terms(sums, [x[0], y[0]], omega[k], [force_x[k - 1], force_y[k - 1]]);
-            }
-            let [cosine, sine, over, under] = sums;
-            let (cosine, sine) = (plus(cosine, x[k], omega[0]), plus(sine, y[k], omega[0]));
-            second[0][f] = multiply(sine, multiply(splat(-1.0), up));
-            second[1][f] = multiply(cosine, up);
-            moment[f] = subtract(over, under);
+            let arm = [&self.x[f][1..k + 2], &self.y[f][1..k + 2]];
+            let force = [&self.force[0][f][..k], &self.force[1][f][..k]];
+            [second[0][f], second[1][f], moment[f]] = convolve(arm, &self.omega[f][..k + 1], force);
         }
         (second, moment)
     }

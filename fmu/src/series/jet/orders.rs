@@ -1,6 +1,6 @@
 //! One order after the other.
 
-use super::{Jet, at, flat, series, vectors};
+use super::{Jet, at, flat, frames, series, vectors};
 use crate::series::form::Factor;
 use crate::series::lane::{Lane, WIDTH, ZERO, add, by_width, minus, multiply, plus, splat, subtract};
 
@@ -50,16 +50,16 @@ impl Jet {
         self.scalars.positions(k, vectors(&self.x, &self.y, &self.values, self.shape.all()));
     }
 
-    /// Second derivatives of the arms without the new accelerations.
+    /// Second derivatives of the arms without the new accelerations, and moments without the new forces.
     #[inline(always)]
     fn predict(&mut self, k: usize) {
         let frames = self.shape.lanes[0];
         let scale = ((k + 1) * (k + 2)) as f64;
         for lane in 0..frames {
+            let arm = [&series(&self.x, lane, k + 1)[1..], &series(&self.y, lane, k + 1)[1..]];
+            let force = [&series(&self.force[0], lane, k)[..k], &series(&self.force[1], lane, k)[..k]];
             let omega = series(&self.omega, lane, k);
-            let [x, y] = [&self.x, &self.y].map(|arms| &series(arms, lane, k + 1)[1..]);
-            self.second[0][lane] = multiply(splat(-((k + 1) as f64)), convolve(omega, y));
-            self.second[1][lane] = multiply(splat((k + 1) as f64), convolve(omega, x));
+            [self.second[0][lane], self.second[1][lane], self.lack_lanes[lane]] = frames::convolve(arm, omega, force);
         }
         for index in 0..self.special.len() {
             let frame = self.special[index];
@@ -181,7 +181,9 @@ impl Jet {
             self.gaps[lane] = self.rows.dot(lane, x, y);
         }
         for lane in 0..frames {
-            self.lack_lanes[lane] = self.moment(k, lane);
+            let (x, y) = (self.x[at(lane, 0)], self.y[at(lane, 0)]);
+            let turning = subtract(multiply(x, self.forces[1][lane]), multiply(y, self.forces[0][lane]));
+            self.lack_lanes[lane] = add(self.lack_lanes[lane], turning);
         }
         for lane in 0..products {
             self.lack_lanes[frames + lane] = self.pull(k, lane);

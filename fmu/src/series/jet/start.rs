@@ -323,9 +323,15 @@ impl Jet {
         self.differentiate();
         let regular = match &mut self.matrix {
             Matrix::Whole(inverse) => {
+                let only_frames = self.frames[0] > 0;
                 let assemble = |inverse: &mut Inverse| {
                     inverse.clear();
-                    self.terms.assemble(inverse, &self.coefficients, &self.derivatives);
+                    let (c, derivatives) = (&self.coefficients, &self.derivatives);
+                    if only_frames {
+                        self.terms.assemble_frames(inverse, c, derivatives, self.coupling.entries());
+                    } else {
+                        self.terms.assemble(inverse, c, derivatives);
+                    }
                 };
                 assemble(inverse);
                 let in_order = self.alike == Some(true) && inverse.size() > WIDTH;

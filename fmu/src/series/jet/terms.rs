@@ -1,8 +1,10 @@
 //! What the entries of \[M J^T; J 0\] are made of.
 
 use super::Shape;
+use crate::series::columns::Columns;
 use crate::series::form::{ArmForm, Factor};
-use crate::series::lane::{Lane, WIDTH};
+use crate::series::inverse::Inverse;
+use crate::series::lane::{Lane, WIDTH, minus, multiply, plus, splat};
 use crate::series::matrix::{Entries, Matrix, Places};
 
 /// Masses that differ by more than this factor ask for a search for pivots.
@@ -169,13 +171,42 @@ impl Terms {
     #[inline(always)]
     pub(super) fn assemble(&self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
         let [dx, dy] = [&derivatives[0], &derivatives[1]].map(|lanes| lanes.as_flattened());
-        for term in &self.inertia {
-            matrix.add(term.places, c[term.value as usize]);
-        }
         for Term { places, value: Mass { left, right, mass }, .. } in &self.masses {
             let (ax, ay, bx, by) = (dx[*left], dy[*left], dx[*right], dy[*right]);
             let [re, im] = mass.map(|part| c[part as usize]);
             matrix.add(*places, re * (ax * bx + ay * by) - im * (ax * by - ay * bx));
+        }
+        self.assemble_rest(matrix, c, derivatives);
+    }
+
+    /// The same of frames only, whose arms are x + i y: an entry of the masses for every two of them, four at a time.
+    #[inline(always)]
+    pub(super) fn assemble_frames(
+        &self,
+        inverse: &mut Inverse,
+        c: &[f64],
+        derivatives: &[Vec<Lane>; 2],
+        coupling: &Columns,
+    ) {
+        let [dx, dy] = derivatives;
+        for lane in 0..dx.len().min(dy.len()).min(coupling.lanes()) {
+            let (ax, ay) = (dx[lane], dy[lane]);
+            for (column, re, im) in coupling.pieces(lane) {
+                let [bx, by] = [dx, dy].map(|lanes| splat(lanes.as_flattened()[column]));
+                let along = plus(multiply(ax, bx), ay, by);
+                let across = minus(multiply(ax, by), ay, bx);
+                inverse.put(column, lane, minus(multiply(re, along), im, across));
+            }
+        }
+        self.assemble_rest(inverse, c, derivatives);
+    }
+
+    /// All but the masses between arms.
+    #[inline(always)]
+    fn assemble_rest(&self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
+        let [dx, dy] = [&derivatives[0], &derivatives[1]].map(|lanes| lanes.as_flattened());
+        for term in &self.inertia {
+            matrix.add(term.places, c[term.value as usize]);
         }
         for Term { places, value: Slope { derivative, p }, .. } in &self.loops {
             let [px, py] = p.map(|part| c[part as usize]);
