@@ -2,6 +2,9 @@
 
 use super::lane::{Lane, WIDTH, ZERO, add, minus, plus, splat};
 
+/// An entry: row, column, coefficients.
+pub(super) type Entry = (usize, usize, [u32; 2]);
+
 /// One lane of one column for each piece, by the lanes that they add to.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Columns {
@@ -17,8 +20,8 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// For entries (row, column, coefficients).
-    pub fn new(lanes: usize, entries: &[(usize, usize, [u32; 2])]) -> Self {
+    /// For entries of so many lanes.
+    pub fn new(lanes: usize, entries: &[Entry]) -> Self {
         let mut places: Vec<(usize, usize)> = entries.iter().map(|(row, column, _)| (row / WIDTH, *column)).collect();
         places.sort_unstable();
         places.dedup();
@@ -38,6 +41,11 @@ impl Columns {
             self.im[piece][place] += coefficients[im as usize];
         }
         self.real = self.im.iter().all(|im| *im == ZERO);
+    }
+
+    /// Number of entries.
+    pub fn count(&self) -> usize {
+        self.entries.len()
     }
 
     /// So many lanes are added to.

@@ -1,5 +1,7 @@
-//! The matrix \[M J^T; J 0\] of a pose: inverted as a whole where it is small or full, factored where it is large and sparse.
+//! The matrix \[M J^T; J 0\] of a pose: inverted as a whole where it is small or full, factored where it is large and sparse or an open
+//! chain's.
 
+use super::chain::Recursion;
 use super::factors::{Factors, Pattern};
 use super::inverse::Inverse;
 use super::lane::{Lane, WIDTH};
@@ -9,6 +11,9 @@ pub(super) const FOUR_AT_ONCE: f64 = 0.35;
 /// So often a typical step solves.
 const SOLUTIONS: usize = 16;
 
+/// What a solution multiplies for each link of a chain.
+const LINK: usize = 16;
+
 /// Where an entry and its mirror image are kept.
 pub(super) type Places = [usize; 2];
 
@@ -17,6 +22,8 @@ pub(super) type Places = [usize; 2];
 pub(super) enum Matrix {
     Whole(Inverse),
     Factored(Box<Factors>),
+    /// Of an open chain of frames.
+    Chained(Recursion),
 }
 
 /// Receives the entries of a matrix.
@@ -54,6 +61,8 @@ impl Matrix {
         match self {
             Self::Whole(inverse) => inverse.places(row, column),
             Self::Factored(factors) => factors.places(row, column),
+            // It takes no entries: it knows its links.
+            Self::Chained(_) => [0; 2],
         }
     }
 
@@ -62,6 +71,7 @@ impl Matrix {
         match self {
             Self::Whole(inverse) => cost_of_inverse(inverse.size()),
             Self::Factored(factors) => cost_of_factors(factors.pattern()),
+            Self::Chained(recursion) => (LINK * SOLUTIONS * recursion.size()) as f64,
         }
     }
 
@@ -70,6 +80,8 @@ impl Matrix {
         match self {
             Self::Whole(inverse) => inverse.diagonal(equation),
             Self::Factored(factors) => factors.diagonal(equation),
+            // It has no loop equations.
+            Self::Chained(_) => 0.0,
         }
     }
 
@@ -79,6 +91,7 @@ impl Matrix {
         match self {
             Self::Whole(inverse) => inverse.times(vector, solution),
             Self::Factored(factors) => factors.solve(vector, solution.as_flattened_mut()),
+            Self::Chained(recursion) => recursion.solve(vector, solution.as_flattened_mut()),
         }
     }
 }

@@ -5,9 +5,11 @@
 //! * `switch`: laws in pieces.
 //! * `tape`: scalar series for signals of time and the laws of loads.
 //! * `columns`, `coupling`: sparse constants, and the masses among them.
+//! * `chain`: what is simpler where frames follow each other in an open chain.
 //! * `matrix`, `inverse`, `factors`: the matrix of a pose, as a whole or by its entries.
 //! * `lane`, `turn`: four numbers and four angles at a time.
 
+mod chain;
 mod check;
 mod columns;
 mod coupling;

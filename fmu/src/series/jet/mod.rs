@@ -19,7 +19,8 @@ mod terms;
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::series::MAX_ORDER;
-use crate::series::columns::Columns;
+use crate::series::chain::Recursion;
+use crate::series::columns::{Columns, Entry};
 use crate::series::coupling::Coupling;
 use crate::series::form::{ArmForm, Factor, Place, Row, Slot};
 use crate::series::lane::{Lane, WIDTH, ZERO, lanes, splat};
@@ -51,6 +52,15 @@ fn flat(place: usize, order: usize) -> usize {
 #[inline(always)]
 fn series(lanes: &[Lane], lane: usize, k: usize) -> &[Lane] {
     &lanes[at(lane, 0)..at(lane, 0) + k + 1]
+}
+
+/// What the storage of the matrix depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Layout {
+    /// Are masses of the same order?
+    alike: bool,
+    /// Is there an open chain of frames, and nothing else?
+    chained: bool,
 }
 
 /// Lanes and places of arms.
@@ -125,8 +135,8 @@ pub struct Jet {
     /// One where there is a frame.
     present: Vec<Lane>,
     matrix: Matrix,
-    /// Is it laid out for masses that are alike?
-    alike: Option<bool>,
+    /// Is it laid out for masses that are alike, and for a chain?
+    layout: Option<Layout>,
     /// Of a mechanism of frames only.
     response: Response,
     /// The joint of each loop equation.
@@ -183,15 +193,14 @@ impl Jet {
         let room = (all + lanes(form.rows.len())) * WIDTH;
         let count = form.coefficients.results.len();
         let place = |arm: u32| shape.place(arm);
-        let arms_of_rows: Vec<(usize, usize, [u32; 2])> = form
+        let arms_of_rows: Vec<Entry> = form
             .rows
             .iter()
             .enumerate()
             .flat_map(|(row, data)| data.arms.iter().map(move |&(arm, p)| (row, shape.place(arm), p)))
             .collect();
-        let transposed: Vec<(usize, usize, [u32; 2])> =
-            arms_of_rows.iter().map(|&(row, arm, p)| (arm, row, p)).collect();
-        let masses: Vec<(usize, usize, [u32; 2])> =
+        let transposed: Vec<Entry> = arms_of_rows.iter().map(|&(row, arm, p)| (arm, row, p)).collect();
+        let masses: Vec<Entry> =
             form.coupling.iter().map(|entry| (place(entry.on), place(entry.from), entry.mass)).collect();
         let one = |slot, factor| Scatter { place: slot, value: None, factors: [factor, 0] };
         let pushes =
@@ -213,7 +222,7 @@ impl Jet {
             inertia: vec![ZERO; shape.lanes[0]],
             present: present(&shape),
             matrix: Matrix::none(),
-            alike: None,
+            layout: None,
             response: Response::default(),
             groups: groups(model, &form),
             terms: Terms::new(&Plan::new(&form, &shape, &turned_by, &unknowns), unknowns.len()),
@@ -283,7 +292,7 @@ impl Jet {
     pub fn cost(&self) -> f64 {
         let form = &self.form;
         let scalars = form.tape.signals.len() + form.tape.positions.len() + form.tape.rates.len();
-        let constants = form.coupling.len() + form.rows.iter().map(|row| row.arms.len()).sum::<usize>();
+        let constants = self.coupling.count() + form.rows.iter().map(|row| row.arms.len()).sum::<usize>();
         // Twice at each order, by complex numbers; four sums of products over all orders below.
         let vectors = 8 * lanes(constants) + 2 * ORDERS * self.shape.all();
         let orders = ORDERS as f64 * (FOUR_AT_ONCE * vectors as f64 + (scalars * ORDERS) as f64 / 2.0);
@@ -294,7 +303,7 @@ impl Jet {
     pub fn update(&mut self, registers: &[f64]) {
         let results = self.form.coefficients.results(registers);
         let same = self.coefficients.iter().zip(results).all(|(old, new)| old.to_bits() == new.to_bits());
-        if same && self.alike.is_some() {
+        if same && self.layout.is_some() {
             return;
         }
         for (place, value) in self.coefficients.iter_mut().zip(self.form.coefficients.results(registers)) {
@@ -309,19 +318,25 @@ impl Jet {
             *place = c[frame.inertia as usize];
         }
         let alike = self.terms.are_alike(c, self.unknowns.len(), self.shape.lanes[0]);
-        if self.alike != Some(alike) {
-            self.alike = Some(alike);
-            self.lay_out(alike);
+        let chained = alike && self.coupling.chain().is_some() && self.is_open() && self.has_only_frames();
+        let layout = Layout { alike, chained };
+        if self.layout != Some(layout) {
+            self.layout = Some(layout);
+            self.lay_out(layout);
         }
     }
 
     /// Storage for the matrix. It allocates: once for a model, and when a changed parameter makes masses alike that were not, or the other way
     /// round.
-    fn lay_out(&mut self, alike: bool) {
+    fn lay_out(&mut self, layout: Layout) {
+        if layout.chained {
+            self.matrix = Matrix::Chained(Recursion::new(self.unknowns.len()));
+            return;
+        }
         let first = self.shape.all() * WIDTH;
         let targets: Vec<usize> = (self.unknowns.iter().copied()).chain((first..).take(self.form.rows.len())).collect();
-        self.matrix =
-            Matrix::new(&targets, self.solution.len() * WIDTH, self.unknowns.len(), self.terms.entries(), alike);
+        let (room, unknowns) = (self.solution.len() * WIDTH, self.unknowns.len());
+        self.matrix = Matrix::new(&targets, room, unknowns, self.terms.entries(), layout.alike);
         self.terms.aim(&self.matrix);
     }
 }

@@ -334,7 +334,8 @@ impl Jet {
                     }
                 };
                 assemble(inverse);
-                let in_order = self.alike == Some(true) && inverse.size() > WIDTH;
+                let alike = self.layout.is_some_and(|layout| layout.alike);
+                let in_order = alike && inverse.size() > WIDTH;
                 if in_order && inverse.invert_in_order() {
                     true
                 } else {
@@ -348,6 +349,10 @@ impl Jet {
                 factors.clear();
                 self.terms.assemble(&mut **factors, &self.coefficients, &self.derivatives);
                 factors.factor()
+            }
+            Matrix::Chained(recursion) => {
+                let [dx, dy] = &self.derivatives;
+                self.coupling.chain().is_some_and(|chain| recursion.factor(chain, [dx, dy], &self.inertia))
             }
         };
         if regular { Ok(()) } else { Err(Singular) }
