@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use cotree::formulate::formulate;
 use cotree::mechanism::{Coordinates, Mechanism};
-use cotree::scene::Scene;
+use cotree::scene::{Body, Scene};
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Motion;
@@ -166,6 +166,43 @@ fn series_of_many_loops_solve_the_equations() {
 fn a_light_body_among_many_loops_asks_for_pivots() {
     let light = ladder(12).replacen("mass = 1\ninertia = 0.05", "mass = 1e-6\ninertia = 1e-8", 1);
     assert!(check("ladder with a light body", &mut resolve(&light, "light"), Coordinates::Recommended));
+}
+
+/// Bars that hang from each other, none in line with the one before; some carry another one besides.
+fn hanging(bars: usize, mass: impl Fn(usize) -> f64, branches: &[usize]) -> Mechanism {
+    let mut scene = support::chain::chain(bars);
+    for (bar, body) in scene.bodies.iter_mut().enumerate() {
+        *body = body.clone().mass(mass(bar)).inertia(0.07 * mass(bar));
+    }
+    for &bar in branches {
+        let body = Body::new().mass(0.4).inertia(0.02).point("a", [-0.2, 0.1]);
+        let name = format!("side{bar}");
+        scene = scene.body(&name, body).revolute(&format!("at{bar}"), &format!("b{bar}.b"), &format!("{name}.a"));
+    }
+    scene.resolve().expect("a sound scene").mechanism
+}
+
+#[test]
+fn series_of_chains_solve_the_equations() {
+    for bars in [13, 16, 30] {
+        for coordinates in [Coordinates::Recommended, Coordinates::Absolute] {
+            let mut chain = hanging(bars, |bar| 1.3 - 0.02 * bar as f64, &[]);
+            assert!(check(&format!("chain of {bars}"), &mut chain, coordinates));
+        }
+    }
+    let masses = |bar: usize| if bar % 3 == 0 { 1e-2 } else { 1.0 };
+    assert!(check("chain of light and heavy bars", &mut hanging(20, masses, &[]), Coordinates::Recommended));
+    assert!(check("branched chain", &mut hanging(14, |_| 1.0, &[3, 9]), Coordinates::Recommended));
+}
+
+#[test]
+fn a_step_costs_so_much_for_each_bar() {
+    let cost = |bars: usize| {
+        let program = formulate(&hanging(bars, |_| 1.0, &[])).expect("a chain").lowered.program;
+        Jet::new(&Model::new(program).expect("a model")).expect("an arm form").cost()
+    };
+    let costs = [20, 40, 80].map(cost);
+    assert!((costs[2] - costs[1]) < 2.1 * (costs[1] - costs[0]), "{costs:?}");
 }
 
 #[test]
