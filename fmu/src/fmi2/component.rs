@@ -301,6 +301,13 @@ impl Component {
         Ok(self.instance.complete_step()?)
     }
 
+    /// The usual step: from the very time reached, along what is known of the motion. False if there is more to it.
+    #[inline]
+    pub fn glide(&mut self, point: f64, step: f64) -> bool {
+        let usual = (point - self.instance.time()).abs() <= OFFSET * step && step > 0.0 && step <= LONGEST;
+        usual && self.mode == Mode::StepComplete && self.instance.glide(point + step)
+    }
+
     pub fn do_step(&mut self, point: f64, step: f64) -> Outcome {
         self.allow("fmi2DoStep", &[Mode::StepComplete])?;
         if !(point.is_finite() && step > 0.0 && step <= LONGEST) {

@@ -208,6 +208,11 @@ impl Continuation {
         }
     }
 
+    /// Is there no passage to be told of?
+    pub(crate) fn is_silent(&self) -> bool {
+        self.passages.is_empty()
+    }
+
     /// Takes the passages up to a time out.
     pub fn take_passages(&mut self, time: f64) -> Vec<Passage> {
         let (told, kept) = std::mem::take(&mut self.passages).into_iter().partition(|passage| passage.time <= time);

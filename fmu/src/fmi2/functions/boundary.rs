@@ -10,6 +10,12 @@ use crate::fmi2::logging::Category;
 use crate::fmi2::types::fmi2Status::{fmi2Error, fmi2OK};
 use crate::fmi2::types::*;
 
+/// Runs what can neither panic nor fail; false without a component.
+pub(super) fn quick(component: fmi2Component, run: impl FnOnce(&mut Component) -> bool) -> bool {
+    // SAFETY: by the contract it is null, or came from `fmi2Instantiate`, is still alive and not in use by another thread.
+    unsafe { component.cast::<Component>().as_mut() }.is_some_and(run)
+}
+
 /// Runs a call on a component; refusals are logged.
 pub(super) fn call(
     component: fmi2Component,

@@ -1,6 +1,6 @@
 //! Co-Simulation.
 
-use super::boundary::{call, place, plain};
+use super::boundary::{call, place, plain, quick};
 use crate::fmi2::types::fmi2Status::{fmi2Discard, fmi2OK};
 use crate::fmi2::types::*;
 
@@ -12,6 +12,9 @@ pub unsafe extern "C" fn fmi2DoStep(
     communicationStepSize: fmi2Real,
     _noSetFMUStatePriorToCurrentPoint: fmi2Boolean,
 ) -> fmi2Status {
+    if quick(c, |component| component.glide(currentCommunicationPoint, communicationStepSize)) {
+        return fmi2OK;
+    }
     plain(c, |component| component.do_step(currentCommunicationPoint, communicationStepSize))
 }
 
