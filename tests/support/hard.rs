@@ -430,25 +430,32 @@ pub fn nearly_neutral(seed: u64, defect: f64) -> FourBar {
     bars
 }
 
+/// Inertia of a flap.
+const FLAP: f64 = 0.05;
+
 /// One of these whose rocker carries a flap on a stiff spring with critical damping, turning along with it.
 pub fn neutral_with_flap(seed: u64) -> Case {
     const STIFFNESS: f64 = 1e6;
-    const INERTIA: f64 = 0.05;
-    let bars = neutral(seed);
+    let case = with_flap(neutral(seed), &format!("flap_{seed}"), STIFFNESS, 2.0 * (STIFFNESS * FLAP).sqrt());
+    case.at(&[1e-3, 1e-4, 1e-6, 1e-8, 1e-10])
+}
+
+/// A four-bar whose rocker carries a flap on a spring, a damper, or both; the flap starts as it would turn along.
+pub fn with_flap(bars: FourBar, name: &str, stiffness: f64, damping: f64) -> Case {
     let [coupler, rocker] = bars.angles();
     // Of the velocities of the loop.
     let along = |angle: f64| [-angle.sin(), angle.cos()];
     let ([a, b, c], r) = ([along(bars.angle), along(coupler), along(rocker)], bars.crank * bars.omega);
     let omega = r * (a[0] * b[1] - a[1] * b[0]) / (bars.rocker * (c[0] * b[1] - c[1] * b[0]));
-    let spring = Load::torsion_spring("rocker", "flap", STIFFNESS).damping(2.0 * (STIFFNESS * INERTIA).sqrt());
     let scene = bars
-        .scene(&format!("flap_{seed}"))
-        .body("flap", Body::new().mass(0.1).inertia(INERTIA))
+        .scene(name)
+        .body("flap", Body::new().mass(0.1).inertia(FLAP))
         .revolute("hinge", "rocker.b", "flap")
-        .load("hinge_spring", spring)
+        .load("hinge_spring", Load::torsion_spring("rocker", "flap", stiffness).damping(damping))
         .initial("flap.angle", rocker)
         .initial("flap.omega", omega);
-    Case::new("change point, stiff spring", scene, 8.0, vec![bars.law()]).driven().at(&[1e-3, 1e-4, 1e-6, 1e-8, 1e-10])
+    let case = Case::new("change point, stiff spring", scene, 8.0, vec![bars.law()]);
+    if damping > 0.0 { case.driven() } else { case }
 }
 
 /// N four-bar loops of bars of length 1 side by side (IFToMM benchmark A02).

@@ -34,6 +34,11 @@ pub(super) fn singular_ahead(context: &Context, run: &Continuation) -> Option<Fa
     (distance < REFUSED).then_some(Failure::SingularAhead { time: run.front_time, joints })
 }
 
+/// The joints whose loop equations depend on each other most at the front.
+pub(super) fn weakest_joints(context: &Context, run: &Continuation) -> Vec<String> {
+    at_the_front(context, run).1
+}
+
 /// What to say where the motion could go on in several ways.
 pub(super) fn undecided(context: &Context, run: &Continuation) -> Failure {
     Failure::Undecided { time: run.front_time, joints: at_the_front(context, run).1 }

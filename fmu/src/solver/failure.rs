@@ -131,6 +131,16 @@ pub enum Failure {
         /// Joints whose loop equations come to depend on each other.
         joints: Vec<String>,
     },
+    /// Branches of the motion meet, and the steps were too short to tell them apart.
+    #[error(
+        "at t = {time} s the motion has left its branch in a singular pose, where {} depend on each other: stiff springs or dampers keep the steps so short there that rounding errors decide; leave the choice of the method to the program, or make them less stiff", list(.joints)
+    )]
+    BranchLost {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations depend on each other there.
+        joints: Vec<String>,
+    },
     /// The loops come apart during the motion.
     #[error("at t = {time} s the loops cannot be kept closed: the largest gap is {gap}")]
     Drift {

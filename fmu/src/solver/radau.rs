@@ -386,6 +386,14 @@ impl Radau {
         size
     }
 
+    /// The last error in units of the tolerances, of what `change` leaves of it.
+    pub fn filtered_error(&mut self, tolerances: &[f64], mut change: impl FnMut(&mut [f64])) -> f64 {
+        self.point.copy_from_slice(&self.error);
+        change(&mut self.point);
+        let squares = self.point.iter().zip(tolerances).map(|(error, tolerance)| (error / tolerance).powi(2));
+        (squares.sum::<f64>() / (2 * self.n).max(1) as f64).sqrt()
+    }
+
     /// Takes the point for an error.
     fn filter(&mut self, h: f64, tolerances: &[f64]) -> f64 {
         self.solve_real(REAL / h);

@@ -1,0 +1,218 @@
+//! Has the motion stayed on its branch where short steps pass a singular pose?
+//!
+//! Steps of natural length pass such a pose in one leap. Steps that stiffness keeps short come so close to it that rounding errors may decide where they
+//! go on. In the pose the velocities v that continue a branch fulfil J v = 0 and, for the combination l of the loop equations that vanishes, l (J_q v) v = 0:
+//! two straight lines, and l (J_q v) w = 0 too for v and w on the same one. So a look at the rates a little before and a little after the pose tells.
+
+use serde::{Deserialize, Serialize};
+
+use super::Context;
+use super::continuation::Continuation;
+use super::failure::Failure;
+use super::poses::active_rows;
+use super::singular::weakest_combination;
+use crate::math;
+use crate::model::{Model, State, motion};
+
+/// States that are looked at together.
+const WINDOW: usize = 4;
+/// They lie at least so far apart, in units of the scales.
+const APART: f64 = 0.01;
+/// Longer steps pass a pose in one leap.
+const LEAP: f64 = 0.05;
+/// A loop equation this much closer to the others than it has been, by 1 / r^2, may be about to depend on them.
+const CLOSE: f64 = 50.0;
+/// What l (J_q v) w may be of the product of its factors if v and w belong to the same branch.
+const SAME: f64 = 0.01;
+/// For derivatives along the rates, in units of the scales.
+const DIFFERENCE: f64 = 1e-5;
+
+/// The last states of short steps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Trail {
+    /// So many are known.
+    count: usize,
+    /// Time, q and v, the oldest first.
+    states: Vec<f64>,
+    /// 1 / r^2 of each loop equation there, where r is how far it is from the others.
+    closeness: Vec<f64>,
+    /// The smallest of them so far.
+    smallest: Vec<f64>,
+    /// (q, v) after the last step.
+    last: Vec<f64>,
+}
+
+impl Trail {
+    pub fn new(model: &Model) -> Self {
+        let (rows, size) = sizes(model);
+        Self {
+            count: 0,
+            states: vec![0.0; if size > 0 { WINDOW * (1 + size) } else { 0 }],
+            closeness: vec![0.0; WINDOW * rows],
+            smallest: vec![f64::MAX; rows],
+            last: vec![0.0; size],
+        }
+    }
+
+    pub fn start(&mut self) {
+        self.count = 0;
+        self.smallest.fill(f64::MAX);
+    }
+
+    pub fn copy_from(&mut self, other: &Self) {
+        self.count = other.count;
+        self.states.clone_from(&other.states);
+        self.closeness.clone_from(&other.closeness);
+        self.smallest.clone_from(&other.smallest);
+        self.last.clone_from(&other.last);
+    }
+
+    pub fn belongs_to(&self, model: &Model) -> bool {
+        let Self { count, states, closeness, smallest, last } = self;
+        let expected = Self::new(model);
+        let pairs = [
+            (states, expected.states),
+            (closeness, expected.closeness),
+            (smallest, expected.smallest),
+            (last, expected.last),
+        ];
+        *count <= WINDOW
+            && pairs.iter().all(|(all, expected)| all.len() == expected.len() && all.iter().all(|value| value.is_finite()))
+    }
+
+    fn state(&self, place: usize) -> &[f64] {
+        let size = self.states.len() / WINDOW;
+        &self.states[place * size..][..size]
+    }
+
+    fn rows(&self, place: usize) -> &[f64] {
+        let size = self.smallest.len();
+        &self.closeness[place * size..][..size]
+    }
+
+    /// Adds a state.
+    fn push(&mut self, time: f64, front: &[f64]) {
+        if self.count == WINDOW {
+            self.states.copy_within(front.len() + 1.., 0);
+            self.closeness.copy_within(self.smallest.len().., 0);
+            self.count -= 1;
+        }
+        let place = self.count * (front.len() + 1);
+        self.states[place] = time;
+        self.states[place + 1..][..front.len()].copy_from_slice(front);
+        self.count += 1;
+    }
+
+    /// Which of the inner states is closest to a pose that lies between the outer ones, if there may be one.
+    fn closest(&self) -> Option<usize> {
+        let [first, second, third, last] = [0, 1, 2, 3].map(|place| self.rows(place));
+        let near = |row: usize, place: f64| {
+            place > CLOSE * self.smallest[row] && place > first[row] && place > last[row]
+        };
+        let inner = (0..self.smallest.len()).filter(|&row| near(row, math::maximum(second[row], third[row])));
+        inner.map(|row| if second[row] > third[row] { 1 } else { 2 }).next()
+    }
+}
+
+/// Loop equations that may come to depend on each other, and numbers in (q, v) if there are any.
+fn sizes(model: &Model) -> (usize, usize) {
+    let rows = model.program().tapes.closeness.len();
+    (rows, if rows > 0 { 2 * model.coordinates() } else { 0 })
+}
+
+/// How far a state is from the front, in units of the scales.
+fn progress(model: &Model, from: &[f64], to: &[f64]) -> f64 {
+    let coordinates = model.program().coordinates.iter().zip(from.iter().zip(to));
+    coordinates.fold(0.0, |most, (coordinate, (from, to))| math::maximum(most, (to - from).abs() / coordinate.scale))
+}
+
+/// Looks at the front, to which a step has led.
+///
+/// # Errors
+/// The motion has left its branch.
+pub(super) fn watch(context: &mut Context, run: &mut Continuation) -> Result<(), Failure> {
+    let model = context.model;
+    if model.program().tapes.closeness.is_empty() {
+        return Ok(());
+    }
+    let leap = progress(model, &run.trail.last, &run.front) > LEAP;
+    run.trail.last.copy_from_slice(&run.front);
+    if leap {
+        run.trail.count = 0;
+        return Ok(());
+    }
+    let known = run.trail.count;
+    if known > 0 && progress(model, &run.trail.state(known - 1)[1..], &run.front) < APART {
+        return Ok(());
+    }
+    run.trail.push(run.front_time, &run.front);
+    note_closeness(context, run);
+    let Some(closest) = (if run.trail.count == WINDOW { run.trail.closest() } else { None }) else { return Ok(()) };
+    let followed = run.follow.is_some_and(|follow| follow.until >= run.trail.state(0)[0]);
+    let at = |place: usize| state_at(model, run, run.trail.state(place));
+    if followed {
+        return Ok(());
+    }
+    let (angle, joints) = turn(model, [&at(0), &at(closest), &at(WINDOW - 1)]);
+    // Written so that no number is another branch too.
+    let same = angle < SAME;
+    if same { Ok(()) } else { Err(Failure::BranchLost { time: run.trail.state(closest)[0], joints }) }
+}
+
+/// 1 / r^2 at the last state of the trail, which is the front.
+fn note_closeness(context: &mut Context, run: &mut Continuation) {
+    let Context { model, machine, statistics, .. } = context;
+    machine.load_signals(model, &run.origin, run.front_time);
+    machine.load_motion(model, &run.front);
+    machine.run(&model.program().tapes.acceleration);
+    statistics.evaluations += 1;
+    let trail = &mut run.trail;
+    let place = (trail.count - 1) * trail.smallest.len();
+    let registers = machine.registers();
+    for (index, &register) in model.program().tapes.closeness.iter().enumerate() {
+        let value = registers[register as usize].abs().min(f64::MAX);
+        trail.closeness[place + index] = value;
+        trail.smallest[index] = math::minimum(trail.smallest[index], value);
+    }
+}
+
+fn state_at(model: &Model, run: &Continuation, state: &[f64]) -> State {
+    let mut place = run.origin.clone();
+    model.advance_signals(&run.origin, state[0], place.registers_mut());
+    place.registers_mut()[motion(model.layout())].copy_from_slice(&state[1..]);
+    place
+}
+
+/// l (J_q v) w at a pose for the rates before and after it, of the product of its factors; and the joints that take part in l.
+fn turn(model: &Model, [before, pose, after]: [&State; 3]) -> (f64, Vec<String>) {
+    let Some((combination, joints)) = weakest_combination(model, &active_rows(model, pose)) else {
+        return (0.0, Vec::new());
+    };
+    let coordinates = &model.program().coordinates;
+    let size = |state: &State| {
+        let rates = state.rates().iter().zip(coordinates);
+        rates.fold(0.0, |most, (rate, coordinate)| math::maximum(most, rate.abs() / coordinate.scale))
+    };
+    let speed = size(before);
+    let side = |sign: f64| {
+        let mut aside = pose.clone();
+        let shift = sign * DIFFERENCE / speed;
+        let moves = before.rates().iter().map(|rate| shift * rate);
+        aside.positions_mut().iter_mut().zip(moves).for_each(|(place, change)| *place += change);
+        let mut sum = vec![0.0; coordinates.len()];
+        for (row, share) in active_rows(model, &aside).iter().zip(&combination) {
+            row.iter().for_each(|(&column, entry)| sum[column] += share * entry);
+        }
+        sum
+    };
+    let bend: Vec<f64> = side(1.0).iter().zip(side(-1.0)).map(|(one, other)| one - other).collect();
+    let (mut product, mut bends, mut rates) = (0.0, 0.0, 0.0);
+    for ((bend, rate), coordinate) in bend.iter().zip(after.rates()).zip(coordinates) {
+        let rate = rate / coordinate.scale;
+        product += bend * rate;
+        bends += bend * bend;
+        rates += if *bend == 0.0 { 0.0 } else { rate * rate };
+    }
+    let factors = (bends * rates).sqrt();
+    (if factors > 0.0 { product.abs() / factors } else { 0.0 }, joints)
+}
