@@ -123,7 +123,7 @@ pub enum Failure {
     },
     /// Branches of the motion meet ahead, and the implicit method evaluates what does not tell them apart there.
     #[error(
-        "at t = {time} s the mechanism comes to a singular pose: {} depend on each other there, and the implicit method does not see on which branch the motion goes on; leave the choice of the method to the program", list(.joints)
+        "at t = {time} s the mechanism comes to a singular pose: {} depend on each other there, and the implicit method does not see on which branch the motion goes on; leave the choice of the method to the program, or ask for a larger tolerance", list(.joints)
     )]
     SingularAhead {
         /// When [s].
@@ -139,6 +139,16 @@ pub enum Failure {
         /// When [s].
         time: f64,
         /// Joints whose loop equations depend on each other there.
+        joints: Vec<String>,
+    },
+    /// Branches of the motion meet ahead, and no step passes there.
+    #[error(
+        "at t = {time} s the mechanism comes to a singular pose, where {} depend on each other, and rounding errors leave no step that passes it; leave the choice of the method to the program, make stiff springs and dampers less stiff, or ask for a larger tolerance", list(.joints)
+    )]
+    NotPassed {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations come to depend on each other.
         joints: Vec<String>,
     },
     /// The loops come apart during the motion.
