@@ -458,6 +458,25 @@ pub fn with_flap(bars: FourBar, name: &str, stiffness: f64, damping: f64) -> Cas
     if damping > 0.0 { case.driven() } else { case }
 }
 
+/// Change points whose rocker carries a flap on a stiff spring, a stiff damper, or both. With the first member of the family come kite, rhombus and
+/// parallelogram.
+pub fn stiff_at_change_points(seed: u64, stiffnesses: &[f64], dampings: &[f64]) -> Vec<Case> {
+    let special =
+        [FourBar::new(0.8, 1.5, 1.5, 0.8), FourBar::new(1.0, 1.0, 1.0, 1.0), FourBar::new(1.0, 2.0, 1.0, 2.0)];
+    let special = special.map(|bars| FourBar { omega: 5.0, ..bars });
+    let bars = std::iter::once(neutral(seed)).chain(special.into_iter().filter(|_| seed == 0));
+    let critical = |&stiffness: &f64| (stiffness, 2.0 * (stiffness * FLAP).sqrt());
+    let mut loads: Vec<(f64, f64)> = stiffnesses.iter().map(critical).collect();
+    loads.extend(stiffnesses.iter().map(|&stiffness| (stiffness, 0.0)));
+    loads.extend(dampings.iter().map(|&damping| (0.0, damping)));
+    let named = |bars: FourBar| {
+        loads.iter().map(move |&(stiffness, damping)| {
+            with_flap(bars, &format!("flap_{seed}_{stiffness:e}_{damping:.0e}"), stiffness, damping)
+        })
+    };
+    bars.flat_map(named).collect()
+}
+
 /// N four-bar loops of bars of length 1 side by side (IFToMM benchmark A02).
 pub fn loops(count: usize, angle: f64, speed: f64) -> Case {
     let mut scene = Scene::new(&format!("loops_{count}")).gravity([0.0, -9.81]);

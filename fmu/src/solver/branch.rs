@@ -12,7 +12,7 @@ use super::failure::Failure;
 use super::poses::active_rows;
 use super::singular::weakest_combination;
 use crate::math;
-use crate::model::{Model, State, motion};
+use crate::model::{Model, State};
 
 /// States that are looked at together.
 const WINDOW: usize = 4;
@@ -77,7 +77,9 @@ impl Trail {
             (last, expected.last),
         ];
         *count <= WINDOW
-            && pairs.iter().all(|(all, expected)| all.len() == expected.len() && all.iter().all(|value| value.is_finite()))
+            && pairs
+                .iter()
+                .all(|(all, expected)| all.len() == expected.len() && all.iter().all(|value| value.is_finite()))
     }
 
     fn state(&self, place: usize) -> &[f64] {
@@ -106,9 +108,8 @@ impl Trail {
     /// Which of the inner states is closest to a pose that lies between the outer ones, if there may be one.
     fn closest(&self) -> Option<usize> {
         let [first, second, third, last] = [0, 1, 2, 3].map(|place| self.rows(place));
-        let near = |row: usize, place: f64| {
-            place > CLOSE * self.smallest[row] && place > first[row] && place > last[row]
-        };
+        let near =
+            |row: usize, place: f64| place > CLOSE * self.smallest[row] && place > first[row] && place > last[row];
         let inner = (0..self.smallest.len()).filter(|&row| near(row, math::maximum(second[row], third[row])));
         inner.map(|row| if second[row] > third[row] { 1 } else { 2 }).next()
     }
@@ -149,7 +150,10 @@ pub(super) fn watch(context: &mut Context, run: &mut Continuation) -> Result<(),
     note_closeness(context, run);
     let Some(closest) = (if run.trail.count == WINDOW { run.trail.closest() } else { None }) else { return Ok(()) };
     let followed = run.follow.is_some_and(|follow| follow.until >= run.trail.state(0)[0]);
-    let at = |place: usize| state_at(model, run, run.trail.state(place));
+    let at = |place: usize| {
+        let state = run.trail.state(place);
+        run.state_at(model, state[0], &state[1..])
+    };
     if followed {
         return Ok(());
     }
@@ -174,13 +178,6 @@ fn note_closeness(context: &mut Context, run: &mut Continuation) {
         trail.closeness[place + index] = value;
         trail.smallest[index] = math::minimum(trail.smallest[index], value);
     }
-}
-
-fn state_at(model: &Model, run: &Continuation, state: &[f64]) -> State {
-    let mut place = run.origin.clone();
-    model.advance_signals(&run.origin, state[0], place.registers_mut());
-    place.registers_mut()[motion(model.layout())].copy_from_slice(&state[1..]);
-    place
 }
 
 /// l (J_q v) w at a pose for the rates before and after it, of the product of its factors; and the joints that take part in l.

@@ -195,10 +195,15 @@ impl Continuation {
     }
 
     fn passage(&self, model: &Model, time: f64, pose: &[f64]) -> Passage {
+        Passage::at(model, &self.state_at(model, time, pose))
+    }
+
+    /// The state at a time with this motion (q, v).
+    pub(super) fn state_at(&self, model: &Model, time: f64, place: &[f64]) -> State {
         let mut state = self.origin.clone();
         model.advance_signals(&self.origin, time, state.registers_mut());
-        state.registers_mut()[motion(model.layout())].copy_from_slice(pose);
-        Passage::at(model, &state)
+        state.registers_mut()[motion(model.layout())].copy_from_slice(place);
+        state
     }
 
     /// Is the curve at the front followed by short steps, and how long may the next one be?

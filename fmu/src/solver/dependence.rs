@@ -4,7 +4,6 @@ use super::continuation::Continuation;
 use super::singular::dependent;
 use super::{Context, Failure};
 use crate::machine::Machine;
-use crate::model::{State, motion};
 
 /// A start closer to a singular pose than this is treated as one in it.
 const CLOSE: f64 = 1e-2;
@@ -61,7 +60,7 @@ pub(super) fn end_of_reach(context: &Context, run: &Continuation) -> Option<Fail
 /// Do drivers move the loops at the front?
 fn is_driven(context: &Context, run: &Continuation) -> bool {
     let model = context.model;
-    let mut state = state_at_the_front(context, run);
+    let mut state = run.state_at(model, run.front_time, &run.front);
     state.rates_mut().fill(0.0);
     let mut machine = Machine::new(model);
     machine.load(model, &state);
@@ -72,12 +71,5 @@ fn is_driven(context: &Context, run: &Continuation) -> bool {
 
 /// Which loop equations depend on each other at the front, and how far from it they are.
 fn at_the_front(context: &Context, run: &Continuation) -> (f64, Vec<String>) {
-    dependent(context.model, &state_at_the_front(context, run))
-}
-
-fn state_at_the_front(context: &Context, run: &Continuation) -> State {
-    let mut state = run.origin.clone();
-    context.model.advance_signals(&run.origin, run.front_time, state.registers_mut());
-    state.registers_mut()[motion(context.model.layout())].copy_from_slice(&run.front);
-    state
+    dependent(context.model, &run.state_at(context.model, run.front_time, &run.front))
 }

@@ -133,7 +133,7 @@ pub enum Failure {
     },
     /// Branches of the motion meet, and the steps were too short to tell them apart.
     #[error(
-        "at t = {time} s the motion has left its branch in a singular pose, where {} depend on each other: stiff springs or dampers keep the steps so short there that rounding errors decide; leave the choice of the method to the program, or make them less stiff", list(.joints)
+        "at t = {time} s the motion has left its branch in a singular pose, where {} depend on each other: stiff springs or dampers keep the steps so short there that rounding errors decide; leave the choice of the method to the program, make them less stiff, or ask for a larger tolerance", list(.joints)
     )]
     BranchLost {
         /// When [s].

@@ -16,9 +16,9 @@ use super::length::{STRETCH, shortest, within};
 use super::radau::{DENSE_ORDER, Newton, Radau, evaluate};
 use super::singular::is_jump;
 use super::{Context, Engine, Failure};
-use passage::Survey;
 use crate::math;
 use crate::model::Model;
+use passage::Survey;
 
 /// The error estimate is of order 3, the step of order 5: so much of tolerance^(4/5) makes the error of the motion follow the tolerance.
 const SHARE_OF_TOLERANCE: f64 = 0.03;
@@ -109,17 +109,9 @@ pub(super) struct Memory {
 /// What came of a trial.
 enum Trial {
     /// With a singular pose so far after the end (0 for none).
-    Accepted {
-        error: f64,
-        iterations: i32,
-        contraction: f64,
-        ahead: f64,
-    },
+    Accepted { error: f64, iterations: i32, contraction: f64, ahead: f64 },
     /// To be tried with a step shorter by that factor.
-    Rejected {
-        shorter: f64,
-        failure: Option<Failure>,
-    },
+    Rejected { shorter: f64, failure: Option<Failure> },
     /// A singular pose was not where it was expected.
     Replanned,
     /// A singular pose may be in the step.
