@@ -4,6 +4,7 @@
 //! go on. In the pose the velocities v that continue a branch fulfil J v = 0 and, for the combination l of the loop equations that vanishes, l (J_q v) v = 0:
 //! two straight lines, and l (J_q v) w = 0 too for v and w on the same one. So a look at the rates a little before and a little after the pose tells.
 
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::Context;
@@ -11,6 +12,7 @@ use super::continuation::Continuation;
 use super::failure::Failure;
 use super::poses::active_rows;
 use super::singular::weakest_combination;
+use super::sparse::Row;
 use crate::math;
 use crate::model::{Model, State};
 
@@ -20,10 +22,16 @@ const WINDOW: usize = 4;
 const APART: f64 = 0.01;
 /// Longer steps pass a pose in one leap.
 const LEAP: f64 = 0.05;
+/// So few short steps come nowhere.
+const FEW: u32 = 4;
 /// A loop equation this much closer to the others than it has been, by 1 / r^2, may be about to depend on them.
 const CLOSE: f64 = 50.0;
 /// What l (J_q v) w may be of the product of its factors if v and w belong to the same branch.
 const SAME: f64 = 0.01;
+/// Branches that miss each other by more than this, relative to the scales, only come close to each other.
+const MEET: f64 = 1e-6;
+/// Directions along which l J changes by less than this share of the most do not matter for where it vanishes.
+const FLAT: f64 = 1e-4;
 /// For derivatives along the rates, in units of the scales.
 const DIFFERENCE: f64 = 1e-5;
 
@@ -32,6 +40,8 @@ const DIFFERENCE: f64 = 1e-5;
 pub(super) struct Trail {
     /// So many are known.
     count: usize,
+    /// Short steps in a row, up to as many as are let go by.
+    short: u32,
     /// Time, q and v, the oldest first.
     states: Vec<f64>,
     /// 1 / r^2 of each loop equation there, where r is how far it is from the others.
@@ -47,6 +57,7 @@ impl Trail {
         let (rows, size) = sizes(model);
         Self {
             count: 0,
+            short: 0,
             states: vec![0.0; if size > 0 { WINDOW * (1 + size) } else { 0 }],
             closeness: vec![0.0; WINDOW * rows],
             smallest: vec![f64::MAX; rows],
@@ -55,12 +66,12 @@ impl Trail {
     }
 
     pub fn start(&mut self) {
-        self.count = 0;
+        (self.count, self.short) = (0, 0);
         self.smallest.fill(f64::MAX);
     }
 
     pub fn copy_from(&mut self, other: &Self) {
-        self.count = other.count;
+        (self.count, self.short) = (other.count, other.short);
         self.states.clone_from(&other.states);
         self.closeness.clone_from(&other.closeness);
         self.smallest.clone_from(&other.smallest);
@@ -68,7 +79,7 @@ impl Trail {
     }
 
     pub fn belongs_to(&self, model: &Model) -> bool {
-        let Self { count, states, closeness, smallest, last } = self;
+        let Self { count, short, states, closeness, smallest, last } = self;
         let expected = Self::new(model);
         let pairs = [
             (states, expected.states),
@@ -77,6 +88,7 @@ impl Trail {
             (last, expected.last),
         ];
         *count <= WINDOW
+            && *short <= FEW
             && pairs
                 .iter()
                 .all(|(all, expected)| all.len() == expected.len() && all.iter().all(|value| value.is_finite()))
@@ -139,7 +151,11 @@ pub(super) fn watch(context: &mut Context, run: &mut Continuation) -> Result<(),
     let leap = progress(model, &run.trail.last, &run.front) > LEAP;
     run.trail.last.copy_from_slice(&run.front);
     if leap {
-        run.trail.count = 0;
+        (run.trail.count, run.trail.short) = (0, 0);
+        return Ok(());
+    }
+    if run.trail.short < FEW {
+        run.trail.short += 1;
         return Ok(());
     }
     let known = run.trail.count;
@@ -180,36 +196,98 @@ fn note_closeness(context: &mut Context, run: &mut Continuation) {
     }
 }
 
-/// l (J_q v) w at a pose for the rates before and after it, of the product of its factors; and the joints that take part in l.
+/// l (J_q v) w at a pose for the rates before and after it, of the product of its factors; and the joints that take part in l. Zero where branches
+/// only come close to each other: there the motion turns from the one to the other.
 fn turn(model: &Model, [before, pose, after]: [&State; 3]) -> (f64, Vec<String>) {
-    let Some((combination, joints)) = weakest_combination(model, &active_rows(model, pose)) else {
-        return (0.0, Vec::new());
-    };
-    let coordinates = &model.program().coordinates;
-    let size = |state: &State| {
-        let rates = state.rates().iter().zip(coordinates);
-        rates.fold(0.0, |most, (rate, coordinate)| math::maximum(most, rate.abs() / coordinate.scale))
-    };
-    let speed = size(before);
-    let side = |sign: f64| {
-        let mut aside = pose.clone();
-        let shift = sign * DIFFERENCE / speed;
-        let moves = before.rates().iter().map(|rate| shift * rate);
-        aside.positions_mut().iter_mut().zip(moves).for_each(|(place, change)| *place += change);
-        let mut sum = vec![0.0; coordinates.len()];
-        for (row, share) in active_rows(model, &aside).iter().zip(&combination) {
-            row.iter().for_each(|(&column, entry)| sum[column] += share * entry);
-        }
-        sum
-    };
-    let bend: Vec<f64> = side(1.0).iter().zip(side(-1.0)).map(|(one, other)| one - other).collect();
+    let rows = active_rows(model, pose);
+    let Some((combination, joints)) = weakest_combination(model, &rows) else { return (0.0, Vec::new()) };
+    let bend = change_along(model, pose, &combination, &scaled(model, before.rates()));
     let (mut product, mut bends, mut rates) = (0.0, 0.0, 0.0);
-    for ((bend, rate), coordinate) in bend.iter().zip(after.rates()).zip(coordinates) {
-        let rate = rate / coordinate.scale;
+    for (bend, rate) in bend.iter().zip(scaled(model, after.rates())) {
         product += bend * rate;
         bends += bend * bend;
         rates += if *bend == 0.0 { 0.0 } else { rate * rate };
     }
     let factors = (bends * rates).sqrt();
-    (if factors > 0.0 { product.abs() / factors } else { 0.0 }, joints)
+    let angle = if factors > 0.0 { product.abs() / factors } else { 0.0 };
+    let turned = angle >= SAME && miss(model, pose, &rows, &combination) < MEET;
+    (if turned { angle } else { 0.0 }, joints)
+}
+
+/// In units of the scales.
+fn scaled(model: &Model, rates: &[f64]) -> Vec<f64> {
+    rates.iter().zip(&model.program().coordinates).map(|(rate, coordinate)| rate / coordinate.scale).collect()
+}
+
+/// How l J, the combination of the loop equations' rows, changes along a direction in units of the scales.
+fn change_along(model: &Model, pose: &State, combination: &[f64], direction: &[f64]) -> Vec<f64> {
+    let longest = direction.iter().fold(0.0, |most, part| math::maximum(most, part.abs()));
+    let at = |shift: f64| {
+        let mut aside = pose.clone();
+        let coordinates = direction.iter().zip(&model.program().coordinates);
+        let places = aside.positions_mut().iter_mut().zip(coordinates);
+        places.for_each(|(place, (part, coordinate))| *place += shift * part * coordinate.scale);
+        combined(&active_rows(model, &aside), combination, direction.len())
+    };
+    let shift = DIFFERENCE / longest;
+    at(shift).iter().zip(at(-shift)).map(|(one, other)| (one - other) / (2.0 * shift)).collect()
+}
+
+/// l J
+fn combined(rows: &[Row], combination: &[f64], columns: usize) -> Vec<f64> {
+    let mut sum = vec![0.0; columns];
+    for (row, share) in rows.iter().zip(combination) {
+        row.iter().for_each(|(&column, entry)| sum[column] += share * entry);
+    }
+    sum
+}
+
+/// By how much branches miss each other near a pose on one of them. With g = l J and its derivatives H along the directions in which the other loop
+/// equations do not open, l Phi is g H^-1 g / 2 away where g vanishes.
+fn miss(model: &Model, pose: &State, rows: &[Row], combination: &[f64]) -> f64 {
+    let n = model.coordinates();
+    let matrix = DMatrix::from_fn(rows.len(), n, |row, column| rows[row].get(&column).copied().unwrap_or_default());
+    let eigen = (matrix.transpose() * &matrix).symmetric_eigen();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    let free: Vec<_> =
+        order.into_iter().take(n + 1 - rows.len().min(n)).map(|k| eigen.eigenvectors.column(k)).collect();
+    let g = DVector::from_vec(combined(rows, combination, n));
+    let slope = DVector::from_iterator(free.len(), free.iter().map(|direction| direction.dot(&g)));
+    let bends: Vec<DVector<f64>> = free
+        .iter()
+        .map(|direction| DVector::from_vec(change_along(model, pose, combination, direction.as_slice())))
+        .collect();
+    let bend = DMatrix::from_fn(free.len(), free.len(), |i, j| free[i].dot(&bends[j]));
+    let svd = bend.svd(true, true);
+    let least = FLAT * svd.singular_values.max();
+    svd.solve(&slope, least).map_or(f64::INFINITY, |shift| 0.5 * slope.dot(&shift).abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_state_closest_to_a_pose_lies_between_others() {
+        let trail = |closeness: [f64; 4]| Trail {
+            count: WINDOW,
+            short: FEW,
+            states: vec![0.0; 4],
+            closeness: closeness.to_vec(),
+            smallest: vec![1.0],
+            last: Vec::new(),
+        };
+        assert_eq!(trail([60.0, 900.0, 200.0, 40.0]).closest(), Some(1));
+        assert_eq!(trail([60.0, 200.0, 900.0, 40.0]).closest(), Some(2));
+        // It is still to come, or nothing is close.
+        assert_eq!(trail([60.0, 200.0, 900.0, 1000.0]).closest(), None);
+        assert_eq!(trail([1.0, 3.0, 2.0, 1.0]).closest(), None);
+    }
+
+    #[test]
+    fn rows_are_combined_by_their_shares() {
+        let rows = [Row::from([(0, 1.0), (2, 3.0)]), Row::from([(2, -1.0)])];
+        assert_eq!(combined(&rows, &[0.5, 2.0], 3), [0.5, 0.0, -0.5]);
+    }
 }
