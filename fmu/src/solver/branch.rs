@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::Context;
 use super::continuation::Continuation;
 use super::failure::Failure;
+use super::passing::Passage;
 use super::poses::active_rows;
 use super::singular::weakest_combination;
 use super::sparse::Row;
@@ -20,6 +21,9 @@ use crate::model::{Model, State};
 const WINDOW: usize = 4;
 /// They lie at least so far apart, in units of the scales.
 const APART: f64 = 0.01;
+/// The same while all loop equations are further than half as far from the others as they have been.
+const FAR_APART: f64 = 0.1;
+const FAR: f64 = 4.0;
 /// Longer steps pass a pose in one leap.
 const LEAP: f64 = 0.05;
 /// So few short steps come nowhere.
@@ -28,8 +32,8 @@ const FEW: u32 = 4;
 const CLOSE: f64 = 50.0;
 /// What l (J_q v) w may be of the product of its factors if v and w belong to the same branch.
 const SAME: f64 = 0.01;
-/// Branches that miss each other by more than this, relative to the scales, only come close to each other.
-const MEET: f64 = 1e-6;
+/// Steps of Newton's method to the pose.
+const CORRECTIONS: usize = 4;
 /// Directions along which l J changes by less than this share of the most do not matter for where it vanishes.
 const FLAT: f64 = 1e-4;
 /// For derivatives along the rates, in units of the scales.
@@ -104,6 +108,13 @@ impl Trail {
         &self.closeness[place * size..][..size]
     }
 
+    /// How far the next state lies from the last one at least.
+    fn apart(&self) -> f64 {
+        let rows = self.rows(self.count - 1).iter().zip(&self.smallest);
+        let far = rows.into_iter().all(|(row, smallest)| *row < FAR * smallest);
+        if far && self.count == WINDOW { FAR_APART } else { APART }
+    }
+
     /// Adds a state.
     fn push(&mut self, time: f64, front: &[f64]) {
         if self.count == WINDOW {
@@ -159,7 +170,7 @@ pub(super) fn watch(context: &mut Context, run: &mut Continuation) -> Result<(),
         return Ok(());
     }
     let known = run.trail.count;
-    if known > 0 && progress(model, &run.trail.state(known - 1)[1..], &run.front) < APART {
+    if known > 0 && progress(model, &run.trail.state(known - 1)[1..], &run.front) < run.trail.apart() {
         return Ok(());
     }
     run.trail.push(run.front_time, &run.front);
@@ -210,7 +221,7 @@ fn turn(model: &Model, [before, pose, after]: [&State; 3]) -> (f64, Vec<String>)
     }
     let factors = (bends * rates).sqrt();
     let angle = if factors > 0.0 { product.abs() / factors } else { 0.0 };
-    let turned = angle >= SAME && miss(model, pose, &rows, &combination) < MEET;
+    let turned = angle >= SAME && cross(model, pose);
     (if turned { angle } else { 0.0 }, joints)
 }
 
@@ -242,26 +253,42 @@ fn combined(rows: &[Row], combination: &[f64], columns: usize) -> Vec<f64> {
     sum
 }
 
-/// By how much branches miss each other near a pose on one of them. With g = l J and its derivatives H along the directions in which the other loop
-/// equations do not open, l Phi is g H^-1 g / 2 away where g vanishes.
-fn miss(model: &Model, pose: &State, rows: &[Row], combination: &[f64]) -> f64 {
-    let n = model.coordinates();
+/// Do branches cross near a state on one of them, or do they only come close to each other? Newton's method finds the pose where l J vanishes along the
+/// directions in which the other loop equations do not open.
+fn cross(model: &Model, near: &State) -> bool {
+    let mut pose = near.clone();
+    for _ in 0..CORRECTIONS {
+        let Some(shift) = to_the_pose(model, &pose) else { return true };
+        let coordinates = shift.iter().zip(&model.program().coordinates);
+        let places = pose.positions_mut().iter_mut().zip(coordinates);
+        places.for_each(|(place, (shift, coordinate))| *place -= shift * coordinate.scale);
+    }
+    !Passage::at(model, &pose).is_avoided(0.0)
+}
+
+/// One step of it, in units of the scales.
+fn to_the_pose(model: &Model, pose: &State) -> Option<Vec<f64>> {
+    let (n, rows) = (model.coordinates(), active_rows(model, pose));
+    let (combination, _) = weakest_combination(model, &rows)?;
     let matrix = DMatrix::from_fn(rows.len(), n, |row, column| rows[row].get(&column).copied().unwrap_or_default());
     let eigen = (matrix.transpose() * &matrix).symmetric_eigen();
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    let free: Vec<_> =
-        order.into_iter().take(n + 1 - rows.len().min(n)).map(|k| eigen.eigenvectors.column(k)).collect();
-    let g = DVector::from_vec(combined(rows, combination, n));
-    let slope = DVector::from_iterator(free.len(), free.iter().map(|direction| direction.dot(&g)));
-    let bends: Vec<DVector<f64>> = free
-        .iter()
-        .map(|direction| DVector::from_vec(change_along(model, pose, combination, direction.as_slice())))
+    order.truncate(n + 1 - rows.len().min(n));
+    let free = eigen.eigenvectors.select_columns(&order);
+    let slope = free.transpose() * DVector::from_vec(combined(&rows, &combination, n));
+    let bends: Vec<f64> = free
+        .column_iter()
+        .flat_map(|direction| {
+            let direction: Vec<f64> = direction.iter().copied().collect();
+            change_along(model, pose, &combination, &direction)
+        })
         .collect();
-    let bend = DMatrix::from_fn(free.len(), free.len(), |i, j| free[i].dot(&bends[j]));
+    let bend = free.transpose() * DMatrix::from_vec(n, free.ncols(), bends);
     let svd = bend.svd(true, true);
     let least = FLAT * svd.singular_values.max();
-    svd.solve(&slope, least).map_or(f64::INFINITY, |shift| 0.5 * slope.dot(&shift).abs())
+    let shift = svd.solve(&slope, least).ok()?;
+    Some((free * shift).iter().copied().collect())
 }
 
 #[cfg(test)]
