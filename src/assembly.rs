@@ -37,6 +37,8 @@ pub fn explain(equations: &Equations, model: &Model, failure: &Failure) -> Fault
         }
         Failure::Undecided { joints, .. }
         | Failure::EndOfReach { joints, .. }
+        | Failure::NotPassed { joints, .. }
+        | Failure::BranchLost { joints, .. }
         | Failure::SingularAhead { joints, .. } => {
             let span = joints.first().map_or_else(Span::default, |joint| owner_span(equations, joint));
             Fault::new("assembly::singular", failure.to_string(), span).label("depends on the others in this pose")

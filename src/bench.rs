@@ -8,17 +8,19 @@ use std::sync::Arc;
 
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{Engine, Motion};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::mechanism::Experiment;
-use runs::{Budget, Trajectory, run};
+use runs::{Budget, TOO_LONG, Trajectory, run};
 
 /// The tolerances that are measured.
 const TOLERANCES: [f64; 10] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12];
 /// Tolerances that are tried for the reference, from the finest on.
-const REFERENCES: [f64; 5] = [1e-13, 1e-12, 1e-11, 1e-10, 1e-9];
+const REFERENCES: [f64; 7] = [1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7];
 /// A run whose error is not above so many times that of the reference is not told apart from it.
 const RESOLVED: f64 = 3.0;
+/// The only method where drivers determine the motion.
+const LOOPS: &str = "loops";
 /// Two methods agree if they differ by no more than this, or by so many times the error of the reference.
 const AGREEMENT: f64 = 1e-6;
 const AGREEMENT_FACTOR: f64 = 100.0;
@@ -73,9 +75,28 @@ pub struct Run {
     pub method: &'static str,
     /// Relative tolerance.
     pub tolerance: f64,
-    /// The rest, or nothing if the run fails or takes too long.
-    #[serde(flatten)]
-    pub result: Option<Measured>,
+    /// The rest, or why there is none.
+    #[serde(flatten, serialize_with = "flat")]
+    pub result: Result<Measured, String>,
+}
+
+/// What a run without result is written as: every number is null.
+#[derive(Serialize)]
+struct Unmeasured<'a> {
+    cpu_seconds: Option<f64>,
+    error: Option<f64>,
+    steps: Option<u64>,
+    evaluations: Option<u64>,
+    problem: &'a str,
+}
+
+fn flat<S: Serializer>(result: &Result<Measured, String>, serializer: S) -> Result<S::Ok, S::Error> {
+    match result {
+        Ok(measured) => measured.serialize(serializer),
+        Err(problem) => {
+            Unmeasured { cpu_seconds: None, error: None, steps: None, evaluations: None, problem }.serialize(serializer)
+        }
+    }
 }
 
 /// What a run costs and how good it is.
@@ -118,8 +139,12 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
     for &(method, engine) in &methods {
         let mut affordable = true;
         for tolerance in TOLERANCES {
-            let found = affordable.then(|| run(model, variables, experiment, engine, tolerance, Budget::Run).ok());
-            let result = found.flatten().map(|found| {
+            let found = if affordable {
+                run(model, variables, experiment, engine, tolerance, Budget::Run)
+            } else {
+                Err(TOO_LONG.to_owned())
+            };
+            let result = found.map(|found| {
                 let error = found.distance(&exact);
                 let statistics = found.statistics;
                 Measured {
@@ -136,7 +161,7 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
                 }
             });
             // Finer tolerances would take longer still.
-            affordable = result.is_some();
+            affordable = result.as_ref().err().is_none_or(|problem| problem != TOO_LONG);
             measured.push(Run { method, tolerance, result });
         }
     }
@@ -147,7 +172,7 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
 /// What the model can be moved with; first what it uses by itself.
 fn methods(model: &Model) -> Vec<Method> {
     if model.program().motion == Motion::Kinematic {
-        return vec![("loops", None)];
+        return vec![(LOOPS, None)];
     }
     let series = model.program().arms.is_some().then_some(("taylor", Some(Engine::Taylor)));
     let others = [("explicit", Some(Engine::Dop853)), ("implicit", Some(Engine::Radau))];
@@ -162,7 +187,7 @@ fn reference(
     methods: &[Method],
 ) -> Result<(Trajectory, Reference), String> {
     let (method, engine) = methods[0];
-    let mut problem = String::from("it takes too long");
+    let mut problem = TOO_LONG.to_owned();
     for tolerance in REFERENCES {
         let run = |tolerance| run(model, variables, experiment, engine, tolerance, Budget::Reference);
         match (run(tolerance), run(10.0 * tolerance)) {
@@ -196,4 +221,26 @@ fn compare(
         };
         [1e-12, 1e-10, 1e-8].iter().filter_map(finest).min_by(|a, b| a.distance.total_cmp(&b.distance))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_without_result_has_the_same_keys_and_says_why() {
+        let run = Run { method: "explicit", tolerance: 1e-6, result: Err(TOO_LONG.to_owned()) };
+        let written = serde_json::to_value(&run).expect("JSON");
+        for key in ["cpu_seconds", "error", "steps", "evaluations"] {
+            assert_eq!(written.get(key), Some(&serde_json::Value::Null), "{key}");
+        }
+        assert_eq!(written["problem"], TOO_LONG);
+        let reference = Reference { method: "auto", tolerance: 1e-13, error: 0.0, other: None, confirmed: false };
+        let name = "four_bar".to_owned();
+        let refused = Run { result: Err("it left its branch".to_owned()), ..run.clone() };
+        let bench = Bench { name, span: [0.0, 1.0], reference, energy_kept: false, runs: vec![run, refused] };
+        let table = bench.to_string();
+        assert!(table.contains("too slow") && table.contains("no result") && table.contains("it left its branch"));
+        assert!(bench.svg().contains("there are no errors to draw"));
+    }
 }

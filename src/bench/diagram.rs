@@ -16,9 +16,10 @@ impl Bench {
     pub fn svg(&self) -> String {
         let mut methods: Vec<(&str, Vec<[f64; 2]>)> = Vec::new();
         for run in &self.runs {
-            let Some(measured) = run.result.filter(|measured| measured.resolved && measured.cpu_seconds > 0.0) else {
+            let Ok(measured) = &run.result else { continue };
+            if !measured.resolved || measured.cpu_seconds.is_nan() {
                 continue;
-            };
+            }
             let point = [measured.error, 1e3 * measured.cpu_seconds];
             match methods.iter_mut().find(|(method, _)| *method == run.method) {
                 Some((_, points)) => points.push(point),
@@ -28,7 +29,11 @@ impl Bench {
         let mut svg = Svg::default();
         let title = format!("{}: time over error", self.name);
         svg.text([AXES.x, 27.0], r##"font-size="15" font-weight="600" fill="#1f2933""##, &title);
-        if !methods.is_empty() {
+        if methods.is_empty() {
+            let place = [AXES.x, AXES.y + 20.0];
+            let text = "No run is told apart from the reference: there are no errors to draw.";
+            svg.text(place, r##"font-size="12.5" fill="#1f2933""##, text);
+        } else {
             draw(&mut svg, &methods);
         }
         svg.finish(Frame { x: 0.0, y: 0.0, width: WIDTH, height: AXES.y + AXES.height + BOTTOM }, &title)

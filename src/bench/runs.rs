@@ -17,6 +17,8 @@ const POINTS: u32 = 64;
 const LONG_ENOUGH: Duration = Duration::from_millis(20);
 /// A variable that stays below this [SI units] is compared by its absolute error.
 const SMALL: f64 = 1e-6;
+/// What is wrong with a run that costs more than it may.
+pub(super) const TOO_LONG: &str = "it takes too long";
 /// The name of the system's energy.
 const ENERGY: &str = "energy.total";
 
@@ -115,7 +117,7 @@ fn advance(instance: &mut Instance, target: f64, most: u64) -> Result<(), String
             instance.step_to(time).map_err(|error| error.to_string())?;
         }
         if instance.statistics().evaluations > most {
-            return Err(String::from("it takes too long"));
+            return Err(TOO_LONG.to_owned());
         }
     }
     Ok(())

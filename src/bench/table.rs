@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use super::{Bench, Run};
+use super::runs::TOO_LONG;
+use super::{Bench, LOOPS, Run};
 
 impl fmt::Display for Bench {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -16,6 +17,12 @@ impl fmt::Display for Bench {
                 let distance = about(other.distance);
                 writeln!(f, "; {verdict}: {} at {:.0e} differs from it by {distance}", other.method, other.tolerance)?;
             }
+            None if reference.method == LOOPS => {
+                writeln!(
+                    f,
+                    "; drivers and loops determine the motion: nothing is integrated, and there is no other method"
+                )?;
+            }
             None => writeln!(f, "; not confirmed: no other method ends in time")?,
         }
         if reference.other.is_some() && !reference.confirmed {
@@ -25,6 +32,7 @@ impl fmt::Display for Bench {
         let head = ["method", "tolerance", "time [ms]", "error", "steps", "evaluations", "factors", "loops", energy];
         writeln!(f, "\n{}", head.map(|title| format!("{title:>12}")).concat().trim_end())?;
         self.runs.iter().try_for_each(|run| write_run(f, run))?;
+        write_problems(f, &self.runs)?;
         writeln!(
             f,
             "\nError: largest of any output, relative to its largest value; < where it is not told apart from the reference's;"
@@ -44,9 +52,28 @@ fn about(error: f64) -> String {
     if error == 0.0 { "none".to_owned() } else { format!("about {error:.0e}") }
 }
 
+/// Why methods have no result: the first reason of each.
+fn write_problems(f: &mut fmt::Formatter<'_>, runs: &[Run]) -> fmt::Result {
+    let mut told = Vec::new();
+    for run in runs {
+        if let Err(problem) = &run.result
+            && problem != TOO_LONG
+            && !told.contains(&run.method)
+        {
+            told.push(run.method);
+            writeln!(f, "\n{} at {:.0e}: {problem}", run.method, run.tolerance)?;
+        }
+    }
+    Ok(())
+}
+
 fn write_run(f: &mut fmt::Formatter<'_>, run: &Run) -> fmt::Result {
-    let Some(measured) = &run.result else {
-        return writeln!(f, "{:>12}{:>12.0e}{:>12}", run.method, run.tolerance, "too slow");
+    let measured = match &run.result {
+        Ok(measured) => measured,
+        Err(problem) => {
+            let why = if problem == TOO_LONG { "too slow" } else { "no result" };
+            return writeln!(f, "{:>12}{:>12.0e}{:>12}", run.method, run.tolerance, why);
+        }
     };
     let error = match measured.error {
         0.0 => "none".to_owned(),

@@ -89,11 +89,11 @@ fn left_out(formulated: &Formulated) -> Vec<LeftOut> {
         "loop equations",
         "no chord of the trees holds anything: nothing is projected, and there is no multiplier",
     );
-    leave(kinematic, "integrator", "the drivers determine the motion: positions follow from the loop equations");
+    leave(kinematic, "integrator", "drivers and loops determine the motion: positions follow from the loop equations");
     leave(
         kinematic && !accelerated && !massive,
         "masses and forces",
-        "the drivers determine the motion, and no output is a force or an acceleration",
+        "drivers and loops determine the motion, and no output is a force or an acceleration",
     );
     leave(!kinematic && !program.automatic, "choice of the method", "the scene names one");
     leave(program.inputs.is_empty(), "inputs", "the scene has none: one step may serve many communication points");

@@ -150,6 +150,7 @@ impl fmt::Display for Summary {
         list(f, "inputs", &self.inputs)?;
         list(f, "outputs", &self.outputs)?;
         let motion = match (self.kinematic, self.mobility) {
+            (true, _) if self.drivers.is_empty() => "nothing can move",
             (true, _) => "the drivers determine the motion",
             (false, 1) => "degree of freedom",
             (false, _) => "degrees of freedom",

@@ -430,25 +430,51 @@ pub fn nearly_neutral(seed: u64, defect: f64) -> FourBar {
     bars
 }
 
+/// Inertia of a flap.
+const FLAP: f64 = 0.05;
+
 /// One of these whose rocker carries a flap on a stiff spring with critical damping, turning along with it.
 pub fn neutral_with_flap(seed: u64) -> Case {
     const STIFFNESS: f64 = 1e6;
-    const INERTIA: f64 = 0.05;
-    let bars = neutral(seed);
+    let case = with_flap(neutral(seed), &format!("flap_{seed}"), STIFFNESS, 2.0 * (STIFFNESS * FLAP).sqrt());
+    case.at(&[1e-3, 1e-4, 1e-6, 1e-8, 1e-10])
+}
+
+/// A four-bar whose rocker carries a flap on a spring, a damper, or both; the flap starts as it would turn along.
+pub fn with_flap(bars: FourBar, name: &str, stiffness: f64, damping: f64) -> Case {
     let [coupler, rocker] = bars.angles();
     // Of the velocities of the loop.
     let along = |angle: f64| [-angle.sin(), angle.cos()];
     let ([a, b, c], r) = ([along(bars.angle), along(coupler), along(rocker)], bars.crank * bars.omega);
     let omega = r * (a[0] * b[1] - a[1] * b[0]) / (bars.rocker * (c[0] * b[1] - c[1] * b[0]));
-    let spring = Load::torsion_spring("rocker", "flap", STIFFNESS).damping(2.0 * (STIFFNESS * INERTIA).sqrt());
     let scene = bars
-        .scene(&format!("flap_{seed}"))
-        .body("flap", Body::new().mass(0.1).inertia(INERTIA))
+        .scene(name)
+        .body("flap", Body::new().mass(0.1).inertia(FLAP))
         .revolute("hinge", "rocker.b", "flap")
-        .load("hinge_spring", spring)
+        .load("hinge_spring", Load::torsion_spring("rocker", "flap", stiffness).damping(damping))
         .initial("flap.angle", rocker)
         .initial("flap.omega", omega);
-    Case::new("change point, stiff spring", scene, 8.0, vec![bars.law()]).driven().at(&[1e-3, 1e-4, 1e-6, 1e-8, 1e-10])
+    let case = Case::new("change point, stiff spring", scene, 8.0, vec![bars.law()]);
+    if damping > 0.0 { case.driven() } else { case }
+}
+
+/// Change points whose rocker carries a flap on a stiff spring, a stiff damper, or both. With the first member of the family come kite, rhombus and
+/// parallelogram.
+pub fn stiff_at_change_points(seed: u64, stiffnesses: &[f64], dampings: &[f64]) -> Vec<Case> {
+    let special =
+        [FourBar::new(0.8, 1.5, 1.5, 0.8), FourBar::new(1.0, 1.0, 1.0, 1.0), FourBar::new(1.0, 2.0, 1.0, 2.0)];
+    let special = special.map(|bars| FourBar { omega: 5.0, ..bars });
+    let bars = std::iter::once(neutral(seed)).chain(special.into_iter().filter(|_| seed == 0));
+    let critical = |&stiffness: &f64| (stiffness, 2.0 * (stiffness * FLAP).sqrt());
+    let mut loads: Vec<(f64, f64)> = stiffnesses.iter().map(critical).collect();
+    loads.extend(stiffnesses.iter().map(|&stiffness| (stiffness, 0.0)));
+    loads.extend(dampings.iter().map(|&damping| (0.0, damping)));
+    let named = |bars: FourBar| {
+        loads.iter().map(move |&(stiffness, damping)| {
+            with_flap(bars, &format!("flap_{seed}_{stiffness:e}_{damping:.0e}"), stiffness, damping)
+        })
+    };
+    bars.flat_map(named).collect()
 }
 
 /// N four-bar loops of bars of length 1 side by side (IFToMM benchmark A02).

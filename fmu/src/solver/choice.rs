@@ -7,6 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Context;
+use super::branch;
 use super::continuation::Continuation;
 use super::dependence::end_of_reach;
 use super::dynamic::{Dynamic, Horizon, MOST_STEPS};
@@ -72,6 +73,11 @@ impl Choice {
             has_been_stiff: false,
             passing: false,
         }
+    }
+
+    /// Has there been no look yet that found nothing?
+    fn is_new(&self) -> bool {
+        self.patience == FIRST_LOOK
     }
 
     /// Is it one that a run would write?
@@ -180,6 +186,7 @@ impl Engines<'_> {
             } else {
                 self.other_step(context, run, horizon)?;
             }
+            branch::watch(context, run)?;
         }
         Ok(())
     }
@@ -197,7 +204,7 @@ impl Engines<'_> {
 
     /// Corrects what has been read between implicit steps and projected.
     pub fn tighten(&mut self, context: &mut Context, run: &Continuation, state: &mut State) {
-        if run.implicit.is_last() && state.time() != run.front_time {
+        if run.implicit.is_last() && state.time() != run.front_time && !Implicit::is_at_pose(run, state.time()) {
             self.implicit.prepare(context, run);
             context.machine.load(context.model, state);
             self.implicit.tighten(context, run, state.positions_mut());
@@ -211,7 +218,7 @@ impl Engines<'_> {
         if !goes_on {
             run.choice = Choice { has_been_stiff: true, passing: true, ..Choice::new() };
         }
-        if !goes_on || run.choice.returns(run.step < possible * self.cost_ratio(context)) {
+        if !goes_on || is_regular(run) && run.choice.returns(run.step < possible * self.cost_ratio(context)) {
             // Series find their own step.
             run.step = if context.settings.engine == Engine::Taylor { 0.0 } else { possible };
             self.explicit.forget();
@@ -240,7 +247,7 @@ impl Engines<'_> {
             }
         }
         // The implicit method knows nothing of singular poses.
-        if context.settings.automatic && is_regular(run) && run.choice.looks() {
+        if context.settings.automatic && (is_regular(run) || run.choice.is_new()) && run.choice.looks() {
             let held_back = self.is_held_back(context, run);
             run.choice.look(held_back);
             run.choice.held_back = run.step;

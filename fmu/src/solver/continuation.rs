@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::branch::Trail;
 use super::choice::Choice;
 use super::explicit::Explicit;
 use super::implicit::Memory;
@@ -61,6 +62,8 @@ pub struct Continuation {
     pub(super) closing: bool,
     /// Where branches come close to each other but do not meet.
     pub(super) follow: Option<Follow>,
+    /// The last states of short steps.
+    pub(super) trail: Trail,
     /// Singular poses that the last steps have passed, not yet told.
     pub(super) passages: Vec<Passage>,
     /// What the implicit method knows from the steps before.
@@ -92,6 +95,7 @@ impl Continuation {
             smallest: vec![f64::MAX; model.program().tapes.closeness.len()],
             closing: false,
             follow: None,
+            trail: Trail::new(model),
             passages: Vec::new(),
             implicit: Memory::new(model),
             choice: Choice::new(),
@@ -109,6 +113,7 @@ impl Continuation {
         self.closing = false;
         self.passages.clear();
         self.follow = None;
+        self.trail.start();
         self.choice = Choice::new();
         (self.changed, self.changed_before) = (false, false);
     }
@@ -190,10 +195,15 @@ impl Continuation {
     }
 
     fn passage(&self, model: &Model, time: f64, pose: &[f64]) -> Passage {
+        Passage::at(model, &self.state_at(model, time, pose))
+    }
+
+    /// The state at a time with this motion (q, v).
+    pub(super) fn state_at(&self, model: &Model, time: f64, place: &[f64]) -> State {
         let mut state = self.origin.clone();
         model.advance_signals(&self.origin, time, state.registers_mut());
-        state.registers_mut()[motion(model.layout())].copy_from_slice(pose);
-        Passage::at(model, &state)
+        state.registers_mut()[motion(model.layout())].copy_from_slice(place);
+        state
     }
 
     /// Is the curve at the front followed by short steps, and how long may the next one be?
@@ -247,6 +257,7 @@ impl Continuation {
         self.smallest.clone_from(&other.smallest);
         self.closing = other.closing;
         self.follow = other.follow;
+        self.trail.copy_from(&other.trail);
         self.passages.clone_from(&other.passages);
         self.implicit.copy_from(&other.implicit);
         self.choice = other.choice;
@@ -268,6 +279,7 @@ impl Continuation {
             && self.ahead >= 0.0
             && self.pose.is_none_or(f64::is_finite)
             && self.follow.is_none_or(|follow| follow.until.is_finite() && follow.most > 0.0 && follow.most.is_finite())
+            && self.trail.belongs_to(model)
             && self.passages.iter().all(|passage| passage.time.is_finite())
             && self.smallest.len() == model.program().tapes.closeness.len()
             && self.smallest.iter().all(|value| value.is_finite())

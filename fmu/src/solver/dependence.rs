@@ -3,7 +3,7 @@
 use super::continuation::Continuation;
 use super::singular::dependent;
 use super::{Context, Failure};
-use crate::model::motion;
+use crate::machine::Machine;
 
 /// A start closer to a singular pose than this is treated as one in it.
 const CLOSE: f64 = 1e-2;
@@ -34,6 +34,11 @@ pub(super) fn singular_ahead(context: &Context, run: &Continuation) -> Option<Fa
     (distance < REFUSED).then_some(Failure::SingularAhead { time: run.front_time, joints })
 }
 
+/// The joints whose loop equations depend on each other most at the front.
+pub(super) fn weakest_joints(context: &Context, run: &Continuation) -> Vec<String> {
+    at_the_front(context, run).1
+}
+
 /// What to say where the motion could go on in several ways.
 pub(super) fn undecided(context: &Context, run: &Continuation) -> Failure {
     Failure::Undecided { time: run.front_time, joints: at_the_front(context, run).1 }
@@ -42,13 +47,29 @@ pub(super) fn undecided(context: &Context, run: &Continuation) -> Failure {
 /// Why there is no step from the front, if it is because the loops are at the end of their reach.
 pub(super) fn end_of_reach(context: &Context, run: &Continuation) -> Option<Failure> {
     let (distance, joints) = at_the_front(context, run);
-    (distance < AT_THE_END).then_some(Failure::EndOfReach { time: run.front_time, joints })
+    let time = run.front_time;
+    let failure = if is_driven(context, run) {
+        Failure::EndOfReach { time, joints }
+    } else {
+        // What nothing drives stops nowhere.
+        Failure::NotPassed { time, joints }
+    };
+    (distance < AT_THE_END).then_some(failure)
+}
+
+/// Do drivers move the loops at the front?
+fn is_driven(context: &Context, run: &Continuation) -> bool {
+    let model = context.model;
+    let mut state = run.state_at(model, run.front_time, &run.front);
+    state.rates_mut().fill(0.0);
+    let mut machine = Machine::new(model);
+    machine.load(model, &state);
+    let tape = &model.program().tapes.constraint_rate;
+    machine.run(tape);
+    tape.results(machine.registers()).any(|rate| rate != 0.0)
 }
 
 /// Which loop equations depend on each other at the front, and how far from it they are.
 fn at_the_front(context: &Context, run: &Continuation) -> (f64, Vec<String>) {
-    let mut state = run.origin.clone();
-    context.model.advance_signals(&run.origin, run.front_time, state.registers_mut());
-    state.registers_mut()[motion(context.model.layout())].copy_from_slice(&run.front);
-    dependent(context.model, &state)
+    dependent(context.model, &run.state_at(context.model, run.front_time, &run.front))
 }

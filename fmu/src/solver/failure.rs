@@ -123,9 +123,29 @@ pub enum Failure {
     },
     /// Branches of the motion meet ahead, and the implicit method evaluates what does not tell them apart there.
     #[error(
-        "at t = {time} s the mechanism comes to a singular pose: {} depend on each other there, and the implicit method does not see on which branch the motion goes on; leave the choice of the method to the program", list(.joints)
+        "at t = {time} s the mechanism comes to a singular pose: {} depend on each other there, and the implicit method does not see on which branch the motion goes on; leave the choice of the method to the program, or ask for a larger tolerance", list(.joints)
     )]
     SingularAhead {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations come to depend on each other.
+        joints: Vec<String>,
+    },
+    /// Branches of the motion meet, and the steps were too short to tell them apart.
+    #[error(
+        "at t = {time} s the motion has left its branch in a singular pose, where {} depend on each other: stiff springs or dampers keep the steps so short there that rounding errors decide; leave the choice of the method to the program, make them less stiff, or ask for a larger tolerance", list(.joints)
+    )]
+    BranchLost {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations depend on each other there.
+        joints: Vec<String>,
+    },
+    /// Branches of the motion meet ahead, and no step passes there.
+    #[error(
+        "at t = {time} s the mechanism comes to a singular pose, where {} depend on each other, and rounding errors leave no step that passes it; leave the choice of the method to the program, make stiff springs and dampers less stiff, or ask for a larger tolerance", list(.joints)
+    )]
+    NotPassed {
         /// When [s].
         time: f64,
         /// Joints whose loop equations come to depend on each other.

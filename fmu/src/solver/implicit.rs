@@ -3,6 +3,8 @@
 //! Step sizes follow the predictive controller of Gustafsson (1994) and the rules of the authors' program `radau5.f`. A Jacobian serves as long as
 //! Newton's iterations converge fast; where it was evaluated is remembered, so that a run continued from a saved state finds the same bits.
 
+mod passage;
+
 use serde::{Deserialize, Serialize};
 
 use super::abreast::Abreast;
@@ -16,6 +18,7 @@ use super::singular::is_jump;
 use super::{Context, Engine, Failure};
 use crate::math;
 use crate::model::Model;
+use passage::Survey;
 
 /// The error estimate is of order 3, the step of order 5: so much of tolerance^(4/5) makes the error of the motion follow the tolerance.
 const SHARE_OF_TOLERANCE: f64 = 0.03;
@@ -52,6 +55,10 @@ const REMEMBERED: f64 = 1e-2;
 const LONGEST_START: f64 = 1.0;
 /// A loop equation that is closer to the others by this factor than it has been may be about to depend on them.
 const CLOSE: f64 = 100.0;
+/// Near a singular pose the loops are closed this well.
+const TIGHT: f64 = 1e-10;
+/// So often a step is taken again because of a singular pose before it is made shorter.
+const REPLANS: u32 = 4;
 /// The motion before is continued over at most so many times its last step for a first guess.
 const EXTRAPOLATED: f64 = 8.0;
 
@@ -71,6 +78,14 @@ pub struct Implicit {
     current: bool,
     /// 1 / r^2 of each loop equation at the front, where r is how far it is from the others.
     front: Vec<f64>,
+    /// The same at the stages of the step just tried, and where distances are compared with.
+    first: Vec<f64>,
+    late: Vec<f64>,
+    ends: Vec<f64>,
+    reference: Vec<f64>,
+    /// The dense output of the step just tried, and a state on it.
+    polynomial: Vec<f64>,
+    point: Vec<f64>,
     /// A tolerance, and what the error estimate of one step may be at it.
     share: [f64; 2],
 }
@@ -93,18 +108,16 @@ pub(super) struct Memory {
 
 /// What came of a trial.
 enum Trial {
-    Accepted {
-        error: f64,
-        iterations: i32,
-        contraction: f64,
-    },
+    /// With a singular pose so far after the end (0 for none).
+    Accepted { error: f64, iterations: i32, contraction: f64, ahead: f64 },
     /// To be tried with a step shorter by that factor.
-    Rejected {
-        shorter: f64,
-        failure: Option<Failure>,
-    },
+    Rejected { shorter: f64, failure: Option<Failure> },
+    /// A singular pose was not where it was expected.
+    Replanned,
     /// A singular pose may be in the step.
     Unsteady,
+    /// Branches only come close to each other in the step.
+    Avoided,
 }
 
 impl Memory {
@@ -156,6 +169,7 @@ impl Implicit {
     pub fn allocate(model: &Model) -> Self {
         let n = model.coordinates();
         let radau = Radau::new(n);
+        let rows = || vec![0.0; model.program().tapes.closeness.len()];
         Self {
             abreast: Abreast::new(model, radau.has_each()),
             radau,
@@ -165,7 +179,13 @@ impl Implicit {
             column: vec![0.0; n],
             known: false,
             current: false,
-            front: vec![0.0; model.program().tapes.closeness.len()],
+            front: rows(),
+            first: rows(),
+            late: rows(),
+            ends: rows(),
+            reference: rows(),
+            polynomial: vec![0.0; (DENSE_ORDER + 1) * n],
+            point: vec![0.0; 2 * n],
             share: [0.0; 2],
         }
     }
@@ -227,7 +247,8 @@ impl Implicit {
             return false;
         }
         evaluate(&run.dense, target - run.dense_from, motion);
-        true
+        // Where the loops hold less a projection would take the motion off its branch.
+        !Self::is_at_pose(run, target)
     }
 
     /// The factors of the last step, if they were lost with a saved state.
@@ -272,36 +293,53 @@ impl Implicit {
         }
         let time = run.front_time;
         let shortest = shortest(time);
-        let mut rejected = false;
+        let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
+        let (mut rejected, mut replans) = (false, 0);
         loop {
             let natural = within(run.step, shortest, context.settings.max_step);
-            let limited = time + STRETCH * natural >= horizon.limit;
-            let end = if limited { horizon.limit } else { time + natural };
+            let planned = Self::planned(run, natural).max(shortest);
+            let limited = time + STRETCH * planned >= limit && Self::may_end(run, limit);
+            let end = if limited { limit } else { time + planned };
             let h = end - time;
             match self.attempt(context, run, end, rejected) {
-                Trial::Accepted { error, iterations, contraction } => {
+                Trial::Accepted { error, iterations, contraction, ahead } => {
                     let proposed =
                         self.propose(&run.implicit, h, error, [f64::from(iterations), contraction], rejected);
+                    let passes = Self::passes(run, end);
                     self.accept(run, end, error, contraction);
+                    run.ahead = ahead;
+                    if ahead > 0.0 {
+                        run.pose = Some(end + ahead);
+                    }
                     // A step cut short by a limit says nothing against the natural length.
-                    run.step = if limited && !rejected { proposed.max(natural) } else { proposed };
+                    let cut = limited || planned < natural;
+                    run.step = if cut && (planned < natural || !rejected) { proposed.max(natural) } else { proposed };
+                    if passes {
+                        run.step = run.step.min(natural.max(h));
+                    }
                     context.statistics.steps += 1;
                     return Ok(true);
                 }
-                Trial::Unsteady => {
-                    rejected = true;
+                Trial::Replanned if replans < REPLANS => {
+                    replans += 1;
+                    context.statistics.rejected += 1;
+                }
+                Trial::Replanned | Trial::Unsteady => {
+                    (rejected, replans) = (true, 0);
                     context.statistics.rejected += 1;
                     run.step = 0.5 * h;
-                    if handing_over {
+                    if handing_over && !self.has_each() {
                         return Ok(false);
                     }
                     if let Some(failure) = singular_ahead(context, run) {
-                        return Err(failure);
+                        return if handing_over { Ok(false) } else { Err(failure) };
                     }
                     if run.step < shortest {
                         return Err(underflow(context.model, time, self.radau.first(), None));
                     }
                 }
+                Trial::Avoided if handing_over => return Ok(false),
+                Trial::Avoided => return Err(Self::avoided(context, run)),
                 Trial::Rejected { shorter, failure } => {
                     rejected = true;
                     context.statistics.rejected += 1;
@@ -401,7 +439,7 @@ impl Implicit {
         }
         let noise = self.noise(&run.front, h);
         let goal = (NEWTON_SHARE * share.sqrt()).max(noise);
-        let Implicit { radau, next, tolerances, abreast, .. } = self;
+        let Implicit { radau, tolerances, abreast, .. } = self;
         let mut f = abreast.states(context, &run.origin);
         let step = (time, run.front.as_slice(), h);
         let (iterations, contraction) = match radau.solve(&mut f, step, tolerances, [goal, noise]) {
@@ -410,6 +448,7 @@ impl Implicit {
         };
         let first = run.implicit.step == 0.0;
         let error = radau.error(&mut f, step, tolerances, first || rejected);
+        let error = self.judge(context, run, end, error);
         let small = error < 1.0;
         if !small {
             return reject(match error {
@@ -417,14 +456,28 @@ impl Implicit {
                 error => (SAFETY / fourth_root(error)).clamp(SHRINK, 0.9),
             });
         }
-        radau.end(&run.front, next);
-        if !self.is_steady(context.model) {
+        self.radau.end(&run.front, &mut self.next);
+        let ahead = if self.has_each() {
+            match self.survey(context, run, end) {
+                Survey::Clear(ahead) => ahead,
+                Survey::Elsewhere(ahead) => {
+                    (run.ahead, run.pose) = (ahead, (ahead > 0.0).then_some(time + ahead));
+                    return Trial::Replanned;
+                }
+                Survey::Unsteady => return Trial::Unsteady,
+            }
+        } else if self.is_steady(context.model) {
+            0.0
+        } else {
             return Trial::Unsteady;
-        }
+        };
         if let Err(failure) = self.close(context, run, end) {
             return Trial::Rejected { shorter: 0.5, failure: Some(failure) };
         }
-        Trial::Accepted { error, iterations, contraction }
+        if Self::passes(run, end) && !self.note_passage(context, run, end) {
+            return Trial::Avoided;
+        }
+        Trial::Accepted { error, iterations, contraction, ahead }
     }
 
     /// Jacobians, if each stage has its own, and factors for a step of that length; false if there are none.
@@ -495,7 +548,13 @@ impl Implicit {
         let radau = &self.radau;
         let relax = &mut |change: &mut [f64]| radau.relax(change);
         projection.positions_along(model, machine, q, settings.tolerance, f64::INFINITY, relax)?;
-        projection.rates(model, machine, v, settings.tolerance)
+        let mut tolerance = settings.tolerance;
+        if Self::is_near(run, end) {
+            // What the loops are open by is divided by the distance from the pose.
+            tolerance = tolerance.min(TIGHT);
+            projection.positions(model, machine, q, tolerance, f64::INFINITY)?;
+        }
+        projection.rates(model, machine, v, tolerance)
     }
 
     fn accept(&mut self, run: &mut Continuation, end: f64, error: f64, contraction: f64) {

@@ -6,6 +6,7 @@
 
 mod abreast;
 pub mod accelerations;
+mod branch;
 mod choice;
 mod continuation;
 mod dense;

@@ -386,10 +386,21 @@ impl Radau {
         size
     }
 
+    /// The last error in units of the tolerances, of what `change` leaves of it: nothing else goes into the dense output either.
+    pub fn filtered_error(&mut self, tolerances: &[f64], change: impl FnOnce(&mut [f64])) -> f64 {
+        change(&mut self.error);
+        self.size(tolerances)
+    }
+
     /// Takes the point for an error.
     fn filter(&mut self, h: f64, tolerances: &[f64]) -> f64 {
         self.solve_real(REAL / h);
         self.error.copy_from_slice(&self.point);
+        self.size(tolerances)
+    }
+
+    /// The error in units of the tolerances.
+    fn size(&self, tolerances: &[f64]) -> f64 {
         let squares = self.error.iter().zip(tolerances).map(|(error, tolerance)| (error / tolerance).powi(2));
         (squares.sum::<f64>() / (2 * self.n).max(1) as f64).sqrt()
     }

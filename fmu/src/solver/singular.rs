@@ -12,6 +12,7 @@
 use nalgebra::DMatrix;
 
 use super::poses::{active_rows, jacobian};
+use super::sparse::Row;
 use super::spectrum::{ends, ends_of_many};
 use crate::math;
 use crate::model::{Model, State};
@@ -215,6 +216,18 @@ pub(crate) struct Weakest {
 /// The same for the rows J of the active loop equations, in whatever units; none without equations.
 pub(crate) fn weakest(model: &Model, rows: &DMatrix<f64>) -> Option<Weakest> {
     ends(rows).map(|found| named(model, found))
+}
+
+/// The combination of some active loop equations, given by their rows, that holds least, and the joints and drivers that take part in it.
+pub(super) fn weakest_combination(model: &Model, rows: &[Row]) -> Option<(Vec<f64>, Vec<String>)> {
+    let (least, largest, combination) = if rows.len() > MANY {
+        ends_of_many(rows)?
+    } else {
+        let columns = model.coordinates();
+        ends(&DMatrix::from_fn(rows.len(), columns, |row, column| rows[row].get(&column).copied().unwrap_or_default()))?
+    };
+    let joints = named(model, (least, largest, combination.clone())).joints;
+    Some((combination, joints))
 }
 
 fn named(model: &Model, (least, largest, combination): (f64, f64, Vec<f64>)) -> Weakest {
