@@ -18,9 +18,6 @@ use super::table::Row;
 use crate::equations::Equations;
 use crate::expr::{Expr, Node, Order, Rounded, Slopes, Symbol};
 
-/// With more coordinates and loop equations than this everything at the start counts as depending on everything that is known.
-pub(super) const SINGLE: usize = 100;
-
 /// Longer lists of dependencies are left out of the description, or they would grow with the square of the model.
 pub(crate) const LISTED: usize = 500;
 
@@ -131,7 +128,7 @@ impl Finder<'_, '_> {
     fn dynamic(&self, solved: &[Expr]) -> Through {
         let mut everything: Vec<usize> = self.given.values().copied().collect();
         everything.sort_unstable();
-        let place = |symbol| self.place(symbol);
+        let place = |symbol| self.place(symbol).map(|place| Arc::from([place]));
         let found = footprints(&self.equations.system.arena, solved, place, (everything.into(), LISTED));
         found.into_iter().enumerate().map(|(index, places)| (self.solved_symbol(index), places)).collect()
     }

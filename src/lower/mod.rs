@@ -20,6 +20,7 @@ mod solve_tree;
 mod start;
 mod start_levels;
 mod start_slopes;
+mod start_sources;
 mod strengthen;
 mod table;
 mod tape;
