@@ -128,9 +128,10 @@ fn parameters_and_inputs_are_set_with_units() {
 fn settings_that_make_no_sense_say_why() {
     let folder = with_scene();
     std::fs::write(folder.path().join("table.csv"), "time,gas_force\n0,x\n").unwrap();
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 10] = [
         (&["--set", "rod_length"], "name=value"),
         (&["--set", "rod=1"], "there are: `crank_length`, `rod_length`, `gas_force`"),
+        (&["--set", "rod_lenth=1"], "has no parameter or input `rod_lenth`; did you mean `rod_length`?"),
         (&["--set", "rod_length=2 kg"], "not in m"),
         (&["--set", "rod_length=10 cm"], "at least 1.0 m"),
         (&["--stop", "-1"], "before the start"),
