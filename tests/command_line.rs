@@ -128,9 +128,10 @@ fn parameters_and_inputs_are_set_with_units() {
 fn settings_that_make_no_sense_say_why() {
     let folder = with_scene();
     std::fs::write(folder.path().join("table.csv"), "time,gas_force\n0,x\n").unwrap();
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 10] = [
         (&["--set", "rod_length"], "name=value"),
         (&["--set", "rod=1"], "there are: `crank_length`, `rod_length`, `gas_force`"),
+        (&["--set", "rod_lenth=1"], "has no parameter or input `rod_lenth`; did you mean `rod_length`?"),
         (&["--set", "rod_length=2 kg"], "not in m"),
         (&["--set", "rod_length=10 cm"], "at least 1.0 m"),
         (&["--stop", "-1"], "before the start"),
@@ -191,6 +192,47 @@ fn info_reads_an_fmu_back() {
     assert_eq!(scene.stdout, std::fs::read(folder.path().join("crank.toml")).unwrap());
 }
 
+#[test]
+fn info_says_what_may_be_set_and_when() {
+    let folder = with_scene();
+    let scene = r#"
+        format = 1
+        name = "cart"
+        dimension = 1
+        [parameters]
+        stiffness = { value = "2 kN/m", min = 0, tunable = true }
+        free = { value = 0.3, min = 0.1, max = 0.5 }
+        [inputs]
+        push = { start = 1.0, max = 2.0 }
+        [bodies.cart]
+        mass = 1.0
+        [loads.spring]
+        type = "spring"
+        between = ["ground", "cart"]
+        stiffness = "stiffness"
+        length = "free"
+        [loads.pusher]
+        type = "force"
+        on = "cart"
+        vector = ["push"]
+        [initial]
+        "cart.x" = { guess = 0.4 }
+    "#;
+    std::fs::write(folder.path().join("cart.toml"), scene).unwrap();
+    assert_eq!(code(&cotree(folder.path(), &["export", "cart.toml"])), 0);
+    let info = stdout(&cotree(folder.path(), &["info", "cart.fmu"]));
+    for (name, said) in [
+        ("stiffness", "start 2000.0 tunable, at least 0.0"),
+        ("free", "start 0.3 0.1 to 0.5"),
+        ("push", "start 1.0 at most 2.0"),
+        ("cart.x", "guess 0.4"),
+    ] {
+        let mut words = info.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+        let line = words.find(|words| words.get(1) == Some(&name)).unwrap().join(" ");
+        assert!(line.contains(said), "{said}: {line}");
+    }
+}
+
 /// An archive with these files.
 fn archive(path: &Path, files: &[(&str, &str)]) {
     let mut zip = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
@@ -207,12 +249,13 @@ fn info_says_why_it_cannot_read_a_file() {
     let path = folder.path().join("a.fmu");
     let by = |tool: &str| format!("<fmiModelDescription modelName=\"a\" generationTool=\"{tool}\"/>");
     let (other, own) = (by("Other Tool 3"), by("cotree 0.1.0"));
-    let cases: [(&[(&str, &str)], &str); 5] = [
+    let cases: [(&[(&str, &str)], &str); 6] = [
         (&[("a.txt", "")], "no modelDescription.xml"),
         (&[("modelDescription.xml", "<a></b>")], "damaged"),
         (&[("modelDescription.xml", "<fmiModelDescription/>")], "made by another program, not by cotree"),
         (&[("modelDescription.xml", &other), ("resources/program.bin", "x")], "made by Other Tool 3, not by cotree"),
         (&[("modelDescription.xml", &own), ("resources/program.bin", "x")], "the program cannot be read"),
+        (&[("modelDescription.xml", &own)], "it has no resources/program.bin; export it again"),
     ];
     for (files, message) in cases {
         archive(&path, files);

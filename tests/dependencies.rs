@@ -1,5 +1,7 @@
 //! The dependencies that the model description declares, against what changes when a state or an input changes.
 
+#[path = "support/large_scenes.rs"]
+mod large_scenes;
 #[path = "support/start_scenes.rs"]
 mod start_scenes;
 mod support;
@@ -14,6 +16,7 @@ use cotree::pipeline::compile;
 use cotree::scene::Scene;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
+use large_scenes::{arms, parallelograms, two_chains};
 use start_scenes::{DRIVEN_ARM, FOLLOWED, HALF_KNOWN, PARALLELOGRAM};
 use support::random_parts::random_parts;
 
@@ -104,6 +107,8 @@ fn scenes() -> Vec<(String, String)> {
     let stiff = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/stiff.toml");
     scenes.push(("stiff".to_owned(), read(&stiff)));
     scenes.extend((1..=RANDOM).map(|seed| (format!("random {seed}"), random_parts(seed, 2).scene)));
+    let large = [("two chains", two_chains(55)), ("arms", arms(36)), ("parallelograms", parallelograms(16))];
+    scenes.extend(large.map(|(name, text)| (name.to_owned(), text)));
     scenes
 }
 

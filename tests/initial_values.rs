@@ -75,6 +75,20 @@ fn what_cannot_be_assembled_is_named_and_can_be_corrected() {
     assert!(matches!(instance.set(crank, 1.0), Err(InstanceError::Fixed { .. })));
 }
 
+/// An importer that sets a length sees which one, not only what does not fit then.
+#[test]
+fn what_was_set_is_named_if_there_is_no_start() {
+    let compiled = compiled(&SLIDER_CRANK.replace("min = \"0.6 m\"", "min = \"0.1 m\""));
+    let rod = index(&compiled, "rod_length");
+    let mut instance = instance(&compiled);
+    instance.set(rod, 0.2).expect("in range");
+    let error = instance.initialise().expect_err("the rod does not reach the rail").to_string();
+    assert!(error.contains("with `rod_length` = 0.2 instead of 1.5 there is no start: "), "{error}");
+    assert!(error.contains("`crank.angle`"), "{error}");
+    instance.set(rod, 1.4).expect("in range");
+    instance.initialise().expect("long enough");
+}
+
 #[test]
 fn an_initial_value_of_something_else_becomes_a_variable() {
     let text = SLIDER_CRANK.replace("\"crank.omega\" = 0.0", "\"cylinder.v\" = \"0.3 m/s\"");

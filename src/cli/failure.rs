@@ -95,7 +95,10 @@ impl From<RunError> for Failure {
     fn from(error: RunError) -> Self {
         match error {
             RunError::Instance(
-                error @ (InstanceError::Solver(_) | InstanceError::Jump { .. } | InstanceError::Undefined { .. }),
+                error @ (InstanceError::Solver(_)
+                | InstanceError::Start { .. }
+                | InstanceError::Jump { .. }
+                | InstanceError::Undefined { .. }),
             ) => Failure::Numerical(error.to_string()),
             RunError::Instance(error) => Failure::Usage(error.to_string()),
             RunError::Output(error) => error.into(),

@@ -16,7 +16,7 @@ use crate::analysis::{self, Equilibrium, Point, Variation, at_rest};
 use crate::formulate::{Formulated, formulate};
 use crate::mechanism::{Mechanism, Unit};
 use crate::pipeline;
-use crate::scene::{Faults, Scene};
+use crate::scene::{Faults, Scene, suggest};
 use crate::size;
 
 /// The scene, its settings, and the form of the result.
@@ -144,16 +144,15 @@ pub fn time(option: &str, text: &str, start: f64) -> Result<f64, Failure> {
 fn set(mechanism: &mut Mechanism, setting: &str) -> Result<(), String> {
     let (name, text) = setting.split_once('=').ok_or("write name=value")?;
     let (name, text) = (name.trim(), text.trim());
-    let known: Vec<String> = (mechanism.parameters.iter().map(|parameter| &parameter.name))
-        .chain(mechanism.inputs.iter().map(|input| &input.name))
-        .map(|name| format!("`{name}`"))
+    let known: Vec<String> = (mechanism.parameters.iter().map(|parameter| parameter.name.clone()))
+        .chain(mechanism.inputs.iter().map(|input| input.name.clone()))
         .collect();
     let parameters =
         mechanism.parameters.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.value));
     let inputs = mechanism.inputs.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.start));
     let Some((_, unit, bounds, place)) = parameters.chain(inputs).find(|(known, ..)| *known == name) else {
-        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-        return Err(format!("the scene has no parameter or input `{name}`; there are: {known}"));
+        let known = suggest::known(name, known.iter().map(String::as_str));
+        return Err(format!("the scene has no parameter or input `{name}`; {known}"));
     };
     let value = pipeline::quantity(text, unit)?;
     match bounds {

@@ -50,6 +50,14 @@ pub struct Variable {
     pub unit: String,
     /// Value at the start, if it can be set.
     pub start: Option<String>,
+    /// Is that a guess, which picks the assembly?
+    pub guess: bool,
+    /// May it be set at any communication point?
+    pub tunable: bool,
+    /// Smallest permitted value.
+    pub min: Option<String>,
+    /// Largest permitted value.
+    pub max: Option<String>,
     /// One line; may be empty.
     pub description: String,
 }
@@ -75,6 +83,9 @@ pub enum InspectError {
     /// The model description is damaged.
     #[error("its modelDescription.xml is damaged: {0}")]
     Description(String),
+    /// A file is not there that cotree writes into every FMU.
+    #[error("it is incomplete: it has no {0}; export it again")]
+    Incomplete(&'static str),
     /// Another program has made it.
     #[error("it was made by {}, not by cotree", if .0.is_empty() { "another program" } else { .0.as_str() })]
     Foreign(String),
@@ -102,10 +113,11 @@ impl Contents {
         let mut archive = Archive::new(BufReader::new(file))?;
         let description = entry(&mut archive, "modelDescription.xml")?.ok_or(InspectError::NoDescription)?;
         let header = Header::parse(&description)?;
-        let program = match entry(&mut archive, cotree_fmu::PROGRAM_FILE)? {
-            Some(bytes) if header.tool.starts_with("cotree ") => Program::from_bytes(&bytes)?,
-            _ => return Err(InspectError::Foreign(header.tool)),
-        };
+        if !header.tool.starts_with("cotree ") {
+            return Err(InspectError::Foreign(header.tool));
+        }
+        let program = entry(&mut archive, cotree_fmu::PROGRAM_FILE)?;
+        let program = Program::from_bytes(&program.ok_or(InspectError::Incomplete(cotree_fmu::PROGRAM_FILE))?)?;
         let mut scene = None;
         for name in ["resources/scene.toml", "resources/scene.json"] {
             scene = scene.or(entry(&mut archive, name)?);
@@ -205,16 +217,38 @@ impl Header {
                 name: text("name")?,
                 causality: get("causality")?.unwrap_or_else(|| "local".into()),
                 description: text("description")?,
+                tunable: text("variability")? == "tunable",
+                guess: text("initial")? == "approx",
                 ..Variable::default()
             }),
             "Real" => {
                 if let Some(variable) = self.variables.last_mut() {
                     (variable.unit, variable.start) = (text("unit")?, get("start")?);
+                    (variable.min, variable.max) = (get("min")?, get("max")?);
                 }
             }
             _ => {}
         }
         Ok(())
+    }
+}
+
+impl Variable {
+    fn start(&self) -> String {
+        let what = if self.guess { "guess" } else { "start" };
+        self.start.as_ref().map(|start| format!("{what} {start}")).unwrap_or_default()
+    }
+
+    /// What values it may have, and when it may change.
+    fn remark(&self) -> String {
+        let range = match (&self.min, &self.max) {
+            (Some(min), Some(max)) => Some(format!("{min} to {max}")),
+            (Some(min), None) => Some(format!("at least {min}")),
+            (None, Some(max)) => Some(format!("at most {max}")),
+            (None, None) => None,
+        };
+        let parts = [self.tunable.then(|| "tunable".to_owned()), range];
+        parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -240,14 +274,15 @@ impl fmt::Display for Contents {
             "  scene       {}",
             if self.scene.is_some() { "inside: print it with --scene" } else { "not inside" }
         )?;
-        let width = |field: fn(&Variable) -> &String| {
-            self.variables.iter().map(|v| field(v).chars().count()).max().unwrap_or(0)
+        let width = |field: fn(&Variable) -> String| {
+            self.variables.iter().map(|variable| field(variable).chars().count()).max().unwrap_or(0)
         };
-        let (name, unit) = (width(|variable| &variable.name), width(|variable| &variable.unit));
+        let (name, unit) = (width(|variable| variable.name.clone()), width(|variable| variable.unit.clone()));
+        let (start, remark) = (width(Variable::start), width(Variable::remark));
         for variable in &self.variables {
-            let start = variable.start.as_ref().map(|start| format!("start {start}")).unwrap_or_default();
+            let (value, remarks) = (variable.start(), variable.remark());
             let line = format!(
-                "  {:11} {:name$}  {:unit$}  {start:20} {}",
+                "  {:11} {:name$}  {:unit$}  {value:start$}  {remarks:remark$}  {}",
                 variable.causality, variable.name, variable.unit, variable.description
             );
             writeln!(f, "{}", line.trim_end())?;

@@ -49,6 +49,14 @@ impl Slopes {
         slopes
     }
 
+    /// Evaluates these expressions, operands first.
+    pub fn along(arena: &Arena, order: &[Expr], values: impl Fn(Symbol) -> Rounded) -> Self {
+        let mut slopes = Slopes { steps: Vec::new(), places: HashMap::new(), values: Vec::new() };
+        let none = HashMap::new();
+        order.iter().for_each(|&expr| slopes.add(arena, &none, expr, &values));
+        slopes
+    }
+
     fn add(&mut self, arena: &Arena, solved: &HashMap<Symbol, Expr>, expr: Expr, values: &impl Fn(Symbol) -> Rounded) {
         let none = (0, Rounded::default());
         let node = arena.node(expr);

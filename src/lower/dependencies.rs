@@ -3,13 +3,14 @@
 //! Dynamic motion: through the accelerations and reactions to what is in their expressions, less what cancels there ([`Slopes`]). Driven
 //! motion: through the blocks of the loop equations to the inputs in them.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use cotree_fmu::program::{Block, Source};
 use cotree_fmu::solver::poses::Random;
 
+use super::apart::apart;
 use super::footprints::footprints;
 use super::motion::typical;
 use super::program::{Pose, inverse};
@@ -17,17 +18,14 @@ use super::table::Row;
 use crate::equations::Equations;
 use crate::expr::{Expr, Node, Order, Rounded, Slopes, Symbol};
 
-/// With more accelerations and reactions than this nobody looks for what cancels: finding out costs more than the square of their number.
-pub(super) const SINGLE: usize = 100;
-
 /// Longer lists of dependencies are left out of the description, or they would grow with the square of the model.
 pub(crate) const LISTED: usize = 500;
 
 /// With more coordinates than this every coordinate of a driven mechanism counts as depending on everything that drives it.
 const MOST_DRIVEN: usize = 1000;
 
-/// More derivatives than this are not evaluated to see whether they vanish.
-const MOST_DERIVATIVES: usize = 10_000_000;
+/// More derivatives than this are not evaluated to see whether they vanish: a few seconds.
+const MOST_DERIVATIVES: usize = 300_000_000;
 
 /// At so many states a derivative has to vanish.
 const STATES: u64 = 4;
@@ -60,7 +58,7 @@ pub(super) fn find(rows: &mut [Row], equations: &mut Equations, moving: &Moving)
     for row in rows.iter_mut().filter(|row| !matches!(row.source, Source::Parameter(_) | Source::Input(_))) {
         row.dependencies = finder.of([row.value], &through);
     }
-    if !driven && moving.solved.len() <= SINGLE {
+    if !driven {
         finder.leave_out_what_cancels(rows, moving);
     }
 }
@@ -130,7 +128,7 @@ impl Finder<'_, '_> {
     fn dynamic(&self, solved: &[Expr]) -> Through {
         let mut everything: Vec<usize> = self.given.values().copied().collect();
         everything.sort_unstable();
-        let place = |symbol| self.place(symbol);
+        let place = |symbol| self.place(symbol).map(|place| Arc::from([place]));
         let found = footprints(&self.equations.system.arena, solved, place, (everything.into(), LISTED));
         found.into_iter().enumerate().map(|(index, places)| (self.solved_symbol(index), places)).collect()
     }
@@ -207,34 +205,40 @@ impl Finder<'_, '_> {
     /// Takes away what is in an expression without effect, because terms cancel.
     fn leave_out_what_cancels(&self, rows: &mut [Row], moving: &Moving) {
         let arena = &self.equations.system.arena;
-        let roots: Vec<Expr> = rows.iter().map(|row| row.value).collect();
-        let solved: HashMap<Symbol, Expr> =
-            moving.solved.iter().enumerate().map(|(index, &value)| (self.solved_symbol(index), value)).collect();
-        // Not yet seen to change, and seen not to.
-        let mut idle: Vec<(usize, usize)> = Vec::new();
-        let mut open: BTreeSet<usize> = rows.iter().flat_map(|row| row.dependencies.iter().copied()).collect();
+        let listed: Vec<usize> =
+            (0..rows.len()).filter(|&row| (1..=LISTED).contains(&rows[row].dependencies.len())).collect();
+        let roots: Vec<Expr> = listed.iter().map(|&row| rows[row].value).collect();
+        let solved = self.solved_in(&roots, moving.solved);
+        let mut idle = suspects(&listed.iter().map(|&row| &*rows[row].dependencies).collect::<Vec<_>>());
         for state in 0..STATES {
+            idle.retain(|pairs| !pairs.is_empty());
             let slopes =
                 Slopes::new(arena, &solved, &roots, |symbol| Rounded::exact(self.somewhere(symbol, moving, state)));
-            if open.is_empty() || slopes.len() * open.len() > MOST_DERIVATIVES {
-                break;
+            if slopes.len() * idle.len() > MOST_DERIVATIVES {
+                return;
             }
-            let before: Option<BTreeSet<(usize, usize)>> = (state > 0).then(|| idle.drain(..).collect());
-            for &known in &open {
-                let change = |symbol: Symbol| if self.place(symbol) == Some(known) { somehow(symbol, 17) } else { 0.0 };
-                for (unknown, changes) in slopes.changing(&roots, change).into_iter().enumerate() {
-                    let suspected = before.as_ref().is_none_or(|before| before.contains(&(unknown, known)));
-                    if changes == Some(false) && suspected && rows[unknown].dependencies.contains(&known) {
-                        idle.push((unknown, known));
-                    }
-                }
+            for pairs in &mut idle {
+                let moved: HashSet<usize> = pairs.iter().map(|&(_, known)| known).collect();
+                let moves = |symbol: &Symbol| self.place(*symbol).is_some_and(|place| moved.contains(&place));
+                let changes = slopes.changing(&roots, |symbol| if moves(&symbol) { somehow(symbol, 17) } else { 0.0 });
+                pairs.retain(|&(unknown, _)| changes[unknown] == Some(false));
             }
-            open = idle.iter().map(|&(_, known)| known).collect();
         }
-        for (unknown, known) in idle {
-            let rest = rows[unknown].dependencies.iter().copied().filter(|&place| place != known);
-            rows[unknown].dependencies = rest.collect();
+        let mut left_out: HashMap<usize, HashSet<usize>> = HashMap::new();
+        for (unknown, known) in idle.into_iter().flatten() {
+            left_out.entry(listed[unknown]).or_default().insert(known);
         }
+        for (row, idle) in left_out {
+            let rest = rows[row].dependencies.iter().copied().filter(|place| !idle.contains(place));
+            rows[row].dependencies = rest.collect();
+        }
+    }
+
+    /// Those accelerations and reactions that are in these expressions.
+    fn solved_in(&self, roots: &[Expr], solved: &[Expr]) -> HashMap<Symbol, Expr> {
+        let symbols: HashSet<Symbol> = self.equations.system.arena.symbols(roots.iter().copied()).into_iter().collect();
+        let all = solved.iter().enumerate().map(|(index, &value)| (self.solved_symbol(index), value));
+        all.filter(|(symbol, _)| symbols.contains(symbol)).collect()
     }
 
     /// The value of a symbol at a state that nothing is special about, not far from a consistent one.
@@ -256,6 +260,18 @@ impl Finder<'_, '_> {
             Symbol::Reaction(_) => random,
         }
     }
+}
+
+/// Every entry of every list, as the number of the list and the place: in groups in which no list occurs twice.
+fn suspects(lists: &[&[usize]]) -> Vec<Vec<(usize, usize)>> {
+    let groups = apart(lists.iter().copied());
+    let places = groups.iter().enumerate().flat_map(|(group, places)| places.iter().map(move |&place| (place, group)));
+    let group_of: HashMap<usize, usize> = places.collect();
+    let mut suspects = vec![Vec::new(); groups.len()];
+    for (unknown, list) in lists.iter().enumerate() {
+        list.iter().for_each(|known| suspects[group_of[known]].push((unknown, *known)));
+    }
+    suspects
 }
 
 /// A number between 0 and 1, another one for each symbol and state.

@@ -22,7 +22,7 @@ const EVERYTHING: usize = 1;
 pub(super) fn footprints(
     arena: &Arena,
     roots: &[Expr],
-    place: impl Fn(Symbol) -> Option<usize>,
+    places: impl Fn(Symbol) -> Option<Arc<[usize]>>,
     (everything, most): (Arc<[usize]>, usize),
 ) -> Vec<Arc<[usize]>> {
     let mut sets = Sets { sets: Vec::new(), numbers: HashMap::new(), unions: HashMap::new(), most };
@@ -31,7 +31,7 @@ pub(super) fn footprints(
     let mut found = vec![NONE; roots.iter().map(|root| root.index() + 1).max().unwrap_or(0)];
     for expr in arena.reachable(roots.iter().copied()) {
         found[expr.index()] = match arena.node(expr) {
-            Node::Symbol(symbol) => place(symbol).map_or(NONE, |place| sets.number(Arc::new([place]))),
+            Node::Symbol(symbol) => places(symbol).map_or(NONE, |places| sets.own(places)),
             node => node.operands().fold(NONE, |set, operand| sets.union(set, found[operand.index()])),
         };
     }
@@ -39,6 +39,10 @@ pub(super) fn footprints(
 }
 
 impl Sets {
+    fn own(&mut self, set: Arc<[usize]>) -> usize {
+        if set.len() > self.most { EVERYTHING } else { self.number(set) }
+    }
+
     fn number(&mut self, set: Arc<[usize]>) -> usize {
         let next = self.sets.len();
         let number = *self.numbers.entry(set.clone()).or_insert(next);
@@ -68,7 +72,7 @@ impl Sets {
         let mut union: Vec<usize> = self.sets[a].iter().chain(&*self.sets[b]).copied().collect();
         union.sort_unstable();
         union.dedup();
-        if union.len() > self.most { EVERYTHING } else { self.number(union.into()) }
+        self.own(union.into())
     }
 }
 
@@ -86,9 +90,10 @@ mod tests {
         let sum = arena.add(pair, time);
         let product = arena.multiply(sum, pair);
         let all = arena.sum(symbols.iter().copied());
-        let place = |symbol| if let Symbol::Coordinate(index, _) = symbol { Some(10 * index) } else { None };
+        let places =
+            |symbol| if let Symbol::Coordinate(index, _) = symbol { Some(Arc::from([10 * index])) } else { None };
         let everything: Arc<[usize]> = Arc::new([0, 10, 20, 30, 40, 50]);
-        let found = footprints(&arena, &[product, time, all, symbols[2]], place, (everything.clone(), 4));
+        let found = footprints(&arena, &[product, time, all, symbols[2]], places, (everything.clone(), 4));
         assert_eq!(found, [Arc::from([10, 30]), Arc::default(), everything, Arc::from([20])]);
     }
 }

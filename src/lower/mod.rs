@@ -3,6 +3,7 @@
 //! First the kernels of positions and velocities ([`positions`]): with them the mechanism is assembled and its redundant loop
 //! equations are found. Then, knowing which equations count, everything ([`program`]).
 
+mod apart;
 mod arms;
 mod blocks;
 mod cost;
@@ -19,6 +20,7 @@ mod solve_tree;
 mod start;
 mod start_levels;
 mod start_slopes;
+mod start_sources;
 mod strengthen;
 mod table;
 mod tape;

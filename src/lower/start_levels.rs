@@ -1,12 +1,14 @@
 //! The equations that the start is found from, in the order of their solution.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use petgraph::unionfind::UnionFind;
 
 use super::initial::Conditions;
 use super::program::inverse;
 use super::start::Beginning;
 use crate::equations::Equations;
-use crate::expr::{Arena, Expr, Order, Rounded, Slopes, Symbol};
+use crate::expr::{Arena, Expr, Node, Order, Rounded, Slopes, Symbol};
 
 /// Equations for unknowns that follow from what is known before.
 #[derive(Clone, Debug, Default)]
@@ -21,6 +23,10 @@ pub(super) struct Level {
     pub guesses: Vec<Expr>,
     /// Is that so? It is with positions.
     pub guessing: bool,
+    /// What else is in the equations.
+    pub knowns: Vec<Symbol>,
+    /// What they are made of, operands first.
+    pub order: Vec<Expr>,
 }
 
 /// How the start is found.
@@ -64,13 +70,17 @@ impl Search {
             };
             level.loops = level.residuals.len();
             level.impose(&mut equations.system.arena, conditions);
-            search.levels.push(level);
+            search.levels.extend(level.parts(&equations.system.arena));
         }
         match beginning.solved {
             Some(solved) => search.solved = beginning.symbols().zip(solved.iter().copied()).collect(),
             None => {
-                search.levels.push(driven(equations, beginning));
-                search.levels.extend(reacts.then(|| reactions(equations, beginning)));
+                let accelerations = driven(equations, beginning);
+                search.levels.extend(accelerations.parts(&equations.system.arena));
+                if reacts {
+                    let reactions = reactions(equations, beginning);
+                    search.levels.extend(reactions.parts(&equations.system.arena));
+                }
             }
         }
         search
@@ -131,6 +141,44 @@ impl Level {
                 false => (),
             }
         }
+    }
+
+    /// Unknowns that share no equation, not even by others, are found apart. Those that are in no equation are left as they are.
+    fn parts(self, arena: &Arena) -> Vec<Level> {
+        let numbers: HashMap<Symbol, usize> = self.unknowns.iter().copied().zip(0..).collect();
+        let mut sets = UnionFind::<usize>::new(self.unknowns.len());
+        let member_of = |residual: Expr| {
+            let symbols = arena.symbols([residual]);
+            let mut members = symbols.iter().filter_map(|symbol| numbers.get(symbol).copied());
+            let first = members.next()?;
+            members.for_each(|member| _ = sets.union(first, member));
+            Some(first)
+        };
+        let members: Vec<Option<usize>> = self.all().into_iter().map(member_of).collect();
+        let mut parts: BTreeMap<Option<usize>, Level> = BTreeMap::new();
+        for (index, (residual, member)) in self.all().into_iter().zip(members).enumerate() {
+            let part = parts.entry(member.map(|member| sets.find(member))).or_default();
+            part.guessing = self.guessing;
+            part.loops += usize::from(index < self.loops);
+            if index < self.residuals.len() { part.residuals.push(residual) } else { part.guesses.push(residual) }
+        }
+        for (index, &unknown) in self.unknowns.iter().enumerate() {
+            if let Some(part) = parts.get_mut(&Some(sets.find(index))) {
+                part.unknowns.push(unknown);
+            }
+        }
+        parts.into_values().map(|part| part.in_order(arena)).collect()
+    }
+
+    fn in_order(self, arena: &Arena) -> Level {
+        let order = arena.reachable(self.all());
+        let symbols = order.iter().filter_map(|&expr| match arena.node(expr) {
+            Node::Symbol(symbol) => Some(symbol),
+            _ => None,
+        });
+        let unknowns: HashSet<Symbol> = self.unknowns.iter().copied().collect();
+        let knowns = symbols.filter(|symbol| !unknowns.contains(symbol)).collect();
+        Level { order, knowns, ..self }
     }
 
     /// All residuals, those of guesses last.

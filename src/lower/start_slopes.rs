@@ -23,13 +23,15 @@ const ITERATIONS: usize = 30;
 const CONVERGED: f64 = 1e-8;
 /// Where coordinates begin that nothing determines, in units of a length: off what is special.
 const OFF: f64 = 1e-2;
-/// More derivatives than this are not evaluated.
-const MOST_DERIVATIVES: usize = 2_000_000;
+/// More derivatives than this are not evaluated: a few seconds.
+const MOST_DERIVATIVES: usize = 100_000_000;
+/// More unknowns than this that must be found together are not: what they contain counts.
+const LARGEST: usize = 100;
 
 /// Numbers of symbols; those that are not there are zero, or as usual.
 type Numbers = HashMap<Symbol, Rounded>;
 
-/// What is given by one variable: one symbol, or an input and its derivatives.
+/// What moves at once: the symbols of one variable or of several that nothing depends on together. An input has its derivatives, too.
 pub(super) type Given = Vec<Symbol>;
 
 /// Which roots change with what is given, as a table of roots and givens. Nothing where that could not be told.
@@ -94,25 +96,35 @@ impl<'a, U: Fn(Symbol) -> f64> Start<'a, U> {
         self.values.get(&symbol).copied().unwrap_or_else(|| Rounded::exact((self.usual)(symbol)))
     }
 
-    fn evaluate(&self, solved: &HashMap<Symbol, Expr>, roots: &[Expr]) -> Option<Slopes> {
-        let slopes = Slopes::new(self.arena, solved, roots, |symbol| self.value(symbol));
-        (self.changes.len() * slopes.len() <= MOST_DERIVATIVES).then_some(slopes)
+    fn evaluate(&self, level: &Level) -> Slopes {
+        Slopes::along(self.arena, &level.order, |symbol| self.value(symbol))
     }
 
     /// Finds the unknowns of a level, and how they change with what is given.
     fn solve(&mut self, level: &Level, number: u64) -> Option<()> {
+        if level.unknowns.len() > LARGEST {
+            self.give_up(level);
+            return Some(());
+        }
         let all = level.all();
-        self.begin(level, &all, number)?;
+        self.begin(level, &all, number);
         self.newton(level)?;
-        self.bound(level)?;
-        let slopes = self.evaluate(&HashMap::new(), &all)?;
+        self.bound(level);
+        let slopes = self.evaluate(level);
         let rows = level.jacobian(&slopes, &all);
-        let right: Vec<Vec<Rounded>> = self.changes.iter().map(|change| slopes.slopes(&all, within(change))).collect();
+        let right: Vec<Vec<Rounded>> = self.changes.iter().map(|change| moved(level, &slopes, &all, change)).collect();
         let loose = self.determine(level, &rows, &right);
         if !loose.is_empty() {
             self.let_go(level, &slopes, (&rows, &right), &loose);
         }
         Some(())
+    }
+
+    /// Nobody knows how these unknowns change; they stay as usual.
+    fn give_up(&mut self, level: &Level) {
+        for change in self.changes.iter_mut().filter(|change| touches(level, change)) {
+            change.extend(level.unknowns.iter().map(|&unknown| (unknown, Rounded::exact(f64::NAN))));
+        }
     }
 
     /// How those unknowns change that follow from the equations, given their derivatives and the changes of their residuals; returns the others.
@@ -144,7 +156,7 @@ impl<'a, U: Fn(Symbol) -> f64> Start<'a, U> {
         for (change, right) in self.changes.iter_mut().zip(right) {
             let guessed = guessed(&first, &right[level.loops..], every.len());
             let pulled = |row: usize| rows[row].iter().zip(&guessed).any(|(entry, moves)| *moves && !entry.is_zero());
-            let residuals = slopes.slopes(&level.residuals, within(change));
+            let residuals = moved(level, slopes, &level.residuals, change);
             let moved = |row: usize| !residuals[row].is_zero() || pulled(row);
             let together = then.iter().filter(|(rows, _)| rows.iter().any(|&row| moved(row)));
             let alone = loose.iter().copied().filter(|&column| guessed[column]);
@@ -155,8 +167,8 @@ impl<'a, U: Fn(Symbol) -> f64> Start<'a, U> {
     }
 
     /// Where the search for a level begins: off what is special, where anything moves at all.
-    fn begin(&mut self, level: &Level, all: &[Expr], number: u64) -> Option<()> {
-        let slopes = self.evaluate(&HashMap::new(), all)?;
+    fn begin(&mut self, level: &Level, all: &[Expr], number: u64) {
+        let slopes = self.evaluate(level);
         let moved: Vec<bool> = slopes.values(all).into_iter().map(|rest| !rest.is_zero()).collect();
         let columns: Vec<usize> = (0..level.unknowns.len()).collect();
         for (rows, columns) in groups(&level.jacobian(&slopes, all), &columns) {
@@ -167,14 +179,13 @@ impl<'a, U: Fn(Symbol) -> f64> Start<'a, U> {
                 self.values.insert(unknown, Rounded::exact(value));
             }
         }
-        Some(())
     }
 
     /// Fulfils the equations as far as rounding lets it.
     fn newton(&mut self, level: &Level) -> Option<()> {
         let mut before = f64::INFINITY;
         for _ in 0..ITERATIONS {
-            let slopes = self.evaluate(&HashMap::new(), &level.residuals)?;
+            let slopes = self.evaluate(level);
             let rest = slopes.values(&level.residuals);
             let reduced = Reduced::new(&level.jacobian(&slopes, &level.residuals), &[rest]);
             let mut longest = 0.0_f64;
@@ -196,23 +207,39 @@ impl<'a, U: Fn(Symbol) -> f64> Start<'a, U> {
     }
 
     /// How far the unknowns may still be from the solution.
-    fn bound(&mut self, level: &Level) -> Option<()> {
-        let slopes = self.evaluate(&HashMap::new(), &level.residuals)?;
+    fn bound(&mut self, level: &Level) {
+        let slopes = self.evaluate(level);
         let rest = slopes.values(&level.residuals);
         let reduced = Reduced::new(&level.jacobian(&slopes, &level.residuals), &[rest]);
         for (column, &unknown) in level.unknowns.iter().enumerate() {
             let value = self.value(unknown).off_by(reduced.solution(column, 0));
             self.values.insert(unknown, value);
         }
-        Some(())
     }
 
     /// Which roots change with what is given.
     fn changing(&self, roots: &[Expr]) -> Option<Vec<Vec<Option<bool>>>> {
-        let slopes = self.evaluate(&self.search.solved, roots)?;
+        let slopes = Slopes::new(self.arena, &self.search.solved, roots, |symbol| self.value(symbol));
+        if self.changes.len() * slopes.len() > MOST_DERIVATIVES {
+            return None;
+        }
         let by_given: Vec<Vec<Rounded>> =
             self.changes.iter().map(|change| slopes.slopes(roots, within(change))).collect();
         Some((0..roots.len()).map(|root| by_given.iter().map(|of| of[root].is_not_zero()).collect()).collect())
+    }
+}
+
+/// Is anything in the equations of a level changed, other than its unknowns?
+fn touches(level: &Level, change: &Numbers) -> bool {
+    level.knowns.iter().any(|known| change.contains_key(known))
+}
+
+/// How much residuals of a level change with what is known.
+fn moved(level: &Level, slopes: &Slopes, residuals: &[Expr], change: &Numbers) -> Vec<Rounded> {
+    if touches(level, change) {
+        slopes.slopes(residuals, within(change))
+    } else {
+        vec![Rounded::default(); residuals.len()]
     }
 }
 

@@ -5,13 +5,15 @@ use std::sync::Arc;
 
 use cotree_fmu::program::{Motion, Source, Variable};
 
-use super::dependencies::{self, Moving, SINGLE};
+use super::apart::apart;
+use super::dependencies::{self, LISTED, Moving};
 use super::initial::{order_of, settable};
 use super::motion::typical;
 use super::program::Pose;
-use super::start::{Beginning, Sources};
+use super::start::Beginning;
 use super::start_levels::Search;
-use super::start_slopes::changing;
+use super::start_slopes::{Given, changing};
+use super::start_sources::Sources;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::mechanism::{DisplayUnit, Mechanism, Quantity, Unit};
@@ -205,12 +207,6 @@ impl Table {
         (length, pose): (f64, &Pose),
     ) {
         let given = self.given();
-        let single = equations.coordinates.len() + equations.constraints.len() <= SINGLE;
-        if !single {
-            let everything: Arc<[usize]> = given.iter().map(|(place, _)| *place).collect();
-            self.rows.iter_mut().for_each(|row| row.initial_dependencies = everything.clone());
-            return;
-        }
         let values: Vec<Expr> = self.rows.iter().map(|row| row.value).collect();
         let reacts = equations.system.arena.symbols(values.iter().copied());
         let reacts = reacts.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_)));
@@ -224,20 +220,25 @@ impl Table {
             }
             other => typical(other),
         };
-        let symbols: Vec<Vec<Symbol>> = given.iter().map(|(_, symbols)| symbols.clone()).collect();
         let arena = &equations.system.arena;
-        let changing = changing((arena, &search), &values, &symbols, &usual);
-        let places = given.iter().flat_map(|(place, symbols)| symbols.iter().map(|&symbol| (symbol, *place)));
-        let followed = search.followed.iter().filter_map(|(symbol, input)| {
-            let (place, _) = given.iter().find(|(_, symbols)| symbols.contains(input))?;
-            Some((*symbol, *place))
-        });
-        let sources = Sources::new(arena, &places.chain(followed).collect(), beginning);
-        for (row, changing) in self.rows.iter_mut().zip(changing) {
-            let contained = sources.of(row.value);
-            let changes = |place: &usize, change: Option<bool>| change.unwrap_or_else(|| contained.contains(place));
-            let listed = given.iter().zip(changing).filter(|((place, _), change)| changes(place, *change));
-            row.initial_dependencies = listed.map(|((place, _), _)| *place).collect();
+        let contained = Sources::new(arena, &given, &search).of(arena, &values);
+        let listed: Vec<usize> =
+            (0..values.len()).filter(|&row| (1..=LISTED).contains(&contained[row].len())).collect();
+        let together = apart(listed.iter().map(|&row| &*contained[row]));
+        let symbols: HashMap<usize, Vec<Symbol>> = given.into_iter().collect();
+        let moved = |places: &Vec<usize>| places.iter().flat_map(|place| symbols[place].iter().copied()).collect();
+        let givens: Vec<Given> = together.iter().map(moved).collect();
+        let roots: Vec<Expr> = listed.iter().map(|&row| values[row]).collect();
+        let changing = changing((arena, &search), &roots, &givens, &usual);
+        let groups =
+            together.iter().enumerate().flat_map(|(group, places)| places.iter().map(move |&place| (place, group)));
+        let group_of: HashMap<usize, usize> = groups.collect();
+        for (row, contained) in self.rows.iter_mut().zip(&contained) {
+            row.initial_dependencies = contained.clone();
+        }
+        for (row, changing) in listed.into_iter().zip(changing) {
+            let changes = |place: &usize| changing[group_of[place]] != Some(false);
+            self.rows[row].initial_dependencies = contained[row].iter().copied().filter(changes).collect();
         }
     }
 

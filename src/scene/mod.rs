@@ -17,7 +17,7 @@ mod quantity;
 mod render;
 mod resolve;
 mod span;
-mod suggest;
+pub(crate) mod suggest;
 mod unit;
 
 pub use crate::mechanism::Side;

@@ -33,6 +33,15 @@ pub(crate) fn hint<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>
     }
 }
 
+/// "did you mean `x`?", or else the names that there are.
+pub(crate) fn known<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str, IntoIter: Clone>) -> String {
+    let candidates = candidates.into_iter();
+    match list(candidates.clone()) {
+        names if names.is_empty() => "there are none".to_owned(),
+        names => hint(name, candidates, format!("there are: {names}")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -42,5 +51,13 @@ mod tests {
         assert_eq!(nearest("smal_end", ["big_end", "small_end"]), Some("small_end"));
         assert_eq!(nearest("Mass", ["mass", "points"]), Some("mass"));
         assert_eq!(nearest("zebra", ["mass", "points"]), None);
+    }
+
+    #[test]
+    fn what_is_known_is_the_near_name_or_a_few_others() {
+        assert_eq!(known("mas", ["mass", "points"]), "did you mean `mass`?");
+        assert_eq!(known("zebra", ["mass", "points"]), "there are: `mass`, `points`");
+        assert_eq!(known("zebra", []), "there are none");
+        assert!(known("zebra", ["mass"; 40]).ends_with("`mass`, and 28 more"));
     }
 }

@@ -132,6 +132,14 @@ pub enum InstanceError {
         /// What happens then.
         cause: Failure,
     },
+    /// There is no start with what was set.
+    #[error("with {} there is no start: {cause}", instead(.set))]
+    Start {
+        /// What is not as in the scene: name, default, value now.
+        set: Vec<(String, f64, f64)>,
+        /// Why not.
+        cause: Failure,
+    },
     /// Branches of the motion cross, and the importer integrates.
     #[error("at t = {:.6} s the mechanism is in a singular pose: the loops at {} hold less there, and an integrator outside does not see on which branch the motion goes on; use Co-Simulation", .0.time, list(&.0.joints))]
     Crossing(Crossing),
@@ -162,6 +170,16 @@ fn jumped(jumps: &[(String, f64, f64)]) -> String {
     jumps.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
+fn instead(set: &[(String, f64, f64)]) -> String {
+    const MOST: usize = 5;
+    let one = |(name, default, now): &(String, f64, f64)| {
+        format!("`{name}` = {} instead of {}", number(*now), number(*default))
+    };
+    let further = set.len().saturating_sub(MOST);
+    let more = (further > 0).then(|| format!("{further} other changes"));
+    set.iter().take(MOST).map(one).chain(more).collect::<Vec<_>>().join(", ")
+}
+
 fn bounds(min: Option<f64>, max: Option<f64>) -> String {
     match (min, max) {
         (Some(min), Some(max)) => format!("it must lie between {} and {}", number(min), number(max)),
@@ -179,5 +197,12 @@ mod tests {
     fn numbers_are_short() {
         let found = [0.0, -0.25, 1e300, 1e-300, 5e5, f64::INFINITY].map(number);
         assert_eq!(found, ["0", "-0.25", "1e300", "1e-300", "500000", "inf"]);
+    }
+
+    #[test]
+    fn only_a_few_changes_are_named() {
+        let set: Vec<_> = (0..8).map(|index| (format!("p{index}"), 1.0, 0.5)).collect();
+        assert_eq!(instead(&set[..2]), "`p0` = 0.5 instead of 1, `p1` = 0.5 instead of 1");
+        assert!(instead(&set).ends_with("`p4` = 0.5 instead of 1, 3 other changes"));
     }
 }

@@ -295,7 +295,7 @@ impl Instance {
             let mut state = self.now.state.clone();
             let motion = self.model.layout().followers();
             state.registers_mut()[motion..].fill(0.0);
-            solve_initial(&self.model, &mut state)?;
+            solve_initial(&self.model, &mut state).map_err(|failure| self.unlike_the_scene(failure))?;
             self.now.state = state;
             self.now.phase = Phase::Initial { solved: true };
             self.computed = Computed::default();
@@ -425,6 +425,16 @@ impl Instance {
         let now = matches!(failure, Failure::LockUp { time, .. } if time <= self.time());
         let jumps = if now && self.now.run.is_changed() { self.jumps() } else { Vec::new() };
         if jumps.is_empty() { InstanceError::Solver(failure) } else { InstanceError::Jump { jumps, cause: failure } }
+    }
+
+    /// A failure of the search for the start: it may come from what was set here.
+    fn unlike_the_scene(&self, cause: Failure) -> InstanceError {
+        let (program, state) = (self.model.program(), &self.now.state);
+        let parameters = program.parameters.iter().map(|own| (&own.name, own.start)).zip(state.parameters());
+        let inputs = program.inputs.iter().map(|own| (&own.name, own.start)).zip(state.inputs());
+        let changed = parameters.chain(inputs).filter(|((_, start), now)| start != *now);
+        let set: Vec<_> = changed.map(|((name, start), &now)| (name.clone(), start, now)).collect();
+        if set.is_empty() { InstanceError::Solver(cause) } else { InstanceError::Start { set, cause } }
     }
 
     /// Parameters and inputs that have changed since the last step: name, value before, value now.

@@ -9,6 +9,7 @@ use crate::files;
 use crate::mechanism::{Experiment, Unit};
 use crate::pipeline;
 use crate::report::csv::Table;
+use crate::scene::suggest;
 use crate::simulation::{self, Run};
 
 /// The largest input table [bytes].
@@ -112,14 +113,9 @@ fn find(description: &Description, name: &str, wanted: impl Fn(&ScalarVariable) 
     description.variables.iter().position(|variable| variable.name == name && wanted(variable))
 }
 
-/// No such name; the names that there are.
+/// No such name; which one may be meant.
 fn unknown(description: &Description, name: &str, kind: &str, wanted: impl Fn(&ScalarVariable) -> bool) -> String {
-    let names: Vec<String> = description
-        .variables
-        .iter()
-        .filter(|variable| wanted(variable))
-        .map(|variable| format!("`{}`", variable.name))
-        .collect();
-    let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-    format!("the scene has no {kind} `{name}`; there are: {known}")
+    let variables = description.variables.iter().filter(|variable| wanted(variable));
+    let names: Vec<&str> = variables.map(|variable| variable.name.as_str()).collect();
+    format!("the scene has no {kind} `{name}`; {}", suggest::known(name, names))
 }
