@@ -17,8 +17,11 @@ use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 
+#[path = "support/command.rs"]
+mod command;
 #[path = "support/python.rs"]
 mod python;
+use command::printed;
 
 /// How many random inputs.
 const POINTS: usize = 5;
@@ -198,13 +201,6 @@ impl Sizes {
     }
 }
 
-fn run(command: &mut Command) -> String {
-    let output = command.output().unwrap_or_else(|error| panic!("{command:?} cannot be started: {error}"));
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{command:?} fails:\n{errors}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
 /// Numbers in hexadecimal bits, one on a line, `POINTS` sets of them.
 fn bits(text: &str) -> Vec<f64> {
     text.split_whitespace().map(|word| f64::from_bits(u64::from_str_radix(word, 16).unwrap())).collect()
@@ -256,8 +252,8 @@ impl Case<'_> {
         std::fs::write(self.folder.join("code.c"), code).unwrap();
         std::fs::write(&source, main).unwrap();
         let flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-O1", "-ffp-contract=off"];
-        run(Command::new("gcc").args(flags).arg(&source).arg("-o").arg(&program).arg("-lm"));
-        bits(&run(&mut Command::new(program)))
+        printed(Command::new("gcc").args(flags).arg(&source).arg("-o").arg(&program).arg("-lm"));
+        bits(&printed(&mut Command::new(program)))
     }
 
     fn run_rust(&self, code: &str) -> Vec<f64> {
@@ -298,8 +294,8 @@ impl Case<'_> {
         let [source, program] = ["main.rs", "main_rust"].map(|file| self.folder.join(file));
         std::fs::write(self.folder.join("code.rs"), code).unwrap();
         std::fs::write(&source, main).unwrap();
-        run(Command::new("rustc").args(["--edition", "2021", "-D", "warnings", "-o"]).arg(&program).arg(&source));
-        bits(&run(&mut Command::new(program)))
+        printed(Command::new("rustc").args(["--edition", "2021", "-D", "warnings", "-o"]).arg(&program).arg(&source));
+        bits(&printed(&mut Command::new(program)))
     }
 
     fn run_fortran(&self, code: &str) -> Vec<f64> {
@@ -337,8 +333,8 @@ impl Case<'_> {
         std::fs::write(&module, code).unwrap();
         std::fs::write(&source, main).unwrap();
         let flags = ["-std=f2008", "-O1", "-ffp-contract=off", "-o"];
-        run(Command::new("gfortran").current_dir(self.folder).args(flags).args([&program, &module, &source]));
-        decimals(&run(&mut Command::new(program)))
+        printed(Command::new("gfortran").current_dir(self.folder).args(flags).args([&program, &module, &source]));
+        decimals(&printed(&mut Command::new(program)))
     }
 
     fn run_python(&self, code: &str) -> Vec<f64> {
@@ -360,7 +356,7 @@ impl Case<'_> {
         std::fs::write(self.folder.join("code_.py"), code).unwrap();
         std::fs::write(self.folder.join("main.py"), main).unwrap();
         let (_, python) = numpy().expect("asked for before");
-        decimals(&run(Command::new(python).current_dir(self.folder).arg("main.py")))
+        decimals(&printed(Command::new(python).current_dir(self.folder).arg("main.py")))
     }
 }
 

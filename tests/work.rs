@@ -7,10 +7,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
-use cotree::pipeline::compile;
-use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
+
+#[path = "support/run.rs"]
+mod run;
+use run::compiled;
 
 /// Communication points of a run; driven mechanisms take a step to each.
 const POINTS: u32 = 50;
@@ -22,8 +24,7 @@ fn root() -> PathBuf {
 /// Operations of the kernel of the motion, then steps, rejected steps and evaluations of the scene's experiment, communication points included.
 fn work(scene: &Path) -> [u64; 4] {
     let text = std::fs::read_to_string(scene).expect("a scene");
-    let scene = Scene::from_toml(&text).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
-    let program = compile(&scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))).program;
+    let program = compiled(&text).program;
     let operations = program.tapes.acceleration.instructions.len() as u64;
     let (start, stop) = (program.experiment.start, program.experiment.stop);
     let mut instance = Instance::new(Arc::new(Model::new(program).expect("a sound program")));

@@ -162,17 +162,17 @@ fn compare(system: &StateSpace, nearby: &Nearby) {
 
 #[test]
 fn matrices_are_the_slopes_of_the_runtime() {
-    against_differences(&model("slider_crank"), &[0.0, 0.4]);
-    against_differences(&model("four_bar"), &[0.0, 0.3, 0.8]);
-    against_differences(&model("cart_pole"), &[0.5]);
-    against_differences(&model("double_pendulum"), &[0.7]);
-    against_differences(&model("vibration"), &[1.0]);
+    against_differences(&scene_of("slider_crank"), &[0.0, 0.4]);
+    against_differences(&scene_of("four_bar"), &[0.0, 0.3, 0.8]);
+    against_differences(&scene_of("cart_pole"), &[0.5]);
+    against_differences(&scene_of("double_pendulum"), &[0.7]);
+    against_differences(&scene_of("vibration"), &[1.0]);
 }
 
 #[test]
 fn matrices_are_the_slopes_in_absolute_and_joint_coordinates_too() {
     for preset in ["absolute", "joint"] {
-        let text = format!("{}\n[coordinates]\npreset = \"{preset}\"\n", model("four_bar"));
+        let text = format!("{}\n[coordinates]\npreset = \"{preset}\"\n", scene_of("four_bar"));
         against_differences(&text, &[0.3]);
     }
 }
@@ -260,7 +260,7 @@ fn a_driven_mechanism_passes_its_inputs_on_without_states() {
 
 #[test]
 fn a_pendulum_on_a_cart_as_in_the_textbook() {
-    at_equilibrium(&model("cart_pole"), |_, system| {
+    at_equilibrium(&scene_of("cart_pole"), |_, system| {
         // Upright: q = (s, angle), the pole's centre at half its length.
         let (m, total, g, l) = (0.2, 1.2, 9.81, 0.5);
         let inertia = m * 1.0 / 12.0 + m * l * l;
@@ -296,7 +296,7 @@ fn a_pendulum_swings_as_its_length_says() {
 
 #[test]
 fn a_double_pendulum_has_the_modes_of_its_closed_form() {
-    let text = model("double_pendulum").replace("-20 deg", "-89 deg").replace("40 deg", "-88 deg");
+    let text = scene_of("double_pendulum").replace("-20 deg", "-89 deg").replace("40 deg", "-88 deg");
     at_equilibrium(&text, |formulated, system| {
         let (m1, l1, m2, l2, g) = (1.0, 1.0, 0.7, 0.8, 9.81);
         let coupling = m2 * l1 * l2 / 2.0;
@@ -359,7 +359,7 @@ fn masses_on_a_line_have_the_eigenvalues_of_their_matrices() {
         (None, 3, 50.0),
     ]);
     let expected = of_second_order(&mass, &damping, &stiffness);
-    at_equilibrium(&model("vibration"), |formulated, system| {
+    at_equilibrium(&scene_of("vibration"), |formulated, system| {
         let modes = modes(formulated, system).unwrap();
         assert_eq!(modes.len(), 4);
         for (mode, expected) in modes.iter().zip(&expected) {
@@ -433,7 +433,7 @@ fn a_four_bar_on_torsion_springs_has_the_frequency_of_its_one_degree_of_freedom(
         + (0.008 + 0.6 * (c / 2.0).powi(2)) * rocker_ratio.powi(2);
     let stiffness = 2.0 + 3.0 * rocker_ratio.powi(2);
     let damping = 0.02 + 0.05 * rocker_ratio.powi(2);
-    let text = model("four_bar")
+    let text = scene_of("four_bar")
         .replace("gravity = [0.0, -9.81]", "")
         .replace("torsion_actuator", "torsion_spring")
         .replace("torque  = \"stall_torque*(1 - omega/no_load_speed)\"", &format!("stiffness = 2.0\nangle = {crank:?}"))
@@ -458,7 +458,7 @@ fn a_four_bar_on_torsion_springs_has_the_frequency_of_its_one_degree_of_freedom(
 /// A parallelogram folded flat can open in two ways.
 #[test]
 fn a_pose_with_more_freedom_is_named() {
-    let text = model("four_bar")
+    let text = scene_of("four_bar")
         .replace("\"0.2 m\"", "\"0.4 m\"")
         .replace("\"60 deg\"", "\"70 deg\"")
         .replace("{ guess = \"90 deg\" }", "{ guess = \"70 deg\" }")
@@ -479,7 +479,7 @@ fn a_pose_with_more_freedom_is_named() {
 fn trees_do_not_change_the_eigenvalues() {
     for scene in ["slider_crank", "double_pendulum", "andrews"] {
         let of = |preset: &str| {
-            let text = format!("{}\n[coordinates]\npreset = \"{preset}\"\n", model(scene));
+            let text = format!("{}\n[coordinates]\npreset = \"{preset}\"\n", scene_of(scene));
             let mut values = Vec::new();
             at_equilibrium(&text, |formulated, system| {
                 let modes = modes(formulated, system).unwrap();

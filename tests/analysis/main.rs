@@ -5,3 +5,8 @@ mod driven;
 mod equilibrium;
 mod linear;
 mod support;
+
+#[path = "../support/run.rs"]
+mod run;
+#[path = "../support/command.rs"]
+mod shell;
