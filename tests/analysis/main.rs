@@ -4,6 +4,7 @@ mod command;
 mod driven;
 mod equilibrium;
 mod linear;
+mod slopes;
 mod support;
 
 #[path = "../support/run.rs"]
