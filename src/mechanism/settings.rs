@@ -18,7 +18,7 @@ pub struct Experiment {
 /// Solver settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solver {
-    /// Which integrator.
+    /// How motion is integrated.
     pub method: Method,
     /// Relative tolerance, if not the experiment's.
     pub rtol: Option<f64>,
@@ -28,7 +28,7 @@ pub struct Solver {
     pub max_step: Option<f64>,
 }
 
-/// Which integrator.
+/// How motion is integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// cotree chooses.
