@@ -63,7 +63,11 @@ fn built() -> Scene {
 #[test]
 fn toml_json_and_rust_give_the_same_scene() {
     let toml = Scene::from_toml(SLIDER_CRANK).unwrap();
-    assert_eq!(toml, Scene::from_json(include_str!("scenes/slider_crank.json")).unwrap());
+    let json = include_str!("scenes/slider_crank.json");
+    assert_eq!(toml, Scene::from_json(json).unwrap());
+    // Some editors begin a file with a mark.
+    assert_eq!(toml, Scene::from_toml(&format!("\u{feff}{SLIDER_CRANK}")).unwrap());
+    assert_eq!(toml, Scene::from_json(&format!("\u{feff}{json}")).unwrap());
     assert_eq!(toml, built());
     assert_eq!(toml.resolve().unwrap(), built().resolve().unwrap());
     assert_ne!(toml, built().output("rod.omega"));

@@ -98,6 +98,7 @@ impl From<RunError> for Failure {
                 error @ (InstanceError::Solver(_) | InstanceError::Jump { .. } | InstanceError::Undefined { .. }),
             ) => Failure::Numerical(error.to_string()),
             RunError::Instance(error) => Failure::Usage(error.to_string()),
+            RunError::Program(fault) => Failure::Usage(fault.to_string()),
             RunError::Output(error) => error.into(),
         }
     }
