@@ -3,7 +3,6 @@
 mod support;
 
 use std::fmt::Write;
-use std::path::Path;
 
 use cotree::cheapest::Effort;
 use cotree::expr::{Expr, Order, Symbol};
@@ -15,7 +14,7 @@ use cotree_fmu::program::Motion;
 use cotree_fmu::tape::Tape;
 use support::chain::{chain, ring};
 use support::random::{Family, random_case};
-use support::run::{mechanism, sound};
+use support::run::{mechanism, models, scene_of, sound};
 
 fn resolve(scene: &Scene) -> Mechanism {
     sound(scene.resolve()).mechanism
@@ -150,12 +149,8 @@ fn the_kernel_of_a_chain_grows_with_its_length() {
 fn the_kernels_of_the_models_have_the_known_lengths() {
     let mut table =
         format!("{:24}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "model", "loops", "motion", "sines", "project", "outputs");
-    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let mut folders: Vec<_> = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path()).collect();
-    folders.sort();
-    for folder in folders {
-        let Ok(text) = std::fs::read_to_string(folder.join("scene.toml")) else { continue };
-        let mechanism = mechanism(&text);
+    for name in models() {
+        let mechanism = mechanism(&scene_of(&name));
         let program = formulated(&mechanism).lowered.program;
         let tapes = &program.tapes;
         let length = |tape: &Tape| tape.instructions.len();
@@ -164,8 +159,7 @@ fn the_kernels_of_the_models_have_the_known_lengths() {
         let cost = Cost::of(&tapes.acceleration);
         let _ = writeln!(
             table,
-            "{:24}{loops:>10}{:>10}{:>10}{project:>10}{:>10}",
-            folder.file_name().unwrap().to_string_lossy(),
+            "{name:24}{loops:>10}{:>10}{:>10}{project:>10}{:>10}",
             length(&tapes.acceleration),
             cost.pairs,
             length(&tapes.outputs)

@@ -4,13 +4,11 @@
 mod counting;
 mod support;
 
-use std::path::Path;
-
 use cotree_fmu::machine::Machine;
 use cotree_fmu::program::{Engine, Motion};
 use counting::allocations;
 use support::random::{Family, random_case};
-use support::run::{distance, file, model, motion, scene_of, started, value};
+use support::run::{distance, file, model, models, motion, scene_of, started, value};
 
 /// Outputs at 10 s with a stiffness of 1e9 N/m, computed in quadruple precision in two formulations.
 const REFERENCE: [(&str, f64); 4] = [
@@ -96,9 +94,8 @@ fn kernels_at_four_points_have_the_bits_of_one_after_the_other() {
     };
     let bits = |value: f64| if value.is_nan() { f64::NAN.to_bits() } else { value.to_bits() };
     let mut compared = 0;
-    let models = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("models")).expect("the models");
-    for scene in models.map(|folder| folder.expect("a model").path().join("scene.toml")).filter(|path| path.is_file()) {
-        let model = model(&std::fs::read_to_string(&scene).expect("a scene"));
+    for name in models() {
+        let model = model(&scene_of(&name));
         let (layout, tapes) = (model.layout(), &model.program().tapes);
         let mut machine = Machine::new(&model);
         machine.load(&model, &model.default_state(0.0));
@@ -121,7 +118,7 @@ fn kernels_at_four_points_have_the_bits_of_one_after_the_other() {
                 tape.run_tangent(&mut first, &mut along);
                 let same =
                     |lanes: &[[f64; 4]], alone: &[f64]| lanes.iter().zip(alone).all(|(a, b)| bits(a[k]) == bits(*b));
-                assert!(same(&points, &alone) && same(&tangents, &along), "{}", scene.display());
+                assert!(same(&points, &alone) && same(&tangents, &along), "{name}");
             }
             compared += tape.instructions.len();
         }

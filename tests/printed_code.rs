@@ -21,7 +21,10 @@ use cotree_fmu::model::Model;
 mod command;
 #[path = "support/python.rs"]
 mod python;
+#[path = "support/run.rs"]
+mod run;
 use command::printed;
+use run::{models, scene_of, sound};
 
 /// How many random inputs.
 const POINTS: usize = 5;
@@ -48,19 +51,6 @@ impl Random {
     fn list(&mut self, count: usize, scale: f64) -> Vec<f64> {
         (0..count).map(|_| scale * self.next()).collect()
     }
-}
-
-fn scenes() -> Vec<(String, PathBuf)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let mut scenes: Vec<(String, PathBuf)> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.join("scene.toml").exists())
-        .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), path.join("scene.toml")))
-        .collect();
-    scenes.sort();
-    assert!(scenes.len() >= 15, "models are missing: {scenes:?}");
-    scenes
 }
 
 fn points(formulated: &Formulated, seed: u64) -> Vec<Point> {
@@ -367,8 +357,8 @@ fn numpy() -> Option<(PathBuf, PathBuf)> {
 
 /// Calls `check` for every model with its equations, random points and what the kernels give there.
 fn for_all_models(notation: Notation, check: impl Fn(&Case, &str, &[f64], bool)) {
-    for (name, path) in scenes() {
-        let scene = Scene::read(&path).unwrap_or_else(|faults| panic!("{faults}"));
+    for name in models() {
+        let scene = sound(Scene::from_toml(&scene_of(&name)));
         let code = pipeline::equations(&scene, notation).unwrap_or_else(|faults| panic!("{faults}"));
         let mechanism: Mechanism = scene.resolve().unwrap_or_else(|faults| panic!("{faults}")).mechanism;
         let mut formulated = formulate(&mechanism).unwrap();

@@ -5,7 +5,6 @@ mod counting;
 #[path = "support/run.rs"]
 mod run;
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use cotree_fmu::check::Fault;
@@ -14,23 +13,18 @@ use cotree_fmu::model::Model;
 use cotree_fmu::program::{Engine, Motion, Program};
 use cotree_fmu::series::form::{ArmForm, Given};
 use counting::allocations;
-use run::{compiled, distance, model, motion, scene_of, started};
-
-fn folder(model: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model)
-}
+use run::{compiled, distance, file, model, models, motion, scene_of, started};
 
 #[test]
 fn every_dynamic_model_moves_as_expected() {
     let mut moved = Vec::new();
-    for entry in std::fs::read_dir(folder("")).expect("the models") {
-        let name = entry.expect("an entry").file_name().into_string().expect("a name");
+    for name in models() {
         let program = compiled(&scene_of(&name)).program;
         if program.motion == Motion::Kinematic {
             continue;
         }
         assert_eq!(program.engine, Engine::Taylor, "{name}");
-        let text = std::fs::read_to_string(folder(&name).join("expected.csv")).expect("the expected motion");
+        let text = file(&format!("models/{name}/expected.csv"));
         let mut lines = text.lines();
         let names: Vec<&str> = lines.next().expect("a header").split(',').skip(1).collect();
         let rows: Vec<Vec<f64>> =

@@ -12,7 +12,7 @@ use cotree_fmu::model::Model;
 
 #[path = "support/run.rs"]
 mod run;
-use run::compiled;
+use run::{compiled, models};
 
 /// Communication points of a run; driven mechanisms take a step to each.
 const POINTS: u32 = 50;
@@ -39,11 +39,8 @@ fn work(scene: &Path) -> [u64; 4] {
 }
 
 fn scenes() -> Vec<(String, PathBuf)> {
-    let folders =
-        std::fs::read_dir(root().join("models")).expect("the models").map(|entry| entry.expect("a model").path());
-    let scenes = folders.map(|folder| folder.join("scene.toml")).filter(|scene| scene.is_file());
-    let name = |scene: &PathBuf| scene.parent()?.file_name()?.to_str().map(String::from);
-    let mut list: Vec<_> = scenes.map(|scene| (name(&scene).expect("a name"), scene)).collect();
+    let scene = |name: String| (name.clone(), root().join("models").join(name).join("scene.toml"));
+    let mut list: Vec<_> = models().into_iter().map(scene).collect();
     list.push(("stiff_slider_crank".into(), root().join("benches/scenes/stiff_slider_crank.toml")));
     list.sort();
     list

@@ -27,6 +27,17 @@ pub fn scene_of(model: &str) -> String {
     file(&format!("models/{model}/scene.toml"))
 }
 
+/// Names of the models in `models`.
+pub fn models() -> Vec<String> {
+    let folders = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("models")).expect("the models");
+    let folders =
+        folders.map(|entry| entry.expect("an entry")).filter(|entry| entry.path().join("scene.toml").is_file());
+    let mut names: Vec<String> = folders.map(|entry| entry.file_name().into_string().expect("a name")).collect();
+    names.sort();
+    assert!(names.len() >= 15, "models are missing: {names:?}");
+    names
+}
+
 /// A scene with its names resolved.
 pub fn mechanism(text: &str) -> Mechanism {
     sound(Scene::from_toml(text).and_then(|scene| scene.resolve())).mechanism
