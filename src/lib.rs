@@ -40,7 +40,8 @@
 //!     .output("cylinder.s")
 //!     .stop("0.5 s");
 //! let compiled = compile(&scene)?;
-//! assert_eq!(compiled.summary.counts.used.coordinates, 3);
+//! // Two angles: absolute coordinates would be nine.
+//! assert_eq!(compiled.summary.counts.used.coordinates, 2);
 //!
 //! let mut last = 0.0;
 //! compiled.simulate(|_time, values| {
@@ -49,11 +50,8 @@
 //! })?;
 //! assert!(last > 1.0 && last < 2.0);
 //!
-//! # let folder = std::env::temp_dir();
-//! # let file = format!("cotree_front_page_{}.fmu", std::process::id());
-//! # let path = folder.join(&file);
-//! scene.export_fmu(&path)?;
-//! # std::fs::remove_file(path)?;
+//! # let folder = tempfile::tempdir()?;
+//! scene.export_fmu(folder.path().join("slider_crank.fmu"))?;
 //! # Ok(())
 //! # }
 //! ```
