@@ -1,7 +1,7 @@
 //! Runs the hard set: mechanisms through singular poses and other hard cases, at tolerances from 1e-3 to 1e-13, and prints what came
 //! out, for each method. Run with `cargo run --release --example hard_set [members] [automatic|explicit|implicit|all] [part of a family's name]`.
 
-#[path = "../tests/support/hard.rs"]
+#[path = "../tests/support/hard/mod.rs"]
 mod hard;
 
 use std::collections::BTreeMap;
@@ -9,7 +9,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cotree_fmu::program::Engine;
-use hard::{Case, Outcome, Points, cases, neutral_with_flap, stiff_at_change_points};
+use hard::four_bar::{neutral_with_flap, stiff_at_change_points};
+use hard::{Case, Outcome, Points, cases};
 
 /// One row of the table.
 #[derive(Default)]

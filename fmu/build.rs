@@ -13,7 +13,7 @@ const DEFINITIONS: [&str; 10] = [
     "src/instance/snapshot.rs",
     "src/solver/continuation.rs",
     "src/solver/choice.rs",
-    "src/solver/implicit.rs",
+    "src/solver/implicit/memory.rs",
     "src/fmi2/component.rs",
 ];
 

@@ -59,6 +59,16 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
     }
 }
 
+/// As [`formulate`], for those who write the equations out.
+///
+/// # Errors
+/// As there, or equations that are too large to be written.
+pub(crate) fn formulate_written(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
+    let formulated = formulate(mechanism)?;
+    size::check_written(&formulated.equations)?;
+    Ok(formulated)
+}
+
 /// The same for trees that are chosen already. What `[initial]` leaves open begins at the start, or where it is in the recommended trees.
 ///
 /// # Errors

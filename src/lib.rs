@@ -15,22 +15,60 @@
 //! modes; [`mod@bench`] measures; [`mod@print`] and [`report`] show; [`cli`] is the
 //! command line.
 //!
+//! A slider-crank, simulated for its experiment and written as an FMU:
+//!
 //! ```
+//! use cotree::pipeline::compile;
 //! use cotree::scene::{Body, Scene};
 //!
-//! let scene = Scene::new("pendulum")
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let bar = |length: f64| {
+//!     let body = Body::new().mass(length).inertia(length.powi(3) / 12.0);
+//!     body.point("a", [-length / 2.0, 0.0]).point("b", [length / 2.0, 0.0])
+//! };
+//! let scene = Scene::new("slider_crank")
 //!     .gravity([0.0, -9.81])
-//!     .body("bob", Body::new().mass(1.0).inertia(0.0).point("pivot", [-1.0, 0.0]))
-//!     .revolute("hinge", "ground", "bob.pivot")
-//!     .initial("bob.angle", "30 deg")
-//!     .output("bob.angle");
-//! let compiled = cotree::pipeline::compile(&scene)?;
-//! assert_eq!(compiled.summary.counts.used.coordinates, 1);
-//! # Ok::<(), cotree::scene::Faults>(())
+//!     .body("crank", bar(0.5))
+//!     .body("rod", bar(1.5))
+//!     .body("slider", Body::new().mass(3.0))
+//!     .revolute("bearing", "ground", "crank.a")
+//!     .revolute("crank_pin", "crank.b", "rod.a")
+//!     .revolute("wrist_pin", "rod.b", "slider")
+//!     .prismatic("cylinder", "ground", "slider", [1.0, 0.0])
+//!     .initial("crank.angle", "35 deg")
+//!     .guess("rod.angle", "-11 deg")
+//!     .output("cylinder.s")
+//!     .stop("0.5 s");
+//! let compiled = compile(&scene)?;
+//! // Two angles: absolute coordinates would be nine.
+//! assert_eq!(compiled.summary.counts.used.coordinates, 2);
+//!
+//! let mut last = 0.0;
+//! compiled.simulate(|_time, values| {
+//!     last = values[0];
+//!     Ok(())
+//! })?;
+//! assert!(last > 1.0 && last < 2.0);
+//!
+//! # let folder = tempfile::tempdir()?;
+//! scene.export_fmu(folder.path().join("slider_crank.fmu"))?;
+//! # Ok(())
+//! # }
 //! ```
 
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        reason = "no input may cause a panic"
+    )
+)]
+
 pub mod analysis;
-pub mod assembly;
+mod assembly;
 pub mod bench;
 pub mod cheapest;
 pub mod cli;
@@ -38,7 +76,7 @@ pub mod element;
 pub mod equations;
 pub mod export;
 pub mod expr;
-pub mod files;
+mod files;
 pub mod formulate;
 pub mod graph;
 pub mod lower;
@@ -48,9 +86,9 @@ pub mod print;
 pub mod report;
 pub mod scene;
 pub mod simulation;
-pub mod size;
-pub mod start;
-pub mod translate;
+mod size;
+mod start;
+mod translate;
 pub mod tree;
 
 /// The README's Rust code is compiled by the tests.

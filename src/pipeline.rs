@@ -1,6 +1,7 @@
 //! From a scene file to everything that the commands need.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -16,7 +17,7 @@ use crate::export::description::Description;
 use crate::export::page::Page;
 use crate::export::runtime::Runtime;
 use crate::expr::Property;
-use crate::formulate::{Formulated, formulate, lacking};
+use crate::formulate::{Formulated, formulate, formulate_written, lacking};
 use crate::mechanism::Unit;
 use crate::print::{self, Prose};
 use crate::report::accuracy::{self, Accuracy};
@@ -28,8 +29,7 @@ use crate::report::graph::GraphDrawing;
 use crate::report::pose::draw;
 use crate::report::summary::Summary;
 use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, read};
-use crate::simulation::reported;
-use crate::size;
+use crate::simulation::{Run, RunError, reported};
 
 /// A scene, compiled.
 #[derive(Clone, Debug)]
@@ -71,11 +71,6 @@ pub enum Notation {
     Python,
     /// For other programs.
     Json,
-}
-
-/// Reads a scene file, TOML or JSON.
-pub fn load(path: &Path) -> Result<Scene, Faults> {
-    Scene::read(path)
 }
 
 /// Formulates the equations of a scene and lowers them.
@@ -157,9 +152,7 @@ fn equations_for_the_page(equations: &mut Equations) -> String {
 /// Everything that is wrong with the scene.
 pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
     let mechanism = scene.resolve()?.mechanism;
-    let written =
-        formulate(&mechanism).and_then(|formulated| size::check_written(&formulated.equations).map(|()| formulated));
-    let formulated = written.map_err(|list| Faults::new(scene.source.clone(), list))?;
+    let formulated = formulate_written(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
     let Formulated { mut equations, lowered, redundant, .. } = formulated;
     Ok(match notation {
         Notation::Text => print::motion(&mut equations, Prose::Text),
@@ -178,10 +171,9 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
-    formulated(scene, |formulated| {
-        size::check_written(&formulated.equations)?;
-        Ok(print::steps(&mut formulated.equations, prose))
-    })
+    let mechanism = scene.resolve()?.mechanism;
+    let formulated = formulate_written(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list));
+    Ok(print::steps(&mut formulated?.equations, prose))
 }
 
 /// The linear graphs of a scene with their trees, and the mechanism at its start.
@@ -189,7 +181,9 @@ pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn graph(scene: &Scene) -> Result<(GraphDrawing, Drawing), Faults> {
-    formulated(scene, |formulated| Ok((GraphDrawing::new(formulated), draw(formulated))))
+    let mechanism = scene.resolve()?.mechanism;
+    let mut formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    Ok((GraphDrawing::new(&mut formulated), draw(&mut formulated)))
 }
 
 /// What the scene costs in other coordinates.
@@ -198,12 +192,6 @@ pub fn graph(scene: &Scene) -> Result<(GraphDrawing, Drawing), Faults> {
 /// Everything that is wrong with the scene; trees that do not work are part of the comparison.
 pub fn comparison(scene: &Scene) -> Result<Comparison, Faults> {
     Ok(compare(&scene.resolve()?.mechanism))
-}
-
-fn formulated<T>(scene: &Scene, then: impl FnOnce(&mut Formulated) -> Result<T, Vec<Fault>>) -> Result<T, Faults> {
-    let mechanism = scene.resolve()?.mechanism;
-    let result = formulate(&mechanism).and_then(|mut formulated| then(&mut formulated));
-    result.map_err(|list| Faults::new(scene.source.clone(), list))
 }
 
 /// A name for these very bytes: their 128-bit FNV-1a hash, written as a GUID.
@@ -233,6 +221,9 @@ fn internal(what: &str) -> Fault {
 }
 
 /// Reads a number, alone (SI) or with a unit, for a variable of the given unit; the empty unit takes any.
+///
+/// # Errors
+/// What is wrong with the text.
 pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
     let reading = read(&Text::from(text)).map_err(|fault| fault.message)?;
     match reading {
@@ -283,10 +274,30 @@ impl Compiled {
         archive::write(&package, path)
     }
 
-    /// What accuracy costs with this model, or why it cannot be measured.
+    /// Runs the experiment of the scene with the code that runs in the FMU: hands over time and the values of
+    /// [`Compiled::reported`] at every communication point.
+    ///
+    /// # Errors
+    /// The motion cannot be continued, or `report` fails.
+    pub fn simulate(&self, report: impl FnMut(f64, &[f64]) -> io::Result<()>) -> Result<(), RunError> {
+        let model = Arc::new(Model::new(self.program.clone())?);
+        let (experiment, reported) = (self.description.experiment, self.reported());
+        Run { description: &self.description, experiment, settings: Vec::new(), inputs: None, reported }
+            .start(model, report)
+    }
+
+    /// What a simulation reports: indices of variables of the description.
+    pub fn reported(&self) -> Vec<usize> {
+        reported(&self.description)
+    }
+
+    /// What accuracy costs with this model.
+    ///
+    /// # Errors
+    /// Why it cannot be measured.
     pub fn accuracy(&self) -> Result<Accuracy, String> {
         let model = Model::new(self.program.clone()).map_err(|fault| fault.to_string())?;
-        let measured = accuracy::measure(&Arc::new(model), &reported(&self.description), self.description.experiment);
+        let measured = accuracy::measure(&Arc::new(model), &self.reported(), self.description.experiment);
         measured.map_err(|error| error.to_string())
     }
 }

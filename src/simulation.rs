@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use cotree_fmu::check::Fault;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 
@@ -27,6 +28,9 @@ pub struct Run<'a> {
 /// Why a simulation ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
+    /// The runtime refuses the program.
+    #[error(transparent)]
+    Program(#[from] Fault),
     /// The instance refused.
     #[error(transparent)]
     Instance(#[from] InstanceError),
@@ -37,6 +41,9 @@ pub enum RunError {
 
 impl Run<'_> {
     /// Simulates, and hands over the reported values at every communication point.
+    ///
+    /// # Errors
+    /// Values that cannot be set, a motion that cannot be continued, or `report` fails.
     pub fn start(
         &self,
         model: Arc<Model>,
@@ -105,15 +112,17 @@ pub fn reported(description: &Description) -> Vec<usize> {
 /// Start, every full step, and stop; computed from the start, so that rounding does not add up.
 pub fn points(experiment: Experiment) -> impl Iterator<Item = f64> {
     let Experiment { start, stop, step, .. } = experiment;
-    // A last step that is short only by rounding is no step of its own.
-    let full = ((stop - start) / step * (1.0 - 1e-12) - 1e-9).ceil().max(0.0) as u64;
-    (0..full).map(move |index| start + index as f64 * step).chain([stop])
+    (0..steps(experiment)).map(move |index| start + index as f64 * step).chain([stop])
 }
 
 /// How many points [`points`] gives.
 pub fn count(experiment: Experiment) -> u64 {
-    let Experiment { start, stop, step, .. } = experiment;
-    (((stop - start) / step * (1.0 - 1e-12) - 1e-9).ceil().max(0.0) as u64).saturating_add(1)
+    steps(experiment).saturating_add(1)
+}
+
+/// A last step that is short only by rounding is no step of its own.
+fn steps(Experiment { start, stop, step, .. }: Experiment) -> u64 {
+    ((stop - start) / step * (1.0 - 1e-12) - 1e-9).ceil().max(0.0) as u64
 }
 
 #[cfg(test)]

@@ -16,24 +16,20 @@ use cotree_fmu::model::{Model, State};
 mod support;
 use support::point::value;
 use support::random::Random;
+use support::run::{models, scene_of, sound};
 
 const POINTS: usize = 100;
 
 #[test]
 fn compiled_equations_have_the_bits_of_the_kernels() {
-    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let mut paths: Vec<PathBuf> =
-        models.read_dir().unwrap().map(|entry| entry.unwrap().path().join("scene.toml")).collect();
-    paths.sort();
-    assert!(paths.len() >= 15);
     let folder = tempfile::tempdir().unwrap();
-    for path in paths {
-        check(&path, folder.path());
+    for name in models() {
+        check(&name, folder.path());
     }
 }
 
-fn check(path: &Path, folder: &Path) {
-    let scene = Scene::read(path).unwrap();
+fn check(model: &str, folder: &Path) {
+    let scene = sound(Scene::from_toml(&scene_of(model)));
     let mechanism = scene.resolve().unwrap().mechanism;
     let mut formulated = formulate(&mechanism).unwrap();
     let model = Model::new(formulated.lowered.program.clone()).unwrap();

@@ -3,29 +3,21 @@
 
 use std::fs::{self, File};
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Command;
 use std::thread::sleep;
 use std::time::Duration;
 
-fn cotree(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_cotree"));
-    command.args(arguments).current_dir(folder).stdin(Stdio::null()).output().unwrap()
-}
+#[path = "support/command.rs"]
+mod command;
+use command::{code, cotree, stderr, with_scene};
 
 /// What a command that must fail with exit code 2 says.
 fn refused(folder: &Path, arguments: &[&str]) -> String {
     let output = cotree(folder, arguments);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+    let message = stderr(&output);
+    assert_eq!(code(&output), 2, "{arguments:?}: {message}");
     assert!(message.lines().count() <= 2, "{message}");
     message
-}
-
-/// A folder with the scene that `new` writes, as `crank.toml`.
-fn with_scene() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    assert!(cotree(folder.path(), &["new", "crank"]).status.success());
-    folder
 }
 
 fn names(folder: &Path) -> Vec<String> {

@@ -1,23 +1,11 @@
 //! The command as a user meets it: usage errors, exit codes, `new`.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
-fn cotree(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cotree")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
+#[path = "support/command.rs"]
+mod command;
+use command::{code, cotree, stderr, stdout, with_scene};
 
 #[test]
 fn every_command_explains_itself_with_an_example() {
@@ -68,13 +56,6 @@ fn new_writes_a_scene_once() {
     assert_eq!(code(&again), 2);
     assert!(stderr(&again).contains("exists already"), "{}", stderr(&again));
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "mine");
-}
-
-/// A folder with the scene that `new` writes, as `crank.toml`.
-fn with_scene() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    assert_eq!(code(&cotree(folder.path(), &["new", "crank"])), 0);
-    folder
 }
 
 #[test]

@@ -9,6 +9,10 @@ use cotree::scene::{Body, Joint, Load, Scene, Side};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
+#[path = "support/run.rs"]
+mod run;
+use run::{sound, value};
+
 const G: f64 = 9.81;
 
 /// A scene in motion.
@@ -16,7 +20,7 @@ struct Run(Instance);
 
 impl Run {
     fn new(scene: &Scene) -> Run {
-        let compiled = compile(scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
+        let compiled = sound(compile(scene));
         assert!(compiled.warnings.is_none(), "{}", compiled.warnings.unwrap().render(false, 100));
         let mut instance = Instance::new(Arc::new(Model::new(compiled.program).unwrap()));
         instance.setup(0.0, None, Some(1e-10)).unwrap();
@@ -32,8 +36,7 @@ impl Run {
     }
 
     fn get(&mut self, name: &str) -> f64 {
-        let variable = self.0.variable(name).unwrap_or_else(|| panic!("no variable {name}"));
-        self.0.get(variable).unwrap()
+        value(&mut self.0, name)
     }
 
     fn check(&mut self, name: &str, expected: f64) {
@@ -47,7 +50,7 @@ impl Run {
 
 fn file(name: &str) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/components");
-    Scene::read(folder.join(format!("{name}.toml"))).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)))
+    sound(Scene::read(folder.join(format!("{name}.toml"))))
 }
 
 fn with_outputs(scene: Scene, names: &[&str]) -> Scene {

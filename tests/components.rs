@@ -9,21 +9,17 @@ use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::formulate;
 use cotree::graph::{ElementId, LinearGraph};
-use cotree::mechanism::{Coordinates, Mechanism};
-use cotree::scene::{Scene, Span};
+use cotree::mechanism::Coordinates;
+use cotree::scene::Span;
 use cotree::tree::Trees;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use support::random::Random;
 use support::random_parts::random_parts;
+use support::run::mechanism;
 
 const MECHANISMS: u64 = 40;
 const TREES: usize = 3;
-
-fn mechanism(text: &str) -> Mechanism {
-    let resolved = Scene::from_toml(text).and_then(|scene| scene.resolve());
-    resolved.unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))).mechanism
-}
 
 /// Arms first, then everything else in any order.
 fn shuffled<D>(system: &System, graph: &LinearGraph<D>, random: &mut Random) -> Vec<ElementId> {

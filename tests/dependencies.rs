@@ -2,13 +2,9 @@
 
 #[path = "support/large_scenes.rs"]
 mod large_scenes;
-#[path = "support/start_scenes.rs"]
-mod start_scenes;
 mod support;
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use cotree::export::description::{Causality, Description, ScalarVariable, Start};
@@ -17,95 +13,21 @@ use cotree::scene::Scene;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 use large_scenes::{arms, parallelograms, two_chains};
-use start_scenes::{DRIVEN_ARM, FOLLOWED, HALF_KNOWN, PARALLELOGRAM};
 use support::random_parts::random_parts;
+use support::run::{models, scene_of};
 
-/// Two pendulums that have nothing to do with each other.
-const APART: &str = r#"
-format = 1
-name = "apart"
-gravity = [0, -9.81]
-[inputs]
-torque = "0 N.m"
-[bodies.left]
-mass = 1.0
-inertia = 0.1
-points = { pin = [0, 1] }
-[bodies.right]
-mass = 1.0
-inertia = 0.2
-points = { pin = [0, 1] }
-[joints.left_pin]
-type = "revolute"
-between = ["ground", "left.pin"]
-[joints.right_pin]
-type = "revolute"
-between = ["ground", "right.pin"]
-[loads.motor]
-type = "torque"
-on = "left"
-value = "torque"
-[initial]
-"left.angle" = 0.3
-"right.angle" = 0.5
-[outputs]
-variables = ["left.alpha", "right.alpha", "left_pin.fx", "right_pin.fy", "left.x", "energy.total"]
-"#;
-
-/// Two driven cranks, one behind the other, and a third that has nothing to do with them.
-const DRIVEN: &str = r#"
-format = 1
-name = "three_driven"
-[inputs]
-first = 0.1
-second = 0.2
-third = 0.3
-[bodies.upper]
-mass = 1.0
-inertia = 0.1
-points = { pin = [-1, 0], tip = [1, 0] }
-[bodies.lower]
-mass = 2.0
-inertia = 0.2
-points = { pin = [-1, 0], tip = [1, 0] }
-[bodies.alone]
-mass = 3.0
-inertia = 0.3
-points = { pin = [-1, 0], tip = [1, 0] }
-[joints.shoulder]
-type = "revolute"
-between = ["ground", "upper.pin"]
-[joints.elbow]
-type = "revolute"
-between = ["upper.tip", "lower.pin"]
-[joints.other]
-type = "revolute"
-between = ["ground", "alone.pin"]
-[drivers.shoulder_motor]
-joint = "shoulder"
-angle = { input = "first", as = "position" }
-[drivers.elbow_motor]
-joint = "elbow"
-angle = { input = "second", as = "position" }
-[drivers.other_motor]
-joint = "other"
-angle = { input = "third", as = "position" }
-[outputs]
-variables = ["upper.tip.x", "lower.tip.x", "alone.tip.x", "other_motor.torque", "elbow_motor.torque", "elbow.fx", "lower.ax"]
-"#;
+const APART: &str = include_str!("scenes/dependencies/apart.toml");
+const DRIVEN: &str = include_str!("scenes/dependencies/three_driven.toml");
+const PARALLELOGRAM: &str = include_str!("scenes/dependencies/parallelogram.toml");
+const HALF_KNOWN: &str = include_str!("scenes/dependencies/half_known.toml");
+const FOLLOWED: &str = include_str!("scenes/dependencies/followed.toml");
+const DRIVEN_ARM: &str = include_str!("scenes/dependencies/driven_arm.toml");
 
 fn scenes() -> Vec<(String, String)> {
-    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let folders = fs::read_dir(models).expect("the models").map(|entry| entry.expect("an entry").path());
-    let mut folders: Vec<PathBuf> = folders.filter(|path| path.join("scene.toml").is_file()).collect();
-    folders.sort();
-    let read = |path: &Path| fs::read_to_string(path).expect("a scene");
-    let name = |path: &Path| path.file_name().expect("a folder").to_string_lossy().into_owned();
-    let mut scenes: Vec<_> = folders.iter().map(|path| (name(path), read(&path.join("scene.toml")))).collect();
+    let mut scenes: Vec<_> = models().into_iter().map(|name| (name.clone(), scene_of(&name))).collect();
     scenes.push(("apart".to_owned(), APART.to_owned()));
     scenes.push(("three driven".to_owned(), DRIVEN.to_owned()));
-    let stiff = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/stiff.toml");
-    scenes.push(("stiff".to_owned(), read(&stiff)));
+    scenes.push(("stiff".to_owned(), include_str!("scenes/stiff.toml").to_owned()));
     scenes.extend((1..=RANDOM).map(|seed| (format!("random {seed}"), random_parts(seed, 2).scene)));
     let large = [("two chains", two_chains(55)), ("arms", arms(36)), ("parallelograms", parallelograms(16))];
     scenes.extend(large.map(|(name, text)| (name.to_owned(), text)));

@@ -1,17 +1,14 @@
 //! Nothing is modelled that the scene does not need, and `show` says so.
 
-use cotree::pipeline::{Compiled, compile};
-use cotree::scene::Scene;
+use cotree::pipeline::Compiled;
 use cotree_fmu::program::Motion;
 
-fn compiled(text: &str) -> Compiled {
-    let scene = Scene::from_toml(text).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
-    compile(&scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)))
-}
+#[path = "support/run.rs"]
+mod run;
+use run::{compiled, scene_of};
 
 fn model(name: &str) -> Compiled {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name).join("scene.toml");
-    compiled(&std::fs::read_to_string(path).expect("a scene"))
+    compiled(&scene_of(name))
 }
 
 fn left_out(compiled: &Compiled) -> Vec<&str> {

@@ -3,7 +3,6 @@
 mod support;
 
 use std::fmt::Write;
-use std::path::Path;
 
 use cotree::cheapest::Effort;
 use cotree::expr::{Expr, Order, Symbol};
@@ -15,13 +14,10 @@ use cotree_fmu::program::Motion;
 use cotree_fmu::tape::Tape;
 use support::chain::{chain, ring};
 use support::random::{Family, random_case};
+use support::run::{mechanism, models, scene_of, sound};
 
 fn resolve(scene: &Scene) -> Mechanism {
-    scene.resolve().unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))).mechanism
-}
-
-fn resolve_text(text: &str) -> Mechanism {
-    resolve(&Scene::from_toml(text).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))))
+    sound(scene.resolve()).mechanism
 }
 
 fn formulated(mechanism: &Mechanism) -> Formulated<'_> {
@@ -95,7 +91,7 @@ fn check_solve_trees(mechanism: &Mechanism) {
 fn solve_trees_give_the_accelerations_reactions_and_projections_of_the_branch_coordinates() {
     for family in [Family::Chain, Family::Tree, Family::Loops, Family::Redundant, Family::Driven] {
         for seed in 0..15 {
-            check_solve_trees(&resolve_text(&random_case(seed, family).scene));
+            check_solve_trees(&mechanism(&random_case(seed, family).scene));
         }
     }
     check_solve_trees(&resolve(&chain(12)));
@@ -110,7 +106,7 @@ fn cheapest_trees_are_never_costlier_and_move_alike() {
         [Family::Tree, Family::Loops, Family::Driven].into_iter().flat_map(|f| (0..6).map(move |s| (f, s)))
     {
         let case = random_case(seed, family);
-        let mut mechanism = resolve_text(&case.scene);
+        let mut mechanism = mechanism(&case.scene);
         let recommended = Effort::of(&formulated(&mechanism));
         mechanism.coordinates = Coordinates::Cheapest;
         let mut cheapest = formulated(&mechanism);
@@ -153,12 +149,8 @@ fn the_kernel_of_a_chain_grows_with_its_length() {
 fn the_kernels_of_the_models_have_the_known_lengths() {
     let mut table =
         format!("{:24}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "model", "loops", "motion", "sines", "project", "outputs");
-    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let mut folders: Vec<_> = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path()).collect();
-    folders.sort();
-    for folder in folders {
-        let Ok(text) = std::fs::read_to_string(folder.join("scene.toml")) else { continue };
-        let mechanism = resolve_text(&text);
+    for name in models() {
+        let mechanism = mechanism(&scene_of(&name));
         let program = formulated(&mechanism).lowered.program;
         let tapes = &program.tapes;
         let length = |tape: &Tape| tape.instructions.len();
@@ -167,8 +159,7 @@ fn the_kernels_of_the_models_have_the_known_lengths() {
         let cost = Cost::of(&tapes.acceleration);
         let _ = writeln!(
             table,
-            "{:24}{loops:>10}{:>10}{:>10}{project:>10}{:>10}",
-            folder.file_name().unwrap().to_string_lossy(),
+            "{name:24}{loops:>10}{:>10}{:>10}{project:>10}{:>10}",
             length(&tapes.acceleration),
             cost.pairs,
             length(&tapes.outputs)

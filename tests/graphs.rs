@@ -8,16 +8,12 @@ use cotree::pipeline;
 use cotree::report::compare::{Choice, Cost, Figures};
 use cotree::scene::Scene;
 
+#[path = "support/run.rs"]
+mod run;
+use run::{models, scene_of, sound};
+
 fn scenes() -> Vec<(String, Scene)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let names = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    let read = |name: String| {
-        let scene = Scene::read(folder.join(&name).join("scene.toml")).unwrap_or_else(|faults| panic!("{faults}"));
-        (name, scene)
-    };
-    let scenes: Vec<(String, Scene)> = names.map(read).collect();
-    assert!(scenes.len() >= 15);
-    scenes
+    models().into_iter().map(|name| (name.clone(), sound(Scene::from_toml(&scene_of(&name))))).collect()
 }
 
 #[test]

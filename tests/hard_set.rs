@@ -10,9 +10,8 @@ use cotree::pipeline::compile;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
-use support::hard::{
-    Case, FourBar, Outcome, Points, cases, nearly_neutral, neutral, neutral_with_flap, stiff_at_change_points,
-};
+use support::hard::four_bar::{FourBar, nearly_neutral, neutral, neutral_with_flap, stiff_at_change_points};
+use support::hard::{Case, Outcome, Points, cases};
 
 /// Those that take long are for the example.
 const LONG: [&str; 4] = ["1000 s", "10 000 rpm for 60 s", "four-bars side by side, 5-100", "Jansen's leg, 1000 turns"];

@@ -4,17 +4,11 @@
 mod counting;
 mod support;
 
-use std::path::Path;
-use std::sync::Arc;
-
-use cotree::pipeline::compile;
-use cotree::scene::Scene;
-use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
-use cotree_fmu::model::Model;
 use cotree_fmu::program::{Engine, Motion};
 use counting::allocations;
 use support::random::{Family, random_case};
+use support::run::{distance, file, model, models, motion, scene_of, started, value};
 
 /// Outputs at 10 s with a stiffness of 1e9 N/m, computed in quadruple precision in two formulations.
 const REFERENCE: [(&str, f64); 4] = [
@@ -23,10 +17,6 @@ const REFERENCE: [(&str, f64); 4] = [
     ("slider.x", 7.008_647_536_978_751e-1),
     ("follower.x", 1.000_864_728_452_879_5),
 ];
-
-fn file(path: &str) -> String {
-    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).expect("a scene")
-}
 
 fn stiff() -> String {
     file("benches/scenes/stiff_slider_crank.toml")
@@ -61,48 +51,13 @@ tolerance = 1e-6
     )
 }
 
-fn model(text: &str) -> Arc<Model> {
-    let scene = Scene::from_toml(text).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
-    let compiled = compile(&scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
-    Arc::new(Model::new(compiled.program).expect("a sound program"))
-}
-
-/// With an engine of its own, or the one that the program chooses.
-fn started(model: &Arc<Model>, engine: Option<Engine>, stop: f64, tolerance: f64) -> Instance {
-    let mut instance = Instance::new(model.clone());
-    instance.setup(model.program().experiment.start, Some(stop), Some(tolerance)).expect("times");
-    if let Some(engine) = engine {
-        instance.set_engine(engine).expect("not started");
-    }
-    instance.initialise().expect("consistent");
-    instance
-}
-
-fn motion(instance: &Instance) -> Vec<f64> {
-    let state = instance.state();
-    state.positions().iter().chain(state.rates()).copied().collect()
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs() / b.abs().max(1.0)).fold(0.0, f64::max)
-}
-
-fn value(instance: &mut Instance, name: &str) -> f64 {
-    let variable = instance.variable(name).expect("a variable");
-    instance.get(variable).expect("defined")
-}
-
 #[test]
 fn the_models_and_random_mechanisms_move_as_with_the_explicit_method() {
     let mut scenes: Vec<(String, String, f64)> = Vec::new();
     for name in
         ["andrews", "bench_slider_crank", "cart_pole", "double_pendulum", "pendulum", "quick_return", "vibration"]
     {
-        scenes.push((
-            name.into(),
-            file(&format!("models/{name}/scene.toml")),
-            if name == "andrews" { 0.01 } else { 0.3 },
-        ));
+        scenes.push((name.into(), scene_of(name), if name == "andrews" { 0.01 } else { 0.3 }));
     }
     for family in [Family::Chain, Family::Tree, Family::Loops, Family::Redundant] {
         for seed in 0..4 {
@@ -139,9 +94,8 @@ fn kernels_at_four_points_have_the_bits_of_one_after_the_other() {
     };
     let bits = |value: f64| if value.is_nan() { f64::NAN.to_bits() } else { value.to_bits() };
     let mut compared = 0;
-    let models = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("models")).expect("the models");
-    for scene in models.map(|folder| folder.expect("a model").path().join("scene.toml")).filter(|path| path.is_file()) {
-        let model = model(&std::fs::read_to_string(&scene).expect("a scene"));
+    for name in models() {
+        let model = model(&scene_of(&name));
         let (layout, tapes) = (model.layout(), &model.program().tapes);
         let mut machine = Machine::new(&model);
         machine.load(&model, &model.default_state(0.0));
@@ -164,7 +118,7 @@ fn kernels_at_four_points_have_the_bits_of_one_after_the_other() {
                 tape.run_tangent(&mut first, &mut along);
                 let same =
                     |lanes: &[[f64; 4]], alone: &[f64]| lanes.iter().zip(alone).all(|(a, b)| bits(a[k]) == bits(*b));
-                assert!(same(&points, &alone) && same(&tangents, &along), "{}", scene.display());
+                assert!(same(&points, &alone) && same(&tangents, &along), "{name}");
             }
             compared += tape.instructions.len();
         }
@@ -219,7 +173,7 @@ fn only_stiff_motion_changes_the_engine() {
     assert_eq!(run(&undamped, 1.0, 1e-8).factorisations, 0);
     for name in ["bench_slider_crank", "double_pendulum", "vibration", "andrews"] {
         let stop = if name == "andrews" { 0.03 } else { 5.0 };
-        assert_eq!(run(&file(&format!("models/{name}/scene.toml")), stop, 1e-8).factorisations, 0, "{name}");
+        assert_eq!(run(&scene_of(name), stop, 1e-8).factorisations, 0, "{name}");
     }
 }
 

@@ -17,8 +17,14 @@ use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 
+#[path = "support/command.rs"]
+mod command;
 #[path = "support/python.rs"]
 mod python;
+#[path = "support/run.rs"]
+mod run;
+use command::printed;
+use run::{models, scene_of, sound};
 
 /// How many random inputs.
 const POINTS: usize = 5;
@@ -45,19 +51,6 @@ impl Random {
     fn list(&mut self, count: usize, scale: f64) -> Vec<f64> {
         (0..count).map(|_| scale * self.next()).collect()
     }
-}
-
-fn scenes() -> Vec<(String, PathBuf)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let mut scenes: Vec<(String, PathBuf)> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.join("scene.toml").exists())
-        .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), path.join("scene.toml")))
-        .collect();
-    scenes.sort();
-    assert!(scenes.len() >= 15, "models are missing: {scenes:?}");
-    scenes
 }
 
 fn points(formulated: &Formulated, seed: u64) -> Vec<Point> {
@@ -198,13 +191,6 @@ impl Sizes {
     }
 }
 
-fn run(command: &mut Command) -> String {
-    let output = command.output().unwrap_or_else(|error| panic!("{command:?} cannot be started: {error}"));
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{command:?} fails:\n{errors}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
 /// Numbers in hexadecimal bits, one on a line, `POINTS` sets of them.
 fn bits(text: &str) -> Vec<f64> {
     text.split_whitespace().map(|word| f64::from_bits(u64::from_str_radix(word, 16).unwrap())).collect()
@@ -256,8 +242,8 @@ impl Case<'_> {
         std::fs::write(self.folder.join("code.c"), code).unwrap();
         std::fs::write(&source, main).unwrap();
         let flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-O1", "-ffp-contract=off"];
-        run(Command::new("gcc").args(flags).arg(&source).arg("-o").arg(&program).arg("-lm"));
-        bits(&run(&mut Command::new(program)))
+        printed(Command::new("gcc").args(flags).arg(&source).arg("-o").arg(&program).arg("-lm"));
+        bits(&printed(&mut Command::new(program)))
     }
 
     fn run_rust(&self, code: &str) -> Vec<f64> {
@@ -298,8 +284,8 @@ impl Case<'_> {
         let [source, program] = ["main.rs", "main_rust"].map(|file| self.folder.join(file));
         std::fs::write(self.folder.join("code.rs"), code).unwrap();
         std::fs::write(&source, main).unwrap();
-        run(Command::new("rustc").args(["--edition", "2021", "-D", "warnings", "-o"]).arg(&program).arg(&source));
-        bits(&run(&mut Command::new(program)))
+        printed(Command::new("rustc").args(["--edition", "2021", "-D", "warnings", "-o"]).arg(&program).arg(&source));
+        bits(&printed(&mut Command::new(program)))
     }
 
     fn run_fortran(&self, code: &str) -> Vec<f64> {
@@ -337,8 +323,8 @@ impl Case<'_> {
         std::fs::write(&module, code).unwrap();
         std::fs::write(&source, main).unwrap();
         let flags = ["-std=f2008", "-O1", "-ffp-contract=off", "-o"];
-        run(Command::new("gfortran").current_dir(self.folder).args(flags).args([&program, &module, &source]));
-        decimals(&run(&mut Command::new(program)))
+        printed(Command::new("gfortran").current_dir(self.folder).args(flags).args([&program, &module, &source]));
+        decimals(&printed(&mut Command::new(program)))
     }
 
     fn run_python(&self, code: &str) -> Vec<f64> {
@@ -360,7 +346,7 @@ impl Case<'_> {
         std::fs::write(self.folder.join("code_.py"), code).unwrap();
         std::fs::write(self.folder.join("main.py"), main).unwrap();
         let (_, python) = numpy().expect("asked for before");
-        decimals(&run(Command::new(python).current_dir(self.folder).arg("main.py")))
+        decimals(&printed(Command::new(python).current_dir(self.folder).arg("main.py")))
     }
 }
 
@@ -371,8 +357,8 @@ fn numpy() -> Option<(PathBuf, PathBuf)> {
 
 /// Calls `check` for every model with its equations, random points and what the kernels give there.
 fn for_all_models(notation: Notation, check: impl Fn(&Case, &str, &[f64], bool)) {
-    for (name, path) in scenes() {
-        let scene = Scene::read(&path).unwrap_or_else(|faults| panic!("{faults}"));
+    for name in models() {
+        let scene = sound(Scene::from_toml(&scene_of(&name)));
         let code = pipeline::equations(&scene, notation).unwrap_or_else(|faults| panic!("{faults}"));
         let mechanism: Mechanism = scene.resolve().unwrap_or_else(|faults| panic!("{faults}")).mechanism;
         let mut formulated = formulate(&mechanism).unwrap();

@@ -14,6 +14,7 @@ use cotree::print::{self, Prose};
 use cotree::scene::Scene;
 use serde_json::Value;
 use support::random::{Family, random_case};
+use support::run::models;
 
 /// Section 5.3 of the paper, then its sections 5.2 and 5.1.
 const PAPER: [&str; 3] =
@@ -23,13 +24,8 @@ fn scene(path: &str) -> Scene {
     Scene::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-fn models() -> Vec<String> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let names = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    let mut models: Vec<String> = names.map(|name| format!("models/{name}/scene.toml")).collect();
-    models.sort();
-    assert!(models.len() >= 15, "models are missing: {models:?}");
-    models
+fn model(name: &str) -> Scene {
+    scene(&format!("models/{name}/scene.toml"))
 }
 
 #[test]
@@ -225,13 +221,13 @@ fn mechanism(scene: &Scene) -> Mechanism {
 #[test]
 fn what_is_printed_has_the_value_of_the_equations() {
     let mut count = 0;
-    for path in models() {
-        let mechanism = mechanism(&scene(&path));
+    for name in models() {
+        let mechanism = mechanism(&model(&name));
         let choices =
             [mechanism.coordinates.clone(), Coordinates::Absolute, Coordinates::Joint, Coordinates::Recommended];
         for choice in choices {
             let mut equations = equations(&mechanism, &choice).unwrap();
-            count += check_values(&format!("{path}, {choice:?}"), &mut equations);
+            count += check_values(&format!("{name}, {choice:?}"), &mut equations);
         }
     }
     assert!(count > 500, "only {count} formulas");
@@ -265,33 +261,33 @@ fn elements(html: &str) -> usize {
 
 #[test]
 fn pages_are_well_formed() {
-    for path in models() {
-        let scene = scene(&path);
+    for name in models() {
+        let scene = model(&name);
         let motion = pipeline::equations(&scene, Notation::Html).unwrap_or_else(|faults| panic!("{faults}"));
         let steps = pipeline::steps(&scene, Prose::Html).unwrap_or_else(|faults| panic!("{faults}"));
-        assert!(elements(&motion) > 60 && elements(&steps) > elements(&motion), "{path}");
-        assert!(!motion.contains("http"), "{path}: the page needs the network");
+        assert!(elements(&motion) > 60 && elements(&steps) > elements(&motion), "{name}");
+        assert!(!motion.contains("http"), "{name}: the page needs the network");
         let mechanism = mechanism(&scene);
         let mut equations = equations(&mechanism, &mechanism.coordinates).unwrap();
-        assert!(elements(&format!("<div>{}</div>", print::mathml(&mut equations))) > 50, "{path}");
+        assert!(elements(&format!("<div>{}</div>", print::mathml(&mut equations))) > 50, "{name}");
     }
 }
 
 #[test]
 fn latex_documents_are_balanced() {
-    for path in models() {
-        let scene = scene(&path);
+    for name in models() {
+        let scene = model(&name);
         let motion = pipeline::equations(&scene, Notation::Latex).unwrap_or_else(|faults| panic!("{faults}"));
         let steps = pipeline::steps(&scene, Prose::Latex).unwrap_or_else(|faults| panic!("{faults}"));
         for document in [motion, steps] {
             let count = |what: &str| document.matches(what).count();
             let plain = document.replace("\\{", "").replace("\\}", "");
-            assert_eq!(plain.matches('{').count(), plain.matches('}').count(), "{path}: braces");
-            assert_eq!(count("\\begin{"), count("\\end{"), "{path}: environments");
+            assert_eq!(plain.matches('{').count(), plain.matches('}').count(), "{name}: braces");
+            assert_eq!(count("\\begin{"), count("\\end{"), "{name}: environments");
             for line in document.lines() {
                 let [left, right] = ["\\left", "\\right"].map(|side| line.matches(side).count());
-                assert_eq!(left, right, "{path}: {line}");
-                assert_eq!(line.matches('$').count() % 2, 0, "{path}: {line}");
+                assert_eq!(left, right, "{name}: {line}");
+                assert_eq!(line.matches('$').count() % 2, 0, "{name}: {line}");
             }
         }
     }

@@ -14,8 +14,11 @@ use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
+#[path = "support/command.rs"]
+mod command;
 #[path = "support/python.rs"]
 mod python;
+use command::printed;
 
 /// A driven four-bar with masses.
 const FOUR_BAR: &str = r#"
@@ -185,10 +188,8 @@ fn list(values: &[f64], suffix: &str) -> String {
     values.iter().map(|value| format!("{value:e}{suffix}")).collect::<Vec<_>>().join(", ")
 }
 
-fn run(command: &mut Command) -> Vec<f64> {
-    let output = command.output().unwrap_or_else(|error| panic!("{command:?} cannot be started: {error}"));
-    assert!(output.status.success(), "{command:?} fails:\n{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap().split_whitespace().map(|word| word.parse().unwrap()).collect()
+fn numbers(command: &mut Command) -> Vec<f64> {
+    printed(command).split_whitespace().map(|word| word.parse().unwrap()).collect()
 }
 
 /// The functions of a case: without its name, and what they are given behind t, p, u, f, q.
@@ -231,8 +232,8 @@ fn in_c(case: &Case, folder: &Path) -> Vec<f64> {
     std::fs::write(folder.join("code.c"), case.code(Notation::C)).unwrap();
     std::fs::write(folder.join("main.c"), main).unwrap();
     let flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-ffp-contract=off"];
-    run(Command::new("gcc").current_dir(folder).args(flags).args(["main.c", "-o", "main_c", "-lm"]));
-    run(&mut Command::new(folder.join("main_c")))
+    printed(Command::new("gcc").current_dir(folder).args(flags).args(["main.c", "-o", "main_c", "-lm"]));
+    numbers(&mut Command::new(folder.join("main_c")))
 }
 
 fn in_rust(case: &Case, folder: &Path) -> Vec<f64> {
@@ -257,8 +258,8 @@ fn in_rust(case: &Case, folder: &Path) -> Vec<f64> {
     std::fs::write(folder.join("code.rs"), case.code(Notation::Rust)).unwrap();
     std::fs::write(folder.join("main.rs"), main).unwrap();
     let flags = ["--edition", "2021", "-D", "warnings", "main.rs", "-o", "main_rust"];
-    run(Command::new("rustc").current_dir(folder).args(flags));
-    run(&mut Command::new(folder.join("main_rust")))
+    printed(Command::new("rustc").current_dir(folder).args(flags));
+    numbers(&mut Command::new(folder.join("main_rust")))
 }
 
 fn in_fortran(case: &Case, folder: &Path) -> Vec<f64> {
@@ -285,8 +286,8 @@ fn in_fortran(case: &Case, folder: &Path) -> Vec<f64> {
     std::fs::write(folder.join("code.f90"), case.code(Notation::Fortran)).unwrap();
     std::fs::write(folder.join("main.f90"), main).unwrap();
     let flags = ["-std=f2008", "-O1", "code.f90", "main.f90", "-o", "main_fortran"];
-    run(Command::new("gfortran").current_dir(folder).args(flags));
-    run(&mut Command::new(folder.join("main_fortran")))
+    printed(Command::new("gfortran").current_dir(folder).args(flags));
+    numbers(&mut Command::new(folder.join("main_fortran")))
 }
 
 fn in_python(case: &Case, folder: &Path, python: &Path) -> Vec<f64> {
@@ -304,7 +305,7 @@ fn in_python(case: &Case, folder: &Path, python: &Path) -> Vec<f64> {
     let main = main.replace("lambda", "lambda_") + "for x in [*v, *a, *lambda_, *s, *effort]: print(repr(float(x)))\n";
     std::fs::write(folder.join("code_.py"), case.code(Notation::Python)).unwrap();
     std::fs::write(folder.join("main.py"), main).unwrap();
-    run(Command::new(python).current_dir(folder).arg("main.py"))
+    numbers(Command::new(python).current_dir(folder).arg("main.py"))
 }
 
 /// Functions do not leave what they are given as it is.

@@ -6,12 +6,11 @@ use cotree::mechanism::{
 };
 use cotree::scene::{Body, Driver, InputAs, Joint, Load, Parameter, Scene};
 
-const SLIDER_CRANK: &str = include_str!("scenes/slider_crank.toml");
+#[path = "support/run.rs"]
+mod run;
+use run::mechanism;
 
-fn resolve(text: &str) -> Mechanism {
-    let scene = Scene::from_toml(text).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
-    scene.resolve().unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))).mechanism
-}
+const SLIDER_CRANK: &str = include_str!("scenes/slider_crank.toml");
 
 fn built() -> Scene {
     Scene::new("slider_crank")
@@ -64,7 +63,11 @@ fn built() -> Scene {
 #[test]
 fn toml_json_and_rust_give_the_same_scene() {
     let toml = Scene::from_toml(SLIDER_CRANK).unwrap();
-    assert_eq!(toml, Scene::from_json(include_str!("scenes/slider_crank.json")).unwrap());
+    let json = include_str!("scenes/slider_crank.json");
+    assert_eq!(toml, Scene::from_json(json).unwrap());
+    // Some editors begin a file with a mark.
+    assert_eq!(toml, Scene::from_toml(&format!("\u{feff}{SLIDER_CRANK}")).unwrap());
+    assert_eq!(toml, Scene::from_json(&format!("\u{feff}{json}")).unwrap());
     assert_eq!(toml, built());
     assert_eq!(toml.resolve().unwrap(), built().resolve().unwrap());
     assert_ne!(toml, built().output("rod.omega"));
@@ -72,7 +75,7 @@ fn toml_json_and_rust_give_the_same_scene() {
 
 #[test]
 fn the_slider_crank_resolves() {
-    let mechanism = resolve(SLIDER_CRANK);
+    let mechanism = mechanism(SLIDER_CRANK);
     assert_eq!(mechanism.dimension, Dimension::Two);
     assert_eq!(mechanism.gravity, [Formula::Number(0.0), Formula::Number(-9.81)]);
     assert_eq!(mechanism.bodies.iter().map(|body| body.name.as_str()).collect::<Vec<_>>(), ["crank", "rod", "slider"]);
@@ -124,7 +127,7 @@ fn crank(more: &str) -> String {
 
 #[test]
 fn points_are_relative_to_the_mass_centre() {
-    let mechanism = resolve(&crank(""));
+    let mechanism = mechanism(&crank(""));
     let crank = &mechanism.bodies[0];
     assert_eq!(crank.points[0].at, [Formula::Number(-0.1), Formula::Number(0.0)]);
     let a = Formula::Parameter(ParameterId(0));
@@ -133,7 +136,7 @@ fn points_are_relative_to_the_mass_centre() {
 
 #[test]
 fn parameters_may_be_expressions_of_parameters() {
-    let mechanism = resolve(&crank(""));
+    let mechanism = mechanism(&crank(""));
     assert!((mechanism.parameters[2].value - 0.01).abs() < 1e-15);
     let display = mechanism.parameters[0].unit.display.as_ref().unwrap();
     assert_eq!((display.name.as_str(), display.factor), ("mm", 1e-3));
@@ -143,7 +146,7 @@ fn parameters_may_be_expressions_of_parameters() {
 fn a_bare_number_is_in_the_declared_unit() {
     let text = "name = \"x\"\n[parameters]\nl = { value = 120, unit = \"mm\", min = 100, max = \"1 m\" }\n\
                 [inputs]\nspeed = { start = 60, unit = \"rpm\" }\n[bodies.m]\nmass = 1\n";
-    let mechanism = resolve(text);
+    let mechanism = mechanism(text);
     let length = &mechanism.parameters[0];
     assert_eq!((length.value, length.min, length.max), (0.12, Some(0.1), Some(1.0)));
     assert!((mechanism.inputs[0].start - std::f64::consts::TAU).abs() < 1e-12);
@@ -158,13 +161,13 @@ fn an_axis_becomes_a_unit_vector() {
         JointKind::Prismatic { axis, .. } => axis.clone(),
         other => panic!("{other:?}"),
     };
-    assert_eq!(axis(&resolve(&slide("[3, 4]"))), [Formula::Number(0.6), Formula::Number(0.8)]);
-    assert!(matches!(&axis(&resolve(&slide("[\"a\", \"b\"]")))[0], Formula::Binary(BinaryOperator::Divide, _)));
+    assert_eq!(axis(&mechanism(&slide("[3, 4]"))), [Formula::Number(0.6), Formula::Number(0.8)]);
+    assert!(matches!(&axis(&mechanism(&slide("[\"a\", \"b\"]")))[0], Formula::Binary(BinaryOperator::Divide, _)));
 }
 
 #[test]
 fn drivers_follow_inputs_and_laws() {
-    let mechanism = resolve(&crank(
+    let mechanism = mechanism(&crank(
         "[drivers.motor]\njoint = \"pin\"\nangle = { input = \"u\", as = \"velocity\" }\n\
          [drivers.path]\non = \"block\"\nposition = [\"0.1*sin(t)\", \"0\"]\n\
          [drivers.turn]\nbetween = [\"ground\", \"block\"]\nangle = \"0.4356 + 4*pi*t\"\n",
@@ -182,7 +185,7 @@ fn drivers_follow_inputs_and_laws() {
 
 #[test]
 fn laws_know_their_own_variables_and_those_of_the_scene() {
-    let mechanism = resolve(&crank(
+    let mechanism = mechanism(&crank(
         "[loads.muscle]\ntype = \"actuator\"\nbetween = [\"ground.pin\", \"block\"]\nforce = \"-10*(length - a) - 3*rate^3 + 2*block.x\"\n\
          [loads.law]\ntype = \"torsion_actuator\"\nbetween = [\"ground\", \"crank\"]\ntorque = \"-ratio*tanh(omega/0.01) + 4*pin.angle*muscle.rate\"\n\
          [loads.motor]\ntype = \"torque\"\non = \"crank\"\nvalue = \"if(t < 1, u, -u)\"\n",
@@ -196,8 +199,8 @@ fn laws_know_their_own_variables_and_those_of_the_scene() {
 
 #[test]
 fn initial_values_may_be_nested_tables() {
-    let nested = resolve(&crank("[initial]\ncrank.angle = 0.6\npin.omega = { guess = \"1 rad/s\" }\n"));
-    let quoted = resolve(&crank("[initial]\n\"crank.angle\" = 0.6\n\"pin.omega\" = { guess = \"1 rad/s\" }\n"));
+    let nested = mechanism(&crank("[initial]\ncrank.angle = 0.6\npin.omega = { guess = \"1 rad/s\" }\n"));
+    let quoted = mechanism(&crank("[initial]\n\"crank.angle\" = 0.6\n\"pin.omega\" = { guess = \"1 rad/s\" }\n"));
     assert_eq!(nested, quoted);
     assert_eq!(nested.initial.len(), 2);
 }
@@ -211,7 +214,7 @@ fn one_dimension_has_springs_masses_and_no_turning() {
          [drivers.d]\non = \"b\"\nposition = [\"0.1*t\"]\n\
          [initial]\n\"a.x\" = 0.1\n\"k.length\" = 0.2\n\
          [outputs]\nvariables = [\"a.x\", \"a.vx\", \"k.force\", \"d.fx\"]\n";
-    let mechanism = resolve(text);
+    let mechanism = mechanism(text);
     assert_eq!(mechanism.dimension, Dimension::One);
     assert_eq!(mechanism.gravity, [Formula::Number(-9.81), Formula::Number(0.0)]);
     assert_eq!(mechanism.outputs.len(), 4);
@@ -251,23 +254,23 @@ fn every_variable_of_the_naming_table_exists() {
         .iter()
         .flat_map(|(owner, words)| words.split(' ').map(move |word| format!("\"{owner}.{word}\"")))
         .collect();
-    let mechanism = resolve(&format!("{text}[outputs]\nvariables = [{}]\n", names.join(", ")));
+    let mechanism = mechanism(&format!("{text}[outputs]\nvariables = [{}]\n", names.join(", ")));
     assert_eq!(mechanism.outputs.len(), names.len());
 }
 
 #[test]
 fn trees_can_be_chosen() {
-    let chosen = resolve(&crank("[coordinates]\ntranslation = [\"pin\", \"block\"]\n"));
+    let chosen = mechanism(&crank("[coordinates]\ntranslation = [\"pin\", \"block\"]\n"));
     let Coordinates::Chosen { translation: Some(translation), rotation: None } = chosen.coordinates else { panic!() };
     assert_eq!(translation.len(), 2);
-    assert_eq!(resolve(&crank("[coordinates]\npreset = \"absolute\"\n")).coordinates, Coordinates::Absolute);
+    assert_eq!(mechanism(&crank("[coordinates]\npreset = \"absolute\"\n")).coordinates, Coordinates::Absolute);
 }
 
 /// Time is a number of seconds, and bare numbers go with everything.
 #[test]
 fn units_are_checked_only_where_both_sides_are_known() {
     for law in ["0.1*sin(t)", "sin(t)", "a + 0.1", "a*u", "a*sin(t/2) + 3*t", "a*ratio^2", "sqrt(a^2 + b^2)"] {
-        resolve(&crank(&format!("[drivers.path]\non = \"block\"\nposition = [\"{law}\", 0]\n")));
+        mechanism(&crank(&format!("[drivers.path]\non = \"block\"\nposition = [\"{law}\", 0]\n")));
     }
     for law in ["a*b", "a^2", "a + crank_speed", "pin.angle", "sin(a)", "min(a, crank_speed)"] {
         let text = crank("").replace("ratio = 0.5", "ratio = 0.5\ncrank_speed = \"1 rpm\"");
@@ -287,7 +290,7 @@ fn five_thousand_bodies_resolve() {
              [joints.j{body}]\ntype = \"revolute\"\nbetween = [\"{before}\", \"b{body}.p\"]\n"
         );
     }
-    assert_eq!(resolve(&text).joints.len(), 5000);
+    assert_eq!(mechanism(&text).joints.len(), 5000);
 }
 
 #[test]

@@ -3,32 +3,17 @@
 
 mod support;
 
-use std::path::{Path, PathBuf};
-
 use cotree::formulate::formulate;
 use cotree::mechanism::{Coordinates, Mechanism};
-use cotree::scene::{Body, Scene};
+use cotree::scene::Body;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Motion;
 use cotree_fmu::series::Jet;
 use support::random::{Family, random_case};
+use support::run::{mechanism, models, scene_of};
 
 const ORDER: usize = 14;
-
-fn models() -> Vec<PathBuf> {
-    let mut models: Vec<PathBuf> = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("models"))
-        .expect("the models are there")
-        .map(|entry| entry.expect("an entry").path().join("scene.toml"))
-        .collect();
-    models.sort();
-    models
-}
-
-fn resolve(text: &str, name: &str) -> Mechanism {
-    let scene = Scene::from_toml(text).unwrap_or_else(|faults| panic!("{name}: {faults:?}"));
-    scene.resolve().unwrap_or_else(|faults| panic!("{name}: {faults:?}")).mechanism
-}
 
 /// The polynomial of the series at the state: coefficients by orders.
 fn series(model: &Model, state: &State, jet: &mut Jet) -> Vec<Vec<f64>> {
@@ -127,11 +112,10 @@ fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> boo
 #[test]
 fn series_of_all_models_solve_the_equations() {
     let mut checked = 0;
-    for path in models() {
-        let text = std::fs::read_to_string(&path).expect("a scene");
-        let name = path.display().to_string();
+    for name in models() {
+        let text = scene_of(&name);
         for coordinates in [Coordinates::Recommended, Coordinates::Absolute, Coordinates::Joint] {
-            checked += usize::from(check(&name, &mut resolve(&text, &name), coordinates));
+            checked += usize::from(check(&name, &mut mechanism(&text), coordinates));
         }
     }
     assert!(checked >= 15, "only {checked}");
@@ -145,7 +129,7 @@ fn series_of_random_mechanisms_solve_the_equations() {
             let case = random_case(seed, family);
             let name = format!("{family:?} {seed}");
             for coordinates in [Coordinates::Recommended, Coordinates::Absolute, Coordinates::Joint] {
-                checked += usize::from(check(&name, &mut resolve(&case.scene, &name), coordinates));
+                checked += usize::from(check(&name, &mut mechanism(&case.scene), coordinates));
             }
         }
     }
@@ -157,7 +141,7 @@ fn series_of_many_loops_solve_the_equations() {
     for loops in [5, 12, 25] {
         let name = format!("ladder of {loops}");
         for coordinates in [Coordinates::Recommended, Coordinates::Absolute] {
-            assert!(check(&name, &mut resolve(&ladder(loops), &name), coordinates));
+            assert!(check(&name, &mut mechanism(&ladder(loops)), coordinates));
         }
     }
 }
@@ -165,7 +149,7 @@ fn series_of_many_loops_solve_the_equations() {
 #[test]
 fn a_light_body_among_many_loops_asks_for_pivots() {
     let light = ladder(12).replacen("mass = 1\ninertia = 0.05", "mass = 1e-6\ninertia = 1e-8", 1);
-    assert!(check("ladder with a light body", &mut resolve(&light, "light"), Coordinates::Recommended));
+    assert!(check("ladder with a light body", &mut mechanism(&light), Coordinates::Recommended));
 }
 
 /// Bars that hang from each other, none in line with the one before; some carry another one besides.
@@ -208,7 +192,7 @@ fn a_step_costs_so_much_for_each_bar() {
 #[test]
 fn a_step_costs_so_much_for_each_loop() {
     let cost = |loops: usize| {
-        let program = formulate(&resolve(&ladder(loops), "ladder")).expect("a ladder").lowered.program;
+        let program = formulate(&mechanism(&ladder(loops))).expect("a ladder").lowered.program;
         Jet::new(&Model::new(program).expect("a model")).expect("an arm form").cost()
     };
     let costs = [100, 200, 400].map(cost);

@@ -2,66 +2,35 @@
 
 #[path = "../fmu/tests/counting/mod.rs"]
 mod counting;
+#[path = "support/run.rs"]
+mod run;
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use cotree::pipeline::compile;
-use cotree::scene::Scene;
 use cotree_fmu::check::Fault;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{Engine, Motion, Program};
 use cotree_fmu::series::form::{ArmForm, Given};
 use counting::allocations;
-
-fn folder(model: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model)
-}
-
-fn program(text: &str) -> Program {
-    let scene = Scene::from_toml(text).unwrap_or_else(|faults| panic!("{faults:?}"));
-    compile(&scene).unwrap_or_else(|faults| panic!("{faults:?}")).program
-}
-
-fn scene(model: &str) -> String {
-    std::fs::read_to_string(folder(model).join("scene.toml")).expect("a scene")
-}
-
-fn started(model: &Arc<Model>, engine: Engine, stop: f64, tolerance: f64) -> Instance {
-    let mut instance = Instance::new(model.clone());
-    instance.setup(model.program().experiment.start, Some(stop), Some(tolerance)).expect("times");
-    instance.set_engine(engine).expect("not started");
-    instance.initialise().expect("consistent");
-    instance
-}
-
-fn motion(instance: &Instance) -> Vec<f64> {
-    let state = instance.state();
-    state.positions().iter().chain(state.rates()).copied().collect()
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs() / b.abs().max(1.0)).fold(0.0, f64::max)
-}
+use run::{compiled, distance, file, model, models, motion, scene_of, started};
 
 #[test]
 fn every_dynamic_model_moves_as_expected() {
     let mut moved = Vec::new();
-    for entry in std::fs::read_dir(folder("")).expect("the models") {
-        let name = entry.expect("an entry").file_name().into_string().expect("a name");
-        let program = program(&scene(&name));
+    for name in models() {
+        let program = compiled(&scene_of(&name)).program;
         if program.motion == Motion::Kinematic {
             continue;
         }
         assert_eq!(program.engine, Engine::Taylor, "{name}");
-        let text = std::fs::read_to_string(folder(&name).join("expected.csv")).expect("the expected motion");
+        let text = file(&format!("models/{name}/expected.csv"));
         let mut lines = text.lines();
         let names: Vec<&str> = lines.next().expect("a header").split(',').skip(1).collect();
         let rows: Vec<Vec<f64>> =
             lines.map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect()).collect();
         let model = Arc::new(Model::new(program).expect("a sound program"));
-        let mut instance = started(&model, Engine::Taylor, rows.last().expect("rows")[0], 1e-13);
+        let mut instance = started(&model, Some(Engine::Taylor), rows.last().expect("rows")[0], 1e-13);
         let variables: Vec<usize> = names.iter().map(|name| instance.variable(name).expect("an output")).collect();
         for row in &rows {
             if row[0] > instance.time() {
@@ -82,10 +51,10 @@ fn every_dynamic_model_moves_as_expected() {
 #[test]
 fn results_do_not_depend_on_the_communication_step() {
     for name in ["bench_slider_crank", "andrews", "cart_pole", "vibration"] {
-        let model = Arc::new(Model::new(program(&scene(name))).expect("a sound program"));
+        let model = model(&scene_of(name));
         let stop = 0.2 * model.program().experiment.stop;
         let run = |points: u32| {
-            let mut instance = started(&model, Engine::Taylor, stop, 1e-9);
+            let mut instance = started(&model, Some(Engine::Taylor), stop, 1e-9);
             (1..=points).for_each(|k| instance.step_to(stop * f64::from(k) / f64::from(points)).expect("regular"));
             (motion(&instance), instance.statistics().steps)
         };
@@ -101,10 +70,10 @@ fn results_do_not_depend_on_the_communication_step() {
 #[test]
 fn both_engines_agree_and_the_error_follows_the_tolerance() {
     for name in ["slider_crank", "andrews", "double_pendulum", "pendulum", "cart_pole", "vibration"] {
-        let model = Arc::new(Model::new(program(&scene(name))).expect("a sound program"));
+        let model = model(&scene_of(name));
         let stop = 0.3 * model.program().experiment.stop;
         let run = |engine, tolerance| {
-            let mut instance = started(&model, engine, stop, tolerance);
+            let mut instance = started(&model, Some(engine), stop, tolerance);
             instance.step_to(stop).expect("regular");
             motion(&instance)
         };
@@ -118,9 +87,9 @@ fn both_engines_agree_and_the_error_follows_the_tolerance() {
 
 #[test]
 fn a_changing_input_acts_alike_in_both_engines() {
-    let model = Arc::new(Model::new(program(&scene("cart_pole"))).expect("a sound program"));
+    let model = Arc::new(Model::new(compiled(&scene_of("cart_pole")).program).expect("a sound program"));
     let run = |engine| {
-        let mut instance = started(&model, engine, 1.0, 1e-11);
+        let mut instance = started(&model, Some(engine), 1.0, 1e-11);
         let input = instance
             .model()
             .program()
@@ -143,9 +112,9 @@ fn a_changing_input_acts_alike_in_both_engines() {
 
 #[test]
 fn energy_is_kept() {
-    let text = scene("double_pendulum");
-    let model = Arc::new(Model::new(program(&text)).expect("a sound program"));
-    let mut instance = started(&model, Engine::Taylor, 50.0, 1e-11);
+    let text = scene_of("double_pendulum");
+    let model = model(&text);
+    let mut instance = started(&model, Some(Engine::Taylor), 50.0, 1e-11);
     let energy = instance.variable("energy.total").expect("an output");
     let before = instance.get(energy).expect("defined");
     for step in 1..=100 {
@@ -157,8 +126,8 @@ fn energy_is_kept() {
 
 #[test]
 fn a_saved_run_goes_on_with_the_same_bits() {
-    let model = Arc::new(Model::new(program(&scene("bench_slider_crank"))).expect("a sound program"));
-    let mut instance = started(&model, Engine::Taylor, 2.0, 1e-8);
+    let model = Arc::new(Model::new(compiled(&scene_of("bench_slider_crank")).program).expect("a sound program"));
+    let mut instance = started(&model, Some(Engine::Taylor), 2.0, 1e-8);
     instance.step_to(0.7).expect("regular");
     let snapshot = instance.save();
     instance.step_to(1.9).expect("regular");
@@ -227,10 +196,10 @@ stop = 3
 fn laws_drivers_and_slides_move_alike_in_both_engines() {
     for coordinates in ["recommended", "absolute", "joint"] {
         let text = LAWS.replace("[parameters]", &format!("[coordinates]\npreset = \"{coordinates}\"\n[parameters]"));
-        let model = Arc::new(Model::new(program(&text)).expect("a sound program"));
+        let model = model(&text);
         assert_eq!(model.program().engine, Engine::Taylor, "{coordinates}");
         let run = |engine| {
-            let mut instance = started(&model, engine, 3.0, 1e-11);
+            let mut instance = started(&model, Some(engine), 3.0, 1e-11);
             instance.step_to(1.0).expect("regular");
             let k = instance.variable("k").expect("a parameter");
             instance.set(k, 50.0).expect("tunable");
@@ -255,10 +224,10 @@ fn laws_in_pieces_move_alike_in_both_engines() {
         "if(bob.angle > 0, if(bob.omega > 0, 0.05, -0.1), 0)",
     ];
     for law in laws {
-        let model = Arc::new(Model::new(program(&LAWS.replace("0.1*atan(1.5*bob.omega)", law))).expect("sound"));
+        let model = model(&LAWS.replace("0.1*atan(1.5*bob.omega)", law));
         assert_eq!(model.program().engine, Engine::Taylor, "{law}");
         let run = |engine, tolerance| {
-            let mut instance = started(&model, engine, 3.0, tolerance);
+            let mut instance = started(&model, Some(engine), 3.0, tolerance);
             instance.step_to(3.0).expect("regular");
             (motion(&instance), instance.statistics())
         };
@@ -280,9 +249,9 @@ fn a_law_that_jumps_forth_and_back_is_named() {
         [joints.way]\ntype = \"prismatic\"\nbetween = [\"ground\", \"block\"]\naxis = [1, 0]\n\
         [loads.dry]\ntype = \"force\"\non = \"block\"\nvector = [\"-10*block.x - 2*sign(block.vx)\", \"0\"]\n\
         [initial]\n\"block.x\" = 1.3\n[experiment]\nstop = 5\n";
-    let model = Arc::new(Model::new(program(text)).expect("a sound program"));
+    let model = model(text);
     assert_eq!(model.program().engine, Engine::Taylor);
-    let mut instance = started(&model, Engine::Taylor, 5.0, 1e-8);
+    let mut instance = started(&model, Some(Engine::Taylor), 5.0, 1e-8);
     let rest = 3.0 * std::f64::consts::PI / 10.0_f64.sqrt();
     instance.step_to(rest - 1e-6).expect("it still moves");
     let [x, v] = motion(&instance)[..] else { panic!("one coordinate") };
@@ -305,10 +274,10 @@ fn block(way: &str, law: &str, start: f64) -> String {
 
 /// The end of a run to many communication points, by series and step by step.
 fn by_both(text: &str) -> [Vec<f64>; 2] {
-    let model = Arc::new(Model::new(program(text)).expect("a sound program"));
+    let model = model(text);
     assert_eq!(model.program().engine, Engine::Taylor);
     [(Engine::Taylor, 1e-8), (Engine::Dop853, 1e-10)].map(|(engine, tolerance)| {
-        let mut instance = started(&model, engine, 3.0, tolerance);
+        let mut instance = started(&model, Some(engine), 3.0, tolerance);
         (1..=300).for_each(|point| instance.step_to(0.01 * f64::from(point)).expect("regular"));
         motion(&instance)
     })
@@ -338,9 +307,9 @@ fn a_bouncing_mass_keeps_its_height() {
         [joints.way]\ntype = \"prismatic\"\nbetween = [\"ground\", \"ball\"]\naxis = [0, 1]\n\
         [loads.mat]\ntype = \"force\"\non = \"ball\"\nvector = [\"0\", \"1e4*max(0, -ball.y)\"]\n\
         [initial]\n\"ball.y\" = 0.8\n[experiment]\nstop = 20\n";
-    let model = Arc::new(Model::new(program(text)).expect("a sound program"));
+    let model = model(text);
     assert_eq!(model.program().engine, Engine::Taylor);
-    let mut instance = started(&model, Engine::Taylor, 20.0, 1e-10);
+    let mut instance = started(&model, Some(Engine::Taylor), 20.0, 1e-10);
     instance.step_to(20.0).expect("regular");
     // Free flight sqrt(2 h/g) each way; below, half a swing about the sagged point.
     let (g, k, h) = (10.0, 1e4_f64, 0.8);
@@ -365,9 +334,9 @@ fn a_law_with_steps_is_followed_from_step_to_step() {
     let text = "format = 1\ndimension = 1\nname = \"stairs\"\n[bodies.block]\nmass = 1\n\
         [loads.push]\ntype = \"force\"\non = \"block\"\nvector = [\"floor(2*t)\"]\n\
         [initial]\n\"block.x\" = 0\n\"block.vx\" = 0\n[experiment]\nstop = 5.25\n";
-    let model = Arc::new(Model::new(program(text)).expect("a sound program"));
+    let model = model(text);
     assert_eq!(model.program().engine, Engine::Taylor);
-    let mut instance = started(&model, Engine::Taylor, 5.25, 1e-10);
+    let mut instance = started(&model, Some(Engine::Taylor), 5.25, 1e-10);
     instance.step_to(5.25).expect("regular");
     let (mut x, mut v) = (0.0, 0.0);
     for n in 0..=10 {
@@ -381,10 +350,10 @@ fn a_law_with_steps_is_followed_from_step_to_step() {
 #[test]
 fn steps_that_go_up_and_down_are_those_of_the_explicit_method() {
     let text = LAWS.replace("0.1*atan(1.5*bob.omega)", "0.1*floor(3*bob.angle)");
-    let model = Arc::new(Model::new(program(&text)).expect("a sound program"));
+    let model = model(&text);
     assert_eq!(model.program().engine, Engine::Taylor);
     let run = |engine, tolerance| {
-        let mut instance = started(&model, engine, 1.0, tolerance);
+        let mut instance = started(&model, Some(engine), 1.0, tolerance);
         instance.step_to(1.0).expect("regular");
         motion(&instance)
     };
@@ -398,9 +367,9 @@ fn a_state_without_a_series_is_left_by_the_explicit_method() {
     let text = LAWS
         .replace("sqrt(1 + bob.omega^2)", "sqrt(bob.omega^2 + bob.omega^2*sin(bob.angle)^2)")
         .replace("\"bob.omega\" = 1", "\"bob.omega\" = 0");
-    let model = Arc::new(Model::new(program(&text)).expect("a sound program"));
+    let model = model(&text);
     let run = |engine| {
-        let mut instance = started(&model, engine, 0.2, 1e-10);
+        let mut instance = started(&model, Some(engine), 0.2, 1e-10);
         instance.step_to(0.2).expect("regular");
         (motion(&instance), instance.statistics())
     };
@@ -411,8 +380,8 @@ fn a_state_without_a_series_is_left_by_the_explicit_method() {
 
 #[test]
 fn stepping_does_not_allocate() {
-    let model = Arc::new(Model::new(program(LAWS)).expect("a sound program"));
-    let mut instance = started(&model, Engine::Taylor, 1.0, 1e-8);
+    let model = model(LAWS);
+    let mut instance = started(&model, Some(Engine::Taylor), 1.0, 1e-8);
     let before = allocations();
     (1..=100).for_each(|step| instance.step_to(0.01 * f64::from(step)).expect("regular"));
     assert_eq!(allocations(), before);
@@ -423,7 +392,7 @@ fn stepping_does_not_allocate() {
 fn a_motion_whose_series_ends_is_exact() {
     let text = "format = 1\nname = \"thrown\"\ngravity = [0, -10]\n[bodies.stone]\nmass = 1\ninertia = 1\n\
         [initial]\n\"stone.vx\" = 3\n\"stone.vy\" = 20\n\"stone.omega\" = 0.5\n[experiment]\nstop = 4\n";
-    let model = Arc::new(Model::new(program(text)).expect("a sound program"));
+    let model = model(text);
     let mut instance = Instance::new(model.clone());
     instance.setup(0.0, None, None).expect("no stop time");
     instance.initialise().expect("consistent");
@@ -448,7 +417,7 @@ type Damage = fn(&mut ArmForm);
 
 #[test]
 fn a_damaged_arm_form_is_refused() {
-    let sound = program(LAWS);
+    let sound = compiled(LAWS).program;
     assert_eq!(sound.check(), Ok(()));
     let damages: [Damage; 14] = [
         |form| form.coordinates.truncate(1),

@@ -7,10 +7,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
-use cotree::pipeline::compile;
-use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
+
+#[path = "support/run.rs"]
+mod run;
+use run::{compiled, models};
 
 /// Communication points of a run; driven mechanisms take a step to each.
 const POINTS: u32 = 50;
@@ -22,8 +24,7 @@ fn root() -> PathBuf {
 /// Operations of the kernel of the motion, then steps, rejected steps and evaluations of the scene's experiment, communication points included.
 fn work(scene: &Path) -> [u64; 4] {
     let text = std::fs::read_to_string(scene).expect("a scene");
-    let scene = Scene::from_toml(&text).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
-    let program = compile(&scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))).program;
+    let program = compiled(&text).program;
     let operations = program.tapes.acceleration.instructions.len() as u64;
     let (start, stop) = (program.experiment.start, program.experiment.stop);
     let mut instance = Instance::new(Arc::new(Model::new(program).expect("a sound program")));
@@ -38,11 +39,8 @@ fn work(scene: &Path) -> [u64; 4] {
 }
 
 fn scenes() -> Vec<(String, PathBuf)> {
-    let folders =
-        std::fs::read_dir(root().join("models")).expect("the models").map(|entry| entry.expect("a model").path());
-    let scenes = folders.map(|folder| folder.join("scene.toml")).filter(|scene| scene.is_file());
-    let name = |scene: &PathBuf| scene.parent()?.file_name()?.to_str().map(String::from);
-    let mut list: Vec<_> = scenes.map(|scene| (name(&scene).expect("a name"), scene)).collect();
+    let scene = |name: String| (name.clone(), root().join("models").join(name).join("scene.toml"));
+    let mut list: Vec<_> = models().into_iter().map(scene).collect();
     list.push(("stiff_slider_crank".into(), root().join("benches/scenes/stiff_slider_crank.toml")));
     list.sort();
     list

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use cotree::pipeline::{compile, load};
+use cotree::pipeline::compile;
+use cotree::scene::Scene;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Program;
 
@@ -24,7 +25,7 @@ impl Programs {
             fs::read_dir(models).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
         folders.sort();
         let scenes = folders.iter().map(|folder| folder.join("scene.toml")).filter(|path| path.exists());
-        let programs = scenes.filter_map(|path| compile(&load(&path).ok()?).ok());
+        let programs = scenes.filter_map(|path| compile(&Scene::read(&path).ok()?).ok());
         let corpus = programs.filter_map(|compiled| postcard::to_allocvec(&compiled.program).ok()).collect();
         Self { corpus }
     }

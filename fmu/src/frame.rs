@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 /// The format of what is stored, from the sources that define it.
+#[allow(clippy::panic, reason = "while the crate is compiled")]
 pub const FORMAT: u32 = match u32::from_str_radix(env!("COTREE_FORMAT"), 16) {
     Ok(format) => format,
     Err(_) => panic!("the build script writes a hexadecimal number"),

@@ -9,6 +9,16 @@
 //! * [`instance`]: one simulation, as the command line and the FMI functions use it.
 //! * [`fmi2`]: the functions of FMI 2.0 for Co-Simulation and Model Exchange.
 
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        reason = "no input may cause a panic"
+    )
+)]
 #![allow(rustdoc::broken_intra_doc_links, reason = "square brackets hold units: [m], [rad]")]
 
 pub mod check;

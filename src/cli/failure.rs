@@ -101,6 +101,7 @@ impl From<RunError> for Failure {
                 | InstanceError::Undefined { .. }),
             ) => Failure::Numerical(error.to_string()),
             RunError::Instance(error) => Failure::Usage(error.to_string()),
+            RunError::Program(fault) => Failure::Usage(fault.to_string()),
             RunError::Output(error) => error.into(),
         }
     }

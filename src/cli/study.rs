@@ -13,11 +13,10 @@ use super::failure::Failure;
 use super::output::{self, Output};
 use crate::analysis::report::{Report, Style};
 use crate::analysis::{self, Equilibrium, Point, Variation, at_rest};
-use crate::formulate::{Formulated, formulate};
+use crate::formulate::{Formulated, formulate_written};
 use crate::mechanism::{Mechanism, Unit};
 use crate::pipeline;
 use crate::scene::{Faults, Scene, suggest};
-use crate::size;
 
 /// The scene, its settings, and the form of the result.
 #[derive(Args)]
@@ -78,9 +77,7 @@ pub fn equations<'m>(
     mechanism: &'m Mechanism,
     format: MessageFormat,
 ) -> Result<Formulated<'m>, Failure> {
-    let written =
-        formulate(mechanism).and_then(|formulated| size::check_written(&formulated.equations).map(|()| formulated));
-    let mut formulated = written.map_err(|list| Faults::new(scene.source.clone(), list))?;
+    let mut formulated = formulate_written(mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
     let warnings = std::mem::take(&mut formulated.warnings);
     if !warnings.is_empty() {
         output::warn(&Faults::new(scene.source.clone(), warnings), format);
@@ -131,9 +128,8 @@ impl Motion {
 
 /// A time given on the command line, not before the start.
 pub fn time(option: &str, text: &str, start: f64) -> Result<f64, Failure> {
-    let second = Unit { exponents: [0, 0, 1, 0], si: "s".to_owned(), display: None };
     let wrong = |message: String| Failure::Usage(format!("--{option}: {message}"));
-    let time = pipeline::quantity(text, &second).map_err(wrong)?;
+    let time = pipeline::quantity(text, &Unit::time()).map_err(wrong)?;
     match time.is_finite() && time >= start {
         true => Ok(time),
         false => Err(wrong(format!("{time:?} s is before the start, {start:?} s"))),

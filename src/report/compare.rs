@@ -11,9 +11,8 @@ use nalgebra::DMatrix;
 use serde::Serialize;
 
 use crate::expr::Expr;
-use crate::formulate::{Formulated, formulate};
+use crate::formulate::{Formulated, formulate_written};
 use crate::mechanism::{Coordinates, Mechanism};
-use crate::size;
 use crate::start::evaluate_at;
 
 /// The choices that every scene has; the scene's own is added if it is another one.
@@ -114,7 +113,7 @@ const ACCELERATION: &str = "accelerations and reactions";
 const LOOPS: &str = "loop equations, their Jacobian, gamma";
 
 fn figures(mechanism: &Mechanism) -> Figures {
-    match formulate(mechanism).and_then(|formulated| size::check_written(&formulated.equations).map(|()| formulated)) {
+    match formulate_written(mechanism) {
         Ok(formulated) => match cost(formulated) {
             Ok(cost) => Figures::Good(cost),
             Err(fault) => Figures::Bad { fault },

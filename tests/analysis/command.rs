@@ -1,23 +1,14 @@
 //! The three commands as a user meets them.
 
-use super::support::model;
+use super::run::scene_of;
+use super::shell::{cotree, stderr, stdout};
 use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output};
-
-fn cotree(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cotree")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
 
 /// A folder with two models and a body that falls.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for name in ["cart_pole", "slider_crank"] {
-        std::fs::write(folder.path().join(format!("{name}.toml")), model(name)).unwrap();
+        std::fs::write(folder.path().join(format!("{name}.toml")), scene_of(name)).unwrap();
     }
     let falling = "format = 1\nname = \"falling\"\ngravity = [0, -9.81]\n[bodies.ball]\nmass = 1\ninertia = 1\n";
     std::fs::write(folder.path().join("falling.toml"), falling).unwrap();
@@ -31,7 +22,7 @@ fn every_command_explains_itself_with_an_example() {
     for command in ["equilibrium", "linearize", "modes"] {
         let help = cotree(folder.path(), &[command, "--help"]);
         assert!(help.status.success());
-        assert!(text(&help.stdout).contains(&format!("cotree {command} ")), "{}", text(&help.stdout));
+        assert!(stdout(&help).contains(&format!("cotree {command} ")), "{}", stdout(&help));
     }
 }
 
@@ -50,8 +41,8 @@ fn exit_codes_say_who_is_at_fault() {
     ];
     for (arguments, code, message) in cases {
         let output = cotree(folder.path(), arguments);
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", text(&output.stderr));
-        assert!(text(&output.stderr).contains(message), "{arguments:?}: {}", text(&output.stderr));
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(message), "{arguments:?}: {}", stderr(&output));
     }
 }
 
@@ -70,7 +61,7 @@ fn settings_reach_the_analysis() {
 #[test]
 fn results_are_the_same_in_every_form() {
     let folder = folder();
-    let run = |form: &str| text(&cotree(folder.path(), &["linearize", "cart_pole.toml", form]).stdout);
+    let run = |form: &str| stdout(&cotree(folder.path(), &["linearize", "cart_pole.toml", form]));
     let json: Value = serde_json::from_str(&run("--json")).unwrap();
     let entry = json["A"][2][3].as_f64().unwrap();
     let csv = run("--csv");
@@ -78,7 +69,7 @@ fn results_are_the_same_in_every_form() {
     assert_eq!(line.rsplit(',').next().unwrap().parse::<f64>().unwrap(), entry);
     assert_eq!(json["states"][1]["name"], "pole.angle");
     assert_eq!(json["outputs"].as_array().unwrap().len(), json["C"].as_array().unwrap().len());
-    let table = text(&cotree(folder.path(), &["linearize", "cart_pole.toml"]).stdout);
+    let table = stdout(&cotree(folder.path(), &["linearize", "cart_pole.toml"]));
     assert!(table.contains("d(pole.omega)/dt") && table.contains("push"), "{table}");
 }
 
@@ -88,7 +79,7 @@ fn along_a_motion_every_point_has_its_matrices() {
     let arguments =
         ["linearize", "slider_crank.toml", "--along", "--stop", "0.3", "--step", "100 ms", "--json", "-o", "m.json"];
     let output = cotree(folder.path(), &arguments);
-    assert!(output.status.success() && output.stdout.is_empty(), "{}", text(&output.stderr));
+    assert!(output.status.success() && output.stdout.is_empty(), "{}", stderr(&output));
     let json: Value = serde_json::from_slice(&std::fs::read(folder.path().join("m.json")).unwrap()).unwrap();
     let times: Vec<f64> =
         json["points"].as_array().unwrap().iter().map(|point| point["time"].as_f64().unwrap()).collect();
@@ -104,9 +95,9 @@ fn along_a_motion_every_point_has_its_matrices() {
 #[test]
 fn modes_are_a_table() {
     let folder = folder();
-    let output = text(&cotree(folder.path(), &["modes", "cart_pole.toml"]).stdout);
+    let output = stdout(&cotree(folder.path(), &["modes", "cart_pole.toml"]));
     assert!(output.contains("free motion") && output.contains("grows") && output.contains("rail.s"), "{output}");
-    let csv = text(&cotree(folder.path(), &["modes", "cart_pole.toml", "--csv"]).stdout);
+    let csv = stdout(&cotree(folder.path(), &["modes", "cart_pole.toml", "--csv"]));
     assert!(
         csv.starts_with(
             "mode,real,imaginary,frequency,natural_frequency,damping_ratio,coordinate,shape_real,shape_imaginary\n1,0.0,"

@@ -1,40 +1,30 @@
 //! Fully driven mechanisms: the order of solution, inverse dynamics, large steps.
 
-use super::support::model;
-use cotree::pipeline::compile;
-use cotree::scene::Scene;
+use super::run::{self, compiled, scene_of, value};
 use cotree_fmu::instance::Instance;
-use cotree_fmu::model::Model;
-use std::sync::Arc;
 
 fn instance(text: &str) -> Instance {
-    let compiled = compile(&Scene::from_toml(text).unwrap()).unwrap();
-    let mut instance = Instance::new(Arc::new(Model::new(compiled.program).unwrap()));
+    let mut instance = Instance::new(run::model(text));
     instance.setup(0.0, None, Some(1e-11)).unwrap();
     instance.initialise().unwrap();
     instance
 }
 
-fn value(instance: &mut Instance, name: &str) -> f64 {
-    let variable = instance.variable(name).unwrap();
-    instance.get(variable).unwrap()
-}
-
 fn blocks(text: &str) -> Vec<Vec<String>> {
-    compile(&Scene::from_toml(text).unwrap()).unwrap().summary.blocks
+    compiled(text).summary.blocks
 }
 
 #[test]
 fn eq38_is_solved_before_eq39() {
-    assert_eq!(blocks(&model("quick_return")), [["rocker.angle"], ["rod.angle"]]);
-    let summary = compile(&Scene::from_toml(&model("quick_return")).unwrap()).unwrap().summary;
+    assert_eq!(blocks(&scene_of("quick_return")), [["rocker.angle"], ["rod.angle"]]);
+    let summary = compiled(&scene_of("quick_return")).summary;
     assert!(summary.to_string().contains("blocks         2  rocker.angle, rod.angle"), "{summary}");
     assert_eq!(serde_json::to_value(&summary).unwrap()["blocks"][0][0], "rocker.angle");
 }
 
 #[test]
 fn what_moves_freely_has_no_order_of_solution() {
-    assert!(blocks(&model("slider_crank")).is_empty());
+    assert!(blocks(&scene_of("slider_crank")).is_empty());
 }
 
 /// In other coordinates there are other blocks; the motion and the torque are the same.
@@ -59,7 +49,7 @@ fn blocks_of_all_trees_give_the_same_motion() {
 
 /// The quick-return mechanism with masses, in gravity.
 fn heavy_quick_return() -> String {
-    model("quick_return")
+    scene_of("quick_return")
         .replace("[parameters]", "gravity = [0, -9.81]\n[parameters]")
         .replace("[bodies.crank]", "[bodies.crank]\nmass = 2.0\ninertia = 0.02")
         .replace("[bodies.rocker]", "[bodies.rocker]\nmass = 3.0\ninertia = 0.15")
@@ -102,8 +92,7 @@ fn the_torque_of_the_driver_drives_the_free_mechanism() {
         .replace("[initial]", "[initial]\n\"crank.angle\" = 0.4356\n\"crank.omega\" = \"4*pi rad/s\"")
         .replace("\"motor.torque\", \"motor.power\", ", "");
     let free = free.replace("\"4*pi rad/s\"", &format!("{:?}", 4.0 * std::f64::consts::PI));
-    let compiled = compile(&Scene::from_toml(&free).unwrap()).unwrap();
-    let mut free = Instance::new(Arc::new(Model::new(compiled.program).unwrap()));
+    let mut free = Instance::new(run::model(&free));
     free.setup(0.0, None, Some(1e-11)).unwrap();
     let tau = free.variable("tau").unwrap();
     // The torque as a parabola through three points of every interval.
@@ -133,8 +122,8 @@ fn the_torque_of_the_driver_drives_the_free_mechanism() {
 
 #[test]
 fn two_turns_in_one_step_are_followed_through() {
-    let mut large = instance(&model("quick_return"));
-    let mut small = instance(&model("quick_return"));
+    let mut large = instance(&scene_of("quick_return"));
+    let mut small = instance(&scene_of("quick_return"));
     large.step_to(1.0).unwrap();
     (1..=1000).for_each(|step| small.step_to(f64::from(step) * 1e-3).unwrap());
     for name in ["crank.angle", "rocker.angle", "rod.angle", "tool_slide.s", "rocker.omega", "tool_slide.a"] {

@@ -16,7 +16,7 @@ fn value(statics: &Statics, name: &str) -> f64 {
 }
 
 fn hanging_slider_crank() -> String {
-    model("slider_crank").replace("\"0.6 rad\"", "\"-70 deg\"").replace("-0.19 rad", "0.2 rad")
+    scene_of("slider_crank").replace("\"0.6 rad\"", "\"-70 deg\"").replace("-0.19 rad", "0.2 rad")
 }
 
 #[test]
@@ -151,7 +151,7 @@ fn free_chains_are_neutral() {
 /// The driver turns; statics sees it where it starts, and no centrifugal force.
 #[test]
 fn drivers_are_held_where_they_start() {
-    let text = model("double_pendulum")
+    let text = scene_of("double_pendulum")
         .replace("[initial]", "[drivers.motor]\njoint = \"shoulder\"\nangle = \"0.3 + 5*t + 7*t^2\"\n\n[initial]")
         .replace("\"upper.angle\" = \"-20 deg\"", "")
         .replace("\"upper.omega\" = 0.0", "")
@@ -167,10 +167,10 @@ fn drivers_are_held_where_they_start() {
 
 #[test]
 fn without_masses_reactions_are_known_only_without_gravity() {
-    let found = statics(&model("quick_return"));
+    let found = statics(&scene_of("quick_return"));
     assert_eq!(found.stability, Stability::Held);
     assert_eq!(value(&found, "motor.torque"), 0.0);
-    let heavy = statics(&model("quick_return").replace("[parameters]", "gravity = [0, -9.81]\n[parameters]"));
+    let heavy = statics(&scene_of("quick_return").replace("[parameters]", "gravity = [0, -9.81]\n[parameters]"));
     assert!(heavy.weightless.is_some() && heavy.value("motor.torque").is_none());
 }
 

@@ -4,4 +4,10 @@ mod command;
 mod driven;
 mod equilibrium;
 mod linear;
+mod slopes;
 mod support;
+
+#[path = "../support/run.rs"]
+mod run;
+#[path = "../support/command.rs"]
+mod shell;

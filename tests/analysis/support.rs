@@ -2,8 +2,10 @@
 
 use cotree::analysis::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest};
 use cotree::formulate::{Formulated, formulate};
-use cotree::scene::Scene;
 use cotree_fmu::model::Model;
+
+use super::run::mechanism;
+pub use super::run::scene_of;
 
 /// A compound pendulum; `GUESS` is to be replaced.
 pub const PENDULUM: &str = r#"
@@ -21,20 +23,14 @@ pub const PENDULUM: &str = r#"
     "arm.angle" = "GUESS"
 "#;
 
-/// The scene of a model.
-pub fn model(name: &str) -> String {
-    std::fs::read_to_string(format!("{}/models/{name}/scene.toml", env!("CARGO_MANIFEST_DIR"))).unwrap()
-}
-
 /// Formulates a scene.
 pub fn with<T>(text: &str, then: impl FnOnce(&mut Formulated) -> T) -> T {
-    let mechanism = Scene::from_toml(text).unwrap().resolve().unwrap().mechanism;
-    then(&mut formulate(&mechanism).unwrap())
+    then(&mut formulate(&mechanism(text)).unwrap())
 }
 
 /// The equilibrium of a scene.
 pub fn resting<T>(text: &str, then: impl FnOnce(&mut Formulated, &Variation, Result<Equilibrium, Failure>) -> T) -> T {
-    let mechanism = at_rest(&Scene::from_toml(text).unwrap().resolve().unwrap().mechanism);
+    let mechanism = at_rest(&mechanism(text));
     let mut formulated = formulate(&mechanism).unwrap();
     let variation = Variation::new(&mut formulated);
     let equilibrium = Equilibrium::find(&formulated, &variation);

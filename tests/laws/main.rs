@@ -10,15 +10,9 @@ mod structure;
 mod trees;
 
 use cotree::mechanism::{Coordinates, Mechanism};
-use cotree::scene::Scene;
 use support::random::{Case, Family, Random, random_case};
+use support::run::mechanism;
 use trees::random_trees;
-
-/// The mechanism of a scene.
-fn mechanism(scene: &str) -> Mechanism {
-    let resolved = Scene::from_toml(scene).and_then(|scene| scene.resolve());
-    resolved.unwrap_or_else(|faults| panic!("{}", faults.render(false, 100))).mechanism
-}
 
 /// Random mechanisms of a family, with their seeds.
 fn cases(family: Family, count: u64) -> impl Iterator<Item = (u64, Case)> {

@@ -9,5 +9,6 @@ pub mod parts;
 pub mod point;
 pub mod random;
 pub mod random_parts;
+pub mod run;
 pub mod scene_text;
 pub mod variables;

@@ -235,8 +235,9 @@ impl Engines<'_> {
             run.choice.passing = self.is_held_back(context, run);
         }
         // Stiffness keeps the steps so short that they are much better than the tolerance; next to the pose rounding errors are not.
-        let coarse = Settings { tolerance: context.settings.tolerance.max(COARSE), ..*context.settings };
-        let settings = if run.choice.passing && !is_regular(run) { &coarse } else { context.settings };
+        let coarse = (run.choice.passing && !is_regular(run))
+            .then(|| Settings { tolerance: context.settings.tolerance.max(COARSE), ..*context.settings });
+        let settings = coarse.as_ref().unwrap_or(context.settings);
         let Context { model, machine, projection, statistics, .. } = context;
         let context = &mut Context { model, machine, projection, statistics, settings };
         match (context.settings.engine, &mut self.taylor) {

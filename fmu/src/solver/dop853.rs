@@ -4,8 +4,7 @@
 //! authors' program `dop853.f`, with the digits printed there. Stages are counted from 0; stage 12 is the derivative at the end of the step,
 //! which is also the first stage of the next one. Rows list their nonzero entries as (stage, coefficient).
 
-// The digits are those of the source, so that they can be compared with it.
-#![allow(clippy::excessive_precision)]
+#![allow(clippy::excessive_precision, reason = "the digits are those of the source, to be compared with it")]
 
 /// A row of nonzero coefficients.
 pub(super) type Row = &'static [(usize, f64)];

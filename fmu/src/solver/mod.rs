@@ -48,7 +48,7 @@ use projection::Projection;
 /// How to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The integrator.
+    /// Who takes the steps.
     pub engine: Engine,
     /// May the run change to the implicit method while the motion is stiff?
     pub automatic: bool,

@@ -8,7 +8,7 @@ use crate::model::{Model, State};
 
 /// A row counts as dependent when less than this share of it is new.
 const NEW: f64 = 1e-8;
-/// Where more than this share of each independent row is new, the pose is regular. Elsewhere, near a change point, rounding errors of the pose make
+/// Where more than this share of each independent row is new, the pose is regular. Elsewhere, near a singular pose, rounding errors of the pose make
 /// dependent rows look independent.
 const CLEAR: f64 = 1e-5;
 /// With more rows, entries are looked at instead of matrices.

@@ -45,7 +45,7 @@ pub fn run<'a>(options: &Simulate, description: &'a Description, table: Option<&
 }
 
 fn experiment(options: &Simulate, scene: Experiment) -> Result<Experiment, Failure> {
-    let second = Unit { exponents: [0, 0, 1, 0], si: "s".to_owned(), display: None };
+    let second = Unit::time();
     let time = |name: &str, text: &Option<String>, default: f64| match text {
         Some(text) => {
             pipeline::quantity(text, &second).map_err(|message| Failure::Usage(format!("--{name}: {message}")))

@@ -24,6 +24,9 @@ type Row = (usize, Vec<String>);
 
 impl Table {
     /// Reads `time,name,...` and rows of numbers whose times do not decrease. Two rows with the same time are a jump.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its place.
     pub fn parse(text: &str) -> Result<Self, TableError> {
         let mut rows = rows(text.strip_prefix('\u{feff}').unwrap_or(text))?.into_iter();
         let header = rows.next().ok_or_else(|| fault(1, 1, "the table is empty; begin with `time,name`"))?;

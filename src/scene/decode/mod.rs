@@ -41,6 +41,9 @@ impl Scene {
     pub const LARGEST: u64 = 64 << 20;
 
     /// Reads a scene file: JSON if it begins with `{` or is called `.json`, else TOML.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and everything that is wrong with the scene's form.
     pub fn read(path: impl AsRef<Path>) -> Result<Scene, Faults> {
         let path = path.as_ref();
         let bytes = files::read(path, Self::LARGEST).map_err(|error| {
@@ -54,6 +57,9 @@ impl Scene {
     }
 
     /// Reads a scene from the content of a file.
+    ///
+    /// # Errors
+    /// Everything that is wrong with its form; names and units too, if there is such a fault.
     pub fn from_bytes(path: &Path, bytes: Vec<u8>) -> Result<Scene, Faults> {
         let text = text(path, bytes).map_err(|fault| unreadable(path, fault))?;
         let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
@@ -61,20 +67,33 @@ impl Scene {
     }
 
     /// Reads a scene from a text in TOML, or in JSON if it begins with `{`.
+    ///
+    /// # Errors
+    /// Everything that is wrong with its form; names and units too, if there is such a fault.
     pub fn from_toml(text: &str) -> Result<Scene, Faults> {
         Scene::from_source(Source::new("", text), false)
     }
 
     /// Reads a scene from a text in JSON.
+    ///
+    /// # Errors
+    /// Everything that is wrong with its form; names and units too, if there is such a fault.
     pub fn from_json(text: &str) -> Result<Scene, Faults> {
         Scene::from_source(Source::new("", text), true)
     }
 
     /// Reads a scene from a text with a name for the messages. A scene with a fault in its form is resolved all the
     /// same, as far as it goes, so that all faults are reported at once.
-    pub fn from_source(source: Source, json: bool) -> Result<Scene, Faults> {
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn from_source(mut source: Source, json: bool) -> Result<Scene, Faults> {
         let mut decoder = Decoder::default();
-        let text = source.text.strip_prefix('\u{feff}').map_or(&*source.text, |_| &source.text);
+        // The mark that some editors begin a file with.
+        if let Some(text) = source.text.strip_prefix('\u{feff}') {
+            source.text = text.into();
+        }
+        let text = &*source.text;
         let json = json || text.trim_start().starts_with('{');
         let document = if json {
             document::from_json(text, &mut decoder.faults)

@@ -42,6 +42,9 @@ pub struct Resolved {
 impl Scene {
     /// Resolves names, units and expressions. All faults that can be found without formulating equations are reported
     /// at once.
+    ///
+    /// # Errors
+    /// All of them.
     pub fn resolve(&self) -> Result<Resolved, Faults> {
         let mut faults = Sink::default();
         let mechanism = self.resolve_into(&mut faults);

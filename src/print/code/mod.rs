@@ -183,53 +183,19 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
         efforts: efforts.len(),
     };
     let mut text = language.prelude(&name, &legend(equations));
-    let writer = Writer { arena: &equations.system.arena, loops: &loops, sizes: &sizes, language };
-    let without = if masses { "" } else { "\nThe scene gives no masses: M and Q are zero." };
-    let function = Function {
-        name: format!("{name}_equations"),
-        about: format!(
-            "Equations of motion: M a + Phi_q^T lambda = Q, Phi = 0, Phi_q v = -Phi_t, Phi_q a = gamma.{without}"
-        ),
-        knows_motion: false,
-        outputs: EQUATIONS,
-    };
-    text.push_str(&writer.function(&function, &matrices));
-    if !solved.is_empty() {
-        let (accelerations, reactions) = solved.split_at(sizes.coordinates.min(solved.len()));
-        let reactions = loops.iter().filter_map(|&index| reactions.get(index));
-        let results = [column(Output::Acceleration, accelerations), column(Output::Reaction, reactions)].concat();
-        let function = Function {
-            name: format!("{name}_accelerations"),
-            about: "Accelerations a and reactions lambda, from the equations of motion.".to_owned(),
-            knows_motion: false,
-            outputs: SOLUTION,
-        };
-        text.push_str(&writer.function(&function, &results));
-    }
+    let writer = Writer { name: &name, arena: &equations.system.arena, loops: &loops, sizes: &sizes, language };
+    text.push_str(&writer.equations(&matrices, masses));
     let rows: Vec<usize> = (0..sizes.constraints).filter(|&row| !redundant.contains(&loops[row])).collect();
-    if solved.is_empty() && !rows.is_empty() && rows.len() == sizes.coordinates {
+    if !solved.is_empty() {
+        text.push_str(&writer.accelerations(solved));
+    } else if !rows.is_empty() && rows.len() == sizes.coordinates {
         text.push_str(&language.kinematics(&Kinematics { name: &name, sizes, rows: &rows, masses }));
     }
     if !slides.is_empty() {
-        let function = Function {
-            name: format!("{name}_slides"),
-            about: format!("Displacements s of the slides that are no coordinates: {}.", list(&slides)),
-            knows_motion: false,
-            outputs: &[Output::Slide],
-        };
-        text.push_str(&writer.function(&function, &column(Output::Slide, slides.iter().map(|(_, expr)| expr))));
+        text.push_str(&writer.slides(&slides));
     }
     if !efforts.is_empty() {
-        let function = Function {
-            name: format!("{name}_efforts"),
-            about: format!(
-                "What joints hold and drivers exert, on their second side, from accelerations a and reactions lambda:\n{}.",
-                list(&efforts)
-            ),
-            knows_motion: true,
-            outputs: &[Output::Effort],
-        };
-        text.push_str(&writer.function(&function, &column(Output::Effort, efforts.iter().map(|(_, expr)| expr))));
+        text.push_str(&writer.efforts(&efforts));
     }
     text.push_str(&language.end(&name));
     text
@@ -246,6 +212,8 @@ fn list(entries: &[Entry]) -> String {
 
 /// Writes functions of one model in one language.
 struct Writer<'a> {
+    /// Of the model.
+    name: &'a str,
     arena: &'a Arena,
     /// The loop equations that say something: their reactions are numbered in this order.
     loops: &'a [usize],
@@ -254,6 +222,55 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
+    fn equations(&self, matrices: &[(Output, [usize; 2], Expr)], masses: bool) -> String {
+        let without = if masses { "" } else { "\nThe scene gives no masses: M and Q are zero." };
+        let function = Function {
+            name: format!("{}_equations", self.name),
+            about: format!(
+                "Equations of motion: M a + Phi_q^T lambda = Q, Phi = 0, Phi_q v = -Phi_t, Phi_q a = gamma.{without}"
+            ),
+            knows_motion: false,
+            outputs: EQUATIONS,
+        };
+        self.function(&function, matrices)
+    }
+
+    fn accelerations(&self, solved: &[Expr]) -> String {
+        let (accelerations, reactions) = solved.split_at(self.sizes.coordinates.min(solved.len()));
+        let reactions = self.loops.iter().filter_map(|&index| reactions.get(index));
+        let results = [column(Output::Acceleration, accelerations), column(Output::Reaction, reactions)].concat();
+        let function = Function {
+            name: format!("{}_accelerations", self.name),
+            about: "Accelerations a and reactions lambda, from the equations of motion.".to_owned(),
+            knows_motion: false,
+            outputs: SOLUTION,
+        };
+        self.function(&function, &results)
+    }
+
+    fn slides(&self, slides: &[Entry]) -> String {
+        let function = Function {
+            name: format!("{}_slides", self.name),
+            about: format!("Displacements s of the slides that are no coordinates: {}.", list(slides)),
+            knows_motion: false,
+            outputs: &[Output::Slide],
+        };
+        self.function(&function, &column(Output::Slide, slides.iter().map(|(_, expr)| expr)))
+    }
+
+    fn efforts(&self, efforts: &[Entry]) -> String {
+        let function = Function {
+            name: format!("{}_efforts", self.name),
+            about: format!(
+                "What joints hold and drivers exert, on their second side, from accelerations a and reactions lambda:\n{}.",
+                list(efforts)
+            ),
+            knows_motion: true,
+            outputs: &[Output::Effort],
+        };
+        self.function(&function, &column(Output::Effort, efforts.iter().map(|(_, expr)| expr)))
+    }
+
     fn function(&self, function: &Function, results: &[(Output, [usize; 2], Expr)]) -> String {
         self.language.function(function, self.sizes, &steps(self.arena, self.loops, results))
     }

@@ -7,8 +7,10 @@
 //!
 //! The caller owns the policy: which step to try, what to do with a rejected one, when a Jacobian is too old.
 
-// The digits are those of the source, so that they can be compared with it.
-#![allow(clippy::excessive_precision)]
+mod coefficients;
+mod output;
+#[cfg(test)]
+mod tests;
 
 use nalgebra::Complex;
 
@@ -16,9 +18,11 @@ use super::dense::Lu;
 use super::each_stage::EachStage;
 use super::explicit::Derivative;
 use crate::series::lane::{self, Lane, ZERO, splat};
+use coefficients::{COMPLEX, FROM, INTO, INVERSE, REAL, SQUARE, nodes};
 
-/// Order of the polynomial that the dense output is.
-pub(super) const DENSE_ORDER: usize = 5;
+pub(super) use coefficients::{NODES, turn};
+pub(super) use output::{DENSE_ORDER, evaluate};
+
 /// Newton iterations.
 const ITERATIONS: i32 = 10;
 /// Iterations that reduce their step by less do not converge.
@@ -28,32 +32,6 @@ const ROUGH: f64 = 10.0;
 const STALLING: f64 = 0.5;
 /// The second iteration may be larger than the first by this factor.
 const BULGE: f64 = 2.0;
-const SQRT_6: f64 = 2.449_489_742_783_178;
-/// Nodes.
-pub(super) const NODES: [f64; 3] = [(4.0 - SQRT_6) / 10.0, (4.0 + SQRT_6) / 10.0, 1.0];
-/// The slope at the start of the cubic through zero at the start and the stages.
-const SLOPE: [f64; 3] = [(13.0 + 7.0 * SQRT_6) / 3.0, (13.0 - 7.0 * SQRT_6) / 3.0, 1.0 / 3.0];
-/// Eigenvalues of the inverse of the method's matrix: the real one, and one of the complex pair.
-const REAL: f64 = 3.637_834_252_744_495_7;
-const COMPLEX: Complex<f64> = Complex::new(2.681_082_873_627_752, 3.050_430_199_247_41);
-/// Its eigenvectors: z = FROM w, w = INTO z.
-const FROM_ROWS: [[f64; 3]; 3] = [
-    [0.091_232_394_870_892_94, -0.141_255_295_020_954_2, -0.030_029_194_105_147_424],
-    [0.241_717_932_707_107, 0.204_129_352_293_8, 0.382_942_112_757_261_94],
-    [0.966_048_182_615_092_9, 1.0, 0.0],
-];
-const INTO_ROWS: [[f64; 3]; 3] = [
-    [4.325_579_890_063_155, 0.339_199_251_815_809_9, 0.541_770_539_935_874_9],
-    [-4.178_718_591_551_905, -0.327_682_820_761_062_4, 0.476_623_554_500_550_45],
-    [-0.502_872_634_945_786_9, 2.571_926_949_855_605_4, -0.596_039_204_828_224_9],
-];
-const BLOCKS: [[f64; 3]; 3] = [[REAL, 0.0, 0.0], [0.0, COMPLEX.re, -COMPLEX.im], [0.0, COMPLEX.im, COMPLEX.re]];
-const INVERSE_ROWS: [[f64; 3]; 3] = product(&product(&FROM_ROWS, &BLOCKS), &INTO_ROWS);
-/// By columns: the eigenvectors, the inverse of the method's matrix and its square.
-const FROM: [Lane; 3] = columns(&FROM_ROWS);
-const INTO: [Lane; 3] = columns(&INTO_ROWS);
-const INVERSE: [Lane; 3] = columns(&INVERSE_ROWS);
-const SQUARE: [Lane; 3] = columns(&product(&INVERSE_ROWS, &INVERSE_ROWS));
 /// With so few coordinates each stage has its own Jacobian: that costs less than the iterations it saves.
 const FEW: usize = 8;
 
@@ -360,278 +338,9 @@ impl Radau {
     pub fn end(&self, y: &[f64], next: &mut [f64]) {
         next.iter_mut().zip(y.iter().zip(&self.stages)).for_each(|(next, (y, stage))| *next = y + stage[2]);
     }
-
-    /// Error of the step just solved, in units of the tolerances: accept up to 1. The embedded method of order 3, filtered so that stiff parts
-    /// do not count for more than they are; `again` filters twice, at the price of an evaluation, if it is large.
-    pub fn error(
-        &mut self,
-        f: &mut impl Derivative,
-        (time, y, h): (f64, &[f64], f64),
-        tolerances: &[f64],
-        again: bool,
-    ) -> f64 {
-        for i in 0..2 * self.n {
-            let slope: f64 = SLOPE.iter().zip(&self.stages[i]).map(|(factor, stage)| factor * stage).sum();
-            self.rest[i] = -slope / h;
-            self.point[i] = self.first[i] + self.rest[i];
-        }
-        let mut size = self.filter(h, tolerances);
-        let large = size >= 1.0;
-        if again && large {
-            add(y, &self.error, &mut self.point);
-            f.evaluate(time, &self.point, &mut self.error);
-            add(&self.error, &self.rest, &mut self.point);
-            size = self.filter(h, tolerances);
-        }
-        size
-    }
-
-    /// The last error in units of the tolerances, of what `change` leaves of it: nothing else goes into the dense output either.
-    pub fn filtered_error(&mut self, tolerances: &[f64], change: impl FnOnce(&mut [f64])) -> f64 {
-        change(&mut self.error);
-        self.size(tolerances)
-    }
-
-    /// Takes the point for an error.
-    fn filter(&mut self, h: f64, tolerances: &[f64]) -> f64 {
-        self.solve_real(REAL / h);
-        self.error.copy_from_slice(&self.point);
-        self.size(tolerances)
-    }
-
-    /// The error in units of the tolerances.
-    fn size(&self, tolerances: &[f64]) -> f64 {
-        let squares = self.error.iter().zip(tolerances).map(|(error, tolerance)| (error / tolerance).powi(2));
-        (squares.sum::<f64>() / (2 * self.n).max(1) as f64).sqrt()
-    }
-
-    /// The motion along the step as a polynomial of time since its start: v of degree 4 through the stages, with the filtered slope at the start;
-    /// q is its integral, which ends where the step ends. Row k holds the coefficients of power k of q.
-    pub fn dense(&self, y: &[f64], h: f64, dense: &mut [f64]) {
-        let n = self.n;
-        let [c1, c2, _] = NODES;
-        for i in 0..n {
-            let [z1, z2, z3, _] = self.stages[n + i];
-            let first = z1 / c1;
-            let (middle, last) = ((z2 - z1) / (c2 - c1), (z3 - z2) / (1.0 - c2));
-            let second = (middle - first) / c2;
-            let third = (last - middle) / (1.0 - c1) - second;
-            let fourth = -REAL * self.error[n + i] / (c1 * c2);
-            // Products of theta, theta - c1, theta - c2, theta - 1, expanded.
-            let (sum, product) = (c1 + c2, c1 * c2);
-            let powers = [
-                first - c1 * second + product * (third - fourth),
-                second - sum * third + (sum + product) * fourth,
-                third - (1.0 + sum) * fourth,
-                fourth,
-            ];
-            dense[i] = y[i];
-            dense[n + i] = y[n + i];
-            let mut unit = 1.0;
-            for (k, power) in powers.into_iter().enumerate() {
-                unit *= h;
-                dense[(k + 2) * n + i] = power / (unit * (k + 2) as f64);
-            }
-        }
-    }
-}
-
-/// q and v of a dense output, so long after the start of the step.
-pub(super) fn evaluate(dense: &[f64], dt: f64, motion: &mut [f64]) {
-    let n = motion.len() / 2;
-    let (q, v) = motion.split_at_mut(n);
-    q.fill(0.0);
-    v.fill(0.0);
-    for coefficients in dense[..(DENSE_ORDER + 1) * n].chunks_exact(n.max(1)).rev() {
-        for ((q, v), coefficient) in q.iter_mut().zip(v.iter_mut()).zip(coefficients) {
-            *v = *v * dt + *q;
-            *q = *q * dt + coefficient;
-        }
-    }
-}
-
-fn add(a: &[f64], b: &[f64], sum: &mut [f64]) {
-    sum.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum = a + b);
-}
-
-/// Times of the nodes of a step.
-fn nodes(time: f64, h: f64) -> [f64; 3] {
-    NODES.map(|node| time + node * h)
 }
 
 /// A whole power, by products.
 fn power(base: f64, exponent: i32) -> f64 {
     (0..exponent).fold(1.0, |power, _| power * base)
-}
-
-/// The columns of a matrix, with the last row twice.
-const fn columns(rows: &[[f64; 3]; 3]) -> [Lane; 3] {
-    let [first, second, third] = rows;
-    [
-        [first[0], second[0], third[0], third[0]],
-        [first[1], second[1], third[1], third[1]],
-        [first[2], second[2], third[2], third[2]],
-    ]
-}
-
-const fn product(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let mut product = [[0.0; 3]; 3];
-    let mut place = 0;
-    while place < 9 {
-        let (row, column) = (place / 3, place % 3);
-        product[row][column] = a[row][0] * b[0][column] + a[row][1] * b[1][column] + a[row][2] * b[2][column];
-        place += 1;
-    }
-    product
-}
-
-/// A matrix, by columns, times the first three numbers of a lane.
-#[inline(always)]
-pub(super) fn turn(matrix: &[Lane; 3], from: Lane) -> Lane {
-    let sum = lane::multiply(matrix[0], splat(from[0]));
-    lane::plus(lane::plus(sum, matrix[1], splat(from[1])), matrix[2], splat(from[2]))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// One node after the other.
-    impl<F: FnMut(f64, &[f64], &mut [f64])> Nodes for F {
-        fn evaluate_nodes(&mut self, times: [f64; 3], points: &[Lane], derivatives: &mut [Lane]) {
-            for (place, time) in times.into_iter().enumerate() {
-                let point: Vec<f64> = points.iter().map(|lane| lane[place]).collect();
-                let mut derivative = vec![0.0; point.len()];
-                self(time, &point, &mut derivative);
-                derivatives.iter_mut().zip(derivative).for_each(|(lane, value)| lane[place] = value);
-            }
-        }
-
-        /// By differences.
-        fn differentiate_nodes(
-            &mut self,
-            times: [f64; 3],
-            points: &[Lane],
-            derivatives: &mut [Lane],
-            jacobians: &mut [Lane],
-        ) {
-            let n = points.len() / 2;
-            for direction in 0..2 * n {
-                let [mut above, mut below] = [points.to_vec(), points.to_vec()];
-                let [mut over, mut under] = [vec![ZERO; 2 * n], vec![ZERO; 2 * n]];
-                above[direction] = lane::add(points[direction], splat(1e-6));
-                below[direction] = lane::add(points[direction], splat(-1e-6));
-                self.evaluate_nodes(times, &above, &mut over);
-                self.evaluate_nodes(times, &below, &mut under);
-                for row in 0..n {
-                    let slope = lane::subtract(over[n + row], under[n + row]).map(|difference| difference / 2e-6);
-                    jacobians[direction / n * n * n + row * n + direction % n] = slope;
-                }
-            }
-            self.evaluate_nodes(times, points, derivatives);
-        }
-    }
-
-    /// Two coupled oscillators with q = (sin t, cos 2 t), driven so that this is a solution; the Jacobian is exact.
-    fn problem(time: f64, y: &[f64], derivative: &mut [f64]) {
-        let exact = exact(time);
-        derivative[0] = y[2];
-        derivative[1] = y[3];
-        derivative[2] =
-            -exact[0] - 3.0 * (y[0].powi(2) - exact[0].powi(2)) - (y[1] - exact[1]) - 0.5 * (y[2] - exact[2]);
-        derivative[3] = -4.0 * exact[1] + (y[0] - exact[0]) - 2.0 * (y[1] * y[3] - exact[1] * exact[3]);
-    }
-
-    fn exact(time: f64) -> [f64; 4] {
-        [time.sin(), (2.0 * time).cos(), time.cos(), -2.0 * (2.0 * time).sin()]
-    }
-
-    fn jacobian(radau: &mut Radau, y: &[f64]) {
-        let (by_q, by_v) = radau.jacobian_mut();
-        by_q.copy_from_slice(&[-6.0 * y[0], -1.0, 1.0, -2.0 * y[3]]);
-        by_v.copy_from_slice(&[-0.5, 0.0, 0.0, -2.0 * y[1]]);
-    }
-
-    /// Largest errors at the end of [0, 2] and between the steps, and the last error estimate.
-    fn run(steps: u32, each: bool) -> [f64; 3] {
-        let mut radau = Radau::with(2, each);
-        let h = 2.0 / f64::from(steps);
-        let (mut y, mut next, mut dense) = (exact(0.0).to_vec(), vec![0.0; 4], vec![0.0; 2 * (DENSE_ORDER + 1)]);
-        let worst = |y: &[f64], time: f64| y.iter().zip(exact(time)).fold(0.0, |w: f64, (y, e)| w.max((y - e).abs()));
-        let [mut between, mut estimate] = [0.0_f64; 2];
-        for step in 0..steps {
-            let time = f64::from(step) * h;
-            radau.begin(&mut problem, time, &y);
-            radau.guess_nothing();
-            if each {
-                assert!(radau.linearise(&mut problem, (time, &y, h)));
-            } else {
-                jacobian(&mut radau, &y);
-                assert!(radau.factor(h));
-            }
-            let newton = radau.solve(&mut problem, (time, &y, h), &[1.0; 4], [1e-13, 0.0]);
-            assert!(matches!(newton, Newton::Converged { .. }), "{newton:?}");
-            estimate = radau.error(&mut problem, (time, &y, h), &[1.0; 4], false);
-            radau.end(&y, &mut next);
-            radau.dense(&y, h, &mut dense);
-            let mut point = [0.0; 4];
-            for theta in [0.3, 0.8, 1.0] {
-                evaluate(&dense, theta * h, &mut point);
-                if theta == 1.0 {
-                    assert!(point.iter().zip(&next).all(|(a, b)| (a - b).abs() < 1e-12), "{point:?} {next:?}");
-                } else {
-                    between = between.max(worst(&point, time + theta * h));
-                }
-            }
-            std::mem::swap(&mut y, &mut next);
-        }
-        [worst(&y, 2.0), between, estimate]
-    }
-
-    #[test]
-    fn converges_with_order_5_its_dense_output_and_its_estimate_with_order_4() {
-        for each in [false, true] {
-            let (coarse, fine) = (run(40, each), run(80, each));
-            let order = |i: usize| (coarse[i] / fine[i]).log2();
-            assert!((4.6..5.6).contains(&order(0)), "order {} of {coarse:?}", order(0));
-            assert!((3.7..4.7).contains(&order(1)), "dense order {} of {coarse:?}", order(1));
-            assert!((3.5..4.5).contains(&order(2)), "estimate {} of {coarse:?}", order(2));
-        }
-    }
-
-    /// q'' = -1e6 (q - cos t) - 2e3 (q' + sin t) - cos t: the solution is cos t plus a transient that is gone at once.
-    #[test]
-    fn stiff_transients_are_damped_in_a_step_and_slow_motion_is_followed() {
-        let mut f = |t: f64, y: &[f64], d: &mut [f64]| {
-            d[0] = y[1];
-            d[1] = -1e6 * (y[0] - t.cos()) - 2e3 * (y[1] + t.sin()) - t.cos();
-        };
-        let (mut radau, mut y, mut next) = (Radau::with(1, false), vec![1.0 + 1e-3, 0.0], vec![0.0; 2]);
-        let h = 0.1;
-        for step in 0..20 {
-            let (by_q, by_v) = radau.jacobian_mut();
-            (by_q[0], by_v[0]) = (-1e6, -2e3);
-            assert!(radau.factor(h));
-            let time = f64::from(step) * h;
-            radau.begin(&mut f, time, &y);
-            radau.guess_nothing();
-            // The problem is linear: the second iteration has nothing left to do.
-            let newton = radau.solve(&mut f, (time, &y, h), &[1.0; 2], [1e-9, 0.0]);
-            assert!(matches!(newton, Newton::Converged { iterations: 1 | 2, .. }), "{newton:?}");
-            radau.end(&y, &mut next);
-            std::mem::swap(&mut y, &mut next);
-        }
-        assert!((y[0] - 2.0_f64.cos()).abs() < 1e-7, "{y:?}");
-        assert!((y[1] + 2.0_f64.sin()).abs() < 1e-4, "{y:?}");
-    }
-
-    #[test]
-    fn a_step_that_is_no_number_fails() {
-        let mut f = |_: f64, _: &[f64], d: &mut [f64]| d.fill(f64::NAN);
-        let mut radau = Radau::with(1, false);
-        radau.jacobian_mut();
-        assert!(radau.factor(0.1));
-        let newton = radau.solve(&mut f, (0.0, &[0.0, 0.0], 0.1), &[1.0; 2], [1e-9, 0.0]);
-        assert_eq!(newton, Newton::Failed { shorter: 0.5 });
-    }
 }

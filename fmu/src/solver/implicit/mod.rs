@@ -3,9 +3,10 @@
 //! Step sizes follow the predictive controller of Gustafsson (1994) and the rules of the authors' program `radau5.f`. A Jacobian serves as long as
 //! Newton's iterations converge fast; where it was evaluated is remembered, so that a run continued from a saved state finds the same bits.
 
+mod control;
+mod memory;
 mod passage;
-
-use serde::{Deserialize, Serialize};
+mod watch;
 
 use super::abreast::Abreast;
 use super::accelerations::finite;
@@ -14,47 +15,23 @@ use super::dependence::singular_ahead;
 use super::dynamic::{Horizon, motion, underflow};
 use super::length::{STRETCH, shortest, within};
 use super::radau::{DENSE_ORDER, Newton, Radau, evaluate};
-use super::singular::is_jump;
 use super::{Context, Engine, Failure};
-use crate::math;
 use crate::model::Model;
+use control::{SAFETY, SHRINK, fourth_root};
 use passage::Survey;
 
-/// The error estimate is of order 3, the step of order 5: so much of tolerance^(4/5) makes the error of the motion follow the tolerance.
-const SHARE_OF_TOLERANCE: f64 = 0.03;
-/// Rounding is larger than an error below this.
-const FINEST: f64 = 1e-13;
+pub(super) use memory::Memory;
+
 /// Newton's iterations end at this share of the root of what an error estimate may be: a step is better than its error estimate by as much.
 const NEWTON_SHARE: f64 = 0.1;
-/// Some units of rounding.
-const ROUNDING: f64 = 4.0 * f64::EPSILON;
-/// Steps of the power method.
-const POWERS: usize = 3;
-/// Safety factor of the step size.
-const SAFETY: f64 = 0.9;
-/// Limits on the change of the step size.
-const SHRINK: f64 = 0.2;
-const GROW: f64 = 8.0;
-/// A step that would grow by less keeps its length, and its factors.
-const KEEP: f64 = 1.2;
 /// A contraction of Newton's iterations for which the Jacobian is kept.
 const FRESH_ENOUGH: f64 = 1e-3;
-/// A contraction that a longer step must not come near: steps that Newton's iterations limit grow by no more than leads there.
-const SLOWEST: f64 = 0.15;
 /// Where in a step the Jacobian is evaluated, if the motion before says what is there.
 const MIDDLE: f64 = 0.6;
 /// A first step is rejected by this factor.
 const FIRST_REJECTED: f64 = 0.1;
-/// Iterations for which the safety factor is meant.
-const ITERATIONS: f64 = 7.0;
-/// Smallest error that counts.
-const SMALLEST_ERROR: f64 = 1e-10;
 /// Smallest error that the controller remembers.
 const REMEMBERED: f64 = 1e-2;
-/// Longest first step [s].
-const LONGEST_START: f64 = 1.0;
-/// A loop equation that is closer to the others by this factor than it has been may be about to depend on them.
-const CLOSE: f64 = 100.0;
 /// Near a singular pose the loops are closed this well.
 const TIGHT: f64 = 1e-10;
 /// So often a step is taken again because of a singular pose before it is made shorter.
@@ -90,22 +67,6 @@ pub struct Implicit {
     share: [f64; 2],
 }
 
-/// What the method knows from the steps before.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Memory {
-    /// Time, q and v at which the Jacobian was evaluated.
-    anchor: Vec<f64>,
-    /// Is there one?
-    anchored: bool,
-    /// Does the dense output end at the front, with the same signals?
-    smooth: bool,
-    /// Contraction of the last Newton iterations.
-    contraction: f64,
-    /// Length and error of the last step; length 0 if there was none.
-    step: f64,
-    error: f64,
-}
-
 /// What came of a trial.
 enum Trial {
     /// With a singular pose so far after the end (0 for none).
@@ -118,39 +79,6 @@ enum Trial {
     Unsteady,
     /// Branches only come close to each other in the step.
     Avoided,
-}
-
-impl Memory {
-    pub fn new(model: &Model) -> Self {
-        let anchor = vec![0.0; 1 + 2 * model.coordinates()];
-        Self { anchor, anchored: false, smooth: false, contraction: 0.0, step: 0.0, error: 0.0 }
-    }
-
-    /// The motion goes on differently from here.
-    pub fn forget(&mut self) {
-        self.anchored = false;
-        self.smooth = false;
-        self.step = 0.0;
-    }
-
-    pub fn copy_from(&mut self, other: &Self) {
-        let Self { anchor, anchored, smooth, contraction, step, error } = other;
-        self.anchor.clone_from(anchor);
-        (self.anchored, self.smooth) = (*anchored, *smooth);
-        (self.contraction, self.step, self.error) = (*contraction, *step, *error);
-    }
-
-    pub fn belongs_to(&self, model: &Model) -> bool {
-        self.anchor.len() == 1 + 2 * model.coordinates()
-            && self.anchor.iter().all(|value| value.is_finite())
-            && self.step >= 0.0
-            && [self.contraction, self.step, self.error].into_iter().all(f64::is_finite)
-    }
-
-    /// Is the dense output that of an implicit step which ends at the front?
-    pub fn is_last(&self) -> bool {
-        self.smooth
-    }
 }
 
 impl Implicit {
@@ -199,45 +127,6 @@ impl Implicit {
     /// Has each stage of a step its own Jacobian?
     pub fn has_each(&self) -> bool {
         self.radau.has_each()
-    }
-
-    /// What the error estimate of one step may be.
-    fn share(&mut self, tolerance: f64) -> f64 {
-        if self.share[0] != tolerance {
-            self.share = [tolerance, share(tolerance)];
-        }
-        self.share[1]
-    }
-
-    /// How fast anything can change at most, judging by the last Jacobian \[1/s\].
-    pub fn rate(&self, model: &Model) -> f64 {
-        self.radau.rate(|index| model.program().coordinates[index].scale)
-    }
-
-    /// About how fast anything can change at the front \[1/s\]: a few steps of the power method with the derivatives by q, and by v. The front's
-    /// signals must have been loaded before.
-    pub fn fastest_rate(&mut self, context: &mut Context, run: &Continuation) -> f64 {
-        let Context { model, machine, .. } = context;
-        let n = model.coordinates();
-        machine.load_signals(model, &run.origin, run.front_time);
-        machine.load_motion(model, &run.front);
-        let scale = |index: usize| model.program().coordinates[index].scale;
-        let mut norm = |first: usize| {
-            let mut size = 0.0;
-            (0..n).for_each(|index| self.column[index] = scale(index) / (1.0 + index as f64));
-            for _ in 0..POWERS {
-                let largest =
-                    (0..n).fold(0.0, |largest, index| math::maximum(largest, self.column[index].abs() / scale(index)));
-                let direction = self.tangents[first..][..n].iter_mut().zip(&self.column);
-                direction.for_each(|(place, value)| *place = if largest > 0.0 { value / largest } else { 0.0 });
-                machine.differentiate(&model.program().tapes.acceleration, &mut self.tangents, &mut self.column);
-                size = (0..n).fold(0.0, |size, index| math::maximum(size, self.column[index].abs() / scale(index)));
-            }
-            self.tangents[first..][..n].fill(0.0);
-            size
-        };
-        let (by_q, by_v) = (norm(model.layout().positions()), norm(model.layout().rates()));
-        by_q.sqrt().max(by_v)
     }
 
     /// (q, v) at the target, from the front or from the dense output; says whether it was interpolated.
@@ -378,18 +267,6 @@ impl Implicit {
         Ok(())
     }
 
-    /// A step in which a motion that changes as fast as this one, and no faster, is wrong by less than the tolerance.
-    fn first_step(&self, context: &Context, front: &[f64]) -> f64 {
-        let n = front.len() / 2;
-        let mut frequency = 1.0 / LONGEST_START;
-        for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
-            let acceleration = self.radau.first()[n + index].abs() / coordinate.scale;
-            frequency = math::maximum(frequency, front[n + index].abs() / coordinate.scale);
-            frequency = math::maximum(frequency, acceleration.sqrt());
-        }
-        fourth_root(share(context.settings.tolerance)) / frequency
-    }
-
     /// Makes a place within the next step, as the motion before promises it, that of the Jacobian: it serves all nodes alike.
     fn anchor_ahead(&mut self, context: &mut Context, run: &mut Continuation) {
         let before = run.front_time - run.dense_from;
@@ -497,35 +374,6 @@ impl Implicit {
         regular
     }
 
-    /// Is a loop equation at the front much closer to the others than it has been?
-    fn is_close(&self, run: &mut Continuation) -> bool {
-        let rows = run.smallest.iter_mut().zip(&self.front);
-        rows.fold(false, |close, (smallest, front)| {
-            *smallest = math::minimum(*front, *smallest);
-            close || *front > CLOSE * CLOSE * *smallest
-        })
-    }
-
-    /// Does no loop equation come so much closer to the others within the step, or go so much further from them, that there could be a singular pose in
-    /// it?
-    fn is_steady(&self, model: &Model) -> bool {
-        let rows = model.program().tapes.closeness.iter().zip(&self.front);
-        rows.into_iter().all(|(&register, front)| {
-            let stages = self.abreast.registers()[register as usize].map(f64::abs);
-            let values = [*front, stages[0], stages[1], stages[2]];
-            let largest = values.into_iter().fold(0.0, math::maximum);
-            !is_jump(values.into_iter().fold(f64::INFINITY, math::minimum), largest)
-        })
-    }
-
-    /// What rounding makes of the stages, in units of the tolerances: rates are differences of positions over the step.
-    fn noise(&self, front: &[f64], h: f64) -> f64 {
-        let n = front.len() / 2;
-        let rates = front[..n].iter().zip(&self.tolerances[n..]);
-        let largest = rates.fold(0.0, |largest: f64, (q, tolerance)| largest.max((1.0 + q.abs()) / tolerance));
-        ROUNDING * largest / h
-    }
-
     /// A first guess of the stages.
     fn guess(&mut self, run: &Continuation, h: f64) {
         let before = run.front_time - run.dense_from;
@@ -569,42 +417,9 @@ impl Implicit {
         (memory.contraction, memory.smooth) = (contraction, true);
         self.known = false;
     }
-
-    /// The natural length of the next step.
-    fn propose(&self, memory: &Memory, h: f64, error: f64, [iterations, contraction]: [f64; 2], rejected: bool) -> f64 {
-        let error = error.max(SMALLEST_ERROR);
-        let safety = SAFETY * f64::min(1.0, (1.0 + 2.0 * ITERATIONS) / (iterations + 2.0 * ITERATIONS));
-        let mut factor = safety / fourth_root(error);
-        if memory.step > 0.0 {
-            let predicted = SAFETY * (memory.step.recip() * h) * fourth_root(memory.error / (error * error));
-            factor = factor.min(predicted);
-        }
-        let most = if rejected { 1.0 } else { (SLOWEST / contraction).sqrt().clamp(1.0, GROW) };
-        let factor = factor.clamp(SHRINK, most);
-        if (1.0..=KEEP).contains(&factor) { h } else { factor * h }
-    }
-
-    /// Absolute tolerances of q and v for one step. Rates count relative to themselves, but not below one scale a second, or a step if it is
-    /// longer.
-    fn tolerate(&mut self, context: &Context, front: &[f64], h: f64, share: f64) {
-        let n = context.model.coordinates();
-        for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
-            self.tolerances[index] = share * coordinate.scale;
-            self.tolerances[n + index] = share * (coordinate.scale / h.max(1.0)).max(front[n + index].abs());
-        }
-    }
 }
 
 /// q'' of the dense output.
 fn second_derivative(dense: &[f64], n: usize, index: usize, dt: f64) -> f64 {
     (2..=DENSE_ORDER).rev().fold(0.0, |sum, k| sum * dt + (k * (k - 1)) as f64 * dense[k * n + index])
-}
-
-fn fourth_root(value: f64) -> f64 {
-    value.sqrt().sqrt()
-}
-
-/// What the error estimate of one step may be.
-fn share(tolerance: f64) -> f64 {
-    (SHARE_OF_TOLERANCE * libm::pow(tolerance, 0.8)).max(FINEST)
 }

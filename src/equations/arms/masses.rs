@@ -1,0 +1,88 @@
+//! The frames that turn, their inertia, and the masses between arms.
+
+use std::collections::BTreeMap;
+
+use super::linear::{conjugate_product, linear};
+use super::{Arm, ArmEquations, Arms, Equations, Factor, Reason, Turning};
+use crate::element::Origin;
+use crate::equations::dynamics::{inertia, mass};
+use crate::expr::Expr;
+use crate::mechanism::BodyId;
+
+impl Equations<'_> {
+    pub(super) fn turning(&mut self) -> Result<Vec<Turning>, Reason> {
+        let frames: Vec<_> = self.kinematics.frames.iter().skip(1).map(|(id, f)| (id, f.angle, f.unit)).collect();
+        let mut turning = Vec::new();
+        for (frame, angle, unit) in frames {
+            let mut terms = Vec::new();
+            linear(&mut self.system.arena, angle, Expr::ONE, &mut terms)?;
+            let mut part =
+                Turning { frame, coordinates: BTreeMap::new(), signal: Expr::ZERO, inertia: Expr::ZERO, unit };
+            for (factor, coefficient) in terms {
+                match (factor, self.system.arena.as_constant(coefficient)) {
+                    (Factor::Displacement(index), Some(sign)) => {
+                        part.coordinates.insert(index, sign);
+                    }
+                    (Factor::Signal(signal), _) => {
+                        let arena = &mut self.system.arena;
+                        let term = arena.multiply(coefficient, signal);
+                        part.signal = arena.add(part.signal, term);
+                    }
+                    // The constant part of a function of time.
+                    (Factor::One, _) => part.signal = self.system.arena.add(part.signal, coefficient),
+                    (Factor::Displacement(_), None) => return Err("an angle is scaled by a parameter".into()),
+                }
+            }
+            turning.push(part);
+        }
+        Ok(turning)
+    }
+
+    /// Inertia of frames, and masses between arms.
+    pub(super) fn masses(&mut self, arms: &mut ArmEquations) -> Result<(), Reason> {
+        for index in 0..self.system.mechanism.bodies.len() {
+            let body = BodyId(index);
+            let element = self.system.elements.iter().find(|element| element.origin == Origin::Body(body));
+            let Some((translation, rotation)) =
+                element.map(|e| (e.translation.as_ref().map(|t| t.ends), e.rotation.as_ref().map(|r| r.ends)))
+            else {
+                continue;
+            };
+            if let Some(ends) = rotation {
+                let (frame, _) = self.kinematics.placement(ends[1]);
+                if let Some(turning) = arms.frames.iter_mut().find(|turning| turning.frame == frame) {
+                    let inertia = inertia(&mut self.system, body);
+                    turning.inertia = self.system.arena.add(turning.inertia, inertia);
+                }
+            }
+            if let Some(ends) = translation {
+                let centre = self.kinematics.node(&mut self.system.arena, ends[1]).position.clone();
+                let centre = self.decompose(&centre)?;
+                self.mass(body, &centre, arms);
+            }
+        }
+        Ok(())
+    }
+
+    fn mass(&mut self, body: BodyId, centre: &Arms, arms: &mut ArmEquations) {
+        let moving: Vec<(Arm, [Expr; 2])> =
+            centre.iter().filter(|(arm, _)| !arm.is_constant()).map(|(a, z)| (*a, *z)).collect();
+        if moving.is_empty() {
+            return;
+        }
+        let mass = mass(&mut self.system, body);
+        let arena = &mut self.system.arena;
+        for &(k, z) in &moving {
+            for &(l, y) in &moving {
+                let product = conjugate_product(arena, z, y).map(|part| arena.multiply(mass, part));
+                match arms.frames.iter_mut().find(|turning| k == l && k == Arm::of(turning.frame)) {
+                    Some(turning) => turning.inertia = arena.add(turning.inertia, product[0]),
+                    None => {
+                        let entry = arms.coupling.entry((k, l)).or_insert([Expr::ZERO; 2]);
+                        *entry = [arena.add(entry[0], product[0]), arena.add(entry[1], product[1])];
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Angles of the bodies, and the frames that turn with them.
+
+use std::collections::BTreeMap;
+
+use super::terminal::angle_of;
+use super::{FirstCoordinate, ScalarMotion};
+use crate::element::System;
+use crate::equations::form::Form;
+use crate::equations::vector::{Frame, FrameId, Frames};
+use crate::expr::{Arena, Expr, Node, Symbol};
+use crate::graph::{Rotation, Topology};
+
+pub(super) fn angles(
+    system: &mut System,
+    rotation: &Topology<Rotation>,
+    coordinates: &FirstCoordinate,
+) -> Vec<ScalarMotion> {
+    let mut angles = vec![ScalarMotion::default(); system.rotation.nodes()];
+    for (node, parent, branch, sign) in rotation.outward() {
+        let across = angle_of(&mut system.arena, &system.elements[branch.0], coordinates.get(&branch).copied());
+        let mut angle = angles[parent.index()].clone();
+        let sign = system.arena.constant(f64::from(sign));
+        angle.accumulate(&mut system.arena, sign, &across);
+        angles[node.index()] = angle;
+    }
+    angles
+}
+
+/// Bodies whose angles differ by a constant share a frame.
+pub(super) fn frames(arena: &mut Arena, angles: &[ScalarMotion]) -> (Frames, Vec<(FrameId, Expr)>) {
+    let mut frames = Frames::default();
+    let mut known: BTreeMap<Vec<(Expr, Expr)>, FrameId> = BTreeMap::from([(Vec::new(), FrameId::WORLD)]);
+    let mut placement = Vec::new();
+    for angle in angles {
+        let mut moving = Form::default();
+        let mut offset = Expr::ZERO;
+        for (key, &coefficient) in angle.position.terms() {
+            if is_constant(arena, key) {
+                let term = arena.multiply(key, coefficient);
+                offset = arena.add(offset, term);
+            } else {
+                moving.add_term(arena, key, &coefficient);
+            }
+        }
+        let key: Vec<(Expr, Expr)> = moving.terms().map(|(k, &c)| (k, c)).collect();
+        let frame = known.entry(key).or_insert_with(|| {
+            let total = moving.total(arena);
+            let unit = [arena.cos(total), arena.sin(total)];
+            let omega = angle.velocity.total(arena);
+            let (rate, acceleration) = (angle.velocity.clone(), angle.acceleration.clone());
+            frames.push(Frame { unit, rate, acceleration, omega, angle: total })
+        });
+        placement.push((*frame, offset));
+    }
+    (frames, placement)
+}
+
+/// Does an expression depend on nothing but parameters?
+pub fn is_constant(arena: &Arena, expr: Expr) -> bool {
+    match arena.node(expr) {
+        Node::Constant(_) => true,
+        Node::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
+        _ => arena.symbols([expr]).iter().all(|symbol| matches!(symbol, Symbol::Parameter(_))),
+    }
+}

@@ -1,0 +1,73 @@
+//! The motion of a point and of a scalar, with derivatives as linear forms.
+
+use crate::element::Signal;
+use crate::equations::form::{Coefficient, Form};
+use crate::equations::vector::Vector;
+use crate::expr::{Arena, Expr, Order, Symbol};
+
+/// Position, velocity and acceleration of a point, or across an element.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// r
+    pub position: Vector,
+    /// v, linear in the rates.
+    pub velocity: Form<Vector>,
+    /// a, linear in the accelerations.
+    pub acceleration: Form<Vector>,
+}
+
+impl Motion {
+    /// self += factor x other
+    pub fn accumulate(&mut self, arena: &mut Arena, factor: Expr, other: &Motion) {
+        let position = other.position.scaled(arena, factor);
+        self.position.accumulate(arena, &position);
+        self.velocity.accumulate(arena, factor, &other.velocity);
+        self.acceleration.accumulate(arena, factor, &other.acceleration);
+    }
+
+    /// to - from
+    pub fn between(arena: &mut Arena, from: &Motion, to: &Motion) -> Motion {
+        let mut motion = to.clone();
+        let minus = arena.constant(-1.0);
+        motion.accumulate(arena, minus, from);
+        motion
+    }
+}
+
+/// An angle or a displacement along an axis, with its derivatives as linear forms.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ScalarMotion {
+    /// Value.
+    pub position: Form<Expr>,
+    /// Linear in the rates.
+    pub velocity: Form<Expr>,
+    /// Linear in the accelerations.
+    pub acceleration: Form<Expr>,
+}
+
+impl ScalarMotion {
+    pub(super) fn constant(arena: &mut Arena, value: Expr) -> Self {
+        ScalarMotion { position: Form::term(arena, Expr::ONE, &value), ..Default::default() }
+    }
+
+    pub(super) fn coordinate(arena: &mut Arena, index: usize) -> Self {
+        let [q, v, a] = [Order::Position, Order::Velocity, Order::Acceleration].map(|order| {
+            let symbol = arena.symbol(Symbol::Coordinate(index, order));
+            Form::term(arena, symbol, &Expr::ONE)
+        });
+        ScalarMotion { position: q, velocity: v, acceleration: a }
+    }
+
+    pub(super) fn signal(arena: &mut Arena, signal: Signal) -> Self {
+        let [position, velocity, acceleration] =
+            [signal.value, signal.rate, signal.acceleration].map(|value| Form::term(arena, value, &Expr::ONE));
+        ScalarMotion { position, velocity, acceleration }
+    }
+
+    /// self += factor x other
+    pub fn accumulate(&mut self, arena: &mut Arena, factor: Expr, other: &ScalarMotion) {
+        self.position.accumulate(arena, factor, &other.position);
+        self.velocity.accumulate(arena, factor, &other.velocity);
+        self.acceleration.accumulate(arena, factor, &other.acceleration);
+    }
+}

@@ -1,0 +1,82 @@
+//! The tree of steps from node to node, and the paths through it.
+
+use super::{Kinematics, Motion};
+use crate::equations::vector::FrameId;
+use crate::expr::{Arena, Expr};
+use crate::graph::TNode;
+
+/// Paths with more turning frames and displacements are not summed by frames anew for each of their nodes.
+pub(super) const DEEP: usize = 30;
+
+/// The branch between a node and the one before it. Sums along paths are made where they are needed: of a deep tree only
+/// few are.
+#[derive(Clone, Debug)]
+pub(super) struct Step {
+    pub(super) parent: TNode,
+    /// Branches between the node and the datum.
+    pub(super) depth: usize,
+    /// Displacements on the path from the datum.
+    pub(super) slides: usize,
+    /// How often the path from the datum changes to another turning frame, and the frame it comes in.
+    pub(super) angles: usize,
+    pub(super) frame: FrameId,
+    /// Motion of the node relative to the one before it.
+    pub(super) across: Motion,
+}
+
+impl Kinematics {
+    fn depth(&self, node: TNode) -> usize {
+        self.steps[node.index()].as_ref().map_or(0, |step| step.depth)
+    }
+
+    /// Motion of a node relative to one that its path to the datum passes.
+    pub(super) fn relative(&self, arena: &mut Arena, base: TNode, node: TNode) -> Motion {
+        let mut motion = Motion::default();
+        for across in self.path(base, node) {
+            motion.accumulate(arena, Expr::ONE, across);
+        }
+        motion
+    }
+
+    /// Across variables of the branches on the way to a node from one that its path to the datum passes.
+    pub(super) fn path(&self, base: TNode, node: TNode) -> impl Iterator<Item = &Motion> {
+        let mut path = Vec::new();
+        let mut at = node;
+        while let (true, Some(step)) = (at != base, &self.steps[at.index()]) {
+            path.push(&step.across);
+            at = step.parent;
+        }
+        path.into_iter().rev()
+    }
+
+    /// Does a path lead from the datum to a node through so many frames that sums along it must be shared?
+    pub fn is_deep(&self, node: TNode) -> bool {
+        self.moving(node) > DEEP
+    }
+
+    /// How many turning frames and displacements lie on the path from the datum to a node.
+    pub fn moving(&self, node: TNode) -> usize {
+        self.steps[node.index()].as_ref().map_or(0, |step| step.angles + step.slides)
+    }
+
+    /// How many turning frames lie on the path between two nodes.
+    pub fn angles_between(&self, ends: [TNode; 2]) -> usize {
+        let angles = |node: TNode| self.steps[node.index()].as_ref().map_or(0, |step| step.angles);
+        angles(ends[0]) + angles(ends[1]) - 2 * angles(self.meeting(ends))
+    }
+
+    /// Where the paths of two nodes to the datum meet.
+    pub(super) fn meeting(&self, [mut a, mut b]: [TNode; 2]) -> TNode {
+        if a == TNode::DATUM || b == TNode::DATUM {
+            return TNode::DATUM;
+        }
+        while a != b {
+            let deeper = if self.depth(a) >= self.depth(b) { &mut a } else { &mut b };
+            match &self.steps[deeper.index()] {
+                Some(step) => *deeper = step.parent,
+                None => return TNode::DATUM,
+            }
+        }
+        a
+    }
+}

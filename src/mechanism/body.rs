@@ -1,0 +1,55 @@
+//! Points and the bodies that carry them.
+
+use super::{BodyId, Formula};
+use crate::scene::Span;
+
+/// A point with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// The user's name within its body.
+    pub name: String,
+    /// Position relative to the body's mass centre in the body's axes; relative to the origin for the ground.
+    pub at: [Formula; 2],
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// A rigid body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// The user's name.
+    pub name: String,
+    /// Mass \[kg\]; a kinematic scene needs none.
+    pub mass: Option<Formula>,
+    /// Inertia about the mass centre [kg.m2]; a body that cannot turn needs none.
+    pub inertia: Option<Formula>,
+    /// Does gravity leave it alone?
+    pub weightless: bool,
+    /// Its points.
+    pub points: Vec<Point>,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// A point that an element uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Place {
+    /// The origin of the ground (`ground`).
+    Origin,
+    /// Index into `Mechanism::ground` (`ground.bearing`).
+    Ground(usize),
+    /// A body's mass centre (`rod`).
+    Centre(BodyId),
+    /// Index into the body's points (`rod.big_end`).
+    Point(BodyId, usize),
+}
+
+impl Place {
+    /// The body that the point is fixed to, if not the ground.
+    pub fn body(self) -> Option<BodyId> {
+        match self {
+            Place::Origin | Place::Ground(_) => None,
+            Place::Centre(body) | Place::Point(body, _) => Some(body),
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! The scene with every name resolved, every unit converted and every expression parsed: what the equations are built from.
+//!
+//! Numbers are SI; points are relative to the mass centre of their body. A [`Mechanism`] has no faults left that can be
+//! found without formulating equations.
+
+mod body;
+mod driver;
+mod formula;
+mod joint;
+mod load;
+mod settings;
+mod unit;
+mod variable;
+
+pub use body::{Body, Place, Point};
+pub use driver::{Driver, DriverKind, Motion};
+pub use formula::{BinaryOperator, Comparison, Formula, Function};
+pub use joint::{Friction, Joint, JointKind};
+pub use load::{Load, LoadKind, Side, SpringLaw};
+pub use settings::{Coordinates, Experiment, Method, Solver};
+pub use unit::{DisplayUnit, Input, Parameter, Unit};
+pub use variable::{Owner, Quantity, Variable};
+
+use crate::scene::Span;
+
+/// Declares an index type: `BodyId(3)` indexes `Mechanism::bodies`.
+macro_rules! index {
+    ($($(#[$doc:meta])* $name:ident),* $(,)?) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub usize);
+    )*};
+}
+
+index! {
+    /// Index of a parameter.
+    ParameterId,
+    /// Index of an input.
+    InputId,
+    /// Index of a body.
+    BodyId,
+    /// Index of a joint.
+    JointId,
+    /// Index of a driver.
+    DriverId,
+    /// Index of a load.
+    LoadId,
+}
+
+/// A resolved scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mechanism {
+    /// The scene's name.
+    pub name: String,
+    /// One line about it; may be empty.
+    pub description: String,
+    /// Plane or line.
+    pub dimension: Dimension,
+    /// Acceleration of gravity [m/s2]; constants and parameters only.
+    pub gravity: [Formula; 2],
+    /// Become FMU parameters.
+    pub parameters: Vec<Parameter>,
+    /// Become FMU inputs.
+    pub inputs: Vec<Input>,
+    /// Points of the ground.
+    pub ground: Vec<Point>,
+    /// Rigid bodies.
+    pub bodies: Vec<Body>,
+    /// Joints.
+    pub joints: Vec<Joint>,
+    /// Prescribed motions.
+    pub drivers: Vec<Driver>,
+    /// Forces, torques, springs, actuators.
+    pub loads: Vec<Load>,
+    /// Known and guessed initial values.
+    pub initial: Vec<Initial>,
+    /// What is reported.
+    pub outputs: Vec<Output>,
+    /// Default experiment.
+    pub experiment: Experiment,
+    /// Solver settings.
+    pub solver: Solver,
+    /// Choice of trees.
+    pub coordinates: Coordinates,
+}
+
+impl Mechanism {
+    /// What each joint holds.
+    pub fn joint_reactions(&self) -> Vec<Variable> {
+        let reactions = |(index, joint): (usize, &Joint)| {
+            let owner = Owner::Joint(JointId(index));
+            joint.kind.reactions(self.dimension).iter().map(move |&quantity| Variable { owner, quantity })
+        };
+        self.joints.iter().enumerate().flat_map(reactions).collect()
+    }
+
+    /// What each driver must exert.
+    pub fn driver_efforts(&self) -> Vec<Variable> {
+        let efforts = |(index, driver): (usize, &Driver)| {
+            let owner = Owner::Driver(DriverId(index));
+            driver.kind.efforts(self.dimension).iter().map(move |&quantity| Variable { owner, quantity })
+        };
+        self.drivers.iter().enumerate().flat_map(efforts).collect()
+    }
+}
+
+/// How many directions there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dimension {
+    /// Masses on a line: x only, no rotation.
+    One,
+    /// The plane.
+    Two,
+}
+
+/// A line of `[initial]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Initial {
+    /// A position or velocity of a body, a revolute or a prismatic joint (or a spring's length in one dimension).
+    pub variable: Variable,
+    /// Its value; constants and parameters only.
+    pub value: Formula,
+    /// The unit that it is written in, if not SI.
+    pub display: Option<DisplayUnit>,
+    /// Known, or a guess?
+    pub known: bool,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// A reported value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// The name of the variable, or the user's key for an expression.
+    pub name: String,
+    /// One line.
+    pub description: String,
+    /// Its unit; the empty unit if it is not known.
+    pub unit: Unit,
+    /// Its value: any variable of the naming table may occur.
+    pub value: Formula,
+    /// Where it stands in the file.
+    pub span: Span,
+}

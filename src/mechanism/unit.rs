@@ -1,0 +1,90 @@
+//! Units, and the parameters and inputs that have them.
+
+use crate::scene::Span;
+
+/// Exponents of kg, m, s and rad, and how the user writes the unit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Unit {
+    /// Exponents of kilogram, metre, second, radian.
+    pub exponents: [i8; 4],
+    /// SI name, such as `N.m`; empty for a pure number.
+    pub si: String,
+    /// The user's unit, such as `mm`, if not the SI name.
+    pub display: Option<DisplayUnit>,
+}
+
+impl Unit {
+    /// s
+    pub fn time() -> Unit {
+        Unit { exponents: [0, 0, 1, 0], si: "s".to_string(), display: None }
+    }
+
+    /// rad
+    pub fn angle() -> Unit {
+        Unit { exponents: [0, 0, 0, 1], si: "rad".to_string(), display: None }
+    }
+
+    /// m
+    pub fn length() -> Unit {
+        Unit { exponents: [0, 1, 0, 0], si: "m".to_string(), display: None }
+    }
+
+    /// This unit divided by the second: rad/s, m/s2.
+    pub fn per_second(&self) -> Unit {
+        let [kg, m, s, rad] = self.exponents;
+        let si = match self.si.strip_suffix("/s") {
+            Some(base) => format!("{base}/s2"),
+            None => format!("{}/s", self.si),
+        };
+        Unit { exponents: [kg, m, s - 1, rad], si, display: None }
+    }
+}
+
+/// A unit that the user wrote: `value in SI = factor * value`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DisplayUnit {
+    /// Its name, such as `mm`, `deg`, `rpm`.
+    pub name: String,
+    /// SI value of one of it.
+    pub factor: f64,
+}
+
+/// A named parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// The user's name.
+    pub name: String,
+    /// One line; may be empty.
+    pub description: String,
+    /// Unit as the user sees it.
+    pub unit: Unit,
+    /// Default value, SI.
+    pub value: f64,
+    /// Smallest permitted value, SI.
+    pub min: Option<f64>,
+    /// Largest permitted value, SI.
+    pub max: Option<f64>,
+    /// May it change after initialisation?
+    pub tunable: bool,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// A named input.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// The user's name.
+    pub name: String,
+    /// One line; may be empty.
+    pub description: String,
+    /// Unit as the user sees it.
+    pub unit: Unit,
+    /// Value until it is set, SI.
+    pub start: f64,
+    /// Smallest permitted value, SI.
+    pub min: Option<f64>,
+    /// Largest permitted value, SI.
+    pub max: Option<f64>,
+    /// Where it stands in the file.
+    pub span: Span,
+}

@@ -1,0 +1,209 @@
+//! Mechanisms through singular poses and other hard cases, each with what must hold of its motion.
+
+mod change_points;
+pub mod four_bar;
+mod jansen;
+pub mod law;
+mod others;
+pub mod random;
+
+use std::collections::BTreeSet;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+use std::time::Instant;
+
+use cotree::pipeline::compile;
+use cotree::scene::Scene;
+use cotree_fmu::instance::Instance;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::Engine;
+
+use change_points::{coupled, equal_slider_crank, loops, redundant, starts};
+use four_bar::{FourBar, nearly_neutral, neutral};
+use jansen::jansen;
+use law::{Angle, Law, Watch};
+use others::{andrews, free_floating, lock_up, lock_up_with_freedom, no_freedom, slider_crank, stiff};
+use random::Random;
+
+/// A scene and what must come out.
+pub struct Case {
+    /// Row of the table.
+    pub family: &'static str,
+    pub scene: Scene,
+    pub stop: f64,
+    pub laws: Vec<Law>,
+    /// Nothing drives or brakes it.
+    pub conservative: bool,
+    /// Part of its error that the scene must say, if it must end with one.
+    pub refusal: Option<&'static str>,
+    pub tolerances: &'static [f64],
+}
+
+/// How a run is asked for results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Points {
+    /// At equal steps.
+    Even(u32),
+    /// At steps of very different lengths.
+    Uneven(u32),
+}
+
+/// What came of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome {
+    Passed(Figures),
+    /// On another branch, or with another energy.
+    Lost(String),
+    Failed(String),
+    Refused(String),
+}
+
+/// What was measured in a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Figures {
+    /// Relative to the largest energy of motion.
+    pub drift: f64,
+    pub residual: f64,
+    pub microseconds: f64,
+    pub steps: u64,
+    pub fallbacks: u64,
+}
+
+pub const ALL_TOLERANCES: [f64; 11] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13];
+
+/// An energy that changes more than this is another motion.
+const OTHER_MOTION: f64 = 0.2;
+
+impl Case {
+    fn new(family: &'static str, scene: Scene, stop: f64, laws: Vec<Law>) -> Self {
+        let scene = scene.stop(stop);
+        Self { family, scene, stop, laws, conservative: true, refusal: None, tolerances: &ALL_TOLERANCES }
+    }
+
+    fn at(mut self, tolerances: &'static [f64]) -> Self {
+        self.tolerances = tolerances;
+        self
+    }
+
+    fn driven(mut self) -> Self {
+        self.conservative = false;
+        self
+    }
+
+    fn refused(mut self, message: &'static str) -> Self {
+        self.refusal = Some(message);
+        self
+    }
+
+    /// The model, or why there is none.
+    pub fn model(&self) -> Result<Arc<Model>, String> {
+        let names = ["energy.total", "energy.kinetic", "constraint.position"].map(String::from);
+        let laws = self.laws.iter().flat_map(Law::variables);
+        let outputs: BTreeSet<String> = names.into_iter().chain(laws).collect();
+        let known = |name: &str| self.scene.outputs.variables.iter().any(|known| known.text == name);
+        let scene =
+            outputs.iter().filter(|name| !known(name)).fold(self.scene.clone(), |scene, name| scene.output(name));
+        let compiled = compile(&scene).map_err(|faults| faults.render(false, 100))?;
+        Ok(Arc::new(Model::new(compiled.program).map_err(|fault| fault.to_string())?))
+    }
+
+    /// Runs it to its end.
+    pub fn run(&self, model: &Arc<Model>, engine: Option<Engine>, tolerance: f64, points: Points) -> Outcome {
+        match self.follow(model, engine, tolerance, points) {
+            Ok(outcome) => outcome,
+            Err(error) if self.refusal.is_some_and(|part| error.contains(part)) => Outcome::Refused(error),
+            Err(error) => Outcome::Failed(error),
+        }
+    }
+
+    fn follow(
+        &self,
+        model: &Arc<Model>,
+        engine: Option<Engine>,
+        tolerance: f64,
+        points: Points,
+    ) -> Result<Outcome, String> {
+        let mut instance = Instance::new(model.clone());
+        instance.setup(0.0, Some(self.stop), Some(tolerance)).map_err(|error| error.to_string())?;
+        if let Some(engine) = engine {
+            instance.set_engine(engine).map_err(|error| error.to_string())?;
+        }
+        let mut figures = Figures::default();
+        instance.initialise().map_err(|error| error.to_string())?;
+        let mut watch = Watch::new(self, &mut instance)?;
+        for time in times(points, self.stop) {
+            let start = Instant::now();
+            instance.step_to(time).map_err(|error| error.to_string())?;
+            figures.microseconds += start.elapsed().as_secs_f64() * 1e6;
+            if let Some(lost) = watch.look(&mut instance)? {
+                return Ok(Outcome::Lost(format!("t = {time:.4}: {lost}")));
+            }
+        }
+        (figures.drift, figures.residual) = (if self.conservative { watch.drift() } else { 0.0 }, watch.residual);
+        (figures.steps, figures.fallbacks) = (instance.statistics().steps, instance.statistics().fallbacks);
+        if self.conservative && figures.drift > OTHER_MOTION {
+            return Ok(Outcome::Lost(format!("the energy changes by {:.1e}", figures.drift)));
+        }
+        match self.refusal {
+            Some(part) => Ok(Outcome::Failed(format!("runs to its end instead of refusing with `{part}`"))),
+            None => Ok(Outcome::Passed(figures)),
+        }
+    }
+}
+
+fn times(points: Points, stop: f64) -> Vec<f64> {
+    match points {
+        Points::Even(count) => (1..=count).map(|k| stop * f64::from(k) / f64::from(count)).collect(),
+        Points::Uneven(count) => {
+            let mut random = Random(u64::from(count));
+            let mut times: Vec<f64> = (1..count).map(|_| stop * random.unit().powf(0.7)).collect();
+            times.push(stop);
+            times.sort_by(f64::total_cmp);
+            times.dedup();
+            times
+        }
+    }
+}
+
+/// The whole set: families with so many members each.
+pub fn cases(members: u64) -> Vec<Case> {
+    let mut cases = Vec::new();
+    let parallelogram = FourBar { omega: 5.0, ..FourBar::new(1.0, 2.0, 1.0, 2.0) };
+    for seed in 0..members {
+        let mut random = Random(1000 + seed);
+        let omega = random.between(2.0, 9.0);
+        let angle = random.between(0.4, 2.6);
+        cases.push(FourBar { omega, angle, ..parallelogram }.case("parallelogram", "parallelogram", 10.0));
+        cases.push(FourBar { omega, angle, ..FourBar::new(0.8, 1.5, 1.5, 0.8) }.case("kite", "kite", 10.0));
+        cases.push(FourBar { omega, angle, ..FourBar::new(1.0, 1.0, 1.0, 1.0) }.case("rhombus", "rhombus", 10.0));
+        cases.push(coupled(seed));
+        cases.push(equal_slider_crank(omega, angle));
+        cases.push(redundant(omega + 3.0));
+        cases.extend(starts(seed));
+    }
+    for seed in 0..3 * members {
+        cases.push(neutral(seed).case("neutral four-bar", &format!("neutral_{seed}"), 8.0));
+    }
+    for (seed, power) in (0..members).flat_map(|seed| (3..=8).map(move |power| (seed, power))) {
+        let bars = nearly_neutral(seed, 10.0_f64.powi(-power));
+        let name = format!("nearly_neutral_{seed}_1e-{power}");
+        cases.push(bars.case("nearly neutral four-bar", &name, 8.0).at(&[1e-6, 1e-7, 1e-8, 1e-9, 1e-10]));
+    }
+    for count in [1, 2, 5, 10, 20, 40, 100] {
+        // The benchmark itself: upright, 1 m/s.
+        cases.push(loops(count, PI / 2.0, 1.0));
+    }
+    for mass in [1e-9, 1e-14, 0.0] {
+        let bars = FourBar { masses: [1.0, mass, 1.0], ..parallelogram };
+        cases.push(bars.case("near-massless coupler", "massless", 10.0));
+    }
+    for masses in [[1.0, 1.0, 1e6], [1.0, 1e-6, 1.0], [1e6, 1.0, 1.0]] {
+        cases.push(FourBar { masses, ..parallelogram }.case("mass ratio 1e6", "ratio", 10.0));
+    }
+    cases.extend([stiff(1e6, 1e2, 1.0), stiff(1e9, 1e3, 0.02), stiff(1e7, 0.0, 1.0)]);
+    cases.push(Case::new("1000 s", slider_crank("long", 20.0), 1000.0, vec![]).at(&[1e-6, 1e-8, 1e-10, 1e-12]));
+    let fast = slider_crank("fast", 10_000.0 * TAU / 60.0);
+    cases.push(Case::new("10 000 rpm for 60 s", fast, 60.0, vec![]).at(&[1e-6, 1e-9, 1e-12]));
+    cases.extend([jansen(), andrews(), no_freedom(), free_floating(), lock_up(), lock_up_with_freedom()]);
+    cases
+}

@@ -1,0 +1,82 @@
+//! Scenes read, compiled and run, where none of it may fail.
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use std::path::Path;
+use std::sync::Arc;
+
+use cotree::mechanism::Mechanism;
+use cotree::pipeline::{Compiled, compile};
+use cotree::scene::{Faults, Scene};
+use cotree_fmu::instance::Instance;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::Engine;
+
+/// What there is, or a panic with the faults as a user sees them.
+pub fn sound<T>(result: Result<T, Faults>) -> T {
+    result.unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)))
+}
+
+/// The text of a file of the repository.
+pub fn file(path: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The scene of a model in `models`.
+pub fn scene_of(model: &str) -> String {
+    file(&format!("models/{model}/scene.toml"))
+}
+
+/// Names of the models in `models`.
+pub fn models() -> Vec<String> {
+    let folders = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("models")).expect("the models");
+    let folders =
+        folders.map(|entry| entry.expect("an entry")).filter(|entry| entry.path().join("scene.toml").is_file());
+    let mut names: Vec<String> = folders.map(|entry| entry.file_name().into_string().expect("a name")).collect();
+    names.sort();
+    assert!(names.len() >= 15, "models are missing: {names:?}");
+    names
+}
+
+/// A scene with its names resolved.
+pub fn mechanism(text: &str) -> Mechanism {
+    sound(Scene::from_toml(text).and_then(|scene| scene.resolve())).mechanism
+}
+
+/// A compiled scene.
+pub fn compiled(text: &str) -> Compiled {
+    sound(Scene::from_toml(text).and_then(|scene| compile(&scene)))
+}
+
+/// A scene as the runtime sees it.
+pub fn model(text: &str) -> Arc<Model> {
+    Arc::new(Model::new(compiled(text).program).expect("a sound program"))
+}
+
+/// A run that has begun, with an engine of its own or the one that the program chooses.
+pub fn started(model: &Arc<Model>, engine: Option<Engine>, stop: f64, tolerance: f64) -> Instance {
+    let mut instance = Instance::new(model.clone());
+    instance.setup(model.program().experiment.start, Some(stop), Some(tolerance)).expect("times");
+    if let Some(engine) = engine {
+        instance.set_engine(engine).expect("not begun");
+    }
+    instance.initialise().expect("consistent");
+    instance
+}
+
+/// The present value of a variable.
+pub fn value(instance: &mut Instance, name: &str) -> f64 {
+    let variable = instance.variable(name).unwrap_or_else(|| panic!("no variable {name}"));
+    instance.get(variable).expect("defined")
+}
+
+/// Coordinates and their rates.
+pub fn motion(instance: &Instance) -> Vec<f64> {
+    let state = instance.state();
+    state.positions().iter().chain(state.rates()).copied().collect()
+}
+
+/// The largest difference of two motions, relative to what is larger than 1.
+pub fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs() / b.abs().max(1.0)).fold(0.0, f64::max)
+}
