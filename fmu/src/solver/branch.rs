@@ -26,14 +26,14 @@ const FAR_APART: f64 = 0.1;
 const FAR: f64 = 4.0;
 /// Longer steps pass a pose in one leap.
 const LEAP: f64 = 0.05;
-/// So few short steps come nowhere.
-const FEW: u32 = 4;
 /// A loop equation this much closer to the others than it has been, by 1 / r^2, may be about to depend on them.
 const CLOSE: f64 = 50.0;
 /// What l (J_q v) w may be of the product of its factors if v and w belong to the same branch.
 const SAME: f64 = 0.01;
 /// Steps of Newton's method to the pose.
-const CORRECTIONS: usize = 4;
+const CORRECTIONS: usize = 8;
+/// It has found the pose where the last step was smaller, in units of the scales.
+const FOUND: f64 = 1e-6;
 /// Directions along which l J changes by less than this share of the most do not matter for where it vanishes.
 const FLAT: f64 = 1e-4;
 /// For derivatives along the rates, in units of the scales.
@@ -44,8 +44,6 @@ const DIFFERENCE: f64 = 1e-5;
 pub(super) struct Trail {
     /// So many are known.
     count: usize,
-    /// Short steps in a row, up to as many as are let go by.
-    short: u32,
     /// Time, q and v, the oldest first.
     states: Vec<f64>,
     /// 1 / r^2 of each loop equation there, where r is how far it is from the others.
@@ -61,7 +59,6 @@ impl Trail {
         let (rows, size) = sizes(model);
         Self {
             count: 0,
-            short: 0,
             states: vec![0.0; if size > 0 { WINDOW * (1 + size) } else { 0 }],
             closeness: vec![0.0; WINDOW * rows],
             smallest: vec![f64::MAX; rows],
@@ -70,12 +67,12 @@ impl Trail {
     }
 
     pub fn start(&mut self) {
-        (self.count, self.short) = (0, 0);
+        self.count = 0;
         self.smallest.fill(f64::MAX);
     }
 
     pub fn copy_from(&mut self, other: &Self) {
-        (self.count, self.short) = (other.count, other.short);
+        self.count = other.count;
         self.states.clone_from(&other.states);
         self.closeness.clone_from(&other.closeness);
         self.smallest.clone_from(&other.smallest);
@@ -83,7 +80,7 @@ impl Trail {
     }
 
     pub fn belongs_to(&self, model: &Model) -> bool {
-        let Self { count, short, states, closeness, smallest, last } = self;
+        let Self { count, states, closeness, smallest, last } = self;
         let expected = Self::new(model);
         let pairs = [
             (states, expected.states),
@@ -92,7 +89,6 @@ impl Trail {
             (last, expected.last),
         ];
         *count <= WINDOW
-            && *short <= FEW
             && pairs
                 .iter()
                 .all(|(all, expected)| all.len() == expected.len() && all.iter().all(|value| value.is_finite()))
@@ -162,11 +158,7 @@ pub(super) fn watch(context: &mut Context, run: &mut Continuation) -> Result<(),
     let leap = progress(model, &run.trail.last, &run.front) > LEAP;
     run.trail.last.copy_from_slice(&run.front);
     if leap {
-        (run.trail.count, run.trail.short) = (0, 0);
-        return Ok(());
-    }
-    if run.trail.short < FEW {
-        run.trail.short += 1;
+        run.trail.count = 0;
         return Ok(());
     }
     let known = run.trail.count;
@@ -256,14 +248,16 @@ fn combined(rows: &[Row], combination: &[f64], columns: usize) -> Vec<f64> {
 /// Do branches cross near a state on one of them, or do they only come close to each other? Newton's method finds the pose where l J vanishes along the
 /// directions in which the other loop equations do not open.
 fn cross(model: &Model, near: &State) -> bool {
-    let mut pose = near.clone();
+    let (mut pose, mut last) = (near.clone(), f64::INFINITY);
     for _ in 0..CORRECTIONS {
         let Some(shift) = to_the_pose(model, &pose) else { return true };
+        last = shift.iter().fold(0.0, |most, shift| math::maximum(most, shift.abs()));
         let coordinates = shift.iter().zip(&model.program().coordinates);
         let places = pose.positions_mut().iter_mut().zip(coordinates);
         places.for_each(|(place, (shift, coordinate))| *place -= shift * coordinate.scale);
     }
-    !Passage::at(model, &pose).is_avoided(0.0)
+    let found = last < FOUND;
+    !found || !Passage::at(model, &pose).is_avoided(0.0)
 }
 
 /// One step of it, in units of the scales.
@@ -299,7 +293,6 @@ mod tests {
     fn the_state_closest_to_a_pose_lies_between_others() {
         let trail = |closeness: [f64; 4]| Trail {
             count: WINDOW,
-            short: FEW,
             states: vec![0.0; 4],
             closeness: closeness.to_vec(),
             smallest: vec![1.0],
