@@ -224,7 +224,7 @@ fn quotient(a: Complex, [c, d]: Complex) -> Complex {
 }
 
 fn distance([a, b]: Complex, [c, d]: Complex) -> f64 {
-    (a - c).hypot(b - d)
+    ((a - c) * (a - c) + (b - d) * (b - d)).sqrt()
 }
 
 #[cfg(test)]

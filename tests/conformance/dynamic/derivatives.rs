@@ -98,33 +98,37 @@ fn outputs_at(slave: &Slave, start: fmi2FMUstate, time: f64, order: i32) -> Resu
 
 pub(super) fn output_derivatives(fmu: &Fmu) {
     const H: f64 = 1e-3;
-    let [fine, coarse] = [1e-12, 1e-11].map(|tolerance| {
+    let runs = [1e-12, 1e-11, 1e-10].map(|tolerance| {
         let slave = fmu.slave();
         assert_eq!([slave.setup(0.0, None, Some(tolerance)), slave.enter(), slave.exit()], [fmi2OK; 3]);
         (slave.save(), slave)
     });
     let at =
         |(start, slave): &(fmi2FMUstate, Slave), time, order| outputs_at(slave, *start, time, order).expect("provided");
+    // What another tolerance changes is not known any better: stiff motion multiplies every error of the state.
+    let unknown = |values: &[Vec<f64>; 3], index: usize| {
+        values[1..].iter().fold(0.0, |most: f64, again| most.max((again[index] - values[0][index]).abs()))
+    };
     let declared = fmu.below("fmiModelDescription/CoSimulation")[0];
     let highest: i32 = attribute(declared, "maxOutputDerivativeOrder").expect("declared").parse().expect("a number");
     for order in 1..=highest {
-        let [exact, exact_again] = [&fine, &coarse].map(|run| at(run, 0.1, order));
-        let [lower, lower_again] = [&fine, &coarse].map(|run| at(run, 0.1, order - 1));
-        let found = difference(|change| at(&fine, 0.1 + change, order - 1), H);
+        let exact = [0, 1, 2].map(|run| at(&runs[run], 0.1, order));
+        let lower = [0, 1, 2].map(|run| at(&runs[run], 0.1, order - 1));
+        let found = difference(|change| at(&runs[0], 0.1 + change, order - 1), H);
         for (index, &output) in fmu.outputs().iter().enumerate() {
-            // What another tolerance changes is not known any better: stiff motion multiplies every error of the state.
-            let unknown = (exact[index] - exact_again[index]).abs() + (lower[index] - lower_again[index]).abs() / H;
-            let limit = 1e-5 * exact[index].abs().max(lower[index].abs()).max(1.0) + 10.0 * unknown;
+            let unknown = unknown(&exact, index) + unknown(&lower, index) / H;
+            let (exact, lower, found) = (exact[0][index], lower[0][index], found[index]);
+            let limit = 1e-5 * exact.abs().max(lower.abs()).max(1.0) + 10.0 * unknown;
             let name = &fmu.variable(output).name;
-            let (exact, found) = (exact[index], found[index]);
             assert!((exact - found).abs() <= limit, "{name}, order {order}: {exact}, by differences {found}");
         }
     }
+    let fine = &runs[0];
     for order in [-1, highest + 1] {
         assert_eq!(outputs_at(&fine.1, fine.0, 0.1, order), Err(fmi2Error));
     }
     let (output, mut value) = (fmu.outputs()[0], 0.0);
     let zero = unsafe { (fmu.library.get_output_derivatives)(fine.1.c, &output, 1, &0, &mut value) };
     assert_eq!(zero, fmi2Error);
-    [fine, coarse].into_iter().for_each(|(state, slave)| slave.free(state));
+    runs.into_iter().for_each(|(state, slave)| slave.free(state));
 }
