@@ -174,7 +174,7 @@ fn series_of_chains_solve_the_equations() {
             assert!(check(&format!("chain of {bars}"), &mut chain, coordinates));
         }
     }
-    let masses = |bar: usize| if bar % 3 == 0 { 1e-2 } else { 1.0 };
+    let masses = |bar: usize| if bar.is_multiple_of(3) { 1e-2 } else { 1.0 };
     assert!(check("chain of light and heavy bars", &mut hanging(20, masses, &[]), Coordinates::Recommended));
     assert!(check("branched chain", &mut hanging(14, |_| 1.0, &[3, 9]), Coordinates::Recommended));
 }
