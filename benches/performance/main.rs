@@ -20,7 +20,7 @@ use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
-use cotree_fmu::program::{Engine, Source};
+use cotree_fmu::program::{Engine, Program, Source};
 
 /// Repetitions of a measurement take so long together, at least [s].
 const LONG_ENOUGH: f64 = 0.05;
@@ -32,10 +32,10 @@ type Failure = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Failure> {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    if let [only, title, runs] = &arguments[..]
+    if let [only, program, runs] = &arguments[..]
         && only == "--only"
     {
-        return repeat(title, runs.parse()?);
+        return repeat(program, runs.parse()?);
     }
     let mut text = heading();
     targets::write(&mut text)?;
@@ -52,11 +52,9 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs one scene so often at a tolerance of 1e-6: what [`instructions`] counts.
-fn repeat(title: &str, runs: u32) -> Result<(), Failure> {
-    let all = scenes::all();
-    let scene = all.iter().find(|(other, _)| *other == title).map(|(_, scene)| scene).ok_or("no such scene")?;
-    let model = model(scene)?;
+/// Runs the program in a file so often at a tolerance of 1e-6: what [`instructions`] counts.
+fn repeat(file: &str, runs: u32) -> Result<(), Failure> {
+    let model = Arc::new(Model::new(Program::from_bytes(&std::fs::read(file)?)?)?);
     for _ in 0..runs {
         started(&model, None, 1e-6)?.step_to(model.program().experiment.stop)?;
     }
@@ -65,15 +63,18 @@ fn repeat(title: &str, runs: u32) -> Result<(), Failure> {
 
 /// Instructions of the processor for one run at 1e-6 with its start, which are not noisy, counted by callgrind on this very program. None without
 /// valgrind.
-fn instructions(title: &str) -> Option<u64> {
+fn instructions(model: &Model) -> Result<Option<u64>, Failure> {
+    let file = tempfile::NamedTempFile::new()?;
+    std::fs::write(&file, model.program().to_bytes()?)?;
     let count = |runs: u32| {
         let mut valgrind = Command::new("valgrind");
         valgrind.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]).arg(std::env::current_exe().ok()?);
-        let output = valgrind.args(["--only", title, &runs.to_string()]).output().ok()?;
+        let output = valgrind.arg("--only").arg(file.path()).arg(runs.to_string()).output().ok()?;
         let said = String::from_utf8_lossy(&output.stderr);
         said.lines().find_map(|line| line.split_once("Collected :")?.1.trim().parse::<u64>().ok())
     };
-    Some(count(6)?.saturating_sub(count(1)?) / 5)
+    let difference = |many: u64, one: u64| many.saturating_sub(one) / 5;
+    Ok(count(6).zip(count(1)).map(|(many, one)| difference(many, one)))
 }
 
 fn heading() -> String {
@@ -158,7 +159,7 @@ fn motions(text: &mut String) -> Result<(), Failure> {
             let seconds = fastest(|| started(&model, None, tolerance), run)?;
             let work = instance.statistics();
             let step = 1e6 * seconds / work.steps.max(1) as f64;
-            let counted = if tolerance == 1e-6 { instructions(title) } else { None };
+            let counted = if tolerance == 1e-6 { instructions(&model)? } else { None };
             let counted = counted.map_or_else(String::new, |count| (count / 1000).to_string());
             writeln!(
                 text,

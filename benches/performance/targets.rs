@@ -54,7 +54,7 @@ Where a target is missed:
 - **S1, S2.** Each order waits for the accelerations of the one before: sums of products, the inverse, the motion of the arms, their forces, one after the other. That latency,
   not the number of instructions, is what an order costs: all orders in one loop with everything fetched before it took 6 % fewer instructions, and the same time. Tried with success: storage in registers for mechanisms of frames only, four numbers at a time, sums in two
   halves whose newest terms come last, how a small pose responds to an order found once a step, orders that grow with the tolerance (16 became 20 at 1e-6), inverses four rows
-  at a time. Tried without: factors in place of the inverse, one function for each number of loops, the response of more than four frames. A step also looks for singular poses,
+  at a time. Tried without: factors in place of the inverse, one function for each number of loops, the response of more than four frames, the forces straight from the moments. A step also looks for singular poses,
   checks its end against the equations there, and keeps its polynomial, which programs by hand do not.
 - **S3.** The matrix is factored by its entries (before, its inverse took fifteen times as long). A third of the time goes to its ten passages through the flat pose, in which
   all forty loops are singular at once: the time of each is found to six digits, which loop equations depend on which is found from one factorisation, and whether the branches really
@@ -62,7 +62,7 @@ Where a target is missed:
 - **S4.** In branch coordinates the mass matrix of a chain is full, but each of its entries is a product of a link and what the other body carries: the forces of an
   order are sums along the chain, and the accelerations follow from factors that are handed on from link to link. Before, every order multiplied twice with the full
   matrix, and every step inverted it. What is left is latency: each link waits for the one before, twice an order.
-- **S6** is met but for the noise of the machine. The same method as by hand, Radau IIA of order 5; but the stiff direction turns within a step, and one Jacobian for all stages made Newton's iterations slow: 5.2
+- **S6** is met. The same method as by hand, Radau IIA of order 5; but the stiff direction turns within a step, and one Jacobian for all stages made Newton's iterations slow: 5.2
   a step, and shorter steps where they did not converge. With a Jacobian at each stage there are 2 to 3, and steps as long as the error permits. The three stages run through the
   interpreter together, four numbers at a time, the derivatives in two passes with them. Left: half of the time is latency of the interpreter, each
   instruction waiting for the one before.
