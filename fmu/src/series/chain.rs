@@ -136,7 +136,8 @@ impl Recursion {
     }
 
     /// Factors the matrix of arms with these derivatives and inertias M_kk. False if it is singular.
-    #[inline(always)]
+    // One number after the other: a copy for AVX2 would gain nothing, and old versions of valgrind do not know all of its moves.
+    #[inline(never)]
     pub fn factor(&mut self, chain: &Chain, [dx, dy]: [&[Lane]; 2], inertia: &[Lane]) -> bool {
         self.load(chain, dx, dy);
         let [cx, cy] = [&self.inward[0], &self.inward[1]].map(|lanes| lanes.as_flattened());
@@ -176,7 +177,7 @@ impl Recursion {
     }
 
     /// The solution for a right-hand side.
-    #[inline(always)]
+    #[inline(never)]
     pub fn solve(&mut self, vector: &[f64], solution: &mut [f64]) {
         let (mut sx, mut sy) = (0.0, 0.0);
         for (joint, value) in self.joints.iter_mut().zip(vector).rev() {
