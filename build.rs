@@ -1,27 +1,38 @@
-//! Finds the runtime's shared library, which cargo has built as a build dependency, and hands it to
-//! `src/export/runtime.rs`: as it is, and compressed better than there would be time for at every export.
+//! Builds the runtime's shared library and hands it to `src/export/runtime.rs`: as it is, and compressed better than
+//! there would be time for at every export.
+//!
+//! The library goes into every exported FMU, so it is always optimised and stripped, whatever the profile of the build
+//! around it and whoever's workspace that is: profiles of dependencies cannot ask for that, hence a cargo of its own.
 
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::process::Command;
 use std::{env, fs};
 
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-/// Names another runtime to embed: needed when cotree itself is cross-compiled, useful for one linked against an old
-/// C library.
+/// Names another runtime to embed: useful for one linked against an old C library.
 const OVERRIDE: &str = "COTREE_RUNTIME";
+/// The package that is nothing but the shared library, and what it is made of.
+const PACKAGE: &str = "tools/runtime";
+const SOURCES: [&str; 4] = ["fmu/Cargo.toml", "fmu/build.rs", "fmu/src", PACKAGE];
+/// How it is built.
+const PROFILE: [&str; 5] = ["opt-level=3", "codegen-units=1", "debug=false", "strip=\"symbols\"", "panic=\"unwind\""];
+/// What the cargo around this one sets for its own compiler calls.
+const OUTER: [&str; 5] =
+    ["RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "RUSTC_WORKSPACE_WRAPPER", "CLIPPY_ARGS", "CARGO_BUILD_TARGET"];
+/// The highest level of zlib.
+const LEVEL: i64 = 9;
 
 fn main() -> Result<(), String> {
     println!("cargo::rerun-if-env-changed={OVERRIDE}");
     let out = PathBuf::from(variable("OUT_DIR")?);
     let library = match env::var_os(OVERRIDE) {
         Some(path) => PathBuf::from(path),
-        None => built_by_cargo(&out)?,
+        None => build(&out)?,
     };
-    // The library changes exactly when cargo links it anew.
     println!("cargo::rerun-if-changed={}", library.display());
     let bytes =
         fs::read(&library).map_err(|error| format!("cannot read the runtime {}: {error}", library.display()))?;
@@ -29,58 +40,55 @@ fn main() -> Result<(), String> {
     pack(&bytes, &out.join("runtime.zip")).map_err(|error| format!("cannot pack the runtime: {error}"))
 }
 
+/// Builds the shared library, once for all profiles: beside the folders of the profiles.
+fn build(out: &Path) -> Result<PathBuf, String> {
+    let (root, target) = (PathBuf::from(variable("CARGO_MANIFEST_DIR")?), variable("TARGET")?);
+    let manifest = root.join(PACKAGE).join("Cargo.toml");
+    if !manifest.is_file() {
+        return Err(format!("{} is missing: name the runtime's shared library in {OVERRIDE}", manifest.display()));
+    }
+    SOURCES.iter().for_each(|source| println!("cargo::rerun-if-changed={}", root.join(source).display()));
+    // OUT_DIR is target/[triple/]profile/build/package-hash/out.
+    let folder = out.ancestors().nth(4).ok_or("the output folder has an unknown place")?.join("cotree-runtime");
+    let mut cargo = Command::new(variable("CARGO")?);
+    cargo.args(["build", "--quiet", "--release", "--target", &target]);
+    cargo.arg("--manifest-path").arg(&manifest).arg("--target-dir").arg(&folder);
+    for setting in PROFILE {
+        cargo.args(["--config", &format!("profile.release.{setting}")]);
+    }
+    for name in OUTER {
+        cargo.env_remove(name);
+    }
+    // No path of this machine in what others receive.
+    cargo.env("RUSTFLAGS", format!("--remap-path-prefix={}=cotree", root.display()));
+    let status = cargo.status().map_err(|error| format!("cargo cannot be run for the runtime: {error}"))?;
+    if !status.success() {
+        return Err(format!("the runtime cannot be built ({status}): name its shared library in {OVERRIDE}"));
+    }
+    Ok(folder.join(&target).join("release").join(file_name()?))
+}
+
+/// What a shared library of the package is called on the platform it is built for.
+fn file_name() -> Result<String, String> {
+    let name = match variable("CARGO_CFG_TARGET_OS")?.as_str() {
+        "windows" => "cotree_runtime.dll",
+        "macos" => "libcotree_runtime.dylib",
+        _ => "libcotree_runtime.so",
+    };
+    Ok(name.to_owned())
+}
+
 /// An archive with the library in it, as it will lie in FMUs.
 fn pack(library: &[u8], path: &Path) -> zip::result::ZipResult<()> {
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
+        .compression_level(Some(LEVEL))
         .last_modified_time(DateTime::DEFAULT)
         .unix_permissions(0o755);
     let mut zip = ZipWriter::new(File::create(path)?);
     zip.start_file("runtime", options)?;
     zip.write_all(library)?;
     zip.finish().map(|_| ())
-}
-
-/// The shared library in the folder where cargo keeps the results of the build dependencies.
-fn built_by_cargo(out: &Path) -> Result<PathBuf, String> {
-    let (host, target) = (variable("HOST")?, variable("TARGET")?);
-    if host != target {
-        return Err(format!(
-            "cross-compiling for {target}: build `tools/runtime` for {target} first and name its shared library in \
-             {OVERRIDE}"
-        ));
-    }
-    let folders = dependency_folders(out);
-    newest_runtime(&folders).ok_or_else(|| {
-        format!("no shared library of `cotree-runtime` in {folders:?}; build `tools/runtime` and name it in {OVERRIDE}")
-    })
-}
-
-/// Where cargo puts build dependencies: `deps` beside `build`, or with `--target` in the profile folder one level up.
-fn dependency_folders(out: &Path) -> Vec<PathBuf> {
-    // OUT_DIR is target/[triple/]profile/build/package-hash/out.
-    let Some(profile) = out.ancestors().nth(3) else {
-        return Vec::new();
-    };
-    let host = profile.file_name().and_then(|name| Some(profile.ancestors().nth(2)?.join(name)));
-    [Some(profile.to_path_buf()), host].into_iter().flatten().map(|folder| folder.join("deps")).collect()
-}
-
-/// The newest shared library of the runtime in these folders; a folder that does not exist has none.
-fn newest_runtime(folders: &[PathBuf]) -> Option<PathBuf> {
-    folders
-        .iter()
-        .filter_map(|folder| fs::read_dir(folder).ok())
-        .flat_map(|entries| entries.flatten())
-        .filter(|entry| is_runtime(&entry.file_name().to_string_lossy()))
-        .max_by_key(|entry| entry.metadata().and_then(|data| data.modified()).unwrap_or(SystemTime::UNIX_EPOCH))
-        .map(|entry| entry.path())
-}
-
-/// Is it `libcotree_runtime*.so`, `libcotree_runtime*.dylib` or `cotree_runtime*.dll`?
-fn is_runtime(file: &str) -> bool {
-    let stem = file.strip_prefix("lib").unwrap_or(file);
-    stem.starts_with("cotree_runtime") && [".so", ".dylib", ".dll"].iter().any(|suffix| file.ends_with(suffix))
 }
 
 /// A variable that cargo sets.

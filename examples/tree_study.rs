@@ -8,9 +8,9 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::time::Instant;
 
-use cotree::cheapest::{self, Effort};
-use cotree::element::{Origin, System};
+use cotree::component::{Origin, System};
 use cotree::equations::Equations;
+use cotree::formulate::tree_search::{self, Effort};
 use cotree::formulate::{formulate, formulate_with};
 use cotree::graph::ElementId;
 use cotree::lower::{Cost, MotionSystem, Pose, kernel_cost};
@@ -96,7 +96,7 @@ fn losses(scene: &Scene) -> Option<[f64; 5]> {
     let cheapest_trees = {
         let mut mechanism = mechanism.clone();
         mechanism.coordinates = Coordinates::Cheapest;
-        cheapest::formulate(&mechanism).ok()?.equations.trees
+        tree_search::formulate(&mechanism).ok()?.equations.trees
     };
     let cheapest = cost(&system, &cheapest_trees)?;
     let known = costs.iter().copied().flatten().fold(cheapest, f64::min);

@@ -4,16 +4,17 @@
 use std::fs;
 
 /// Where the stored types and their meaning are.
-const DEFINITIONS: [&str; 10] = [
-    "src/program.rs",
+const DEFINITIONS: [&str; 11] = [
+    "src/program/mod.rs",
     "src/tape/mod.rs",
-    "src/series/form.rs",
-    "src/series/switch.rs",
+    "src/tape/operations.rs",
+    "src/taylor/form.rs",
+    "src/events/switch.rs",
     "src/model.rs",
     "src/instance/snapshot.rs",
-    "src/solver/continuation.rs",
-    "src/solver/choice.rs",
-    "src/solver/implicit/memory.rs",
+    "src/integrator/continuation.rs",
+    "src/integrator/stiffness.rs",
+    "src/integrator/implicit/memory.rs",
     "src/fmi2/component.rs",
 ];
 

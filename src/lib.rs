@@ -1,25 +1,13 @@
 //! Planar mechanisms to FMUs, in the branch coordinates of J. J. McPhee, *Mech. Mach. Theory* 33(6), 805-823, 1998.
 //!
-//! Data flows one way; each stage is a plain value that can be printed and compared:
+//! A [`Scene`] is read from a file or built in Rust. [`Scene::simulate`] runs its experiment with the very code that runs in an FMU,
+//! [`Scene::export_fmu`] writes that FMU, [`compile`](compile()) gives what both are made of: the program, the description of its variables, the figures of
+//! the mechanism. Whatever is wrong with a scene is collected and returned at once, as [`Faults`], each with its place and what to do.
 //!
-//! 1. [`scene`]: a scene file or the Rust builder, with every fault at its place; [`mechanism`]: the same with names, units and
-//!    expressions resolved.
-//! 2. [`element`]: each component's row of Table 1; together they form the translational and the rotational [`graph`].
-//! 3. [`tree`]: the spanning trees (Tables 2 and 3, a preset, or the user's), and with them the branch coordinates.
-//! 4. [`equations`]: cutsets and circuits projected, secondary variables eliminated, M, Q, Phi, Phi_q and gamma assembled, over
-//!    the shared expressions of [`expr`].
-//! 5. [`lower`]: elimination in a safe order, tapes, the table of variables: a [`cotree_fmu::program::Program`].
-//! 6. [`export`]: `modelDescription.xml` and the archive around that program and the runtime (package `cotree-fmu`).
-//!
-//! [`pipeline`] joins the stages; [`simulation`] runs the very code that the FMU runs; [`analysis`] finds equilibria, linear systems and
-//! modes; [`mod@bench`] measures; [`mod@print`] and [`report`] show; [`cli`] is the
-//! command line.
-//!
-//! A slider-crank, simulated for its experiment and written as an FMU:
+//! A slider-crank, simulated and written as an FMU:
 //!
 //! ```
-//! use cotree::pipeline::compile;
-//! use cotree::scene::{Body, Scene};
+//! use cotree::{Body, Scene};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let bar = |length: f64| {
@@ -39,22 +27,36 @@
 //!     .guess("rod.angle", "-11 deg")
 //!     .output("cylinder.s")
 //!     .stop("0.5 s");
-//! let compiled = compile(&scene)?;
-//! // Two angles: absolute coordinates would be nine.
-//! assert_eq!(compiled.summary.counts.used.coordinates, 2);
 //!
-//! let mut last = 0.0;
-//! compiled.simulate(|_time, values| {
-//!     last = values[0];
-//!     Ok(())
-//! })?;
-//! assert!(last > 1.0 && last < 2.0);
+//! // Two angles: absolute coordinates would be nine.
+//! let compiled = cotree::compile(&scene)?;
+//! assert_eq!(compiled.program.coordinates.len(), 2);
+//!
+//! let results = scene.simulate()?;
+//! let stroke = results.column("cylinder.s").ok_or("no such variable")?;
+//! assert_eq!(stroke.unit, "m");
+//! assert!(stroke.values.iter().all(|s| (1.0..2.0).contains(s)));
 //!
 //! # let folder = tempfile::tempdir()?;
 //! scene.export_fmu(folder.path().join("slider_crank.fmu"))?;
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! # The way from a scene to an FMU
+//!
+//! Data flows one way; each stage is a plain value that can be printed and compared:
+//!
+//! 1. `scene`: text, units and expressions; `component`: one file for each kind of joint, load and driver, with its row of Table 1;
+//!    `mechanism`: names and values resolved.
+//! 2. `graph`, `tree`: the translational and the rotational linear graph, and their spanning trees (Tables 2 and 3, a preset, or the user's).
+//! 3. `equations`: cutsets and circuits projected, secondary variables eliminated, M, Q, Phi, Phi_q and gamma assembled over the shared
+//!    expressions of `expr`; `formulate` finds trees and the initial pose.
+//! 4. `lower`: elimination in a safe order, tapes, series: a [`cotree_fmu::program::Program`].
+//! 5. `export`: `modelDescription.xml` and the archive around that program and the runtime (package `cotree-fmu`).
+//!
+//! `simulate` runs it, `analysis` finds equilibria, linear systems and modes, `output` shows and measures, `cli` is the command line. These
+//! rooms are public for the command and the tests of this repository; what others may rely on is listed below.
 
 #![cfg_attr(
     not(test),
@@ -67,29 +69,46 @@
     )
 )]
 
+// Public for the command and the tests of this repository.
+#[doc(hidden)]
 pub mod analysis;
-mod assembly;
-pub mod bench;
-pub mod cheapest;
+#[doc(hidden)]
 pub mod cli;
-pub mod element;
+#[doc(hidden)]
+pub mod compile;
+#[doc(hidden)]
+pub mod component;
+#[doc(hidden)]
+pub mod diagnostic;
+#[doc(hidden)]
 pub mod equations;
+#[doc(hidden)]
 pub mod export;
+#[doc(hidden)]
 pub mod expr;
 mod files;
+#[doc(hidden)]
 pub mod formulate;
+#[doc(hidden)]
 pub mod graph;
+#[doc(hidden)]
 pub mod lower;
+#[doc(hidden)]
 pub mod mechanism;
-pub mod pipeline;
-pub mod print;
-pub mod report;
+#[doc(hidden)]
+pub mod output;
+mod resolve;
+#[doc(hidden)]
 pub mod scene;
-pub mod simulation;
-mod size;
-mod start;
-mod translate;
+#[doc(hidden)]
+pub mod simulate;
+#[doc(hidden)]
 pub mod tree;
+
+pub use compile::{Compiled, ExportFailure, Notation, compile, equations};
+pub use diagnostic::{Fault, Faults, Severity};
+pub use scene::{Body, Driver, Joint, Load, Scene};
+pub use simulate::{Column, Results, RunError, SimulateError};
 
 /// The README's Rust code is compiled by the tests.
 #[cfg(doctest)]

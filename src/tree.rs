@@ -6,10 +6,10 @@
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
-use crate::element::{Origin, System};
+use crate::component::{Origin, System};
+use crate::diagnostic::{Fault, Span};
 use crate::graph::{ElementId, LinearGraph, Rotation, Topology, Translation, Tree};
 use crate::mechanism::{BodyId, Coordinates};
-use crate::scene::{Fault, Span};
 
 /// A spanning tree of each graph.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,10 +5,10 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use cotree::compile::{self, Notation};
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::formulate;
-use cotree::pipeline::{self, Notation};
 use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
@@ -35,7 +35,9 @@ fn check(model: &str, folder: &Path) {
     let model = Model::new(formulated.lowered.program.clone()).unwrap();
     let loops: Vec<usize> = formulated.equations.loops().map(|(index, _)| index).collect();
     let sizes = Sizes::new(&model, &formulated.lowered.solved, loops.len());
-    let code = pipeline::equations(&scene, Notation::C).unwrap() + &sizes.driver(&mechanism.name);
+    let code = compile::equations(&scene, Notation::C).unwrap() + &sizes.driver(&mechanism.name);
+    // The C library's power function is another one than ours: both are right to about a unit of the last place.
+    let exact = !code.contains("pow(");
     let program = compile(&mechanism.name, &code, folder);
 
     let results = results(&mut formulated.equations);
@@ -58,16 +60,18 @@ fn check(model: &str, folder: &Path) {
         let equations = formulated.equations.system.arena.evaluate(&results, &values);
         for (index, expected) in equations.into_iter().chain(kernels).enumerate() {
             let bits = found.next().expect("the program printed all results");
-            assert_eq!(
-                bits,
-                expected.to_bits(),
-                "{}, result {index}: {} instead of {expected}",
-                mechanism.name,
-                f64::from_bits(bits)
-            );
+            let found = f64::from_bits(bits);
+            let same = if exact { bits == expected.to_bits() } else { is_close(found, expected) };
+            assert!(same, "{}, result {index}: {found:?} instead of {expected:?}", mechanism.name);
         }
     }
     assert_eq!(found.next(), None);
+}
+
+/// Do they agree to rounding errors of a few operations?
+fn is_close(found: f64, expected: f64) -> bool {
+    // A power of a negative number is none for both.
+    found.is_nan() && expected.is_nan() || (found - expected).abs() <= 1e-13 * expected.abs().max(1.0)
 }
 
 /// Everything that `NAME_equations` computes, in the order of its arguments. A scene without masses has no M and Q.

@@ -358,7 +358,7 @@ fn platforms_come_from_a_folder_of_runtimes() {
     std::fs::write(&library, &dll).unwrap();
     let older = export(&["--platform", "win64"]);
     assert!(stderr(&older).contains("another version of cotree"), "{}", stderr(&older));
-    dll.extend_from_slice(cotree_fmu::storage::KIND.as_bytes());
+    dll.extend_from_slice(cotree_fmu::program::storage::KIND.as_bytes());
     std::fs::write(&library, &dll).unwrap();
     let host = cotree::export::runtime::Platform::host().unwrap().folder;
     for platforms in [format!("{host},win64"), "all".to_owned()] {

@@ -4,7 +4,7 @@ mod support;
 
 use std::sync::Arc;
 
-use cotree::element::{Origin, System};
+use cotree::component::{Origin, System};
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::formulate;

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use cotree::cheapest::Effort;
-use cotree::element::System;
+use cotree::component::System;
 use cotree::equations::Equations;
+use cotree::formulate::tree_search::Effort;
 use cotree::formulate::{Formulated, formulate, formulate_with};
 use cotree::mechanism::{Coordinates, Mechanism};
 use cotree::scene::{Body, Driver, Scene};

@@ -4,8 +4,8 @@ mod support;
 
 use std::fmt::Write;
 
-use cotree::cheapest::Effort;
 use cotree::expr::{Expr, Order, Symbol};
+use cotree::formulate::tree_search::Effort;
 use cotree::formulate::{Formulated, formulate};
 use cotree::lower::{Cost, MotionSystem, Pose, in_solve_tree};
 use cotree::mechanism::{BodyId, Coordinates, Mechanism};

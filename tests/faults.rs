@@ -64,6 +64,19 @@ fn a_scene_built_in_rust_has_faults_without_places() {
 }
 
 #[test]
+fn a_law_that_divides_by_zero_is_reported_at_its_place() {
+    let text = [
+        "name = \"press\"\n[inputs]\ngas_force = { start = \"1 N\" }\n[bodies.slider]\nmass = 1.0",
+        "[joints.guide]\ntype = \"prismatic\"\nbetween = [\"ground\", \"slider\"]\naxis = [1, 0]",
+        "[loads.gas]\ntype = \"force\"\non = \"slider\"\nvector = [\"-gas_force/0\", 0.0]",
+    ];
+    let found = faults(Source::new("press.toml", text.join("\n")), false).unwrap().render(false, 100);
+    for part in ["`gas`", "divides by zero", "press.toml:13:"] {
+        assert!(found.contains(part), "{part}: {found}");
+    }
+}
+
+#[test]
 fn files_that_are_no_text_are_faults() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");

@@ -9,10 +9,10 @@ use cotree::export::page::{Page, preformatted};
 use cotree::export::runtime::{LIBRARY, Platform, Runtime};
 use cotree::export::{ExportError, xml};
 use cotree::mechanism::{DisplayUnit, Experiment, Unit};
-use cotree::report::accuracy::{Accuracy, Measurement};
-use cotree::report::drawing::{Body, Drawing};
+use cotree::output::accuracy::{Accuracy, Measurement};
+use cotree::output::drawing::{Body, Drawing};
+use cotree_fmu::context::Statistics;
 use cotree_fmu::program::Engine;
-use cotree_fmu::solver::Statistics;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
@@ -70,6 +70,7 @@ fn pendulum() -> Description {
         description: "A \"pendulum\" & its <arm>".into(),
         experiment: Experiment { start: 0.0, stop: 10.0, step: 1e-3, tolerance: 1e-6 },
         exchange: Some(2),
+        moves_states: false,
         variables: vec![
             variable("time", unit("s", [0, 0, 1, 0], None), Causality::Independent),
             variable("length", unit("m", [0, 1, 0, 0], Some(("mm", 1e-3))), length),
@@ -266,6 +267,7 @@ impl Parts {
             equations: preformatted("Q[1] = a < b\n  Q[2] = 0\n"),
             accuracy: Ok(Accuracy {
                 span: [0.0, 2.5],
+                growing: false,
                 engine: Engine::Dop853,
                 measurements: vec![measurement(1e-4, 240), measurement(1e-6, 600)],
             }),
@@ -458,7 +460,7 @@ fn initial_values_give_display_units() {
         variables = ["rotor.angle"]
         "#,
     );
-    let description = cotree::pipeline::compile(&scene.unwrap()).unwrap().description;
+    let description = cotree::compile::compile(&scene.unwrap()).unwrap().description;
     let display = |name: &str| {
         let variable = description.variables.iter().find(|variable| variable.name == name);
         variable.unwrap_or_else(|| panic!("no {name}")).unit.display.as_ref().map(|display| display.name.clone())

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use cotree::pipeline::compile;
+use cotree::compile::compile;
 use cotree::scene::{Faults, Scene, Source};
 
 /// The scenes, in alphabetical order.

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use cotree::compile::{Compiled, compile};
 use cotree::export::description::Start;
-use cotree::pipeline::{Compiled, compile};
 use cotree::scene::Scene;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;

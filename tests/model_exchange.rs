@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use cotree::pipeline::compile;
+use cotree::compile::compile;
 use cotree::scene::{Body, Scene};
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use cotree::element::{Origin, System};
+use cotree::component::{Origin, System};
 use cotree::equations::Equations;
 use cotree::mechanism::Coordinates;
 use cotree::scene::Scene;

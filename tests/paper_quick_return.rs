@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use cotree::element::System;
+use cotree::component::System;
 use cotree::equations::{Constraint, Equations};
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::mechanism::{Mechanism, Owner, Quantity, Variable};

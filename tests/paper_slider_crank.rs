@@ -1,6 +1,6 @@
 //! Section 5.3 of the paper: the dynamics of the slider-crank, equation by equation, on a scene laid out as in Fig. 1.
 
-use cotree::element::System;
+use cotree::component::System;
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::mechanism::Mechanism;

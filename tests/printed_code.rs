@@ -9,10 +9,10 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use cotree::compile::{self, Notation};
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::{Formulated, formulate};
 use cotree::mechanism::Mechanism;
-use cotree::pipeline::{self, Notation};
 use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
@@ -24,7 +24,7 @@ mod python;
 #[path = "support/run.rs"]
 mod run;
 use command::printed;
-use run::{models, scene_of, sound};
+use run::{file, models, scene_of, sound};
 
 /// How many random inputs.
 const POINTS: usize = 5;
@@ -357,9 +357,10 @@ fn numpy() -> Option<(PathBuf, PathBuf)> {
 
 /// Calls `check` for every model with its equations, random points and what the kernels give there.
 fn for_all_models(notation: Notation, check: impl Fn(&Case, &str, &[f64], bool)) {
-    for name in models() {
-        let scene = sound(Scene::from_toml(&scene_of(&name)));
-        let code = pipeline::equations(&scene, notation).unwrap_or_else(|faults| panic!("{faults}"));
+    let own = models().into_iter().map(|name| (scene_of(&name), name));
+    for (text, name) in own.chain([(file("tests/scenes/functions.toml"), "functions".to_owned())]) {
+        let scene = sound(Scene::from_toml(&text));
+        let code = compile::equations(&scene, notation).unwrap_or_else(|faults| panic!("{faults}"));
         let mechanism: Mechanism = scene.resolve().unwrap_or_else(|faults| panic!("{faults}")).mechanism;
         let mut formulated = formulate(&mechanism).unwrap();
         let points = points(&formulated, 7 + name.len() as u64);
@@ -381,7 +382,15 @@ fn is_elementary(formulated: &Formulated) -> bool {
         matches!(
             arena.node(expr),
             Node::Unary(
-                Unary::Tan | Unary::Asin | Unary::Acos | Unary::Atan | Unary::Exp | Unary::Log | Unary::Tanh,
+                Unary::Sinh
+                    | Unary::Cosh
+                    | Unary::Tan
+                    | Unary::Asin
+                    | Unary::Acos
+                    | Unary::Atan
+                    | Unary::Exp
+                    | Unary::Log
+                    | Unary::Tanh,
                 _
             ) | Node::Binary(Binary::Power | Binary::Atan2, ..)
         )

@@ -5,12 +5,12 @@ mod support;
 use std::collections::HashMap;
 use std::path::Path;
 
+use cotree::compile::{self, Notation};
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::equations;
-use cotree::mechanism::{Coordinates, JointId, JointKind, Mechanism, Owner, Quantity, Variable};
-use cotree::pipeline::{self, Notation};
-use cotree::print::{self, Prose};
+use cotree::mechanism::{Coordinates, JointId, Mechanism, Owner, Quantity, Variable};
+use cotree::output::text::{self, Prose};
 use cotree::scene::Scene;
 use serde_json::Value;
 use support::random::{Family, random_case};
@@ -32,7 +32,7 @@ fn model(name: &str) -> Scene {
 fn the_examples_of_the_paper_as_text() {
     for path in PAPER {
         let scene = scene(path);
-        let text = pipeline::equations(&scene, Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
+        let text = compile::equations(&scene, Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
         insta::assert_snapshot!(format!("text_{}", &*scene.resolve().unwrap().mechanism.name), text);
     }
 }
@@ -41,21 +41,21 @@ fn the_examples_of_the_paper_as_text() {
 fn the_examples_of_the_paper_as_latex() {
     for path in PAPER {
         let scene = scene(path);
-        let text = pipeline::equations(&scene, Notation::Latex).unwrap_or_else(|faults| panic!("{faults}"));
+        let text = compile::equations(&scene, Notation::Latex).unwrap_or_else(|faults| panic!("{faults}"));
         insta::assert_snapshot!(format!("latex_{}", &*scene.resolve().unwrap().mechanism.name), text);
     }
 }
 
 #[test]
 fn the_derivation_of_the_slider_crank() {
-    let text = pipeline::steps(&scene(PAPER[0]), Prose::Text).unwrap_or_else(|faults| panic!("{faults}"));
+    let text = compile::steps(&scene(PAPER[0]), Prose::Text).unwrap_or_else(|faults| panic!("{faults}"));
     insta::assert_snapshot!("steps_figure_1", text);
 }
 
 /// Letter by letter, with the user's names for the paper's.
 #[test]
 fn eqs_57_to_62_look_as_in_the_paper() {
-    let text = pipeline::equations(&scene(PAPER[0]), Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
+    let text = compile::equations(&scene(PAPER[0]), Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
     for line in [
         "M[1,1] = I1 + m1*l5^2 + (m2 + m3)*(l5 + l6)^2",
         "M[1,2] = (m2*l7 + m3*(l7 + l8))*(l5 + l6)*(s1*c2 - c1*s2)",
@@ -70,7 +70,7 @@ fn eqs_57_to_62_look_as_in_the_paper() {
 
 #[test]
 fn eqs_38_39_and_42_look_as_in_the_paper() {
-    let text = pipeline::equations(&scene(PAPER[1]), Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
+    let text = compile::equations(&scene(PAPER[1]), Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
     for line in [
         "Phi[1] = (l7 + l8)*(s1*c3 - c1*s3) - l2*c1",
         "Phi[2] = l1 + l2 - (l3 + l4)*s1 - (l5 + l6)*c2",
@@ -119,12 +119,12 @@ fn evaluate(tree: &Value, names: &HashMap<String, f64>) -> f64 {
 
 /// Every printed entry of M, Q, Phi, Phi_q, Phi_t and gamma has the value of the expression behind it, and none is missing.
 fn check_values(title: &str, equations: &mut Equations) -> usize {
-    let json: Value = serde_json::from_str(&print::json(equations)).unwrap();
+    let json: Value = serde_json::from_str(&text::json(equations)).unwrap();
     let mut names: HashMap<String, f64> = HashMap::new();
     let arena = &equations.system.arena;
     for expr in arena.all() {
         if let cotree::expr::Node::Symbol(symbol) = arena.node(expr) {
-            names.insert(print::symbol_name(equations, symbol), value(symbol));
+            names.insert(text::symbol_name(equations, symbol), value(symbol));
         }
     }
     let mut definitions: Vec<&Value> = json["definitions"].as_array().unwrap().iter().collect();
@@ -196,8 +196,7 @@ fn slides(equations: &mut Equations) -> Vec<(String, Expr)> {
     let mut slides = Vec::new();
     for (index, joint) in equations.system.mechanism.joints.iter().enumerate() {
         let name = format!("{}.s", joint.name);
-        let slides_freely =
-            matches!(joint.kind, JointKind::Prismatic { .. } | JointKind::Slot { .. } | JointKind::Rolling { .. });
+        let slides_freely = ["prismatic", "slot", "rolling"].contains(&joint.kind);
         if slides_freely && equations.coordinates.iter().all(|coordinate| coordinate.name.position != name) {
             let slide = Variable { owner: Owner::Joint(JointId(index)), quantity: Quantity::S };
             slides.push((name, equations.variable(slide)));
@@ -263,13 +262,13 @@ fn elements(html: &str) -> usize {
 fn pages_are_well_formed() {
     for name in models() {
         let scene = model(&name);
-        let motion = pipeline::equations(&scene, Notation::Html).unwrap_or_else(|faults| panic!("{faults}"));
-        let steps = pipeline::steps(&scene, Prose::Html).unwrap_or_else(|faults| panic!("{faults}"));
+        let motion = compile::equations(&scene, Notation::Html).unwrap_or_else(|faults| panic!("{faults}"));
+        let steps = compile::steps(&scene, Prose::Html).unwrap_or_else(|faults| panic!("{faults}"));
         assert!(elements(&motion) > 60 && elements(&steps) > elements(&motion), "{name}");
         assert!(!motion.contains("http"), "{name}: the page needs the network");
         let mechanism = mechanism(&scene);
         let mut equations = equations(&mechanism, &mechanism.coordinates).unwrap();
-        assert!(elements(&format!("<div>{}</div>", print::mathml(&mut equations))) > 50, "{name}");
+        assert!(elements(&format!("<div>{}</div>", text::mathml(&mut equations))) > 50, "{name}");
     }
 }
 
@@ -277,8 +276,8 @@ fn pages_are_well_formed() {
 fn latex_documents_are_balanced() {
     for name in models() {
         let scene = model(&name);
-        let motion = pipeline::equations(&scene, Notation::Latex).unwrap_or_else(|faults| panic!("{faults}"));
-        let steps = pipeline::steps(&scene, Prose::Latex).unwrap_or_else(|faults| panic!("{faults}"));
+        let motion = compile::equations(&scene, Notation::Latex).unwrap_or_else(|faults| panic!("{faults}"));
+        let steps = compile::steps(&scene, Prose::Latex).unwrap_or_else(|faults| panic!("{faults}"));
         for document in [motion, steps] {
             let count = |what: &str| document.matches(what).count();
             let plain = document.replace("\\{", "").replace("\\}", "");

@@ -6,10 +6,10 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use cotree::element::{Direction, Held};
+use cotree::compile::{self, Notation};
+use cotree::component::{Direction, Held};
 use cotree::equations::Constraint;
 use cotree::formulate::formulate;
-use cotree::pipeline::{self, Notation};
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
@@ -119,7 +119,7 @@ impl Case {
         let reactions = constraints.len();
         let is_new = |name: &&String| mechanism.outputs.iter().all(|output| output.name != **name);
         scene = asked.into_iter().filter(is_new).fold(scene, |scene, name| scene.output(name));
-        let mut instance = Instance::new(Arc::new(Model::new(pipeline::compile(&scene).unwrap().program).unwrap()));
+        let mut instance = Instance::new(Arc::new(Model::new(compile::compile(&scene).unwrap().program).unwrap()));
         instance.setup(0.0, None, Some(1e-10)).unwrap();
         instance.initialise().unwrap();
         let value = |name: &String| {
@@ -135,7 +135,7 @@ impl Case {
     }
 
     fn code(&self, notation: Notation) -> String {
-        pipeline::equations(&self.scene, notation).unwrap()
+        compile::equations(&self.scene, notation).unwrap()
     }
 
     fn n(&self) -> usize {
@@ -318,7 +318,7 @@ fn without_masses_their_matrices_are_zero() {
     for (notation, load) in
         [(Notation::C, "Q[0] = 0e0;"), (Notation::Rust, "Q[0] = 0e0_f64;"), (Notation::Fortran, "load(1) = 0e0_real64")]
     {
-        let code = pipeline::equations(&scene, notation).unwrap();
+        let code = compile::equations(&scene, notation).unwrap();
         assert!(code.contains(load) && code.contains("The scene gives no masses"), "{code}");
     }
 }

@@ -1,7 +1,7 @@
 //! The lesson of scenes that the paper has no example for: couplings, one dimension, inputs, and drivers that prescribe everything.
 
-use cotree::pipeline::{self, Notation};
-use cotree::print::Prose;
+use cotree::compile::{self, Notation};
+use cotree::output::text::Prose;
 use cotree::scene::Scene;
 
 fn scene(path: &str) -> Scene {
@@ -13,11 +13,11 @@ fn written(text: &str) -> Scene {
 }
 
 fn lesson(scene: &Scene) -> String {
-    pipeline::steps(scene, Prose::Text).unwrap_or_else(|faults| panic!("{faults}"))
+    compile::steps(scene, Prose::Text).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 fn equations(scene: &Scene) -> String {
-    pipeline::equations(scene, Notation::Text).unwrap_or_else(|faults| panic!("{faults}"))
+    compile::equations(scene, Notation::Text).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 /// Lines without the spaces that align their signs.
@@ -177,9 +177,9 @@ fn drivers_that_follow_an_input_are_explained() {
             "motor'' rad/s^2 acceleration of the driver `motor` = rate of the input `speed`",
         ],
     );
-    let code = pipeline::equations(&written(&following), Notation::C).unwrap();
+    let code = compile::equations(&written(&following), Notation::C).unwrap();
     assert!(code.contains("motor (its rate is the input speed)"), "{code}");
-    let json = pipeline::equations(&written(&following), Notation::Json).unwrap();
+    let json = compile::equations(&written(&following), Notation::Json).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["followers"][0]["driver"], "motor");
     assert_eq!(json["followers"][0]["rate"], "motor'");
@@ -191,11 +191,11 @@ fn drivers_that_follow_an_input_are_explained() {
 fn parentheses_of_latex_pages_close_on_other_lines() {
     for model in ["andrews", "planetary_gear", "trammel"] {
         let scene = scene(&format!("models/{model}/scene.toml"));
-        let page = pipeline::steps(&scene, Prose::Latex).unwrap_or_else(|faults| panic!("{faults}"));
+        let page = compile::steps(&scene, Prose::Latex).unwrap_or_else(|faults| panic!("{faults}"));
         assert_eq!(page.matches(r"\Bigl").count(), page.matches(r"\Bigr").count(), "{model}");
         assert_eq!(page.matches(r"\left").count(), page.matches(r"\right").count(), "{model}");
     }
-    let page = pipeline::steps(&written(&chain(6, "joint")), Prose::Latex).unwrap();
+    let page = compile::steps(&written(&chain(6, "joint")), Prose::Latex).unwrap();
     assert!(page.contains(r"\Bigl("), "long formulas are broken");
     assert_eq!(page.matches(r"\Bigl").count(), page.matches(r"\Bigr").count());
 }

@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::process::Command;
 
-use cotree::pipeline::{self, Notation};
-use cotree::print::Prose;
+use cotree::compile::{self, Notation};
+use cotree::output::text::Prose;
 use cotree::scene::Scene;
 
 /// A led arm with an odd name whose parameters are called like matrices, reactions, cosines and shared parts.
@@ -66,7 +66,7 @@ fn odd() -> Scene {
 }
 
 fn printed(notation: Notation) -> String {
-    pipeline::equations(&odd(), notation).unwrap_or_else(|faults| panic!("{faults}"))
+    compile::equations(&odd(), notation).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 #[test]
@@ -92,14 +92,14 @@ fn the_letters_of_the_lesson_are_no_parameters() {
          loads.motor = { type = 'torque', on = 'rod', value = 'F_h3' }",
     )
     .unwrap_or_else(|faults| panic!("{faults}"));
-    let text = pipeline::steps(&scene, Prose::Text).unwrap_or_else(|faults| panic!("{faults}"));
+    let text = compile::steps(&scene, Prose::Text).unwrap_or_else(|faults| panic!("{faults}"));
     let text: String = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ") + "\n").collect();
     for line in
         ["g_ = (0, -g)", "F_m1 = rod.mass*(g_ - a_m1)", "T_m1_ = -rod.inertia*alpha_m1 - r_r2 x F_r2", "T_T4 = F_h3"]
     {
         assert!(text.contains(line), "no {line} in\n{text}");
     }
-    let latex = pipeline::steps(&scene, Prose::Latex).unwrap();
+    let latex = compile::steps(&scene, Prose::Latex).unwrap();
     assert!(latex.contains(r"\mathbf{g} &= ") && !latex.contains("g_{}"), "{latex}");
 }
 
@@ -137,7 +137,7 @@ fn compile(folder: &Path, page: &str) {
 
 #[test]
 fn pages_compile_whatever_the_scene_is_called() {
-    let lesson = pipeline::steps(&odd(), Prose::Latex).unwrap();
+    let lesson = compile::steps(&odd(), Prose::Latex).unwrap();
     let equations = printed(Notation::Latex);
     // Where there is no pdfLaTeX, at least every character that it does not know is explained to it.
     for page in [&equations, &lesson] {

@@ -7,9 +7,9 @@ mod scenes;
 use std::fmt::Write;
 use std::sync::Arc;
 
+use cotree::compile::compile;
 use cotree::export::xml::model_description;
 use cotree::formulate::formulate;
-use cotree::pipeline::compile;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;

@@ -1,8 +1,8 @@
 //! Scenes that are right: the three ways to write one, and what they resolve to.
 
 use cotree::mechanism::{
-    BinaryOperator, BodyId, Coordinates, Dimension, DriverKind, Formula, InputId, JointKind, LoadId, LoadKind,
-    Mechanism, Motion, Owner, ParameterId, Place, Quantity, Variable,
+    BinaryOperator, BodyId, Coordinates, Dimension, Formula, InputId, JointId, LoadId, Mechanism, Motion, Owner,
+    ParameterId, Place, Quantity, Variable,
 };
 use cotree::scene::{Body, Driver, InputAs, Joint, Load, Parameter, Scene};
 
@@ -91,9 +91,9 @@ fn the_slider_crank_resolves() {
     let rod = &mechanism.parameters[1];
     assert_eq!((rod.value, rod.min, rod.unit.si.as_str(), rod.tunable), (1.5, Some(0.6), "m", false));
     assert!(mechanism.parameters[2].tunable);
-    let LoadKind::Force { on, vector, in_body } = &mechanism.loads[0].kind else { panic!() };
-    assert_eq!((on, in_body), (&Place::Centre(BodyId(2)), &false));
-    assert_eq!(vector[0], Formula::Negate(Box::new(Formula::Input(InputId(0)))));
+    let force = &mechanism.loads[0];
+    assert_eq!((force.kind, force.between[1], force.choice("frame")), ("force", Place::Centre(BodyId(2)), None));
+    assert_eq!(force.vector("vector")[0], Formula::Negate(Box::new(Formula::Input(InputId(0)))));
     assert!(!mechanism.initial[1].known && mechanism.initial[0].known);
     let outputs: Vec<_> = mechanism
         .outputs
@@ -157,10 +157,7 @@ fn an_axis_becomes_a_unit_vector() {
     let slide = |axis: &str| {
         crank(&format!("[joints.slide]\ntype = \"prismatic\"\nbetween = [\"crank.end\", \"block\"]\naxis = {axis}\n"))
     };
-    let axis = |mechanism: &Mechanism| match &mechanism.joints[1].kind {
-        JointKind::Prismatic { axis, .. } => axis.clone(),
-        other => panic!("{other:?}"),
-    };
+    let axis = |mechanism: &Mechanism| mechanism.joints[1].vector("axis");
     assert_eq!(axis(&mechanism(&slide("[3, 4]"))), [Formula::Number(0.6), Formula::Number(0.8)]);
     assert!(matches!(&axis(&mechanism(&slide("[\"a\", \"b\"]")))[0], Formula::Binary(BinaryOperator::Divide, _)));
 }
@@ -172,15 +169,14 @@ fn drivers_follow_inputs_and_laws() {
          [drivers.path]\non = \"block\"\nposition = [\"0.1*sin(t)\", \"0\"]\n\
          [drivers.turn]\nbetween = [\"ground\", \"block\"]\nangle = \"0.4356 + 4*pi*t\"\n",
     ));
-    let DriverKind::Angle { between, joint, motion } = &mechanism.drivers[0].kind else { panic!() };
-    assert_eq!((between, motion), (&[None, Some(BodyId(0))], &Motion::Velocity(InputId(0))));
-    assert!(joint.is_some());
-    assert!(matches!(&mechanism.drivers[1].kind, DriverKind::Position { on: Place::Centre(BodyId(1)), .. }));
+    let motor = &mechanism.drivers[0];
+    assert_eq!((motor.kind, motor.bodies()), ("angle", [None, Some(BodyId(0))]));
+    assert_eq!((motor.motion(), motor.joint()), (Some(&Motion::Velocity(InputId(0))), Some(JointId(0))));
+    let path = &mechanism.drivers[1];
+    assert_eq!((path.kind, path.between[1]), ("position", Place::Centre(BodyId(1))));
     let built = Driver::angle("pin", cotree::scene::Motion::follows("u", InputAs::Velocity));
-    let scene =
-        Scene::from_toml(&crank("[drivers.motor]\njoint = \"pin\"\nangle = { input = \"u\", as = \"velocity\" }\n"))
-            .unwrap();
-    assert_eq!(scene.drivers[0].kind, built.kind);
+    let built = Scene::from_toml(&crank("")).unwrap().driver("motor", built).resolve().unwrap().mechanism;
+    assert_eq!(built.drivers[0].values, motor.values);
 }
 
 #[test]
@@ -190,11 +186,10 @@ fn laws_know_their_own_variables_and_those_of_the_scene() {
          [loads.law]\ntype = \"torsion_actuator\"\nbetween = [\"ground\", \"crank\"]\ntorque = \"-ratio*tanh(omega/0.01) + 4*pin.angle*muscle.rate\"\n\
          [loads.motor]\ntype = \"torque\"\non = \"crank\"\nvalue = \"if(t < 1, u, -u)\"\n",
     ));
-    let LoadKind::Actuator { force, .. } = &mechanism.loads[0].kind else { panic!() };
+    let force = mechanism.loads[0].law.as_ref().unwrap();
     let own = Variable { owner: Owner::Load(LoadId(0)), quantity: Quantity::Length };
     assert!(format!("{force:?}").contains(&format!("{own:?}")));
-    let LoadKind::Torque { between, .. } = &mechanism.loads[2].kind else { panic!() };
-    assert_eq!(between, &[None, Some(BodyId(0))]);
+    assert_eq!((mechanism.loads[2].kind, mechanism.loads[2].bodies()), ("torque", [None, Some(BodyId(0))]));
 }
 
 #[test]

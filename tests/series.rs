@@ -9,7 +9,7 @@ use cotree::scene::Body;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Motion;
-use cotree_fmu::series::Jet;
+use cotree_fmu::taylor::Jet;
 use support::random::{Family, random_case};
 use support::run::{mechanism, models, scene_of};
 

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use cotree::export::description::{Causality, Description, ScalarVariable};
 use cotree::mechanism::{Experiment, Unit};
-use cotree::report::csv::Table;
-use cotree::simulation::{Run, RunError};
+use cotree::output::csv::Table;
+use cotree::simulate::{Run, RunError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program as data;
 use cotree_fmu::tape::{Instruction, Operation, Tape};
@@ -80,6 +80,7 @@ fn description() -> Description {
         description: String::new(),
         experiment: Experiment { start: 0.0, stop: 1.0, step: 0.1, tolerance: 1e-9 },
         exchange: None,
+        moves_states: false,
         variables: variables.collect(),
     }
 }
@@ -92,7 +93,7 @@ fn simulate(settings: Vec<(usize, f64)>, table: Option<&Table>, step: f64) -> Re
         experiment: Experiment { step, ..description.experiment },
         settings,
         inputs: table.map(|table| (table, vec![PUSH])),
-        reported: cotree::simulation::reported(&description),
+        reported: description.reported(),
     };
     let mut rows = vec![];
     run.start(Arc::new(Model::new(program()).unwrap()), |time, values| {

@@ -96,6 +96,5 @@ if [ "${1-}" = -o ]; then
     shift 2
 fi
 [ $# -gt 0 ] || set -- linux64 aarch64-linux win64
-cp Cargo.lock tools/runtime/Cargo.lock # a package of its own, but with the same versions
 for platform; do build "$platform"; done
 say "done: $folder"

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::process::Command;
 
-use cotree::pipeline::{Notation, equations};
+use cotree::compile::{Notation, equations};
 use cotree::scene::Scene;
 use cotree_fmu::model::{Model, State};
 

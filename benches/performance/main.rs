@@ -15,7 +15,7 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::Instant;
 
-use cotree::pipeline::compile;
+use cotree::compile::compile;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;

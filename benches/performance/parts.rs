@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::hint::black_box;
 
 use cotree_fmu::machine::Machine;
-use cotree_fmu::series::Jet;
+use cotree_fmu::taylor::Jet;
 
 use crate::{Failure, fastest, model, scenes, started};
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use cotree::pipeline::compile;
+use cotree::compile::compile;
 use cotree::scene::Scene;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Program;

@@ -4,7 +4,10 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use cotree::pipeline::compile;
+use cotree::compile::compile_with;
+use cotree::formulate::Formulated;
+use cotree::output::figures::summarise;
+use cotree::output::pose::draw;
 use cotree::scene::{Faults, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
@@ -63,12 +66,12 @@ impl Target for Scenes {
             true => Scene::from_json(&text),
             false => Scene::from_toml(&text),
         };
-        let compiled = match scene.and_then(|scene| compile(&scene)) {
-            Ok(compiled) => compiled,
+        let show = |formulated: &mut Formulated| (draw(formulated).svg(), summarise(formulated).to_string());
+        let compiled = match scene.and_then(|scene| compile_with(&scene, show)) {
+            Ok((compiled, _)) => compiled,
             Err(faults) => return tell(&faults),
         };
         compiled.warnings.as_ref().map(tell);
-        let _ = (compiled.drawing.svg(), compiled.summary.to_string());
         let Ok(model) = Model::new(compiled.program) else { panic!("the program of a compiled scene is refused") };
         move_a_little(Arc::new(model));
         true

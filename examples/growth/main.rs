@@ -11,8 +11,8 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use cotree::compile::compile;
 use cotree::formulate::formulate;
-use cotree::pipeline::compile;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;

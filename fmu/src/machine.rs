@@ -1,7 +1,7 @@
 //! The register file on which a model's tapes run.
 
+use crate::linalg::lane::Lane;
 use crate::model::{Model, State, motion};
-use crate::series::lane::Lane;
 use crate::tape::Tape;
 
 /// A register file with the constants of one model in it. Allocated once; nothing allocates afterwards.

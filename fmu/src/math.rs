@@ -106,13 +106,20 @@ pub fn maximum(a: f64, b: f64) -> f64 {
 /// log2 x within 0.001, for a positive normal number; the cubic meets the logarithm at both ends of a binade.
 #[inline]
 pub fn rough_log2(x: f64) -> f64 {
-    const EXPONENT: u64 = 0x7FF;
-    const FRACTION: u64 = (1 << 52) - 1;
-    let bits = x.to_bits();
     if x.is_nan() || x < f64::MIN_POSITIVE || x == f64::INFINITY {
         return libm::log2(x);
     }
-    let exponent = (bits >> 52 & EXPONENT) as f64 - 1023.0;
+    rough_log2_of_normal(x)
+}
+
+/// The same of a positive number that is neither subnormal nor infinite.
+#[inline(always)]
+pub fn rough_log2_of_normal(x: f64) -> f64 {
+    const FRACTION: u64 = (1 << 52) - 1;
+    /// 2^52, whose last bits count ones.
+    const ONES: f64 = 4_503_599_627_370_496.0;
+    let bits = x.to_bits();
+    let exponent = f64::from_bits(bits >> 52 | ONES.to_bits()) - (ONES + 1023.0);
     let m = f64::from_bits(bits & FRACTION | 1.0f64.to_bits());
     exponent + (-2.156_849_51 + m * (3.048_970_60 + m * (-1.048_969_25 + m * 0.156_848_16)))
 }

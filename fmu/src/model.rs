@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::check::Fault;
+use crate::program::check::Fault;
 use crate::program::{FollowerOrder, Layout, Program};
 
 /// A checked program with its register layout. Immutable: instances share it.
@@ -13,6 +13,8 @@ pub struct Model {
     program: Program,
     layout: Layout,
     active: Vec<usize>,
+    /// Of each parameter: is it the known value of a variable at the start?
+    imposed: Vec<bool>,
 }
 
 impl Model {
@@ -23,7 +25,7 @@ impl Model {
     }
 
     /// For the exporter: a model whose kernels of the motion need not exist yet. It serves
-    /// [`crate::solver::initial`] and [`crate::solver::redundancy`] only.
+    /// [`crate::constraints::initial`] and [`crate::constraints::redundancy`] only.
     pub fn of_positions(program: Program) -> Result<Self, Fault> {
         program.check_positions()?;
         Ok(Self::prepare(program))
@@ -33,7 +35,18 @@ impl Model {
         let layout = program.layout();
         let constraints = program.constraints.iter().enumerate();
         let active = constraints.filter(|(_, constraint)| constraint.active).map(|(row, _)| row).collect();
-        Self { program, layout, active }
+        let mut imposed = vec![false; program.parameters.len()];
+        let initial = &program.initial;
+        for (conditions, tape) in [(&initial.positions, &initial.position), (&initial.velocities, &initial.velocity)] {
+            let targets = conditions.iter().zip(tape.results.iter().skip(conditions.len()));
+            for (_, &register) in targets.filter(|(condition, _)| condition.known) {
+                let parameter = (register as usize).checked_sub(layout.parameters());
+                if let Some(place) = parameter.and_then(|parameter| imposed.get_mut(parameter)) {
+                    *place = true;
+                }
+            }
+        }
+        Self { program, layout, active, imposed }
     }
 
     /// The program.
@@ -49,6 +62,11 @@ impl Model {
     /// Rows of the active constraints.
     pub fn active(&self) -> &[usize] {
         &self.active
+    }
+
+    /// Is that parameter the known value of a variable at the start, which must read back as it was set?
+    pub fn is_imposed(&self, parameter: usize) -> bool {
+        self.imposed.get(parameter).copied().unwrap_or_default()
     }
 
     /// Number of coordinates, n.

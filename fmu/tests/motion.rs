@@ -2,8 +2,8 @@
 
 mod support;
 
+use cotree_fmu::failure::Failure;
 use cotree_fmu::instance::InstanceError;
-use cotree_fmu::solver::Failure;
 use support::*;
 
 /// The pendulum by the classical Runge-Kutta method with small steps.

@@ -2,9 +2,9 @@
 
 mod support;
 
-use cotree_fmu::check::Fault;
+use cotree_fmu::program::check::Fault;
+use cotree_fmu::program::storage::LoadError;
 use cotree_fmu::program::{Block, Program, Source};
-use cotree_fmu::storage::LoadError;
 use cotree_fmu::tape::Operation;
 use support::*;
 

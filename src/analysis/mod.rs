@@ -18,9 +18,9 @@ pub use rest::at_rest;
 pub use state_space::{Signal, StateSpace};
 pub use variation::Variation;
 
-use cotree_fmu::check::Fault;
+use cotree_fmu::failure;
 use cotree_fmu::instance::InstanceError;
-use cotree_fmu::solver;
+use cotree_fmu::program::check::Fault;
 use thiserror::Error;
 
 /// Why an analysis has no result.
@@ -62,7 +62,7 @@ pub enum Failure {
     Motion(#[from] InstanceError),
     /// The accelerations at the point of interest do.
     #[error(transparent)]
-    Solver(#[from] solver::Failure),
+    Solver(#[from] failure::Failure),
     /// The program contradicts itself.
     #[error(transparent)]
     Program(#[from] Fault),

@@ -1,9 +1,9 @@
 //! A point of the motion with everything that equations may ask for.
 
+use cotree_fmu::constraints::accelerations::Accelerations;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Layout;
-use cotree_fmu::solver::accelerations::Accelerations;
 
 use super::Failure;
 use crate::expr::{Order, Symbol, Values};

@@ -1,20 +1,17 @@
 //! The mechanism as statics sees it.
 
-use crate::mechanism::{DriverKind, Formula, Mechanism, Motion, Quantity};
+use crate::mechanism::{Formula, Mechanism, Motion, Quantity, Value};
 
 /// The same mechanism with its drivers held where they start, and without initial velocities.
 pub fn at_rest(mechanism: &Mechanism) -> Mechanism {
     let mut resting = mechanism.clone();
     let start = mechanism.experiment.start;
-    for driver in &mut resting.drivers {
-        match &mut driver.kind {
-            DriverKind::Angle { motion, .. } | DriverKind::Displacement { motion, .. } => {
-                // An integrated input is at rest already: the rates of a resting point are zero.
-                if let Motion::Given(formula) = motion {
-                    hold(formula, start);
-                }
-            }
-            DriverKind::Position { position, .. } => position.iter_mut().for_each(|formula| hold(formula, start)),
+    for (_, value) in resting.drivers.iter_mut().flat_map(|driver| &mut driver.values) {
+        match value {
+            // An integrated input is at rest already: the rates of a resting point are zero.
+            Value::Motion(Motion::Given(formula)) => hold(formula, start),
+            Value::Vector(position) => position.iter_mut().for_each(|formula| hold(formula, start)),
+            _ => {}
         }
     }
     resting.initial.retain(|initial| !is_rate(initial.variable.quantity));

@@ -14,7 +14,7 @@ use super::variation::{Column, Numbers, Row, Variation};
 use super::{Failure, Point};
 use crate::expr::{Order, Symbol, Values};
 use crate::formulate::Formulated;
-use crate::mechanism::{DriverKind, Unit};
+use crate::mechanism::Unit;
 
 /// A state, input or output, and its value at the point.
 #[derive(Clone, Debug, PartialEq)]
@@ -262,7 +262,7 @@ fn signal(formulated: &Formulated, point: &Point, symbol: Symbol) -> Signal {
         Symbol::Follower(index, order) => {
             let driver = &mechanism.drivers[equations.system.followers[index].0.0];
             let word = if order == Order::Position { "position" } else { "rate" };
-            (format!("{}.{word}", driver.name), kind(matches!(driver.kind, DriverKind::Angle { .. })), order)
+            (format!("{}.{word}", driver.name), kind(driver.is_angular()), order)
         }
         Symbol::Input(index, order) => {
             let input = &mechanism.inputs[index];

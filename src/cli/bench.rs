@@ -8,13 +8,13 @@ use cotree_fmu::model::Model;
 
 use super::failure::Failure;
 use super::{MessageFormat, output};
-use crate::bench::measure;
-use crate::simulation::reported;
+use crate::output::bench::measure;
 
 /// Measure speed against error: every method at many tolerances, on this very scene
 ///
-/// Errors are those of the outputs, against a converged run that a second method confirms. Time is the fastest of several runs on one
-/// thread, without initialisation. Parameters and inputs have their defaults.
+/// Errors are those of the outputs at a thousand times and more, read from the steps' polynomials, against a converged run: of the two
+/// methods that agree best the one that the model does not choose by itself. Time is processor time (on Windows wall time), the fastest of several runs
+/// on one thread, without initialisation. Parameters and inputs have their defaults.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree bench slider_crank.toml --plot slider_crank.svg\n  \
                   cotree bench slider_crank.toml --json > slider_crank.json\n\n\
@@ -34,7 +34,7 @@ impl Bench {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.plot.as_deref()])?;
         let compiled = output::compile(&self.scene, format)?;
-        let variables = reported(&compiled.description);
+        let variables = compiled.description.reported();
         let experiment = compiled.description.experiment;
         let model = Model::new(compiled.program).map_err(|error| Failure::Numerical(error.to_string()))?;
         let bench = measure(&Arc::new(model), &variables, experiment).map_err(Failure::Numerical)?;

@@ -6,7 +6,10 @@ use clap::Args;
 
 use super::failure::{self, Failure};
 use super::{MessageFormat, output};
-use crate::pipeline::{self, Compiled};
+use crate::compile::{Compiled, compile_with};
+use crate::output::assumptions::assumptions;
+use crate::output::figures::summarise;
+use crate::output::summary::Summary;
 
 /// Check a scene: every fault at once, with its place and what to do
 ///
@@ -20,20 +23,20 @@ pub struct Check {
 
 impl Check {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        let compiled = pipeline::compile(&output::load(&self.scene)?)?;
+        let (compiled, (summary, assumptions)) =
+            compile_with(&output::load(&self.scene)?, |formulated| (summarise(formulated), assumptions(formulated)))?;
         match format {
             MessageFormat::Human => {
                 if let Some(warnings) = &compiled.warnings {
                     failure::warn(warnings);
                 }
-                output::print(&self.verdict(&compiled))
+                output::print(&self.verdict(&summary, &assumptions))
             }
-            MessageFormat::Json => output::print(&format!("{:#}\n", self.json(&compiled))),
+            MessageFormat::Json => output::print(&format!("{:#}\n", self.json(&compiled, assumptions))),
         }
     }
 
-    fn verdict(&self, compiled: &Compiled) -> String {
-        let summary = &compiled.summary;
+    fn verdict(&self, summary: &Summary, assumptions: &[String]) -> String {
         let mut text = format!(
             "{}: no errors: {}, {}, mobility {}\n",
             self.scene.display(),
@@ -41,18 +44,18 @@ impl Check {
             counted(summary.joints.len(), "joint", "joints"),
             summary.mobility
         );
-        for assumption in &compiled.assumptions {
+        for assumption in assumptions {
             text += &format!("  assumed: {assumption}\n");
         }
         text
     }
 
-    fn json(&self, compiled: &Compiled) -> serde_json::Value {
+    fn json(&self, compiled: &Compiled, assumptions: Vec<String>) -> serde_json::Value {
         let mut json = compiled.warnings.as_ref().map_or_else(
             || serde_json::json!({ "file": self.scene.display().to_string(), "faults": [], "omitted": 0 }),
             |warnings| warnings.to_json(),
         );
-        json["assumptions"] = compiled.assumptions.clone().into();
+        json["assumptions"] = assumptions.into();
         json
     }
 }

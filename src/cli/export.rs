@@ -6,9 +6,9 @@ use clap::Args;
 
 use super::failure::Failure;
 use super::{MessageFormat, output};
+use crate::compile;
 use crate::export::ExportError;
 use crate::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
-use crate::pipeline;
 
 /// Make an FMU: one file for any tool that reads FMI 2.0
 ///
@@ -39,11 +39,15 @@ impl Export {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let runtimes = self.runtimes().map_err(ExportError::from)?;
         let scene = output::load(&self.scene)?;
-        let compiled = if self.all { pipeline::compile_everything(&scene) } else { pipeline::compile(&scene) }?;
+        let (scene, left_out) = if self.all { compile::with_everything(&scene)? } else { (scene, Vec::new()) };
+        let (mut compiled, front) = compile::compile_with(&scene, compile::front)?;
+        compiled.warn(left_out);
+        let accuracy = compiled.accuracy();
+        compiled.warn_of_growth(&accuracy);
         output::warn_of(&compiled, format);
         let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
         output::apart(&[Some(&self.scene)], &[Some(&path)])?;
-        compiled.write_fmu(&runtimes, &path)?;
+        compiled.write_fmu(&front, &accuracy, &runtimes, &path)?;
         output::print(&format!("{}\n", path.display()))
     }
 

@@ -10,7 +10,7 @@ use cotree_fmu::instance::InstanceError;
 use super::MessageFormat;
 use crate::export::ExportError;
 use crate::scene::Faults;
-use crate::simulation::RunError;
+use crate::simulate::RunError;
 
 const SCENE: u8 = 1;
 /// Exit code for wrong usage and for files that cannot be read or written.

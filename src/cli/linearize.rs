@@ -8,7 +8,7 @@ use super::study::{self, Motion, Study};
 use crate::analysis::report::Linearization;
 use crate::analysis::{StateSpace, Variation};
 use crate::formulate::Formulated;
-use crate::simulation;
+use crate::simulate;
 
 /// More points than this are a mistake in `--step` or `--stop`.
 const MOST_POINTS: u64 = 1_000_000;
@@ -68,11 +68,11 @@ impl Linearize {
         if let Some(step) = &self.step {
             experiment.step = study::time("step", step, 0.0)?;
         }
-        if experiment.step <= 0.0 || simulation::count(experiment) > MOST_POINTS {
+        if experiment.step <= 0.0 || simulate::count(experiment) > MOST_POINTS {
             let message = format!("--step: {:?} s gives no points, or more than {MOST_POINTS}", experiment.step);
             return Err(Failure::Usage(message));
         }
-        Ok(simulation::points(experiment).collect())
+        Ok(simulate::points(experiment).collect())
     }
 }
 

@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::failure::Failure;
 use super::output;
-use crate::export::description::identifier;
+use crate::mechanism::identifier;
 
 const TEMPLATE: &str = include_str!("template.toml");
 

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::MessageFormat;
 use super::failure::{self, Failure};
+use crate::compile::{self, Compiled};
 use crate::files::{self, Draft};
-use crate::pipeline::{self, Compiled};
 use crate::scene::{Faults, Scene};
 
 /// Where a table goes.
@@ -117,7 +117,7 @@ pub fn compile(path: &Path, format: MessageFormat) -> Result<Compiled, Failure> 
 
 /// Compiles a scene; its warnings go to standard error.
 pub fn compile_scene(scene: &Scene, format: MessageFormat) -> Result<Compiled, Failure> {
-    let compiled = pipeline::compile(scene)?;
+    let compiled = compile::compile(scene)?;
     warn_of(&compiled, format);
     Ok(compiled)
 }

@@ -2,16 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::Serialize;
 
 use super::failure::Failure;
 use super::{MessageFormat, output};
-use crate::pipeline::{self, Notation};
-use crate::print::Prose;
-use crate::report::compare::Comparison;
-use crate::report::summary::Summary;
-use crate::scene::Scene;
+use crate::compile::{self, Notation};
+use crate::diagnostic::{Fault, Faults};
+use crate::formulate::Formulated;
+use crate::output::compare::{Comparison, compare};
+use crate::output::figures::summarise;
+use crate::output::graph::GraphDrawing;
+use crate::output::pose::draw;
+use crate::output::summary::Summary;
+use crate::output::text::Prose;
 
 /// Show a mechanism: its parts, degrees of freedom, coordinates, equations, graphs, and a drawing
 #[derive(Args)]
@@ -29,10 +33,10 @@ pub struct Show {
     json: bool,
     /// The equations of motion instead of the summary
     #[arg(long, value_name = "NOTATION")]
-    equations: Option<EquationsAs>,
+    equations: Option<Notation>,
     /// How the equations are derived, step by step, instead of the summary
     #[arg(long, value_name = "NOTATION", num_args = 0..=1, default_missing_value = "text", conflicts_with = "equations")]
-    steps: Option<StepsAs>,
+    steps: Option<Prose>,
     /// What other choices of trees would cost: equations, operations, time, condition
     #[arg(long, conflicts_with_all = ["equations", "steps"])]
     compare: bool,
@@ -46,43 +50,11 @@ pub struct Show {
 
 /// What `--json` says.
 #[derive(Serialize)]
-struct Report<'a> {
+struct Figures {
     #[serde(flatten)]
-    summary: &'a Summary,
+    summary: Summary,
     #[serde(skip_serializing_if = "Option::is_none")]
     comparison: Option<Comparison>,
-}
-
-/// How equations are written.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum EquationsAs {
-    /// For people
-    Text,
-    /// A LaTeX document
-    Latex,
-    /// A self-contained HTML page
-    Html,
-    /// C99 source
-    C,
-    /// Fortran 2008 source
-    Fortran,
-    /// Rust source
-    Rust,
-    /// Python source, for numpy
-    Python,
-    /// Names, and formulas as text and as trees, for other programs
-    Json,
-}
-
-/// How the derivation is written.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum StepsAs {
-    /// For people
-    Text,
-    /// A LaTeX document
-    Latex,
-    /// A self-contained HTML page
-    Html,
 }
 
 impl Show {
@@ -91,37 +63,55 @@ impl Show {
         for (path, kinds) in [(&self.drawing, ["svg"].as_slice()), (&self.graph, &["svg", "dot"])] {
             path.as_deref().map_or(Ok(()), |path| is_of(path, kinds))?;
         }
-        let printed = match (self.equations, self.steps) {
-            (Some(notation), _) => Some(pipeline::equations(&output::load(&self.scene)?, notation.into())?),
-            (None, Some(prose)) => Some(pipeline::steps(&output::load(&self.scene)?, prose.into())?),
-            (None, None) => None,
-        };
-        if let Some(text) = &printed {
+        let scene = output::load(&self.scene)?;
+        let (compiled, shown) = compile::compile_with(&scene, |formulated| self.shown(formulated))?;
+        let shown = shown.map_err(|list| Faults::new(scene.source.clone(), list))?;
+        if let Some(text) = &shown.text {
             output::print(text)?;
         }
-        if let Some(path) = &self.graph {
-            graph(&output::load(&self.scene)?, path)?;
+        for (path, picture) in [(&self.graph, &shown.graph), (&self.drawing, &shown.drawing)] {
+            path.as_ref().zip(picture.as_ref()).map_or(Ok(()), |(path, picture)| output::write(path, picture))?;
         }
-        if printed.is_some() && self.drawing.is_none() {
-            return Ok(());
+        if shown.text.is_none() || shown.drawing.is_some() {
+            output::warn_of(&compiled, format);
         }
-        let compiled = output::compile(&self.scene, format)?;
-        if let Some(path) = &self.drawing {
-            output::write(path, &compiled.drawing.svg())?;
-        }
-        if printed.is_some() {
-            return Ok(());
-        }
-        let comparison = self.compare.then(|| pipeline::comparison(&output::load(&self.scene)?).map_err(Failure::from));
-        let comparison = comparison.transpose()?;
-        if self.json {
-            let report = Report { summary: &compiled.summary, comparison };
-            let json = serde_json::to_string_pretty(&report).map_err(std::io::Error::from)?;
+        shown.figures.map_or(Ok(()), |figures| figures.print(self.json))
+    }
+
+    /// Everything that is asked for, of one set of equations.
+    fn shown(&self, formulated: &mut Formulated) -> Result<Shown, Vec<Fault>> {
+        let text = match (self.equations, self.steps) {
+            (Some(notation), _) => Some(compile::written(formulated, notation)?),
+            (None, Some(prose)) => Some(compile::derived(formulated, prose)?),
+            (None, None) => None,
+        };
+        let graph = self.graph.as_deref().map(|path| graph(formulated, path));
+        let drawing = self.drawing.is_some().then(|| draw(formulated).svg());
+        let figures = text.is_none().then(|| Figures {
+            summary: summarise(formulated),
+            comparison: self.compare.then(|| compare(formulated.equations.system.mechanism)),
+        });
+        Ok(Shown { text, graph, drawing, figures })
+    }
+}
+
+/// What is shown of a mechanism.
+struct Shown {
+    text: Option<String>,
+    graph: Option<String>,
+    drawing: Option<String>,
+    figures: Option<Figures>,
+}
+
+impl Figures {
+    fn print(&self, as_json: bool) -> Result<(), Failure> {
+        if as_json {
+            let json = serde_json::to_string_pretty(self).map_err(std::io::Error::from)?;
             return output::print(&format!("{json}\n"));
         }
-        match comparison {
+        match &self.comparison {
             Some(comparison) => output::print(&comparison.to_string()),
-            None => output::print(&compiled.summary.to_string()),
+            None => output::print(&self.summary.to_string()),
         }
     }
 }
@@ -137,33 +127,8 @@ fn is_of(path: &Path, kinds: &[&str]) -> Result<(), Failure> {
     Err(Failure::Usage(format!("cannot write `{name}`: the name of the picture must end with {}", names.join(" or "))))
 }
 
-fn graph(scene: &Scene, path: &Path) -> Result<(), Failure> {
-    let (graphs, drawing) = pipeline::graph(scene)?;
+fn graph(formulated: &mut Formulated, path: &Path) -> String {
+    let graphs = GraphDrawing::new(formulated);
     let is_dot = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("dot"));
-    output::write(path, &if is_dot { graphs.dot() } else { graphs.svg(&drawing) })
-}
-
-impl From<EquationsAs> for Notation {
-    fn from(notation: EquationsAs) -> Self {
-        match notation {
-            EquationsAs::Text => Notation::Text,
-            EquationsAs::Latex => Notation::Latex,
-            EquationsAs::Html => Notation::Html,
-            EquationsAs::C => Notation::C,
-            EquationsAs::Fortran => Notation::Fortran,
-            EquationsAs::Rust => Notation::Rust,
-            EquationsAs::Python => Notation::Python,
-            EquationsAs::Json => Notation::Json,
-        }
-    }
-}
-
-impl From<StepsAs> for Prose {
-    fn from(prose: StepsAs) -> Self {
-        match prose {
-            StepsAs::Text => Prose::Text,
-            StepsAs::Latex => Prose::Latex,
-            StepsAs::Html => Prose::Html,
-        }
-    }
+    if is_dot { graphs.dot() } else { graphs.svg(&draw(formulated)) }
 }

@@ -13,10 +13,11 @@ use super::failure::Failure;
 use super::output::{self, Output};
 use crate::analysis::report::{Report, Style};
 use crate::analysis::{self, Equilibrium, Point, Variation, at_rest};
+use crate::compile;
+use crate::diagnostic::suggest;
 use crate::formulate::{Formulated, formulate_written};
 use crate::mechanism::{Mechanism, Unit};
-use crate::pipeline;
-use crate::scene::{Faults, Scene, suggest};
+use crate::scene::{Faults, Scene};
 
 /// The scene, its settings, and the form of the result.
 #[derive(Args)]
@@ -129,7 +130,7 @@ impl Motion {
 /// A time given on the command line, not before the start.
 pub fn time(option: &str, text: &str, start: f64) -> Result<f64, Failure> {
     let wrong = |message: String| Failure::Usage(format!("--{option}: {message}"));
-    let time = pipeline::quantity(text, &Unit::time()).map_err(wrong)?;
+    let time = compile::quantity(text, &Unit::time()).map_err(wrong)?;
     match time.is_finite() && time >= start {
         true => Ok(time),
         false => Err(wrong(format!("{time:?} s is before the start, {start:?} s"))),
@@ -150,7 +151,7 @@ fn set(mechanism: &mut Mechanism, setting: &str) -> Result<(), String> {
         let known = suggest::known(name, known.iter().map(String::as_str));
         return Err(format!("the scene has no parameter or input `{name}`; {known}"));
     };
-    let value = pipeline::quantity(text, unit)?;
+    let value = compile::quantity(text, unit)?;
     match bounds {
         _ if !value.is_finite() => return Err("is not a finite number".to_owned()),
         [Some(min), _] if value < min => return Err(format!("must be at least {min:?} {}", unit.si)),

@@ -6,7 +6,7 @@ use super::couplings::{self, CoupledChord};
 use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, known_angle, project};
 use super::vector::Scalar;
-use crate::element::{Angle, Held, System};
+use crate::component::{Angle, Held, System};
 use crate::expr::{Arena, Expr, Node, Order, Symbol};
 use crate::graph::{ElementId, Rotation, Translation, Tree};
 
@@ -29,6 +29,8 @@ pub struct Constraint {
     pub gamma: Expr,
     /// d Phi / d position of each follower.
     pub followers: Vec<(usize, Expr)>,
+    /// Does it say what others say already in every pose, though it has coordinates? This is known once the mechanism has been assembled.
+    pub repeats: bool,
 }
 
 impl Constraint {
@@ -100,7 +102,17 @@ pub(super) fn assemble(
     let (_, rest) = split(arena, kinematics, acceleration, Order::Acceleration);
     let gamma = arena.negate(rest);
     let followers = follower_rates(arena, kinematics, velocity);
-    Constraint { element, held, coupled: Vec::new(), value, jacobian: rates, time_rate, gamma, followers }
+    Constraint {
+        element,
+        held,
+        coupled: Vec::new(),
+        value,
+        jacobian: rates,
+        time_rate,
+        gamma,
+        followers,
+        repeats: false,
+    }
 }
 
 /// Splits a form into its coefficients by the coordinates' derivatives of one order, and the rest.

@@ -7,7 +7,7 @@ use super::constraints::{Constraint, assemble};
 use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, Motion, project};
 use super::vector::{Scalar, Vector};
-use crate::element::{Coupling, Port, System};
+use crate::component::{Coupling, Port, System};
 use crate::expr::{Arena, Expr, Symbol, Unary};
 use crate::graph::{ElementId, RNode, TNode};
 use crate::mechanism::BodyId;

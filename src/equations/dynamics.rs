@@ -11,7 +11,7 @@ use super::couplings::Couplings;
 use super::form::{Coefficient, Form};
 use super::kinematics::Kinematics;
 use super::vector::{FrameId, Scalar, Vector};
-use crate::element::{Angle, Direction, Force, Held, Resistance, System, Torque, TranslationalRow};
+use crate::component::{Angle, Direction, Force, Held, Resistance, System, Torque, TranslationalRow};
 use crate::expr::{Arena, Expr, Node, Order, Property, Symbol};
 use crate::graph::{ElementId, Rotation, Topology, Translation, Tree};
 use crate::mechanism::BodyId;
@@ -277,10 +277,11 @@ fn without_reactions(arena: &mut Arena, kinematics: &Kinematics, balance: &Form<
     load.total(arena)
 }
 
-/// The circuit equations that say something, by their chord; couplings act through other elements' chords.
+/// The circuit equations that say something, or that repeat others and are asked for, by their chord; couplings act through other elements' chords.
 fn by_chord(constraints: &[Constraint]) -> HashMap<ElementId, Vec<usize>> {
     let mut held: HashMap<ElementId, Vec<usize>> = HashMap::new();
-    let own = |constraint: &Constraint| !constraint.is_trivial() && constraint.coupled.is_empty();
+    let counts = |constraint: &Constraint| !constraint.is_trivial() || constraint.repeats;
+    let own = |constraint: &Constraint| counts(constraint) && constraint.coupled.is_empty();
     for (index, constraint) in constraints.iter().enumerate().filter(|(_, constraint)| own(constraint)) {
         held.entry(constraint.element).or_default().push(index);
     }

@@ -51,6 +51,11 @@ impl<C: Coefficient> Form<C> {
         form
     }
 
+    /// The keys of all terms.
+    pub fn keys(&self) -> impl Iterator<Item = Expr> {
+        self.0.keys().copied()
+    }
+
     /// self += key x coefficient. Numbers and signs go from the key to the coefficient.
     pub fn add_term(&mut self, arena: &mut Arena, key: Expr, coefficient: &C) {
         let (number, key) = split_number(arena, key);

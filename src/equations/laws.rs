@@ -3,11 +3,11 @@
 use super::Equations;
 use super::form::{Coefficient, Form};
 use super::vector::Vector;
-use crate::element::{Direction, Force, Torque};
+use crate::component::{Direction, Force, Torque};
 use crate::expr::Expr;
 use crate::graph::ElementId;
 use crate::mechanism::Formula;
-use crate::translate::translate;
+use crate::mechanism::translate::translate;
 
 impl Equations<'_> {
     /// Evaluates the terminal equations of all force and torque actuators.
@@ -29,6 +29,19 @@ impl Equations<'_> {
                 self.laws.torques.insert(id, torque);
             }
         }
+    }
+
+    /// The values of all laws: forces, torques, damping and friction.
+    pub fn law_values(&mut self) -> Vec<Expr> {
+        let mut values: Vec<Expr> = self.laws.forces.values().flat_map(Form::keys).collect();
+        values.extend(self.laws.torques.values());
+        for index in 0..self.system.elements.len() {
+            let element = &self.system.elements[index];
+            let (translation, rotation) = (element.translation.clone(), element.rotation.clone());
+            values.push(self.resisting_force(translation.as_ref()));
+            values.push(self.resisting_torque(rotation.as_ref()));
+        }
+        values
     }
 
     /// The expression of a formula.

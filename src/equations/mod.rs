@@ -9,6 +9,7 @@ mod dynamics;
 mod form;
 mod kinematics;
 mod laws;
+mod power;
 mod transfer;
 mod variables;
 mod vector;
@@ -24,7 +25,7 @@ use kinematics::Kinematics;
 pub use vector::FrameId;
 pub use vibration::Vibration;
 
-use crate::element::{Angle, CoordinateName, System};
+use crate::component::{Angle, CoordinateName, System};
 use crate::expr::{Expr, Order, Symbol};
 use crate::graph::{ElementId, TNode, Topology};
 use crate::mechanism::{BodyId, Place, Variable};

@@ -5,7 +5,7 @@ use super::form::Form;
 use super::kinematics::Motion;
 use super::vector::Scalar;
 use super::{Coordinate, Equations};
-use crate::element::{Direction, Known};
+use crate::component::{Direction, Known};
 use crate::expr::{Expr, Node, Order, Symbol};
 use crate::graph::TNode;
 use crate::mechanism::{BodyId, Place};

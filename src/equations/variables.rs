@@ -5,12 +5,10 @@ use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, Motion, ScalarMotion};
 use super::vector::Vector;
 use super::{Constraint, Equations};
-use crate::element::{Angle, Direction, Force, Origin, Port, RotationalRow, System, Torque, TranslationalRow, spring};
+use crate::component::{Angle, Direction, Force, Origin, Port, RotationalRow, System, Torque, TranslationalRow};
 use crate::expr::{Binary, Expr, Order, Symbol, Unary};
 use crate::graph::{ElementId, TNode};
-use crate::mechanism::{
-    BodyId, Dimension, DriverId, DriverKind, JointId, LoadId, LoadKind, Owner, Place, Quantity, Variable,
-};
+use crate::mechanism::{BodyId, Dimension, DriverId, JointId, LoadId, Owner, Place, Quantity, Variable};
 
 impl Equations<'_> {
     /// The expression of a variable; zero if its owner has no such quantity (the scene refuses that).
@@ -27,6 +25,23 @@ impl Equations<'_> {
         };
         self.known.insert(variable, expr);
         expr
+    }
+
+    /// Expressions of variables in which trivial loop equations have multipliers too, as if a joint that repeats another one beside it carried a part.
+    pub(crate) fn with_all_reactions(&mut self, variables: &[Variable]) -> Vec<Expr> {
+        let trivial: Vec<usize> =
+            (0..self.constraints.len()).filter(|&row| self.constraints[row].is_trivial()).collect();
+        let before = (self.dynamics.take(), self.through.take(), std::mem::take(&mut self.known));
+        trivial.iter().for_each(|&row| self.constraints[row].repeats = true);
+        let values = variables.iter().map(|&variable| self.variable(variable)).collect();
+        trivial.iter().for_each(|&row| self.constraints[row].repeats = false);
+        (self.dynamics, self.through, self.known) = before;
+        values
+    }
+
+    /// From here on a variable is this expression.
+    pub(crate) fn redefine(&mut self, variable: Variable, expr: Expr) {
+        self.known.insert(variable, expr);
     }
 
     fn of_place(&mut self, place: Place, quantity: Quantity) -> Expr {
@@ -101,6 +116,7 @@ impl Equations<'_> {
             Quantity::Fn => self.normal_force(joint, id),
             Quantity::Ft => self.coupling_reaction(id),
             Quantity::Force | Quantity::Torque => self.joint_effort(id, quantity),
+            Quantity::Power => self.power(id),
             _ => Expr::ZERO,
         }
     }
@@ -146,7 +162,7 @@ impl Equations<'_> {
     }
 
     /// Damping and friction along the only direction of the motion space.
-    fn resisting_force(&mut self, row: Option<&TranslationalRow>) -> Expr {
+    pub(super) fn resisting_force(&mut self, row: Option<&TranslationalRow>) -> Expr {
         let Some((row, &(direction, _))) = row.and_then(|row| Some((row, row.motion.first()?))) else {
             return Expr::ZERO;
         };
@@ -156,7 +172,7 @@ impl Equations<'_> {
     }
 
     /// Damping and friction against turning.
-    fn resisting_torque(&mut self, row: Option<&RotationalRow>) -> Expr {
+    pub(super) fn resisting_torque(&mut self, row: Option<&RotationalRow>) -> Expr {
         let Some((row, Torque::Resistance(law))) = row.map(|row| (row, &row.through)) else { return Expr::ZERO };
         let arena = &mut self.system.arena;
         let omega = self.kinematics.angle_across(arena, row.ends).velocity.total(arena);
@@ -179,7 +195,7 @@ impl Equations<'_> {
         };
         let mut total = self.force_along(id, normal);
         for (index, driver) in self.system.mechanism.drivers.iter().enumerate() {
-            if matches!(driver.kind, DriverKind::Displacement { joint: driven, .. } if driven == joint)
+            if driver.joint() == Some(joint)
                 && let Some(beside) = self.find(Origin::Driver(DriverId(index)))
             {
                 let share = self.force_along(beside, normal);
@@ -191,39 +207,17 @@ impl Equations<'_> {
 
     fn of_driver(&mut self, driver: DriverId, quantity: Quantity) -> Expr {
         let Some(id) = self.find(Origin::Driver(driver)) else { return Expr::ZERO };
-        match (quantity, &self.system.mechanism.drivers[driver.0].kind) {
-            (Quantity::Torque, _) => self.torque_of(id),
-            (Quantity::Fx, _) => self.force_along(id, Direction::X),
-            (Quantity::Fy, _) => self.force_along(id, Direction::Y),
-            (Quantity::Force, _) => {
+        match quantity {
+            Quantity::Torque => self.torque_of(id),
+            Quantity::Fx => self.force_along(id, Direction::X),
+            Quantity::Fy => self.force_along(id, Direction::Y),
+            Quantity::Force => {
                 match self.system.element(id).translation.as_ref().and_then(|row| row.reaction.first()) {
                     Some(&axis) => self.force_along(id, axis),
                     None => Expr::ZERO,
                 }
             }
-            (Quantity::Power, DriverKind::Angle { .. }) => {
-                let Some(row) = self.system.element(id).rotation.clone() else { return Expr::ZERO };
-                let torque = self.torque_of(id);
-                let arena = &mut self.system.arena;
-                let rate = self.kinematics.angle_across(arena, row.ends).velocity.total(arena);
-                arena.multiply(torque, rate)
-            }
-            (Quantity::Power, DriverKind::Displacement { .. }) => {
-                let Some(row) = self.system.element(id).translation.clone() else { return Expr::ZERO };
-                let Some(&axis) = row.reaction.first() else { return Expr::ZERO };
-                let (force, speed) =
-                    (self.force_along(id, axis), self.kinematics.speed_along(&mut self.system, row.ends, axis));
-                self.system.arena.multiply(force, speed)
-            }
-            (Quantity::Power, DriverKind::Position { .. }) => {
-                let Some(row) = self.system.element(id).translation.clone() else { return Expr::ZERO };
-                let powers = [Direction::X, Direction::Y].map(|axis| {
-                    let (force, speed) =
-                        (self.force_along(id, axis), self.kinematics.speed_along(&mut self.system, row.ends, axis));
-                    self.system.arena.multiply(force, speed)
-                });
-                self.system.arena.sum(powers)
-            }
+            Quantity::Power => self.power(id),
             _ => Expr::ZERO,
         }
     }
@@ -246,6 +240,7 @@ impl Equations<'_> {
                 self.line(ends, quantity)
             }
             Quantity::Force => self.line_law(load, id),
+            Quantity::Power => self.power(id),
             _ => Expr::ZERO,
         }
     }
@@ -270,7 +265,7 @@ impl Equations<'_> {
         let Some(force) = self.laws.forces.get(&id).cloned() else { return Expr::ZERO };
         if self.system.mechanism.dimension == Dimension::One {
             let along = self.component(&force, &Vector::x());
-            let pulls = matches!(self.system.mechanism.loads[load.0].kind, LoadKind::Spring { .. });
+            let pulls = self.system.mechanism.loads[load.0].facts().pulls;
             return if pulls { self.system.arena.negate(along) } else { along };
         }
         let Some(Force::Line(law)) = self.system.element(id).translation.as_ref().map(|row| row.through.clone()) else {
@@ -317,7 +312,7 @@ impl Equations<'_> {
         self.system.arena.multiply(half, total)
     }
 
-    /// Gravity (zero at the origin), springs and torsion springs.
+    /// Gravity (zero at the origin), and what components store.
     fn potential_energy(&mut self) -> Expr {
         let mechanism = self.system.mechanism;
         let gravity = mechanism.gravity.each_ref().map(|component| self.system.value(component));
@@ -336,13 +331,8 @@ impl Equations<'_> {
                 total = arena.subtract(total, work);
             }
         }
-        for (index, load) in mechanism.loads.iter().enumerate() {
-            let (quantity, law) = match &load.kind {
-                LoadKind::Spring { law, .. } => (Quantity::Length, law),
-                LoadKind::TorsionSpring { law, .. } => (Quantity::Angle, law),
-                _ => continue,
-            };
-            let energy = self.formula(&spring::energy(LoadId(index), quantity, law));
+        for energy in mechanism.parts().filter_map(|part| part.energy.as_ref()) {
+            let energy = self.formula(energy);
             total = self.system.arena.add(total, energy);
         }
         total
@@ -365,11 +355,11 @@ impl Equations<'_> {
         vector.dot(arena, direction).total(arena, &self.kinematics.frames)
     }
 
-    fn component(&mut self, form: &Form<Vector>, direction: &Vector) -> Expr {
+    pub(super) fn component(&mut self, form: &Form<Vector>, direction: &Vector) -> Expr {
         self.kinematics.component(&mut self.system, form, direction)
     }
 
-    fn force_along(&mut self, id: ElementId, direction: Direction) -> Expr {
+    pub(super) fn force_along(&mut self, id: ElementId, direction: Direction) -> Expr {
         let (_, along) = self.kinematics.direction(&mut self.system, direction);
         match self.loads().force(id).cloned() {
             Some(force) => self.component(&force, &along),
@@ -377,7 +367,7 @@ impl Equations<'_> {
         }
     }
 
-    fn torque_of(&mut self, id: ElementId) -> Expr {
+    pub(super) fn torque_of(&mut self, id: ElementId) -> Expr {
         let Some(torque) = self.loads().torque(id).cloned() else { return Expr::ZERO };
         let arena = &mut self.system.arena;
         let frames = &self.kinematics.frames;

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 
 use super::Equations;
 use super::dynamics::mass;
-use crate::element::{Known, Origin};
+use crate::component::{self, Force, Known, Origin};
 use crate::expr::{Expr, Symbol};
 use crate::graph::{ElementId, Topology};
-use crate::mechanism::{Dimension, Formula, LoadKind, Side, SpringLaw};
+use crate::mechanism::Dimension;
 
 /// The matrices of Eq. (24), n x n by rows, and the forces {F}.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -84,19 +84,17 @@ impl Equations<'_> {
             }
             Origin::Load(load) => {
                 let load = &mechanism.loads[load.0];
-                match &load.kind {
-                    LoadKind::Spring { law, .. } => {
-                        (share.stiffness, share.damping) = self.spring(law, &load.name)?;
-                        let free = self.formula(&law.free);
+                match component::of(load).linear(load)? {
+                    Some(linear) => {
+                        let [stiffness, damping, free] = linear.each_ref().map(|formula| self.formula(formula));
+                        (share.stiffness, share.damping) = (stiffness, damping);
                         let arena = &mut self.system.arena;
                         let short = arena.subtract(free, position);
                         let push = arena.multiply(share.stiffness, short);
                         let drag = arena.multiply(share.damping, rate);
                         share.force = arena.subtract(push, drag);
                     }
-                    LoadKind::Force { vector, .. } => share.force = self.outer_force(&vector[0], &load.name)?,
-                    LoadKind::Actuator { force, .. } => share.force = self.outer_force(force, &load.name)?,
-                    LoadKind::Torque { .. } | LoadKind::TorsionSpring { .. } | LoadKind::TorsionActuator { .. } => {}
+                    None => share.force = self.outer_force(element, &load.name)?,
                 }
             }
             _ => {}
@@ -104,19 +102,11 @@ impl Equations<'_> {
         Ok(share)
     }
 
-    /// Stiffness and damping of a linear spring.
-    fn spring(&mut self, law: &SpringLaw, name: &str) -> Result<(Expr, Expr), String> {
-        let [stiffness, cubic, damping] =
-            [&law.stiffness, &law.cubic, &law.damping].map(|formula| self.formula(formula));
-        match cubic == Expr::ZERO && law.side == Side::Both {
-            true => Ok((stiffness, damping)),
-            false => Err(format!("the spring `{name}` is not linear")),
-        }
-    }
-
     /// A force of time, parameters and inputs.
-    fn outer_force(&mut self, law: &Formula, name: &str) -> Result<Expr, String> {
-        let force = self.formula(law);
+    fn outer_force(&mut self, element: ElementId, name: &str) -> Result<Expr, String> {
+        let through = self.system.element(element).translation.as_ref().map(|row| row.through.clone());
+        let Some(Force::World([law, _])) = through else { return Ok(Expr::ZERO) };
+        let force = self.formula(&law);
         let symbols = self.system.arena.symbols([force]);
         match symbols.iter().any(|symbol| matches!(symbol, Symbol::Coordinate(..))) {
             true => Err(format!("the law of `{name}` depends on the motion; write it as a spring if it is linear")),

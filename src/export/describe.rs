@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use cotree_fmu::program::Source;
+use cotree_fmu::program::{Motion, Source};
 
-use super::description::{Causality, Description, ScalarVariable, Start, identifier};
+use super::description::{Causality, Description, ScalarVariable, Start};
 use crate::formulate::Formulated;
 use crate::lower::Row;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, identifier};
 
 /// What an importer is told.
 pub fn describe(formulated: &Formulated, guid: &str) -> Description {
@@ -21,6 +21,9 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         description: mechanism.description.clone(),
         experiment: mechanism.experiment,
         exchange: program.offers_exchange().then_some(program.tapes.indicators.results.len()),
+        moves_states: program.offers_exchange()
+            && program.motion == Motion::Dynamic
+            && program.constraints.iter().any(|constraint| constraint.active),
         variables: rows.iter().map(|row| variable(mechanism, row)).collect(),
     }
 }

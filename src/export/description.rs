@@ -19,6 +19,8 @@ pub struct Description {
     pub experiment: Experiment,
     /// Number of event indicators, if somebody else can integrate the model: Model Exchange.
     pub exchange: Option<usize>,
+    /// May an event of Model Exchange move the states? It closes the loops.
+    pub moves_states: bool,
     /// Every variable; its place is its value reference.
     pub variables: Vec<ScalarVariable>,
 }
@@ -114,6 +116,16 @@ impl Causality {
 }
 
 impl Description {
+    /// What is reported if nobody says more: the outputs, or everything computed if the scene names none.
+    pub fn reported(&self) -> Vec<usize> {
+        let outputs = self.outputs();
+        if !outputs.is_empty() {
+            return outputs;
+        }
+        let variables = self.variables.iter().enumerate();
+        variables.filter(|(_, variable)| variable.causality == Causality::Local).map(|(index, _)| index).collect()
+    }
+
     /// Indices of the outputs.
     pub fn outputs(&self) -> Vec<usize> {
         self.indices(|variable| variable.causality == Causality::Output)
@@ -147,16 +159,6 @@ impl Description {
     }
 }
 
-/// A C identifier made from a scene's name: letters, digits and underscores are kept, anything else becomes an
-/// underscore.
-pub fn identifier(name: &str) -> String {
-    let mut text: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-    if text.is_empty() || text.starts_with(|c: char| c.is_ascii_digit()) {
-        text.insert(0, '_');
-    }
-    text
-}
-
 /// Does a name follow the structured naming convention: C identifiers, joined by dots?
 pub fn is_structured(name: &str) -> bool {
     name.split('.').all(|part| {
@@ -168,13 +170,6 @@ pub fn is_structured(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn identifiers_are_c_identifiers() {
-        assert_eq!(identifier("slider_crank"), "slider_crank");
-        assert_eq!(identifier("4-bar Größe"), "_4_bar_Gr__e");
-        assert_eq!(identifier(""), "_");
-    }
 
     #[test]
     fn structured_names() {

@@ -5,7 +5,7 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
 use super::ExportError;
-use crate::report::drawing::Drawing;
+use crate::output::drawing::Drawing;
 
 /// The longer side [px].
 const SIZE: f32 = 320.0;

@@ -91,7 +91,7 @@ pub enum InspectError {
     Foreign(String),
     /// The program in it is damaged, or of another version of cotree.
     #[error("{0}")]
-    Program(#[from] cotree_fmu::storage::LoadError),
+    Program(#[from] cotree_fmu::program::storage::LoadError),
     /// A file in it is larger than any that cotree writes.
     #[error("its `{0}` is larger than cotree would make it")]
     Large(String),

@@ -23,7 +23,7 @@ pub enum ExportError {
     Description(std::io::Error),
     /// The program could not be written.
     #[error("cannot write the program: {0}")]
-    Program(#[from] cotree_fmu::storage::LoadError),
+    Program(#[from] cotree_fmu::program::storage::LoadError),
     /// The archive could not be packed.
     #[error("cannot pack the FMU: {0}")]
     Archive(#[from] zip::result::ZipError),

@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use cotree_fmu::solver::Statistics;
+use cotree_fmu::context::Statistics;
 
 use super::description::{Causality, Description, ScalarVariable, Start};
 use crate::mechanism::Unit;
-use crate::report::accuracy::{Accuracy, Measurement, REFERENCE};
-use crate::report::drawing::Drawing;
-use crate::report::svg::escape;
+use crate::output::accuracy::{Accuracy, Measurement, REFERENCE};
+use crate::output::drawing::Drawing;
+use crate::output::svg::escape;
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;color:#1f2933;max-width:60rem;\
 margin:2rem auto;padding:0 1rem}svg{max-width:100%;height:auto;border:1px solid #e6eaef;border-radius:6px}\

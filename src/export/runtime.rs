@@ -8,7 +8,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use cotree_fmu::storage::KIND;
+use cotree_fmu::program::storage::KIND;
 
 /// The shared library for the platform that cotree runs on.
 pub static LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/runtime"));

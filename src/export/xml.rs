@@ -1,6 +1,6 @@
 //! `modelDescription.xml` of FMI 2.0 for Co-Simulation and Model Exchange.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::io;
 use std::sync::Arc;
 
@@ -39,7 +39,10 @@ pub fn model_description(description: &Description) -> io::Result<Vec<u8>> {
         })?;
         leaf(out, "DefaultExperiment", experiment(description))?;
         element(out, "ModelVariables", vec![], |out| {
-            description.variables.iter().enumerate().try_for_each(|(index, variable)| scalar(out, index, variable))
+            let states = description.variables.iter().filter_map(|variable| variable.derivative_of);
+            let moved: HashSet<usize> = states.filter(|_| description.moves_states).collect();
+            let variables = description.variables.iter().enumerate();
+            variables.into_iter().try_for_each(|(index, variable)| scalar(out, index, variable, moved.contains(&index)))
         })?;
         structure(out, description)
     })?;
@@ -127,7 +130,7 @@ fn exponents(unit: &Unit) -> Attributes {
     powers.map(|(name, power)| (name, power.to_string())).collect()
 }
 
-fn scalar(out: &mut Out, index: usize, variable: &ScalarVariable) -> io::Result<()> {
+fn scalar(out: &mut Out, index: usize, variable: &ScalarVariable, moved: bool) -> io::Result<()> {
     let mut attributes: Attributes = vec![("name", variable.name.clone()), ("valueReference", index.to_string())];
     attributes.extend(about(&variable.description));
     attributes.push(("causality", variable.causality.name().into()));
@@ -144,7 +147,11 @@ fn scalar(out: &mut Out, index: usize, variable: &ScalarVariable) -> io::Result<
         }
         Causality::Input { .. } | Causality::Independent => {} // the standard permits none
     }
-    element(out, "ScalarVariable", attributes, |out| leaf(out, "Real", real(variable)))
+    element(out, "ScalarVariable", attributes, |out| {
+        let mut attributes = real(variable);
+        attributes.extend(moved.then(|| ("reinit", "true".to_string())));
+        leaf(out, "Real", attributes)
+    })
 }
 
 /// Attributes of a variable's `Real` element.

@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
+use super::term::build;
+use super::{Arena, Expr, Node, Order, Symbol};
 
 impl Arena {
     /// d expr / d symbol.
@@ -46,16 +47,18 @@ impl Arena {
             let derivative = match self.node(inner) {
                 Node::Constant(_) => Expr::ZERO,
                 Node::Symbol(symbol) => of_symbol(self, symbol),
+                Node::Unary(_, a) if known[&a] == Expr::ZERO => Expr::ZERO,
                 Node::Unary(function, a) => {
-                    let da = known[&a];
-                    if da == Expr::ZERO {
-                        Expr::ZERO
-                    } else {
-                        let slope = self.slope(function, a, inner);
-                        self.multiply(slope, da)
-                    }
+                    let rule = function.definition().derivative;
+                    build(self, [a, known[&a], inner], |[a, da, value]| rule([a], [da], value))
                 }
-                Node::Binary(function, a, b) => self.binary_derivative(function, [a, b], [known[&a], known[&b]], inner),
+                Node::Binary(_, a, b) if known[&a] == Expr::ZERO && known[&b] == Expr::ZERO => Expr::ZERO,
+                Node::Binary(function, a, b) => {
+                    let rule = function.definition().derivative;
+                    build(self, [a, b, known[&a], known[&b], inner], |[a, b, da, db, value]| {
+                        rule([a, b], [da, db], value)
+                    })
+                }
                 Node::Select(condition, a, b) => {
                     let (da, db) = (known[&a], known[&b]);
                     self.select(condition, da, db)
@@ -64,97 +67,6 @@ impl Arena {
             known.insert(inner, derivative);
         }
         known
-    }
-
-    /// f'(a), where `value` is f(a).
-    fn slope(&mut self, function: Unary, a: Expr, value: Expr) -> Expr {
-        match function {
-            Unary::Negate => self.constant(-1.0),
-            Unary::Sqrt => {
-                let half = self.constant(0.5);
-                self.divide(half, value)
-            }
-            Unary::Sin => self.cos(a),
-            Unary::Cos => {
-                let sine = self.sin(a);
-                self.negate(sine)
-            }
-            Unary::Tan => {
-                let square = self.square(value);
-                self.add(Expr::ONE, square)
-            }
-            Unary::Asin | Unary::Acos => {
-                let square = self.square(a);
-                let rest = self.subtract(Expr::ONE, square);
-                let root = self.unary(Unary::Sqrt, rest);
-                let slope = self.divide(Expr::ONE, root);
-                if function == Unary::Asin { slope } else { self.negate(slope) }
-            }
-            Unary::Atan => {
-                let square = self.square(a);
-                let sum = self.add(Expr::ONE, square);
-                self.divide(Expr::ONE, sum)
-            }
-            Unary::Exp => value,
-            Unary::Log => self.divide(Expr::ONE, a),
-            Unary::Tanh => {
-                let square = self.square(value);
-                self.subtract(Expr::ONE, square)
-            }
-            Unary::Abs => self.unary(Unary::Sign, a),
-            Unary::Sign | Unary::Floor => Expr::ZERO,
-        }
-    }
-
-    fn binary_derivative(&mut self, function: Binary, [a, b]: [Expr; 2], [da, db]: [Expr; 2], value: Expr) -> Expr {
-        if da == Expr::ZERO && db == Expr::ZERO {
-            return Expr::ZERO;
-        }
-        match function {
-            Binary::Add => self.add(da, db),
-            Binary::Subtract => self.subtract(da, db),
-            Binary::Multiply => {
-                let (left, right) = (self.multiply(da, b), self.multiply(a, db));
-                self.add(left, right)
-            }
-            Binary::Divide => {
-                let right = self.multiply(value, db);
-                let rise = self.subtract(da, right);
-                self.divide(rise, b)
-            }
-            Binary::Power => self.power_derivative([a, b], [da, db], value),
-            Binary::Atan2 => {
-                let (left, right) = (self.multiply(b, da), self.multiply(a, db));
-                let rise = self.subtract(left, right);
-                let (aa, bb) = (self.square(a), self.square(b));
-                let norm = self.add(aa, bb);
-                self.divide(rise, norm)
-            }
-            Binary::Min => {
-                let first = self.binary(Binary::LessEqual, a, b);
-                self.select(first, da, db)
-            }
-            Binary::Max => {
-                let second = self.binary(Binary::LessEqual, a, b);
-                self.select(second, db, da)
-            }
-            Binary::Less | Binary::LessEqual => Expr::ZERO,
-        }
-    }
-
-    /// d a^b = b a^(b-1) da + a^b ln(a) db
-    fn power_derivative(&mut self, [a, b]: [Expr; 2], [da, db]: [Expr; 2], value: Expr) -> Expr {
-        let less = self.subtract(b, Expr::ONE);
-        let lowered = self.power(a, less);
-        let slope = self.multiply(b, lowered);
-        let base = self.multiply(slope, da);
-        if db == Expr::ZERO {
-            return base;
-        }
-        let log = self.unary(Unary::Log, a);
-        let rate = self.multiply(value, log);
-        let exponent = self.multiply(rate, db);
-        self.add(base, exponent)
     }
 }
 

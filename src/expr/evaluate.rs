@@ -2,9 +2,7 @@
 
 use std::collections::HashMap;
 
-use cotree_fmu::math;
-
-use super::{Arena, Binary, Expr, Node, Symbol, Unary};
+use super::{Arena, Expr, Node, Symbol};
 
 /// Values of symbols.
 pub trait Values {
@@ -52,43 +50,9 @@ impl Arena {
         match self.node(expr) {
             Node::Constant(bits) => f64::from_bits(bits),
             Node::Symbol(symbol) => values.value(symbol),
-            Node::Unary(function, a) => apply_unary(function, of(a)),
-            Node::Binary(function, a, b) => apply_binary(function, of(a), of(b)),
+            Node::Unary(function, a) => function.definition().value([of(a)]),
+            Node::Binary(function, a, b) => function.definition().value([of(a), of(b)]),
             Node::Select(a, b, c) => of(if of(a) != 0.0 { b } else { c }),
         }
-    }
-}
-
-pub(super) fn apply_unary(function: Unary, a: f64) -> f64 {
-    match function {
-        Unary::Negate => -a,
-        Unary::Sqrt => a.sqrt(),
-        Unary::Sin => math::sin_cos(a).0,
-        Unary::Cos => math::sin_cos(a).1,
-        Unary::Tan => libm::tan(a),
-        Unary::Asin => libm::asin(a),
-        Unary::Acos => libm::acos(a),
-        Unary::Atan => libm::atan(a),
-        Unary::Exp => libm::exp(a),
-        Unary::Log => libm::log(a),
-        Unary::Tanh => libm::tanh(a),
-        Unary::Abs => a.abs(),
-        Unary::Sign => math::sign(a),
-        Unary::Floor => a.floor(),
-    }
-}
-
-pub(super) fn apply_binary(function: Binary, a: f64, b: f64) -> f64 {
-    match function {
-        Binary::Add => a + b,
-        Binary::Subtract => a - b,
-        Binary::Multiply => a * b,
-        Binary::Divide => a / b,
-        Binary::Power => libm::pow(a, b),
-        Binary::Atan2 => libm::atan2(a, b),
-        Binary::Min => math::minimum(a, b),
-        Binary::Max => math::maximum(a, b),
-        Binary::Less => f64::from(u8::from(a < b)),
-        Binary::LessEqual => f64::from(u8::from(a <= b)),
     }
 }

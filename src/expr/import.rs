@@ -12,8 +12,8 @@ impl Arena {
             let copy = match from.node(expr) {
                 Node::Constant(bits) => self.constant(f64::from_bits(bits)),
                 Node::Symbol(symbol) => given.get(&symbol).copied().unwrap_or_else(|| self.symbol(symbol)),
-                Node::Unary(function, a) => self.rebuild_unary(function, here[&a]),
-                Node::Binary(function, a, b) => self.rebuild_binary(function, here[&a], here[&b]),
+                Node::Unary(function, a) => self.apply_unary(function, here[&a]),
+                Node::Binary(function, a, b) => self.apply_binary(function, here[&a], here[&b]),
                 Node::Select(a, b, c) => self.select(here[&a], here[&b], here[&c]),
             };
             here.insert(expr, copy);
@@ -21,7 +21,8 @@ impl Arena {
         roots.iter().map(|root| here[root]).collect()
     }
 
-    fn rebuild_unary(&mut self, function: Unary, a: Expr) -> Expr {
+    /// Any operation on one operand, simplified.
+    pub fn apply_unary(&mut self, function: Unary, a: Expr) -> Expr {
         match function {
             Unary::Sin => self.sin(a),
             Unary::Cos => self.cos(a),
@@ -29,7 +30,8 @@ impl Arena {
         }
     }
 
-    fn rebuild_binary(&mut self, function: Binary, a: Expr, b: Expr) -> Expr {
+    /// Any operation on two operands, simplified.
+    pub fn apply_binary(&mut self, function: Binary, a: Expr, b: Expr) -> Expr {
         match function {
             Binary::Add => self.add(a, b),
             Binary::Subtract => self.subtract(a, b),

@@ -2,16 +2,17 @@
 
 mod derivative;
 mod evaluate;
+mod expand;
+mod function;
 mod import;
-mod rounded;
 mod simplify;
-mod slopes;
+mod term;
 
 use std::collections::HashMap;
 
 pub use evaluate::Values;
-pub use rounded::Rounded;
-pub use slopes::Slopes;
+pub use expand::Expansions;
+pub use function::{Binary, Function, Run, Shown, Unary, Units};
 
 /// Handle of an expression in an [`Arena`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -76,42 +77,6 @@ pub enum Symbol {
     Reaction(usize),
     /// A mass or inertia that the scene does not give: an error if anything needs it.
     Missing(usize, Property),
-}
-
-/// Functions of one argument.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[allow(missing_docs, reason = "the names say it")]
-pub enum Unary {
-    Negate,
-    Sqrt,
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Exp,
-    Log,
-    Tanh,
-    Abs,
-    Sign,
-    Floor,
-}
-
-/// Functions of two arguments.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[allow(missing_docs, reason = "the names say it")]
-pub enum Binary {
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Power,
-    Atan2,
-    Min,
-    Max,
-    Less,
-    LessEqual,
 }
 
 /// One operation on expressions.

@@ -1,7 +1,6 @@
 //! Building expressions: constants are folded and neutral elements dropped as they are made, and sums and products have
 //! one order of operands, so that equal things meet.
 
-use super::evaluate::{apply_binary, apply_unary};
 use super::{Arena, Binary, Expr, Node, Unary};
 
 impl Arena {
@@ -175,7 +174,7 @@ impl Arena {
             return self.negate(a);
         }
         match self.as_constant(a) {
-            Some(value) => self.constant(apply_unary(function, value)),
+            Some(value) => self.constant(function.definition().value([value])),
             None => self.intern(Node::Unary(function, a)),
         }
     }
@@ -183,7 +182,7 @@ impl Arena {
     /// Any function of two arguments, without the rules of [`Arena::add`] and its kin.
     pub fn binary(&mut self, function: Binary, a: Expr, b: Expr) -> Expr {
         match (self.as_constant(a), self.as_constant(b)) {
-            (Some(x), Some(y)) => self.constant(apply_binary(function, x, y)),
+            (Some(x), Some(y)) => self.constant(function.definition().value([x, y])),
             _ => self.intern(Node::Binary(function, a, b)),
         }
     }

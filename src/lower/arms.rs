@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cotree_fmu::series::form::{
-    self, ArmForm, Coupling, Factor as FactorData, Frame, Operation, Place, Product, Push, Slot, Source,
+use cotree_fmu::taylor::form;
+use cotree_fmu::taylor::form::{
+    ArmForm, Coupling, Factor as FactorData, Frame, Operation, Place, Product, Push, Slot, Source,
 };
 
 use super::series::{Coefficients, SeriesBuilder};

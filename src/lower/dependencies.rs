@@ -1,34 +1,25 @@
 //! What each variable depends on while the mechanism moves: the states and inputs that change it at once.
 //!
-//! Dynamic motion: through the accelerations and reactions to what is in their expressions, less what cancels there ([`Slopes`]). Driven
-//! motion: through the blocks of the loop equations to the inputs in them.
+//! Read off the structure of the expressions, so that no entry is ever missing; one whose effect cancels stays (FMI 2.0, section 2.2.8, asks
+//! for no more). Dynamic motion: through the accelerations and reactions to what is in their expressions. Driven motion: through the blocks of
+//! the loop equations to the inputs in them.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
-use std::f64::consts::TAU;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use cotree_fmu::program::{Block, Source};
-use cotree_fmu::solver::poses::Random;
 
-use super::apart::apart;
 use super::footprints::footprints;
-use super::motion::typical;
-use super::program::{Pose, inverse};
+use super::program::inverse;
 use super::table::Row;
 use crate::equations::Equations;
-use crate::expr::{Expr, Node, Order, Rounded, Slopes, Symbol};
+use crate::expr::{Expr, Node, Order, Symbol};
 
 /// Longer lists of dependencies are left out of the description, or they would grow with the square of the model.
 pub(crate) const LISTED: usize = 500;
 
 /// With more coordinates than this every coordinate of a driven mechanism counts as depending on everything that drives it.
 const MOST_DRIVEN: usize = 1000;
-
-/// More derivatives than this are not evaluated to see whether they vanish: a few seconds.
-const MOST_DERIVATIVES: usize = 300_000_000;
-
-/// At so many states a derivative has to vanish.
-const STATES: u64 = 4;
 
 /// Places of variables in the table.
 type Places = BTreeSet<usize>;
@@ -40,10 +31,6 @@ pub(super) struct Moving<'a> {
     pub solved: &'a [Expr],
     /// The blocks of the loop equations if the drivers determine the motion, in the order of their solution.
     pub blocks: &'a [Block],
-    /// Typical length.
-    pub length: f64,
-    /// A consistent pose.
-    pub pose: &'a Pose,
 }
 
 /// Finds the dependencies of all variables.
@@ -57,9 +44,6 @@ pub(super) fn find(rows: &mut [Row], equations: &mut Equations, moving: &Moving)
     let through = if driven { finder.driven(moving.blocks, &inverse) } else { finder.dynamic(moving.solved) };
     for row in rows.iter_mut().filter(|row| !matches!(row.source, Source::Parameter(_) | Source::Input(_))) {
         row.dependencies = finder.of([row.value], &through);
-    }
-    if !driven {
-        finder.leave_out_what_cancels(rows, moving);
     }
 }
 
@@ -201,90 +185,4 @@ impl Finder<'_, '_> {
         }
         self.of(terms, through)
     }
-
-    /// Takes away what is in an expression without effect, because terms cancel.
-    fn leave_out_what_cancels(&self, rows: &mut [Row], moving: &Moving) {
-        let arena = &self.equations.system.arena;
-        let listed: Vec<usize> =
-            (0..rows.len()).filter(|&row| (1..=LISTED).contains(&rows[row].dependencies.len())).collect();
-        let roots: Vec<Expr> = listed.iter().map(|&row| rows[row].value).collect();
-        let solved = self.solved_in(&roots, moving.solved);
-        let mut idle = suspects(&listed.iter().map(|&row| &*rows[row].dependencies).collect::<Vec<_>>());
-        for state in 0..STATES {
-            idle.retain(|pairs| !pairs.is_empty());
-            let slopes =
-                Slopes::new(arena, &solved, &roots, |symbol| Rounded::exact(self.somewhere(symbol, moving, state)));
-            if slopes.len() * idle.len() > MOST_DERIVATIVES {
-                return;
-            }
-            for pairs in &mut idle {
-                let moved: HashSet<usize> = pairs.iter().map(|&(_, known)| known).collect();
-                let moves = |symbol: &Symbol| self.place(*symbol).is_some_and(|place| moved.contains(&place));
-                let changes = slopes.changing(&roots, |symbol| if moves(&symbol) { somehow(symbol, 17) } else { 0.0 });
-                pairs.retain(|&(unknown, _)| changes[unknown] == Some(false));
-            }
-        }
-        let mut left_out: HashMap<usize, HashSet<usize>> = HashMap::new();
-        for (unknown, known) in idle.into_iter().flatten() {
-            left_out.entry(listed[unknown]).or_default().insert(known);
-        }
-        for (row, idle) in left_out {
-            let rest = rows[row].dependencies.iter().copied().filter(|place| !idle.contains(place));
-            rows[row].dependencies = rest.collect();
-        }
-    }
-
-    /// Those accelerations and reactions that are in these expressions.
-    fn solved_in(&self, roots: &[Expr], solved: &[Expr]) -> HashMap<Symbol, Expr> {
-        let symbols: HashSet<Symbol> = self.equations.system.arena.symbols(roots.iter().copied()).into_iter().collect();
-        let all = solved.iter().enumerate().map(|(index, &value)| (self.solved_symbol(index), value));
-        all.filter(|(symbol, _)| symbols.contains(symbol)).collect()
-    }
-
-    /// The value of a symbol at a state that nothing is special about, not far from a consistent one.
-    fn somewhere(&self, symbol: Symbol, moving: &Moving, state: u64) -> f64 {
-        let mechanism = self.equations.system.mechanism;
-        let usual = typical(mechanism, moving.pose)(symbol);
-        let random = somehow(symbol, state);
-        let scaled = |size: f64| if usual == 0.0 { size * random } else { usual * (0.75 + 0.5 * random) };
-        match symbol {
-            Symbol::Missing(..) => usual,
-            Symbol::Time => usual + random,
-            Symbol::Parameter(_) | Symbol::Input(..) => scaled(1.0),
-            Symbol::Coordinate(index, order) => {
-                let angular = self.equations.coordinates[index].angular;
-                let size = if angular { TAU / 6.0 } else { moving.length };
-                if order == Order::Position { usual + size * (random - 0.5) } else { size * (random + 0.25) }
-            }
-            Symbol::Follower(..) => usual + random,
-            Symbol::Reaction(_) => random,
-        }
-    }
-}
-
-/// Every entry of every list, as the number of the list and the place: in groups in which no list occurs twice.
-fn suspects(lists: &[&[usize]]) -> Vec<Vec<(usize, usize)>> {
-    let groups = apart(lists.iter().copied());
-    let places = groups.iter().enumerate().flat_map(|(group, places)| places.iter().map(move |&place| (place, group)));
-    let group_of: HashMap<usize, usize> = places.collect();
-    let mut suspects = vec![Vec::new(); groups.len()];
-    for (unknown, list) in lists.iter().enumerate() {
-        list.iter().for_each(|known| suspects[group_of[known]].push((unknown, *known)));
-    }
-    suspects
-}
-
-/// A number between 0 and 1, another one for each symbol and state.
-pub(super) fn somehow(symbol: Symbol, state: u64) -> f64 {
-    let (kind, index, order) = match symbol {
-        Symbol::Time => (0, 0, Order::Position),
-        Symbol::Parameter(index) => (1, index, Order::Position),
-        Symbol::Input(index, order) => (2, index, order),
-        Symbol::Follower(index, order) => (3, index, order),
-        Symbol::Coordinate(index, order) => (4, index, order),
-        Symbol::Reaction(index) => (5, index, Order::Position),
-        Symbol::Missing(index, _) => (6, index, Order::Position),
-    };
-    let seed = (index as u64) << 8 | kind << 4 | (order as u64) << 2 | 1;
-    Random::new(seed.wrapping_add(state << 32)).unit()
 }

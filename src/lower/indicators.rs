@@ -8,7 +8,8 @@ use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
 /// Indicators of everything that the given results depend on: differences of what is compared, arguments of absolute values and
 /// signs. Those that only parameters move are left out.
 pub(super) fn indicators(arena: &mut Arena, results: &[Expr]) -> Vec<Expr> {
-    let reached = arena.reachable(results.iter().copied());
+    let results = arena.expanded(results);
+    let reached = arena.reachable(results);
     let found: BTreeSet<Expr> = reached.into_iter().filter_map(|expr| indicator(arena, expr)).collect();
     found.into_iter().filter(|&expr| moves(arena, expr)).collect()
 }
@@ -27,6 +28,7 @@ fn indicator(arena: &mut Arena, expr: Expr) -> Option<Expr> {
     }
 }
 
-fn moves(arena: &Arena, expr: Expr) -> bool {
+/// Does anything but parameters move it?
+pub(super) fn moves(arena: &Arena, expr: Expr) -> bool {
     arena.symbols([expr]).into_iter().any(|symbol| !matches!(symbol, Symbol::Parameter(_)))
 }

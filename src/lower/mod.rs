@@ -3,7 +3,6 @@
 //! First the kernels of positions and velocities ([`positions`]): with them the mechanism is assembled and its redundant loop
 //! equations are found. Then, knowing which equations count, everything ([`program`]).
 
-mod apart;
 mod arms;
 mod blocks;
 mod cost;
@@ -12,15 +11,14 @@ mod eliminate;
 mod footprints;
 mod indicators;
 mod initial;
+mod least_norm;
 mod motion;
 mod program;
-mod reduced;
 mod series;
 mod solve_tree;
 mod start;
-mod start_levels;
-mod start_slopes;
-mod start_sources;
+mod start_dependencies;
+mod steep;
 mod strengthen;
 mod table;
 mod tape;

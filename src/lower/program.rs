@@ -1,12 +1,13 @@
 //! The kernels of a program.
 
+use cotree_fmu::events::Steep;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{
-    Block, Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, Layout, Motion,
-    Parameter, Program, SparseTape, Tapes,
+    Block, Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, LawTape, Layout,
+    Motion, Parameter, Program, SparseTape, Tapes,
 };
-use cotree_fmu::series::Jet;
-use cotree_fmu::series::form::ArmForm;
+use cotree_fmu::taylor::Jet;
+use cotree_fmu::taylor::form::ArmForm;
 
 use super::arms::arm_form;
 use super::blocks::blocks;
@@ -15,14 +16,16 @@ use super::dependencies::Moving;
 use super::eliminate::Obstacle;
 use super::indicators::indicators;
 use super::initial::{Conditions, Settable, conditions, settable};
+use super::least_norm;
 use super::solve_tree::{self, SolveTree};
 use super::start::Beginning;
+use super::steep::steep;
 use super::table::Table;
 use super::tape::Assembler;
-use crate::element::Held;
+use crate::component::Held;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::mechanism::{BodyId, Method};
+use crate::mechanism::{BodyId, Method, Owner};
 
 /// With more coordinates there are no implicit steps unless the scene asks for them: their matrices are full.
 const MOST_IMPLICIT: usize = 500;
@@ -40,6 +43,8 @@ pub struct Lowered {
     pub no_series: Option<String>,
     /// The trees behind the acceleration kernel, where they are not those of the coordinates.
     pub solve_tree: Option<SolveTree>,
+    /// Joints and drivers whose reactions are not unique: those of least norm are reported.
+    pub sharing: Vec<Owner>,
 }
 
 /// A consistent pose at default parameters: where the weight of pivots is judged.
@@ -73,6 +78,7 @@ struct MotionKernels {
     project_velocity: Vec<Expr>,
     inverse: Option<Vec<Expr>>,
     indicators: Vec<Expr>,
+    laws: Vec<(Steep, Expr)>,
     outputs: Vec<Expr>,
     arms: Option<(ArmForm, Vec<Expr>)>,
     solve_tree: Option<SolveTree>,
@@ -98,9 +104,13 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         moving.eliminate(equations, &kernels, (length, active), pose)?;
     }
     moving.indicators = indicators(&mut equations.system.arena, &moving.acceleration);
+    if motion == Motion::Dynamic {
+        let values = [equations.law_values(), kernels.gamma.clone()].concat();
+        moving.laws = steep(&mut equations.system.arena, &values);
+    }
     let blocks = if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() };
-    let mut table =
-        Table::new(equations, motion, &Moving { solved: &moving.acceleration, blocks: &blocks, length, pose });
+    let sharing = least_norm::impose(equations, active, length, pose)?;
+    let mut table = Table::new(equations, motion, &Moving { solved: &moving.acceleration, blocks: &blocks });
     let beginning = Beginning {
         constraints: [&kernels.constraint, &kernels.constraint_rate, &kernels.gamma],
         conditions: [&kernels.positions, &kernels.velocities],
@@ -108,7 +118,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         solved: (motion == Motion::Dynamic).then_some(&moving.acceleration),
         coordinates: equations.coordinates.len(),
     };
-    table.find_initial_dependencies(equations, &beginning, (length, pose));
+    table.find_initial_dependencies(equations, &beginning);
     moving.outputs.clone_from(&table.results);
     let reacting = equations.system.arena.symbols(table.results.iter().copied());
     if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
@@ -127,7 +137,8 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         program.engine = Engine::Dop853;
         no_series = Some(TOO_MANY.into());
     }
-    Ok(Lowered { program, table, solved: moving.acceleration, solve_tree: moving.solve_tree, no_series })
+    let MotionKernels { acceleration: solved, solve_tree, .. } = moving;
+    Ok(Lowered { program, table, solved, solve_tree, no_series, sharing })
 }
 
 /// Why the motion is not integrated by series, though it could be.
@@ -260,6 +271,7 @@ fn assemble(
     let (jacobian, q_jacobian, v_jacobian) =
         (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
     let inverse = moving.inverse.as_deref().unwrap_or_default();
+    let (kinds, laws): (Vec<Steep>, Vec<Expr>) = moving.laws.iter().copied().unzip();
     let acceleration: Vec<Expr> = moving.acceleration.iter().chain(&moving.closeness).copied().collect();
     let coefficients = moving.arms.as_ref().map_or(&[][..], |(_, coefficients)| coefficients);
     let mut assembler = Assembler::new(
@@ -279,6 +291,7 @@ fn assemble(
             &moving.project_velocity,
             inverse,
             &moving.indicators,
+            &laws,
             &moving.outputs,
             coefficients,
         ],
@@ -298,6 +311,7 @@ fn assemble(
         project_velocity: assembler.tape(&moving.project_velocity),
         inverse: moving.inverse.as_ref().map(|results| assembler.tape(results)),
         indicators: assembler.tape(&moving.indicators),
+        laws: LawTape { kinds, tape: assembler.tape(&laws) },
         outputs: assembler.tape(&moving.outputs),
     };
     let initial = Initial {
@@ -402,7 +416,7 @@ fn followers(equations: &Equations, length: f64) -> Vec<Follower> {
     let system = &equations.system;
     let of = |&(driver, input, order): &(crate::mechanism::DriverId, crate::mechanism::InputId, Order)| {
         let driver = &system.mechanism.drivers[driver.0];
-        let angular = matches!(driver.kind, crate::mechanism::DriverKind::Angle { .. });
+        let angular = driver.is_angular();
         Follower {
             name: driver.name.clone(),
             input: input.0 as u32,

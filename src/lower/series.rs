@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use cotree_fmu::series::MAX_SWITCHES;
-use cotree_fmu::series::form::{Given, Operation, SeriesTape, Slot, Source, Step, Term};
+use cotree_fmu::events::MAX_SWITCHES;
+use cotree_fmu::taylor::form::{Given, Operation, SeriesTape, Slot, Source, Step, Term};
 
 use crate::equations::arms::Reason;
 use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
@@ -235,25 +235,12 @@ impl SeriesBuilder {
     }
 
     fn unary(&mut self, arena: &mut Arena, c: &mut Coefficients, function: Unary, a: Expr) -> Result<Series, Reason> {
-        match function {
+        let direct: fn(Slot) -> Operation = match function {
             Unary::Negate => {
                 let minus = arena.constant(-1.0);
-                self.scaled(arena, c, a, minus)
+                return self.scaled(arena, c, a, minus);
             }
-            Unary::Abs => {
-                let minus = arena.negate(a);
-                self.choose(arena, c, a, [a, minus])
-            }
-            Unary::Sign => {
-                let minus = arena.constant(-1.0);
-                self.choose(arena, c, a, [Expr::ONE, minus])
-            }
-            Unary::Floor => self.floor(arena, c, a),
-            Unary::Tan => {
-                let (sine, cosine) = (arena.sin(a), arena.cos(a));
-                let tangent = arena.divide(sine, cosine);
-                self.series(arena, c, tangent)
-            }
+            Unary::Floor => return self.floor(arena, c, a),
             Unary::Sin | Unary::Cos => {
                 let angle = self.slot(arena, c, a)?;
                 let [sine, cosine] = self.operate_twice(angle, Operation::SineCosine);
@@ -261,30 +248,25 @@ impl SeriesBuilder {
                     let expr = arena.unary(function, a);
                     self.series.insert(expr, self.of_slot(slot));
                 }
-                Ok(self.of_slot(if function == Unary::Sin { sine } else { cosine }))
-            }
-            Unary::Asin | Unary::Acos | Unary::Atan => self.arc(arena, c, function, a),
-            Unary::Sqrt => {
-                let a = self.slot(arena, c, a)?;
-                let slot = self.operate(Operation::SquareRoot(a));
-                Ok(self.of_slot(slot))
-            }
-            Unary::Exp => {
-                let a = self.slot(arena, c, a)?;
-                let slot = self.operate(Operation::Exponential(a));
-                Ok(self.of_slot(slot))
-            }
-            Unary::Log => {
-                let a = self.slot(arena, c, a)?;
-                let slot = self.operate(Operation::Logarithm(a));
-                Ok(self.of_slot(slot))
+                return Ok(self.of_slot(if function == Unary::Sin { sine } else { cosine }));
             }
             Unary::Tanh => {
                 let a = self.slot(arena, c, a)?;
                 let [slot, _] = self.operate_twice(a, Operation::HyperbolicTangent);
-                Ok(self.of_slot(slot))
+                return Ok(self.of_slot(slot));
             }
-        }
+            Unary::Sqrt => Operation::SquareRoot,
+            Unary::Exp => Operation::Exponential,
+            Unary::Log => Operation::Logarithm,
+            _ => {
+                let composed =
+                    arena.series_of_unary(function, a).ok_or_else(|| no_series(function.definition().name))?;
+                return self.series(arena, c, composed);
+            }
+        };
+        let a = self.slot(arena, c, a)?;
+        let slot = self.operate(direct(a));
+        Ok(self.of_slot(slot))
     }
 
     /// `if`: a comparison switches where its sides are equal, any other condition at one half.
@@ -342,18 +324,6 @@ impl SeriesBuilder {
         Ok(switch as u32)
     }
 
-    /// asin a = atan2(a, sqrt(1 - a^2)), acos a = atan2(sqrt(1 - a^2), a), atan a = atan2(a, 1)
-    fn arc(&mut self, arena: &mut Arena, c: &mut Coefficients, function: Unary, a: Expr) -> Result<Series, Reason> {
-        let square = arena.square(a);
-        let rest = arena.subtract(Expr::ONE, square);
-        let (y, x) = match function {
-            Unary::Atan => (a, Expr::ONE),
-            Unary::Asin => (a, arena.unary(Unary::Sqrt, rest)),
-            _ => (arena.unary(Unary::Sqrt, rest), a),
-        };
-        self.arc_tangent(arena, c, y, x)
-    }
-
     fn arc_tangent(&mut self, arena: &mut Arena, c: &mut Coefficients, y: Expr, x: Expr) -> Result<Series, Reason> {
         let (y, x) = (self.slot(arena, c, y)?, self.slot(arena, c, x)?);
         let square = self.operate(Operation::SquareSum(x, y));
@@ -389,21 +359,11 @@ impl SeriesBuilder {
                 let slot = self.operate(Operation::Power(a, c.place(b)));
                 Ok(self.of_slot(slot))
             }
-            Binary::Power => {
-                let logarithm = arena.unary(Unary::Log, a);
-                let exponent = arena.multiply(b, logarithm);
-                let power = arena.unary(Unary::Exp, exponent);
-                self.series(arena, c, power)
-            }
             Binary::Atan2 => self.arc_tangent(arena, c, a, b),
-            Binary::Min | Binary::Max => {
-                let difference = arena.subtract(a, b);
-                let pieces = if function == Binary::Max { [a, b] } else { [b, a] };
-                self.choose(arena, c, difference, pieces)
-            }
-            Binary::Less | Binary::LessEqual => {
-                let difference = arena.subtract(b, a);
-                self.choose(arena, c, difference, [Expr::ONE, Expr::ZERO])
+            _ => {
+                let composed = arena.series_of_binary(function, a, b);
+                let composed = composed.ok_or_else(|| no_series(function.definition().name))?;
+                self.series(arena, c, composed)
             }
         }
     }
@@ -446,4 +406,9 @@ impl SeriesBuilder {
             }
         })
     }
+}
+
+/// A line of the table of functions that says neither what it is for series nor what it is composed of.
+fn no_series(name: &str) -> Reason {
+    format!("`{name}` has no series")
 }

@@ -15,7 +15,7 @@ use super::cost::Cost;
 use super::eliminate::Obstacle;
 use super::motion::{Branch, LoopRow, MotionSystem, Solver, scales, typical};
 use super::program::{Pose, kernel_cost};
-use crate::element::{Held, System};
+use crate::component::{Held, System};
 use crate::equations::{Constraint, Coordinate, Equations};
 use crate::expr::{Expr, Order, Symbol};
 use crate::graph::ElementId;

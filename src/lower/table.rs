@@ -5,15 +5,10 @@ use std::sync::Arc;
 
 use cotree_fmu::program::{Motion, Source, Variable};
 
-use super::apart::apart;
-use super::dependencies::{self, LISTED, Moving};
+use super::dependencies::{self, Moving};
 use super::initial::{order_of, settable};
-use super::motion::typical;
-use super::program::Pose;
 use super::start::Beginning;
-use super::start_levels::Search;
-use super::start_slopes::{Given, changing};
-use super::start_sources::Sources;
+use super::start_dependencies;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::mechanism::{DisplayUnit, Mechanism, Quantity, Unit};
@@ -200,46 +195,10 @@ impl Table {
     }
 
     /// What everything depends on at the start.
-    pub(super) fn find_initial_dependencies(
-        &mut self,
-        equations: &mut Equations,
-        beginning: &Beginning,
-        (length, pose): (f64, &Pose),
-    ) {
-        let given = self.given();
+    pub(super) fn find_initial_dependencies(&mut self, equations: &mut Equations, beginning: &Beginning) {
         let values: Vec<Expr> = self.rows.iter().map(|row| row.value).collect();
-        let reacts = equations.system.arena.symbols(values.iter().copied());
-        let reacts = reacts.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_)));
-        let search = Search::new(equations, beginning, (length, reacts));
-        let starts: Vec<f64> = settable(equations).into_iter().map(|settable| settable.value).collect();
-        let mechanism = equations.system.mechanism;
-        let typical = typical(mechanism, pose);
-        let usual = |symbol| match symbol {
-            Symbol::Parameter(index) if index >= mechanism.parameters.len() => {
-                starts.get(index - mechanism.parameters.len()).copied().unwrap_or_default()
-            }
-            other => typical(other),
-        };
-        let arena = &equations.system.arena;
-        let contained = Sources::new(arena, &given, &search).of(arena, &values);
-        let listed: Vec<usize> =
-            (0..values.len()).filter(|&row| (1..=LISTED).contains(&contained[row].len())).collect();
-        let together = apart(listed.iter().map(|&row| &*contained[row]));
-        let symbols: HashMap<usize, Vec<Symbol>> = given.into_iter().collect();
-        let moved = |places: &Vec<usize>| places.iter().flat_map(|place| symbols[place].iter().copied()).collect();
-        let givens: Vec<Given> = together.iter().map(moved).collect();
-        let roots: Vec<Expr> = listed.iter().map(|&row| values[row]).collect();
-        let changing = changing((arena, &search), &roots, &givens, &usual);
-        let groups =
-            together.iter().enumerate().flat_map(|(group, places)| places.iter().map(move |&place| (place, group)));
-        let group_of: HashMap<usize, usize> = groups.collect();
-        for (row, contained) in self.rows.iter_mut().zip(&contained) {
-            row.initial_dependencies = contained.clone();
-        }
-        for (row, changing) in listed.into_iter().zip(changing) {
-            let changes = |place: &usize| changing[group_of[place]] != Some(false);
-            self.rows[row].initial_dependencies = contained[row].iter().copied().filter(changes).collect();
-        }
+        let found = start_dependencies::find(equations, beginning, &self.given(), &values);
+        self.rows.iter_mut().zip(found).for_each(|(row, places)| row.initial_dependencies = places);
     }
 
     /// What is given at the start: the places of parameters, inputs and known initial values, and their symbols.

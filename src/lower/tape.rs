@@ -1,17 +1,21 @@
 //! From expressions to tapes: what depends on parameters only goes to a stage of its own, the rest becomes instructions over
 //! registers that are used again as soon as their value is dead.
 
-use std::collections::{HashMap, HashSet};
+use std::borrow::Cow;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 
 use cotree_fmu::program::Layout;
 use cotree_fmu::tape::{Instruction, Operation, Tape};
 
-use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
+use crate::expr::{Arena, Binary, Expansions, Expr, Node, Order, Run, Symbol, Unary};
 
 /// Assigns registers to everything that the kernels of one program share, then makes their tapes.
 #[derive(Debug)]
 pub struct Assembler<'a> {
-    arena: &'a Arena,
+    arena: Cow<'a, Arena>,
+    /// What stands for expressions with functions that the runtime has no operation for.
+    expansions: Expansions,
     layout: Layout,
     /// Depends on nothing but parameters, for each expression of the kernels.
     fixed: Vec<bool>,
@@ -28,7 +32,9 @@ pub struct Assembler<'a> {
 impl<'a> Assembler<'a> {
     /// Finds the constants and the parameter stage of the given kernels.
     pub fn new(arena: &'a Arena, layout: Layout, kernels: &[&[Expr]]) -> Self {
-        let used = arena.reachable(kernels.iter().flat_map(|kernel| kernel.iter().copied()));
+        let (arena, expansions) = arena.runnable(&kernels.concat());
+        let roots: Vec<Expr> = kernels.iter().flat_map(|kernel| expansions.of(kernel)).collect();
+        let used = arena.reachable(roots.iter().copied());
         let mut fixed = vec![false; arena.len()];
         for &expr in &used {
             fixed[expr.index()] = match arena.node(expr) {
@@ -39,6 +45,7 @@ impl<'a> Assembler<'a> {
         }
         let mut assembler = Assembler {
             arena,
+            expansions,
             layout,
             fixed,
             shared: HashMap::new(),
@@ -48,12 +55,13 @@ impl<'a> Assembler<'a> {
             registers: 0,
         };
         assembler.place_constants(&used);
-        assembler.place_stage(&used, kernels);
+        assembler.place_stage(&used, &roots);
         assembler
     }
 
     /// The tape that computes the given results.
     pub fn tape(&mut self, results: &[Expr]) -> Tape {
+        let results: &[Expr] = &self.expansions.of(results);
         let order: Vec<Expr> = self
             .arena
             .reachable(results.iter().copied())
@@ -61,7 +69,7 @@ impl<'a> Assembler<'a> {
             .filter(|&expr| self.home(expr).is_none() && !self.fixed[expr.index()])
             .collect();
         let mut writer = Writer::new(self, &order, results);
-        writer.write(&order);
+        writer.write();
         let tape = Tape {
             results: results.iter().map(|&result| writer.register(result)).collect(),
             instructions: writer.tape,
@@ -90,17 +98,18 @@ impl<'a> Assembler<'a> {
     }
 
     /// Every fixed expression that something moving (or a result) needs gets a register for good.
-    fn place_stage(&mut self, used: &[Expr], kernels: &[&[Expr]]) {
+    fn place_stage(&mut self, used: &[Expr], results: &[Expr]) {
         let needed_by_moving =
             used.iter().filter(|e| !self.fixed[e.index()]).flat_map(|&e| self.arena.node(e).operands());
-        let results = kernels.iter().flat_map(|kernel| kernel.iter().copied());
-        let frontier: HashSet<Expr> =
-            needed_by_moving.chain(results).filter(|&e| self.fixed[e.index()] && self.home(e).is_none()).collect();
+        let frontier: HashSet<Expr> = needed_by_moving
+            .chain(results.iter().copied())
+            .filter(|&e| self.fixed[e.index()] && self.home(e).is_none())
+            .collect();
         let order: Vec<Expr> =
             self.arena.reachable(frontier).into_iter().filter(|&expr| self.home(expr).is_none()).collect();
         let first = self.scratch;
         let mut writer = Writer::new(self, &order, &order);
-        writer.write(&order);
+        writer.write();
         let (tape, places, highest) = (std::mem::take(&mut writer.tape), writer.places, writer.highest);
         self.shared.extend(places);
         self.scratch = highest.max(first);
@@ -134,6 +143,8 @@ struct Writer<'w, 'a> {
     assembler: &'w Assembler<'a>,
     /// Products that are added to something at their only use.
     fused: HashSet<Expr>,
+    /// What is written, in this order.
+    schedule: Vec<Expr>,
     last_use: HashMap<Expr, usize>,
     places: HashMap<Expr, u32>,
     free: Vec<u32>,
@@ -155,6 +166,7 @@ impl<'w, 'a> Writer<'w, 'a> {
         let mut writer = Writer {
             assembler,
             fused: HashSet::new(),
+            schedule: Vec::new(),
             last_use: HashMap::new(),
             places: HashMap::new(),
             free: Vec::new(),
@@ -166,7 +178,8 @@ impl<'w, 'a> Writer<'w, 'a> {
                 writer.fused.insert(product);
             }
         }
-        for (position, &expr) in order.iter().enumerate() {
+        writer.schedule = writer.schedule(order);
+        for (position, &expr) in writer.schedule.iter().enumerate() {
             for operand in writer.operands(expr) {
                 writer.last_use.insert(operand, position);
             }
@@ -201,11 +214,43 @@ impl<'w, 'a> Writer<'w, 'a> {
             .collect()
     }
 
-    fn write(&mut self, order: &[Expr]) {
-        for (position, &expr) in order.iter().enumerate() {
-            if self.fused.contains(&expr) {
-                continue;
+    /// Operands before what uses them, and operations of one kind one after the other as far as that permits: the interpreter runs them without
+    /// a decision for each. Of the kinds that are ready, the most frequent one comes next.
+    fn schedule(&self, order: &[Expr]) -> Vec<Expr> {
+        let written: Vec<Expr> = order.iter().copied().filter(|expr| !self.fused.contains(expr)).collect();
+        let numbers: HashMap<Expr, usize> = written.iter().enumerate().map(|(number, expr)| (*expr, number)).collect();
+        let (mut users, mut missing) = (vec![Vec::new(); written.len()], vec![0; written.len()]);
+        for (number, &expr) in written.iter().enumerate() {
+            for operand in self.operands(expr).iter().filter_map(|operand| numbers.get(operand)) {
+                users[*operand].push(number);
+                missing[number] += 1;
             }
+        }
+        let mut ready: BTreeMap<u8, VecDeque<usize>> = BTreeMap::new();
+        let kind = |number: usize| self.kind(written[number]) as u8;
+        for number in (0..written.len()).filter(|&number| missing[number] == 0) {
+            ready.entry(kind(number)).or_default().push_back(number);
+        }
+        let mut schedule = Vec::with_capacity(written.len());
+        while let Some(next) =
+            ready.iter().max_by_key(|(kind, queue)| (queue.len(), Reverse(**kind))).map(|(kind, _)| *kind)
+        {
+            while let Some(number) = ready.get_mut(&next).and_then(VecDeque::pop_front) {
+                schedule.push(written[number]);
+                for &user in &users[number] {
+                    missing[user] -= 1;
+                    if missing[user] == 0 {
+                        ready.entry(kind(user)).or_default().push_back(user);
+                    }
+                }
+            }
+            ready.remove(&next);
+        }
+        schedule
+    }
+
+    fn write(&mut self) {
+        for (position, expr) in std::mem::take(&mut self.schedule).into_iter().enumerate() {
             if !self.places.contains_key(&expr) {
                 self.write_one(expr);
             }
@@ -243,20 +288,33 @@ impl<'w, 'a> Writer<'w, 'a> {
         self.tape.push(Instruction { operation: Operation::SinCos, target, a, b: 0, c });
     }
 
+    fn kind(&self, expr: Expr) -> Operation {
+        match self.assembler.arena.node(expr) {
+            Node::Binary(Binary::Add, a, b) if self.fused.contains(&a) || self.fused.contains(&b) => {
+                Operation::MultiplyAdd
+            }
+            Node::Binary(function, ..) => operation(function.definition().run),
+            Node::Unary(function, _) => operation(function.definition().run),
+            Node::Select(..) => Operation::Select,
+            // Constants and symbols have registers of their own and never come here.
+            Node::Constant(_) | Node::Symbol(_) => Operation::Copy,
+        }
+    }
+
     fn operation(&self, expr: Expr) -> (Operation, [u32; 3]) {
         let at = |e: Expr| self.register(e);
-        match self.assembler.arena.node(expr) {
+        let operands = match self.assembler.arena.node(expr) {
             Node::Binary(Binary::Add, a, b) if self.fused.contains(&a) || self.fused.contains(&b) => {
                 let (product, other) = if self.fused.contains(&a) { (a, b) } else { (b, a) };
                 let factors: Vec<u32> = self.assembler.arena.node(product).operands().map(at).collect();
-                (Operation::MultiplyAdd, [factors[0], factors[1], at(other)])
+                [factors[0], factors[1], at(other)]
             }
-            Node::Binary(function, a, b) => (binary_operation(function), [at(a), at(b), 0]),
-            Node::Unary(function, a) => (unary_operation(function), [at(a), 0, 0]),
-            Node::Select(a, b, c) => (Operation::Select, [at(a), at(b), at(c)]),
-            // Constants and symbols have registers of their own and never come here.
-            Node::Constant(_) | Node::Symbol(_) => (Operation::Copy, [at(expr), 0, 0]),
-        }
+            Node::Binary(_, a, b) => [at(a), at(b), 0],
+            Node::Unary(_, a) => [at(a), 0, 0],
+            Node::Select(a, b, c) => [at(a), at(b), at(c)],
+            Node::Constant(_) | Node::Symbol(_) => [at(expr), 0, 0],
+        };
+        (self.kind(expr), operands)
     }
 
     fn register(&self, expr: Expr) -> u32 {
@@ -286,35 +344,74 @@ impl<'w, 'a> Writer<'w, 'a> {
     }
 }
 
-fn unary_operation(function: Unary) -> Operation {
-    match function {
-        Unary::Negate => Operation::Negate,
-        Unary::Sqrt => Operation::SquareRoot,
-        Unary::Sin | Unary::Cos => Operation::SinCos,
-        Unary::Tan => Operation::Tangent,
-        Unary::Asin => Operation::ArcSine,
-        Unary::Acos => Operation::ArcCosine,
-        Unary::Atan => Operation::ArcTangent,
-        Unary::Exp => Operation::Exponential,
-        Unary::Log => Operation::Logarithm,
-        Unary::Tanh => Operation::HyperbolicTangent,
-        Unary::Abs => Operation::Absolute,
-        Unary::Sign => Operation::Sign,
-        Unary::Floor => Operation::Floor,
+/// Functions composed of others are expanded before they get here.
+fn operation<const N: usize>(run: Run<N>) -> Operation {
+    match run {
+        Run::Own(operation, ..) => operation,
+        Run::As(_) => Operation::Copy,
     }
 }
 
-fn binary_operation(function: Binary) -> Operation {
-    match function {
-        Binary::Add => Operation::Add,
-        Binary::Subtract => Operation::Subtract,
-        Binary::Multiply => Operation::Multiply,
-        Binary::Divide => Operation::Divide,
-        Binary::Power => Operation::Power,
-        Binary::Atan2 => Operation::ArcTangent2,
-        Binary::Min => Operation::Minimum,
-        Binary::Max => Operation::Maximum,
-        Binary::Less => Operation::Less,
-        Binary::LessEqual => Operation::LessEqual,
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COORDINATES: [f64; 4] = [0.31, -0.77, 1.2, 0.05];
+    const PARAMETERS: [f64; 3] = [0.9, -0.4, 2.2];
+
+    fn value(symbol: Symbol) -> f64 {
+        match symbol {
+            Symbol::Coordinate(i, _) => COORDINATES[i],
+            Symbol::Parameter(i) => PARAMETERS[i],
+            _ => f64::NAN,
+        }
+    }
+
+    /// Expressions that are made of each other at random.
+    fn pool(arena: &mut Arena, pick: &mut impl FnMut(usize) -> usize) -> Vec<Expr> {
+        let coordinates = (0..COORDINATES.len()).map(|i| Symbol::Coordinate(i, Order::Position));
+        let symbols = coordinates.chain((0..PARAMETERS.len()).map(Symbol::Parameter));
+        let mut pool: Vec<Expr> = symbols.map(|symbol| arena.symbol(symbol)).collect();
+        for _ in 0..5 + pick(120) {
+            let [a, b, c] = [(); 3].map(|()| pool[pick(pool.len())]);
+            let product = arena.multiply(a, b);
+            pool.push(match pick(6) {
+                0 => arena.add(a, b),
+                1 => arena.subtract(a, b),
+                2 => product,
+                3 => arena.add(product, c),
+                4 => arena.sin(a),
+                _ => arena.cos(a),
+            });
+        }
+        pool
+    }
+
+    #[test]
+    fn tapes_have_the_bits_of_their_expressions() {
+        let mut seed = 7_u64;
+        let mut pick = move |count: usize| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as usize % count
+        };
+        for _ in 0..300 {
+            let mut arena = Arena::default();
+            let pool = pool(&mut arena, &mut pick);
+            let kernels = [(); 2].map(|()| (0..1 + pick(6)).map(|_| pool[pick(pool.len())]).collect::<Vec<Expr>>());
+            let layout = Layout::new(PARAMETERS.len(), 0, 0, COORDINATES.len(), 0);
+            let mut assembler = Assembler::new(&arena, layout, &kernels.each_ref().map(Vec::as_slice));
+            let tapes = kernels.each_ref().map(|kernel| assembler.tape(kernel));
+            let mut registers = vec![0.0; assembler.registers as usize];
+            registers[layout.positions()..][..COORDINATES.len()].copy_from_slice(&COORDINATES);
+            registers[layout.parameters()..][..PARAMETERS.len()].copy_from_slice(&PARAMETERS);
+            registers[layout.constants()..][..assembler.constants.len()].copy_from_slice(&assembler.constants);
+            assembler.stage.run(&mut registers);
+            for (tape, kernel) in tapes.iter().zip(&kernels) {
+                tape.run(&mut registers);
+                let found: Vec<u64> = tape.results(&registers).map(f64::to_bits).collect();
+                let expected: Vec<u64> = arena.evaluate(kernel, &value).into_iter().map(f64::to_bits).collect();
+                assert_eq!(found, expected);
+            }
+        }
     }
 }

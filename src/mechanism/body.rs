@@ -1,7 +1,7 @@
 //! Points and the bodies that carry them.
 
 use super::{BodyId, Formula};
-use crate::scene::Span;
+use crate::diagnostic::Span;
 
 /// A point with a name.
 #[derive(Clone, Debug, PartialEq)]

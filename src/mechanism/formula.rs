@@ -1,6 +1,7 @@
 //! Expressions of the scene with their names resolved.
 
 use super::{InputId, ParameterId, Variable};
+use crate::expr::Function;
 
 /// A parsed expression with its names resolved.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,26 +59,4 @@ pub enum Comparison {
     LessEqual,
     Greater,
     GreaterEqual,
-}
-
-/// The functions of the expression language.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names say it")]
-pub enum Function {
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Atan2,
-    Exp,
-    Log,
-    Sqrt,
-    Abs,
-    Sign,
-    Tanh,
-    Min,
-    Max,
-    Floor,
 }

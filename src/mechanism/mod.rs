@@ -4,24 +4,24 @@
 //! found without formulating equations.
 
 mod body;
-mod driver;
 mod formula;
-mod joint;
-mod load;
+pub(crate) mod measure;
+mod name;
+mod part;
 mod settings;
+pub(crate) mod translate;
 mod unit;
 mod variable;
 
 pub use body::{Body, Place, Point};
-pub use driver::{Driver, DriverKind, Motion};
-pub use formula::{BinaryOperator, Comparison, Formula, Function};
-pub use joint::{Friction, Joint, JointKind};
-pub use load::{Load, LoadKind, Side, SpringLaw};
+pub use formula::{BinaryOperator, Comparison, Formula};
+pub use name::identifier;
+pub use part::{Friction, Motion, Part, Value};
 pub use settings::{Coordinates, Experiment, Method, Solver};
 pub use unit::{DisplayUnit, Input, Parameter, Unit};
-pub use variable::{Owner, Quantity, Variable};
+pub use variable::{Class, Owner, Quantity, Variable};
 
-use crate::scene::Span;
+use crate::diagnostic::Span;
 
 /// Declares an index type: `BodyId(3)` indexes `Mechanism::bodies`.
 macro_rules! index {
@@ -67,11 +67,11 @@ pub struct Mechanism {
     /// Rigid bodies.
     pub bodies: Vec<Body>,
     /// Joints.
-    pub joints: Vec<Joint>,
+    pub joints: Vec<Part>,
     /// Prescribed motions.
-    pub drivers: Vec<Driver>,
+    pub drivers: Vec<Part>,
     /// Forces, torques, springs, actuators.
-    pub loads: Vec<Load>,
+    pub loads: Vec<Part>,
     /// Known and guessed initial values.
     pub initial: Vec<Initial>,
     /// What is reported.
@@ -85,22 +85,9 @@ pub struct Mechanism {
 }
 
 impl Mechanism {
-    /// What each joint holds.
-    pub fn joint_reactions(&self) -> Vec<Variable> {
-        let reactions = |(index, joint): (usize, &Joint)| {
-            let owner = Owner::Joint(JointId(index));
-            joint.kind.reactions(self.dimension).iter().map(move |&quantity| Variable { owner, quantity })
-        };
-        self.joints.iter().enumerate().flat_map(reactions).collect()
-    }
-
-    /// What each driver must exert.
-    pub fn driver_efforts(&self) -> Vec<Variable> {
-        let efforts = |(index, driver): (usize, &Driver)| {
-            let owner = Owner::Driver(DriverId(index));
-            driver.kind.efforts(self.dimension).iter().map(move |&quantity| Variable { owner, quantity })
-        };
-        self.drivers.iter().enumerate().flat_map(efforts).collect()
+    /// All joints, drivers and loads, in this order.
+    pub fn parts(&self) -> impl Iterator<Item = &Part> {
+        self.joints.iter().chain(&self.drivers).chain(&self.loads)
     }
 }
 

@@ -1,6 +1,6 @@
 //! How the mechanism is to be formulated, integrated and run.
 
-use crate::scene::Span;
+use crate::diagnostic::Span;
 
 /// Default experiment, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Units, and the parameters and inputs that have them.
 
-use crate::scene::Span;
+use crate::diagnostic::Span;
 
 /// Exponents of kg, m, s and rad, and how the user writes the unit.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,5 +1,6 @@
 //! The naming table: variables that the user can name, and their names.
 
+use super::measure::*;
 use super::{DriverId, JointId, LoadId, Mechanism, Place};
 
 /// A variable of the naming table, such as `crank.angle`.
@@ -58,37 +59,76 @@ pub enum Quantity {
     VelocityResidual,
 }
 
+use Quantity::*;
+
+/// What kind of thing a variable is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Class {
+    Position,
+    Velocity,
+    Acceleration,
+    Effort,
+    System,
+}
+
 impl Quantity {
-    /// The last word of a variable's name; the whole name for those of the system.
-    pub fn word(self) -> &'static str {
+    /// The last word of a variable's name, what it is in words, its unit and its class.
+    const fn row(self) -> (&'static str, &'static str, Wanted, Class) {
+        use Class::*;
         match self {
-            Quantity::X => "x",
-            Quantity::Y => "y",
-            Quantity::Angle => "angle",
-            Quantity::Vx => "vx",
-            Quantity::Vy => "vy",
-            Quantity::Omega => "omega",
-            Quantity::Ax => "ax",
-            Quantity::Ay => "ay",
-            Quantity::Alpha => "alpha",
-            Quantity::S => "s",
-            Quantity::V => "v",
-            Quantity::A => "a",
-            Quantity::Fx => "fx",
-            Quantity::Fy => "fy",
-            Quantity::Fn => "fn",
-            Quantity::Ft => "ft",
-            Quantity::Force => "force",
-            Quantity::Torque => "torque",
-            Quantity::Power => "power",
-            Quantity::Length => "length",
-            Quantity::Rate => "rate",
-            Quantity::KineticEnergy => "energy.kinetic",
-            Quantity::PotentialEnergy => "energy.potential",
-            Quantity::TotalEnergy => "energy.total",
-            Quantity::PositionResidual => "constraint.position",
-            Quantity::VelocityResidual => "constraint.velocity",
+            X => ("x", "x position of", LENGTH, Position),
+            Y => ("y", "y position of", LENGTH, Position),
+            Angle => ("angle", "angle of", ANGLE, Position),
+            Vx => ("vx", "x velocity of", VELOCITY, Velocity),
+            Vy => ("vy", "y velocity of", VELOCITY, Velocity),
+            Omega => ("omega", "angular velocity of", ANGULAR_VELOCITY, Velocity),
+            Ax => ("ax", "x acceleration of", ACCELERATION, Acceleration),
+            Ay => ("ay", "y acceleration of", ACCELERATION, Acceleration),
+            Alpha => ("alpha", "angular acceleration of", ANGULAR_ACCELERATION, Acceleration),
+            S => ("s", "displacement of", LENGTH, Position),
+            V => ("v", "velocity of", VELOCITY, Velocity),
+            A => ("a", "acceleration of", ACCELERATION, Acceleration),
+            Fx => ("fx", "x force of", FORCE, Effort),
+            Fy => ("fy", "y force of", FORCE, Effort),
+            Fn => ("fn", "normal force of", FORCE, Effort),
+            Ft => ("ft", "tangential force of", FORCE, Effort),
+            Force => ("force", "force of", FORCE, Effort),
+            Torque => ("torque", "torque of", TORQUE, Effort),
+            Power => ("power", "power of", POWER, Effort),
+            Length => ("length", "length of", LENGTH, Position),
+            Rate => ("rate", "rate of length of", VELOCITY, Velocity),
+            KineticEnergy => ("kinetic", "kinetic energy", ENERGY, System),
+            PotentialEnergy => ("potential", "potential energy", ENERGY, System),
+            TotalEnergy => ("total", "total energy", ENERGY, System),
+            PositionResidual => ("position", "largest residual of the loop equations", LENGTH, System),
+            VelocityResidual => ("velocity", "largest residual of the rates of the loop equations", VELOCITY, System),
         }
+    }
+
+    /// The last word of a variable's name.
+    pub fn word(self) -> &'static str {
+        self.row().0
+    }
+
+    /// What it is, such as "angle of".
+    pub fn words(self) -> &'static str {
+        self.row().1
+    }
+
+    /// Its SI unit.
+    pub(crate) fn measure(self) -> Wanted {
+        self.row().2
+    }
+
+    /// Its class.
+    pub fn class(self) -> Class {
+        self.row().3
+    }
+
+    /// Is there such a thing on a line?
+    pub fn is_on_a_line(self) -> bool {
+        !matches!(self, Y | Vy | Ay | Fy | Angle | Omega | Alpha | Torque)
     }
 }
 
@@ -100,7 +140,10 @@ impl Mechanism {
             Owner::Joint(joint) => self.joints[joint.0].name.clone(),
             Owner::Driver(driver) => self.drivers[driver.0].name.clone(),
             Owner::Load(load) => self.loads[load.0].name.clone(),
-            Owner::System => return variable.quantity.word().to_string(),
+            Owner::System => match variable.quantity {
+                PositionResidual | VelocityResidual => "constraint".to_string(),
+                _ => "energy".to_string(),
+            },
         };
         format!("{owner}.{}", variable.quantity.word())
     }

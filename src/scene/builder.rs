@@ -1,12 +1,12 @@
 //! Builds scenes in Rust, with the words of the scene file.
 
 use super::model::{
-    Body, Coordinates, Driver, DriverKind, Experiment, Initial, Input, InputAs, Joint, Load, LoadKind, Motion, Outputs,
-    Parameter, Point, Scene, Solver, Turning, Vector,
+    Body, Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Solver, Vector,
 };
+use super::part::{Driver, Joint, Load};
 use super::quantity::Quantity;
-use super::span::{Source, Span, Text};
-use crate::mechanism::{Dimension, Side};
+use crate::diagnostic::span::{Source, Span, Text};
+use crate::mechanism::Dimension;
 
 impl Scene {
     /// An empty scene in the plane.
@@ -85,39 +85,21 @@ impl Scene {
     /// Adds a joint.
     #[must_use]
     pub fn joint(mut self, name: &str, joint: Joint) -> Scene {
-        self.joints.push(Joint { name: Text::from(name), ..joint });
+        self.joints.push(joint.0.with_name(name));
         self
-    }
-
-    /// Adds a revolute joint between two points.
-    #[must_use]
-    pub fn revolute(self, name: &str, first: &str, second: &str) -> Scene {
-        self.joint(name, Joint::revolute(first, second))
-    }
-
-    /// Adds a prismatic joint between two points along an axis in the first body's frame.
-    #[must_use]
-    pub fn prismatic(self, name: &str, first: &str, second: &str, axis: impl Into<Vector>) -> Scene {
-        self.joint(name, Joint::prismatic(first, second, axis))
-    }
-
-    /// Adds a weld between two points.
-    #[must_use]
-    pub fn weld(self, name: &str, first: &str, second: &str) -> Scene {
-        self.joint(name, Joint::weld(first, second))
     }
 
     /// Adds a prescribed motion.
     #[must_use]
     pub fn driver(mut self, name: &str, driver: Driver) -> Scene {
-        self.drivers.push(Driver { name: Text::from(name), ..driver });
+        self.drivers.push(driver.0.with_name(name));
         self
     }
 
     /// Adds a load.
     #[must_use]
     pub fn load(mut self, name: &str, load: Load) -> Scene {
-        self.loads.push(Load { name: Text::from(name), ..load });
+        self.loads.push(load.0.with_name(name));
         self
     }
 
@@ -357,10 +339,6 @@ impl Body {
     }
 }
 
-pub(super) fn pair(first: &str, second: &str) -> [Text; 2] {
-    [Text::from(first), Text::from(second)]
-}
-
 impl<T: Into<Quantity>> From<T> for Motion {
     fn from(law: T) -> Motion {
         Motion::Given(law.into())
@@ -371,124 +349,5 @@ impl Motion {
     /// Follows an FMU input.
     pub fn follows(input: &str, r#as: InputAs) -> Motion {
         Motion::Follows { input: Text::from(input), r#as }
-    }
-}
-
-impl Driver {
-    fn of(kind: DriverKind) -> Driver {
-        Driver { name: Text::default(), kind }
-    }
-
-    /// The angle of a revolute joint.
-    pub fn angle(joint: &str, motion: impl Into<Motion>) -> Driver {
-        Driver::of(DriverKind::Angle { of: Turning::Joint(Text::from(joint)), motion: motion.into() })
-    }
-
-    /// The angle of the second body relative to the first.
-    pub fn angle_between(first: &str, second: &str, motion: impl Into<Motion>) -> Driver {
-        Driver::of(DriverKind::Angle { of: Turning::Between(pair(first, second)), motion: motion.into() })
-    }
-
-    /// The displacement of a prismatic joint.
-    pub fn displacement(joint: &str, motion: impl Into<Motion>) -> Driver {
-        Driver::of(DriverKind::Displacement { joint: Text::from(joint), motion: motion.into() })
-    }
-
-    /// The position of a point in the world.
-    pub fn position(on: &str, position: impl Into<Vector>) -> Driver {
-        Driver::of(DriverKind::Position { on: Text::from(on), position: position.into() })
-    }
-}
-
-impl Load {
-    fn of(kind: LoadKind) -> Load {
-        Load { name: Text::default(), kind }
-    }
-
-    /// A force on a point, in the world frame.
-    pub fn force(on: &str, vector: impl Into<Vector>) -> Load {
-        Load::of(LoadKind::Force { on: Text::from(on), vector: vector.into(), in_body: false })
-    }
-
-    /// A force on a point, in the body's frame.
-    pub fn body_force(on: &str, vector: impl Into<Vector>) -> Load {
-        Load::of(LoadKind::Force { on: Text::from(on), vector: vector.into(), in_body: true })
-    }
-
-    /// A torque on the second body, its opposite on the first.
-    pub fn torque(first: &str, second: &str, value: impl Into<Quantity>) -> Load {
-        Load::of(LoadKind::Torque { between: pair(first, second), value: value.into() })
-    }
-
-    /// A spring between two points.
-    pub fn spring(first: &str, second: &str, stiffness: impl Into<Quantity>) -> Load {
-        let between = pair(first, second);
-        Load::of(LoadKind::Spring {
-            between,
-            stiffness: stiffness.into(),
-            length: None,
-            damping: None,
-            cubic: None,
-            side: Side::Both,
-        })
-    }
-
-    /// A spring that resists turning.
-    pub fn torsion_spring(first: &str, second: &str, stiffness: impl Into<Quantity>) -> Load {
-        let between = pair(first, second);
-        Load::of(LoadKind::TorsionSpring {
-            between,
-            stiffness: stiffness.into(),
-            angle: None,
-            damping: None,
-            cubic: None,
-            side: Side::Both,
-        })
-    }
-
-    /// A force law between two points.
-    pub fn actuator(first: &str, second: &str, force: impl Into<Quantity>) -> Load {
-        Load::of(LoadKind::Actuator { between: pair(first, second), force: force.into() })
-    }
-
-    /// A torque law between two bodies.
-    pub fn torsion_actuator(first: &str, second: &str, torque: impl Into<Quantity>) -> Load {
-        Load::of(LoadKind::TorsionActuator { between: pair(first, second), torque: torque.into() })
-    }
-
-    /// The free length of a spring \[m\], the free angle of a torsion spring \[rad\]; other loads have none.
-    #[must_use]
-    pub fn free(mut self, value: impl Into<Quantity>) -> Load {
-        if let LoadKind::Spring { length: free, .. } | LoadKind::TorsionSpring { angle: free, .. } = &mut self.kind {
-            *free = Some(value.into());
-        }
-        self
-    }
-
-    /// The damping of a spring [N.s/m] or torsion spring [N.m.s]; other loads have none.
-    #[must_use]
-    pub fn damping(mut self, value: impl Into<Quantity>) -> Load {
-        if let LoadKind::Spring { damping, .. } | LoadKind::TorsionSpring { damping, .. } = &mut self.kind {
-            *damping = Some(value.into());
-        }
-        self
-    }
-
-    /// The cubic stiffness of a spring [N/m3] or torsion spring [N.m/rad3]; other loads have none.
-    #[must_use]
-    pub fn cubic(mut self, value: impl Into<Quantity>) -> Load {
-        if let LoadKind::Spring { cubic, .. } | LoadKind::TorsionSpring { cubic, .. } = &mut self.kind {
-            *cubic = Some(value.into());
-        }
-        self
-    }
-
-    /// Lets a spring or torsion spring act on one side of its free length or angle only; other loads have none.
-    #[must_use]
-    pub fn side(mut self, value: Side) -> Load {
-        if let LoadKind::Spring { side, .. } | LoadKind::TorsionSpring { side, .. } = &mut self.kind {
-            *side = value;
-        }
-        self
     }
 }

@@ -1,6 +1,7 @@
 //! Values of constant formulas, and folding of numbers.
 
-use crate::mechanism::{BinaryOperator, Comparison, Formula, Function};
+use crate::expr::Function;
+use crate::mechanism::{BinaryOperator, Comparison, Formula};
 
 /// The value of a formula of numbers and parameters; not a number if it uses anything else.
 pub(crate) fn evaluate(formula: &Formula, parameters: &[f64]) -> f64 {
@@ -11,10 +12,7 @@ pub(crate) fn evaluate(formula: &Formula, parameters: &[f64]) -> f64 {
         Formula::Time | Formula::Input(_) | Formula::Variable(_) => f64::NAN,
         Formula::Negate(a) => -value(a),
         Formula::Binary(operator, sides) => binary(*operator, value(&sides[0]), value(&sides[1])),
-        Formula::Call(function, arguments) => {
-            let first = arguments.first().map_or(f64::NAN, value);
-            call(*function, first, arguments.get(1).map_or(f64::NAN, value))
-        }
+        Formula::Call(function, arguments) => function.value(&arguments.iter().map(value).collect::<Vec<f64>>()),
         Formula::If(comparison, parts) => {
             let holds = compare(*comparison, value(&parts[0]), value(&parts[1]));
             value(&parts[if holds { 2 } else { 3 }])
@@ -29,28 +27,6 @@ fn binary(operator: BinaryOperator, a: f64, b: f64) -> f64 {
         BinaryOperator::Multiply => a * b,
         BinaryOperator::Divide => a / b,
         BinaryOperator::Power => a.powf(b),
-    }
-}
-
-fn call(function: Function, a: f64, b: f64) -> f64 {
-    match function {
-        Function::Sin => a.sin(),
-        Function::Cos => a.cos(),
-        Function::Tan => a.tan(),
-        Function::Asin => a.asin(),
-        Function::Acos => a.acos(),
-        Function::Atan => a.atan(),
-        Function::Atan2 => a.atan2(b),
-        Function::Exp => a.exp(),
-        Function::Log => a.ln(),
-        Function::Sqrt => a.sqrt(),
-        Function::Abs => a.abs(),
-        Function::Sign if a == 0.0 => 0.0,
-        Function::Sign => a.signum(),
-        Function::Tanh => a.tanh(),
-        Function::Min => a.min(b),
-        Function::Max => a.max(b),
-        Function::Floor => a.floor(),
     }
 }
 

@@ -2,19 +2,19 @@
 
 use toml::de::{DeTable, DeValue};
 
-use super::fault::{Fault, Sink};
 use super::json;
-use super::span::{Span, Text};
+use crate::diagnostic::fault::{Fault, Sink};
+use crate::diagnostic::span::{Span, Text};
 
 /// A value of a document.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Node {
     /// Where it is written; a text without its quotes if it is written verbatim.
     pub span: Span,
     pub kind: Kind,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Kind {
     /// In the order of the text.
     Table(Vec<(Text, Node)>),

@@ -9,11 +9,12 @@
 //! name    = identifier ('.' identifier)*
 //! ```
 
-use super::fault::Fault;
 use super::quantity::{number_length, unit_in_expression};
-use super::span::Text;
-use super::suggest;
-use crate::mechanism::{BinaryOperator, Comparison, Function};
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::Text;
+use crate::diagnostic::suggest;
+use crate::expr::Function;
+use crate::mechanism::{BinaryOperator, Comparison};
 
 /// Deeper trees are refused, so that no expression can exhaust the stack, here or later.
 const DEEPEST: usize = 250;
@@ -37,31 +38,6 @@ pub(crate) enum TreeKind {
     Binary(BinaryOperator, Box<[Tree; 2]>),
     Call(Function, Vec<Tree>),
     If(Comparison, Box<[Tree; 4]>),
-}
-
-/// The functions, by name, with their number of arguments.
-pub(crate) const FUNCTIONS: [(&str, Function, usize); 16] = [
-    ("sin", Function::Sin, 1),
-    ("cos", Function::Cos, 1),
-    ("tan", Function::Tan, 1),
-    ("asin", Function::Asin, 1),
-    ("acos", Function::Acos, 1),
-    ("atan", Function::Atan, 1),
-    ("atan2", Function::Atan2, 2),
-    ("exp", Function::Exp, 1),
-    ("log", Function::Log, 1),
-    ("sqrt", Function::Sqrt, 1),
-    ("abs", Function::Abs, 1),
-    ("sign", Function::Sign, 1),
-    ("tanh", Function::Tanh, 1),
-    ("min", Function::Min, 2),
-    ("max", Function::Max, 2),
-    ("floor", Function::Floor, 1),
-];
-
-/// A function's name.
-pub(crate) fn function_name(function: Function) -> &'static str {
-    FUNCTIONS.iter().find(|entry| entry.1 == function).map_or("", |entry| entry.0)
 }
 
 /// Parses an expression.
@@ -250,8 +226,8 @@ impl<'t> Parser<'t> {
     /// The name of a function has been read, `(` is next.
     fn call(&mut self, name: &str, start: usize, name_end: usize) -> Result<Tree, Fault> {
         let span = self.text.part(start, name_end);
-        let Some(&(_, function, wanted)) = FUNCTIONS.iter().find(|entry| entry.0 == name) else {
-            let names = || FUNCTIONS.iter().map(|entry| entry.0);
+        let Some(function) = Function::named(name) else {
+            let names = || Function::all().map(Function::name);
             let otherwise =
                 format!("the functions are {} and `if(a < b, x, y)`", names().collect::<Vec<_>>().join(", "));
             return Err(Fault::new("scene::unknown_function", format!("there is no function `{name}`"), span)
@@ -268,6 +244,7 @@ impl<'t> Parser<'t> {
             }
         }
         let end = self.close()?;
+        let wanted = function.operands();
         if arguments.len() != wanted {
             let message = format!("`{name}` takes {}, not {}", count(wanted), arguments.len());
             return Err(Fault::new("scene::bad_expression", message, self.text.part(start, end))
@@ -380,8 +357,8 @@ pub(crate) fn shortened(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::resolve::formula_of_numbers;
     use crate::scene::constant::evaluate;
-    use crate::scene::resolve::formula_of_numbers;
 
     fn value(text: &str) -> f64 {
         evaluate(&formula_of_numbers(text).unwrap(), &[])

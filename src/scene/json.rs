@@ -1,8 +1,8 @@
 //! A JSON reader that knows where each value is written.
 
 use super::document::{Kind, Node, duplicate_key, inside_quotes, syntax};
-use super::fault::{Fault, Sink};
-use super::span::{Span, Text};
+use crate::diagnostic::fault::{Fault, Sink};
+use crate::diagnostic::span::{Span, Text};
 use std::collections::HashSet;
 
 /// Deeper nesting is refused, so that no text can exhaust the stack.

@@ -4,29 +4,30 @@
 //! [`Mechanism`](crate::mechanism::Mechanism). Whatever is wrong is collected and reported at once, as [`Faults`].
 
 mod builder;
-mod constant;
-mod decode;
-mod dimension;
-mod document;
-mod expression;
-mod fault;
-mod joints;
+pub(crate) mod constant;
+pub(crate) mod decode;
+pub(crate) mod dimension;
+pub(crate) mod document;
+pub(crate) mod expression;
 mod json;
-mod model;
-mod quantity;
-mod render;
-mod resolve;
-mod span;
-pub(crate) mod suggest;
-mod unit;
+pub(crate) mod model;
+pub(crate) mod part;
+pub(crate) mod quantity;
+pub(crate) mod unit;
 
-pub use crate::mechanism::Side;
-pub use fault::{Fault, Faults, Severity};
+pub use crate::diagnostic::{Fault, Faults, Severity, Source, Span, Text};
 pub use model::{
-    Body, Coordinates, Driver, DriverKind, Experiment, Friction, Initial, Input, InputAs, Joint, JointKind, Load,
-    LoadKind, Motion, Outputs, Parameter, Point, Scene, Solver, Turning, Vector,
+    Body, Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Solver, Vector,
 };
+pub use part::{Driver, Joint, Load, Part, Side};
 pub use quantity::{Quantity, Value};
 pub(crate) use quantity::{Reading, read};
-pub use resolve::Resolved;
-pub use span::{Source, Span, Text};
+
+/// A scene without faults.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resolved {
+    /// The mechanism.
+    pub mechanism: crate::mechanism::Mechanism,
+    /// What is worth a look all the same.
+    pub warnings: Vec<Fault>,
+}

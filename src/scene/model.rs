@@ -1,8 +1,9 @@
 //! The scene as it is written: names are texts, numbers may be units or expressions.
 
+use super::part::Part;
 use super::quantity::Quantity;
-use super::span::{Source, Span, Text};
-use crate::mechanism::{Dimension, Side};
+use crate::diagnostic::span::{Source, Span, Text};
+use crate::mechanism::Dimension;
 
 /// A mechanism as the user describes it: the scene file in Rust, field by field.
 ///
@@ -58,11 +59,11 @@ pub struct Scene {
     /// Rigid bodies.
     pub bodies: Vec<Body>,
     /// Joints.
-    pub joints: Vec<Joint>,
+    pub joints: Vec<Part>,
     /// Prescribed motions.
-    pub drivers: Vec<Driver>,
+    pub drivers: Vec<Part>,
     /// Forces, torques, springs, actuators.
-    pub loads: Vec<Load>,
+    pub loads: Vec<Part>,
     /// Known and guessed initial values.
     pub initial: Vec<Initial>,
     /// What is reported.
@@ -150,141 +151,6 @@ pub struct Body {
     pub points: Vec<Point>,
 }
 
-/// A joint.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
-    /// The name.
-    pub name: Text,
-    /// The points joined.
-    pub between: [Text; 2],
-    /// What it permits.
-    pub kind: JointKind,
-}
-
-/// What a joint permits.
-#[derive(Clone, Debug, PartialEq)]
-pub enum JointKind {
-    /// Turning about the common point.
-    Revolute {
-        /// [N.m.s]
-        damping: Option<Quantity>,
-        /// Dry friction.
-        friction: Option<Friction>,
-    },
-    /// Sliding along an axis.
-    Prismatic {
-        /// In the first body's frame.
-        axis: Vector,
-        /// Second body's angle minus the first's.
-        angle: Option<Quantity>,
-        /// [N.s/m]
-        damping: Option<Quantity>,
-        /// Dry friction.
-        friction: Option<Friction>,
-    },
-    /// Nothing.
-    Weld {
-        /// Second body's angle minus the first's.
-        angle: Option<Quantity>,
-    },
-    /// Sliding along a line fixed in the first body, and turning.
-    Slot {
-        /// In the first body's frame.
-        axis: Vector,
-        /// [N.s/m]
-        damping: Option<Quantity>,
-        /// Dry friction.
-        friction: Option<Friction>,
-    },
-    /// A disc about the second point rolls on a line fixed in the first body, to the left of its axis.
-    Rolling {
-        /// In the first body's frame.
-        axis: Vector,
-        /// Of the disc \[m\].
-        radius: Quantity,
-        /// Of the centre along the axis where the relative angle is zero \[m\].
-        displacement: Option<Quantity>,
-    },
-    /// A constant distance between the points.
-    Distance {
-        /// \[m\]
-        length: Quantity,
-    },
-    /// Two wheels that turn in a constant ratio, seen from the carrier.
-    Gear {
-        /// A body; the ground if absent.
-        carrier: Option<Text>,
-        /// Second wheel's turns for one of the first; negative if they turn against each other.
-        ratio: Quantity,
-        /// Second wheel's angle where the first's is zero.
-        angle: Option<Quantity>,
-    },
-    /// The first body, a pinion, moves the second point along an axis of the carrier.
-    Rack {
-        /// A point; the ground's origin if absent.
-        carrier: Option<Text>,
-        /// In the carrier's frame.
-        axis: Vector,
-        /// Of the pinion \[m\]; negative if the rack goes back when the pinion turns forward.
-        radius: Quantity,
-        /// Of the rack where the pinion's angle is zero \[m\].
-        displacement: Option<Quantity>,
-    },
-}
-
-/// Dry friction of a constant level.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Friction {
-    /// Level [N.m] or \[N\].
-    pub coulomb: Quantity,
-    /// Velocity at which three quarters of the level act [rad/s] or [m/s].
-    pub velocity: Quantity,
-}
-
-/// A prescribed motion.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Driver {
-    /// The name.
-    pub name: Text,
-    /// What is prescribed.
-    pub kind: DriverKind,
-}
-
-/// What a driver prescribes.
-#[derive(Clone, Debug, PartialEq)]
-pub enum DriverKind {
-    /// An angle.
-    Angle {
-        /// Of what.
-        of: Turning,
-        /// \[rad\]
-        motion: Motion,
-    },
-    /// The displacement of a prismatic joint.
-    Displacement {
-        /// The joint.
-        joint: Text,
-        /// \[m\]
-        motion: Motion,
-    },
-    /// The position of a point in the world.
-    Position {
-        /// The point.
-        on: Text,
-        /// \[m\]
-        position: Vector,
-    },
-}
-
-/// What an angle driver turns.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Turning {
-    /// A revolute joint.
-    Joint(Text),
-    /// The second body relative to the first.
-    Between([Text; 2]),
-}
-
 /// A scalar motion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
@@ -308,80 +174,6 @@ pub enum InputAs {
     Velocity,
     /// The rate of its rate.
     Acceleration,
-}
-
-/// A load.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Load {
-    /// The name.
-    pub name: Text,
-    /// What it is.
-    pub kind: LoadKind,
-}
-
-/// What a load is.
-#[derive(Clone, Debug, PartialEq)]
-pub enum LoadKind {
-    /// A force on a point.
-    Force {
-        /// The point.
-        on: Text,
-        /// \[N\]
-        vector: Vector,
-        /// Are the components in the body's frame?
-        in_body: bool,
-    },
-    /// A torque on the second body, its opposite on the first.
-    Torque {
-        /// The bodies.
-        between: [Text; 2],
-        /// [N.m]
-        value: Quantity,
-    },
-    /// A spring along the line between two points.
-    Spring {
-        /// The points.
-        between: [Text; 2],
-        /// [N/m]
-        stiffness: Quantity,
-        /// Free length \[m\].
-        length: Option<Quantity>,
-        /// [N.s/m]
-        damping: Option<Quantity>,
-        /// [N/m3]
-        cubic: Option<Quantity>,
-        /// Where it acts.
-        side: Side,
-    },
-    /// A spring that resists turning.
-    TorsionSpring {
-        /// The bodies.
-        between: [Text; 2],
-        /// [N.m/rad]
-        stiffness: Quantity,
-        /// Free angle \[rad\].
-        angle: Option<Quantity>,
-        /// [N.m.s]
-        damping: Option<Quantity>,
-        /// [N.m/rad3]
-        cubic: Option<Quantity>,
-        /// Where it acts.
-        side: Side,
-    },
-    /// A force law along the line between two points.
-    Actuator {
-        /// The points.
-        between: [Text; 2],
-        /// Pushes the points apart \[N\].
-        force: Quantity,
-    },
-    /// A torque law between two bodies.
-    TorsionActuator {
-        /// The bodies.
-        between: [Text; 2],
-        /// On the second body [N.m].
-        torque: Quantity,
-    },
 }
 
 /// An initial value.

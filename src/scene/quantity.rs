@@ -1,8 +1,8 @@
 //! Numbers as users write them: `2`, `"2 m"`, `"0.5*crank_length"`.
 
-use super::fault::Fault;
-use super::span::{Span, Text};
 use super::unit;
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::Unit;
 
 /// A number, a number with a unit, or an expression, not yet read.

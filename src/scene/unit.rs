@@ -1,8 +1,8 @@
 //! Units: `unit = factor (('.' | '*' | '/') factor)*`, `factor = [prefix] symbol ['^'] [exponent]`.
 
-use super::fault::Fault;
-use super::span::Text;
-use super::suggest;
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::Text;
+use crate::diagnostic::suggest;
 use crate::mechanism::{DisplayUnit, Unit};
 use std::f64::consts::{PI, TAU};
 

@@ -2,11 +2,11 @@
 
 use super::support::*;
 use cotree::analysis::{Point, StateSpace, Variation};
+use cotree_fmu::constraints::accelerations::Accelerations;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Source;
-use cotree_fmu::solver::accelerations::Accelerations;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -63,7 +63,7 @@ impl Nearby<'_> {
             machine.run(tape);
             let residuals: Vec<f64> = tape.results(machine.registers()).collect();
             let right = DVector::from_iterator(active.len(), active.iter().map(|&row| -residuals[row]));
-            let jacobian = cotree_fmu::solver::poses::jacobian(model, state);
+            let jacobian = cotree_fmu::constraints::poses::jacobian(model, state);
             jacobian.select_rows(active).select_columns(&dependent).lu().solve(&right).unwrap()
         };
         for _ in 0..8 {

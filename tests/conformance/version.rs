@@ -17,7 +17,7 @@ resolver = "3"
 [workspace.package]
 version = "0.1.1"
 edition = "2024"
-rust-version = "1.89"
+rust-version = "1.95"
 license = "MIT OR Apache-2.0"
 
 [workspace.lints.rust]
@@ -28,7 +28,7 @@ opt-level = 1
 debug = false
 "#;
 /// Every source is part of the format, comments too.
-const CHANGE: (&str, &str) = ("fmu/src/program.rs", "// Of the next version.\n");
+const CHANGE: (&str, &str) = ("fmu/src/program/mod.rs", "// Of the next version.\n");
 /// What comes before the format in the bytes of a runtime.
 const KIND: &str = "a cotree program of format ";
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use cotree::element::System;
+use cotree::component::System;
 use cotree::graph::{ElementId, LinearGraph, Node, Topology, Tree};
 use cotree::tree::Trees;
 

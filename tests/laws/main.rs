@@ -6,6 +6,7 @@ mod support;
 mod agreement;
 mod energy;
 mod graphs;
+mod redundant;
 mod structure;
 mod trees;
 

@@ -1,6 +1,6 @@
 //! Random spanning trees.
 
-use cotree::element::{Origin, System};
+use cotree::component::{Origin, System};
 use cotree::graph::{ElementId, LinearGraph};
 use cotree::mechanism::{Coordinates, Mechanism};
 use cotree::scene::Span;

@@ -3,6 +3,7 @@
 //! It shares no code and no idea with the product: no graphs, no trees, no symbols. Loads of joints and drivers are those on the
 //! second body, at its point.
 
+use super::variables::points;
 use nalgebra::{DMatrix, DVector, Rotation2, Vector2};
 
 /// A point of a body (relative to its mass centre, in its axes) or of the ground (`None`).
@@ -261,9 +262,25 @@ impl System {
         DVector::from_vec(self.bodies.iter().flat_map(|b| [b.mass, b.mass, b.inertia]).collect())
     }
 
-    /// Accelerations and reactions; of all possible reactions those of the smallest norm.
+    /// How far the farthest point is from its mass centre or from the origin: what makes torques and forces alike.
+    fn longest_arm(&self) -> f64 {
+        let longest = points(self).iter().map(|(_, at)| at.local.norm()).fold(0.0, f64::max);
+        if longest > 0.0 { longest } else { 1.0 }
+    }
+
+    /// Accelerations and reactions; of all possible reactions those of the smallest norm, torques divided by the longest arm.
     pub fn solve(&self, state: &State, t: f64) -> Solution {
-        let Constraints { jacobian, gamma, .. } = self.constraints(state, t);
+        let Constraints { mut jacobian, mut gamma, .. } = self.constraints(state, t);
+        // Rows of angles times the arm: their multipliers are torques divided by it. It matters only where something is redundant.
+        let independent = jacobian.is_empty() || jacobian.rank(1e-9) == jacobian.nrows();
+        let arm = if independent { 1.0 } else { self.longest_arm() };
+        let angular = |row: &Row| row.partials.iter().all(|(_, partial)| partial[..2] == [0.0, 0.0]);
+        let rows = self.rows(state, t).into_iter().flatten().flatten();
+        let sizes: Vec<f64> = rows.map(|row| if angular(&row) { arm } else { 1.0 }).collect();
+        for (row, &size) in sizes.iter().enumerate() {
+            jacobian.row_mut(row).scale_mut(size);
+            gamma[row] *= size;
+        }
         let (n, m) = (3 * self.bodies.len(), gamma.len());
         let mut matrix = DMatrix::zeros(n + m, n + m);
         matrix.view_mut((0, 0), (n, n)).set_diagonal(&self.masses());
@@ -277,7 +294,7 @@ impl System {
         let solve = |right: &DVector<f64>| svd.solve(right, cutoff).expect("both factors were asked for");
         let first = solve(&right);
         let refined = &first + solve(&(&right - &matrix * &first));
-        let mut multipliers = refined.iter().skip(n);
+        let mut multipliers = refined.iter().skip(n).zip(&sizes).map(|(lambda, size)| lambda * size);
         let [joints, drivers] = self.rows(state, t).map(|groups| {
             // M a + J^T lambda = Q: the constraint pulls the second body with -lambda.
             let loads = |group: Vec<Row>| multipliers.by_ref().take(group.len()).map(|lambda| -lambda).collect();

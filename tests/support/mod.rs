@@ -4,6 +4,7 @@
 pub mod absolute;
 pub mod chain;
 pub mod hard;
+pub mod jet;
 pub mod loads;
 pub mod parts;
 pub mod point;

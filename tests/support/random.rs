@@ -86,7 +86,7 @@ impl Random {
         self.number(0.0, 1.0) < probability
     }
 
-    fn vector(&mut self, size: f64) -> Vector2<f64> {
+    pub fn vector(&mut self, size: f64) -> Vector2<f64> {
         Vector2::new(self.number(-size, size), self.number(-size, size))
     }
 }

@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use cotree::compile::{Compiled, compile};
 use cotree::mechanism::Mechanism;
-use cotree::pipeline::{Compiled, compile};
 use cotree::scene::{Faults, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;

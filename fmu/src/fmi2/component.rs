@@ -2,8 +2,8 @@
 
 use super::logging::{Category, Logger};
 use super::types::{fmi2Status, fmi2StatusKind};
-use crate::frame::Mark;
 use crate::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot, number};
+use crate::program::seal::Mark;
 
 /// How far a communication point may be from the time reached, relative to the step.
 const OFFSET: f64 = 1e-3;
@@ -40,17 +40,37 @@ pub enum Interface {
 
 /// Why a call is refused.
 #[derive(Debug)]
-pub struct Refusal(pub String);
+pub struct Refusal {
+    pub reason: String,
+    /// Nothing is broken: other values will do (2.1.3 of the standard)?
+    discards: bool,
+}
+
+impl Refusal {
+    pub fn new(reason: String) -> Self {
+        Self { reason, discards: false }
+    }
+
+    /// What the importer may try again with other values.
+    fn discard(reason: String) -> Self {
+        Self { reason, discards: true }
+    }
+
+    pub fn status(&self) -> fmi2Status {
+        if self.discards { fmi2Status::fmi2Discard } else { fmi2Status::fmi2Error }
+    }
+}
 
 impl From<InstanceError> for Refusal {
     fn from(error: InstanceError) -> Self {
-        Self(error.to_string())
+        let discards = matches!(error, InstanceError::OutOfRange { .. });
+        Self { reason: error.to_string(), discards }
     }
 }
 
 impl From<&str> for Refusal {
     fn from(reason: &str) -> Self {
-        Self(reason.to_owned())
+        Self::new(reason.to_owned())
     }
 }
 
@@ -81,7 +101,7 @@ impl Component {
     }
 
     pub fn refuse(&self, reason: &Refusal) {
-        self.logger.log(fmi2Status::fmi2Error, Category::Errors, &reason.0);
+        self.logger.log(reason.status(), Category::Errors, &reason.reason);
     }
 
     fn allow(&self, call: &str, modes: &[Mode]) -> Outcome {
@@ -96,7 +116,17 @@ impl Component {
             Mode::Event => "in event mode",
             Mode::ContinuousTime => "in continuous-time mode",
         };
-        Err(Refusal(format!("{call} is not allowed {now}")))
+        Err(Refusal::new(format!("{call} is not allowed {now}")))
+    }
+
+    /// What an integrator outside tries may lie where the model has no value: it may try again, with a shorter step.
+    fn trial<T>(&self, result: Result<T, InstanceError>) -> Outcome<T> {
+        result.map_err(|error| match self.interface {
+            Interface::ModelExchange if error.is_numerical() => {
+                Refusal::discard(format!("{error}; in Model Exchange a shorter step may help"))
+            }
+            _ => error.into(),
+        })
     }
 
     fn event(&self, message: impl FnOnce() -> String) {
@@ -166,7 +196,8 @@ impl Component {
     pub fn get(&mut self, references: &[u32], values: &mut [f64]) -> Outcome {
         self.allow("fmi2GetReal", &READABLE)?;
         for (value, &reference) in values.iter_mut().zip(references) {
-            *value = self.instance.get(reference as usize)?;
+            let found = self.instance.get(reference as usize);
+            *value = self.trial(found)?;
         }
         Ok(())
     }
@@ -214,9 +245,11 @@ impl Component {
         for (&reference, &change) in knowns.iter().zip(direction) {
             self.instance.add_direction(reference as usize, change)?;
         }
-        self.instance.differentiate()?;
+        let differentiated = self.instance.differentiate();
+        self.trial(differentiated)?;
         for (derivative, &reference) in derivatives.iter_mut().zip(unknowns) {
-            *derivative = self.instance.derivative(reference as usize)?;
+            let found = self.instance.derivative(reference as usize);
+            *derivative = self.trial(found)?;
         }
         Ok(())
     }
@@ -228,7 +261,7 @@ impl Component {
         if let Some(order) = orders.iter().find(|order| !(1..=DERIVATIVE_ORDER).contains(*order)) {
             let reason =
                 format!("derivatives of order {order} are not provided, only of orders 1 to {DERIVATIVE_ORDER}");
-            return Err(Refusal(reason));
+            return Err(Refusal::new(reason));
         }
         let Some(&highest) = orders.iter().max() else { return Ok(()) };
         self.instance.differentiate_motion(highest)?;
@@ -245,7 +278,8 @@ impl Component {
 
     pub fn set_states(&mut self, states: &[f64]) -> Outcome {
         self.allow("fmi2SetContinuousStates", &[Mode::ContinuousTime])?;
-        Ok(self.instance.set_states(states)?)
+        let set = self.instance.set_states(states);
+        self.trial(set)
     }
 
     pub fn states(&mut self, states: &mut [f64]) -> Outcome {
@@ -255,12 +289,14 @@ impl Component {
 
     pub fn state_derivatives(&mut self, derivatives: &mut [f64]) -> Outcome {
         self.allow_only(Interface::ModelExchange, "fmi2GetDerivatives", &READABLE)?;
-        Ok(self.instance.state_derivatives(derivatives)?)
+        let found = self.instance.state_derivatives(derivatives);
+        self.trial(found)
     }
 
     pub fn indicators(&mut self, indicators: &mut [f64]) -> Outcome {
         self.allow_only(Interface::ModelExchange, "fmi2GetEventIndicators", &READABLE)?;
-        Ok(self.instance.indicators(indicators)?)
+        let found = self.instance.indicators(indicators);
+        self.trial(found)
     }
 
     pub fn nominals(&mut self, nominals: &mut [f64]) -> Outcome {
@@ -272,8 +308,8 @@ impl Component {
     fn allow_only(&self, interface: Interface, call: &str, modes: &[Mode]) -> Outcome {
         match (interface, self.interface == interface) {
             (_, true) => self.allow(call, modes),
-            (Interface::ModelExchange, false) => Err(Refusal(format!("{call} is for Model Exchange only"))),
-            (Interface::CoSimulation, false) => Err(Refusal(format!("{call} is for Co-Simulation only"))),
+            (Interface::ModelExchange, false) => Err(Refusal::new(format!("{call} is for Model Exchange only"))),
+            (Interface::CoSimulation, false) => Err(Refusal::new(format!("{call} is for Co-Simulation only"))),
         }
     }
 
@@ -313,12 +349,14 @@ impl Component {
         if !(point.is_finite() && step > 0.0 && step <= LONGEST) {
             let (step, point, most) = (number(step), number(point), number(LONGEST));
             let why = format!("it must be longer than zero and at most {most} s");
-            return Err(Refusal(format!("a step of {step} s from t = {point} s is impossible: {why}")));
+            return Err(Refusal::new(format!("a step of {step} s from t = {point} s is impossible: {why}")));
         }
         let time = self.instance.time();
         if (point - time).abs() > OFFSET * step + ROUNDING * f64::EPSILON * time.abs() {
             let (point, time) = (number(point), number(time));
-            return Err(Refusal(format!("the step starts at t = {point} s, but the simulation is at t = {time} s")));
+            return Err(Refusal::new(format!(
+                "the step starts at t = {point} s, but the simulation is at t = {time} s"
+            )));
         }
         let done = self.instance.step_to(point + step);
         for passage in self.instance.take_passages() {
@@ -354,7 +392,8 @@ impl Component {
 
     pub fn deserialize(&self, bytes: &[u8]) -> Outcome<SavedState> {
         let changed = || Refusal::from("the saved state has been changed");
-        let content = MARK.open(bytes).map_err(|error| Refusal(format!("the saved state cannot be read: {error}")))?;
+        let content =
+            MARK.open(bytes).map_err(|error| Refusal::new(format!("the saved state cannot be read: {error}")))?;
         let (&[interface, mode, set_up], rest) = content.split_first_chunk::<3>().ok_or_else(changed)?;
         let interface = INTERFACES.into_iter().find(|known| *known as u8 == interface).ok_or_else(changed)?;
         let mode = MODES.into_iter().find(|known| *known as u8 == mode).ok_or_else(changed)?;

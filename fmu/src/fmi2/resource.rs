@@ -1,23 +1,38 @@
 //! From the importer's resource location to the program.
 
 use std::ffi::CStr;
-use std::path::PathBuf;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::PROGRAM_FILE;
 use crate::model::Model;
 use crate::program::Program;
 
+/// Largest program [bytes]: what is larger has been put there by somebody else.
+const LARGEST: u64 = 1 << 31;
+
 /// Reads the model from the folder that the importer unpacked.
 pub fn load(location: &CStr) -> Result<Arc<Model>, String> {
     let mut path = folder(location.to_bytes())?;
     path.push(PROGRAM_FILE.rsplit('/').next().unwrap_or(PROGRAM_FILE));
     let shown = path.display();
-    let bytes =
-        std::fs::read(&path).map_err(|error| format!("`{shown}` cannot be read: {error}; unpack the FMU again"))?;
+    let bytes = read(&path).map_err(|why| format!("`{shown}` cannot be read: {why}; unpack the FMU again"))?;
     let program = Program::from_bytes(&bytes).map_err(|error| format!("`{shown}`: {error}"))?;
     let model = Model::new(program).map_err(|error| format!("`{shown}`: {error}"))?;
     Ok(Arc::new(model))
+}
+
+/// A file's content, if it is a file, and no larger than a program can be.
+fn read(path: &Path) -> Result<Vec<u8>, String> {
+    let about = std::fs::metadata(path).map_err(|error| error.to_string())?;
+    if !about.is_file() {
+        return Err("it is not a file".to_owned());
+    }
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(|error| error.to_string())?;
+    file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
+    if bytes.len() as u64 > LARGEST { Err("it is larger than any program".to_owned()) } else { Ok(bytes) }
 }
 
 /// The folder of a `file:` URI (RFC 8089), with or without authority; a bare path is taken as it is.

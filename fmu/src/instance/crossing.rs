@@ -1,9 +1,9 @@
 //! Singular poses in Model Exchange. Two branches of the motion cross there. The importer's integrator does not know and goes on along either of
 //! them, with results that look good. So every completed step is searched for such a pose, and one that is found is an error.
 
+use crate::constraints::poses::jacobian;
 use crate::model::{Model, State};
-use crate::solver::poses::jacobian;
-use crate::solver::weakest;
+use crate::singular::detect::weakest;
 
 /// With more loop equations the search would take longer than the step.
 const MOST_EQUATIONS: usize = 50;

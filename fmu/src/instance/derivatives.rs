@@ -1,8 +1,8 @@
 //! Derivatives of what can be read: along a direction of what can be set and of the states, and along the motion.
 
 use super::{Instance, InstanceError};
+use crate::constraints::tangent::Movement;
 use crate::program::{Motion, Source};
-use crate::solver::tangent::Movement;
 use crate::tape::ORDER;
 
 /// The highest order of [`Instance::motion_derivative`].

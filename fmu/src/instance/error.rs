@@ -3,8 +3,8 @@
 use thiserror::Error;
 
 use super::crossing::Crossing;
-use crate::frame::FrameError;
-use crate::solver::Failure;
+use crate::failure::Failure;
+use crate::program::seal::FrameError;
 
 /// Why an instance refuses.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -143,6 +143,9 @@ pub enum InstanceError {
     /// Branches of the motion cross, and the importer integrates.
     #[error("at t = {:.6} s the mechanism is in a singular pose: the loops at {} hold less there, and an integrator outside does not see on which branch the motion goes on; use Co-Simulation", .0.time, list(&.0.joints))]
     Crossing(Crossing),
+    /// The importer's steps have taken the loops too far apart.
+    #[error("{0}; in Model Exchange the importer's steps may be too long: give its integrator a smaller tolerance")]
+    Apart(Failure),
     /// A saved state of something else.
     #[error("this state was saved by another model")]
     ForeignState,
@@ -152,6 +155,20 @@ pub enum InstanceError {
     /// The solver gives up.
     #[error(transparent)]
     Solver(#[from] Failure),
+}
+
+impl InstanceError {
+    /// Is it about numbers that the model has no answer for, and not about the call?
+    pub fn is_numerical(&self) -> bool {
+        matches!(
+            self,
+            Self::Solver(_)
+                | Self::Undefined { .. }
+                | Self::NoDerivative { .. }
+                | Self::NotANumber { .. }
+                | Self::Jump { .. }
+        )
+    }
 }
 
 /// A number that reads back the same, and is not hundreds of digits long.

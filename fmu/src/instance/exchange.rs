@@ -5,6 +5,7 @@
 
 use super::snapshot::Phase;
 use super::{Computed, Instance, InstanceError};
+use crate::failure::Failure;
 use crate::program::Motion;
 
 impl Instance {
@@ -55,6 +56,7 @@ impl Instance {
             return Err(InstanceError::NotANumber { name, value: states[place] });
         }
         self.computed = Computed::default();
+        self.now.at_start = false;
         for (index, pair) in states.chunks_exact(2).enumerate() {
             self.now.state.positions_mut()[index] = pair[0];
             self.now.state.rates_mut()[index] = pair[1];
@@ -136,8 +138,14 @@ impl Instance {
         let before = if self.now.run.is_changed() { self.now.run.before() } else { &self.now.state };
         self.shown.copy_from(&self.now.state);
         let settled = self.stepper.settle(&self.model, &mut self.machine, before, &mut self.shown, &settings);
-        settled.map_err(|failure| self.explained(failure))?;
+        settled.map_err(|failure| match failure {
+            Failure::LockUp { .. } | Failure::Drift { .. } if !self.now.run.is_changed() => {
+                InstanceError::Apart(failure)
+            }
+            other => self.explained(other),
+        })?;
         let moved = self.shown != self.now.state;
+        self.now.at_start &= !moved;
         self.now.state.copy_from(&self.shown);
         self.now.run.keep(&self.now.state);
         self.watch.resume(&self.model, &self.now.state);

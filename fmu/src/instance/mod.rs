@@ -18,15 +18,18 @@ pub use error::InstanceError;
 pub(crate) use error::number;
 pub use snapshot::Snapshot;
 
+use crate::constraints::accelerations::Accelerations;
+use crate::constraints::expansion::Expansion;
+use crate::constraints::initial::solve_initial;
+use crate::constraints::tangent::Tangent;
+use crate::context::{Settings, Statistics};
+use crate::failure::Failure;
+use crate::integrator::stepping::Stepper;
 use crate::machine::Machine;
 use crate::model::{Model, State};
+use crate::program::Engine;
 use crate::program::{Motion, Source};
-use crate::solver::accelerations::Accelerations;
-use crate::solver::expansion::Expansion;
-use crate::solver::initial::solve_initial;
-use crate::solver::stepping::Stepper;
-use crate::solver::tangent::Tangent;
-use crate::solver::{Engine, Failure, Passage, Settings, Statistics};
+use crate::singular::passing::Passage;
 use crossing::Watch;
 use snapshot::{Phase, TOLERANCES};
 
@@ -249,6 +252,7 @@ impl Instance {
     fn touch(&mut self) {
         self.computed = Computed::default();
         let driven = self.model.program().motion == Motion::Kinematic;
+        self.now.at_start &= !self.is_running();
         match &mut self.now.phase {
             Phase::Initial { solved } => *solved = false,
             Phase::Running => self.now.run.change(&self.now.state),
@@ -325,6 +329,7 @@ impl Instance {
             let Snapshot { state, run, .. } = &mut self.now;
             let done = self.stepper.step_to(&self.model, &mut self.machine, state, run, time, &settings);
             done.map_err(|failure| self.explained(failure))?;
+            self.now.at_start = false;
             self.behind = false;
         }
         self.now.derivatives.fill(false);
@@ -368,7 +373,13 @@ impl Instance {
     /// the next step on if they are states, and at once in those of a driven mechanism, which has none.
     pub fn get(&mut self, variable: usize) -> Result<f64, InstanceError> {
         let found = self.model.program().variables.get(variable);
-        let source = found.ok_or(InstanceError::UnknownVariable { index: variable })?.source;
+        let found = found.ok_or(InstanceError::UnknownVariable { index: variable })?;
+        let (source, imposed) = (found.source, found.initial.map(|index| index as usize));
+        if let Some(parameter) = imposed.filter(|&index| self.now.at_start && self.model.is_imposed(index)) {
+            // What the state adds up to may differ from it by rounding errors.
+            self.settle()?;
+            return Ok(self.now.state.parameters()[parameter]);
+        }
         let value = match source {
             Source::Time => return Ok(self.now.state.time()),
             Source::Parameter(index) => return Ok(self.now.state.parameters()[index as usize]),

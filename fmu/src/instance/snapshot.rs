@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::InstanceError;
-use crate::frame::{Mark, checksum};
+use crate::integrator::stepping::Continuation;
 use crate::model::{Model, State};
 use crate::program::Engine;
-use crate::solver::stepping::Continuation;
+use crate::program::seal::{Mark, checksum};
 
 const MARK: Mark = Mark { magic: *b"cotS", name: "a saved cotree state" };
 /// The finest and the coarsest tolerance that mean something in double precision.
@@ -30,6 +30,8 @@ pub struct Snapshot {
     /// Which model.
     pub(super) model: u64,
     pub(super) phase: Phase,
+    /// Has nothing changed or moved since the start?
+    pub(super) at_start: bool,
     pub(super) state: State,
     pub(super) run: Continuation,
     /// Inputs whose derivatives were set at this communication point.
@@ -47,6 +49,7 @@ impl Snapshot {
         Self {
             model: identity(model),
             phase: Phase::Initial { solved: false },
+            at_start: true,
             run: Continuation::new(model, &state),
             state,
             derivatives: vec![false; model.program().inputs.len()],
@@ -60,6 +63,7 @@ impl Snapshot {
     pub(super) fn copy_from(&mut self, other: &Self) {
         self.model = other.model;
         self.phase = other.phase;
+        self.at_start = other.at_start;
         self.state.copy_from(&other.state);
         self.run.copy_from(&other.run);
         self.derivatives.clone_from(&other.derivatives);
@@ -74,6 +78,7 @@ impl Snapshot {
         let known = self.run.glide(time);
         if known {
             self.state.set_time(time);
+            self.at_start = false;
         }
         known
     }

@@ -1,19 +1,9 @@
-//! Running a tape.
+//! What an instruction reads and writes.
 
 use super::{Instruction, Operation, Tape};
 use crate::math;
 
 impl Tape {
-    /// Runs the tape over a register file.
-    ///
-    /// # Panics
-    /// If an instruction names a register outside the file; a program that passed [`crate::program::Program::check`] has none.
-    pub fn run(&self, registers: &mut [f64]) {
-        for instruction in &self.instructions {
-            instruction.run(registers);
-        }
-    }
-
     /// The results, in order, after [`Tape::run`].
     pub fn results<'a>(&'a self, registers: &'a [f64]) -> impl ExactSizeIterator<Item = f64> + 'a {
         self.results.iter().map(|&register| registers[register as usize])
@@ -41,81 +31,9 @@ impl Instruction {
             registers[self.c as usize] = cosine;
             sine
         } else {
-            self.operation.value(a, b, || registers[self.c as usize])
+            self.operation.value([a, b, registers[self.c as usize]])
         };
         registers[self.target as usize] = value;
-    }
-}
-
-impl Operation {
-    /// The first result.
-    #[inline(always)]
-    pub(super) fn value(self, a: f64, b: f64, c: impl FnOnce() -> f64) -> f64 {
-        match self {
-            Self::Add => a + b,
-            Self::Subtract => a - b,
-            Self::Multiply => a * b,
-            Self::Divide => a / b,
-            Self::Negate => -a,
-            Self::MultiplyAdd => a * b + c(),
-            Self::SquareRoot => a.sqrt(),
-            Self::Absolute => a.abs(),
-            Self::SinCos => math::sin_cos(a).0,
-            Self::Tangent => libm::tan(a),
-            Self::ArcSine => libm::asin(a),
-            Self::ArcCosine => libm::acos(a),
-            Self::ArcTangent => libm::atan(a),
-            Self::ArcTangent2 => libm::atan2(a, b),
-            Self::Exponential => libm::exp(a),
-            Self::Logarithm => libm::log(a),
-            Self::HyperbolicTangent => libm::tanh(a),
-            Self::Power => libm::pow(a, b),
-            Self::Sign => math::sign(a),
-            Self::Floor => a.floor(),
-            Self::Minimum => math::minimum(a, b),
-            Self::Maximum => math::maximum(a, b),
-            Self::Less => f64::from(u8::from(a < b)),
-            Self::LessEqual => f64::from(u8::from(a <= b)),
-            Self::Select => {
-                if a != 0.0 {
-                    b
-                } else {
-                    c()
-                }
-            }
-            Self::Copy => a,
-        }
-    }
-
-    /// How many of the operands a, b, c it reads.
-    pub fn operands(self) -> usize {
-        match self {
-            Self::MultiplyAdd | Self::Select => 3,
-            Self::Add
-            | Self::Subtract
-            | Self::Multiply
-            | Self::Divide
-            | Self::ArcTangent2
-            | Self::Power
-            | Self::Minimum
-            | Self::Maximum
-            | Self::Less
-            | Self::LessEqual => 2,
-            Self::Negate
-            | Self::SquareRoot
-            | Self::Absolute
-            | Self::SinCos
-            | Self::Tangent
-            | Self::ArcSine
-            | Self::ArcCosine
-            | Self::ArcTangent
-            | Self::Exponential
-            | Self::Logarithm
-            | Self::HyperbolicTangent
-            | Self::Sign
-            | Self::Floor
-            | Self::Copy => 1,
-        }
     }
 }
 

@@ -4,8 +4,8 @@
 //! processor.
 
 use super::{Instruction, Operation, Tape};
-use crate::series::lane::{Lane, ZERO, add, by_width, multiply, splat, subtract};
-use crate::series::turn::cosine_and_sine;
+use crate::linalg::lane::{Lane, ZERO, add, by_width, multiply, splat, subtract};
+use crate::linalg::turn::cosine_and_sine;
 
 impl Tape {
     by_width! {
@@ -66,7 +66,7 @@ impl Instruction {
             Operation::Multiply => multiply(a, b),
             Operation::MultiplyAdd => add(multiply(a, b), registers[self.c as usize]),
             Operation::Divide => divide(a, b),
-            Operation::Negate => a.map(|a| -a),
+            Operation::Negate => [-a[0], -a[1], -a[2], -a[3]],
             Operation::SquareRoot => [a[0].sqrt(), a[1].sqrt(), a[2].sqrt(), a[3].sqrt()],
             Operation::SinCos => {
                 let [cosine, sine] = cosine_and_sine(a);
@@ -150,7 +150,7 @@ pub(crate) type Lanes = [Lane; DIRECTIONS];
 /// One after the other, what seldom occurs.
 #[inline(never)]
 fn alone(operation: Operation, a: Lane, b: Lane, c: Lane) -> Lane {
-    std::array::from_fn(|i| operation.value(a[i], b[i], || c[i]))
+    std::array::from_fn(|i| operation.value([a[i], b[i], c[i]]))
 }
 
 /// The same for derivatives.
@@ -187,7 +187,7 @@ fn chains(slope: Lane, direction: Lane) -> Lane {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::poses::Random;
+    use crate::constraints::poses::Random;
 
     const REGISTERS: usize = 7;
 
@@ -222,7 +222,7 @@ mod tests {
     /// Every operation, with targets apart from and among its operands, and a second one that reads what it wrote.
     fn tapes() -> impl Iterator<Item = Tape> {
         let targets = [(3, 4), (0, 1), (1, 0), (2, 5)];
-        Operation::ALL.into_iter().flat_map(move |operation| {
+        Operation::ALL.iter().flat_map(move |&operation| {
             targets.map(|(target, second)| {
                 let c = if operation == Operation::SinCos { second } else { 2 };
                 let first = Instruction { operation, target, a: 0, b: 1, c };

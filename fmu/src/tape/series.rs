@@ -36,47 +36,7 @@ impl Instruction {
             registers[self.c as usize] = cosine;
             registers[self.target as usize] = sine;
         } else {
-            registers[self.target as usize] = self.operation.series(a, b, c);
-        }
-    }
-}
-
-impl Operation {
-    fn series(self, a: Series, b: Series, c: Series) -> Series {
-        let side = |first: bool| if first { a } else { b };
-        match self {
-            Self::Add => a.add(b),
-            Self::Subtract => a.add(b.scale(-1.0)),
-            Self::Multiply => a.multiply(b),
-            Self::MultiplyAdd => a.multiply(b).add(c),
-            Self::Divide => a.divide(b),
-            Self::Negate => a.scale(-1.0),
-            Self::SquareRoot => a.map(a.0[0].sqrt(), |root| Series::constant(0.5).divide(root)),
-            Self::Absolute => a.scale(if a.0[0] == 0.0 { 0.0 } else { math::sign(a.0[0]) }),
-            Self::SinCos => a.sine_cosine().0,
-            Self::Tangent => a.map(libm::tan(a.0[0]), |value| value.multiply(value).plus(1.0)),
-            Self::ArcSine => a.map(libm::asin(a.0[0]), |_| a.arc_slope()),
-            Self::ArcCosine => a.map(libm::acos(a.0[0]), |_| a.arc_slope().scale(-1.0)),
-            Self::ArcTangent => a.map(libm::atan(a.0[0]), |_| Series::constant(1.0).divide(a.multiply(a).plus(1.0))),
-            Self::ArcTangent2 => a.arc_tangent(b),
-            Self::Exponential => a.map(libm::exp(a.0[0]), |value| value),
-            Self::Logarithm => a.map(libm::log(a.0[0]), |_| Series::constant(1.0).divide(a)),
-            Self::HyperbolicTangent => a.map(libm::tanh(a.0[0]), |value| value.multiply(value).scale(-1.0).plus(1.0)),
-            Self::Power => a.power(b),
-            Self::Minimum => side(a.0[0] < b.0[0] || a.0[0].is_nan()),
-            Self::Maximum => side(a.0[0] > b.0[0] || a.0[0].is_nan()),
-            Self::Select => {
-                if a.0[0] != 0.0 {
-                    b
-                } else {
-                    c
-                }
-            }
-            Self::Copy => a,
-            Self::Sign => Series::constant(math::sign(a.0[0])),
-            Self::Floor => Series::constant(a.0[0].floor()),
-            Self::Less => Series::constant(f64::from(u8::from(a.0[0] < b.0[0]))),
-            Self::LessEqual => Series::constant(f64::from(u8::from(a.0[0] <= b.0[0]))),
+            registers[self.target as usize] = self.operation.series([a, b, c]);
         }
     }
 }
@@ -108,24 +68,24 @@ impl Series {
         self.0[1..].iter().any(|coefficient| *coefficient != 0.0)
     }
 
-    fn add(self, other: Self) -> Self {
+    pub(super) fn add(self, other: Self) -> Self {
         Self(std::array::from_fn(|k| self.0[k] + other.0[k]))
     }
 
-    fn plus(mut self, value: f64) -> Self {
+    pub(super) fn plus(mut self, value: f64) -> Self {
         self.0[0] += value;
         self
     }
 
-    fn scale(self, factor: f64) -> Self {
+    pub(super) fn scale(self, factor: f64) -> Self {
         Self(self.0.map(|coefficient| factor * coefficient))
     }
 
-    fn multiply(self, other: Self) -> Self {
+    pub(super) fn multiply(self, other: Self) -> Self {
         Self(std::array::from_fn(|k| (0..=k).map(|j| self.0[j] * other.0[k - j]).sum()))
     }
 
-    fn divide(self, divisor: Self) -> Self {
+    pub(super) fn divide(self, divisor: Self) -> Self {
         let mut quotient = Self::default();
         for k in 0..=ORDER {
             let known: f64 = (1..=k).map(|j| divisor.0[j] * quotient.0[k - j]).sum();
@@ -135,7 +95,7 @@ impl Series {
     }
 
     /// f(self) from its first value and its slope, which may depend on f: each round is right to one order more.
-    fn map(self, value: f64, slope: impl Fn(Self) -> Self) -> Self {
+    pub(super) fn map(self, value: f64, slope: impl Fn(Self) -> Self) -> Self {
         let mut result = Self::constant(value);
         if self.moves() {
             for _ in 0..ORDER {
@@ -145,7 +105,7 @@ impl Series {
         result
     }
 
-    fn sine_cosine(self) -> (Self, Self) {
+    pub(super) fn sine_cosine(self) -> (Self, Self) {
         let values = math::sin_cos(self.0[0]);
         let (mut sine, mut cosine) = (Self::constant(values.0), Self::constant(values.1));
         for _ in 0..ORDER {
@@ -157,14 +117,14 @@ impl Series {
     }
 
     /// 1 / sqrt(1 - a^2)
-    fn arc_slope(self) -> Self {
+    pub(super) fn arc_slope(self) -> Self {
         let square = self.multiply(self).scale(-1.0).plus(1.0);
         let root = square.map(square.0[0].sqrt(), |root| Self::constant(0.5).divide(root));
         Self::constant(1.0).divide(root)
     }
 
     /// atan2(self, x)
-    fn arc_tangent(self, x: Self) -> Self {
+    pub(super) fn arc_tangent(self, x: Self) -> Self {
         let value = libm::atan2(self.0[0], x.0[0]);
         if !self.moves() && !x.moves() {
             return Self::constant(value);
@@ -173,7 +133,7 @@ impl Series {
         turning.divide(self.multiply(self).add(x.multiply(x))).integral(value)
     }
 
-    fn power(self, exponent: Self) -> Self {
+    pub(super) fn power(self, exponent: Self) -> Self {
         let (base, power) = (self.0[0], exponent.0[0]);
         let value = libm::pow(base, power);
         if exponent.moves() {
@@ -211,7 +171,7 @@ mod tests {
             Series([1.7, -0.4, 0.3, 0.2, -0.1]),
             Series([2.5, 0.1, 0.2, -0.3, 0.4]),
         ];
-        for operation in Operation::ALL {
+        for &operation in Operation::ALL {
             let mut series = operands.to_vec();
             series.resize(5, Series::default());
             instruction(operation).run_series(&mut series);

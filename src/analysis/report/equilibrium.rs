@@ -6,9 +6,7 @@ use super::{Report, align, largest, number};
 use crate::analysis::{Equilibrium, Point, Stability};
 use crate::expr::{Expr, Symbol};
 use crate::formulate::Formulated;
-use crate::mechanism::{
-    BodyId, Dimension, Formula, JointId, JointKind, LoadId, LoadKind, Mechanism, Owner, Place, Quantity, Variable,
-};
+use crate::mechanism::{BodyId, Dimension, Formula, Mechanism, Owner, Place, Quantity, Value as Written, Variable};
 
 /// Groups are not magnified below this [m, rad, N, N.m].
 const LEAST: f64 = 1e-6;
@@ -98,7 +96,7 @@ impl Reader<'_, '_> {
         let exprs = self.exprs(&variables);
         let values = variables.into_iter().zip(self.values(&exprs)).map(|(variable, value)| {
             let name = self.formulated.equations.system.mechanism.variable_name(variable);
-            (name, value, unit(variable.quantity))
+            (name, value, variable.quantity.measure().si)
         });
         Group { title, values: values.collect() }
     }
@@ -122,23 +120,22 @@ impl Reader<'_, '_> {
     fn loads(&mut self) -> Group {
         let mechanism = self.formulated.equations.system.mechanism;
         let mut group = Group { title: "loads", values: Vec::new() };
-        for (index, load) in mechanism.loads.iter().enumerate() {
-            let owner = Owner::Load(LoadId(index));
-            let of =
-                |quantities: &[Quantity]| quantities.iter().map(|&quantity| Variable { owner, quantity }).collect();
-            match &load.kind {
-                LoadKind::Spring { .. } | LoadKind::Actuator { .. } => {
-                    group.values.extend(self.read("", of(&[Quantity::Length, Quantity::Force])).values);
-                }
-                LoadKind::TorsionSpring { .. } | LoadKind::TorsionActuator { .. } => {
-                    group.values.extend(self.read("", of(&[Quantity::Angle, Quantity::Torque])).values);
-                }
-                LoadKind::Torque { value, .. } => group.values.push(self.formula(&load.name, "torque", value)),
-                LoadKind::Force { vector: [x, y], .. } => {
-                    group.values.push(self.formula(&load.name, "fx", x));
-                    if mechanism.dimension == Dimension::Two {
-                        group.values.push(self.formula(&load.name, "fy", y));
+        for load in &mechanism.loads {
+            let facts = load.facts();
+            let of = |&quantity| Variable { owner: load.owner, quantity };
+            group.values.extend(self.read("", facts.pose.iter().map(of).collect()).values);
+            for (key, value) in load.values.iter().filter(|_| facts.pose.is_empty()) {
+                match value {
+                    Written::Vector([x, y]) => {
+                        group.values.push(self.formula(&load.name, "fx", x));
+                        if mechanism.dimension == Dimension::Two {
+                            group.values.push(self.formula(&load.name, "fy", y));
+                        }
                     }
+                    Written::Formula(value) if *key == "value" => {
+                        group.values.push(self.formula(&load.name, "torque", value));
+                    }
+                    _ => {}
                 }
             }
         }
@@ -162,29 +159,12 @@ fn poses(mechanism: &Mechanism) -> Vec<Variable> {
 
 fn joints(mechanism: &Mechanism) -> Vec<Variable> {
     let mut variables = Vec::new();
-    for (index, joint) in mechanism.joints.iter().enumerate() {
-        let pose: &[Quantity] = match joint.kind {
-            JointKind::Revolute { .. } => &[Quantity::Angle],
-            JointKind::Prismatic { .. } => &[Quantity::S],
-            JointKind::Slot { .. } | JointKind::Rolling { .. } => &[Quantity::S, Quantity::Angle],
-            JointKind::Weld { .. } | JointKind::Distance { .. } | JointKind::Gear { .. } | JointKind::Rack { .. } => {
-                &[]
-            }
-        };
-        let quantities = pose.iter().chain(joint.kind.reactions(mechanism.dimension));
-        let owner = Owner::Joint(JointId(index));
-        variables.extend(quantities.map(|&quantity| Variable { owner, quantity }));
+    for joint in &mechanism.joints {
+        let facts = joint.facts();
+        let quantities = facts.pose.iter().copied().chain(facts.reactions(mechanism.dimension));
+        variables.extend(quantities.map(|quantity| Variable { owner: joint.owner, quantity }));
     }
     variables
-}
-
-fn unit(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::Angle => "rad",
-        Quantity::Torque => "N.m",
-        Quantity::Fx | Quantity::Fy | Quantity::Fn | Quantity::Ft | Quantity::Force => "N",
-        _ => "m",
-    }
 }
 
 impl Stability {

@@ -14,9 +14,9 @@ use super::MessageFormat;
 use super::failure::Failure;
 use super::output::{self, Output};
 use crate::export::description::Description;
-use crate::report::csv::Writer;
-use crate::report::plot::{Plot, Series};
-use crate::simulation::{self, RunError};
+use crate::output::csv::Writer;
+use crate::output::plot::{Plot, Series};
+use crate::simulate::{self, RunError};
 use progress::Progress;
 
 /// Simulate a scene: its outputs over time, as a table and as a plot
@@ -65,7 +65,7 @@ impl Simulate {
         let columns = run.reported.iter().map(|&index| compiled.description.variables[index].name.as_str());
         let mut writer = Writer::new(Output::new(self.file())?, columns)?;
         let mut plot = self.plot.is_some().then(|| empty_plot(&compiled.description, &run.reported));
-        let mut progress = Progress::new(simulation::count(run.experiment));
+        let mut progress = Progress::new(simulate::count(run.experiment));
         let mut rows = 0;
         let ended = run.start(Arc::new(model), |time, values| {
             progress.step(time);

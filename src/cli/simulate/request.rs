@@ -4,13 +4,13 @@ use std::path::Path;
 
 use super::super::failure::Failure;
 use super::Simulate;
+use crate::compile;
+use crate::diagnostic::suggest;
 use crate::export::description::{Causality, Description, ScalarVariable};
 use crate::files;
 use crate::mechanism::{Experiment, Unit};
-use crate::pipeline;
-use crate::report::csv::Table;
-use crate::scene::suggest;
-use crate::simulation::{self, Run};
+use crate::output::csv::Table;
+use crate::simulate::{self, Run};
 
 /// The largest input table [bytes].
 const LARGEST_TABLE: u64 = 256 << 20;
@@ -41,14 +41,14 @@ pub fn run<'a>(options: &Simulate, description: &'a Description, table: Option<&
         return Err(Failure::Usage(format!("`{name}` is given by --set and by the input table")));
     }
     let experiment = experiment(options, description.experiment)?;
-    Ok(Run { description, experiment, settings, inputs, reported: simulation::reported(description) })
+    Ok(Run { description, experiment, settings, inputs, reported: description.reported() })
 }
 
 fn experiment(options: &Simulate, scene: Experiment) -> Result<Experiment, Failure> {
     let second = Unit::time();
     let time = |name: &str, text: &Option<String>, default: f64| match text {
         Some(text) => {
-            pipeline::quantity(text, &second).map_err(|message| Failure::Usage(format!("--{name}: {message}")))
+            compile::quantity(text, &second).map_err(|message| Failure::Usage(format!("--{name}: {message}")))
         }
         None => Ok(default),
     };
@@ -60,7 +60,7 @@ fn experiment(options: &Simulate, scene: Experiment) -> Result<Experiment, Failu
         format!("--stop: {stop:?} s is before the start, {:?} s", scene.start)
     } else if !(step > 0.0 && step.is_finite()) {
         format!("--step: {step:?} s is not above zero")
-    } else if simulation::count(experiment) > MOST_POINTS {
+    } else if simulate::count(experiment) > MOST_POINTS {
         format!("--step: {step:?} s up to {stop:?} s gives more than {MOST_POINTS} rows")
     } else if !(tolerance > 0.0 && tolerance < 1.0) {
         format!("--tolerance: {tolerance:?} is not between 0 and 1")
@@ -81,7 +81,7 @@ fn set(description: &Description, setting: &str) -> Result<(usize, f64), Failure
     let index = find(description, name, settable)
         .ok_or_else(|| wrong(unknown(description, name, "parameter or input", settable)))?;
     let variable = &description.variables[index];
-    let value = pipeline::quantity(value, &variable.unit).map_err(wrong)?;
+    let value = compile::quantity(value, &variable.unit).map_err(wrong)?;
     permitted(variable, value).map_err(wrong)?;
     Ok((index, value))
 }

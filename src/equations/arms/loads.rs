@@ -2,7 +2,7 @@
 
 use super::linear::conjugate_product;
 use super::{Arm, ArmEquations, Arms, Equations, Factor, Load, Push, Reason};
-use crate::element::{Force, Origin, Torque, TranslationalRow};
+use crate::component::{Force, Origin, Torque, TranslationalRow};
 use crate::equations::dynamics::{mass, resisting_force};
 use crate::equations::form::Coefficient;
 use crate::equations::vector::{FrameId, Vector};

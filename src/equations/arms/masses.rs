@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::linear::{conjugate_product, linear};
 use super::{Arm, ArmEquations, Arms, Equations, Factor, Reason, Turning};
-use crate::element::Origin;
+use crate::component::Origin;
 use crate::equations::dynamics::{inertia, mass};
 use crate::expr::Expr;
 use crate::mechanism::BodyId;

@@ -1,7 +1,7 @@
 //! The same mechanism once more, as arms: what its Taylor series are found from.
 //!
 //! Every position is a constant combination of products sigma e: a scalar (1, a displacement, a signal of time) times the unit vector
-//! of a frame. Virtual work then needs masses between arms, loads along arms and nothing else; see `cotree_fmu::series`.
+//! of a frame. Virtual work then needs masses between arms, loads along arms and nothing else; see `cotree_fmu::taylor`.
 
 mod linear;
 mod loads;

@@ -2,7 +2,7 @@
 
 use super::linear::{conjugate_product, linear};
 use super::{Arm, ArmEquations, Arms, Auxiliary, Equations, Factor, Reason, Rod, Row};
-use crate::element::{Angle, Coupling, Direction, Held, Port};
+use crate::component::{Angle, Coupling, Direction, Held, Port};
 use crate::equations::form::Coefficient;
 use crate::equations::kinematics::{ScalarMotion, known_angle};
 use crate::equations::vector::FrameId;

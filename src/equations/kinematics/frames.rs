@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::terminal::angle_of;
 use super::{FirstCoordinate, ScalarMotion};
-use crate::element::System;
+use crate::component::System;
 use crate::equations::form::Form;
 use crate::equations::vector::{Frame, FrameId, Frames};
 use crate::expr::{Arena, Expr, Node, Symbol};

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 use super::form::Coefficient;
 use super::vector::{FrameId, Frames, Vector};
-use crate::element::System;
+use crate::component::System;
 use crate::expr::{Arena, Expr};
 use crate::graph::{ElementId, RNode, Rotation, TNode, Topology, Translation};
 use crate::mechanism::Place;

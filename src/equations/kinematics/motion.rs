@@ -1,6 +1,6 @@
 //! The motion of a point and of a scalar, with derivatives as linear forms.
 
-use crate::element::Signal;
+use crate::component::Signal;
 use crate::equations::form::{Coefficient, Form};
 use crate::equations::vector::Vector;
 use crate::expr::{Arena, Expr, Order, Symbol};

@@ -1,7 +1,7 @@
 //! Terminal equations of the across variables: rigid arms, displacements along an axis, prescribed motions (Table 1).
 
 use super::{Kinematics, Motion, ScalarMotion};
-use crate::element::{Angle, Direction, Element, Known, System, TranslationalRow};
+use crate::component::{Angle, Direction, Element, Known, System, TranslationalRow};
 use crate::equations::form::{Coefficient, Form};
 use crate::equations::vector::{FrameId, Scalar, Vector};
 use crate::expr::{Arena, Expr};

@@ -3,7 +3,7 @@
 use super::Kinematics;
 use super::Motion;
 use super::paths::DEEP;
-use crate::element::System;
+use crate::component::System;
 use crate::equations::form::Form;
 use crate::equations::vector::{FrameId, Vector};
 use crate::expr::{Expr, Order};

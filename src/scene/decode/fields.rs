@@ -1,15 +1,14 @@
 //! Tables with known keys, and values of the right type.
 
-use super::Decoder;
+use crate::diagnostic::fault::{Fault, Sink};
+use crate::diagnostic::span::{Span, Text};
+use crate::diagnostic::suggest;
 use crate::scene::document::{Kind, Node};
-use crate::scene::fault::{Fault, Sink};
 use crate::scene::model::Vector;
 use crate::scene::quantity::{Quantity, Value};
-use crate::scene::span::{Span, Text};
-use crate::scene::suggest;
 
 /// A table whose keys are all known.
-pub(super) struct Fields<'n> {
+pub(crate) struct Fields<'n> {
     /// Whose table it is, for messages: "joint `wrist_pin`".
     pub owner: String,
     /// Where its owner is named.
@@ -20,11 +19,8 @@ pub(super) struct Fields<'n> {
 impl<'n> Fields<'n> {
     /// The fields of a table; unknown keys and what is no table are faults.
     pub fn open(node: &'n Node, owner: &str, span: Span, keys: &[&str], faults: &mut Sink) -> Option<Fields<'n>> {
-        let Kind::Table(entries) = &node.kind else {
-            faults.push(wrong_type(node, owner, "a table"));
-            return None;
-        };
-        for (key, _) in entries {
+        let fields = Fields::open_any(node, owner, span, faults)?;
+        for (key, _) in fields.entries {
             // Editors find the schema of a JSON file by this key.
             if !keys.contains(&key.text.as_str()) && key.text != "$schema" {
                 let otherwise = format!("the keys of {owner} are {}", suggest::list(keys.iter().copied()));
@@ -35,6 +31,15 @@ impl<'n> Fields<'n> {
                 );
             }
         }
+        Some(fields)
+    }
+
+    /// The fields of a table, whatever they are.
+    pub fn open_any(node: &'n Node, owner: &str, span: Span, faults: &mut Sink) -> Option<Fields<'n>> {
+        let Kind::Table(entries) = &node.kind else {
+            faults.push(wrong_type(node, owner, "a table"));
+            return None;
+        };
         Some(Fields { owner: owner.to_string(), span, entries })
     }
 
@@ -72,45 +77,45 @@ fn wrong_type(node: &Node, what: &str, wanted: &str) -> Fault {
         .label(format!("not {wanted}"))
 }
 
-impl Decoder {
-    pub(super) fn entries<'n>(&mut self, node: &'n Node, what: &str) -> Option<&'n [(Text, Node)]> {
+impl Sink {
+    pub fn entries<'n>(&mut self, node: &'n Node, what: &str) -> Option<&'n [(Text, Node)]> {
         match &node.kind {
             Kind::Table(entries) => Some(entries),
             _ => {
-                self.faults.push(wrong_type(node, what, "a table"));
+                self.push(wrong_type(node, what, "a table"));
                 None
             }
         }
     }
 
-    pub(super) fn text(&mut self, node: &Node, what: &str) -> Option<Text> {
+    pub fn text(&mut self, node: &Node, what: &str) -> Option<Text> {
         match &node.kind {
             Kind::Text(text) => Some(Text::new(text.as_str(), node.span)),
             _ => {
-                self.faults.push(wrong_type(node, what, "a text in quotes"));
+                self.push(wrong_type(node, what, "a text in quotes"));
                 None
             }
         }
     }
 
-    pub(super) fn boolean(&mut self, node: &Node, what: &str) -> Option<bool> {
+    pub fn boolean(&mut self, node: &Node, what: &str) -> Option<bool> {
         match node.kind {
             Kind::Boolean(value) => Some(value),
             _ => {
-                self.faults.push(wrong_type(node, what, "true or false"));
+                self.push(wrong_type(node, what, "true or false"));
                 None
             }
         }
     }
 
-    pub(super) fn quantity(&mut self, node: &Node, what: &str) -> Option<Quantity> {
+    pub fn quantity(&mut self, node: &Node, what: &str) -> Option<Quantity> {
         let value = match &node.kind {
             Kind::Number(number) => Value::Number(*number),
             Kind::Text(text) => Value::Text(text.clone()),
             _ => {
                 let fault = wrong_type(node, what, "a number or a text")
                     .help("such as `0.12`, `\"120 mm\"` or `\"0.5*crank_length\"`");
-                self.faults.push(fault);
+                self.push(fault);
                 return None;
             }
         };
@@ -118,30 +123,30 @@ impl Decoder {
     }
 
     /// One or two components; `resolve` knows how many there must be.
-    pub(super) fn vector(&mut self, node: &Node, what: &str) -> Option<Vector> {
+    pub fn vector(&mut self, node: &Node, what: &str) -> Option<Vector> {
         let Kind::Array(items) = &node.kind else {
-            self.faults.push(wrong_type(node, what, "a list of two numbers").help("such as `[0.0, -9.81]`"));
+            self.push(wrong_type(node, what, "a list of two numbers").help("such as `[0.0, -9.81]`"));
             return None;
         };
         let components: Option<Vec<Quantity>> = items.iter().map(|item| self.quantity(item, what)).collect();
         components.map(|components| Vector { components, span: node.span })
     }
 
-    pub(super) fn texts(&mut self, node: &Node, what: &str) -> Option<Vec<Text>> {
+    pub fn texts(&mut self, node: &Node, what: &str) -> Option<Vec<Text>> {
         let Kind::Array(items) = &node.kind else {
-            self.faults.push(wrong_type(node, what, "a list of names").help("such as `[\"crank\", \"rod\"]`"));
+            self.push(wrong_type(node, what, "a list of names").help("such as `[\"crank\", \"rod\"]`"));
             return None;
         };
         let item = format!("an entry of {what}");
         Some(items.iter().filter_map(|node| self.text(node, &item)).collect())
     }
 
-    pub(super) fn pair(&mut self, node: &Node, what: &str, help: &str) -> Option<[Text; 2]> {
+    pub fn pair(&mut self, node: &Node, what: &str, help: &str) -> Option<[Text; 2]> {
         let names = self.texts(node, what)?;
         let count = names.len();
         let pair: Option<[Text; 2]> = names.try_into().ok();
         if pair.is_none() && matches!(&node.kind, Kind::Array(items) if items.len() == count) {
-            self.faults.push(
+            self.push(
                 Fault::new("scene::wrong_value", format!("{what} names {count} instead of two"), node.span)
                     .label("two are wanted")
                     .help(help),
@@ -150,31 +155,21 @@ impl Decoder {
         pair
     }
 
-    pub(super) fn optional_quantity(&mut self, fields: &Fields<'_>, key: &str) -> Option<Quantity> {
+    pub fn optional_quantity(&mut self, fields: &Fields<'_>, key: &str) -> Option<Quantity> {
         fields.get(key).and_then(|node| self.quantity(node, &fields.name_of(key)))
     }
 
-    pub(super) fn optional_text(&mut self, fields: &Fields<'_>, key: &str) -> Option<Text> {
+    pub fn optional_text(&mut self, fields: &Fields<'_>, key: &str) -> Option<Text> {
         fields.get(key).and_then(|node| self.text(node, &fields.name_of(key)))
     }
 
-    pub(super) fn required_quantity(&mut self, fields: &Fields<'_>, key: &str, help: &str) -> Option<Quantity> {
-        let node = fields.required(key, help, &mut self.faults)?;
+    pub fn required_quantity(&mut self, fields: &Fields<'_>, key: &str, help: &str) -> Option<Quantity> {
+        let node = fields.required(key, help, self)?;
         self.quantity(node, &fields.name_of(key))
     }
 
-    pub(super) fn required_text(&mut self, fields: &Fields<'_>, key: &str, help: &str) -> Option<Text> {
-        let node = fields.required(key, help, &mut self.faults)?;
+    pub fn required_text(&mut self, fields: &Fields<'_>, key: &str, help: &str) -> Option<Text> {
+        let node = fields.required(key, help, self)?;
         self.text(node, &fields.name_of(key))
-    }
-
-    pub(super) fn required_vector(&mut self, fields: &Fields<'_>, key: &str, help: &str) -> Option<Vector> {
-        let node = fields.required(key, help, &mut self.faults)?;
-        self.vector(node, &fields.name_of(key))
-    }
-
-    pub(super) fn required_pair(&mut self, fields: &Fields<'_>, help: &str) -> Option<[Text; 2]> {
-        let node = fields.required("between", help, &mut self.faults)?;
-        self.pair(node, &fields.name_of("between"), help)
     }
 }

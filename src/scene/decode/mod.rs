@@ -2,16 +2,16 @@
 
 mod elements;
 mod fields;
-mod joints;
 mod settings;
 
 use std::path::Path;
 
-use self::fields::Fields;
+pub(crate) use self::fields::Fields;
 use super::document::{self, Kind, Node};
-use super::fault::{Fault, Faults, Sink};
 use super::model::Scene;
-use super::span::{Source, Span, Text};
+use super::part::Part;
+use crate::diagnostic::fault::{Fault, Faults, Sink};
+use crate::diagnostic::span::{Source, Span, Text};
 use crate::files;
 use crate::mechanism::Dimension;
 
@@ -82,12 +82,8 @@ impl Scene {
         Scene::from_source(Source::new("", text), true)
     }
 
-    /// Reads a scene from a text with a name for the messages. A scene with a fault in its form is resolved all the
-    /// same, as far as it goes, so that all faults are reported at once.
-    ///
-    /// # Errors
-    /// Everything that is wrong with it.
-    pub fn from_source(mut source: Source, json: bool) -> Result<Scene, Faults> {
+    /// The parts of a scene as they are written, and what is wrong with their form.
+    pub(crate) fn decode(mut source: Source, json: bool) -> Result<(Scene, Sink), Faults> {
         let mut decoder = Decoder::default();
         // The mark that some editors begin a file with.
         if let Some(text) = source.text.strip_prefix('\u{feff}') {
@@ -106,12 +102,7 @@ impl Scene {
         let mut scene = decoder.scene(&document);
         scene.broken = decoder.broken;
         scene.source = source;
-        if decoder.faults.has_errors() {
-            let mut faults = decoder.faults;
-            scene.resolve_into(&mut faults);
-            return Err(faults.into_faults(scene.source));
-        }
-        Ok(scene)
+        Ok((scene, decoder.faults))
     }
 }
 
@@ -155,7 +146,9 @@ impl Decoder {
         };
         self.format(&top);
         match top.get("name") {
-            Some(node) => scene.name = self.text(node, "`name`").unwrap_or_else(|| Text::new("unreadable", node.span)),
+            Some(node) => {
+                scene.name = self.faults.text(node, "`name`").unwrap_or_else(|| Text::new("unreadable", node.span))
+            }
             None => {
                 scene.name = Text::from("missing");
                 self.faults.push(
@@ -164,16 +157,16 @@ impl Decoder {
                 );
             }
         }
-        scene.description = top.get("description").and_then(|node| self.text(node, "`description`"));
+        scene.description = top.get("description").and_then(|node| self.faults.text(node, "`description`"));
         scene.dimension = top.get("dimension").map_or(Dimension::Two, |node| self.dimension(node));
-        scene.gravity = top.get("gravity").and_then(|node| self.vector(node, "`gravity`"));
+        scene.gravity = top.get("gravity").and_then(|node| self.faults.vector(node, "`gravity`"));
         scene.parameters = self.section(&top, "parameters", "parameter", Decoder::parameter);
         scene.inputs = self.section(&top, "inputs", "input", Decoder::input);
         scene.ground = self.ground(&top);
         scene.bodies = self.section(&top, "bodies", "body", Decoder::body);
-        scene.joints = self.section(&top, "joints", "joint", Decoder::joint);
-        scene.drivers = self.section(&top, "drivers", "driver", Decoder::driver);
-        scene.loads = self.section(&top, "loads", "load", Decoder::load);
+        scene.joints = self.parts(&top, "joints");
+        scene.drivers = self.parts(&top, "drivers");
+        scene.loads = self.parts(&top, "loads");
         self.settings(&top, &mut scene);
         scene
     }
@@ -206,6 +199,13 @@ impl Decoder {
         }
     }
 
+    /// The named tables of a section whose keys their components know.
+    fn parts(&mut self, top: &Fields<'_>, key: &'static str) -> Vec<Part> {
+        let entries = top.get(key).and_then(|node| self.faults.entries(node, &format!("`{key}`")));
+        let part = |(name, node): &(Text, Node)| Part { name: name.clone(), node: node.clone() };
+        entries.unwrap_or_default().iter().map(part).collect()
+    }
+
     /// The named tables of a section; what cannot be read is noted as broken.
     fn section<T>(
         &mut self,
@@ -217,7 +217,7 @@ impl Decoder {
         let Some(node) = top.get(key) else {
             return Vec::new();
         };
-        let Some(entries) = self.entries(node, &format!("`{key}`")) else {
+        let Some(entries) = self.faults.entries(node, &format!("`{key}`")) else {
             return Vec::new();
         };
         let mut elements = Vec::new();

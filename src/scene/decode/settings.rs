@@ -2,14 +2,14 @@
 
 use super::Decoder;
 use super::fields::Fields;
+use crate::diagnostic::span::Text;
 use crate::scene::document::{Kind, Node};
 use crate::scene::model::{Coordinates, Experiment, Initial, Outputs, Scene, Solver};
-use crate::scene::span::Text;
 
 impl Decoder {
     pub(super) fn settings(&mut self, top: &Fields<'_>, scene: &mut Scene) {
         if let Some(node) = top.get("initial")
-            && let Some(entries) = self.entries(node, "`initial`")
+            && let Some(entries) = self.faults.entries(node, "`initial`")
         {
             for (key, node) in entries {
                 self.initial(key.clone(), node, &mut scene.initial);
@@ -20,24 +20,24 @@ impl Decoder {
         }
         if let Some(fields) = self.table(top, "experiment", &["start", "stop", "step", "tolerance"]) {
             scene.experiment = Experiment {
-                start: self.optional_quantity(&fields, "start"),
-                stop: self.optional_quantity(&fields, "stop"),
-                step: self.optional_quantity(&fields, "step"),
-                tolerance: self.optional_quantity(&fields, "tolerance"),
+                start: self.faults.optional_quantity(&fields, "start"),
+                stop: self.faults.optional_quantity(&fields, "stop"),
+                step: self.faults.optional_quantity(&fields, "step"),
+                tolerance: self.faults.optional_quantity(&fields, "tolerance"),
             };
         }
         if let Some(fields) = self.table(top, "solver", &["method", "rtol", "atol", "max_step"]) {
             scene.solver = Solver {
-                method: self.optional_text(&fields, "method"),
-                rtol: self.optional_quantity(&fields, "rtol"),
-                atol: self.optional_quantity(&fields, "atol"),
-                max_step: self.optional_quantity(&fields, "max_step"),
+                method: self.faults.optional_text(&fields, "method"),
+                rtol: self.faults.optional_quantity(&fields, "rtol"),
+                atol: self.faults.optional_quantity(&fields, "atol"),
+                max_step: self.faults.optional_quantity(&fields, "max_step"),
             };
         }
         if let Some(fields) = self.table(top, "coordinates", &["preset", "translation", "rotation"]) {
-            let mut tree = |key| fields.get(key).and_then(|node| self.texts(node, &fields.name_of(key)));
+            let mut tree = |key| fields.get(key).and_then(|node| self.faults.texts(node, &fields.name_of(key)));
             let (translation, rotation) = (tree("translation"), tree("rotation"));
-            let preset = self.optional_text(&fields, "preset");
+            let preset = self.faults.optional_text(&fields, "preset");
             let spans = ["translation", "rotation"].map(|key| fields.key_span(key).unwrap_or_default());
             scene.coordinates = Coordinates { preset, translation, rotation, spans };
         }
@@ -52,7 +52,7 @@ impl Decoder {
     fn initial(&mut self, key: Text, node: &Node, values: &mut Vec<Initial>) {
         let what = format!("the initial value of `{}`", key.text);
         let Kind::Table(entries) = &node.kind else {
-            if let Some(value) = self.quantity(node, &what) {
+            if let Some(value) = self.faults.quantity(node, &what) {
                 values.push(Initial { variable: key, value, known: true });
             }
             return;
@@ -65,7 +65,7 @@ impl Decoder {
             return;
         }
         if let Some(fields) = Fields::open(node, &what, key.span, &["guess"], &mut self.faults)
-            && let Some(value) = self.optional_quantity(&fields, "guess")
+            && let Some(value) = self.faults.optional_quantity(&fields, "guess")
         {
             values.push(Initial { variable: key, value, known: false });
         }
@@ -73,13 +73,13 @@ impl Decoder {
 
     fn outputs(&mut self, node: &Node) -> Outputs {
         let mut outputs = Outputs::default();
-        let Some(entries) = self.entries(node, "`outputs`") else {
+        let Some(entries) = self.faults.entries(node, "`outputs`") else {
             return outputs;
         };
         for (key, node) in entries {
             if key.text == "variables" {
-                outputs.variables = self.texts(node, "`variables` of `[outputs]`").unwrap_or_default();
-            } else if let Some(value) = self.quantity(node, &format!("output `{}`", key.text)) {
+                outputs.variables = self.faults.texts(node, "`variables` of `[outputs]`").unwrap_or_default();
+            } else if let Some(value) = self.faults.quantity(node, &format!("output `{}`", key.text)) {
                 outputs.expressions.push((key.clone(), value));
             }
         }

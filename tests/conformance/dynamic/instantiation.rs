@@ -68,7 +68,9 @@ pub(super) fn wrong_guid(fmu: &Fmu) {
 pub(super) fn missing_strings(fmu: &Fmu) {
     let [name, guid, location] = good(fmu);
     let messages = Messages::default();
-    for [name, guid] in [[None, Some(&*guid)], [Some(c""), Some(&guid)], [Some(&name), None]] {
+    for [name, guid] in
+        [[None, Some(&*guid)], [Some(c""), Some(&guid)], [Some(c" \t "), Some(&guid)], [Some(&name), None]]
+    {
         assert!(make(fmu, [name, guid, Some(&location)], &callbacks(&messages)).is_null());
     }
 }

@@ -95,6 +95,9 @@ pub const CASES: &[Case] = &[
     ("X04", "damaged resources", libraries::damaged_resources),
     ("X05", "another model's FMU in the same process", libraries::another_model),
     ("X06", "a runtime of another version in the same process", libraries::another_version),
+    ("X08", "a call while another one is under way", process::busy),
+    ("X09", "an importer that traps and rounds otherwise", process::traps),
+    ("X10", "states that events move are declared", exchange::reinitialised),
 ];
 
 /// Comes before the reason why a model has nothing that a case is about.

@@ -1,9 +1,14 @@
 //! Instances, threads and the process around them.
 
-use std::ffi::{CStr, CString};
+use std::cell::{Cell, RefCell};
+use std::ffi::{CStr, CString, c_void};
 use std::os::fd::AsRawFd;
-use std::ptr::null;
+use std::ptr::{null, null_mut};
 
+use cotree_fmu::fmi2::types::fmi2Status::{fmi2Error, fmi2OK};
+use cotree_fmu::fmi2::types::*;
+
+use super::instantiation::{good, make};
 use super::values::UNKNOWN;
 use crate::fmu::*;
 
@@ -111,4 +116,92 @@ pub(super) fn silent(fmu: &Fmu) {
     kept.iter().for_each(|&(fd, copy)| assert_eq!(unsafe { libc::dup2(copy, fd) }, fd));
     assert_eq!(file.metadata().expect("open").len(), 0, "something was printed");
     assert_eq!(surroundings(), before);
+}
+
+/// What the importer's logger needs to call back.
+struct Caller<'a> {
+    fmu: &'a Fmu,
+    component: Cell<fmi2Component>,
+    answers: RefCell<Vec<fmi2Status>>,
+}
+
+unsafe extern "C" fn call_back(
+    environment: fmi2ComponentEnvironment,
+    _: fmi2String,
+    _: fmi2Status,
+    _: fmi2String,
+    _: fmi2String,
+) {
+    // SAFETY: the environment is the `Caller` below, which outlives its component.
+    let caller = unsafe { &*environment.cast::<Caller>() };
+    let (c, library, mut value) = (caller.component.get(), &caller.fmu.library, 0.0);
+    if !c.is_null() {
+        let answers = unsafe { [(library.get_real)(c, &0, 1, &mut value), (library.do_step)(c, 0.0, 0.1, 1)] };
+        caller.answers.borrow_mut().extend(answers);
+    }
+}
+
+/// A call while another one is under way is refused, whoever makes it.
+pub(super) fn busy(fmu: &Fmu) {
+    let caller = Caller { fmu, component: Cell::new(null_mut()), answers: RefCell::default() };
+    let mut callbacks = callbacks(&Messages::default());
+    // SAFETY: as in `callbacks`.
+    callbacks.logger = Some(unsafe {
+        std::mem::transmute::<
+            unsafe extern "C" fn(*mut c_void, fmi2String, fmi2Status, fmi2String, fmi2String),
+            unsafe extern "C" fn(*mut c_void, fmi2String, fmi2Status, fmi2String, fmi2String, ...),
+        >(call_back)
+    });
+    callbacks.componentEnvironment = std::ptr::from_ref(&caller).cast_mut().cast();
+    let [name, guid, location] = good(fmu);
+    let c = make(fmu, [Some(&name), Some(&guid), Some(&location)], &callbacks);
+    caller.component.set(c);
+    let library = &fmu.library;
+    unsafe {
+        assert_eq!((library.set_real)(c, &UNKNOWN, 1, &0.0), fmi2Error);
+        assert_eq!(*caller.answers.borrow(), [fmi2Error; 2]);
+        assert_eq!((library.reset)(c), fmi2OK, "idle again");
+        (library.free_instance)(c);
+    }
+}
+
+/// Runs a call where division by zero and invalid operations trap and results are rounded up; it leaves that as it is, flags included.
+#[cfg(target_arch = "x86_64")]
+fn under_traps<T>(call: impl FnOnce() -> T) -> T {
+    use std::arch::asm;
+    // Unmasked: invalid (bit 7) and division by zero (bit 9); rounding up (bit 14); the flag of precision (bit 5).
+    const ODD: u32 = 0x1F80 & !(1 << 7) & !(1 << 9) | 1 << 14 | 1 << 5;
+    let (mut usual, mut after) = (0_u32, 0_u32);
+    // SAFETY: the register is as before at the end, and nothing is computed under the odd one but by the call.
+    let result = unsafe {
+        asm!("stmxcsr [{}]", "ldmxcsr [{}]", in(reg) &mut usual, in(reg) &ODD);
+        let result = call();
+        asm!("stmxcsr [{}]", "ldmxcsr [{}]", in(reg) &mut after, in(reg) &usual);
+        result
+    };
+    assert_eq!(after, ODD, "the floating-point environment is not as before");
+    result
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn under_traps<T>(call: impl FnOnce() -> T) -> T {
+    call()
+}
+
+/// Nothing traps, and results have the same bits.
+pub(super) fn traps(fmu: &Fmu) {
+    let expected = fmu.started().run(0..20);
+    let slave = under_traps(|| fmu.slave());
+    let calls: [&dyn Fn() -> fmi2Status; 3] = [&|| slave.setup(0.0, None, None), &|| slave.enter(), &|| slave.exit()];
+    calls.into_iter().for_each(|call| assert_eq!(under_traps(call), fmi2OK));
+    let references = fmu.references(|_| true);
+    for (step, expected) in (0..20_u32).zip(&expected) {
+        let (time, value) = (f64::from(step) * 0.01, 0.1 * f64::from(step % 7));
+        for input in fmu.inputs().into_iter().filter(|_| step % 5 == 0) {
+            assert_eq!(under_traps(|| slave.put(input, value)), fmi2OK);
+        }
+        assert_eq!(under_traps(|| slave.step(time, 0.01)), fmi2OK);
+        let values = under_traps(|| slave.read(&references));
+        assert!(values.iter().map(|value| value.to_bits()).eq(expected.iter().copied()), "step {step}");
+    }
 }

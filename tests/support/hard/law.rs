@@ -127,7 +127,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-fn get(instance: &mut Instance, name: &str) -> Result<f64, String> {
+pub fn get(instance: &mut Instance, name: &str) -> Result<f64, String> {
     let variable = instance.variable(name).ok_or_else(|| format!("no variable {name}"))?;
     instance.get(variable).map_err(|error| error.to_string())
 }

@@ -1,18 +1,28 @@
 //! Mechanisms through singular poses and other hard cases, each with what must hold of its motion.
 
 mod change_points;
+pub mod closed_form;
+mod cranks;
+mod driven;
+pub mod dyad;
+pub mod families;
+mod far_starts;
+mod flaps;
 pub mod four_bar;
 mod jansen;
 pub mod law;
 mod others;
 pub mod random;
+pub mod reference;
+mod steep;
+mod switching;
 
 use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use std::time::Instant;
 
-use cotree::pipeline::compile;
+use cotree::compile::compile;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
@@ -24,6 +34,7 @@ use jansen::jansen;
 use law::{Angle, Law, Watch};
 use others::{andrews, free_floating, lock_up, lock_up_with_freedom, no_freedom, slider_crank, stiff};
 use random::Random;
+use reference::Reference;
 
 /// A scene and what must come out.
 pub struct Case {
@@ -37,15 +48,30 @@ pub struct Case {
     /// Part of its error that the scene must say, if it must end with one.
     pub refusal: Option<&'static str>,
     pub tolerances: &'static [f64],
+    /// The motion by an independent method.
+    pub reference: Option<Reference>,
+    /// How many tolerances an error may be, and how much besides: what rounding errors make of the motion.
+    pub within: [f64; 2],
+    pub input: Option<Input>,
+}
+
+/// An input that jumps.
+pub struct Input {
+    pub name: &'static str,
+    /// How long each of the values lasts [s].
+    pub period: f64,
+    pub values: Vec<f64>,
 }
 
 /// How a run is asked for results.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Points {
     /// At equal steps.
     Even(u32),
     /// At steps of very different lengths.
     Uneven(u32),
+    /// At steps of this length [s].
+    Every(f64),
 }
 
 /// What came of a run.
@@ -64,6 +90,8 @@ pub struct Figures {
     /// Relative to the largest energy of motion.
     pub drift: f64,
     pub residual: f64,
+    /// Against the reference, if there is one.
+    pub error: f64,
     pub microseconds: f64,
     pub steps: u64,
     pub fallbacks: u64,
@@ -71,26 +99,57 @@ pub struct Figures {
 
 pub const ALL_TOLERANCES: [f64; 11] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13];
 
+/// Of cases with a reference.
+const COMPARED_TOLERANCES: [f64; 10] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12];
+
 /// An energy that changes more than this is another motion.
 const OTHER_MOTION: f64 = 0.2;
 
 impl Case {
-    fn new(family: &'static str, scene: Scene, stop: f64, laws: Vec<Law>) -> Self {
-        let scene = scene.stop(stop);
-        Self { family, scene, stop, laws, conservative: true, refusal: None, tolerances: &ALL_TOLERANCES }
+    /// Nothing drives or brakes it, unless said.
+    pub fn new(family: &'static str, scene: Scene, stop: f64, laws: Vec<Law>) -> Self {
+        Self {
+            family,
+            scene: scene.stop(stop),
+            stop,
+            laws,
+            conservative: true,
+            refusal: None,
+            tolerances: &ALL_TOLERANCES,
+            reference: None,
+            within: [1000.0, 1e-9],
+            input: None,
+        }
     }
 
-    fn at(mut self, tolerances: &'static [f64]) -> Self {
+    /// What must come out.
+    pub fn against(mut self, reference: Reference) -> Self {
+        self.reference = Some(reference);
+        self.at(&COMPARED_TOLERANCES)
+    }
+
+    /// An error of the reference's variables of more than so many tolerances, and `more`, is a wrong result.
+    pub fn within(mut self, tolerances: f64, more: f64) -> Self {
+        self.within = [tolerances, more];
+        self
+    }
+
+    pub fn input(mut self, input: Input) -> Self {
+        self.input = Some(input);
+        self
+    }
+
+    pub fn at(mut self, tolerances: &'static [f64]) -> Self {
         self.tolerances = tolerances;
         self
     }
 
-    fn driven(mut self) -> Self {
+    pub fn driven(mut self) -> Self {
         self.conservative = false;
         self
     }
 
-    fn refused(mut self, message: &'static str) -> Self {
+    pub fn refused(mut self, message: &'static str) -> Self {
         self.refusal = Some(message);
         self
     }
@@ -99,7 +158,8 @@ impl Case {
     pub fn model(&self) -> Result<Arc<Model>, String> {
         let names = ["energy.total", "energy.kinetic", "constraint.position"].map(String::from);
         let laws = self.laws.iter().flat_map(Law::variables);
-        let outputs: BTreeSet<String> = names.into_iter().chain(laws).collect();
+        let compared = self.reference.iter().flat_map(|reference| reference.names.iter().cloned());
+        let outputs: BTreeSet<String> = names.into_iter().chain(laws).chain(compared).collect();
         let known = |name: &str| self.scene.outputs.variables.iter().any(|known| known.text == name);
         let scene =
             outputs.iter().filter(|name| !known(name)).fold(self.scene.clone(), |scene, name| scene.output(name));
@@ -129,15 +189,22 @@ impl Case {
             instance.set_engine(engine).map_err(|error| error.to_string())?;
         }
         let mut figures = Figures::default();
+        self.set_input(&mut instance, 0.0)?;
         instance.initialise().map_err(|error| error.to_string())?;
         let mut watch = Watch::new(self, &mut instance)?;
-        for time in times(points, self.stop) {
+        for time in self.times(points) {
             let start = Instant::now();
             instance.step_to(time).map_err(|error| error.to_string())?;
             figures.microseconds += start.elapsed().as_secs_f64() * 1e6;
             if let Some(lost) = watch.look(&mut instance)? {
                 return Ok(Outcome::Lost(format!("t = {time:.4}: {lost}")));
             }
+            figures.error = figures.error.max(self.error(&mut instance, time)?);
+            let most = self.within[0] * tolerance + self.within[1];
+            if figures.error > most {
+                return Ok(Outcome::Lost(format!("t = {time:.4}: off by {:.1e}", figures.error)));
+            }
+            self.set_input(&mut instance, time)?;
         }
         (figures.drift, figures.residual) = (if self.conservative { watch.drift() } else { 0.0 }, watch.residual);
         (figures.steps, figures.fallbacks) = (instance.statistics().steps, instance.statistics().fallbacks);
@@ -149,20 +216,47 @@ impl Case {
             None => Ok(Outcome::Passed(figures)),
         }
     }
+
+    /// When results are read: where they are asked for, where they are compared, and where an input jumps.
+    fn times(&self, points: Points) -> Vec<f64> {
+        let stop = self.stop;
+        let mut times = match points {
+            Points::Even(count) => even(count, stop),
+            Points::Every(step) => (1..).map(|k| f64::from(k) * step).take_while(|&time| time < stop).collect(),
+            Points::Uneven(count) => {
+                let mut random = Random(u64::from(count));
+                (1..count).map(|_| stop * random.unit().powf(0.7)).collect()
+            }
+        };
+        let jumps = self.input.iter().flat_map(|input| (1..input.values.len()).map(|k| k as f64 * input.period));
+        let compared = self.reference.iter().flat_map(|reference| reference.times.iter().copied());
+        times.extend(jumps.chain(compared).filter(|&time| time < stop).chain([stop]));
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        times
+    }
+
+    /// Sets the input where it jumps.
+    fn set_input(&self, instance: &mut Instance, time: f64) -> Result<(), String> {
+        let Some(input) = &self.input else { return Ok(()) };
+        let index = (time / input.period).round();
+        let jumps = time == index * input.period;
+        let Some(&value) = input.values.get(index as usize).filter(|_| jumps) else { return Ok(()) };
+        let variable = instance.variable(input.name).ok_or("no such input")?;
+        instance.set(variable, value).map_err(|error| error.to_string())
+    }
+
+    /// The error at this time, if results are compared there.
+    fn error(&self, instance: &mut Instance, time: f64) -> Result<f64, String> {
+        let Some(reference) = &self.reference else { return Ok(0.0) };
+        let Some(index) = reference.times.iter().position(|&known| known == time) else { return Ok(0.0) };
+        let found = reference.names.iter().map(|name| law::get(instance, name));
+        Ok(reference.error(index, &found.collect::<Result<Vec<f64>, String>>()?))
+    }
 }
 
-fn times(points: Points, stop: f64) -> Vec<f64> {
-    match points {
-        Points::Even(count) => (1..=count).map(|k| stop * f64::from(k) / f64::from(count)).collect(),
-        Points::Uneven(count) => {
-            let mut random = Random(u64::from(count));
-            let mut times: Vec<f64> = (1..count).map(|_| stop * random.unit().powf(0.7)).collect();
-            times.push(stop);
-            times.sort_by(f64::total_cmp);
-            times.dedup();
-            times
-        }
-    }
+fn even(count: u32, stop: f64) -> Vec<f64> {
+    (1..=count).map(|k| stop * f64::from(k) / f64::from(count)).collect()
 }
 
 /// The whole set: families with so many members each.

@@ -1,10 +1,12 @@
 //! Between C and Rust: pointers are checked, and nothing unwinds into the importer.
 
-use std::cell::Cell;
+use std::cell::{Cell, UnsafeCell};
 use std::ffi::CStr;
 use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::environment::FloatEnvironment;
 use crate::fmi2::component::{Component, Refusal};
 use crate::fmi2::logging::Category;
 use crate::fmi2::types::fmi2Status::{fmi2Error, fmi2OK};
@@ -12,8 +14,8 @@ use crate::fmi2::types::*;
 
 /// Runs what can neither panic nor fail; false without a component.
 pub(super) fn quick(component: fmi2Component, run: impl FnOnce(&mut Component) -> bool) -> bool {
-    // SAFETY: by the contract it is null, or came from `fmi2Instantiate`, is still alive and not in use by another thread.
-    unsafe { component.cast::<Component>().as_mut() }.is_some_and(run)
+    let _environment = FloatEnvironment::enter();
+    with(component, run).unwrap_or(false)
 }
 
 /// Runs a call on a component; refusals are logged.
@@ -21,23 +23,48 @@ pub(super) fn call(
     component: fmi2Component,
     run: impl FnOnce(&mut Component) -> Result<fmi2Status, Refusal>,
 ) -> fmi2Status {
-    let component = component.cast::<Component>();
-    if component.is_null() {
-        return fmi2Error;
-    }
-    // SAFETY: not null, so by the contract it came from `fmi2Instantiate`, is still alive and not in use by another thread.
-    let component = unsafe { &mut *component };
-    contain(|| match run(component) {
-        Ok(status) => status,
-        Err(refusal) => {
-            component.refuse(&refusal);
+    let _environment = FloatEnvironment::enter();
+    let done = with(component, |component| {
+        contain(|| match run(component) {
+            Ok(status) => status,
+            Err(refusal) => {
+                component.refuse(&refusal);
+                refusal.status()
+            }
+        })
+        .unwrap_or_else(|| {
+            component.logger.log(fmi2Error, Category::Errors, "internal error: please report it with this FMU");
             fmi2Error
-        }
-    })
-    .unwrap_or_else(|| {
-        component.logger.log(fmi2Error, Category::Errors, "internal error: please report it with this FMU");
-        fmi2Error
-    })
+        })
+    });
+    done.unwrap_or(fmi2Error)
+}
+
+/// What the importer's pointer points to.
+pub(super) struct Handle {
+    /// Is a call under way?
+    busy: AtomicBool,
+    component: UnsafeCell<Component>,
+}
+
+impl Handle {
+    pub(super) fn new(component: Component) -> Self {
+        Self { busy: AtomicBool::new(false), component: UnsafeCell::new(component) }
+    }
+}
+
+/// Lends the component to one call; nothing without a component, or while another call is under way: from another thread, or from the importer's
+/// own logger.
+fn with<T>(component: fmi2Component, run: impl FnOnce(&mut Component) -> T) -> Option<T> {
+    // SAFETY: by the contract it is null, or came from `fmi2Instantiate` and is still alive.
+    let handle = unsafe { component.cast::<Handle>().as_ref() }?;
+    if handle.busy.swap(true, Ordering::Acquire) {
+        return None;
+    }
+    // SAFETY: only who has found it idle comes here, and nobody else before it is idle again.
+    let result = run(unsafe { &mut *handle.component.get() });
+    handle.busy.store(false, Ordering::Release);
+    Some(result)
 }
 
 /// As [`call`], for calls that succeed or fail.

@@ -2,7 +2,8 @@
 
 use std::ffi::{CStr, CString};
 
-use super::boundary::{array, contain, plain, string};
+use super::boundary::{Handle, array, contain, plain, string};
+use super::environment::FloatEnvironment;
 use crate::fmi2::component::{Component, Interface, Refusal};
 use crate::fmi2::logging::{Category, Logger};
 use crate::fmi2::resource;
@@ -33,7 +34,7 @@ pub unsafe extern "C" fn fmi2SetDebugLogging(
     plain(c, |component| {
         let names: Option<Vec<&CStr>> = array(categories, nCategories)?.iter().map(|&name| string(name)).collect();
         let names = names.ok_or("a log category is missing")?;
-        component.logger.switch(loggingOn != fmi2False, &names).map_err(Refusal)
+        component.logger.switch(loggingOn != fmi2False, &names).map_err(Refusal::new)
     })
 }
 
@@ -48,6 +49,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     _visible: fmi2Boolean,
     loggingOn: fmi2Boolean,
 ) -> fmi2Component {
+    let _environment = FloatEnvironment::enter();
     let made = contain(|| {
         let Ok([functions]) = array(functions, 1) else {
             return None;
@@ -58,13 +60,13 @@ pub unsafe extern "C" fn fmi2Instantiate(
         match instantiate(name, fmuType, string(fmuGUID), string(fmuResourceLocation)) {
             Ok((interface, instance)) => Some(Component::new(logger, interface, instance)),
             Err(refusal) => {
-                logger.log(fmi2Error, Category::Errors, &refusal.0);
+                logger.log(fmi2Error, Category::Errors, &refusal.reason);
                 None
             }
         }
     });
     match made.flatten() {
-        Some(component) => Box::into_raw(Box::new(component)).cast(),
+        Some(component) => Box::into_raw(Box::new(Handle::new(component))).cast(),
         None => std::ptr::null_mut(),
     }
 }
@@ -75,8 +77,8 @@ fn instantiate(
     guid: Option<&CStr>,
     location: Option<&CStr>,
 ) -> Result<(Interface, Instance), Refusal> {
-    if name.is_empty() {
-        return Err("the instance needs a name".into());
+    if name.to_string_lossy().trim().is_empty() {
+        return Err("the instance needs a name that is not blank".into());
     }
     let interface = match kind {
         fmi2CoSimulation => Interface::CoSimulation,
@@ -84,7 +86,7 @@ fn instantiate(
         _ => return Err("the interface is neither Co-Simulation nor Model Exchange".into()),
     };
     let guid = guid.ok_or("the GUID is missing")?;
-    let model = resource::load(location.unwrap_or_default()).map_err(Refusal)?;
+    let model = resource::load(location.unwrap_or_default()).map_err(Refusal::new)?;
     if guid.to_bytes() != model.program().guid.as_bytes() {
         return Err(
             "the GUID is not that of this FMU: modelDescription.xml and the program do not belong together".into()
@@ -100,9 +102,10 @@ fn instantiate(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(c: fmi2Component) {
     if !c.is_null() {
+        let _environment = FloatEnvironment::enter();
         // SAFETY: by the contract it came from `Box::into_raw` in `fmi2Instantiate` and is not used again.
-        let component = unsafe { Box::from_raw(c.cast::<Component>()) };
-        contain(|| drop(component));
+        let handle = unsafe { Box::from_raw(c.cast::<Handle>()) };
+        contain(|| drop(handle));
     }
 }
 

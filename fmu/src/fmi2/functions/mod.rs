@@ -9,6 +9,7 @@
 mod boundary;
 mod co_simulation;
 mod common;
+mod environment;
 mod model_exchange;
 mod states;
 mod values;

@@ -27,16 +27,17 @@ pub unsafe extern "C" fn fmi2EnterEventMode(c: fmi2Component) -> fmi2Status {
 pub unsafe extern "C" fn fmi2NewDiscreteStates(c: fmi2Component, eventInfo: *mut fmi2EventInfo) -> fmi2Status {
     plain(c, |component| {
         let info = place(eventInfo)?;
-        let moved = component.new_discrete_states()?;
+        let moved = component.new_discrete_states();
+        // Some importers look at the answer even where the call fails, and would ask again for ever.
         *info = fmi2EventInfo {
             newDiscreteStatesNeeded: fmi2False,
-            terminateSimulation: fmi2False,
+            terminateSimulation: moved.is_err().into(),
             nominalsOfContinuousStatesChanged: fmi2False,
-            valuesOfContinuousStatesChanged: moved.into(),
+            valuesOfContinuousStatesChanged: moved.as_ref().is_ok_and(|&moved| moved).into(),
             nextEventTimeDefined: fmi2False,
             nextEventTime: 0.0,
         };
-        Ok(())
+        moved.map(|_| ())
     })
 }
 

@@ -30,7 +30,7 @@ pub unsafe extern "C" fn fmi2SetReal(
 fn wrong_type(c: fmi2Component, nvr: usize, name: &str) -> fmi2Status {
     plain(c, |_| match nvr {
         0 => Ok(()),
-        _ => Err(Refusal(format!("this FMU has no {name} variables: all its variables are Real"))),
+        _ => Err(Refusal::new(format!("this FMU has no {name} variables: all its variables are Real"))),
     })
 }
 

@@ -1,7 +1,7 @@
 //! Model Exchange.
 
 use fmi_rs::fmi2::ME;
-use fmi_rs::fmi2::types::fmi2Status::{self, Error, Ok as OK};
+use fmi_rs::fmi2::types::fmi2Status::{self, Discard, Error, Ok as OK};
 use fmi_rs::fmi2::types::fmi2True;
 use fmi_rs::model_description::fmi2::ScalarVariable;
 
@@ -62,7 +62,7 @@ pub(super) fn exchange_sizes(fmu: &Fmu) -> Outcome {
     };
     assert_eq!((calls(0), calls(1)), (vec![OK; 5], vec![Error; 5]));
     if count > 0 {
-        assert_eq!(raw.setContinuousStates(&[f64::NAN].repeat(count)), Error);
+        assert_eq!(raw.setContinuousStates(&[f64::NAN].repeat(count)), Discard);
     }
     Passed
 }

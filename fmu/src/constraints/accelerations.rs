@@ -1,0 +1,64 @@
+//! Accelerations and reactions at a state: Eq. (22) for dynamic motion, Eqs. (21) and (14) for kinematic motion.
+
+use super::loops::Loops;
+use crate::failure::Failure;
+use crate::machine::Machine;
+use crate::model::Model;
+use crate::program::Motion;
+
+/// Storage for accelerations and reactions.
+#[derive(Clone, Debug)]
+pub struct Accelerations {
+    /// a, then lambda.
+    values: Vec<f64>,
+    gamma: Vec<f64>,
+    /// Q - M a.
+    loads: Vec<f64>,
+    loops: Option<Loops>,
+}
+
+impl Accelerations {
+    /// Storage for a model.
+    pub fn new(model: &Model) -> Self {
+        let (n, m) = (model.coordinates(), model.program().constraints.len());
+        let loops = (model.program().motion == Motion::Kinematic).then(|| Loops::new(model));
+        Self { values: vec![0.0; n + m], gamma: vec![0.0; m], loads: vec![0.0; n], loops }
+    }
+
+    /// Evaluates a and lambda at the state in the registers, and leaves them there.
+    pub fn evaluate(&mut self, model: &Model, machine: &mut Machine) -> Result<(), Failure> {
+        let n = model.coordinates();
+        match &mut self.loops {
+            None => machine.evaluate(&model.program().tapes.acceleration, &mut self.values),
+            Some(loops) => {
+                let tapes = &model.program().tapes;
+                loops.factor_regular(model, machine)?;
+                machine.evaluate(&tapes.gamma, &mut self.gamma);
+                let (accelerations, reactions) = self.values.split_at_mut(n);
+                accelerations.copy_from_slice(loops.solve(&self.gamma));
+                reactions.fill(0.0);
+                if let Some(inverse) = &tapes.inverse {
+                    machine.load_accelerations(model, accelerations, reactions);
+                    machine.evaluate(inverse, &mut self.loads);
+                    loops.reactions(&self.loads, reactions);
+                }
+            }
+        }
+        let (accelerations, reactions) = self.values.split_at(n);
+        machine.load_accelerations(model, accelerations, reactions);
+        finite(model, machine.registers()[model.layout().time()], accelerations)
+    }
+
+    /// The accelerations last evaluated.
+    pub fn accelerations(&self) -> &[f64] {
+        &self.values[..self.loads.len()]
+    }
+}
+
+/// An error that names the first coordinate whose acceleration is not finite.
+pub(crate) fn finite(model: &Model, time: f64, accelerations: &[f64]) -> Result<(), Failure> {
+    match accelerations.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(index) => Err(Failure::NotFinite { time, coordinate: model.program().coordinates[index].name.clone() }),
+    }
+}

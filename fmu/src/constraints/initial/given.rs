@@ -1,0 +1,86 @@
+//! What of the start is known without a search: coordinates that conditions name, and conditions that are linear.
+
+use std::collections::HashSet;
+use std::ops::Range;
+
+use super::column_scale;
+use crate::machine::Machine;
+use crate::model::Model;
+use crate::program::{Condition, SparseTape};
+use crate::tape::{Operation, Tape};
+
+/// Of the conditions of one level.
+pub(super) struct Given {
+    /// By unknown: the known condition whose value is that unknown itself.
+    conditions: Vec<Option<usize>>,
+    /// What the conditions demand.
+    targets: Vec<f64>,
+    /// Is the condition linear in all unknowns?
+    linear: Vec<bool>,
+}
+
+impl Given {
+    /// `unknowns`: the registers of the coordinates, and those of the integrated inputs. The state must be in the registers.
+    pub fn new(
+        model: &Model,
+        machine: &mut Machine,
+        (conditions, tape, jacobian): (&[Condition], &Tape, &SparseTape),
+        unknowns: [Range<usize>; 2],
+    ) -> Self {
+        machine.run(tape);
+        let [values, demands] = [0, conditions.len()].map(|first| &tape.results[first..first + conditions.len()]);
+        let targets = demands.iter().map(|&register| machine.registers()[register as usize]).collect();
+        let names = |unknown: usize| {
+            let is_it = |&index: &usize| conditions[index].known && values[index] as usize == unknown;
+            (0..conditions.len()).find(is_it)
+        };
+        let conditions = unknowns.into_iter().flatten().map(names).collect();
+        Self { conditions, targets, linear: linear(model, jacobian, values.len()) }
+    }
+
+    /// Writes what is known among the unknowns, in units of their scales.
+    pub fn substitute(&self, model: &Model, x: &mut [f64]) {
+        for (unknown, (place, condition)) in x.iter_mut().zip(&self.conditions).enumerate() {
+            if let Some(condition) = *condition {
+                *place = self.targets[condition] / column_scale(model, unknown);
+            }
+        }
+    }
+
+    /// The condition that names an unknown.
+    pub fn condition(&self, unknown: usize) -> Option<usize> {
+        self.conditions[unknown]
+    }
+
+    /// What a condition demands.
+    pub fn target(&self, condition: usize) -> f64 {
+        self.targets[condition]
+    }
+
+    /// Is a condition linear in all unknowns?
+    pub fn is_linear(&self, condition: usize) -> bool {
+        self.linear[condition]
+    }
+}
+
+/// Rows whose entries are constants, or depend on parameters alone.
+fn linear(model: &Model, jacobian: &SparseTape, rows: usize) -> Vec<bool> {
+    let instructions = jacobian.tape.instructions.iter();
+    let written: HashSet<u32> = instructions
+        .flat_map(|one| {
+            let cosine = (one.operation == Operation::SinCos).then_some(one.c);
+            std::iter::once(one.target).chain(cosine)
+        })
+        .collect();
+    let layout = model.layout();
+    let constant = |register: u32| {
+        let place = register as usize;
+        let parameter = (layout.parameters()..layout.inputs()).contains(&place);
+        parameter || (place >= layout.constants() && !written.contains(&register))
+    };
+    let mut linear = vec![true; rows];
+    for (&(row, _), &register) in jacobian.entries.iter().zip(&jacobian.tape.results) {
+        linear[row as usize] &= constant(register);
+    }
+    linear
+}

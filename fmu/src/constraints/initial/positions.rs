@@ -1,0 +1,256 @@
+//! The first consistent pose, or why there is none.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use super::given::Given;
+use super::{Family, Wanted, column_scale, first, fulfilled};
+use crate::constraints::poses::Random;
+use crate::constraints::projection::largest_gap;
+use crate::failure::{Failure, Gap};
+use crate::linalg::least_squares::{Entry, Equations, solve};
+use crate::machine::Machine;
+use crate::model::{Model, State};
+use crate::program::Condition;
+
+/// Longest Newton step, relative to the scales: longer ones jump between assemblies.
+const REACH: f64 = 0.5;
+/// Sizes of the random disturbances that lead out of a pose where Newton's method stands still.
+const DISTURBANCES: [f64; 7] = [1e-3, 1e-2, 0.1, 0.3, 0.6, 1.0, 2.0];
+/// Disturbances tried of each size.
+const TRIES: usize = 6;
+/// A mechanism that turned over has moved at least this much [rad].
+const TURNED: f64 = 0.5;
+
+/// Positions as unknowns.
+pub(super) struct Positions<'a> {
+    model: &'a Model,
+    machine: &'a mut Machine,
+    state: &'a mut State,
+    given: Given,
+    wanted: Wanted,
+}
+
+impl Equations for Positions<'_> {
+    fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>) {
+        self.load(x);
+        self.family().residuals(self.model, self.machine, (self.wanted, &self.given), r);
+    }
+
+    fn jacobian(&mut self, x: &[f64], entries: &mut Vec<Entry>) {
+        self.load(x);
+        self.family().jacobian(self.model, self.machine, (self.wanted, &self.given), entries);
+    }
+}
+
+impl<'a> Positions<'a> {
+    pub fn new(model: &'a Model, machine: &'a mut Machine, state: &'a mut State) -> Self {
+        let (layout, initial) = (model.layout(), &model.program().initial);
+        machine.load(model, state);
+        let conditions = (&initial.positions[..], &initial.position, &initial.position_jacobian);
+        let unknowns = [layout.positions()..layout.rates(), layout.followers()..layout.follower_rates()];
+        let given = Given::new(model, machine, conditions, unknowns);
+        Self { model, machine, state, given, wanted: Wanted::ALL }
+    }
+
+    fn family(&self) -> Family<'a> {
+        let (tapes, initial) = (&self.model.program().tapes, &self.model.program().initial);
+        Family {
+            loops: (&tapes.constraint, &tapes.jacobian),
+            conditions: (&initial.positions, &initial.position, &initial.position_jacobian),
+        }
+    }
+
+    fn load(&mut self, x: &[f64]) {
+        let n = self.model.coordinates();
+        let value = |unknown: usize| {
+            let known = self.wanted.substitute(unknown, &self.given);
+            known.unwrap_or_else(|| x[unknown] * column_scale(self.model, unknown))
+        };
+        self.state.positions_mut().iter_mut().enumerate().for_each(|(index, place)| *place = value(index));
+        let followers = self.state.follower_positions_mut().iter_mut().enumerate();
+        followers.for_each(|(index, place)| *place = value(n + index));
+        self.machine.load(self.model, self.state);
+    }
+
+    fn attempt(&mut self, wanted: Wanted, x: &mut Vec<f64>) -> Vec<f64> {
+        self.wanted = wanted;
+        solve(self, x, REACH)
+    }
+
+    /// Leaves a consistent pose in the state.
+    pub fn assemble(mut self) -> Result<(), Failure> {
+        let mut guess = first(self.model, &self.model.program().initial.first_positions);
+        if self.is_given(&guess) {
+            return Ok(());
+        }
+        self.given.substitute(self.model, &mut guess);
+        // What is linear may be far away: there is only one solution to jump to.
+        self.wanted = Wanted::LINEAR;
+        solve(&mut self, &mut guess, f64::INFINITY);
+        self.attempt(Wanted::CONDITIONS, &mut guess);
+        let mut known = guess.clone();
+        let r = self.attempt(Wanted::KNOWN, &mut known);
+        if !fulfilled(&r) {
+            // Without substitution all that contradict each other share what is left.
+            let shared = self.attempt(Wanted { substituted: false, ..Wanted::KNOWN }, &mut known);
+            return Err(self.contradiction(if fulfilled(&shared) { &r } else { &shared }));
+        }
+        let mut x = guess.clone();
+        if !self.close(Wanted::ALL, &mut x) {
+            return Err(self.explain(&guess, &x));
+        }
+        self.turn_back(&guess, &mut x);
+        self.same_branch(&guess, &x)?;
+        self.load(&x);
+        Ok(())
+    }
+
+    /// Is nothing set that the program was not made for, and does its own start fit? Leaves it in the state.
+    fn is_given(&mut self, x: &[f64]) -> bool {
+        let program = self.model.program();
+        let own = program.parameters.iter().map(|parameter| parameter.start);
+        if program.initial.first_positions.is_empty() || !own.eq(self.state.parameters().iter().copied()) {
+            return false;
+        }
+        let mut r = Vec::new();
+        self.wanted = Wanted::ALL;
+        self.residuals(x, &mut r);
+        fulfilled(&r)
+    }
+
+    /// Closes the loops from x, or from a pose nearby if Newton's method stands still there. Otherwise x is the best pose found.
+    fn close(&mut self, wanted: Wanted, x: &mut Vec<f64>) -> bool {
+        let start = x.clone();
+        let r = self.attempt(wanted, x);
+        if fulfilled(&r) {
+            return true;
+        }
+        let norm = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
+        let mut best = norm(&r);
+        let mut random = Random::new(1);
+        for size in DISTURBANCES {
+            for _ in 0..TRIES {
+                let mut trial: Vec<f64> = start.iter().map(|x| x + size * random.symmetric()).collect();
+                let r = self.attempt(wanted, &mut trial);
+                if norm(&r) < best || best.is_nan() {
+                    best = norm(&r);
+                    x.clone_from(&trial);
+                }
+                if fulfilled(&r) {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// Why the loops do not close: because of known values, or anyway?
+    fn explain(&mut self, guess: &[f64], best: &[f64]) -> Failure {
+        let known: Vec<usize> = (0..self.conditions().len()).filter(|&index| self.conditions()[index].known).collect();
+        let mut closed = guess.to_vec();
+        if known.is_empty() || !self.close(Wanted::LOOPS, &mut closed) {
+            return Failure::LoopsOpen { gap: self.gap(best) };
+        }
+        let frees = |index: &usize| {
+            let wanted = Wanted { without: Some(*index), ..Wanted::ALL };
+            fulfilled(&self.attempt(wanted, &mut closed.clone()))
+        };
+        let culprits: Vec<usize> = known.iter().copied().filter(frees).collect();
+        let culprits = if culprits.is_empty() { known } else { culprits };
+        let conditions = culprits.into_iter().map(|index| self.conditions()[index].name.clone()).collect();
+        self.contradicting(conditions)
+    }
+
+    fn conditions(&self) -> &'a [Condition] {
+        &self.model.program().initial.positions
+    }
+
+    fn contradiction(&self, r: &[f64]) -> Failure {
+        self.contradicting(names(self.conditions(), r))
+    }
+
+    fn contradicting(&self, conditions: Vec<String>) -> Failure {
+        Failure::Contradiction { conditions, velocity: false, loops: !self.model.program().constraints.is_empty() }
+    }
+
+    fn gap(&mut self, x: &[f64]) -> Gap {
+        self.load(x);
+        let mut residuals = vec![0.0; self.model.program().constraints.len()];
+        self.machine.evaluate(&self.model.program().tapes.constraint, &mut residuals);
+        let rows: Vec<usize> = (0..residuals.len()).collect();
+        largest_gap(self.model, &rows, &residuals)
+    }
+
+    /// Takes back whole turns of angles.
+    fn turn_back(&mut self, guess: &[f64], x: &mut [f64]) {
+        self.wanted = Wanted::ALL;
+        let mut r = Vec::new();
+        for index in 0..self.model.coordinates() {
+            let found = x[index];
+            let turns = ((found - guess[index]) / TAU).round();
+            if turns != 0.0 && column_scale(self.model, index) == 1.0 {
+                x[index] = found - turns * TAU;
+                self.residuals(x, &mut r);
+                if !fulfilled(&r) {
+                    x[index] = found;
+                }
+            }
+        }
+    }
+
+    /// Is the pose found on the branch that was guessed?
+    fn same_branch(&mut self, guess: &[f64], x: &[f64]) -> Result<(), Failure> {
+        let turned_over = self.orientation(guess) * self.orientation(x) < 0.0;
+        let before = self.values(guess);
+        let after = self.values(x);
+        let k = self.conditions().len();
+        for (index, condition) in self.conditions().iter().enumerate().filter(|(_, condition)| !condition.known) {
+            let (target, found) = (after[k + index], after[index]);
+            let far = condition.angular && wrapped(found - target).abs() > FRAC_PI_2;
+            let moved = (found - before[index]).abs() / condition.scale > TURNED;
+            if far || (turned_over && moved) {
+                let (condition, angular) = (condition.name.clone(), condition.angular);
+                return Err(Failure::OtherBranch { condition, guess: target, found, angular });
+            }
+        }
+        Ok(())
+    }
+
+    /// Values and targets of all conditions.
+    fn values(&mut self, x: &[f64]) -> Vec<f64> {
+        self.load(x);
+        let tape = &self.model.program().initial.position;
+        self.machine.run(tape);
+        tape.results(self.machine.registers()).collect()
+    }
+
+    /// Sign of the determinant of the active loop equations and known conditions; 0 if it has none.
+    fn orientation(&mut self, x: &[f64]) -> f64 {
+        let inactive: Vec<bool> =
+            self.model.program().constraints.iter().map(|constraint| !constraint.active).collect();
+        let known = self.conditions().iter().filter(|condition| condition.known).count();
+        let size = x.len();
+        if self.model.active().len() + known != size || size > 500 || known == size {
+            return 0.0;
+        }
+        let mut entries = Vec::new();
+        self.wanted = Wanted { substituted: false, ..Wanted::ALL };
+        self.jacobian(x, &mut entries);
+        let mut matrix = nalgebra::DMatrix::zeros(inactive.len() + known, size);
+        entries.iter().for_each(|&(row, column, value)| matrix[(row, column)] += value);
+        let rows: Vec<usize> = (0..inactive.len()).filter(|&row| inactive[row]).collect();
+        let determinant: f64 = matrix.remove_rows_at(&rows).lu().determinant();
+        if determinant.is_finite() { crate::math::sign(determinant) } else { 0.0 }
+    }
+}
+
+/// An angle between -pi and pi.
+fn wrapped(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
+}
+
+/// Names of the known conditions that do not hold.
+fn names(conditions: &[Condition], r: &[f64]) -> Vec<String> {
+    let known = conditions.iter().filter(|condition| condition.known);
+    known.zip(r).filter(|(_, r)| !fulfilled(&[**r])).map(|(condition, _)| condition.name.clone()).collect()
+}

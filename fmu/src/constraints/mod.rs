@@ -1,0 +1,17 @@
+//! The constraint equations of a mechanism and what follows from them at one state.
+//!
+//! * [`initial`]: the first state that fulfils them.
+//! * [`projection`], `loops`: back onto the loop equations after a step, and the linear system of the loops.
+//! * [`accelerations`], [`expansion`], [`tangent`]: derivatives of the motion by time and by the independent inputs.
+//! * [`kinematic`]: mechanisms whose motion is prescribed; they need no integrator.
+//! * [`poses`], [`redundancy`]: nearby consistent poses, and the joints that add no condition.
+
+pub mod accelerations;
+pub mod expansion;
+pub mod initial;
+pub mod kinematic;
+pub(crate) mod loops;
+pub mod poses;
+pub mod projection;
+pub mod redundancy;
+pub mod tangent;

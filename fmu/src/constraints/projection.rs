@@ -1,0 +1,231 @@
+//! Back onto the loop equations: positions by Newton's method, rates by one linear step.
+//!
+//! Dynamic motion is corrected in the metric of the mass matrix (the tapes `project_position` and `project_velocity`). Driven mechanisms have their own
+//! way ([`super::kinematic`]).
+
+use crate::failure::{Failure, Gap};
+use crate::machine::Machine;
+use crate::model::{Model, State};
+use crate::tape::Tape;
+
+/// What is left alone, relative to the scale of a loop equation.
+const IDLE: f64 = 1e-13;
+/// The loops are kept closed this much better than the tolerance on the motion.
+const SHARE_OF_TOLERANCE: f64 = 1e-3;
+/// Redundant equations may differ this much, relative to their scale.
+const CONSISTENT: f64 = 1e-6;
+/// Newton steps.
+const ITERATIONS: usize = 8;
+/// A Newton step must reduce the gap to this fraction.
+const CONTRACTION: f64 = 0.5;
+
+/// Storage for projections.
+#[derive(Clone, Debug)]
+pub struct Projection {
+    /// Residuals of all m loop equations, then n corrections.
+    step: Vec<f64>,
+    count: u64,
+}
+
+/// Which of the two equations.
+#[derive(Clone, Copy)]
+enum Level {
+    Position,
+    Rate,
+}
+
+impl Level {
+    fn residual(self, model: &Model) -> &Tape {
+        let tapes = &model.program().tapes;
+        match self {
+            Self::Position => &tapes.constraint,
+            Self::Rate => &tapes.constraint_rate,
+        }
+    }
+
+    fn correction(self, model: &Model) -> &Tape {
+        let tapes = &model.program().tapes;
+        match self {
+            Self::Position => &tapes.project_position,
+            Self::Rate => &tapes.project_velocity,
+        }
+    }
+
+    fn load(self, model: &Model, machine: &mut Machine, x: &[f64]) {
+        match self {
+            Self::Position => machine.load_positions(model, x),
+            Self::Rate => machine.load_rates(model, x),
+        }
+    }
+}
+
+impl Projection {
+    /// Storage for a model.
+    pub fn new(model: &Model) -> Self {
+        let size = model.program().constraints.len() + model.coordinates();
+        Self { step: vec![0.0; size], count: 0 }
+    }
+
+    /// Projections so far that moved something.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Corrects q, and leaves it in the registers together with everything else that is there. Returns the largest movement relative to
+    /// the scales of the coordinates; fails when it would be more than `reach`.
+    pub fn positions(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        q: &mut [f64],
+        tolerance: f64,
+        reach: f64,
+    ) -> Result<f64, Failure> {
+        self.positions_along(model, machine, q, tolerance, reach, &mut |_| ())
+    }
+
+    /// The same, with each correction bent by `bend` first, which must leave the loop equations closed to first order: where the metric of the
+    /// mass matrix alone would stretch stiff springs.
+    pub fn positions_along(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        q: &mut [f64],
+        tolerance: f64,
+        reach: f64,
+        bend: &mut dyn FnMut(&mut [f64]),
+    ) -> Result<f64, Failure> {
+        // Rounding of q itself makes a gap.
+        let noise = 4.0 * f64::EPSILON * largest(model, q);
+        let idle = IDLE.max(noise);
+        let goal = idle.max(SHARE_OF_TOLERANCE * tolerance);
+        let moved = self.newton(model, machine, Level::Position, q, [idle, goal, reach], bend)?;
+        self.consistent(model, machine)?;
+        Ok(moved)
+    }
+
+    /// Corrects v at the positions in the registers, and leaves it there.
+    pub fn rates(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        v: &mut [f64],
+        tolerance: f64,
+    ) -> Result<(), Failure> {
+        let size = 1.0 + largest(model, v);
+        let goal = IDLE.max(SHARE_OF_TOLERANCE * tolerance) * size;
+        self.newton(model, machine, Level::Rate, v, [IDLE * size, goal, f64::INFINITY], &mut |_| ())?;
+        Ok(())
+    }
+
+    /// Takes out of a change of rates what would open the loops, at the positions in the registers.
+    pub fn flatten(&mut self, model: &Model, machine: &mut Machine, change: &mut [f64]) {
+        let m = model.program().constraints.len();
+        let tape = &model.program().tapes.project_velocity;
+        for (rates, sign) in [(&change.to_vec(), 1.0), (&vec![0.0; change.len()], -1.0)] {
+            machine.load_rates(model, rates);
+            machine.evaluate(tape, &mut self.step);
+            change.iter_mut().zip(&self.step[m..]).for_each(|(change, step)| *change += sign * step);
+        }
+    }
+
+    /// The larger of the relative gaps of positions and of rates, at the state in the registers.
+    pub fn gap(&mut self, model: &Model, machine: &mut Machine, state: &State) -> f64 {
+        let mut relative = |level: Level, size: f64| {
+            machine.evaluate(level.residual(model), &mut self.step);
+            self.residual(model) / size
+        };
+        let position = relative(Level::Position, 1.0);
+        crate::math::maximum(position, relative(Level::Rate, 1.0 + largest(model, state.rates())))
+    }
+
+    fn newton(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        level: Level,
+        x: &mut [f64],
+        [idle, goal, reach]: [f64; 3],
+        bend: &mut dyn FnMut(&mut [f64]),
+    ) -> Result<f64, Failure> {
+        level.load(model, machine, x);
+        if model.active().is_empty() {
+            return Ok(0.0);
+        }
+        let m = model.program().constraints.len();
+        let mut moved = 0.0;
+        for iteration in 0..ITERATIONS {
+            machine.evaluate(level.correction(model), &mut self.step);
+            let before = self.residual(model);
+            if before <= if iteration == 0 { idle } else { goal } {
+                return Ok(moved);
+            }
+            self.count += u64::from(iteration == 0);
+            bend(&mut self.step[m..]);
+            x.iter_mut().zip(&self.step[m..]).for_each(|(x, step)| *x += step);
+            moved += largest(model, &self.step[m..]);
+            level.load(model, machine, x);
+            machine.evaluate(level.residual(model), &mut self.step[..m]);
+            let after = self.residual(model);
+            if after <= goal && moved <= reach {
+                return Ok(moved);
+            }
+            // Written so that NaN is a failure too.
+            let contracts = after <= CONTRACTION * before && moved <= reach;
+            if !contracts {
+                break;
+            }
+        }
+        Err(self.drift(model, machine))
+    }
+
+    /// The largest residual of the active equations, relative to their scales; NaN if one is.
+    fn residual(&self, model: &Model) -> f64 {
+        let constraints = &model.program().constraints;
+        let sizes = model.active().iter().map(|&row| self.step[row].abs() / constraints[row].scale);
+        sizes.fold(0.0, crate::math::maximum)
+    }
+
+    fn drift(&self, model: &Model, machine: &Machine) -> Failure {
+        Failure::Drift { time: time(model, machine), gap: largest_gap(model, model.active(), &self.step) }
+    }
+
+    /// Redundant equations must hold by themselves.
+    fn consistent(&mut self, model: &Model, machine: &mut Machine) -> Result<(), Failure> {
+        let constraints = &model.program().constraints;
+        let holds = |row: usize| constraints[row].active || self.step[row].abs() <= CONSISTENT * constraints[row].scale;
+        match (0..constraints.len()).find(|&row| !holds(row)) {
+            Some(row) if !model.active().is_empty() => {
+                Err(Failure::Redundant { time: time(model, machine), gap: largest_gap(model, &[row], &self.step) })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The largest of some loop equations' residuals, relative to their scales.
+pub(crate) fn largest_gap(model: &Model, rows: &[usize], residuals: &[f64]) -> Gap {
+    let constraints = &model.program().constraints;
+    let size = |row: usize| residuals[row].abs() / constraints[row].scale;
+    let row = rows.iter().copied().max_by(|&a, &b| size(a).total_cmp(&size(b)));
+    row.map_or_else(
+        || Gap { owner: model.program().name.clone(), size: 0.0, angular: false },
+        |row| Gap {
+            owner: constraints[row].owner.clone(),
+            size: residuals[row].abs(),
+            angular: constraints[row].angular,
+        },
+    )
+}
+
+fn largest(model: &Model, values: &[f64]) -> f64 {
+    let coordinates = &model.program().coordinates;
+    values
+        .iter()
+        .zip(coordinates)
+        .fold(0.0, |largest, (value, coordinate)| crate::math::maximum(largest, value.abs() / coordinate.scale))
+}
+
+fn time(model: &Model, machine: &Machine) -> f64 {
+    machine.registers()[model.layout().time()]
+}

@@ -1,0 +1,136 @@
+//! Laws in pieces: which piece holds, and until when.
+//!
+//! A switching function chooses between two series: one while it is positive, one while it is negative. Along a step the choice stays,
+//! so that every series is analytic; the step ends where a switching function changes its sign.
+
+use serde::{Deserialize, Serialize};
+
+use crate::taylor::MAX_ORDER;
+
+/// Most switching functions of a model.
+pub const MAX_SWITCHES: usize = 64;
+
+/// Choices that are known beforehand, as at the end of a piece, where the switching function itself is zero. One bit for each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Choices {
+    /// Which are known.
+    pub known: u64,
+    /// Which switching functions count as positive.
+    pub positive: u64,
+    /// Which have been taken back at once: once more, and the motion is pushed to and fro.
+    pub reversed: u64,
+}
+
+impl Choices {
+    /// The choice of one switch, if it is known.
+    pub fn get(self, switch: u32) -> Option<bool> {
+        let bit = 1_u64.checked_shl(switch)?;
+        (self.known & bit != 0).then_some(self.positive & bit != 0)
+    }
+
+    /// Makes a choice known.
+    pub fn set(&mut self, switch: u32, positive: bool) {
+        let bit = 1_u64.checked_shl(switch).unwrap_or(0);
+        self.known |= bit;
+        self.positive = if positive { self.positive | bit } else { self.positive & !bit };
+    }
+
+    /// These, but for the ones that later ones replace.
+    pub fn then(self, later: Self) -> Self {
+        Self {
+            known: self.known | later.known,
+            positive: self.positive & !later.known | later.positive,
+            reversed: self.reversed | self.known & later.known | later.reversed,
+        }
+    }
+}
+
+/// Shortest part of the interval in which a zero is sought.
+const FINEST: f64 = 1e-14;
+
+/// The first time in (0, h) from which a polynomial is negative that begins positive; one that begins at most at zero counts as beginning
+/// at zero. By Bernstein coefficients: a polynomial lies in their convex hull, so that no zero is missed.
+pub(crate) fn first_fall(polynomial: &[f64], h: f64) -> Option<f64> {
+    let degree = polynomial.len().checked_sub(1).filter(|degree| *degree <= MAX_ORDER)?;
+    let mut b = [0.0; MAX_ORDER + 1];
+    let mut power = 1.0;
+    for (place, coefficient) in b.iter_mut().zip(polynomial) {
+        *place = coefficient * power;
+        power *= h;
+    }
+    b[0] = b[0].max(0.0);
+    // From powers to Bernstein: b_j = sum over i <= j of binomial(j, i)/binomial(n, i) a_i.
+    let mut binomial = 1.0;
+    for (i, place) in b[..=degree].iter_mut().enumerate() {
+        *place /= binomial;
+        binomial *= (degree - i) as f64 / (i + 1) as f64;
+    }
+    for round in 0..degree {
+        for j in (round + 1..=degree).rev() {
+            b[j] += b[j - 1];
+        }
+    }
+    search(&b[..=degree], 0.0, 1.0).map(|share| share * h)
+}
+
+/// The same on a part of the unit interval, by Bernstein coefficients.
+fn search(b: &[f64], from: f64, length: f64) -> Option<f64> {
+    let degree = b.len() - 1;
+    if b.iter().all(|value| *value >= 0.0) {
+        return None;
+    }
+    if length < FINEST {
+        return Some(from);
+    }
+    // de Casteljau: both halves.
+    let (mut left, mut right) = ([0.0; MAX_ORDER + 1], [0.0; MAX_ORDER + 1]);
+    right[..=degree].copy_from_slice(b);
+    for (k, end) in left[..=degree].iter_mut().enumerate() {
+        *end = right[0];
+        for j in 0..degree - k {
+            right[j] = 0.5 * (right[j] + right[j + 1]);
+        }
+    }
+    let half = 0.5 * length;
+    search(&left[..=degree], from, half).or_else(|| search(&right[..=degree], from + half, half))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_fall_is_found() {
+        // (1 - t)(2 - t)(3 - t)
+        let cubic = [6.0, -11.0, 6.0, -1.0];
+        assert!((first_fall(&cubic, 5.0).unwrap() - 1.0).abs() < 1e-12);
+        assert_eq!(first_fall(&cubic, 0.9), None);
+        // From zero upwards, and down again at 2.
+        assert!((first_fall(&[0.0, 2.0, -1.0], 3.0).unwrap() - 2.0).abs() < 1e-12);
+        assert!((first_fall(&[-1e-17, 2.0, -1.0], 3.0).unwrap() - 2.0).abs() < 1e-12);
+        // Downwards at once.
+        assert!(first_fall(&[0.0, -1.0], 1.0).unwrap() < 1e-12);
+        // Two zeros close together, which end points do not show.
+        assert!((first_fall(&[0.25 - 1e-8, -1.0, 1.0], 1.0).unwrap() - 0.4999).abs() < 1e-9);
+        // A touch is no change of sign.
+        assert_eq!(first_fall(&[0.25 + 1e-12, -1.0, 1.0], 1.0), None);
+        assert_eq!(first_fall(&[1.0], 1.0), None);
+        assert_eq!(first_fall(&[], 1.0), None);
+    }
+
+    #[test]
+    fn choices_are_remembered() {
+        let mut choices = Choices::default();
+        assert_eq!(choices.get(3), None);
+        choices.set(3, true);
+        choices.set(63, false);
+        assert_eq!(
+            (choices.get(3), choices.get(63), choices.get(4), choices.get(64)),
+            (Some(true), Some(false), None, None)
+        );
+        let later = Choices { known: 0b110, positive: 0b010, reversed: 0 };
+        let both = Choices { known: 0b1001, positive: 0b1000, reversed: 0 }.then(later);
+        assert_eq!(both, Choices { known: 0b1111, positive: 0b1010, reversed: 0 });
+        assert_eq!(both.then(later), Choices { reversed: 0b110, ..both });
+    }
+}

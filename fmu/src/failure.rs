@@ -1,0 +1,218 @@
+//! Why there is no solution, in the user's names.
+
+use std::fmt;
+
+use thiserror::Error;
+
+/// A loop equation that does not hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gap {
+    /// The joint or driver.
+    pub owner: String,
+    /// How much is missing [m or rad].
+    pub size: f64,
+    /// An angle [rad]? Otherwise a length [m].
+    pub angular: bool,
+}
+
+impl fmt::Display for Gap {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (size, unit) = if self.angular { (self.size, "rad") } else { (1e3 * self.size, "mm") };
+        write!(formatter, "{size:.3e} {unit} at `{}`", self.owner)
+    }
+}
+
+/// Why the solver cannot go on.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum Failure {
+    /// No assembly exists, or none was found.
+    #[error(
+        "the loops cannot be closed: the largest gap is {gap}; check the lengths, or give a better guess of the initial pose"
+    )]
+    LoopsOpen {
+        /// The largest gap.
+        gap: Gap,
+    },
+    /// The loops close, but not with these values.
+    #[error("the initial {} contradict each other{}: {}; give fewer, or make one a guess", if *.velocity { "velocities" } else { "positions" }, if *.loops { " or the loops" } else { "" }, list(.conditions))]
+    Contradiction {
+        /// Names of the conditions concerned.
+        conditions: Vec<String>,
+        /// Velocities? Otherwise positions.
+        velocity: bool,
+        /// Are there loops?
+        loops: bool,
+    },
+    /// The loops close on another branch than the guess.
+    #[error("the loops close, but on another branch than the guess: `{condition}` was guessed {} and becomes {}; give a closer guess", value(*.guess, *.angular), value(*.found, *.angular))]
+    OtherBranch {
+        /// The guessed variable.
+        condition: String,
+        /// The guess.
+        guess: f64,
+        /// What it became.
+        found: f64,
+        /// An angle?
+        angular: bool,
+    },
+    /// Redundant joints or drivers do not agree with the others.
+    #[error("at t = {time} s `{}` repeats what other joints prescribe, but contradicts them by {gap}; change it, or remove it", gap.owner)]
+    Redundant {
+        /// When [s].
+        time: f64,
+        /// The contradiction.
+        gap: Gap,
+    },
+    /// Numbers left the range of numbers.
+    #[error(
+        "at t = {time} s the accelerations are not finite, first that of `{coordinate}`; look for a body there that can move without mass or inertia, and for a load law that divides by zero or grows beyond all numbers"
+    )]
+    NotFinite {
+        /// When [s].
+        time: f64,
+        /// The first coordinate concerned.
+        coordinate: String,
+    },
+    /// The drivers do not determine the motion in this pose.
+    #[error(
+        "at t = {time} s the mechanism is in a singular pose: the drivers do not determine the motion of `{coordinate}`"
+    )]
+    Singular {
+        /// When [s].
+        time: f64,
+        /// A coordinate that could move.
+        coordinate: String,
+    },
+    /// The step became too small to go on.
+    #[error("at t = {time} s the motion cannot be followed any further: even the shortest steps miss the tolerance, and `{coordinate}` changes fastest{}", because(.cause))]
+    StepUnderflow {
+        /// When [s].
+        time: f64,
+        /// The coordinate that moves most.
+        coordinate: String,
+        /// Why the last step was rejected, if not for its error.
+        cause: Option<Box<Failure>>,
+    },
+    /// So many steps that it looks like for ever.
+    #[error(
+        "at t = {time} s the steps have become so short, {pace:.1e} s on average, that it would take more than {most} of them to come to t = {target} s; look for what moves so fast: a very small mass or inertia, a very stiff spring or strong damper, a fast input, or a law that jumps (`sign`, `if`)"
+    )]
+    TooManySteps {
+        /// When [s].
+        time: f64,
+        /// Mean length of the last steps [s].
+        pace: f64,
+        /// The next communication point [s].
+        target: f64,
+        /// More steps than this are too many.
+        most: u64,
+    },
+    /// A law in pieces, each of which leads back into the other at once.
+    #[error(
+        "at t = {time} s a law in pieces (`sign`, `if`, `abs`, `min`, `max`) switches back and forth without end, and `{coordinate}` with it: each side pushes the motion back to the other; use a smooth law, such as `tanh(v/0.01)` for `sign(v)`, or a friction load"
+    )]
+    Chatter {
+        /// When [s].
+        time: f64,
+        /// The coordinate whose acceleration switches most.
+        coordinate: String,
+    },
+    /// Branches of the motion meet, and the rates belong to none of them or to all.
+    #[error(
+        "at t = {time} s the mechanism is in a singular pose, and its velocities do not say on which branch it goes on: {} depend on each other; give velocities that belong to one branch, or another initial pose", list(.joints)
+    )]
+    Undecided {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations depend on each other.
+        joints: Vec<String>,
+    },
+    /// Branches of the motion meet ahead, and the implicit method evaluates what does not tell them apart there.
+    #[error(
+        "at t = {time} s the mechanism comes to a singular pose: {} depend on each other there, and the implicit method does not see on which branch the motion goes on; leave the choice of the method to the program, or ask for a larger tolerance", list(.joints)
+    )]
+    SingularAhead {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations come to depend on each other.
+        joints: Vec<String>,
+    },
+    /// Branches of the motion meet, and the steps were too short to tell them apart.
+    #[error(
+        "at t = {time} s the motion has left its branch in a singular pose, where {} depend on each other: the steps were so short there that rounding errors decided; leave the choice of the method to the program, or ask for a larger tolerance; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints)
+    )]
+    BranchLost {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations depend on each other there.
+        joints: Vec<String>,
+    },
+    /// Branches of the motion meet ahead, and no step passes there.
+    #[error(
+        "at t = {time} s the mechanism comes to a singular pose, where {} depend on each other, and rounding errors leave no step that passes it; leave the choice of the method to the program, or ask for a larger tolerance; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints)
+    )]
+    NotPassed {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations come to depend on each other.
+        joints: Vec<String>,
+    },
+    /// The loops come apart during the motion.
+    #[error(
+        "at t = {time} s the loops cannot be kept closed: {gap} are missing; ask for a smaller tolerance, or shorter steps (`max_step`)"
+    )]
+    Drift {
+        /// When [s].
+        time: f64,
+        /// The largest gap.
+        gap: Gap,
+    },
+    /// The motion has come to the end of what the loops permit.
+    #[error(
+        "at t = {time} s the mechanism locks up: the loops at {} are at the end of their reach, and the motion cannot go on; change the lengths or the drivers", list(.joints)
+    )]
+    EndOfReach {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations have come to depend on each other.
+        joints: Vec<String>,
+    },
+    /// What drives the mechanism moves in no time.
+    #[error("at t = {time} s what drives `{}` jumps by {gap}, and the mechanism cannot follow; make the law continuous, for example a steep ramp", gap.owner)]
+    DriverJumps {
+        /// When [s].
+        time: f64,
+        /// By how much.
+        gap: Gap,
+    },
+    /// What drives the mechanism is not a number.
+    #[error(
+        "at t = {time} s the law of `{owner}` has no finite value; look for a division by zero, a root or logarithm of a negative number, or a number too large"
+    )]
+    DriverUndefined {
+        /// When [s].
+        time: f64,
+        /// The driver.
+        owner: String,
+    },
+    /// A driven mechanism cannot go on.
+    #[error("at t = {time} s the mechanism locks up: from here on the loops cannot be closed at `{}`; change the lengths or the drivers", gap.owner)]
+    LockUp {
+        /// When [s].
+        time: f64,
+        /// The largest gap.
+        gap: Gap,
+    },
+}
+
+fn list(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+fn value(value: f64, angular: bool) -> String {
+    if angular { format!("{value:.4} rad ({:.2} deg)", value.to_degrees()) } else { format!("{value:.6} m") }
+}
+
+fn because(cause: &Option<Box<Failure>>) -> String {
+    cause.as_ref().map_or_else(String::new, |cause| format!(": {cause}"))
+}

@@ -1,0 +1,254 @@
+//! Singular poses on the way of a step of DOP853.
+//!
+//! A step that passes one is as long as brings the pose into the widest gap between the nodes; its stages are put on the loops, because what they
+//! would miss them by is divided by the distance; and what rounding errors add to its error along the direction in which the loops hold least does not
+//! count.
+
+use super::watch::{Stages, read};
+use super::{Dynamic, is_watched};
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::integrator::continuation::Continuation;
+use crate::integrator::explicit::{interpolate, node};
+use crate::singular::dependence::{begins_near, is_singular, undecided};
+use crate::singular::detect::{Course, locate, refine};
+use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
+
+/// The gap between the nodes 1/3 and 3/5, in the middle of which the pose is best.
+pub(crate) const COURSE: Course = Course { take_off: 0.45, passes: 0.4667, landing: 1.0 / 0.4667, nearer: 0.5 };
+/// A step that passes a pose this share of its length from where it was expected is taken again.
+const MISSED: f64 = 0.07;
+/// So many steps after a pose the stages are still put on the loops.
+const BEHIND: f64 = 3.0;
+/// So far beyond a step its ends still tell where a singular pose is, in units of the step.
+const REACH: f64 = 2.2;
+/// The loops are closed this well where a step out of a singular pose begins and ends.
+const TIGHT: f64 = 1e-10;
+
+impl Dynamic {
+    /// Does a step pass a singular pose, as far as is known?
+    pub(super) fn passes(run: &Continuation, end: f64) -> bool {
+        run.ahead > 0.0 && run.front_time + run.ahead < end
+    }
+
+    /// Is a singular pose so near to a step that its stages must be on the loops?
+    pub(super) fn is_near(run: &Continuation, end: f64) -> bool {
+        let h = (end - run.front_time).abs();
+        run.closing || run.pose.is_some_and(|pose| pose > run.front_time - BEHIND * h && pose < end + h)
+    }
+
+    /// May a step that somebody cuts short end there? Not if it evaluates something near a singular pose.
+    pub(super) fn may_end(run: &Continuation, end: f64) -> bool {
+        let place = run.ahead / (end - run.front_time);
+        !Self::passes(run, end) || (place - COURSE.passes).abs() < MISSED
+    }
+
+    /// The error of the step just tried, without what the loops take off it.
+    pub(super) fn flattened_error(&mut self, context: &mut Context, run: &Continuation, end: f64, h: f64) -> f64 {
+        let Self { explicit, next, tolerances, .. } = self;
+        let Context { model, machine, projection, .. } = context;
+        let n = model.coordinates();
+        machine.load_signals(model, &run.origin, end);
+        machine.load_positions(model, &next[..n]);
+        explicit.filtered_error(h, tolerances, |error| {
+            for part in error.chunks_exact_mut(n) {
+                // Twice, for the first time leaves rounding errors divided by the distance.
+                projection.flatten(model, machine, part);
+                projection.flatten(model, machine, part);
+            }
+        })
+    }
+
+    /// Looks for singular poses in the step just tried and after it. Says how far after it there is one; none if the step must be taken
+    /// again, because it has passed a pose that was not known, or elsewhere.
+    pub(super) fn survey(&mut self, context: &mut Context, run: &mut Continuation, end: f64) -> Option<f64> {
+        let h = end - run.front_time;
+        let expected = if Self::passes(run, end) {
+            Some(run.ahead)
+        } else {
+            self.watch.dip().map(node).or_else(|| self.watch.late_dip()).map(|share| share * h)
+        };
+        if let Some(guess) = expected {
+            self.watch.reference.copy_from_slice(&self.watch.front);
+            let found = locate(guess, |dt| self.share_at(context, run, h, dt));
+            let found = found.filter(|ahead| (0.0..h).contains(ahead));
+            let known = Self::passes(run, end);
+            if let Some(ahead) = found {
+                let missed = !known || (ahead - run.ahead).abs() > MISSED * h;
+                (run.ahead, run.pose) = (ahead, Some(run.front_time + ahead));
+                if missed {
+                    return None;
+                }
+            } else if known {
+                (run.ahead, run.pose) = (0.0, None);
+            }
+        }
+        let guess = self.watch.arrival(h);
+        if guess > REACH * h {
+            return Some(0.0);
+        }
+        self.watch.reference.copy_from_slice(&self.watch.guard.next);
+        let found = locate(guess, |dt| self.share_at(context, run, h, h + dt));
+        Some(found.filter(|ahead| *ahead > 0.0).unwrap_or(0.0))
+    }
+
+    /// The smallest distance from a singular pose along the polynomial through the ends of a step, as a share of the reference.
+    fn share_at(&mut self, context: &mut Context, run: &Continuation, h: f64, dt: f64) -> f64 {
+        let Self { explicit, next, watch, .. } = self;
+        quintic([&run.front, explicit.first()], [next, explicit.last()], h, dt, &mut watch.point);
+        self.share(context, run, run.front_time + dt)
+    }
+
+    /// The smallest distance from a singular pose at the point, as a share of the reference.
+    fn share(&self, context: &mut Context, run: &Continuation, time: f64) -> f64 {
+        let Self { watch, .. } = self;
+        let Context { model, machine, statistics, .. } = context;
+        machine.load_signals(model, &run.origin, time);
+        machine.load_motion(model, &watch.point);
+        machine.run(&model.program().tapes.acceleration);
+        statistics.evaluations += 1;
+        let rows = model.program().tapes.closeness.iter().zip(&watch.reference);
+        let share = |(&register, front): (&u32, &f64)| front / machine.registers()[register as usize].abs();
+        // Where a row depends on the others exactly, those after it are no numbers.
+        rows.map(share).fold(f64::INFINITY, |least, share| if share < least { share } else { least }).sqrt()
+    }
+
+    /// Notes that the step of this length passes a singular pose; false if the branches do not meet there.
+    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Continuation, h: f64) -> bool {
+        self.watch.reference.copy_from_slice(&self.watch.front);
+        let ahead = refine(run.ahead, h, |dt| {
+            interpolate(&run.dense, dt / h, &mut self.watch.point);
+            self.share(context, run, run.front_time + dt)
+        });
+        let time = run.front_time + ahead;
+        interpolate(&run.dense, ahead / h, &mut self.watch.point);
+        run.note_passage(context.model, context.settings.tolerance, time, &self.watch.point)
+    }
+
+    /// 1 / r^2 at the front, where the derivative has just been evaluated.
+    pub(super) fn look_around(&mut self, context: &Context) {
+        read(&context.model.program().tapes.closeness, context.machine.registers(), &mut self.watch.front);
+    }
+
+    /// The same at the end of a step.
+    pub(super) fn look_ahead(&mut self, context: &Context) {
+        read(&context.model.program().tapes.closeness, context.machine.registers(), &mut self.watch.guard.next);
+    }
+
+    /// Leaves a singular pose in which a run begins. Says whether there was one.
+    pub(super) fn leave_at_the_start(
+        &mut self,
+        context: &mut Context,
+        run: &mut Continuation,
+    ) -> Result<bool, Failure> {
+        let looks = run.series.is_none() && is_watched(context.model);
+        if !looks || !begins_near(context, run) {
+            return Ok(false);
+        }
+        if self.leave(context, run) {
+            return Ok(true);
+        }
+        // Too slow to be left, though not in the pose: it is followed like any other motion.
+        if is_singular(context, run) { Err(undecided(context, run)) } else { Ok(false) }
+    }
+
+    /// Finds the state a step later from which the motion comes back to the front.
+    fn leave(&mut self, context: &mut Context, run: &mut Continuation) -> bool {
+        let (time, pose) = (run.front_time, run.pose_here());
+        for mut search in Search::all(context, run) {
+            if self.shoot(context, run, &mut search, pose) {
+                let theta = (pose - run.dense_from) / (run.front_time - run.dense_from);
+                interpolate(&run.dense, theta, &mut self.watch.point);
+                run.note_left(context.model, context.settings.tolerance, [time, pose], &self.watch.point);
+                (run.ahead, run.pose) = (0.0, Some(pose));
+                run.step = run.step.max(search.h);
+                context.statistics.steps += 1;
+                self.known = false;
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Tries to find the state so long after the front, by steps back from it that have the pose in their gap. The step that leads there is then the
+    /// last one.
+    fn shoot(&mut self, context: &mut Context, run: &mut Continuation, search: &mut Search, pose: f64) -> bool {
+        let (n, h) = (context.model.coordinates(), search.h);
+        let end = run.front_time + h;
+        let back = (end - pose) * COURSE.landing;
+        let mut state = run.front.clone();
+        (0..n).for_each(|index| state[index] += h * state[n + index]);
+        let mut reached = state.clone();
+        for _ in 0..CORRECTIONS {
+            if !self.stretch(context, run, end, -back, &mut state) {
+                return false;
+            }
+            interpolate(&run.dense, h / back, &mut reached);
+            match search.correct(context.model, &run.front, &state, &mut reached) {
+                Verdict::Again => std::mem::swap(&mut state, &mut reached),
+                Verdict::Failed => return false,
+                Verdict::Found => return self.come_forth(context, run, end, back),
+            }
+        }
+        false
+    }
+
+    /// Takes the step that leads to the state found, from where the last step back has ended.
+    fn come_forth(&mut self, context: &mut Context, run: &mut Continuation, end: f64, h: f64) -> bool {
+        let mut state = self.next.clone();
+        let there = self.stretch(context, run, end - h, h, &mut state);
+        self.tolerate(context, &state, true);
+        let straight = self.explicit.error(h, &self.tolerances);
+        if !there || straight.min(self.flattened_error(context, run, end, h)) > 1.0 {
+            return false;
+        }
+        run.dense_from = end - h;
+        run.front_time = end;
+        run.front.copy_from_slice(&self.next);
+        true
+    }
+
+    /// A step from a state, which is put on the loops first, with its stages on the loops. Its end and dense output are at hand then.
+    fn stretch(&mut self, context: &mut Context, run: &mut Continuation, from: f64, h: f64, state: &mut [f64]) -> bool {
+        if !close(context, run, from, state) {
+            return false;
+        }
+        let Self { explicit, next, watch, .. } = self;
+        watch.begin_step();
+        let mut f = Stages::new(context, &run.origin, watch, true);
+        explicit.begin(&mut f, from, state);
+        explicit.attempt(&mut f, from, state, h, next);
+        if watch.take_failure().is_some() || !close(context, run, from + h, next) {
+            return false;
+        }
+        let mut f = Stages::new(context, &run.origin, watch, true);
+        explicit.finish(&mut f, from + h, next);
+        explicit.dense(&mut f, from, state, h, next, &mut run.dense);
+        watch.take_failure().is_none() && run.dense.iter().chain(&*next).all(|value| value.is_finite())
+    }
+}
+
+/// Puts a state on the loops, tightly. Says whether that was possible.
+fn close(context: &mut Context, run: &Continuation, time: f64, state: &mut [f64]) -> bool {
+    let Context { model, machine, projection, settings, .. } = context;
+    let (q, v) = state.split_at_mut(model.coordinates());
+    let tolerance = settings.tolerance.min(TIGHT);
+    machine.load_signals(model, &run.origin, time);
+    projection.positions(model, machine, q, tolerance, f64::INFINITY).is_ok()
+        && projection.rates(model, machine, v, tolerance).is_ok()
+}
+
+/// (q, v) along the polynomial of degree 5 through two states with their derivatives, h apart, so long after the first one.
+fn quintic([y, f]: [&[f64]; 2], [end, slope]: [&[f64]; 2], h: f64, dt: f64, point: &mut [f64]) {
+    let (n, x) = (y.len() / 2, dt / h);
+    for i in 0..n {
+        let (v, a) = (h * y[n + i], 0.5 * h * h * f[n + i]);
+        // What is left of position, rate and half the acceleration at the end.
+        let p = end[i] - y[i] - v - a;
+        let r = h * end[n + i] - v - 2.0 * a;
+        let s = 0.5 * h * h * slope[n + i] - a;
+        let (c3, c4, c5) = (10.0 * p - 4.0 * r + s, -15.0 * p + 7.0 * r - 2.0 * s, 6.0 * p - 3.0 * r + s);
+        point[i] = y[i] + x * (v + x * (a + x * (c3 + x * (c4 + x * c5))));
+        point[n + i] = (v + x * (2.0 * a + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))) / h;
+    }
+}

@@ -1,0 +1,97 @@
+//! How long steps are, and how exact.
+
+use super::{Implicit, Memory};
+use crate::context::Context;
+use crate::math;
+
+/// The error estimate is of order 3, the step of order 5: so much of tolerance^(4/5) makes the error of the motion follow the tolerance.
+const SHARE_OF_TOLERANCE: f64 = 0.03;
+/// Rounding is larger than an error below this.
+const FINEST: f64 = 1e-13;
+/// Some units of rounding.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Safety factor of the step size.
+pub(super) const SAFETY: f64 = 0.9;
+/// Limits on the change of the step size.
+pub(super) const SHRINK: f64 = 0.2;
+const GROW: f64 = 8.0;
+/// A step that would grow by less keeps its length, and its factors.
+const KEEP: f64 = 1.2;
+/// A contraction that a longer step must not come near: steps that Newton's iterations limit grow by no more than leads there.
+const SLOWEST: f64 = 0.15;
+/// Iterations for which the safety factor is meant.
+const ITERATIONS: f64 = 7.0;
+/// Smallest error that counts.
+const SMALLEST_ERROR: f64 = 1e-10;
+/// Longest first step [s].
+const LONGEST_START: f64 = 1.0;
+
+impl Implicit {
+    /// What the error estimate of one step may be.
+    pub(super) fn share(&mut self, tolerance: f64) -> f64 {
+        if self.share[0] != tolerance {
+            self.share = [tolerance, share(tolerance)];
+        }
+        self.share[1]
+    }
+
+    /// A step in which a motion that changes as fast as this one, and no faster, is wrong by less than the tolerance.
+    pub(super) fn first_step(&self, context: &Context, front: &[f64]) -> f64 {
+        let n = front.len() / 2;
+        let mut frequency = 1.0 / LONGEST_START;
+        for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
+            let acceleration = self.radau.first()[n + index].abs() / coordinate.scale;
+            frequency = math::maximum(frequency, front[n + index].abs() / coordinate.scale);
+            frequency = math::maximum(frequency, acceleration.sqrt());
+        }
+        fourth_root(share(context.settings.tolerance)) / frequency
+    }
+
+    /// What rounding makes of the stages, in units of the tolerances: rates are differences of positions over the step.
+    pub(super) fn noise(&self, front: &[f64], h: f64) -> f64 {
+        let n = front.len() / 2;
+        let rates = front[..n].iter().zip(&self.tolerances[n..]);
+        let largest = rates.fold(0.0, |largest: f64, (q, tolerance)| largest.max((1.0 + q.abs()) / tolerance));
+        ROUNDING * largest / h
+    }
+
+    /// The natural length of the next step.
+    pub(super) fn propose(
+        &self,
+        memory: &Memory,
+        h: f64,
+        error: f64,
+        [iterations, contraction]: [f64; 2],
+        rejected: bool,
+    ) -> f64 {
+        let error = error.max(SMALLEST_ERROR);
+        let safety = SAFETY * f64::min(1.0, (1.0 + 2.0 * ITERATIONS) / (iterations + 2.0 * ITERATIONS));
+        let mut factor = safety / fourth_root(error);
+        if memory.step > 0.0 {
+            let predicted = SAFETY * (memory.step.recip() * h) * fourth_root(memory.error / (error * error));
+            factor = factor.min(predicted);
+        }
+        let most = if rejected { 1.0 } else { (SLOWEST / contraction).sqrt().clamp(1.0, GROW) };
+        let factor = factor.clamp(SHRINK, most);
+        if (1.0..=KEEP).contains(&factor) { h } else { factor * h }
+    }
+
+    /// Absolute tolerances of q and v for one step. Rates count relative to themselves, but not below one scale a second, or a step if it is
+    /// longer.
+    pub(super) fn tolerate(&mut self, context: &Context, front: &[f64], h: f64, share: f64) {
+        let n = context.model.coordinates();
+        for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
+            self.tolerances[index] = share * coordinate.scale;
+            self.tolerances[n + index] = share * (coordinate.scale / h.max(1.0)).max(front[n + index].abs());
+        }
+    }
+}
+
+/// What the error estimate of one step may be.
+fn share(tolerance: f64) -> f64 {
+    (SHARE_OF_TOLERANCE * libm::pow(tolerance, 0.8)).max(FINEST)
+}
+
+pub(super) fn fourth_root(value: f64) -> f64 {
+    value.sqrt().sqrt()
+}

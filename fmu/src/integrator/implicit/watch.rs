@@ -1,0 +1,67 @@
+//! What an implicit step looks out for: how fast things can change, and singular poses.
+
+use super::Implicit;
+use crate::context::Context;
+use crate::integrator::continuation::Continuation;
+use crate::math;
+use crate::model::Model;
+use crate::singular::detect::is_jump;
+
+/// Steps of the power method.
+const POWERS: usize = 3;
+/// A loop equation that is closer to the others by this factor than it has been may be about to depend on them.
+const CLOSE: f64 = 100.0;
+
+impl Implicit {
+    /// How fast anything can change at most, judging by the last Jacobian \[1/s\].
+    pub fn rate(&self, model: &Model) -> f64 {
+        self.radau.rate(|index| model.program().coordinates[index].scale)
+    }
+
+    /// About how fast anything can change at the front \[1/s\]: a few steps of the power method with the derivatives by q, and by v. The front's
+    /// signals must have been loaded before.
+    pub fn fastest_rate(&mut self, context: &mut Context, run: &Continuation) -> f64 {
+        let Context { model, machine, .. } = context;
+        let n = model.coordinates();
+        machine.load_signals(model, &run.origin, run.front_time);
+        machine.load_motion(model, &run.front);
+        let scale = |index: usize| model.program().coordinates[index].scale;
+        let mut norm = |first: usize| {
+            let mut size = 0.0;
+            (0..n).for_each(|index| self.column[index] = scale(index) / (1.0 + index as f64));
+            for _ in 0..POWERS {
+                let largest =
+                    (0..n).fold(0.0, |largest, index| math::maximum(largest, self.column[index].abs() / scale(index)));
+                let direction = self.tangents[first..][..n].iter_mut().zip(&self.column);
+                direction.for_each(|(place, value)| *place = if largest > 0.0 { value / largest } else { 0.0 });
+                machine.differentiate(&model.program().tapes.acceleration, &mut self.tangents, &mut self.column);
+                size = (0..n).fold(0.0, |size, index| math::maximum(size, self.column[index].abs() / scale(index)));
+            }
+            self.tangents[first..][..n].fill(0.0);
+            size
+        };
+        let (by_q, by_v) = (norm(model.layout().positions()), norm(model.layout().rates()));
+        by_q.sqrt().max(by_v)
+    }
+
+    /// Is a loop equation at the front much closer to the others than it has been?
+    pub(super) fn is_close(&self, run: &mut Continuation) -> bool {
+        let rows = run.smallest.iter_mut().zip(&self.front);
+        rows.fold(false, |close, (smallest, front)| {
+            *smallest = math::minimum(*front, *smallest);
+            close || *front > CLOSE * CLOSE * *smallest
+        })
+    }
+
+    /// Does no loop equation come so much closer to the others within the step, or go so much further from them, that there could be a singular pose in
+    /// it?
+    pub(super) fn is_steady(&self, model: &Model) -> bool {
+        let rows = model.program().tapes.closeness.iter().zip(&self.front);
+        rows.into_iter().all(|(&register, front)| {
+            let stages = self.abreast.registers()[register as usize].map(f64::abs);
+            let values = [*front, stages[0], stages[1], stages[2]];
+            let largest = values.into_iter().fold(0.0, math::maximum);
+            !is_jump(values.into_iter().fold(f64::INFINITY, math::minimum), largest)
+        })
+    }
+}

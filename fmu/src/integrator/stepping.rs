@@ -1,0 +1,250 @@
+//! From one communication point to the next.
+//!
+//! Must: results do not depend on the communication points beyond the tolerance; a change of an input or parameter acts from
+//! its communication point on and never before; nothing is evaluated after the stop time. Desirable: as few evaluations as possible.
+//! So, while nothing changes, steps have their natural length and communication points are read from the dense output; after a change the
+//! step that went too far is forgotten; and when changes come at every communication point, steps end exactly there.
+
+pub use super::continuation::Continuation;
+use super::dynamic::{Dynamic, Horizon};
+use super::implicit::Implicit;
+use super::taylor::Taylor;
+use crate::constraints::kinematic::Kinematic;
+use crate::constraints::projection::Projection;
+use crate::context::{Context, Settings, Statistics};
+use crate::failure::Failure;
+use crate::integrator::stiffness::Engines;
+use crate::machine::Machine;
+use crate::model::{Model, State, motion as range};
+use crate::program::Engine;
+use crate::program::Motion;
+
+/// Longest correction of the motion for a part of a change, relative to the scale of a coordinate.
+const REACH: f64 = 0.05;
+/// Shortest part of a change that is followed.
+const SHORTEST_PART: f64 = 1e-4;
+
+/// Moves states of one model. Everything is allocated here; nothing allocates while stepping.
+#[derive(Clone, Debug)]
+pub struct Stepper {
+    dynamic: Dynamic,
+    implicit: Implicit,
+    taylor: Option<Taylor>,
+    kinematic: Kinematic,
+    projection: Projection,
+    work: State,
+    settling: Settling,
+    statistics: Statistics,
+}
+
+/// Storage for closing the loops after a change.
+#[derive(Clone, Debug)]
+struct Settling {
+    reached: State,
+    trial: State,
+}
+
+impl Stepper {
+    /// Storage for a model.
+    pub fn new(model: &Model) -> Self {
+        let work = model.default_state(0.0);
+        Self {
+            dynamic: Dynamic::new(model),
+            implicit: Implicit::new(model),
+            taylor: Taylor::new(model),
+            kinematic: Kinematic::new(model),
+            projection: Projection::new(model),
+            settling: Settling { reached: work.clone(), trial: work.clone() },
+            work,
+            statistics: Statistics::default(),
+        }
+    }
+
+    /// Storage for implicit steps, whether the program asks for them or not.
+    pub fn permit_implicit(&mut self, model: &Model) {
+        if !self.implicit.is_allocated(model) {
+            self.implicit = Implicit::allocate(model);
+        }
+    }
+
+    /// What has been done so far.
+    pub fn statistics(&self) -> Statistics {
+        Statistics { projections: self.projection.count(), ..self.statistics }
+    }
+
+    /// To be called when the continuation was replaced by another one.
+    pub fn forget(&mut self) {
+        self.dynamic.forget();
+        self.implicit.forget();
+        if let Some(taylor) = &mut self.taylor {
+            taylor.forget();
+        }
+    }
+
+    /// Closes the loops at a state whose time, parameters or inputs have changed, but not yet its motion. On failure the state stays as it was.
+    pub fn settle(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        before: &State,
+        state: &mut State,
+        settings: &Settings,
+    ) -> Result<(), Failure> {
+        let Self { projection, settling, kinematic, statistics, .. } = self;
+        let context = &mut Context { model, machine, projection, statistics, settings };
+        match model.program().motion {
+            Motion::Kinematic => kinematic.close(context, before, state),
+            Motion::Dynamic => settling.close(context, before, state),
+        }
+    }
+
+    /// How far the loops have come apart at a state, relative to the scales: in positions, or in rates relative to those. The state must be in
+    /// the registers.
+    pub fn gap(&mut self, model: &Model, machine: &mut Machine, state: &State) -> f64 {
+        self.projection.gap(model, machine, state)
+    }
+
+    /// Looks at the beginning of a run before its first step, so that the steps need no storage for it.
+    pub fn prepare(&mut self, model: &Model, machine: &mut Machine, run: &Continuation, settings: &Settings) {
+        let Self { taylor, projection, statistics, .. } = self;
+        let context = &mut Context { model, machine, projection, statistics, settings };
+        if let (Engine::Taylor, Some(taylor)) = (settings.engine, taylor) {
+            context.machine.load(model, &run.origin);
+            taylor.begin(context, run);
+        }
+    }
+
+    /// Signals, q and v at the time of a state within the last step, of which there is a polynomial.
+    pub fn catch_up(&mut self, model: &Model, state: &mut State, run: &Continuation) {
+        let time = state.time();
+        model.advance_signals(&run.origin, time, state.registers_mut());
+        if let Some(taylor) = &mut self.taylor {
+            taylor.glide(run, time, &mut state.registers_mut()[range(model.layout())]);
+        }
+    }
+
+    /// Moves a state to a later time. On failure the state stays as it was.
+    pub fn step_to(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        state: &mut State,
+        run: &mut Continuation,
+        target: f64,
+        settings: &Settings,
+    ) -> Result<(), Failure> {
+        let Self { dynamic, implicit, taylor, kinematic, projection, work, settling, statistics } = self;
+        let context = &mut Context { model, machine, projection, statistics, settings };
+        // What nobody has asked for until now is not told any more.
+        run.take_passages(state.time());
+        let exact = run.changed && run.changed_before;
+        work.copy_from(state);
+        if run.changed {
+            // In the zone of a singular pose a projection would take the motion off its branch; the next step begins with one outside.
+            context.machine.load(model, work);
+            let closed =
+                run.in_zone(work.time()) && context.projection.gap(model, context.machine, work) <= settings.tolerance;
+            if !closed {
+                match model.program().motion {
+                    Motion::Kinematic => kinematic.close(context, &run.before, work)?,
+                    Motion::Dynamic => settling.close(context, &run.before, work)?,
+                }
+            }
+            run.restart(model, work);
+            dynamic.forget();
+            implicit.forget();
+            if let Some(taylor) = taylor {
+                taylor.forget();
+            }
+        }
+        let stop = settings.stop.unwrap_or(f64::INFINITY);
+        let limit = if exact { target } else { stop.max(target) };
+        match model.program().motion {
+            Motion::Kinematic => kinematic.advance(context, &mut run.track(), [target, limit], work)?,
+            Motion::Dynamic => {
+                let horizon = Horizon { target, limit };
+                context.machine.load(model, &run.origin);
+                let mut engines = Engines { taylor: taylor.as_mut(), explicit: dynamic, implicit };
+                engines.advance(context, run, horizon)?;
+                read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
+                engines.tighten(context, run, work);
+            }
+        }
+        state.copy_from(work);
+        run.changed_before = run.changed;
+        run.changed = false;
+        Ok(())
+    }
+}
+
+/// The state at a communication point that the front has reached. `motion` writes (q, v) and says whether it must be projected.
+fn read(
+    context: &mut Context,
+    run: &Continuation,
+    target: f64,
+    state: &mut State,
+    mut motion: impl FnMut(&mut Context, &Continuation, &mut [f64]) -> bool,
+) -> Result<(), Failure> {
+    state.copy_from(&run.origin);
+    context.model.advance_signals(&run.origin, target, state.registers_mut());
+    let range = range(context.model.layout());
+    let open = motion(context, run, &mut state.registers_mut()[range]);
+    let Context { model, machine, projection, settings, .. } = context;
+    if open && !model.active().is_empty() {
+        machine.load(model, state);
+        projection.positions(model, machine, state.positions_mut(), settings.tolerance, f64::INFINITY)?;
+        projection.rates(model, machine, state.rates_mut(), settings.tolerance)?;
+    }
+    Ok(())
+}
+
+impl Settling {
+    /// Closes the loops again after a change of parameters or inputs, in parts small enough to stay on the branch. `state` comes
+    /// with the changes and the old motion.
+    fn close(&mut self, context: &mut Context, before: &State, state: &mut State) -> Result<(), Failure> {
+        if context.model.active().is_empty() {
+            return Ok(());
+        }
+        let Context { model, machine, projection, settings, .. } = context;
+        self.reached.copy_from(before);
+        let (mut done, mut part) = (0.0, 1.0_f64);
+        while done < 1.0 {
+            let share = f64::min(done + part, 1.0);
+            self.change(model, before, state, share);
+            machine.load(model, &self.trial);
+            match projection.positions(model, machine, self.trial.positions_mut(), settings.tolerance, REACH) {
+                Ok(_) => {
+                    self.reached.copy_from(&self.trial);
+                    (done, part) = (share, 2.0 * part);
+                }
+                Err(failure) => {
+                    part *= 0.5;
+                    if part < SHORTEST_PART {
+                        return Err(lock_up(failure));
+                    }
+                }
+            }
+        }
+        projection.rates(model, machine, self.reached.rates_mut(), settings.tolerance)?;
+        state.copy_from(&self.reached);
+        Ok(())
+    }
+
+    /// The trial: the motion reached, with a share of the change of the signals.
+    fn change(&mut self, model: &Model, before: &State, after: &State, share: f64) {
+        self.trial.copy_from(&self.reached);
+        let signals = model.layout().positions();
+        let ends = before.registers().iter().zip(after.registers()).take(signals);
+        for (place, (from, to)) in self.trial.registers_mut().iter_mut().zip(ends) {
+            *place = if share < 1.0 { from + share * (to - from) } else { *to };
+        }
+    }
+}
+
+/// The same failure as the user of a changed mechanism sees it.
+fn lock_up(failure: Failure) -> Failure {
+    match failure {
+        Failure::Drift { time, gap } => Failure::LockUp { time, gap },
+        other => other,
+    }
+}

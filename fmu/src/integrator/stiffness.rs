@@ -1,0 +1,289 @@
+//! Which engine takes the next step: the one that the program names, or the implicit one while the motion is stiff.
+//!
+//! Now and then the fastest rate at which anything can change is estimated. If the step is as long as that rate permits, whatever the accuracy, the
+//! implicit method goes on, on trial: it stays while its steps are longer than those that the rate would permit the other engine, in the proportion of
+//! what the steps cost. Costs are counted in instructions, not timed, so that the same run always takes the same steps.
+
+use serde::{Deserialize, Serialize};
+
+use super::continuation::Continuation;
+use super::dynamic::{Dynamic, Horizon, MOST_STEPS};
+use super::implicit::Implicit;
+use super::taylor::{Reading, Taylor, order_for};
+use crate::context::Context;
+use crate::context::Settings;
+use crate::failure::Failure;
+use crate::model::{Model, State};
+use crate::program::Engine;
+use crate::singular::branch;
+use crate::singular::dependence::end_of_reach;
+
+/// Steps before the first look at the fastest rate. After each look that finds nothing it takes twice as many, after each trial that fails four times.
+const FIRST_LOOK: u32 = 32;
+const MOST_PATIENCE: u32 = 4096;
+/// So many steps in a row must be held back: next to a singular pose everything can change fast too, but only there.
+const LOOKS: u32 = 4;
+/// So many steps after a singular pose it is passed.
+const AWAY: f64 = 4.0;
+/// Steps that stiffness holds back pass a singular pose at this tolerance or a larger one.
+const COARSE: f64 = 1e-5;
+/// So many attempts show at what pace the motion goes.
+const LOOK_AT_PACE: u64 = 4096;
+/// So many steps in a row must speak for the way back.
+const VOTES: u32 = 8;
+/// A step times the fastest rate: what the explicit method may take, and series for each of their orders. From this share on it holds them back.
+const STABLE: f64 = 5.0;
+const STABLE_BY_ORDER: f64 = 0.3;
+const HELD_BACK: f64 = 0.7;
+/// A tape run with derivatives along four directions, and along three at each of the nodes, in runs of the tape.
+const TANGENTS: f64 = 3.0;
+const TANGENTS_AT_NODES: f64 = 4.0;
+/// Runs of the tape in an implicit step: one at the nodes counts twice. And the share of steps with a Jacobian, unless each stage has its own.
+const IMPLICIT_RUNS: f64 = 12.0;
+const IMPLICIT_RUNS_EACH: f64 = 7.0;
+const JACOBIANS: f64 = 0.5;
+/// Evaluations of an explicit step.
+const EXPLICIT_EVALUATIONS: f64 = 13.0;
+
+/// What a run remembers of the choice.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Choice {
+    /// Is the implicit method in charge?
+    stiff: bool,
+    /// Steps since the last look, or steps in a row that speak for the way back.
+    count: u32,
+    /// Steps before the next look.
+    patience: u32,
+    /// Steps in a row at which the other engine was held back.
+    suspected: u32,
+    /// The step at which the other engine was held back \[s\].
+    held_back: f64,
+    /// Has the implicit method been in charge?
+    has_been_stiff: bool,
+    /// Does stiffness hold steps back that come to a singular pose?
+    passing: bool,
+}
+
+impl Choice {
+    pub fn new() -> Self {
+        Self {
+            stiff: false,
+            count: 0,
+            patience: FIRST_LOOK,
+            suspected: 0,
+            held_back: 0.0,
+            has_been_stiff: false,
+            passing: false,
+        }
+    }
+
+    /// Has there been no look yet that found nothing?
+    fn is_new(&self) -> bool {
+        self.patience == FIRST_LOOK
+    }
+
+    /// Is it one that a run would write?
+    pub fn is_sound(&self) -> bool {
+        self.held_back.is_finite()
+            && self.held_back >= 0.0
+            && self.suspected < LOOKS
+            && (FIRST_LOOK..=MOST_PATIENCE).contains(&self.patience)
+    }
+
+    /// Counts a step that says nothing about stiffness; is it time to look, or to look again?
+    fn looks(&mut self) -> bool {
+        self.count += 1;
+        self.count >= self.patience || self.suspected > 0
+    }
+
+    /// Takes note of what a look has found.
+    fn look(&mut self, held_back: bool) {
+        self.suspected = if held_back { self.suspected + 1 } else { 0 };
+        self.stiff = self.suspected >= LOOKS;
+        self.has_been_stiff |= self.stiff;
+        if self.stiff || !held_back {
+            (self.count, self.suspected, self.passing) = (0, 0, false);
+            self.patience = MOST_PATIENCE.min(self.patience * if self.stiff { 4 } else { 2 });
+        }
+    }
+
+    /// Counts an implicit step for or against the way back; says whether that is enough.
+    fn returns(&mut self, back: bool) -> bool {
+        self.count = if back { self.count + 1 } else { 0 };
+        self.stiff = self.count < VOTES;
+        if !self.stiff {
+            self.count = 0;
+        }
+        !self.stiff
+    }
+}
+
+/// Whether a target will be reached in reasonable time.
+struct Pace {
+    /// Attempts and time at the last look, and how many attempts may still be made.
+    attempts: u64,
+    time: f64,
+    left: u64,
+}
+
+impl Pace {
+    fn new(context: &Context, run: &Continuation) -> Self {
+        Self { attempts: attempts(context), time: run.front_time, left: MOST_STEPS }
+    }
+
+    /// Now and then a look: fails if so many steps as would be too many are still to come at the pace since the last one.
+    fn check(&mut self, context: &Context, run: &Continuation, target: f64) -> Result<(), Failure> {
+        let made = attempts(context) - self.attempts;
+        if made < LOOK_AT_PACE {
+            return Ok(());
+        }
+        let to_come = (target - run.front_time) / (run.front_time - self.time) * made as f64;
+        // Written so that a front that stands still is too slow too.
+        let enough = to_come < self.left as f64;
+        if !enough {
+            let pace = (run.front_time - self.time) / made as f64;
+            let too_many = Failure::TooManySteps { time: run.front_time, pace, target, most: MOST_STEPS };
+            return Err(end_of_reach(context, run).unwrap_or(too_many));
+        }
+        self.left = self.left.saturating_sub(made);
+        (self.attempts, self.time) = (attempts(context), run.front_time);
+        Ok(())
+    }
+}
+
+/// Is no singular pose near, as far as is known?
+fn is_regular(run: &Continuation) -> bool {
+    run.ahead == 0.0 && run.pose.is_none_or(|pose| pose < run.front_time - AWAY * run.step)
+}
+
+/// What a step times the fastest rate may be, if it is not implicit.
+fn stable(settings: &Settings) -> f64 {
+    match settings.engine {
+        Engine::Taylor => STABLE.max(STABLE_BY_ORDER * order_for(settings.tolerance) as f64),
+        _ => STABLE,
+    }
+}
+
+/// Steps tried.
+fn attempts(context: &Context) -> u64 {
+    context.statistics.steps + context.statistics.rejected
+}
+
+/// The engines of a model, side by side.
+pub(crate) struct Engines<'a> {
+    pub taylor: Option<&'a mut Taylor>,
+    pub explicit: &'a mut Dynamic,
+    pub implicit: &'a mut Implicit,
+}
+
+impl Engines<'_> {
+    /// Takes steps until the front has reached the target.
+    pub fn advance(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+        let mut pace = Pace::new(context, run);
+        while run.front_time < horizon.target {
+            pace.check(context, run, horizon.target)?;
+            if context.settings.engine == Engine::Radau {
+                self.implicit.single(context, run, horizon, false)?;
+            } else if run.choice.stiff {
+                self.stiff_step(context, run, horizon)?;
+            } else {
+                self.other_step(context, run, horizon)?;
+            }
+            branch::watch(context, run)?;
+        }
+        Ok(())
+    }
+
+    /// (q, v) at a target that the front has reached; says whether they must be projected.
+    pub fn read(&mut self, context: &mut Context, run: &Continuation, target: f64, motion: &mut [f64]) -> bool {
+        match (context.settings.engine, &mut self.taylor) {
+            _ if run.implicit.is_last() => Implicit::read(run, target, motion),
+            (Engine::Taylor, Some(taylor)) if run.order > 0 || run.front_time == target => {
+                taylor.read(context, run, target, motion) == Reading::Open
+            }
+            _ => self.explicit.read(run, target, motion),
+        }
+    }
+
+    /// Corrects what has been read between implicit steps and projected.
+    pub fn tighten(&mut self, context: &mut Context, run: &Continuation, state: &mut State) {
+        if run.implicit.is_last() && state.time() != run.front_time && !Implicit::is_at_pose(run, state.time()) {
+            self.implicit.prepare(context, run);
+            context.machine.load(context.model, state);
+            self.implicit.tighten(context, run, state.positions_mut());
+        }
+    }
+
+    fn stiff_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+        let goes_on = self.implicit.single(context, run, horizon, true)?;
+        run.series = None;
+        let possible = run.choice.held_back.max(stable(context.settings) / self.implicit.rate(context.model));
+        if !goes_on {
+            run.choice = Choice { has_been_stiff: true, passing: true, ..Choice::new() };
+        }
+        if !goes_on || is_regular(run) && run.choice.returns(run.step < possible * self.cost_ratio(context)) {
+            // Series find their own step.
+            run.step = if context.settings.engine == Engine::Taylor { 0.0 } else { possible };
+            self.explicit.forget();
+            if let Some(taylor) = &mut self.taylor {
+                taylor.forget();
+            }
+        }
+        Ok(())
+    }
+
+    fn other_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+        run.implicit.forget();
+        if run.choice.has_been_stiff && run.ahead > 0.0 && !run.choice.passing {
+            run.choice.passing = self.is_held_back(context, run);
+        }
+        // Stiffness keeps the steps so short that they are much better than the tolerance; next to the pose rounding errors are not.
+        let coarse = (run.choice.passing && !is_regular(run))
+            .then(|| Settings { tolerance: context.settings.tolerance.max(COARSE), ..*context.settings });
+        let settings = coarse.as_ref().unwrap_or(context.settings);
+        let Context { model, machine, projection, statistics, .. } = context;
+        let context = &mut Context { model, machine, projection, statistics, settings };
+        match (context.settings.engine, &mut self.taylor) {
+            (Engine::Taylor, Some(taylor)) => taylor.single(context, self.explicit, run, horizon)?,
+            _ => {
+                run.order = 0;
+                self.explicit.single(context, run, horizon)?;
+            }
+        }
+        // Without laws of positions and rates nothing is stiff. The implicit method knows nothing of singular poses.
+        let lawful = self.taylor.as_ref().is_none_or(|taylor| taylor.has_laws());
+        if context.settings.automatic && lawful && (is_regular(run) || run.choice.is_new()) && run.choice.looks() {
+            let held_back = self.is_held_back(context, run);
+            run.choice.look(held_back);
+            run.choice.held_back = run.step;
+        }
+        Ok(())
+    }
+
+    /// Is the step as long as the fastest rate permits?
+    fn is_held_back(&mut self, context: &mut Context, run: &Continuation) -> bool {
+        let rate = self.implicit.fastest_rate(context, run);
+        self.implicit.forget();
+        run.step * rate > HELD_BACK * stable(context.settings)
+    }
+
+    /// What an implicit step costs, in steps of the engine that the settings name.
+    fn cost_ratio(&self, context: &Context) -> f64 {
+        let model: &Model = context.model;
+        let n = model.coordinates() as f64;
+        let tape = model.program().tapes.acceleration.instructions.len() as f64;
+        let (runs, algebra) = if self.implicit.has_each() {
+            (IMPLICIT_RUNS_EACH + (2.0 * n / 3.0).ceil() * TANGENTS_AT_NODES, 9.0 * n * n * n + 3.0 * 9.0 * n * n)
+        } else {
+            // A real and a complex factorisation.
+            let algebra = 5.0 * n * n * n / 3.0 + 4.0 * 5.0 * n * n;
+            (IMPLICIT_RUNS + JACOBIANS * (2.0 * n / 4.0).ceil() * TANGENTS, algebra)
+        };
+        let implicit = runs * tape + algebra / 3.0;
+        let other = match (context.settings.engine, &self.taylor) {
+            (Engine::Taylor, Some(taylor)) => taylor.cost(),
+            _ => EXPLICIT_EVALUATIONS * tape,
+        };
+        implicit / other.max(1.0)
+    }
+}

@@ -1,0 +1,316 @@
+//! An open chain of frames, whose full matrices are simple.
+//!
+//! Of two frames let k be the one nearer to the ground. The masses between their arms are A_kl = a_k m_l, where a_k is the link of k (conjugated) and m_l what
+//! l carries; A_lk is the conjugate. So sums over l are found while one walks along the chain, and cost its length, not the square of it. With arms b, their
+//! derivatives i b, c_k = conj(a_k) i b_k and d_l = m_l i b_l the mass matrix is M_kl = c_k . d_l: a semiseparable matrix, whose factors L D L^T, from the tip
+//! to the ground, follow from a 2 x 2 matrix that is handed on from link to link (as the inertia in the method of articulated bodies is).
+
+use super::columns::Entry;
+use super::lane::{Lane, ZERO, lanes, minus, multiply, plus, splat};
+
+/// Products of links and loads are the masses up to rounding errors, relative to their size.
+const ROUNDING: f64 = 1e-14;
+/// The smallest pivot that counts, relative to the mass that it is left of.
+const SINGULAR: f64 = 1e-13;
+
+/// A complex number.
+type Complex = [f64; 2];
+
+/// The masses of a chain of frames, numbered from the ground.
+#[derive(Clone, Debug)]
+pub(crate) struct Chain {
+    /// Are the masses products of links and loads?
+    holds: bool,
+    frames: usize,
+    /// A_kl of all k and l that differ.
+    entries: Vec<Entry>,
+    /// a, real and imaginary parts.
+    links: [Vec<Lane>; 2],
+    /// m
+    loads: [Vec<Lane>; 2],
+}
+
+impl Chain {
+    /// From the entries between so many frames; none if some of them do not feel each other.
+    pub fn new(frames: usize, entries: &[Entry]) -> Option<Self> {
+        let between = |entry: &&Entry| entry.0 < frames && entry.1 < frames;
+        let entries: Vec<Entry> = entries.iter().filter(between).copied().collect();
+        let zeros = || vec![ZERO; lanes(frames)];
+        let full = entries.len() == frames * (frames - 1) && entries.iter().all(|entry| entry.0 != entry.1);
+        full.then(|| Self { holds: false, frames, entries, links: [zeros(), zeros()], loads: [zeros(), zeros()] })
+    }
+
+    /// Is it one, with the present coefficients?
+    pub fn holds(&self) -> bool {
+        self.holds
+    }
+
+    /// Number of links and loads.
+    pub fn count(&self) -> usize {
+        2 * self.frames
+    }
+
+    /// Takes the coefficients over. The links are what the last frame does to the others, if what it carries is one; the loads follow from what they do to
+    /// the first.
+    pub fn fill(&mut self, c: &[f64]) {
+        let value = |mass: [u32; 2]| mass.map(|part| c[part as usize]);
+        let last = self.frames - 1;
+        let ends = self.entries.iter().find(|entry| (entry.0, entry.1) == (0, last));
+        let whole = ends.map_or([0.0; 2], |entry| value(entry.2));
+        for &(row, column, mass) in &self.entries {
+            if column == last {
+                put(&mut self.links, row, value(mass));
+            }
+            if row == 0 {
+                put(&mut self.loads, column, quotient(value(mass), whole));
+            }
+        }
+        self.holds = self.entries.iter().all(|&(row, column, mass)| {
+            let found = if row < column {
+                product(part(&self.links, row), part(&self.loads, column))
+            } else {
+                conjugate(product(part(&self.links, column), part(&self.loads, row)))
+            };
+            distance(found, value(mass)) <= ROUNDING * distance(found, [0.0; 2])
+        });
+    }
+
+    /// Adds the forces between frames of different lanes: a_k times the sum of m_l (x + i y)_l over those further out, and the conjugate of m_k times that
+    /// of the conjugates of a_l over those further in.
+    #[inline(always)]
+    pub fn add_forces(&self, x: &[Lane], y: &[Lane], fx: &mut [Lane], fy: &mut [Lane]) {
+        let ([ax, ay], [mx, my]) = (&self.links, &self.loads);
+        let count = ax.len().min(ay.len()).min(mx.len()).min(my.len());
+        let count = count.min(x.len()).min(y.len()).min(fx.len()).min(fy.len());
+        let (mut inner_x, mut inner_y) = (ZERO, ZERO);
+        for k in 0..count {
+            let [sx, sy] = [sum(inner_x), sum(inner_y)];
+            fx[k] = plus(plus(fx[k], mx[k], sx), my[k], sy);
+            fy[k] = minus(plus(fy[k], mx[k], sy), my[k], sx);
+            inner_x = plus(plus(inner_x, ax[k], x[k]), ay[k], y[k]);
+            inner_y = minus(plus(inner_y, ax[k], y[k]), ay[k], x[k]);
+        }
+        let (mut outer_x, mut outer_y) = (ZERO, ZERO);
+        for k in (0..count).rev() {
+            let [sx, sy] = [sum(outer_x), sum(outer_y)];
+            fx[k] = minus(plus(fx[k], ax[k], sx), ay[k], sy);
+            fy[k] = plus(plus(fy[k], ax[k], sy), ay[k], sx);
+            outer_x = minus(plus(outer_x, mx[k], x[k]), my[k], y[k]);
+            outer_y = plus(plus(outer_y, mx[k], y[k]), my[k], x[k]);
+        }
+    }
+}
+
+/// The factors L D L^T of the mass matrix of a chain.
+#[derive(Clone, Debug)]
+pub(crate) struct Recursion {
+    joints: Vec<Joint>,
+    /// c and d, by lanes.
+    inward: [Vec<Lane>; 2],
+    outward: [Vec<Lane>; 2],
+}
+
+/// One pivot.
+#[derive(Clone, Copy, Debug, Default)]
+struct Joint {
+    c: Complex,
+    /// What is left of d, over the pivot.
+    g: Complex,
+    inverse: f64,
+    /// 1 - g c^T by rows.
+    across: [Complex; 2],
+    /// The right-hand side over the pivot, on the way.
+    rest: f64,
+}
+
+impl Recursion {
+    /// Storage for so many frames.
+    pub fn new(count: usize) -> Self {
+        let zeros = || vec![ZERO; lanes(count)];
+        Self { joints: vec![Joint::default(); count], inward: [zeros(), zeros()], outward: [zeros(), zeros()] }
+    }
+
+    /// Number of equations.
+    pub fn size(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// Factors the matrix of arms with these derivatives and inertias M_kk. False if it is singular.
+    // One number after the other: a copy for AVX2 would gain nothing, and old versions of valgrind do not know all of its moves.
+    #[inline(never)]
+    pub fn factor(&mut self, chain: &Chain, [dx, dy]: [&[Lane]; 2], inertia: &[Lane]) -> bool {
+        self.load(chain, dx, dy);
+        let [cx, cy] = [&self.inward[0], &self.inward[1]].map(|lanes| lanes.as_flattened());
+        let [dx, dy] = [&self.outward[0], &self.outward[1]].map(|lanes| lanes.as_flattened());
+        let own = inertia.as_flattened();
+        let [mut pxx, mut pxy, mut pyy] = [0.0; 3];
+        for k in (0..self.joints.len()).rev() {
+            let (cx, cy) = (cx[k], cy[k]);
+            let (qx, qy) = (pxx * cx + pxy * cy, pxy * cx + pyy * cy);
+            let pivot = own[k] - (cx * qx + cy * qy);
+            // Written so that NaN is singular too.
+            let regular = pivot > SINGULAR * own[k];
+            if !regular {
+                return false;
+            }
+            let inverse = 1.0 / pivot;
+            let (rx, ry) = (dx[k] - qx, dy[k] - qy);
+            let (gx, gy) = (rx * inverse, ry * inverse);
+            (pxx, pxy, pyy) = (pxx + gx * rx, pxy + gx * ry, pyy + gy * ry);
+            let across = [[1.0 - gx * cx, -gx * cy], [-gy * cx, 1.0 - gy * cy]];
+            self.joints[k] = Joint { c: [cx, cy], g: [gx, gy], inverse, across, rest: 0.0 };
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn load(&mut self, chain: &Chain, dx: &[Lane], dy: &[Lane]) {
+        for lane in 0..self.inward[0].len() {
+            let (dx, dy) = (dx[lane], dy[lane]);
+            let ([ax, ay], [mx, my]) =
+                ([0, 1].map(|part| chain.links[part][lane]), [0, 1].map(|part| chain.loads[part][lane]));
+            self.inward[0][lane] = plus(multiply(ax, dx), ay, dy);
+            self.inward[1][lane] = minus(multiply(ax, dy), ay, dx);
+            self.outward[0][lane] = minus(multiply(mx, dx), my, dy);
+            self.outward[1][lane] = plus(multiply(mx, dy), my, dx);
+        }
+    }
+
+    /// The solution for a right-hand side.
+    #[inline(never)]
+    pub fn solve(&mut self, vector: &[f64], solution: &mut [f64]) {
+        let (mut sx, mut sy) = (0.0, 0.0);
+        for (joint, value) in self.joints.iter_mut().zip(vector).rev() {
+            let Joint { c: [cx, cy], g: [gx, gy], inverse, across: [[a, b], [c, d]], rest } = joint;
+            *rest = (value - *cx * sx - *cy * sy) * *inverse;
+            (sx, sy) = ((*gx * value + *a * sx) + *b * sy, (*gy * value + *c * sx) + *d * sy);
+        }
+        let (mut tx, mut ty) = (0.0, 0.0);
+        for (joint, place) in self.joints.iter().zip(solution) {
+            let Joint { c: [cx, cy], g: [gx, gy], across: [[a, b], [c, d]], rest, .. } = *joint;
+            *place = rest - gx * tx - gy * ty;
+            (tx, ty) = ((cx * rest + a * tx) + c * ty, (cy * rest + b * tx) + d * ty);
+        }
+    }
+}
+
+/// The sum of the four, in every place.
+#[inline(always)]
+fn sum([a, b, c, d]: Lane) -> Lane {
+    splat((a + b) + (c + d))
+}
+
+fn put(lanes: &mut [Vec<Lane>; 2], place: usize, value: Complex) {
+    for (lanes, part) in lanes.iter_mut().zip(value) {
+        lanes.as_flattened_mut()[place] = part;
+    }
+}
+
+fn part(lanes: &[Vec<Lane>; 2], place: usize) -> Complex {
+    [lanes[0].as_flattened()[place], lanes[1].as_flattened()[place]]
+}
+
+fn conjugate([re, im]: Complex) -> Complex {
+    [re, -im]
+}
+
+fn product([a, b]: Complex, [c, d]: Complex) -> Complex {
+    [a * c - b * d, a * d + b * c]
+}
+
+fn quotient(a: Complex, [c, d]: Complex) -> Complex {
+    let [re, im] = product(a, [c, -d]);
+    let size = c * c + d * d;
+    [re / size, im / size]
+}
+
+fn distance([a, b]: Complex, [c, d]: Complex) -> f64 {
+    ((a - c) * (a - c) + (b - d) * (b - d)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::lane::{WIDTH, subtract};
+    use crate::taylor::coupling::Coupling;
+
+    /// Entries of a chain of links a, carrying m: A_kl = a_k m_l for k < l.
+    fn chain(count: usize, spoil: Option<usize>) -> (Vec<Entry>, Vec<f64>) {
+        let link = |k: usize| [0.3 + 0.01 * k as f64, 0.02 - 0.003 * k as f64];
+        let load = |k: usize| [4.0 - 0.1 * k as f64, 0.04 + 0.01 * k as f64];
+        let (mut entries, mut coefficients) = (Vec::new(), Vec::new());
+        for row in 0..count {
+            for column in 0..count {
+                let mut mass = match row.cmp(&column) {
+                    std::cmp::Ordering::Less => product(link(row), load(column)),
+                    std::cmp::Ordering::Equal => continue,
+                    std::cmp::Ordering::Greater => conjugate(product(link(column), load(row))),
+                };
+                mass[0] += if spoil == Some(entries.len()) { 1e-9 } else { 0.0 };
+                entries.push((row, column, [coefficients.len() as u32, coefficients.len() as u32 + 1]));
+                coefficients.extend(mass);
+            }
+        }
+        (entries, coefficients)
+    }
+
+    fn waves(lanes: usize, pace: f64) -> Vec<Lane> {
+        (0..lanes).map(|k| std::array::from_fn(|i| (pace * (k * WIDTH + i) as f64).sin())).collect()
+    }
+
+    #[test]
+    fn sums_along_a_chain_are_those_over_all_entries() {
+        for frames in [13, 16, 30] {
+            let (entries, coefficients) = chain(frames, None);
+            let lanes = frames.div_ceil(WIDTH) + 1;
+            let mut coupling = Coupling::new(lanes, frames, &entries);
+            coupling.fill(&coefficients);
+            assert!(coupling.chain().is_some(), "{frames}");
+            let (x, y) = (waves(lanes, 0.7), waves(lanes, 1.3));
+            let mut forces = [vec![splat(0.5); lanes], vec![splat(-0.5); lanes]];
+            coupling.add_forces(&x, &y, &mut forces);
+            for (lane, (x_force, y_force)) in forces[0].iter().zip(&forces[1]).enumerate() {
+                let loads = [splat(0.5), splat(-0.5)];
+                let expected = coupling.entries().complex(lane, x.as_flattened(), y.as_flattened(), loads);
+                for (found, expected) in [*x_force, *y_force].into_iter().zip(expected) {
+                    let error = subtract(found, expected);
+                    assert!(error.iter().all(|error| error.abs() < 1e-11), "{frames} {lane} {found:?} {expected:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_factors_of_a_chain_solve_its_equations() {
+        let count = 14;
+        let (entries, coefficients) = chain(count, None);
+        let mut chain = Chain::new(count, &entries).unwrap();
+        chain.fill(&coefficients);
+        let angles = waves(lanes(count), 0.9);
+        let [dx, dy]: [Vec<Lane>; 2] =
+            [f64::cos, f64::sin].map(|f| angles.iter().map(|lane| lane.map(|a| f(3.0 * a))).collect());
+        let inertia = vec![splat(20.0); lanes(count)];
+        let mut recursion = Recursion::new(count);
+        assert!(recursion.factor(&chain, [&dx, &dy], &inertia));
+        let x: Vec<f64> = (0..count).map(|k| 1.0 - 0.3 * k as f64).collect();
+        let arm = |k: usize| [dx.as_flattened()[k], dy.as_flattened()[k]];
+        let mut right: Vec<f64> = x.iter().map(|x| 20.0 * x).collect();
+        for &(row, column, mass) in &entries {
+            let force = product(mass.map(|part| coefficients[part as usize]), arm(column));
+            right[row] += product(conjugate(arm(row)), force)[0] * x[column];
+        }
+        let mut found = vec![0.0; count];
+        recursion.solve(&right, &mut found);
+        assert!(found.iter().zip(&x).all(|(found, x)| (found - x).abs() < 1e-11), "{found:?} {x:?}");
+        assert!(!recursion.factor(&chain, [&dx, &dy], &vec![splat(f64::NAN); lanes(count)]));
+    }
+
+    #[test]
+    fn what_is_no_chain_is_summed_entry_by_entry() {
+        let (entries, coefficients) = chain(16, Some(7));
+        let mut coupling = Coupling::new(4, 16, &entries);
+        coupling.fill(&coefficients);
+        assert!(coupling.chain().is_none());
+        assert!(Chain::new(16, &entries[..200]).is_none());
+    }
+}

@@ -1,0 +1,97 @@
+//! Four numbers at a time, every one rounded as if it were alone.
+
+/// Numbers in a lane.
+pub(crate) const WIDTH: usize = 4;
+
+/// Four numbers that take part in the same operation.
+pub(crate) type Lane = [f64; WIDTH];
+
+/// Nothing.
+pub(crate) const ZERO: Lane = [0.0; WIDTH];
+
+/// Lanes that hold so many numbers.
+pub(crate) fn lanes(count: usize) -> usize {
+    count.div_ceil(WIDTH)
+}
+
+/// One number in every place.
+#[inline(always)]
+pub(crate) fn splat(value: f64) -> Lane {
+    [value; WIDTH]
+}
+
+/// a + b
+#[inline(always)]
+pub(crate) fn add(a: Lane, b: Lane) -> Lane {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]]
+}
+
+/// a - b
+#[inline(always)]
+pub(crate) fn subtract(a: Lane, b: Lane) -> Lane {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]]
+}
+
+/// a b
+#[inline(always)]
+pub(crate) fn multiply(a: Lane, b: Lane) -> Lane {
+    [a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]]
+}
+
+/// sum + a b, rounded twice
+#[inline(always)]
+pub(crate) fn plus(sum: Lane, a: Lane, b: Lane) -> Lane {
+    [sum[0] + a[0] * b[0], sum[1] + a[1] * b[1], sum[2] + a[2] * b[2], sum[3] + a[3] * b[3]]
+}
+
+/// sum - a b, rounded twice
+#[inline(always)]
+pub(crate) fn minus(sum: Lane, a: Lane, b: Lane) -> Lane {
+    [sum[0] - a[0] * b[0], sum[1] - a[1] * b[1], sum[2] - a[2] * b[2], sum[3] - a[3] * b[3]]
+}
+
+/// The larger magnitudes; NaN stays: the bits of magnitudes are in their order, with NaN above all.
+#[inline(always)]
+pub(crate) fn larger(a: Lane, b: Lane) -> Lane {
+    [above(a[0], b[0]), above(a[1], b[1]), above(a[2], b[2]), above(a[3], b[3])]
+}
+
+/// The largest magnitude of the four, or NaN.
+#[inline(always)]
+pub(crate) fn largest(lane: Lane) -> f64 {
+    above(above(lane[0], lane[1]), above(lane[2], lane[3]))
+}
+
+#[inline(always)]
+fn above(a: f64, b: f64) -> f64 {
+    let (a, b) = (a.abs().to_bits() as i64, b.abs().to_bits() as i64);
+    f64::from_bits(if b > a { b } else { a } as u64)
+}
+
+/// A method that is compiled twice, for AVX2 and for any processor; both give the same bits.
+macro_rules! by_width {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident(&mut self: $owner:ty $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
+        by_width! { [&mut] $(#[$meta])* $vis fn $name(self: $owner $(, $arg: $type)*) $(-> $result)? = $body }
+    };
+    ($(#[$meta:meta])* $vis:vis fn $name:ident(&self: $owner:ty $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
+        by_width! { [&] $(#[$meta])* $vis fn $name(self: $owner $(, $arg: $type)*) $(-> $result)? = $body }
+    };
+    ([$($by:tt)+] $(#[$meta:meta])* $vis:vis fn $name:ident(self: $owner:ty $(, $arg:ident: $type:ty)*) $(-> $result:ty)? = $body:ident) => {
+        $(#[$meta])*
+        $vis fn $name($($by)+ self $(, $arg: $type)*) $(-> $result)? {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2")]
+                fn wide(this: $($by)+ $owner $(, $arg: $type)*) $(-> $result)? {
+                    this.$body($($arg),*)
+                }
+                if std::arch::is_x86_feature_detected!("avx2") {
+                    // SAFETY: the processor has AVX2.
+                    return unsafe { wide(self $(, $arg)*) };
+                }
+            }
+            self.$body($($arg),*)
+        }
+    };
+}
+pub(crate) use by_width;

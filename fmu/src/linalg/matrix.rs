@@ -1,0 +1,109 @@
+//! The matrix \[M J^T; J 0\] of a pose: inverted as a whole where it is small or full, factored where it is large and sparse or an open
+//! chain's.
+
+use super::chain::Recursion;
+use super::factors::{Factors, Pattern};
+use super::inverse::Inverse;
+use super::lane::{Lane, WIDTH};
+
+/// What a multiplication of four numbers costs, in units of one by itself whose places must be looked up.
+pub(crate) const FOUR_AT_ONCE: f64 = 0.35;
+/// So often a typical step solves.
+const SOLUTIONS: usize = 16;
+
+/// What a solution multiplies for each link of a chain.
+const LINK: usize = 16;
+
+/// Where an entry and its mirror image are kept.
+pub(crate) type Places = [usize; 2];
+
+/// Either way.
+#[derive(Clone, Debug)]
+pub(crate) enum Matrix {
+    Whole(Inverse),
+    Factored(Box<Factors>),
+    /// Of an open chain of frames.
+    Chained(Recursion),
+}
+
+/// Receives the entries of a matrix.
+pub(crate) trait Entries {
+    /// Adds to an entry and its mirror image.
+    fn add(&mut self, places: Places, value: f64);
+}
+
+impl Matrix {
+    /// For equations whose solutions go to `targets`, among so much room; those from `unknowns` on are loop equations. Pivots of `alike` masses
+    /// need not be searched for.
+    pub fn new(
+        targets: &[usize],
+        room: usize,
+        unknowns: usize,
+        entries: impl Iterator<Item = (usize, usize)>,
+        alike: bool,
+    ) -> Self {
+        if alike && targets.len() > WIDTH * WIDTH {
+            let pattern = Pattern::new(targets.len(), unknowns, entries);
+            if cost_of_factors(&pattern) < cost_of_inverse(targets.len()) {
+                return Self::Factored(Box::new(Factors::new(pattern, unknowns, targets.to_vec())));
+            }
+        }
+        Self::Whole(Inverse::new(targets.to_vec(), room))
+    }
+
+    /// No equations.
+    pub fn none() -> Self {
+        Self::Whole(Inverse::new(Vec::new(), 0))
+    }
+
+    /// Where an entry is kept.
+    pub fn places(&self, row: usize, column: usize) -> Places {
+        match self {
+            Self::Whole(inverse) => inverse.places(row, column),
+            Self::Factored(factors) => factors.places(row, column),
+            // It takes no entries: it knows its links.
+            Self::Chained(_) => [0; 2],
+        }
+    }
+
+    /// What the matrix costs in a step, in multiplications whose places must be looked up.
+    pub fn cost(&self) -> f64 {
+        match self {
+            Self::Whole(inverse) => cost_of_inverse(inverse.size()),
+            Self::Factored(factors) => cost_of_factors(factors.pattern()),
+            Self::Chained(recursion) => (LINK * SOLUTIONS * recursion.size()) as f64,
+        }
+    }
+
+    /// An entry of the diagonal of the inverse, for a loop equation.
+    pub fn inverse_diagonal(&self, equation: usize) -> f64 {
+        match self {
+            Self::Whole(inverse) => inverse.diagonal(equation),
+            Self::Factored(factors) => factors.diagonal(equation),
+            // It has no loop equations.
+            Self::Chained(_) => 0.0,
+        }
+    }
+
+    /// The solution for right-hand sides by equations.
+    #[inline(always)]
+    pub fn solve(&mut self, vector: &[f64], solution: &mut [Lane]) {
+        match self {
+            Self::Whole(inverse) => inverse.times(vector, solution),
+            Self::Factored(factors) => factors.solve(vector, solution.as_flattened_mut()),
+            Self::Chained(recursion) => recursion.solve(vector, solution.as_flattened_mut()),
+        }
+    }
+}
+
+/// What a step costs with factors, in multiplications whose places must be looked up.
+fn cost_of_factors(pattern: &Pattern) -> f64 {
+    let [factor, solve] = pattern.work();
+    // The inverse where it is needed costs twice as much as the factors.
+    (3 * factor + SOLUTIONS * solve) as f64
+}
+
+/// What it costs with the whole inverse.
+fn cost_of_inverse(size: usize) -> f64 {
+    FOUR_AT_ONCE * (size + SOLUTIONS) as f64 * (size * size.div_ceil(WIDTH)) as f64
+}

@@ -1,0 +1,20 @@
+//! Linear algebra of the runtime.
+//!
+//! * `dense`: LU factors of a square matrix.
+//! * `sparse`, `factors`: sparse factors, of normal equations and of a symmetric matrix with a static pattern.
+//! * `inverse`, `matrix`: the matrix of a pose, as a whole or by its entries.
+//! * `chain`, `columns`: open chains of frames, and sparse constants by columns.
+//! * `least_squares`, `spectrum`: minimum-norm solutions, and the ends of a spectrum.
+//! * `lane`, `turn`: four numbers and four angles at a time.
+
+pub(crate) mod chain;
+pub(crate) mod columns;
+pub(crate) mod dense;
+pub(crate) mod factors;
+pub(crate) mod inverse;
+pub(crate) mod lane;
+pub(crate) mod least_squares;
+pub(crate) mod matrix;
+pub(crate) mod sparse;
+pub(crate) mod spectrum;
+pub(crate) mod turn;

@@ -1,0 +1,79 @@
+//! Sine and cosine of four angles at once, with the bits of [`math::sin_cos`].
+
+use super::lane::{Lane, add, multiply, plus, splat, subtract};
+use crate::math::{self, COSINE, HALF_PI, REDUCTION_LIMIT, ROUND, SINE, TWO_OVER_PI};
+
+/// cos x and sin x.
+#[inline(always)]
+pub(crate) fn cosine_and_sine(x: Lane) -> [Lane; 2] {
+    // Written so that NaN is not small.
+    let small = x.iter().all(|x| x.abs() < REDUCTION_LIMIT);
+    if !small {
+        let [a, b, c, d] = [math::sin_cos(x[0]), math::sin_cos(x[1]), math::sin_cos(x[2]), math::sin_cos(x[3])];
+        return [[a.1, b.1, c.1, d.1], [a.0, b.0, c.0, d.0]];
+    }
+    let rounded = add(multiply(x, splat(TWO_OVER_PI)), splat(ROUND));
+    let multiple = subtract(rounded, splat(ROUND));
+    let first = subtract(x, multiply(multiple, splat(HALF_PI[0])));
+    let product = multiply(multiple, splat(HALF_PI[1]));
+    let second = subtract(first, product);
+    let lost = subtract(subtract(first, second), product);
+    let correction = subtract(lost, multiply(multiple, splat(HALF_PI[2])));
+    let y = add(second, correction);
+    let tail = add(subtract(second, y), correction);
+
+    let [cosine, sine] = kernels(y, tail);
+    let mut result = [[0.0; 4]; 2];
+    for i in 0..4 {
+        let quadrant = rounded[i].to_bits();
+        let (even, odd) = if quadrant & 1 == 0 { (cosine[i], sine[i]) } else { (sine[i], cosine[i]) };
+        result[0][i] = f64::from_bits(even.to_bits() ^ (quadrant.wrapping_add(1) & 2) << 62);
+        result[1][i] = f64::from_bits(odd.to_bits() ^ (quadrant & 2) << 62);
+    }
+    result
+}
+
+/// cos and sin of y + tail for |y| up to pi/4.
+#[inline(always)]
+fn kernels(y: Lane, tail: Lane) -> [Lane; 2] {
+    let half = splat(0.5);
+    let z = multiply(y, y);
+    let cube = multiply(z, y);
+    let high = polynomial(z, &SINE[1..]);
+    let inner = subtract(multiply(half, tail), multiply(cube, high));
+    let sine = subtract(multiply(z, inner), tail);
+    let sine = subtract(y, subtract(sine, multiply(cube, splat(SINE[0]))));
+
+    let high = multiply(z, polynomial(z, &COSINE));
+    let small = multiply(half, z);
+    let leading = subtract(splat(1.0), small);
+    let rest = subtract(subtract(splat(1.0), leading), small);
+    let end = subtract(multiply(z, high), multiply(y, tail));
+    [add(leading, add(rest, end)), sine]
+}
+
+#[inline(always)]
+fn polynomial(z: Lane, coefficients: &[f64]) -> Lane {
+    let mut rest = coefficients.iter().rev();
+    let last = rest.next().map_or([0.0; 4], |last| splat(*last));
+    rest.fold(last, |sum, coefficient| plus(splat(*coefficient), z, sum))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_angles_turn_as_one_does() {
+        let mut angles: Vec<f64> = (-4000..4000).map(|i| f64::from(i) * 0.377_31).collect();
+        angles.extend([0.0, -0.0, 1e-300, 99_999.0, -1e5, 1e9, f64::NAN, f64::INFINITY]);
+        for four in angles.windows(4) {
+            let four = [four[0], four[1], four[2], four[3]];
+            let [cosine, sine] = cosine_and_sine(four);
+            for (i, x) in four.into_iter().enumerate() {
+                let (s, c) = math::sin_cos(x);
+                assert_eq!((sine[i].to_bits(), cosine[i].to_bits()), (s.to_bits(), c.to_bits()), "{x}");
+            }
+        }
+    }
+}

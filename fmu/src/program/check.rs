@@ -1,0 +1,474 @@
+//! Everything that must hold before a program is run.
+//!
+//! Must: every register, index and count fits, so that running cannot fail; no tape reads what nobody has written, or
+//! what its caller does not provide; no tape destroys the constants or the parameter stage; every number is finite,
+//! every scale positive; names are there and unique.
+
+use std::collections::HashSet;
+
+use thiserror::Error;
+
+use crate::program::{Condition, Engine, Layout, Motion, Program, Source, SparseTape};
+use crate::tape::Tape;
+
+/// What is wrong with a program.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum Fault {
+    /// A register outside the file, or one that must not be written.
+    #[error("tape `{tape}` uses register {register}, which it must not")]
+    Register {
+        /// Name of the tape.
+        tape: &'static str,
+        /// The register.
+        register: u32,
+    },
+    /// A register is read before anything is in it.
+    #[error("tape `{tape}` reads register {register} before it is written")]
+    Undefined {
+        /// Name of the tape.
+        tape: &'static str,
+        /// The register.
+        register: u32,
+    },
+    /// The parameter stage does not survive.
+    #[error("register {register} of the parameter stage is overwritten by another tape")]
+    Stage {
+        /// The register.
+        register: u32,
+    },
+    /// Wrong number of results.
+    #[error("tape `{tape}` has {found} results instead of {expected}")]
+    Results {
+        /// Name of the tape.
+        tape: &'static str,
+        /// Results found.
+        found: usize,
+        /// Results expected.
+        expected: usize,
+    },
+    /// A sparse entry outside its matrix, or there twice.
+    #[error("tape `{tape}` has a wrong matrix entry ({row}, {column})")]
+    Entry {
+        /// Name of the tape.
+        tape: &'static str,
+        /// Row.
+        row: u32,
+        /// Column.
+        column: u32,
+    },
+    /// More registers than the tapes can fill, or fewer than the layout needs.
+    #[error("a register file of {found} does not fit the program")]
+    RegisterFile {
+        /// Size found.
+        found: u32,
+    },
+    /// NaN, infinite, or not positive where it must be, or outside its bounds.
+    #[error("{what} has an impossible value")]
+    Value {
+        /// Whose value.
+        what: String,
+    },
+    /// A name is missing or there twice.
+    #[error("{what}: the name `{name}` is empty or used twice")]
+    Name {
+        /// Kind of thing.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A variable or follower points nowhere.
+    #[error("`{name}` refers to something that is not there")]
+    Reference {
+        /// Its name.
+        name: String,
+    },
+    /// The arm form contradicts itself.
+    #[error("the arm form is damaged: {what}")]
+    Arms {
+        /// What is wrong.
+        what: &'static str,
+    },
+    /// Kinematic motion needs as many independent loop equations as coordinates.
+    #[error("{coordinates} coordinates but {equations} independent loop equations")]
+    Kinematic {
+        /// Coordinates.
+        coordinates: usize,
+        /// Active constraints.
+        equations: usize,
+    },
+    /// The blocks of a kinematic program must be square, hold every active equation and every coordinate once, and need only what earlier blocks
+    /// determine; a dynamic program has none.
+    #[error("the blocks of the loop equations do not fit the program")]
+    Blocks,
+}
+
+impl Program {
+    /// Checks the whole program.
+    pub fn check(&self) -> Result<(), Fault> {
+        self.check_positions()?;
+        let active = self.constraints.iter().filter(|constraint| constraint.active).count();
+        if self.motion == Motion::Kinematic && active != self.coordinates.len() {
+            return Err(Fault::Kinematic { coordinates: self.coordinates.len(), equations: active });
+        }
+        if !self.blocks_fit() {
+            return Err(Fault::Blocks);
+        }
+        self.check_motion_counts(active > 0)?;
+        self.check_arms()
+    }
+
+    fn check_arms(&self) -> Result<(), Fault> {
+        let Some(form) = &self.arms else {
+            return match self.engine {
+                Engine::Taylor => Err(Fault::Arms { what: "there is none" }),
+                Engine::Dop853 | Engine::Radau => Ok(()),
+            };
+        };
+        if self.motion == Motion::Kinematic || !form.coefficients.instructions.is_empty() {
+            return Err(Fault::Arms { what: "its coefficients" });
+        }
+        form.check(self).map_err(|what| Fault::Arms { what })
+    }
+
+    /// Checks what the analysis of positions reads, before the kernels of the motion exist: everything but the numbers of results
+    /// of the remaining tapes.
+    pub fn check_positions(&self) -> Result<(), Fault> {
+        self.check_names()?;
+        self.check_values()?;
+        self.check_references()?;
+        self.check_registers()?;
+        self.check_position_counts()
+    }
+
+    fn blocks_fit(&self) -> bool {
+        if self.motion == Motion::Dynamic {
+            return self.blocks.is_empty();
+        }
+        // The block of each equation and of each coordinate; inactive equations have none.
+        let mut rows: Vec<Option<usize>> = vec![None; self.constraints.len()];
+        let mut columns: Vec<Option<usize>> = vec![None; self.coordinates.len()];
+        let put = |places: &mut Vec<Option<usize>>, index: u32, block: usize| match places.get_mut(index as usize) {
+            Some(place) => place.replace(block).is_none(),
+            None => false,
+        };
+        for (index, block) in self.blocks.iter().enumerate() {
+            let square = block.rows.len() == block.columns.len() && !block.rows.is_empty();
+            let fits = block.rows.iter().all(|&row| put(&mut rows, row, index))
+                && block.columns.iter().all(|&column| put(&mut columns, column, index));
+            if !square || !fits {
+                return false;
+            }
+        }
+        let complete = rows.iter().zip(&self.constraints).all(|(block, row)| block.is_some() == row.active)
+            && columns.iter().all(Option::is_some);
+        complete
+            && self.tapes.jacobian.entries.iter().all(|&(row, column)| {
+                match (rows.get(row as usize), columns.get(column as usize)) {
+                    (Some(Some(row)), Some(Some(column))) => column <= row,
+                    _ => true, // an inactive equation, or a follower
+                }
+            })
+    }
+
+    fn check_names(&self) -> Result<(), Fault> {
+        let named = |what, name: &String| match name.is_empty() {
+            true => Err(Fault::Name { what, name: name.clone() }),
+            false => Ok(()),
+        };
+        named("scene", &self.name)?;
+        named("GUID", &self.guid)?;
+        self.followers.iter().try_for_each(|follower| named("driver", &follower.name))?;
+        self.constraints.iter().try_for_each(|constraint| named("joint", &constraint.owner))?;
+        self.initial.positions.iter().try_for_each(|condition| named("initial value", &condition.name))?;
+        self.initial.velocities.iter().try_for_each(|condition| named("initial value", &condition.name))?;
+        unique("parameter", self.parameters.iter().map(|parameter| &parameter.name))?;
+        unique("input", self.inputs.iter().map(|input| &input.name))?;
+        unique("coordinate", self.coordinates.iter().map(|coordinate| &coordinate.name))?;
+        unique("variable", self.variables.iter().map(|variable| &variable.name))
+    }
+
+    fn check_values(&self) -> Result<(), Fault> {
+        let value = |holds: bool, what: &str| match holds {
+            true => Ok(()),
+            false => Err(Fault::Value { what: what.to_owned() }),
+        };
+        let positive = |number: f64| number > 0.0 && number.is_finite();
+        let times = &self.experiment;
+        value(times.start.is_finite() && times.stop.is_finite() && times.stop >= times.start, "the experiment")?;
+        value(positive(times.step) && positive(times.tolerance) && times.max_step > 0.0, "the experiment")?;
+        value(positive(self.length), "the length of the mechanism")?;
+        value(self.constants.iter().all(|constant| constant.is_finite()), "a constant")?;
+        for parameter in &self.parameters {
+            value(within(parameter.start, parameter.min, parameter.max), &parameter.name)?;
+        }
+        for input in &self.inputs {
+            value(within(input.start, input.min, input.max), &input.name)?;
+        }
+        let scales = (self.coordinates.iter().map(|coordinate| (coordinate.scale, &coordinate.name)))
+            .chain(self.followers.iter().map(|follower| (follower.scale, &follower.name)))
+            .chain(self.constraints.iter().map(|constraint| (constraint.scale, &constraint.owner)))
+            .chain(self.conditions().map(|condition| (condition.scale, &condition.name)));
+        for (scale, name) in scales {
+            value(positive(scale), name)?;
+        }
+        let unknowns = self.coordinates.len() + self.followers.len();
+        let first = [&self.initial.first_positions, &self.initial.first_rates];
+        let serves = |values: &Vec<f64>| values.is_empty() || values.len() == unknowns;
+        value(first.iter().all(|values| serves(values)), "the number of first values")?;
+        value(first.into_iter().flatten().all(|value| value.is_finite()), "a first value")
+    }
+
+    fn conditions(&self) -> impl Iterator<Item = &Condition> {
+        self.initial.positions.iter().chain(&self.initial.velocities)
+    }
+
+    fn check_references(&self) -> Result<(), Fault> {
+        for follower in &self.followers {
+            if follower.input as usize >= self.inputs.len() {
+                return Err(Fault::Reference { name: follower.name.clone() });
+            }
+        }
+        for variable in &self.variables {
+            let (index, count) = match variable.source {
+                Source::Time => (0, 1),
+                Source::Parameter(index) => (index, self.parameters.len()),
+                Source::Input(index) => (index, self.inputs.len()),
+                Source::Output { result, .. } => (result, self.tapes.outputs.results.len()),
+                Source::Coordinate(index) | Source::Rate(index) | Source::Acceleration(index) => {
+                    (index, self.coordinates.len())
+                }
+            };
+            let initial = variable.initial.is_none_or(|initial| (initial as usize) < self.parameters.len());
+            if index as usize >= count || !initial {
+                return Err(Fault::Reference { name: variable.name.clone() });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_registers(&self) -> Result<(), Fault> {
+        let layout = self.layout();
+        let tapes = &self.tapes;
+        let smallest = layout.constants() + self.constants.len();
+        let written = self.every_tape().map(|tape| 2 * tape.instructions.len()).sum::<usize>();
+        // The upper bound keeps a damaged file from asking for all of the memory.
+        if (self.registers as usize) < smallest || self.registers as usize > smallest + written {
+            return Err(Fault::RegisterFile { found: self.registers });
+        }
+        let mut registers = RegisterCheck::new(self, &layout);
+        registers.parameters(&tapes.parameters, &layout)?;
+        let (positions, rates) = (layout.rates(), layout.accelerations());
+        registers.kernel("constraint", &tapes.constraint, positions)?;
+        registers.kernel("jacobian", &tapes.jacobian.tape, positions)?;
+        registers.kernel("constraint_rate", &tapes.constraint_rate, rates)?;
+        registers.kernel("gamma", &tapes.gamma, rates)?;
+        registers.kernel("acceleration", &tapes.acceleration, rates)?;
+        registers.left("closeness", &tapes.acceleration, &tapes.closeness)?;
+        registers.kernel("project_position", &tapes.project_position, positions)?;
+        registers.kernel("project_velocity", &tapes.project_velocity, rates)?;
+        if let Some(inverse) = &tapes.inverse {
+            registers.kernel("inverse", inverse, layout.reactions())?;
+        }
+        if let Some(form) = &self.arms {
+            registers.kernel("coefficients", &form.coefficients, layout.inputs())?;
+        }
+        registers.kernel("indicators", &tapes.indicators, rates)?;
+        registers.kernel("laws", &tapes.laws.tape, rates)?;
+        registers.kernel("outputs", &tapes.outputs, layout.constants())?;
+        registers.kernel("initial position", &self.initial.position, positions)?;
+        registers.kernel("initial position jacobian", &self.initial.position_jacobian.tape, positions)?;
+        registers.kernel("initial velocity", &self.initial.velocity, rates)?;
+        registers.kernel("initial velocity jacobian", &self.initial.velocity_jacobian.tape, rates)?;
+        registers.stage_survives()
+    }
+
+    fn every_tape(&self) -> impl Iterator<Item = &Tape> {
+        let (tapes, initial) = (&self.tapes, &self.initial);
+        [
+            &tapes.parameters,
+            &tapes.constraint,
+            &tapes.jacobian.tape,
+            &tapes.constraint_rate,
+            &tapes.gamma,
+            &tapes.acceleration,
+            &tapes.project_position,
+            &tapes.project_velocity,
+            &tapes.indicators,
+            &tapes.laws.tape,
+            &tapes.outputs,
+            &initial.position,
+            &initial.position_jacobian.tape,
+            &initial.velocity,
+            &initial.velocity_jacobian.tape,
+        ]
+        .into_iter()
+        .chain(&tapes.inverse)
+    }
+
+    fn check_position_counts(&self) -> Result<(), Fault> {
+        let (m, columns) = (self.constraints.len(), self.coordinates.len() + self.followers.len());
+        let (tapes, initial) = (&self.tapes, &self.initial);
+        let (positions, velocities) = (initial.positions.len(), initial.velocities.len());
+        results("constraint", &tapes.constraint, m)?;
+        sparse("jacobian", &tapes.jacobian, m, columns)?;
+        results("constraint_rate", &tapes.constraint_rate, m)?;
+        results("initial position", &initial.position, 2 * positions)?;
+        sparse("initial position jacobian", &initial.position_jacobian, positions, columns)?;
+        results("initial velocity", &initial.velocity, 2 * velocities)?;
+        sparse("initial velocity jacobian", &initial.velocity_jacobian, velocities, columns)
+    }
+
+    fn check_motion_counts(&self, constrained: bool) -> Result<(), Fault> {
+        let (n, m) = (self.coordinates.len(), self.constraints.len());
+        let tapes = &self.tapes;
+        results("laws", &tapes.laws.tape, tapes.laws.kinds.len())?;
+        match self.motion {
+            Motion::Kinematic => {
+                results("gamma", &tapes.gamma, m)?;
+                tapes.inverse.as_ref().map_or(Ok(()), |inverse| results("inverse", inverse, n))
+            }
+            Motion::Dynamic => {
+                results("acceleration", &tapes.acceleration, n + m)?;
+                if constrained {
+                    results("project_position", &tapes.project_position, m + n)?;
+                    results("project_velocity", &tapes.project_velocity, m + n)?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+fn within(value: f64, min: Option<f64>, max: Option<f64>) -> bool {
+    let finite = [Some(value), min, max].into_iter().flatten().all(f64::is_finite);
+    finite && min.is_none_or(|min| min <= value) && max.is_none_or(|max| value <= max)
+}
+
+fn unique<'a>(what: &'static str, names: impl Iterator<Item = &'a String>) -> Result<(), Fault> {
+    let mut seen = HashSet::new();
+    for name in names {
+        if name.is_empty() || !seen.insert(name) {
+            return Err(Fault::Name { what, name: name.clone() });
+        }
+    }
+    Ok(())
+}
+
+fn results(tape: &'static str, content: &Tape, expected: usize) -> Result<(), Fault> {
+    let found = content.results.len();
+    if found == expected { Ok(()) } else { Err(Fault::Results { tape, found, expected }) }
+}
+
+fn sparse(tape: &'static str, content: &SparseTape, rows: usize, columns: usize) -> Result<(), Fault> {
+    results(tape, &content.tape, content.entries.len())?;
+    let mut seen = HashSet::new();
+    for &(row, column) in &content.entries {
+        if row as usize >= rows || column as usize >= columns || !seen.insert((row, column)) {
+            return Err(Fault::Entry { tape, row, column });
+        }
+    }
+    Ok(())
+}
+
+/// Follows the tapes through the register file.
+struct RegisterCheck {
+    constants: core::ops::Range<usize>,
+    /// Written by the parameter stage.
+    stage: Vec<bool>,
+    /// Read from the parameter stage by a kernel.
+    needed: Vec<bool>,
+    /// Written by a kernel.
+    overwritten: Vec<bool>,
+}
+
+impl RegisterCheck {
+    fn new(program: &Program, layout: &Layout) -> Self {
+        let empty = vec![false; program.registers as usize];
+        Self {
+            constants: layout.constants()..layout.constants() + program.constants.len(),
+            stage: empty.clone(),
+            needed: empty.clone(),
+            overwritten: empty,
+        }
+    }
+
+    /// The parameter stage reads parameters and constants only.
+    fn parameters(&mut self, tape: &Tape, layout: &Layout) -> Result<(), Fault> {
+        let readable = layout.parameters()..layout.inputs();
+        self.stage = self.follow("parameters", tape, |register| readable.contains(&register), |_| {})?;
+        Ok(())
+    }
+
+    /// A kernel reads registers below `limit`, the constants and the parameter stage.
+    fn kernel(&mut self, name: &'static str, tape: &Tape, limit: usize) -> Result<(), Fault> {
+        let mut needed = std::mem::take(&mut self.needed);
+        let provided = |register: usize| register < limit || self.stage[register];
+        let written = self.follow(name, tape, provided, |register| needed[register] = true)?;
+        self.needed = needed;
+        self.overwritten.iter_mut().zip(written).for_each(|(all, here)| *all |= here);
+        Ok(())
+    }
+
+    /// Registers that a tape, or the parameter stage, leaves behind.
+    fn left(&self, name: &'static str, tape: &Tape, registers: &[u32]) -> Result<(), Fault> {
+        let mut known = self.stage.clone();
+        let targets = tape.instructions.iter().flat_map(|instruction| instruction.targets());
+        targets.for_each(|register| known[register as usize] = true);
+        let unknown = registers.iter().find(|&&register| !known.get(register as usize).is_some_and(|known| *known));
+        unknown.map_or(Ok(()), |&register| Err(Fault::Undefined { tape: name, register }))
+    }
+
+    /// Returns which registers the tape writes; `reads` hears of every register read before the tape itself wrote it.
+    fn follow(
+        &self,
+        tape: &'static str,
+        content: &Tape,
+        provided: impl Fn(usize) -> bool,
+        mut reads: impl FnMut(usize),
+    ) -> Result<Vec<bool>, Fault> {
+        let size = self.stage.len();
+        let mut written = vec![false; size];
+        let mut read = |register: u32, written: &[bool]| {
+            let index = register as usize;
+            if index >= size {
+                return Err(Fault::Register { tape, register });
+            }
+            if written[index] || self.constants.contains(&index) {
+                return Ok(());
+            }
+            reads(index);
+            if provided(index) { Ok(()) } else { Err(Fault::Undefined { tape, register }) }
+        };
+        for instruction in &content.instructions {
+            // Every field must name a register: the interpreter fetches operands before it looks at the operation.
+            for register in [instruction.target, instruction.a, instruction.b, instruction.c] {
+                if register as usize >= size {
+                    return Err(Fault::Register { tape, register });
+                }
+            }
+            for register in instruction.operands() {
+                read(register, &written)?;
+            }
+            let mut previous = None;
+            for register in instruction.targets() {
+                if (register as usize) < self.constants.end || previous == Some(register) {
+                    return Err(Fault::Register { tape, register });
+                }
+                written[register as usize] = true;
+                previous = Some(register);
+            }
+        }
+        for &register in &content.results {
+            read(register, &written)?;
+        }
+        Ok(written)
+    }
+
+    fn stage_survives(&self) -> Result<(), Fault> {
+        let lost = |&register: &usize| self.stage[register] && self.needed[register] && self.overwritten[register];
+        match (0..self.stage.len()).find(lost) {
+            Some(register) => Err(Fault::Stage { register: register as u32 }),
+            None => Ok(()),
+        }
+    }
+}

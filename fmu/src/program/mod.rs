@@ -1,0 +1,406 @@
+//! The model as data: everything that an FMU needs to move one mechanism.
+//!
+//! A [`Program`] is written at export by the root package and only read here. It holds no scene, no graph and no
+//! symbol: names for messages, straight-line [`Tape`]s over one register file, and the tables that say which
+//! register is what.
+
+pub mod check;
+pub(crate) mod seal;
+pub mod storage;
+
+use serde::{Deserialize, Serialize};
+
+use crate::events::Steep;
+use crate::tape::Tape;
+use crate::taylor::form::ArmForm;
+
+/// One mechanism, ready to run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Program {
+    /// The scene's name.
+    pub name: String,
+    /// What the FMU must be instantiated with.
+    pub guid: String,
+    /// Default experiment.
+    pub experiment: Experiment,
+    /// FMU parameters, in the order of their registers; then the initial values that can be set under the names of their variables.
+    pub parameters: Vec<Parameter>,
+    /// FMU inputs, in the order of their registers.
+    pub inputs: Vec<Input>,
+    /// Drivers that follow an input as a velocity or an acceleration.
+    pub followers: Vec<Follower>,
+    /// Branch coordinates {q}.
+    pub coordinates: Vec<Coordinate>,
+    /// Loop equations {Phi}; redundant ones are listed too, with `active = false`.
+    pub constraints: Vec<Constraint>,
+    /// How the motion follows from the equations.
+    pub motion: Motion,
+    /// Kinematic only: which loop equations determine which coordinates, in the order in which they can be solved.
+    pub blocks: Vec<Block>,
+    /// A typical length of the mechanism [m]: tolerances on positions are relative to it.
+    pub length: f64,
+    /// What can be read by name, in the order of the value references.
+    pub variables: Vec<Variable>,
+    /// Constants, loaded into the registers from `layout().constants()` on.
+    pub constants: Vec<f64>,
+    /// Size of the register file.
+    pub registers: u32,
+    /// The kernels.
+    pub tapes: Tapes,
+    /// What is known and guessed of the initial state.
+    pub initial: Initial,
+    /// How dynamic motion is integrated, unless the caller asks for something else.
+    pub engine: Engine,
+    /// May a run change to the implicit method while the motion is stiff?
+    pub automatic: bool,
+    /// What the Taylor series of the motion are found from, if they exist.
+    pub arms: Option<ArmForm>,
+}
+
+/// The integrator of dynamic motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Engine {
+    /// Taylor series of the motion (`solver::taylor`); needs [`Program::arms`].
+    Taylor,
+    /// Explicit Runge-Kutta method of order 8 with dense output of order 7 ([`crate::integrator::explicit`]).
+    #[default]
+    Dop853,
+    /// Implicit Runge-Kutta method Radau IIA of order 5 (`solver::implicit`), for stiff motion.
+    Radau,
+}
+
+/// The default experiment of the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Experiment {
+    /// Start time [s].
+    pub start: f64,
+    /// Stop time [s].
+    pub stop: f64,
+    /// Communication step [s].
+    pub step: f64,
+    /// Relative tolerance on what the user sees.
+    pub tolerance: f64,
+    /// Longest step of the solver [s]; infinite if the scene sets none.
+    pub max_step: f64,
+}
+
+/// A parameter of the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// The user's name.
+    pub name: String,
+    /// Default value, SI.
+    pub start: f64,
+    /// Smallest permitted value, SI.
+    pub min: Option<f64>,
+    /// Largest permitted value, SI.
+    pub max: Option<f64>,
+    /// May it change after initialisation?
+    pub tunable: bool,
+}
+
+/// An input of the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    /// The user's name.
+    pub name: String,
+    /// Value until it is set, SI.
+    pub start: f64,
+    /// Smallest permitted value, SI.
+    pub min: Option<f64>,
+    /// Largest permitted value, SI.
+    pub max: Option<f64>,
+}
+
+/// A driver that follows an input by integrating it. Its position, rate and acceleration are registers; between
+/// communication points the input is a polynomial of time, so the integrals are exact.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Follower {
+    /// The driver's name.
+    pub name: String,
+    /// Index of the input.
+    pub input: u32,
+    /// What the input prescribes.
+    pub order: FollowerOrder,
+    /// Absolute tolerance scale of the position: 1 for an angle, `length` for a displacement.
+    pub scale: f64,
+}
+
+/// What an integrated input prescribes (a prescribed position needs no follower).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum FollowerOrder {
+    /// The input is the driver's rate.
+    Velocity,
+    /// The input is the driver's acceleration.
+    Acceleration,
+}
+
+/// A branch coordinate q.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Coordinate {
+    /// The user's name of the coordinate, such as `crank.angle`.
+    pub name: String,
+    /// Absolute tolerance scale: 1 for an angle [rad], [`Program::length`] for a displacement [m].
+    pub scale: f64,
+}
+
+/// One scalar loop equation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Constraint {
+    /// The joint or driver that the equation belongs to, such as `wrist_pin`.
+    pub owner: String,
+    /// 1 for an angle [rad], [`Program::length`] for a gap [m].
+    pub scale: f64,
+    /// Is it an angle [rad]? Otherwise it is a gap [m].
+    pub angular: bool,
+    /// Redundant rows are checked for consistency but not imposed.
+    pub active: bool,
+}
+
+/// Loop equations that determine as many coordinates, given those of the blocks before.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Block {
+    /// Indices into [`Program::constraints`].
+    pub rows: Vec<u32>,
+    /// Indices into [`Program::coordinates`].
+    pub columns: Vec<u32>,
+}
+
+/// How the motion follows from the equations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Motion {
+    /// As many independent loop equations as coordinates: positions by Newton's method, velocities and accelerations by the linear
+    /// equations (20), (21). No integrator.
+    Kinematic,
+    /// Equations (22), integrated.
+    Dynamic,
+}
+
+/// What a variable's value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Source {
+    /// The independent variable.
+    Time,
+    /// Index into [`Program::parameters`].
+    Parameter(u32),
+    /// Index into [`Program::inputs`].
+    Input(u32),
+    /// Index into the results of [`Tapes::outputs`], and whether the value needs accelerations or reactions.
+    Output {
+        /// Which result of the tape.
+        result: u32,
+        /// Must [`Tapes::acceleration`] (or its kinematic counterpart) have run?
+        accelerated: bool,
+    },
+    /// Coordinate q of that index.
+    Coordinate(u32),
+    /// Rate of the coordinate of that index.
+    Rate(u32),
+    /// Acceleration of the coordinate of that index.
+    Acceleration(u32),
+}
+
+/// A readable variable. Its value reference is its place in [`Program::variables`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Variable {
+    /// The structured name, unique.
+    pub name: String,
+    /// Where its value comes from.
+    pub source: Source,
+    /// Before initialisation, setting it sets this parameter: its value (or its guess) at the start.
+    pub initial: Option<u32>,
+}
+
+/// A sparse matrix whose nonzero entries are the results of a tape, in the order of `entries`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SparseTape {
+    /// (row, column) of each result.
+    pub entries: Vec<(u32, u32)>,
+    /// Computes the entries.
+    pub tape: Tape,
+}
+
+/// Arguments of functions that may be steep, each a result of a tape.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LawTape {
+    /// How the function of each result is steep.
+    pub kinds: Vec<Steep>,
+    /// Computes the arguments.
+    pub tape: Tape,
+}
+
+/// The kernels. Each reads the registers named in its comment and the parameter stage, and may use every register from
+/// the end of the parameter stage on as scratch: results must be copied out before another tape runs.
+///
+/// Sizes: n coordinates, m loop equations (active and inactive), f followers.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Tapes {
+    /// What depends on parameters only. Run when parameters change; its registers persist.
+    pub parameters: Tape,
+    /// Phi(q, t), m results. Reads time, inputs, followers, q.
+    pub constraint: Tape,
+    /// Phi_q, m x (n + f): the last f columns are the derivatives by follower positions. Reads as `constraint`.
+    pub jacobian: SparseTape,
+    /// Phi_t + Phi_q v, m results (the total rate of Phi). Reads as `constraint`, and v.
+    pub constraint_rate: Tape,
+    /// gamma of Eq. (21), m results: Phi_q a = gamma. Reads as `constraint_rate`.
+    pub gamma: Tape,
+    /// Dynamic only. Accelerations, then reactions of all m constraints (zero for inactive ones). Reads time, inputs, followers, q, v.
+    pub acceleration: Tape,
+    /// Registers that hold, after `acceleration`, 1 / r^2 with any sign, where r is how far a loop equation is from others: all of them regular unless one
+    /// grows without bound.
+    pub closeness: Vec<u32>,
+    /// Dynamic only, when there are active constraints: m residuals Phi, then n corrections dq of one Newton step in the metric of the mass matrix, to be
+    /// added to q. Reads as `constraint`.
+    pub project_position: Tape,
+    /// Dynamic only, when there are active constraints: m residuals of the rate, then n corrections dv. Reads as `constraint_rate`.
+    pub project_velocity: Tape,
+    /// Kinematic only, and only if something requested needs reactions: Q - M a, n results, so that Phi_q^T lambda equals it. Reads
+    /// time, inputs, followers, q, v, a.
+    pub inverse: Option<Tape>,
+    /// Values that change sign where the accelerations have a step or a corner. Reads time, inputs, followers, q, v.
+    pub indicators: Tape,
+    /// Dynamic only. Arguments of what may be steep in laws. Reads time, inputs, followers, q, v.
+    pub laws: LawTape,
+    /// Every variable with `Source::Output`. Reads everything, a and lambda included.
+    pub outputs: Tape,
+}
+
+/// What is known and guessed of the initial state. Results of the tapes come in two halves: first the k values as
+/// functions of the state, then the k targets.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Initial {
+    /// Known and guessed positions.
+    pub positions: Vec<Condition>,
+    /// k values, k targets. Reads as `Tapes::constraint`.
+    pub position: Tape,
+    /// d value / d (q, follower position): k x (n + f).
+    pub position_jacobian: SparseTape,
+    /// Known velocities.
+    pub velocities: Vec<Condition>,
+    /// k values, k targets. Reads as `Tapes::constraint_rate`.
+    pub velocity: Tape,
+    /// d value / d (v, follower rate): k x (n + f).
+    pub velocity_jacobian: SparseTape,
+    /// Where the search for positions begins: q, then those of followers. Nothing stands for zeros.
+    pub first_positions: Vec<f64>,
+    /// The same for the rates.
+    pub first_rates: Vec<f64>,
+}
+
+/// One line of the scene's `[initial]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Condition {
+    /// The variable, such as `crank.angle`.
+    pub name: String,
+    /// Known, or a guess that picks the assembly.
+    pub known: bool,
+    /// Is it an angle [rad] or angular rate?
+    pub angular: bool,
+    /// 1 for an angle, [`Program::length`] for a displacement.
+    pub scale: f64,
+}
+
+/// Where things lie in the register file, in this order: time, parameters, inputs, input rates, input accelerations, follower
+/// positions, follower rates, follower accelerations, q, v, a, lambda, constants, parameter stage, scratch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Layout {
+    parameters: usize,
+    inputs: usize,
+    followers: usize,
+    coordinates: usize,
+    constraints: usize,
+}
+
+impl Layout {
+    /// The layout for these counts.
+    pub fn new(parameters: usize, inputs: usize, followers: usize, coordinates: usize, constraints: usize) -> Self {
+        Self { parameters, inputs, followers, coordinates, constraints }
+    }
+
+    /// Register of time.
+    pub fn time(&self) -> usize {
+        0
+    }
+    /// First parameter.
+    pub fn parameters(&self) -> usize {
+        1
+    }
+    /// First input value.
+    pub fn inputs(&self) -> usize {
+        self.parameters() + self.parameters
+    }
+    /// First input rate.
+    pub fn input_rates(&self) -> usize {
+        self.inputs() + self.inputs
+    }
+    /// First input acceleration.
+    pub fn input_accelerations(&self) -> usize {
+        self.input_rates() + self.inputs
+    }
+    /// First follower position.
+    pub fn followers(&self) -> usize {
+        self.input_accelerations() + self.inputs
+    }
+    /// First follower rate.
+    pub fn follower_rates(&self) -> usize {
+        self.followers() + self.followers
+    }
+    /// First follower acceleration.
+    pub fn follower_accelerations(&self) -> usize {
+        self.follower_rates() + self.followers
+    }
+    /// First coordinate q.
+    pub fn positions(&self) -> usize {
+        self.follower_accelerations() + self.followers
+    }
+    /// First rate v.
+    pub fn rates(&self) -> usize {
+        self.positions() + self.coordinates
+    }
+    /// First acceleration a.
+    pub fn accelerations(&self) -> usize {
+        self.rates() + self.coordinates
+    }
+    /// First reaction lambda.
+    pub fn reactions(&self) -> usize {
+        self.accelerations() + self.coordinates
+    }
+    /// First constant.
+    pub fn constants(&self) -> usize {
+        self.reactions() + self.constraints
+    }
+}
+
+impl Program {
+    /// Can somebody else integrate it? Not if a driver follows an input: loops, accelerations or outputs then need its rates, which nobody
+    /// tells.
+    pub fn offers_exchange(&self) -> bool {
+        let layout = self.layout();
+        let [inputs, rates, end] =
+            [layout.inputs(), layout.input_rates(), layout.followers()].map(|place| place as u32);
+        let tapes = &self.tapes;
+        let loops = [&tapes.constraint, &tapes.jacobian.tape, &tapes.constraint_rate, &tapes.gamma];
+        let others = [&tapes.acceleration, &tapes.outputs].into_iter().chain(&tapes.inverse);
+        self.followers.is_empty()
+            && !loops.into_iter().any(|tape| reads(tape, inputs..end))
+            && !others.into_iter().any(|tape| reads(tape, rates..end))
+    }
+
+    /// The layout of this program's register file.
+    pub fn layout(&self) -> Layout {
+        Layout::new(
+            self.parameters.len(),
+            self.inputs.len(),
+            self.followers.len(),
+            self.coordinates.len(),
+            self.constraints.len(),
+        )
+    }
+}
+
+/// Does a tape read one of these registers?
+fn reads(tape: &Tape, registers: std::ops::Range<u32>) -> bool {
+    let operands = tape.instructions.iter().flat_map(|instruction| instruction.operands());
+    operands.chain(tape.results.iter().copied()).any(|register| registers.contains(&register))
+}

@@ -1,0 +1,45 @@
+//! A program as bytes: the file `resources/program.bin` of an FMU.
+
+use thiserror::Error;
+
+use crate::program::Program;
+use crate::program::check::Fault;
+use crate::program::seal::{FrameError, Mark};
+
+const MARK: Mark = Mark { magic: *b"cotP", name: KIND };
+
+/// What a runtime calls the programs that it reads. It is among the bytes of the runtime's shared library.
+pub const KIND: &str = concat!("a cotree program of format ", env!("COTREE_FORMAT"));
+
+/// Why a program cannot be loaded.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum LoadError {
+    /// The envelope is wrong.
+    #[error("the program cannot be read: {0}")]
+    Frame(#[from] FrameError),
+    /// The payload is not a program.
+    #[error("the program cannot be decoded: the data has been changed")]
+    Encoding,
+    /// The program contradicts itself.
+    #[error("the program is damaged: {0}")]
+    Fault(#[from] Fault),
+}
+
+impl Program {
+    /// The program as bytes, the same for the same program everywhere.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, LoadError> {
+        let payload = postcard::to_allocvec(self).map_err(|_| LoadError::Encoding)?;
+        Ok(MARK.seal(&payload))
+    }
+
+    /// Reads and checks a program.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
+        let payload = MARK.open(bytes)?;
+        let (program, rest) = postcard::take_from_bytes::<Self>(payload).map_err(|_| LoadError::Encoding)?;
+        if !rest.is_empty() {
+            return Err(LoadError::Encoding);
+        }
+        program.check()?;
+        Ok(program)
+    }
+}

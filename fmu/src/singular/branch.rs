@@ -1,0 +1,313 @@
+//! Has the motion stayed on its branch where short steps pass a singular pose?
+//!
+//! Steps of natural length pass such a pose in one leap. Steps that stiffness keeps short come so close to it that rounding errors may decide where they
+//! go on. In the pose the velocities v that continue a branch fulfil J v = 0 and, for the combination l of the loop equations that vanishes, l (J_q v) v = 0:
+//! two straight lines, and l (J_q v) w = 0 too for v and w on the same one. So a look at the rates a little before and a little after the pose tells.
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::passing::Passage;
+use crate::constraints::poses::active_rows;
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::integrator::continuation::Continuation;
+use crate::linalg::sparse::Row;
+use crate::math;
+use crate::model::{Model, State};
+use crate::singular::detect::weakest_combination;
+
+/// States that are looked at together.
+const WINDOW: usize = 4;
+/// They lie at least so far apart, in units of the scales.
+const APART: f64 = 0.01;
+/// The same while all loop equations are further than half as far from the others as they have been.
+const FAR_APART: f64 = 0.1;
+const FAR: f64 = 4.0;
+/// Longer steps pass a pose in one leap.
+const LEAP: f64 = 0.05;
+/// A loop equation this much closer to the others than it has been, by 1 / r^2, may be about to depend on them.
+const CLOSE: f64 = 50.0;
+/// What l (J_q v) w may be of the product of its factors if v and w belong to the same branch.
+const SAME: f64 = 0.01;
+/// Steps of Newton's method to the pose.
+const CORRECTIONS: usize = 8;
+/// It has found the pose where the last step was smaller, in units of the scales.
+const FOUND: f64 = 1e-6;
+/// Directions along which l J changes by less than this share of the most do not matter for where it vanishes.
+const FLAT: f64 = 1e-4;
+/// For derivatives along the rates, in units of the scales.
+const DIFFERENCE: f64 = 1e-5;
+
+/// The last states of short steps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Trail {
+    /// So many are known.
+    count: usize,
+    /// Time, q and v, the oldest first.
+    states: Vec<f64>,
+    /// 1 / r^2 of each loop equation there, where r is how far it is from the others.
+    closeness: Vec<f64>,
+    /// The smallest of them so far.
+    smallest: Vec<f64>,
+    /// (q, v) after the last step.
+    last: Vec<f64>,
+}
+
+impl Trail {
+    pub fn new(model: &Model) -> Self {
+        let (rows, size) = sizes(model);
+        Self {
+            count: 0,
+            states: vec![0.0; if size > 0 { WINDOW * (1 + size) } else { 0 }],
+            closeness: vec![0.0; WINDOW * rows],
+            smallest: vec![f64::MAX; rows],
+            last: vec![0.0; size],
+        }
+    }
+
+    pub fn start(&mut self) {
+        self.count = 0;
+        self.smallest.fill(f64::MAX);
+    }
+
+    pub fn copy_from(&mut self, other: &Self) {
+        self.count = other.count;
+        self.states.clone_from(&other.states);
+        self.closeness.clone_from(&other.closeness);
+        self.smallest.clone_from(&other.smallest);
+        self.last.clone_from(&other.last);
+    }
+
+    pub fn belongs_to(&self, model: &Model) -> bool {
+        let Self { count, states, closeness, smallest, last } = self;
+        let expected = Self::new(model);
+        let pairs = [
+            (states, expected.states),
+            (closeness, expected.closeness),
+            (smallest, expected.smallest),
+            (last, expected.last),
+        ];
+        *count <= WINDOW
+            && pairs
+                .iter()
+                .all(|(all, expected)| all.len() == expected.len() && all.iter().all(|value| value.is_finite()))
+    }
+
+    fn state(&self, place: usize) -> &[f64] {
+        let size = self.states.len() / WINDOW;
+        &self.states[place * size..][..size]
+    }
+
+    fn rows(&self, place: usize) -> &[f64] {
+        let size = self.smallest.len();
+        &self.closeness[place * size..][..size]
+    }
+
+    /// How far the next state lies from the last one at least.
+    fn apart(&self) -> f64 {
+        let rows = self.rows(self.count - 1).iter().zip(&self.smallest);
+        let far = rows.into_iter().all(|(row, smallest)| *row < FAR * smallest);
+        if far && self.count == WINDOW { FAR_APART } else { APART }
+    }
+
+    /// Adds a state.
+    fn push(&mut self, time: f64, front: &[f64]) {
+        if self.count == WINDOW {
+            self.states.copy_within(front.len() + 1.., 0);
+            self.closeness.copy_within(self.smallest.len().., 0);
+            self.count -= 1;
+        }
+        let place = self.count * (front.len() + 1);
+        self.states[place] = time;
+        self.states[place + 1..][..front.len()].copy_from_slice(front);
+        self.count += 1;
+    }
+
+    /// Which of the inner states is closest to a pose that lies between the outer ones, if there may be one.
+    fn closest(&self) -> Option<usize> {
+        let [first, second, third, last] = [0, 1, 2, 3].map(|place| self.rows(place));
+        let near =
+            |row: usize, place: f64| place > CLOSE * self.smallest[row] && place > first[row] && place > last[row];
+        let inner = (0..self.smallest.len()).filter(|&row| near(row, math::maximum(second[row], third[row])));
+        inner.map(|row| if second[row] > third[row] { 1 } else { 2 }).next()
+    }
+}
+
+/// Loop equations that may come to depend on each other, and numbers in (q, v) if there are any.
+fn sizes(model: &Model) -> (usize, usize) {
+    let rows = model.program().tapes.closeness.len();
+    (rows, if rows > 0 { 2 * model.coordinates() } else { 0 })
+}
+
+/// How far a state is from the front, in units of the scales.
+fn progress(model: &Model, from: &[f64], to: &[f64]) -> f64 {
+    let coordinates = model.program().coordinates.iter().zip(from.iter().zip(to));
+    coordinates.fold(0.0, |most, (coordinate, (from, to))| math::maximum(most, (to - from).abs() / coordinate.scale))
+}
+
+/// Looks at the front, to which a step has led.
+///
+/// # Errors
+/// The motion has left its branch.
+pub(crate) fn watch(context: &mut Context, run: &mut Continuation) -> Result<(), Failure> {
+    let model = context.model;
+    if model.program().tapes.closeness.is_empty() {
+        return Ok(());
+    }
+    let leap = progress(model, &run.trail.last, &run.front) > LEAP;
+    run.trail.last.copy_from_slice(&run.front);
+    if leap {
+        run.trail.count = 0;
+        return Ok(());
+    }
+    let known = run.trail.count;
+    if known > 0 && progress(model, &run.trail.state(known - 1)[1..], &run.front) < run.trail.apart() {
+        return Ok(());
+    }
+    run.trail.push(run.front_time, &run.front);
+    note_closeness(context, run);
+    let Some(closest) = (if run.trail.count == WINDOW { run.trail.closest() } else { None }) else { return Ok(()) };
+    let followed = run.follow.is_some_and(|follow| follow.until >= run.trail.state(0)[0]);
+    let at = |place: usize| {
+        let state = run.trail.state(place);
+        run.state_at(model, state[0], &state[1..])
+    };
+    if followed {
+        return Ok(());
+    }
+    let (angle, joints) = turn(model, [&at(0), &at(closest), &at(WINDOW - 1)]);
+    // Written so that no number is another branch too.
+    let same = angle < SAME;
+    if same { Ok(()) } else { Err(Failure::BranchLost { time: run.trail.state(closest)[0], joints }) }
+}
+
+/// 1 / r^2 at the last state of the trail, which is the front.
+fn note_closeness(context: &mut Context, run: &mut Continuation) {
+    let Context { model, machine, statistics, .. } = context;
+    machine.load_signals(model, &run.origin, run.front_time);
+    machine.load_motion(model, &run.front);
+    machine.run(&model.program().tapes.acceleration);
+    statistics.evaluations += 1;
+    let trail = &mut run.trail;
+    let place = (trail.count - 1) * trail.smallest.len();
+    let registers = machine.registers();
+    for (index, &register) in model.program().tapes.closeness.iter().enumerate() {
+        let value = registers[register as usize].abs().min(f64::MAX);
+        trail.closeness[place + index] = value;
+        trail.smallest[index] = math::minimum(trail.smallest[index], value);
+    }
+}
+
+/// l (J_q v) w at a pose for the rates before and after it, of the product of its factors; and the joints that take part in l. Zero where branches
+/// only come close to each other: there the motion turns from the one to the other.
+fn turn(model: &Model, [before, pose, after]: [&State; 3]) -> (f64, Vec<String>) {
+    let rows = active_rows(model, pose);
+    let Some((combination, joints)) = weakest_combination(model, &rows) else { return (0.0, Vec::new()) };
+    let bend = change_along(model, pose, &combination, &scaled(model, before.rates()));
+    let (mut product, mut bends, mut rates) = (0.0, 0.0, 0.0);
+    for (bend, rate) in bend.iter().zip(scaled(model, after.rates())) {
+        product += bend * rate;
+        bends += bend * bend;
+        rates += if *bend == 0.0 { 0.0 } else { rate * rate };
+    }
+    let factors = (bends * rates).sqrt();
+    let angle = if factors > 0.0 { product.abs() / factors } else { 0.0 };
+    let turned = angle >= SAME && cross(model, pose);
+    (if turned { angle } else { 0.0 }, joints)
+}
+
+/// In units of the scales.
+fn scaled(model: &Model, rates: &[f64]) -> Vec<f64> {
+    rates.iter().zip(&model.program().coordinates).map(|(rate, coordinate)| rate / coordinate.scale).collect()
+}
+
+/// How l J, the combination of the loop equations' rows, changes along a direction in units of the scales.
+fn change_along(model: &Model, pose: &State, combination: &[f64], direction: &[f64]) -> Vec<f64> {
+    let longest = direction.iter().fold(0.0, |most, part| math::maximum(most, part.abs()));
+    let at = |shift: f64| {
+        let mut aside = pose.clone();
+        let coordinates = direction.iter().zip(&model.program().coordinates);
+        let places = aside.positions_mut().iter_mut().zip(coordinates);
+        places.for_each(|(place, (part, coordinate))| *place += shift * part * coordinate.scale);
+        combined(&active_rows(model, &aside), combination, direction.len())
+    };
+    let shift = DIFFERENCE / longest;
+    at(shift).iter().zip(at(-shift)).map(|(one, other)| (one - other) / (2.0 * shift)).collect()
+}
+
+/// l J
+fn combined(rows: &[Row], combination: &[f64], columns: usize) -> Vec<f64> {
+    let mut sum = vec![0.0; columns];
+    for (row, share) in rows.iter().zip(combination) {
+        row.iter().for_each(|(&column, entry)| sum[column] += share * entry);
+    }
+    sum
+}
+
+/// Do branches cross near a state on one of them, or do they only come close to each other? Newton's method finds the pose where l J vanishes along the
+/// directions in which the other loop equations do not open.
+fn cross(model: &Model, near: &State) -> bool {
+    let (mut pose, mut last) = (near.clone(), f64::INFINITY);
+    for _ in 0..CORRECTIONS {
+        let Some(shift) = to_the_pose(model, &pose) else { return true };
+        last = shift.iter().fold(0.0, |most, shift| math::maximum(most, shift.abs()));
+        let coordinates = shift.iter().zip(&model.program().coordinates);
+        let places = pose.positions_mut().iter_mut().zip(coordinates);
+        places.for_each(|(place, (shift, coordinate))| *place -= shift * coordinate.scale);
+    }
+    let found = last < FOUND;
+    !found || !Passage::at(model, &pose).is_avoided(0.0)
+}
+
+/// One step of it, in units of the scales.
+fn to_the_pose(model: &Model, pose: &State) -> Option<Vec<f64>> {
+    let (n, rows) = (model.coordinates(), active_rows(model, pose));
+    let (combination, _) = weakest_combination(model, &rows)?;
+    let matrix = DMatrix::from_fn(rows.len(), n, |row, column| rows[row].get(&column).copied().unwrap_or_default());
+    let eigen = (matrix.transpose() * &matrix).symmetric_eigen();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    order.truncate(n + 1 - rows.len().min(n));
+    let free = eigen.eigenvectors.select_columns(&order);
+    let slope = free.transpose() * DVector::from_vec(combined(&rows, &combination, n));
+    let bends: Vec<f64> = free
+        .column_iter()
+        .flat_map(|direction| {
+            let direction: Vec<f64> = direction.iter().copied().collect();
+            change_along(model, pose, &combination, &direction)
+        })
+        .collect();
+    let bend = free.transpose() * DMatrix::from_vec(n, free.ncols(), bends);
+    let svd = bend.svd(true, true);
+    let least = FLAT * svd.singular_values.max();
+    let shift = svd.solve(&slope, least).ok()?;
+    Some((free * shift).iter().copied().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_state_closest_to_a_pose_lies_between_others() {
+        let trail = |closeness: [f64; 4]| Trail {
+            count: WINDOW,
+            states: vec![0.0; 4],
+            closeness: closeness.to_vec(),
+            smallest: vec![1.0],
+            last: Vec::new(),
+        };
+        assert_eq!(trail([60.0, 900.0, 200.0, 40.0]).closest(), Some(1));
+        assert_eq!(trail([60.0, 200.0, 900.0, 40.0]).closest(), Some(2));
+        // It is still to come, or nothing is close.
+        assert_eq!(trail([60.0, 200.0, 900.0, 1000.0]).closest(), None);
+        assert_eq!(trail([1.0, 3.0, 2.0, 1.0]).closest(), None);
+    }
+
+    #[test]
+    fn rows_are_combined_by_their_shares() {
+        let rows = [Row::from([(0, 1.0), (2, 3.0)]), Row::from([(2, -1.0)])];
+        assert_eq!(combined(&rows, &[0.5, 2.0], 3), [0.5, 0.0, -0.5]);
+    }
+}

@@ -1,0 +1,76 @@
+//! Loop equations that depend on each other at the front of a run.
+
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::integrator::continuation::Continuation;
+use crate::machine::Machine;
+use crate::singular::detect::dependent;
+
+/// A start closer to a singular pose than this is treated as one in it.
+const CLOSE: f64 = 1e-2;
+/// Loop equations closer than this are as good as dependent.
+const DEPENDENT: f64 = 1e-5;
+/// Closer to a singular pose than this the implicit method does not go.
+const REFUSED: f64 = 1e-3;
+/// The same where there is no step that leads on.
+const AT_THE_END: f64 = 1e-2;
+
+/// Is the front so close to a singular pose that it must be left before anything is evaluated?
+pub(crate) fn begins_near(context: &Context, run: &Continuation) -> bool {
+    let first = run.step == 0.0 && run.dense_from == run.front_time;
+    if !first || context.model.active().is_empty() {
+        return run.in_zone(run.front_time);
+    }
+    at_the_front(context, run).0 < CLOSE
+}
+
+/// Is the front in a singular pose?
+pub(crate) fn is_singular(context: &Context, run: &Continuation) -> bool {
+    at_the_front(context, run).0 < DEPENDENT
+}
+
+/// Why the implicit method goes no further, if it is because the front is close to a singular pose.
+pub(crate) fn singular_ahead(context: &Context, run: &Continuation) -> Option<Failure> {
+    let (distance, joints) = at_the_front(context, run);
+    (distance < REFUSED).then_some(Failure::SingularAhead { time: run.front_time, joints })
+}
+
+/// The joints whose loop equations depend on each other most at the front.
+pub(crate) fn weakest_joints(context: &Context, run: &Continuation) -> Vec<String> {
+    at_the_front(context, run).1
+}
+
+/// What to say where the motion could go on in several ways.
+pub(crate) fn undecided(context: &Context, run: &Continuation) -> Failure {
+    Failure::Undecided { time: run.front_time, joints: at_the_front(context, run).1 }
+}
+
+/// Why there is no step from the front, if it is because the loops are at the end of their reach.
+pub(crate) fn end_of_reach(context: &Context, run: &Continuation) -> Option<Failure> {
+    let (distance, joints) = at_the_front(context, run);
+    let time = run.front_time;
+    let failure = if is_driven(context, run) {
+        Failure::EndOfReach { time, joints }
+    } else {
+        // What nothing drives stops nowhere.
+        Failure::NotPassed { time, joints }
+    };
+    (distance < AT_THE_END).then_some(failure)
+}
+
+/// Do drivers move the loops at the front?
+fn is_driven(context: &Context, run: &Continuation) -> bool {
+    let model = context.model;
+    let mut state = run.state_at(model, run.front_time, &run.front);
+    state.rates_mut().fill(0.0);
+    let mut machine = Machine::new(model);
+    machine.load(model, &state);
+    let tape = &model.program().tapes.constraint_rate;
+    machine.run(tape);
+    tape.results(machine.registers()).any(|rate| rate != 0.0)
+}
+
+/// Which loop equations depend on each other at the front, and how far from it they are.
+fn at_the_front(context: &Context, run: &Continuation) -> (f64, Vec<String>) {
+    dependent(context.model, &run.state_at(context.model, run.front_time, &run.front))
+}

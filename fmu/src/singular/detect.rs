@@ -1,0 +1,276 @@
+//! Singular poses: where a mechanism could leave its branch, and steps that cannot.
+//!
+//! In a singular pose (all bars of a loop in line, say) the rows of the Jacobian depend on each other and two branches of the motion cross. The motion itself
+//! is analytic in time and goes straight on; but what is computed close to the pose knows the branch only up to rounding errors divided by
+//! the distance. So nothing may be evaluated there: no step ends near a singular pose, and the polynomial of the step before
+//! carries the motion across.
+//!
+//! The distance comes for nothing with the inverse of \[M J^T; J 0\]: the diagonal of its lower right block is that of
+//! (J M^-1 J^T)^-1, and r_k = 1 / sqrt of its entry k is how far row k of J is from the rows that it may come to depend on. It passes zero like a straight
+//! line in time.
+
+use nalgebra::DMatrix;
+
+use crate::constraints::poses::{active_rows, jacobian};
+use crate::linalg::sparse::Row;
+use crate::linalg::spectrum::{ends, ends_of_many};
+use crate::math;
+use crate::model::{Model, State};
+
+/// A step may bring a row this much closer to the others.
+const NEAREST: f64 = 0.25;
+/// A row that comes closer by this factor in one step may be on its way to a singular pose.
+const FALLS: f64 = 1.05;
+/// A pose further away than so many steps is of no concern.
+pub(crate) const HORIZON: f64 = 12.0;
+/// A row that comes closer or goes away by no more than this factor in one step stays on its branch.
+const STEADY: f64 = 2.0;
+/// A row that comes closer by this factor in one step is about to arrive.
+const SOON: f64 = 0.8;
+/// A row that was coming closer and ends a step with more than this share of its distance has turned round, or has passed a singular pose.
+const TURNED: f64 = 0.8;
+/// A joint or a loop equation takes part in a dependence with at least this share of the largest one.
+pub(crate) const SHARE: f64 = 0.1;
+/// With more loop equations than this the weakest combination is found by iteration.
+const MANY: usize = 100;
+/// A start is in the zone of a singular pose if a step along it brings a row so many times further from the others.
+const ESCAPE: f64 = 20.0;
+
+/// The share of the distance at the front that is as good as none.
+const THERE: f64 = 0.02;
+/// A pose at which this share is left is no singular one.
+const NONE: f64 = 0.15;
+/// Attempts to find the time of the pose.
+const SECANTS: usize = 4;
+
+/// Where the time of a pose is made more precise, before and after it, in shares of a step.
+const CLOSER: [f64; 3] = [0.05, 2e-3, 1e-4];
+
+/// How close the loop equations are to depending on each other, at the front and at the end of a step: 1 / r_k^2.
+#[derive(Clone, Debug)]
+pub struct Guard {
+    pub front: Vec<f64>,
+    pub next: Vec<f64>,
+}
+
+/// What a step does about a singular pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Plan {
+    /// There is none near enough.
+    Free,
+    /// At most this long.
+    Approach(f64),
+    /// At least this long: it passes the pose.
+    Pass(f64),
+}
+
+/// How the steps of a method pass a pose.
+#[derive(Clone, Copy, Debug)]
+pub struct Course {
+    /// Shares of a usual step: the distance from which a step passes the pose best, and the largest one.
+    pub take_off: f64,
+    pub passes: f64,
+    /// Length of the step that passes, in units of the distance: the method evaluates nothing near the pose.
+    pub landing: f64,
+    /// Least share of the way that a step goes to come nearer: a short one says little of what lies ahead.
+    pub nearer: f64,
+}
+
+/// The plan for a pose so far ahead, if steps are usually so long.
+pub fn plan(course: &Course, ahead: f64, usual: f64) -> Plan {
+    if ahead <= course.passes * usual {
+        Plan::Pass(course.landing * ahead)
+    } else if ahead <= (1.0 + course.take_off) * usual {
+        Plan::Approach(f64::max(ahead - course.take_off * usual, course.nearer * ahead))
+    } else {
+        Plan::Free
+    }
+}
+
+/// Finds the next singular pose near a guess of how far it is ahead, by the share that the row closest to the others has of its distance now.
+pub fn locate(guess: f64, mut share_at: impl FnMut(f64) -> f64) -> Option<f64> {
+    let (mut best, mut share) = (guess, share_at(guess));
+    for _ in 0..SECANTS {
+        if share < THERE {
+            break;
+        }
+        // The distance has passed zero, or is still to come to it.
+        let passed = best / (1.0 + share);
+        let coming = if share < 0.8 { best / (1.0 - share) } else { passed };
+        let first = (coming, share_at(coming));
+        let second = if first.1 < THERE { first } else { (passed, share_at(passed)) };
+        let (time, least) = if first.1 <= second.1 { first } else { second };
+        if least >= share {
+            break;
+        }
+        (best, share) = (time, least);
+    }
+    (share < NONE).then_some(best)
+}
+
+/// The time of a pose that is known about, more precisely: the distance from it grows alike on both sides. `span`: the length of the step.
+pub fn refine(at: f64, span: f64, mut share_at: impl FnMut(f64) -> f64) -> f64 {
+    CLOSER.iter().fold(at, |at, closer| {
+        let [before, after] = [-1.0, 1.0].map(|side| share_at(at + side * closer * span));
+        let shift = closer * span * (before - after) / (before + after);
+        if shift.is_finite() { at + shift } else { at }
+    })
+}
+
+impl Guard {
+    /// For so many joints.
+    pub fn new(joints: usize) -> Self {
+        Self { front: vec![0.0; joints], next: vec![0.0; joints] }
+    }
+
+    /// The end of the step has become the front.
+    pub fn roll(&mut self) {
+        self.front.copy_from_slice(&self.next);
+    }
+
+    /// Is the end of the step in the zone of a singular pose, as seen from its start?
+    pub fn ends_near(&self) -> bool {
+        let growth = 1.0 / (NEAREST * NEAREST);
+        self.front.iter().zip(&self.next).any(|(front, next)| *next > growth * front && *front > 0.0)
+    }
+
+    /// Was the start of the step in the zone of a singular pose, as seen from its end?
+    pub fn began_near(&self) -> bool {
+        self.front.iter().zip(&self.next).any(|(front, next)| *front > ESCAPE * ESCAPE * next && *next > 0.0)
+    }
+
+    /// Does a row come so much closer to the others in the step, or go so much further from them, that it could have gone over to another branch?
+    pub fn jumps(&self) -> bool {
+        self.front.iter().zip(&self.next).any(|(front, next)| *front > 0.0 && is_jump(*front, *next))
+    }
+
+    /// The smallest r_k at the end of the step, as a share of that at its start.
+    pub fn share(&self) -> f64 {
+        let squares =
+            self.front.iter().zip(&self.next).filter(|(front, _)| **front > 0.0).map(|(front, next)| front / next);
+        squares.fold(f64::INFINITY, f64::min).sqrt()
+    }
+
+    /// Does a row come so close that the loops must be closed tightly?
+    pub fn arrives(&self) -> bool {
+        self.share() < SOON
+    }
+
+    /// When a row that was coming closer may have passed a singular pose in a step of length h.
+    pub fn turned(&self, h: f64) -> Option<f64> {
+        let share = self.share();
+        (share > TURNED).then_some(h / (1.0 + share))
+    }
+
+    /// How long after the step a row will depend on the others, if it comes closer at the same rate; 0 if none does soon.
+    pub fn ahead(&self, h: f64) -> f64 {
+        let ahead = self.arrival(h);
+        if self.share() * FALLS < 1.0 && ahead < HORIZON * h { ahead } else { 0.0 }
+    }
+
+    /// How long after the step a row would depend on the others, if it came closer at the same rate.
+    pub fn arrival(&self, h: f64) -> f64 {
+        let share = self.share();
+        if share < 1.0 { h * share / (1.0 - share) } else { f64::INFINITY }
+    }
+}
+
+/// Has a row with these two values of 1 / r^2 come so much closer to the others, or gone so much further from them, that it could have gone over to another
+/// branch? Not a number is a jump too.
+pub(crate) fn is_jump(one: f64, other: f64) -> bool {
+    !(1.0 / (STEADY * STEADY)..STEADY * STEADY).contains(&(other / one))
+}
+
+/// Joints and drivers whose loop equations depend on each other at a state, or do so most, and how far from it they are: 0 to 1.
+pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
+    let program = model.program();
+    if model.active().is_empty() {
+        return (1.0, Vec::new());
+    }
+    let mut many = 1.0;
+    let found = if model.active().len() > MANY {
+        // Loops in a row hold the less the more they are, whatever the pose.
+        many = model.active().len() as f64 / MANY as f64;
+        ends_of_many(&active_rows(model, state)).map(|found| named(model, found))
+    } else {
+        let mut matrix = jacobian(model, state).select_rows(model.active());
+        for (mut row, &index) in matrix.row_iter_mut().zip(model.active()) {
+            row /= program.constraints[index].scale;
+        }
+        weakest(model, &matrix)
+    };
+    let Some(weakest) = found else { return (1.0, Vec::new()) };
+    (math::minimum(many * (weakest.least.max(0.0) / weakest.largest).sqrt(), 1.0), weakest.joints)
+}
+
+/// The combination of active loop equations that holds least.
+#[derive(Debug)]
+pub(crate) struct Weakest {
+    /// Smallest and largest eigenvalue of J J^T.
+    pub least: f64,
+    pub largest: f64,
+    /// Joints and drivers that take part in the combination.
+    pub joints: Vec<String>,
+}
+
+/// The same for the rows J of the active loop equations, in whatever units; none without equations.
+pub(crate) fn weakest(model: &Model, rows: &DMatrix<f64>) -> Option<Weakest> {
+    ends(rows).map(|found| named(model, found))
+}
+
+/// The combination of some active loop equations, given by their rows, that holds least, and the joints and drivers that take part in it.
+pub(crate) fn weakest_combination(model: &Model, rows: &[Row]) -> Option<(Vec<f64>, Vec<String>)> {
+    let (least, largest, combination) = if rows.len() > MANY {
+        ends_of_many(rows)?
+    } else {
+        let columns = model.coordinates();
+        ends(&DMatrix::from_fn(rows.len(), columns, |row, column| rows[row].get(&column).copied().unwrap_or_default()))?
+    };
+    let joints = named(model, (least, largest, combination.clone())).joints;
+    Some((combination, joints))
+}
+
+fn named(model: &Model, (least, largest, combination): (f64, f64, Vec<f64>)) -> Weakest {
+    let share = SHARE * combination.iter().fold(0.0, |largest, part| math::maximum(largest, part.abs()));
+    let taking_part = model.active().iter().zip(combination.iter()).filter(|(_, part)| part.abs() > share);
+    let constraints = &model.program().constraints;
+    let mut joints: Vec<String> = taking_part.map(|(&row, _)| constraints[row].owner.clone()).collect();
+    joints.dedup();
+    Weakest { least, largest, joints }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_that_comes_closer_evenly_arrives_when_predicted() {
+        let mut guard = Guard::new(2);
+        guard.front = vec![1.0, 4.0];
+        guard.next = vec![1.0, 16.0];
+        assert!((guard.ahead(0.3) - 0.3).abs() < 1e-12);
+        assert!(!guard.ends_near() && !guard.began_near());
+        guard.next = vec![1.0, 100.0];
+        assert!(guard.ends_near());
+        (guard.front, guard.next) = (guard.next.clone(), vec![1.0, 0.2]);
+        assert!(guard.began_near());
+    }
+
+    #[test]
+    fn no_planned_step_ends_near_the_pose() {
+        for course in [crate::integrator::taylor::COURSE, crate::integrator::dynamic::COURSE] {
+            for usual in [1e-3, 1.0] {
+                let mut ahead = 4.0 * usual;
+                while ahead > 0.0 {
+                    let h = match plan(&course, ahead, usual) {
+                        Plan::Free => usual,
+                        Plan::Approach(most) => most.min(usual),
+                        Plan::Pass(least) => least,
+                    };
+                    assert!((ahead - h).abs() > 0.2 * ahead && h > 0.05 * usual, "{course:?} {ahead} {h}");
+                    ahead -= h;
+                }
+            }
+        }
+    }
+}

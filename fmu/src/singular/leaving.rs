@@ -1,0 +1,82 @@
+//! The way out of a singular pose: the state a step later from which the motion comes back to the pose with the rates there.
+
+use crate::context::Context;
+use crate::integrator::continuation::Continuation;
+use crate::math;
+use crate::model::Model;
+
+/// Lengths that are tried for the step, each half of the one before.
+const LENGTHS: usize = 12;
+/// The first one turns nothing by more than this [rad, or scales].
+const TURN: f64 = 0.3;
+/// Corrections of the state after the step.
+pub(crate) const CORRECTIONS: usize = 40;
+/// A correction that is not smaller than this share of the one before is the last one.
+const SLOW: f64 = 0.7;
+/// Corrections smaller than this are rounding errors.
+const ROUNDING: f64 = 1e-14;
+/// What may be left of a correction: the pose itself cannot be known better, since its loops close to second order.
+const POSE: f64 = 1e-6;
+/// The same of the rates, relative to the largest; and in tolerances, to which the rates of a step are right.
+const RATE: f64 = 1e-4;
+const LOOSE: f64 = 10.0;
+
+/// What a correction shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    Again,
+    /// The motion comes back to the pose.
+    Found,
+    Failed,
+}
+
+/// The search for the state so long after the front.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Search {
+    /// Length of the step [s].
+    pub h: f64,
+    /// The largest rate at the front, in scales.
+    speed: f64,
+    tolerance: f64,
+    /// The size of the last correction.
+    before: f64,
+}
+
+impl Search {
+    /// Those to be tried at the front, one after the other.
+    pub fn all(context: &Context, run: &Continuation) -> impl Iterator<Item = Self> + use<> {
+        let coordinates = &context.model.program().coordinates;
+        let speeds = coordinates.iter().zip(&run.front[coordinates.len()..]);
+        let speed = speeds.fold(0.0, |largest, (coordinate, v)| math::maximum(largest, v.abs() / coordinate.scale));
+        let longest = TURN / speed;
+        let usual = if run.step > 0.0 { f64::min(run.step, longest) } else { longest };
+        let first = usual.min(context.settings.max_step);
+        let tolerance = context.settings.tolerance;
+        let lengths = std::iter::successors(Some(first), |h| Some(0.5 * h)).take(LENGTHS).filter(|h| h.is_finite());
+        lengths.map(move |h| Self { h, speed, tolerance, before: f64::INFINITY })
+    }
+
+    /// Corrects the state at the end of the step by what `reached`, the place that the motion comes back to from there, is away from the front; `reached`
+    /// becomes the new state.
+    pub fn correct(&mut self, model: &Model, front: &[f64], state: &[f64], reached: &mut [f64]) -> Verdict {
+        let (n, mut left) = (model.coordinates(), [0.0, 0.0]);
+        for (index, coordinate) in model.program().coordinates.iter().enumerate() {
+            let dq = front[index] - reached[index];
+            let dv = front[n + index] - reached[n + index];
+            left[0] = math::maximum(left[0], dq.abs() / coordinate.scale);
+            left[1] = math::maximum(left[1], dv.abs() / (coordinate.scale * self.speed));
+            reached[index] = state[index] + dq + self.h * dv;
+            reached[n + index] = state[n + index] + dv;
+        }
+        let size = math::maximum(left[0], self.h * self.speed * left[1]);
+        if !size.is_finite() {
+            return Verdict::Failed;
+        }
+        if size > ROUNDING && size <= SLOW * self.before {
+            self.before = size;
+            return Verdict::Again;
+        }
+        let close = left[0] <= POSE.max(self.tolerance) && left[1] <= RATE.max(LOOSE * self.tolerance);
+        if close { Verdict::Found } else { Verdict::Failed }
+    }
+}

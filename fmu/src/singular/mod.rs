@@ -1,0 +1,13 @@
+//! Singular configurations: poses at which the loop equations depend on each other and branches of the motion may cross.
+//!
+//! * `detect`: how far they are, and where.
+//! * `passing`, `branch`, `leaving`: which way leads on, and whether the run stayed on it.
+//! * `dependence`: what is said where there is no way.
+
+pub(crate) mod branch;
+pub(crate) mod dependence;
+pub(crate) mod detect;
+pub(crate) mod leaving;
+pub(crate) mod passing;
+
+pub use passing::Passage;

@@ -1,0 +1,132 @@
+//! The operations of tapes, one line each: name and operands, in words, first result, its derivative, its series.
+
+use serde::{Deserialize, Serialize};
+
+use super::Tape;
+use super::series::Series;
+use super::tangent::chain;
+use crate::math;
+
+/// Everything that follows from the table. Names of operands are those of the fields of [`super::Instruction`]; `value` is the first result, `d` means the
+/// derivative along a direction.
+macro_rules! operations {
+    (
+        ($a:ident, $b:ident, $c:ident), ($da:ident, $db:ident, $dc:ident), $value:ident;
+        $($name:ident($($operand:ident),+): $words:literal = $of:expr, slope $slope:expr, series $series:expr;)+
+    ) => {
+        /// What an instruction does. No fused multiply-add: every operation rounds once, so that results have the same bits everywhere.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        pub enum Operation {
+            $(#[doc = $words] $name,)+
+        }
+
+        impl Operation {
+            /// Every one of them.
+            #[cfg(test)]
+            pub(super) const ALL: &[Self] = &[$(Self::$name),+];
+
+            /// How many of the operands a, b, c it reads.
+            pub fn operands(self) -> usize {
+                match self {
+                    $(Self::$name => [$(stringify!($operand)),+].len(),)+
+                }
+            }
+
+            /// The first result.
+            pub(super) fn value(self, [$a, $b, $c]: [f64; 3]) -> f64 {
+                match self {
+                    $(Self::$name => $of,)+
+                }
+            }
+
+            /// Derivative of the first result, given it, the operands (of `SinCos`, in place of c, the second result), and their derivatives.
+            pub(super) fn tangent(self, $value: f64, [$a, $b, $c]: [f64; 3], [$da, $db, $dc]: [f64; 3]) -> f64 {
+                match self {
+                    $(Self::$name => $slope,)+
+                }
+            }
+
+            /// Series of the first result.
+            pub(super) fn series(self, [$a, $b, $c]: [Series; 3]) -> Series {
+                match self {
+                    $(Self::$name => $series,)+
+                }
+            }
+        }
+
+        impl Tape {
+            /// Runs the tape over a register file.
+            ///
+            /// # Panics
+            /// If an instruction names a register outside the file; a program that passed [`crate::program::Program::check`] has none.
+            #[allow(unreachable_patterns, reason = "sine and cosine have two results, and so an arm before that of their line")]
+            pub fn run(&self, registers: &mut [f64]) {
+                let code = &self.instructions[..];
+                let mut i = 0;
+                while i < code.len() {
+                    // What the exporter has put side by side needs no decision for each.
+                    match code[i].operation {
+                        Operation::SinCos => {
+                            code[i].run(registers);
+                            i += 1;
+                        }
+                        $(Operation::$name => {
+                            while i < code.len() && code[i].operation == Operation::$name {
+                                let instruction = &code[i];
+                                $(let $operand = registers[instruction.$operand as usize];)+
+                                registers[instruction.target as usize] = $of;
+                                i += 1;
+                            }
+                        })+
+                    }
+                }
+            }
+        }
+    };
+}
+
+operations! {
+    (a, b, c), (da, db, dc), value;
+    Add(a, b): "a + b" = a + b, slope da + db, series a.add(b);
+    Subtract(a, b): "a - b" = a - b, slope da - db, series a.add(b.scale(-1.0));
+    Multiply(a, b): "a * b" = a * b, slope chain(b, da) + chain(a, db), series a.multiply(b);
+    Divide(a, b): "a / b" = a / b, slope (da - chain(value, db)) / b, series a.divide(b);
+    Negate(a): "-a" = -a, slope -da, series a.scale(-1.0);
+    MultiplyAdd(a, b, c): "a * b + c, rounded twice" = a * b + c, slope chain(b, da) + chain(a, db) + dc, series a.multiply(b).add(c);
+    SquareRoot(a): "sqrt a" = a.sqrt(), slope chain(0.5 / value, da),
+        series a.map(a.0[0].sqrt(), |root| Series::constant(0.5).divide(root));
+    Absolute(a): "|a|" = a.abs(), slope chain(math::sign(a), da),
+        series a.scale(if a.0[0] == 0.0 { 0.0 } else { math::sign(a.0[0]) });
+    SinCos(a): "target = sin a, register c = cos a" = math::sin_cos(a).0, slope chain(c, da), series a.sine_cosine().0;
+    Tangent(a): "tan a" = libm::tan(a), slope chain(1.0 + value * value, da),
+        series a.map(libm::tan(a.0[0]), |value| value.multiply(value).plus(1.0));
+    ArcSine(a): "asin a" = libm::asin(a), slope chain(1.0 / (1.0 - a * a).sqrt(), da),
+        series a.map(libm::asin(a.0[0]), |_| a.arc_slope());
+    ArcCosine(a): "acos a" = libm::acos(a), slope chain(-1.0 / (1.0 - a * a).sqrt(), da),
+        series a.map(libm::acos(a.0[0]), |_| a.arc_slope().scale(-1.0));
+    ArcTangent(a): "atan a" = libm::atan(a), slope chain(1.0 / (1.0 + a * a), da),
+        series a.map(libm::atan(a.0[0]), |_| Series::constant(1.0).divide(a.multiply(a).plus(1.0)));
+    ArcTangent2(a, b): "atan2(a, b)" = libm::atan2(a, b), slope (chain(b, da) - chain(a, db)) / (a * a + b * b),
+        series a.arc_tangent(b);
+    Exponential(a): "e^a" = libm::exp(a), slope chain(value, da), series a.map(libm::exp(a.0[0]), |value| value);
+    Logarithm(a): "ln a" = libm::log(a), slope chain(1.0 / a, da),
+        series a.map(libm::log(a.0[0]), |_| Series::constant(1.0).divide(a));
+    HyperbolicTangent(a): "tanh a" = libm::tanh(a), slope chain(1.0 - value * value, da),
+        series a.map(libm::tanh(a.0[0]), |value| value.multiply(value).scale(-1.0).plus(1.0));
+    Power(a, b): "a^b" = libm::pow(a, b),
+        slope chain(b * libm::pow(a, b - 1.0), da) + if db == 0.0 { 0.0 } else { value * libm::log(a) * db },
+        series a.power(b);
+    Sign(a): "-1, 0 or 1" = math::sign(a), slope 0.0, series Series::constant(math::sign(a.0[0]));
+    Floor(a): "largest integer not above a" = a.floor(), slope 0.0, series Series::constant(a.0[0].floor());
+    Minimum(a, b): "the smaller" = math::minimum(a, b), slope if a < b { da } else { db },
+        series if a.0[0] < b.0[0] || a.0[0].is_nan() { a } else { b };
+    Maximum(a, b): "the larger" = math::maximum(a, b), slope if a > b { da } else { db },
+        series if a.0[0] > b.0[0] || a.0[0].is_nan() { a } else { b };
+    Less(a, b): "1 if a < b, else 0" = f64::from(u8::from(a < b)), slope 0.0,
+        series Series::constant(f64::from(u8::from(a.0[0] < b.0[0])));
+    LessEqual(a, b): "1 if a <= b, else 0" = f64::from(u8::from(a <= b)), slope 0.0,
+        series Series::constant(f64::from(u8::from(a.0[0] <= b.0[0])));
+    Select(a, b, c): "b if a is not 0, else c" = if a != 0.0 { b } else { c }, slope if a != 0.0 { db } else { dc },
+        series if a.0[0] != 0.0 { b } else { c };
+    Copy(a): "a, unchanged" = a, slope da, series a;
+}

@@ -1,0 +1,193 @@
+//! What must hold for an arm form, so that finding series cannot fail.
+
+use super::form::{ArmForm, Factor, Given, Operation, Place, Slot, Source, Step};
+use crate::events::switch::MAX_SWITCHES;
+use crate::program::Program;
+
+/// Holds, or what does not.
+type Check = Result<(), &'static str>;
+
+fn holds(condition: bool, what: &'static str) -> Check {
+    if condition { Ok(()) } else { Err(what) }
+}
+
+impl ArmForm {
+    /// Checks everything but the tape of the coefficients, as a part of a program.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check(&self, program: &Program) -> Check {
+        let constraints = program.constraints.len();
+        self.check_unknowns(program.coordinates.len())?;
+        let given = self.tape.given.iter().all(|(_, given)| match *given {
+            Given::Time => true,
+            Given::Input(index, _) => (index as usize) < program.inputs.len(),
+            Given::Follower(index, _) => (index as usize) < program.followers.len(),
+        });
+        holds(given, "what a series is given by")?;
+        let written = self.check_tape()?;
+        let signal = |slot: Slot| self.is_signal(slot) && written.get(slot as usize) == Some(&true);
+        let coefficient = |place: &u32| (*place as usize) < self.coefficients.results.len();
+        for frame in &self.frames {
+            holds(frame.signal.is_none_or(signal) && coefficient(&frame.inertia), "a frame")?;
+        }
+        let factors = self.products.iter().map(|product| &product.factor).chain(&self.world);
+        for factor in factors {
+            holds(!matches!(factor, Factor::Signal(slot) if !signal(*slot)), "the length of an arm")?;
+        }
+        for entry in &self.coupling {
+            let places = self.is_arm(entry.on) && self.is_arm(entry.from);
+            holds(places && entry.mass.iter().all(coefficient), "a mass")?;
+        }
+        for row in &self.rows {
+            let arms = row.arms.iter().all(|(arm, p)| self.is_arm(*arm) && p.iter().all(coefficient));
+            let unknowns = row.unknowns.iter().all(|(unknown, c)| self.is_unknown(*unknown) && coefficient(c));
+            let signals = row.signals.iter().all(|(slot, c)| signal(*slot) && coefficient(c));
+            let own = (row.constraint as usize) < constraints && coefficient(&row.constant);
+            holds(arms && unknowns && signals && own, "a loop equation")?;
+        }
+        for load in &self.loads {
+            let value = load.value.is_none_or(|slot| written.get(slot as usize) == Some(&true));
+            holds(self.is_arm(load.arm) && value && load.along.iter().all(coefficient), "a load")?;
+        }
+        for push in &self.pushes {
+            let value = push.value.is_none_or(|slot| written.get(slot as usize) == Some(&true));
+            holds(self.is_unknown(push.unknown) && value && coefficient(&push.factor), "a load")?;
+        }
+        Ok(())
+    }
+
+    fn is_arm(&self, arm: u32) -> bool {
+        (arm as usize) < self.frames.len() + self.products.len() + self.world.len()
+    }
+
+    fn is_unknown(&self, arm: u32) -> bool {
+        let index = arm as usize;
+        let lengths = self.products.iter().map(|product| product.factor).chain(self.world.iter().copied());
+        match self.frames.get(index) {
+            Some(frame) => frame.unknown == Some(arm),
+            None => lengths.into_iter().nth(index - self.frames.len()) == Some(Factor::Unknown),
+        }
+    }
+
+    fn check_unknowns(&self, coordinates: usize) -> Check {
+        let arms = self.frames.len() + self.products.len() + self.world.len();
+        let unknowns = (0..arms).filter(|&arm| self.is_unknown(arm as u32)).count();
+        holds(self.coordinates.len() == coordinates, "the number of coordinates")?;
+        holds(unknowns == coordinates + self.auxiliary.len() + self.rods.len(), "the number of unknowns")?;
+        for (index, frame) in self.frames.iter().enumerate() {
+            let earlier = |unknown: u32| unknown as usize <= index && self.is_unknown(unknown);
+            holds(frame.unknown.is_none_or(earlier), "the angle of a frame")?;
+        }
+        holds(self.products.iter().all(|product| (product.frame as usize) < self.frames.len()), "the frame of an arm")?;
+        let mut borne = vec![false; arms];
+        let mut bear = |arm: u32| !borne.get_mut(arm as usize).is_none_or(|place| std::mem::replace(place, true));
+        for place in &self.coordinates {
+            let fits = match *place {
+                Place::Angle { arm, parent, .. } => {
+                    let angle = |arm: u32| (arm as usize) < self.frames.len() && self.is_unknown(arm);
+                    angle(arm) && parent.is_none_or(angle) && bear(arm)
+                }
+                Place::Displacement { arm } => arm as usize >= self.frames.len() && self.is_unknown(arm) && bear(arm),
+            };
+            holds(fits, "the place of a coordinate")?;
+        }
+        for auxiliary in &self.auxiliary {
+            let product = (auxiliary.arm as usize) < self.frames.len() + self.products.len();
+            let turning = auxiliary.arm as usize >= self.frames.len() && product && self.is_unknown(auxiliary.arm);
+            let rows = (auxiliary.row as usize) + 1 < self.rows.len();
+            let direction = auxiliary.direction.iter().all(|place| (*place as usize) < self.coefficients.results.len());
+            holds(turning && rows && direction && bear(auxiliary.arm), "a free displacement")?;
+        }
+        for rod in &self.rods {
+            let turning = (rod.frame as usize) < self.frames.len() && self.is_unknown(rod.frame);
+            let rows = (rod.row as usize) + 1 < self.rows.len();
+            let length = (rod.length as usize) < self.coefficients.results.len();
+            holds(turning && rows && length && bear(rod.frame), "a rod")?;
+        }
+        holds(super::jet::chain(self).len() == coordinates, "the chain of angles")
+    }
+
+    /// Is a series given, or does it follow from what is given?
+    fn is_signal(&self, slot: Slot) -> bool {
+        let given = self.tape.given.iter().any(|(target, _)| *target == slot);
+        given || self.tape.signals.iter().any(|step| step.targets().any(|target| target == slot))
+    }
+
+    /// Follows the tape; returns which series are written.
+    fn check_tape(&self) -> Result<Vec<bool>, &'static str> {
+        let tape = &self.tape;
+        let steps = tape.signals.len() + tape.positions.len() + tape.rates.len();
+        // The bound keeps a damaged file from asking for all of the memory.
+        holds(tape.slots as usize <= tape.given.len() + 2 * steps, "the number of series")?;
+        holds(tape.switches.len() <= MAX_SWITCHES, "the number of switches")?;
+        let mut written = vec![false; tape.slots as usize];
+        for &(slot, _) in &tape.given {
+            *written.get_mut(slot as usize).ok_or("a given series")? = true;
+        }
+        for (level, steps) in [&tape.signals, &tape.positions, &tape.rates].into_iter().enumerate() {
+            for step in steps {
+                self.check_step(level, step, &written)?;
+                for target in step.targets() {
+                    let place = written.get_mut(target as usize).ok_or("a series")?;
+                    holds(!std::mem::replace(place, true), "a series is written twice")?;
+                }
+            }
+        }
+        holds(tape.switches.iter().all(|slot| written.get(*slot as usize) == Some(&true)), "a switch")?;
+        Ok(written)
+    }
+
+    fn check_step(&self, level: usize, step: &Step, written: &[bool]) -> Check {
+        let known = |slot: Slot| written.get(slot as usize) == Some(&true);
+        let coefficient = |place: u32| (place as usize) < self.coefficients.results.len();
+        let fits = match step.operation {
+            Operation::Linear { first, count, constant } => {
+                let terms = self.tape.terms.get(first as usize..).and_then(|terms| terms.get(..count as usize));
+                let term = |source: Source| match source {
+                    Source::Slot(slot) => known(slot),
+                    Source::X(arm) | Source::Y(arm) => level >= 1 && self.is_arm(arm),
+                    Source::Unknown(arm) => level >= 1 && self.is_unknown(arm),
+                    Source::UnknownRate(arm) => level >= 2 && self.is_unknown(arm),
+                };
+                let all = terms.is_some_and(|terms| terms.iter().all(|t| term(t.source) && coefficient(t.factor)));
+                all && constant.is_none_or(coefficient)
+            }
+            Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => known(a) && known(b),
+            Operation::Power(a, exponent) => known(a) && coefficient(exponent),
+            Operation::ArcTangent(y, x, square) => known(y) && known(x) && known(square),
+            // A rate reads one order ahead: of what is a series of positions already.
+            Operation::Rate(a) => level == 2 && known(a) && !self.is_rate(a),
+            Operation::Floor { argument, switch, function } => {
+                known(argument) && self.tape.switches.get(switch as usize) == Some(&function)
+            }
+            Operation::Choose { switch, above, below } => {
+                let function = self.tape.switches.get(switch as usize);
+                function.is_some_and(|slot| known(*slot)) && known(above) && known(below)
+            }
+            Operation::SquareRoot(a)
+            | Operation::SineCosine(a, _)
+            | Operation::Exponential(a)
+            | Operation::Logarithm(a)
+            | Operation::HyperbolicTangent(a, _) => known(a),
+        };
+        holds(fits, "a step of a series")
+    }
+
+    fn is_rate(&self, slot: Slot) -> bool {
+        self.tape.rates.iter().any(|step| step.targets().any(|target| target == slot))
+    }
+}
+
+impl Step {
+    /// Series that it writes.
+    fn targets(&self) -> impl Iterator<Item = Slot> {
+        let second = match self.operation {
+            Operation::SineCosine(_, second)
+            | Operation::HyperbolicTangent(_, second)
+            | Operation::Floor { function: second, .. } => Some(second),
+            _ => None,
+        };
+        core::iter::once(self.target).chain(second)
+    }
+}

@@ -1,0 +1,315 @@
+//! The arm form of a mechanism, as data: what [`super::Jet`] needs to find the Taylor series of a motion.
+//!
+//! Every position is a constant combination of *arms*: products b = sigma e of a scalar (1, a displacement, a signal of time) and
+//! the unit vector e = (cos, sin) of a turning frame (or of the world). The unknowns are the frames' own angles and the
+//! displacements, whatever the trees are; the trees say what the coordinates q are. Vectors are complex numbers: an arm z b turns and stretches b
+//! by the constant z.
+//!
+//! Coefficients are named by their place among the results of [`ArmForm::coefficients`], so that they follow the parameters.
+
+use serde::{Deserialize, Serialize};
+
+use crate::events::Steep;
+use crate::tape::Tape;
+
+/// Place of a coefficient among the results of [`ArmForm::coefficients`].
+pub type Coefficient = u32;
+/// Place of a scalar series in [`SeriesTape`].
+pub type Slot = u32;
+
+/// One mechanism in arm form. Arms are numbered: one for each frame first, then [`ArmForm::products`], then [`ArmForm::world`]. So are the
+/// unknowns: the angle of a frame, the displacement of a product or of a world arm, if they have one.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ArmForm {
+    /// What each coordinate is made of.
+    pub coordinates: Vec<Place>,
+    /// Displacements that are no coordinates.
+    pub auxiliary: Vec<Auxiliary>,
+    /// Frames whose angles are no coordinates.
+    pub rods: Vec<Rod>,
+    /// Turning frames; their arms are their unit vectors.
+    pub frames: Vec<Frame>,
+    /// Arms of changing length in turning frames.
+    pub products: Vec<Product>,
+    /// Arms of changing length along the world's X axis.
+    pub world: Vec<Factor>,
+    /// Masses: the force on arm k is sum A_kl b_l''.
+    pub coupling: Vec<Coupling>,
+    /// Loop equations.
+    pub rows: Vec<Row>,
+    /// Loads along arms.
+    pub loads: Vec<Load>,
+    /// Loads on unknowns.
+    pub pushes: Vec<Push>,
+    /// Scalar series: signals of time and the laws of loads.
+    pub tape: SeriesTape,
+    /// Yields the coefficients from the parameters, without an instruction: they are results of the parameter stage.
+    pub coefficients: Tape,
+}
+
+/// Where a coordinate is found among the unknowns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Place {
+    /// q = +-(angle of `arm` - angle of `parent`), without the frames' signals.
+    Angle {
+        /// The frame that the coordinate turns.
+        arm: u32,
+        /// The frame that it turns it from; the world if there is none.
+        parent: Option<u32>,
+        /// The sign is minus.
+        reversed: bool,
+    },
+    /// The displacement of an arm.
+    Displacement {
+        /// The arm.
+        arm: u32,
+    },
+}
+
+/// The displacement of a gap across a held direction: s = -(direction e) . (X, Y), where X and Y are the values of two rows without it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Auxiliary {
+    /// The product whose displacement it is.
+    pub arm: u32,
+    /// The row of X; that of Y is the next one.
+    pub row: u32,
+    /// Components of the direction in the arm's frame.
+    pub direction: [Coefficient; 2],
+}
+
+/// A frame that turns with a massless rod between two points: length e = (X, Y), the values of two rows without it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Rod {
+    /// The frame.
+    pub frame: u32,
+    /// The row of X; that of Y is the next one.
+    pub row: u32,
+    /// The length.
+    pub length: Coefficient,
+}
+
+/// A turning frame: its angle is an unknown, a signal of time, or their sum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Frame {
+    /// The frame whose angle is the unknown: this one or an earlier one; none if the signal is all.
+    pub unknown: Option<u32>,
+    /// The signal.
+    pub signal: Option<Slot>,
+    /// What resists its angular acceleration: inertia of the bodies that turn with it, and of the masses on its arm.
+    pub inertia: Coefficient,
+}
+
+/// sigma e of one frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Product {
+    /// sigma
+    pub factor: Factor,
+    /// e
+    pub frame: u32,
+}
+
+/// A changing length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Factor {
+    /// The unknown that bears the arm's number.
+    Unknown,
+    /// A signal of time.
+    Signal(Slot),
+}
+
+/// One entry A_kl of the matrix of masses between arms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Coupling {
+    /// k
+    pub on: u32,
+    /// l
+    pub from: u32,
+    /// Real and imaginary part.
+    pub mass: [Coefficient; 2],
+}
+
+/// A loop equation: the sum of its terms is zero.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// The active loop equation of the program that it belongs to.
+    pub constraint: u32,
+    /// (arm, p): p . b
+    pub arms: Vec<(u32, [Coefficient; 2])>,
+    /// (unknown, c): c times the unknown.
+    pub unknowns: Vec<(u32, Coefficient)>,
+    /// (slot, c): c times a signal.
+    pub signals: Vec<(Slot, Coefficient)>,
+    /// Constant term.
+    pub constant: Coefficient,
+}
+
+/// Part of the force on an arm, as seen from the arm's frame of constants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Load {
+    /// The arm.
+    pub arm: u32,
+    /// A series, or 1.
+    pub value: Option<Slot>,
+    /// World components for each unit of the value.
+    pub along: [Coefficient; 2],
+}
+
+/// Part of the generalised force on an unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Push {
+    /// The unknown.
+    pub unknown: u32,
+    /// A series, or 1.
+    pub value: Option<Slot>,
+    /// Its factor.
+    pub factor: Coefficient,
+}
+
+/// A straight-line program over scalar series, run order by order.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SeriesTape {
+    /// Number of series.
+    pub slots: u32,
+    /// Series that are given.
+    pub given: Vec<(Slot, Given)>,
+    /// Depends on given series only.
+    pub signals: Vec<Step>,
+    /// Depends on positions too.
+    pub positions: Vec<Step>,
+    /// Depends on rates too.
+    pub rates: Vec<Step>,
+    /// Terms of the linear steps.
+    pub terms: Vec<Term>,
+    /// Switching functions: series whose signs choose between others, at most [`crate::events::switch::MAX_SWITCHES`].
+    pub switches: Vec<Slot>,
+}
+
+impl SeriesTape {
+    /// How laws are steep, and their arguments, each once. (Steps end where switching functions change sign.)
+    pub fn steep_laws(&self) -> Vec<(Steep, Slot)> {
+        let steps = || self.signals.iter().chain(&self.positions).chain(&self.rates);
+        let is_root =
+            |slot| steps().any(|step| step.target == slot && matches!(step.operation, Operation::SquareRoot(_)));
+        let mut laws = Vec::new();
+        for law in steps().filter_map(Step::steep_law) {
+            // A root is small where its square is.
+            if !(laws.contains(&law) || law.0 == Steep::Singular && is_root(law.1)) {
+                laws.push(law);
+            }
+        }
+        laws
+    }
+}
+
+impl Step {
+    fn steep_law(&self) -> Option<(Steep, Slot)> {
+        match self.operation {
+            Operation::HyperbolicTangent(a, _) => Some((Steep::Saturating, a)),
+            Operation::Exponential(a) => Some((Steep::Growing, a)),
+            Operation::Divide(_, a)
+            | Operation::Power(a, _)
+            | Operation::SquareRoot(a)
+            | Operation::Logarithm(a)
+            | Operation::ArcTangent(_, _, a) => Some((Steep::Singular, a)),
+            _ => None,
+        }
+    }
+}
+
+/// A series that is given by the state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Given {
+    /// Time.
+    Time,
+    /// An input, or its first or second derivative.
+    Input(u32, u8),
+    /// The position of a follower, or its first or second derivative.
+    Follower(u32, u8),
+}
+
+/// `target = operation`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Step {
+    /// Series written.
+    pub target: Slot,
+    /// What to do.
+    pub operation: Operation,
+}
+
+/// What a step does. Every operation is analytic where it is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Operation {
+    /// constant + sum of `count` terms from `first` on.
+    Linear {
+        /// First term.
+        first: u32,
+        /// Number of terms.
+        count: u32,
+        /// Constant term.
+        constant: Option<Coefficient>,
+    },
+    /// a b
+    Multiply(Slot, Slot),
+    /// a^2 + b^2
+    SquareSum(Slot, Slot),
+    /// a / b
+    Divide(Slot, Slot),
+    /// a^exponent, exponent constant
+    Power(Slot, Coefficient),
+    /// sqrt a
+    SquareRoot(Slot),
+    /// sin a; the second series receives cos a
+    SineCosine(Slot, Slot),
+    /// e^a
+    Exponential(Slot),
+    /// ln a
+    Logarithm(Slot),
+    /// tanh a; the second series receives 1 - tanh^2 a
+    HyperbolicTangent(Slot, Slot),
+    /// atan2(y, x); the third series is x^2 + y^2
+    ArcTangent(Slot, Slot, Slot),
+    /// Time derivative of a series of positions.
+    Rate(Slot),
+    /// The largest integer n that is no larger than the argument a: an even one while its switching function is positive.
+    Floor {
+        /// The argument.
+        argument: Slot,
+        /// Number of the switching function.
+        switch: u32,
+        /// Receives that function: (a - n) (n + 1 - a), with a minus sign for odd n.
+        function: Slot,
+    },
+    /// The first series while a switching function is positive, else the second.
+    Choose {
+        /// Number of the switching function.
+        switch: u32,
+        /// While it is positive.
+        above: Slot,
+        /// While it is negative.
+        below: Slot,
+    },
+}
+
+/// factor x source
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Term {
+    /// A series.
+    pub source: Source,
+    /// Its factor.
+    pub factor: Coefficient,
+}
+
+/// A series that a linear step may read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Source {
+    /// Another scalar series.
+    Slot(Slot),
+    /// World x of an arm.
+    X(u32),
+    /// World y of an arm.
+    Y(u32),
+    /// An unknown.
+    Unknown(u32),
+    /// Its rate.
+    UnknownRate(u32),
+}

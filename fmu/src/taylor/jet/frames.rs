@@ -1,0 +1,283 @@
+//! The orders of a mechanism of frames only: every angle an unknown of its own, no displacements, no signals in the loops. What
+//! [`super::orders`] does for all, with everything between two stores in registers.
+
+use super::{Jet, Loads, ORDERS, Scatter, Series, vectors};
+use crate::linalg::columns::Columns;
+use crate::linalg::inverse::Inverse;
+use crate::linalg::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract};
+use crate::linalg::matrix::Matrix;
+
+/// One order of x and y of F lanes.
+type Pair<const F: usize> = [[Lane; F]; 2];
+
+/// For each order k: 1 / ((k + 1) (k + 2)) and 1 / (k + 1).
+const RECIPROCALS: [[f64; 2]; ORDERS] = {
+    let mut table = [[0.0; 2]; ORDERS];
+    let mut k = 0;
+    while k < ORDERS {
+        table[k] = [1.0 / ((k + 1) * (k + 2)) as f64, 1.0 / (k + 1) as f64];
+        k += 1;
+    }
+    table
+};
+
+/// Where the new coefficients go.
+struct Frames<'a, const F: usize> {
+    x: &'a mut [Series; F],
+    y: &'a mut [Series; F],
+    omega: &'a mut [Series; F],
+    force: [&'a mut [Series; F]; 2],
+    values: &'a mut [[Lane; F]; ORDERS],
+}
+
+/// What stays as it is along a step.
+pub(super) struct Fixed<'a> {
+    pub coupling: &'a Columns,
+    pub rows: &'a Columns,
+    pub reactions: &'a Columns,
+    pub inverse: &'a Inverse,
+    /// Numbers of accelerations and reactions.
+    pub equations: [usize; 2],
+}
+
+impl Jet {
+    /// Are there only frames?
+    pub(super) fn has_only_frames(&self) -> bool {
+        self.shape.counts[1..] == [0, 0]
+            && self.special.is_empty()
+            && self.unknowns.len() == self.shape.counts[0]
+            && self.form.rows.iter().all(|row| row.signals.is_empty())
+    }
+
+    /// Finds how the pose responds, if there are no more than a lane of frames: what is saved in orders of more is lost here.
+    #[inline(always)]
+    pub(super) fn respond_any(&mut self) {
+        match self.frames {
+            [1, 1] => self.respond_frames::<1>(),
+            [1, 2] => self.respond_frames::<2>(),
+            _ => {}
+        }
+    }
+
+    #[inline(always)]
+    fn respond_frames<const N: usize>(&mut self) {
+        let Matrix::Whole(inverse) = &self.matrix else { return };
+        let Self { rows, reactions, .. } = self;
+        let coupling = self.coupling.entries();
+        let equations = [self.unknowns.len(), self.form.rows.len()];
+        let fixed = Fixed { coupling, rows, reactions, inverse, equations };
+        self.response.find::<N>(&fixed, self.x[super::at(0, 0)], self.y[super::at(0, 0)]);
+    }
+
+    /// Orders from the first to the last with F lanes of frames and N - F of loops; none if the storage has another shape.
+    #[inline(always)]
+    pub(super) fn advance_frames<const F: usize, const N: usize>(&mut self, first: usize, last: usize) -> Option<()> {
+        if last + 2 >= ORDERS {
+            return None;
+        }
+        let Matrix::Whole(inverse) = &self.matrix else { return None };
+        let Self { rows, reactions, .. } = self;
+        let coupling = self.coupling.entries();
+        let equations = [self.unknowns.len(), self.form.rows.len()];
+        let fixed = Fixed { coupling, rows, reactions, inverse, equations };
+        let view = self.response.view::<N>(&fixed);
+        let [force_x, force_y] = &mut self.force;
+        let mut frames = Frames::<F> {
+            x: all_orders(&mut self.x)?,
+            y: all_orders(&mut self.y)?,
+            omega: all_orders(&mut self.omega)?,
+            force: [all_orders(force_x)?, all_orders(force_y)?],
+            values: self.values.as_chunks_mut().0.first_chunk_mut()?,
+        };
+        for k in first..last + 1 {
+            if !self.scalars.is_steady() {
+                self.scalars.rates(k, frames.vectors());
+            }
+            self.loads.apply(k, &self.scalars, &self.coefficients, &mut self.applied);
+            let applied: Pair<F> = [*self.applied[0].first_chunk()?, *self.applied[1].first_chunk()?];
+            let (second, mut moment) = frames.convolve(k);
+            // Of one lane the response knows all but what the loads do.
+            let turned = if F == 1 { applied } else { fixed.coupling.couple(&second, applied) };
+            if F > 1 || self.loads.act(k) {
+                for f in 0..F {
+                    let (x, y) = (frames.x[f][0], frames.y[f][0]);
+                    let turning = subtract(multiply(x, turned[1][f]), multiply(y, turned[0][f]));
+                    moment[f] = add(moment[f], turning);
+                }
+            }
+            for push in self.pushes.at(k) {
+                *moment.as_flattened_mut().get_mut(push.place)? -= push.value(k, &self.scalars, &self.coefficients);
+            }
+            if F == 1 {
+                let h = [second[0][0], second[1][0]];
+                let solution: [Lane; N] = view.solve(moment[0], h);
+                let [x, y] = view.force(h, &solution, [applied[0][0], applied[1][0]]);
+                frames.turn(k, solution.first_chunk()?, second);
+                frames.push(k, [[x; F], [y; F]]);
+            } else {
+                let solution: [Lane; N] = fixed.solve::<F, N>(&moment, &second);
+                let second = frames.turn(k, solution.first_chunk()?, second);
+                let reacting = match fixed.equations[1] {
+                    0 => applied,
+                    _ => fixed.reactions.react(solution[F..].as_flattened(), applied),
+                };
+                frames.push(k, fixed.coupling.couple(&second, reacting));
+            }
+            if !self.scalars.is_still() {
+                self.scalars.positions(k + 2, frames.vectors());
+            }
+        }
+        Some(())
+    }
+}
+
+impl Loads {
+    /// Do they change anything at this order?
+    #[inline(always)]
+    pub(super) fn act(&self, k: usize) -> bool {
+        k <= 1 || self.constant < self.entries.len()
+    }
+
+    /// Those that count at this order: constant ones have one order only.
+    #[inline(always)]
+    pub(super) fn at(&self, k: usize) -> &[Scatter] {
+        if k == 0 { &self.entries } else { self.entries.get(self.constant..).unwrap_or_default() }
+    }
+}
+
+#[inline(always)]
+fn all_orders<const F: usize>(lanes: &mut [Lane]) -> Option<&mut [Series; F]> {
+    lanes.as_chunks_mut().0.first_chunk_mut()
+}
+
+/// Second derivatives of the arms of a lane of frames, and moments of the forces on them, without the accelerations and forces of order k: from orders 1 to
+/// k + 1 of the arms, 0 to k of the rates, and 0 to k - 1 of the forces. The last two are stored the other way round.
+#[inline(always)]
+pub(super) fn convolve(k: usize, [x, y]: [&Series; 2], omega: &Series, [force_x, force_y]: [&Series; 2]) -> [Lane; 3] {
+    // Said again for the compiler, which then needs no test in the loop.
+    let k = k.min(ORDERS - 2);
+    let first = ORDERS - 1 - k;
+    // Sums of cosines, of sines, and of both parts of the moment. What the order before has found comes last, so that the others do not wait for it.
+    let mut sums = [ZERO; 4];
+    if k > 1 {
+        let count = k - 1;
+        let (x, y) = (&x[2..2 + count], &y[2..2 + count]);
+        let omega = &omega[first + 1..first + 1 + count];
+        let (force_x, force_y) = (&force_x[first + 2..first + 2 + count], &force_y[first + 2..first + 2 + count]);
+        // One term at a time: with two the compiler tears the lanes apart.
+        let mut j = 0;
+        while j < count {
+            sums = terms(sums, [x[j], y[j]], omega[j], [force_x[j], force_y[j]]);
+            j += 1;
+        }
+    }
+    if k > 0 {
+        sums = terms(sums, [x[1], y[1]], omega[first], [force_x[first + 1], force_y[first + 1]]);
+    }
+    let [cosine, sine, over, under] = sums;
+    let (cosine, sine) = (plus(cosine, x[k + 1], omega[ORDERS - 1]), plus(sine, y[k + 1], omega[ORDERS - 1]));
+    let up = splat((k + 1) as f64);
+    [multiply(sine, multiply(splat(-1.0), up)), multiply(cosine, up), subtract(over, under)]
+}
+
+/// One term of x omega, y omega, x force_y and y force_x.
+#[inline(always)]
+fn terms(sums: [Lane; 4], [x, y]: [Lane; 2], omega: Lane, [force_x, force_y]: [Lane; 2]) -> [Lane; 4] {
+    [plus(sums[0], x, omega), plus(sums[1], y, omega), plus(sums[2], x, force_y), plus(sums[3], y, force_x)]
+}
+
+impl<const F: usize> Frames<'_, F> {
+    /// What scalar series read.
+    #[inline(always)]
+    fn vectors(&self) -> crate::taylor::tape::Vectors<'_> {
+        vectors(self.x.as_flattened(), self.y.as_flattened(), self.values.as_flattened(), F)
+    }
+
+    /// Second derivatives of the arms, and moments of the forces, without the accelerations and forces of this order.
+    #[inline(always)]
+    fn convolve(&self, k: usize) -> (Pair<F>, [Lane; F]) {
+        let (mut second, mut moment) = ([[ZERO; F]; 2], [ZERO; F]);
+        for f in 0..F {
+            let force = [&self.force[0][f], &self.force[1][f]];
+            [second[0][f], second[1][f], moment[f]] = convolve(k, [&self.x[f], &self.y[f]], &self.omega[f], force);
+        }
+        (second, moment)
+    }
+
+    /// Takes the accelerations over; returns the second derivatives of the arms with them.
+    #[inline(always)]
+    fn turn(&mut self, k: usize, alpha: &[Lane; F], mut second: Pair<F>) -> Pair<F> {
+        let k = k.min(ORDERS - 3);
+        let [inverse, share] = RECIPROCALS[k].map(splat);
+        for f in 0..F {
+            self.values[k + 2][f] = multiply(inverse, alpha[f]);
+            self.omega[f][ORDERS - 2 - k] = multiply(share, alpha[f]);
+            second[0][f] = minus(second[0][f], alpha[f], self.y[f][0]);
+            second[1][f] = plus(second[1][f], alpha[f], self.x[f][0]);
+            self.x[f][k + 2] = multiply(inverse, second[0][f]);
+            self.y[f][k + 2] = multiply(inverse, second[1][f]);
+        }
+        second
+    }
+
+    /// Keeps the forces.
+    #[inline(always)]
+    fn push(&mut self, k: usize, [x, y]: Pair<F>) {
+        let place = ORDERS - 1 - k.min(ORDERS - 1);
+        for f in 0..F {
+            self.force[0][f][place] = x[f];
+            self.force[1][f][place] = y[f];
+        }
+    }
+}
+
+impl Fixed<'_> {
+    /// Accelerations and reactions that make up for what the equations lack.
+    #[inline(always)]
+    fn solve<const F: usize, const N: usize>(&self, moment: &[Lane; F], [x, y]: &Pair<F>) -> [Lane; N] {
+        let [frames, rows] = self.equations;
+        let mut gaps = [ZERO; N];
+        for r in F..N {
+            gaps[r] = self.rows.dot(r - F, x.as_flattened(), y.as_flattened());
+        }
+        let (balanced, closed) = self.inverse.rows::<N>().split_at_checked(F * WIDTH).unwrap_or_default();
+        less(less([ZERO; N], balanced, moment.as_flattened(), frames), closed, gaps[F..].as_flattened(), rows)
+    }
+}
+
+/// sum - rows x values
+#[inline(always)]
+fn less<const N: usize>(mut sum: [Lane; N], rows: &[[Lane; N]], values: &[f64], count: usize) -> [Lane; N] {
+    let count = count.min(rows.len()).min(values.len());
+    let (rows, values) = (&rows[..count], &values[..count]);
+    let mut i = 0;
+    while i < count {
+        for n in 0..N {
+            sum[n] = minus(sum[n], rows[i][n], splat(values[i]));
+        }
+        i += 1;
+    }
+    sum
+}
+
+impl Columns {
+    /// sum + (re + i im)(x + i y), all lanes.
+    #[inline(always)]
+    fn couple<const F: usize>(&self, [x, y]: &Pair<F>, sum: Pair<F>) -> Pair<F> {
+        let mut result = sum;
+        for f in 0..F {
+            [result[0][f], result[1][f]] = self.complex(f, x.as_flattened(), y.as_flattened(), [sum[0][f], sum[1][f]]);
+        }
+        result
+    }
+
+    /// sum + (re + i im) x, all lanes.
+    #[inline(always)]
+    fn react<const F: usize>(&self, x: &[f64], sum: Pair<F>) -> Pair<F> {
+        let mut result = sum;
+        for f in 0..F {
+            [result[0][f], result[1][f]] = self.real(f, x, [sum[0][f], sum[1][f]]);
+        }
+        result
+    }
+}

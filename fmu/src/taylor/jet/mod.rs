@@ -1,0 +1,430 @@
+//! Taylor series of one motion: one factorisation, then order by order.
+//!
+//! Virtual work on arms b_k = sigma_k e_k, with forces G_k = sum A_kl b_l'' + sum p lambda - loads, gives for each unknown
+//!
+//! * an angle: I alpha + sum b_k x G_k = torques, over the arms of its frames;
+//! * a displacement: e_k . G_k = loads;
+//!
+//! and the loop equations are constant combinations of the b_k themselves. At every order the newest coefficients enter linearly, with the
+//! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
+
+mod frames;
+mod orders;
+mod pieces;
+mod response;
+mod start;
+mod step;
+mod terms;
+
+use crate::linalg::chain::Recursion;
+use crate::linalg::columns::{Columns, Entry};
+use crate::linalg::lane::{Lane, WIDTH, ZERO, lanes, splat};
+use crate::linalg::matrix::{FOUR_AT_ONCE, Matrix};
+use crate::machine::Machine;
+use crate::model::Model;
+use crate::taylor::ORDERS;
+use crate::taylor::coupling::Coupling;
+use crate::taylor::form::{ArmForm, Factor, Place, Row, Slot};
+use crate::taylor::tape::{Scalars, Vectors};
+use response::Response;
+use step::Read;
+use terms::{Plan, Terms};
+
+/// What the beginning and the end of a step cost, in instructions of a tape.
+const BEGINNING: f64 = 500.0;
+
+/// Place of one order of a lane: the orders of a lane lie side by side.
+#[inline(always)]
+fn at(lane: usize, order: usize) -> usize {
+    lane * ORDERS + order
+}
+
+/// The same for a single number.
+#[inline(always)]
+fn flat(place: usize, order: usize) -> usize {
+    at(place / WIDTH, order) * WIDTH + place % WIDTH
+}
+
+/// Place of one order of a lane whose orders are stored the other way round, so that sums of products with others run forwards in both.
+#[inline(always)]
+fn back(lane: usize, order: usize) -> usize {
+    at(lane, ORDERS - 1 - order)
+}
+
+/// All orders of a lane.
+type Series = [Lane; ORDERS];
+
+/// Orders 0 to k of a lane.
+#[inline(always)]
+fn series(lanes: &[Lane], lane: usize, k: usize) -> &[Lane] {
+    &lanes[at(lane, 0)..at(lane, 0) + k + 1]
+}
+
+/// What the storage of the matrix depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Layout {
+    /// Are masses of the same order?
+    alike: bool,
+    /// Is there an open chain of frames, and nothing else?
+    chained: bool,
+}
+
+/// Lanes and places of arms.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    /// Lanes of frames, of products, of world arms.
+    lanes: [usize; 3],
+    counts: [usize; 3],
+}
+
+impl Shape {
+    fn new(form: &ArmForm) -> Self {
+        let counts = [form.frames.len(), form.products.len(), form.world.len()];
+        Self { lanes: counts.map(lanes), counts }
+    }
+
+    fn all(&self) -> usize {
+        self.lanes.iter().sum()
+    }
+
+    /// Place of an arm.
+    fn place(&self, arm: u32) -> usize {
+        let (mut arm, mut first) = (arm as usize, 0);
+        for (count, lanes) in self.counts.into_iter().zip(self.lanes) {
+            if arm < count {
+                return first + arm;
+            }
+            arm -= count;
+            first += lanes * WIDTH;
+        }
+        first
+    }
+}
+
+/// value x (x, y) on places.
+#[derive(Clone, Copy, Debug)]
+struct Scatter {
+    place: usize,
+    value: Option<Slot>,
+    factors: [u32; 2],
+}
+
+/// Loads of one kind, the constant ones first.
+#[derive(Clone, Debug)]
+struct Loads {
+    entries: Vec<Scatter>,
+    /// So many are constant.
+    constant: usize,
+}
+
+impl Loads {
+    fn new(entries: impl Iterator<Item = Scatter>) -> Self {
+        let mut entries: Vec<Scatter> = entries.collect();
+        entries.sort_by_key(|entry| entry.value.is_some());
+        Self { constant: entries.partition_point(|entry| entry.value.is_none()), entries }
+    }
+}
+
+/// The series of one motion.
+#[derive(Clone, Debug)]
+pub struct Jet {
+    /// Lanes of frames and of all equations, if there is nothing but frames.
+    frames: [usize; 2],
+    form: ArmForm,
+    shape: Shape,
+    /// Coordinates, what carries an angle before what it carries.
+    chain: Vec<usize>,
+    /// Places of the unknowns, in the order of their equations.
+    unknowns: Vec<usize>,
+    /// Place of each frame's unknown.
+    turned_by: Vec<Option<usize>>,
+    /// Frames whose unknown is another frame's, or that have none, or a signal: handled one by one.
+    special: Vec<usize>,
+    /// Where coordinates lie among the unknowns.
+    reads: Vec<Read>,
+    terms: Terms,
+    pushes: Loads,
+    loads: Loads,
+    coupling: Coupling,
+    rows: Columns,
+    reactions: Columns,
+    scalars: Scalars,
+    coefficients: Vec<f64>,
+    inertia: Vec<Lane>,
+    /// One where there is a frame.
+    present: Vec<Lane>,
+    matrix: Matrix,
+    /// Is it laid out for masses that are alike, and for a chain?
+    layout: Option<Layout>,
+    /// Of a mechanism of frames only.
+    response: Response,
+    /// The joint of each loop equation.
+    groups: Vec<usize>,
+    /// World components of arms, by orders.
+    x: Vec<Lane>,
+    y: Vec<Lane>,
+    /// Rates of frames, by orders the other way round.
+    omega: Vec<Lane>,
+    /// Lengths and unit vectors of products, by orders.
+    sigma: Vec<Lane>,
+    unit: [Vec<Lane>; 2],
+    /// Forces on arms, by orders the other way round.
+    force: [Vec<Lane>; 2],
+    /// Minus the loads on arms at the present order.
+    applied: [Vec<Lane>; 2],
+    /// Unknowns, by orders.
+    values: Vec<Lane>,
+    /// Second derivatives of arms at the present order, and the forces that go with them.
+    second: [Vec<Lane>; 2],
+    forces: [Vec<Lane>; 2],
+    /// Known part of the second derivatives of products: all but their ends.
+    inner: [Vec<Lane>; 2],
+    /// What the equations lack, by equation.
+    lack: Vec<f64>,
+    lack_lanes: Vec<Lane>,
+    gaps: Vec<Lane>,
+    solution: Vec<Lane>,
+    /// Derivatives of arms: first by the angle, then by the length.
+    derivatives: [Vec<Lane>; 2],
+    /// Scales of the unknowns, and what counts of their rates.
+    scales: Vec<Lane>,
+    weights: Vec<Lane>,
+    /// Unknowns and their first two derivatives where the polynomial was last evaluated.
+    end: [Vec<Lane>; 3],
+}
+
+/// There is no inverse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Singular;
+
+impl Jet {
+    /// Storage for a model with an arm form.
+    pub fn new(model: &Model) -> Option<Self> {
+        let form = model.program().arms.clone()?;
+        let shape = Shape::new(&form);
+        let all = shape.all();
+        let turned_by: Vec<Option<usize>> =
+            form.frames.iter().map(|frame| frame.unknown.map(|unknown| unknown as usize)).collect();
+        let special = (0..form.frames.len())
+            .filter(|&index| turned_by[index] != Some(index) || form.frames[index].signal.is_some())
+            .collect();
+        let unknowns = unknowns(&form, &shape);
+        let room = (all + lanes(form.rows.len())) * WIDTH;
+        let count = form.coefficients.results.len();
+        let place = |arm: u32| shape.place(arm);
+        let arms_of_rows: Vec<Entry> = form
+            .rows
+            .iter()
+            .enumerate()
+            .flat_map(|(row, data)| data.arms.iter().map(move |&(arm, p)| (row, shape.place(arm), p)))
+            .collect();
+        let transposed: Vec<Entry> = arms_of_rows.iter().map(|&(row, arm, p)| (arm, row, p)).collect();
+        let masses: Vec<Entry> =
+            form.coupling.iter().map(|entry| (place(entry.on), place(entry.from), entry.mass)).collect();
+        let one = |slot, factor| Scatter { place: slot, value: None, factors: [factor, 0] };
+        let pushes =
+            form.pushes.iter().map(|push| Scatter { value: push.value, ..one(place(push.unknown), push.factor) });
+        let loads =
+            form.loads.iter().map(|load| Scatter { place: place(load.arm), value: load.value, factors: load.along });
+        let orders = |lanes: usize| vec![ZERO; ORDERS * lanes];
+        let mut jet = Self {
+            frames: [0; 2],
+            coupling: Coupling::new(all, form.frames.len(), &masses),
+            rows: Columns::new(lanes(form.rows.len()), &arms_of_rows),
+            reactions: Columns::new(all, &transposed),
+            scalars: Scalars::new(&form.tape, count, place, |arm| flat(place(arm), 0)),
+            coefficients: vec![f64::NAN; count],
+            inertia: vec![ZERO; shape.lanes[0]],
+            present: present(&shape),
+            matrix: Matrix::none(),
+            layout: None,
+            response: Response::default(),
+            groups: groups(model, &form),
+            terms: Terms::new(&Plan::new(&form, &shape, &turned_by, &unknowns), unknowns.len()),
+            pushes: Loads::new(pushes),
+            loads: Loads::new(loads),
+            applied: [vec![ZERO; all], vec![ZERO; all]],
+            chain: chain(&form),
+            x: orders(all),
+            y: orders(all),
+            omega: orders(shape.lanes[0]),
+            sigma: orders(shape.lanes[1]),
+            unit: [orders(shape.lanes[1]), orders(shape.lanes[1])],
+            force: [orders(all), orders(all)],
+            values: orders(all),
+            second: [vec![ZERO; all], vec![ZERO; all]],
+            forces: [vec![ZERO; all], vec![ZERO; all]],
+            inner: [vec![ZERO; shape.lanes[1]], vec![ZERO; shape.lanes[1]]],
+            lack: vec![0.0; unknowns.len() + form.rows.len()],
+            lack_lanes: vec![ZERO; all],
+            gaps: vec![ZERO; lanes(form.rows.len())],
+            solution: vec![ZERO; room / WIDTH],
+            derivatives: [vec![ZERO; 2 * all], vec![ZERO; 2 * all]],
+            reads: form.coordinates.iter().map(|&coordinate| Read::new(&shape, coordinate)).collect(),
+            scales: scales(model, &shape),
+            weights: vec![splat(1.0); all],
+            end: [vec![ZERO; all], vec![ZERO; all], vec![ZERO; all]],
+            unknowns,
+            turned_by,
+            special,
+            shape,
+            form,
+        };
+        let mut machine = Machine::new(model);
+        machine.load(model, &model.default_state(0.0));
+        jet.update(machine.registers());
+        if jet.has_only_frames() {
+            jet.frames = [all, room / WIDTH];
+            jet.response = Response::new(jet.unknowns.len(), jet.form.rows.len(), jet.frames[1]);
+        }
+        Some(jet)
+    }
+
+    /// Has the mechanism no loops?
+    pub fn is_open(&self) -> bool {
+        self.form.rows.is_empty()
+    }
+
+    /// Are there laws of positions or rates?
+    pub fn has_laws(&self) -> bool {
+        !self.scalars.is_still() || !self.scalars.is_steady()
+    }
+
+    /// Has the mechanism no loops, and no laws of positions or rates?
+    pub fn is_even(&self) -> bool {
+        self.is_open() && !self.has_laws()
+    }
+
+    /// The name of one of them.
+    pub fn joint<'a>(&self, model: &'a Model, joint: usize) -> &'a str {
+        let row = self.groups.iter().position(|group| *group == joint).map(|row| self.form.rows[row].constraint);
+        row.map_or("", |row| &model.program().constraints[row as usize].owner)
+    }
+
+    /// Joints and drivers that loops are closed at.
+    pub fn groups(&self) -> usize {
+        self.groups.last().map_or(0, |last| last + 1)
+    }
+
+    /// About what a step costs, in instructions of a tape.
+    pub fn cost(&self) -> f64 {
+        let form = &self.form;
+        let scalars = form.tape.signals.len() + form.tape.positions.len() + form.tape.rates.len();
+        let constants = self.coupling.count() + form.rows.iter().map(|row| row.arms.len()).sum::<usize>();
+        // Twice at each order, by complex numbers; four sums of products over all orders below.
+        let vectors = 8 * lanes(constants) + 2 * ORDERS * self.shape.all();
+        let orders = ORDERS as f64 * (FOUR_AT_ONCE * vectors as f64 + (scalars * ORDERS) as f64 / 2.0);
+        BEGINNING + self.matrix.cost() + orders
+    }
+
+    /// Takes the coefficients over from the registers, after the parameter stage ran.
+    pub fn update(&mut self, registers: &[f64]) {
+        let results = self.form.coefficients.results(registers);
+        let same = self.coefficients.iter().zip(results).all(|(old, new)| old.to_bits() == new.to_bits());
+        if same && self.layout.is_some() {
+            return;
+        }
+        for (place, value) in self.coefficients.iter_mut().zip(self.form.coefficients.results(registers)) {
+            *place = value;
+        }
+        let c = &self.coefficients;
+        self.coupling.fill(c);
+        self.rows.fill(c);
+        self.reactions.fill(c);
+        self.scalars.fill(c);
+        for (place, frame) in self.inertia.as_flattened_mut().iter_mut().zip(&self.form.frames) {
+            *place = c[frame.inertia as usize];
+        }
+        let alike = self.terms.are_alike(c, self.unknowns.len(), self.shape.lanes[0]);
+        let chained = alike && self.coupling.chain().is_some() && self.is_open() && self.has_only_frames();
+        let layout = Layout { alike, chained };
+        if self.layout != Some(layout) {
+            self.layout = Some(layout);
+            self.lay_out(layout);
+        }
+    }
+
+    /// Storage for the matrix. It allocates: once for a model, and when a changed parameter makes masses alike that were not, or the other way
+    /// round.
+    fn lay_out(&mut self, layout: Layout) {
+        if layout.chained {
+            self.matrix = Matrix::Chained(Recursion::new(self.unknowns.len()));
+            return;
+        }
+        let first = self.shape.all() * WIDTH;
+        let targets: Vec<usize> = (self.unknowns.iter().copied()).chain((first..).take(self.form.rows.len())).collect();
+        let (room, unknowns) = (self.solution.len() * WIDTH, self.unknowns.len());
+        self.matrix = Matrix::new(&targets, room, unknowns, self.terms.entries(), layout.alike);
+        self.terms.aim(&self.matrix);
+    }
+}
+
+/// What scalar series read of the others.
+#[inline(always)]
+fn vectors<'a>(x: &'a [Lane], y: &'a [Lane], values: &'a [Lane], lanes: usize) -> Vectors<'a> {
+    Vectors { x: x.as_flattened(), y: y.as_flattened(), unknowns: values.as_flattened(), stride: lanes * WIDTH }
+}
+
+/// For each loop equation the number of the joint that it belongs to.
+fn groups(model: &Model, form: &ArmForm) -> Vec<usize> {
+    let owner = |row: &Row| &model.program().constraints[row.constraint as usize].owner;
+    let mut group = 0;
+    let mut groups = Vec::with_capacity(form.rows.len());
+    for (index, row) in form.rows.iter().enumerate() {
+        group += usize::from(index > 0 && owner(row) != owner(&form.rows[index - 1]));
+        groups.push(group);
+    }
+    groups
+}
+
+/// Places of the unknowns: angles, then displacements.
+fn unknowns(form: &ArmForm, shape: &Shape) -> Vec<usize> {
+    let own =
+        |(index, frame): (usize, &super::form::Frame)| (frame.unknown == Some(index as u32)).then_some(index as u32);
+    let frames = form.frames.iter().enumerate().filter_map(own);
+    let products = form.products.iter().map(|product| product.factor);
+    let lengths = products.chain(form.world.iter().copied()).enumerate();
+    let displacements = lengths.filter(|(_, factor)| *factor == Factor::Unknown);
+    let displacements = displacements.map(|(index, _)| (form.frames.len() + index) as u32);
+    frames.chain(displacements).map(|arm| shape.place(arm)).collect()
+}
+
+/// One for each frame, zero for places that are left over.
+fn present(shape: &Shape) -> Vec<Lane> {
+    let mut present = vec![ZERO; shape.lanes[0]];
+    present.as_flattened_mut()[..shape.counts[0]].fill(1.0);
+    present
+}
+
+/// Scales of the unknowns: 1 for angles, the length of the mechanism for displacements.
+fn scales(model: &Model, shape: &Shape) -> Vec<Lane> {
+    let frames = shape.lanes[0];
+    (0..shape.all()).map(|lane| splat(if lane < frames { 1.0 } else { model.program().length })).collect()
+}
+
+/// Coordinates, what carries an angle before what it carries.
+pub(super) fn chain(form: &ArmForm) -> Vec<usize> {
+    let mut known = vec![false; form.frames.len()];
+    let mut rest: Vec<usize> = (0..form.coordinates.len()).collect();
+    let mut chain = Vec::new();
+    while !rest.is_empty() {
+        let before = rest.len();
+        rest.retain(|&index| {
+            let ready = match form.coordinates[index] {
+                Place::Angle { parent: Some(parent), .. } => known[parent as usize],
+                _ => true,
+            };
+            if let (true, Place::Angle { arm, .. }) = (ready, form.coordinates[index]) {
+                known[arm as usize] = true;
+            }
+            if ready {
+                chain.push(index);
+            }
+            !ready
+        });
+        if rest.len() == before {
+            break;
+        }
+    }
+    chain
+}

@@ -1,0 +1,64 @@
+//! Laws in pieces along a step.
+
+use super::{Jet, vectors};
+use crate::events::switch::{Choices, first_fall};
+use crate::taylor::form::Slot;
+
+/// A switching function that is zero within this share of a step after the end of a piece changes there too.
+const TOGETHER: f64 = 1e-9;
+
+impl Jet {
+    /// Choices that the next series begins with; the others follow from the signs of their switching functions.
+    pub fn force(&mut self, choices: Choices) {
+        self.scalars.force(choices);
+    }
+
+    /// Choices of the present series.
+    pub fn chosen(&self) -> Choices {
+        self.scalars.chosen()
+    }
+
+    /// Finds the last order of what depends on rates, which the accelerations do not need.
+    pub fn complete(&mut self, order: usize) {
+        if order >= 2 && !self.scalars.is_steady() {
+            let lanes = self.shape.all();
+            self.scalars.rates(order - 1, vectors(&self.x, &self.y, &self.values, lanes));
+        }
+    }
+
+    /// One scalar series.
+    pub fn scalar(&self, slot: Slot) -> &[f64] {
+        self.scalars.series(slot)
+    }
+
+    /// Has any law switching functions?
+    pub fn has_switches(&self) -> bool {
+        self.scalars.switches(0).next().is_some()
+    }
+
+    /// Where the first piece of a step of length h ends, and the choices after it. To be called after [`Jet::complete`].
+    pub fn end_of_piece(&mut self, order: usize, h: f64) -> Option<(f64, Choices)> {
+        self.scalars.switches(0).next()?;
+        let chosen = self.chosen();
+        let falls = self.scalars.switches(order - 1).filter_map(|(switch, series)| {
+            let sign = if chosen.get(switch)? { 1.0 } else { -1.0 };
+            let mut towards = [0.0; crate::taylor::MAX_ORDER + 1];
+            towards.iter_mut().zip(series).for_each(|(place, value)| *place = sign * value);
+            first_fall(&towards[..series.len()], h)
+        });
+        let first = falls.fold(f64::INFINITY, f64::min);
+        (first <= h).then(|| (first, self.choices_after(order, first + TOGETHER * h)))
+    }
+
+    /// Choices that differ from the present ones at a time.
+    fn choices_after(&self, order: usize, time: f64) -> Choices {
+        let (present, mut after) = (self.chosen(), Choices::default());
+        for (switch, series) in self.scalars.switches(order - 1) {
+            let value = series.iter().rev().fold(0.0, |sum, coefficient| sum * time + coefficient);
+            if present.get(switch).is_some_and(|positive| positive != (value >= 0.0)) {
+                after.set(switch, value >= 0.0);
+            }
+        }
+        after
+    }
+}

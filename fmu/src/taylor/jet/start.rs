@@ -1,0 +1,408 @@
+//! The start of a step: the pose, the matrix of its equations, the motion put back on the loops.
+
+use super::{Jet, ORDERS, Singular, at, back, flat};
+use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, minus, multiply, plus, splat, subtract};
+use crate::linalg::matrix::Matrix;
+use crate::linalg::turn::cosine_and_sine;
+use crate::math;
+use crate::model::Model;
+use crate::taylor::form::{Auxiliary, Factor, Place, Rod, Slot};
+
+/// Loops that are open less than this, relative to their scales, are left alone.
+const CLOSED: f64 = 1e-13;
+/// The cube of a smaller angle, over six, is below the rounding errors of its cosine and sine.
+const SMALL: f64 = 1e-6;
+/// Newton steps onto the loops where they must be closed tightly.
+const CLOSINGS: usize = 4;
+
+impl Jet {
+    /// Begins at q and v: factors the matrix, puts the motion back on the loops, and finds its accelerations. The registers hold the
+    /// signals of this time. Returns how far the loops were open, relative to their scales.
+    pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize, motion: &[f64]) -> Result<f64, Singular> {
+        self.scalars.begin(model, registers, order);
+        let open = self.begin_motion(model, motion)?;
+        for k in 0..2 {
+            self.follow(k);
+        }
+        self.advance(0, 0);
+        Ok(open)
+    }
+
+    by_width! {
+        fn begin_motion(&mut self: Jet, model: &Model, motion: &[f64]) -> Result<f64, Singular> = begin_any
+    }
+
+    /// The pose of q alone and its matrix, for a look at [`Self::closeness`].
+    pub fn probe(&mut self, model: &Model, registers: &[f64], motion: &[f64]) -> Result<(), Singular> {
+        self.scalars.begin(model, registers, 0);
+        self.pose(motion)
+    }
+
+    by_width! {
+        fn pose(&mut self: Jet, motion: &[f64]) -> Result<(), Singular> = pose_any
+    }
+
+    #[inline(always)]
+    fn pose_any(&mut self, motion: &[f64]) -> Result<(), Singular> {
+        self.load(0, &motion[..self.form.coordinates.len()]);
+        self.turn();
+        self.factor()
+    }
+
+    by_width! {
+        fn respond(&mut self: Jet) = respond_any
+    }
+
+    #[inline(always)]
+    fn begin_any(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> {
+        self.pose_any(motion)?;
+        self.load(1, &motion[self.form.coordinates.len()..]);
+        let open = self.close(model, 0, CLOSED);
+        self.turn_rates();
+        self.close(model, 1, CLOSED);
+        self.respond_any();
+        self.weigh();
+        Ok(open)
+    }
+
+    /// The unknowns of coordinates.
+    #[inline(always)]
+    fn load(&mut self, order: usize, values: &[f64]) {
+        let first = order * self.shape.all() * WIDTH;
+        let unknowns = &mut self.values.as_flattened_mut()[first..];
+        for &index in &self.chain {
+            let value = values[index];
+            match self.form.coordinates[index] {
+                Place::Displacement { arm } => unknowns[self.shape.place(arm)] = value,
+                Place::Angle { arm, parent, reversed } => {
+                    let carried = parent.map_or(0.0, |parent| unknowns[parent as usize]);
+                    unknowns[arm as usize] = if reversed { carried - value } else { carried + value };
+                }
+            }
+        }
+    }
+
+    /// One coefficient of a signal, zero if there is none.
+    #[inline(always)]
+    pub(super) fn signal(&self, slot: Option<Slot>, order: usize) -> f64 {
+        slot.map_or(0.0, |slot| self.scalars.get(slot, order))
+    }
+
+    /// Poses of arms from the unknowns.
+    #[inline(always)]
+    fn turn(&mut self) {
+        for lane in 0..self.shape.lanes[0] {
+            let [cosine, sine] = cosine_and_sine(self.angles(lane, 0));
+            self.x[at(lane, 0)] = multiply(cosine, self.present[lane]);
+            self.y[at(lane, 0)] = multiply(sine, self.present[lane]);
+        }
+        self.turn_rods(0);
+        self.find_auxiliary(0);
+        self.stretch(0);
+    }
+
+    /// Rates of arms from the rates of the unknowns.
+    #[inline(always)]
+    fn turn_rates(&mut self) {
+        for lane in 0..self.shape.lanes[0] {
+            let omega = self.angles(lane, 1);
+            let (c, s) = (self.x[at(lane, 0)], self.y[at(lane, 0)]);
+            self.omega[back(lane, 0)] = omega;
+            self.x[at(lane, 1)] = multiply(multiply(splat(-1.0), omega), s);
+            self.y[at(lane, 1)] = multiply(omega, c);
+        }
+        self.turn_rods(1);
+        self.find_auxiliary(1);
+        self.stretch(1);
+    }
+
+    /// One coefficient of the angles of four frames.
+    #[inline(always)]
+    fn angles(&self, lane: usize, order: usize) -> Lane {
+        if self.special.is_empty() {
+            return self.values[order * self.shape.all() + lane];
+        }
+        let mut angles = ZERO;
+        let first = lane * WIDTH;
+        for frame in first..self.shape.counts[0].min(first + WIDTH) {
+            angles[frame - first] = self.angle_of(frame, order);
+        }
+        angles
+    }
+
+    /// One coefficient of a frame's angle.
+    #[inline(always)]
+    fn angle_of(&self, frame: usize, order: usize) -> f64 {
+        let first = order * self.shape.all() * WIDTH;
+        let own = self.turned_by[frame].map_or(0.0, |place| self.values.as_flattened()[first + place]);
+        own + self.signal(self.form.frames[frame].signal, order)
+    }
+
+    /// One coefficient of products and world arms, of the first two orders.
+    #[inline(always)]
+    fn stretch(&mut self, order: usize) {
+        let all = self.shape.all() * WIDTH;
+        let (first, count) = (self.shape.lanes[0] * WIDTH, self.shape.lanes[1] * WIDTH);
+        for index in 0..self.shape.counts[1] {
+            let product = self.form.products[index];
+            let sigma = match product.factor {
+                Factor::Unknown => self.values.as_flattened()[order * all + first + index],
+                Factor::Signal(slot) => self.scalars.get(slot, order),
+            };
+            self.sigma.as_flattened_mut()[flat(index, order)] = sigma;
+            for axis in 0..2 {
+                let arms = if axis == 0 { &mut self.x } else { &mut self.y }.as_flattened_mut();
+                let units = self.unit[axis].as_flattened_mut();
+                units[flat(index, order)] = arms[flat(product.frame as usize, order)];
+                let [(s0, e0), (s1, e1)] =
+                    [0, 1].map(|k| (self.sigma.as_flattened()[flat(index, k)], units[flat(index, k)]));
+                arms[flat(first + index, order)] = if order == 0 { s0 * e0 } else { s1 * e0 + s0 * e1 };
+            }
+        }
+        let first = first + count;
+        for index in 0..self.shape.counts[2] {
+            self.x.as_flattened_mut()[flat(first + index, order)] = match self.form.world[index] {
+                Factor::Unknown => self.values.as_flattened()[order * all + first + index],
+                Factor::Signal(slot) => self.scalars.get(slot, order),
+            };
+        }
+    }
+
+    /// Angles of rods (or their rates) from the gaps between the points that they lie between.
+    #[inline(always)]
+    fn turn_rods(&mut self, order: usize) {
+        if self.form.rods.is_empty() {
+            return;
+        }
+        for Rod { frame, .. } in &self.form.rods {
+            let place = flat(*frame as usize, order);
+            (self.x.as_flattened_mut()[place], self.y.as_flattened_mut()[place]) = (0.0, 0.0);
+        }
+        self.stretch(order);
+        self.gap(order);
+        let first = order * self.shape.all() * WIDTH;
+        for Rod { frame, row, length } in &self.form.rods {
+            let (frame, row) = (*frame as usize, *row as usize);
+            let (gap_x, gap_y) = (self.gaps.as_flattened()[row], self.gaps.as_flattened()[row + 1]);
+            let [x, y] = [&mut self.x, &mut self.y].map(|lanes| lanes.as_flattened_mut());
+            let angle = if order == 0 {
+                let distance = (gap_x * gap_x + gap_y * gap_y).sqrt();
+                (x[flat(frame, 0)], y[flat(frame, 0)]) = (gap_x / distance, gap_y / distance);
+                libm::atan2(gap_y, gap_x)
+            } else {
+                let (c, s) = (x[flat(frame, 0)], y[flat(frame, 0)]);
+                let rate = (c * gap_y - s * gap_x) / self.coefficients[*length as usize];
+                (x[flat(frame, 1)], y[flat(frame, 1)]) = (-rate * s, rate * c);
+                self.omega.as_flattened_mut()[flat(frame, ORDERS - 1)] = rate;
+                rate
+            };
+            self.values.as_flattened_mut()[first + frame] = angle;
+        }
+    }
+
+    /// Auxiliary displacements (or their rates) from the gaps that they leave.
+    #[inline(always)]
+    fn find_auxiliary(&mut self, order: usize) {
+        if self.form.auxiliary.is_empty() {
+            return;
+        }
+        let first = order * self.shape.all() * WIDTH;
+        for index in 0..self.form.auxiliary.len() {
+            let place = self.shape.place(self.form.auxiliary[index].arm);
+            self.values.as_flattened_mut()[first + place] = 0.0;
+        }
+        self.stretch(order);
+        self.gap(order);
+        for index in 0..self.form.auxiliary.len() {
+            let Auxiliary { arm, row, direction } = self.form.auxiliary[index];
+            let place = self.shape.place(arm);
+            let product = self.form.products[arm as usize - self.shape.counts[0]];
+            let frame = product.frame as usize;
+            let (c, s) = (self.x.as_flattened()[flat(frame, 0)], self.y.as_flattened()[flat(frame, 0)]);
+            let [a, b] = direction.map(|part| self.coefficients[part as usize]);
+            let (nx, ny) = (a * c - b * s, a * s + b * c);
+            let gaps = self.gaps.as_flattened();
+            let along = nx * gaps[row as usize] + ny * gaps[row as usize + 1];
+            self.values.as_flattened_mut()[first + place] = -along / (nx * nx + ny * ny);
+        }
+    }
+
+    /// One coefficient of the loop equations, of the first two orders.
+    #[inline(always)]
+    fn gap(&mut self, order: usize) {
+        let (all, equations) = (self.shape.all(), self.unknowns.len());
+        for lane in 0..all {
+            (self.second[0][lane], self.second[1][lane]) = (self.x[at(lane, order)], self.y[at(lane, order)]);
+        }
+        let (x, y) = (self.second[0].as_flattened(), self.second[1].as_flattened());
+        for (lane, gaps) in self.gaps.iter_mut().enumerate() {
+            *gaps = self.rows.dot(lane, x, y);
+        }
+        let gaps = self.gaps.as_flattened_mut();
+        let values = self.values[order * all..].as_flattened();
+        for (row, column, factor) in self.terms.linear() {
+            gaps[row - equations] += self.coefficients[factor as usize] * values[self.unknowns[column]];
+        }
+        for (gap, row) in gaps.iter_mut().zip(&self.form.rows) {
+            if order == 0 {
+                *gap += self.coefficients[row.constant as usize];
+            }
+            for &(slot, factor) in &row.signals {
+                *gap += self.coefficients[factor as usize] * self.scalars.get(slot, order);
+            }
+        }
+    }
+
+    /// The largest gap of the loops at the pose in the unknowns, relative to their scales.
+    #[inline(always)]
+    fn largest_gap(&self, model: &Model) -> f64 {
+        let constraints = &model.program().constraints;
+        let sizes = self.gaps.as_flattened().iter().zip(&self.form.rows);
+        sizes.fold(0.0, |largest, (gap, row)| {
+            math::maximum(largest, gap.abs() / constraints[row.constraint as usize].scale)
+        })
+    }
+
+    /// One Newton step of positions or rates onto the loops, in the metric of the masses.
+    #[inline(always)]
+    fn close(&mut self, model: &Model, order: usize, goal: f64) -> f64 {
+        if self.form.rows.is_empty() {
+            return 0.0;
+        }
+        self.gap(order);
+        let open = self.largest_gap(model);
+        if open <= goal {
+            return open;
+        }
+        self.respond_to_gaps();
+        let all = self.shape.all();
+        let values = &mut self.values[order * all..][..all];
+        let mut largest_change = ZERO;
+        for lane in 0..all {
+            values[lane] = add(values[lane], self.solution[lane]);
+            largest_change = larger(largest_change, self.solution[lane]);
+        }
+        match order {
+            0 if largest(largest_change) < SMALL && self.special.is_empty() => self.turn_a_little(),
+            0 => self.turn(),
+            _ => self.turn_rates(),
+        }
+        open
+    }
+
+    /// The change of the unknowns that closes the loops to first order.
+    #[inline(always)]
+    fn respond_to_gaps(&mut self) {
+        let (first, gaps) = (self.unknowns.len(), self.gaps.as_flattened());
+        if let Matrix::Whole(inverse) = &self.matrix {
+            inverse.minus_times_from(first, gaps, &mut self.solution);
+            return;
+        }
+        self.lack.fill(0.0);
+        for (place, gap) in self.lack[first..].iter_mut().zip(gaps) {
+            *place = -gap;
+        }
+        self.solve();
+    }
+
+    /// Poses of arms after a small change of the unknowns, which the solution holds.
+    #[inline(always)]
+    fn turn_a_little(&mut self) {
+        for lane in 0..self.shape.lanes[0] {
+            // Sine and cosine of the change up to rounding: d and 1 - d^2/2.
+            let (d, c, s) = (self.solution[lane], self.x[at(lane, 0)], self.y[at(lane, 0)]);
+            let half = multiply(splat(0.5), multiply(d, d));
+            self.x[at(lane, 0)] = subtract(c, plus(multiply(d, s), half, c));
+            self.y[at(lane, 0)] = add(s, minus(multiply(d, c), half, s));
+        }
+        self.turn_rods(0);
+        self.find_auxiliary(0);
+        self.stretch(0);
+    }
+
+    /// Closes the loops of positions up to rounding, with the inverse at hand, and those of rates with them; then begins anew.
+    pub fn close_tightly(&mut self, model: &Model) {
+        let mut before = f64::INFINITY;
+        for _ in 0..CLOSINGS {
+            let open = self.close(model, 0, 0.0);
+            if open <= f64::EPSILON || open > 0.5 * before {
+                break;
+            }
+            before = open;
+        }
+        self.turn_rates();
+        (0..2).for_each(|_| _ = self.close(model, 1, 0.0));
+        self.respond();
+        self.weigh();
+        (0..2).for_each(|k| self.follow(k));
+        self.advance(0, 0);
+    }
+
+    /// How close the loop equations of each joint are to depending on the others: the sum of the inverse squares of their distances, in
+    /// the metric of the masses. (A single one may be zero because no reaction of a weightless body points its way.)
+    pub fn closeness(&self, model: &Model, values: &mut [f64]) {
+        let (first, constraints) = (self.unknowns.len(), &model.program().constraints);
+        values.fill(0.0);
+        for (index, (row, group)) in self.form.rows.iter().zip(&self.groups).enumerate() {
+            let scale = constraints[row.constraint as usize].scale;
+            values[*group] += scale * scale * self.matrix.inverse_diagonal(first + index).abs();
+        }
+    }
+
+    /// Builds and inverts the matrix of this pose.
+    #[inline(always)]
+    fn factor(&mut self) -> Result<(), Singular> {
+        self.differentiate();
+        let regular = match &mut self.matrix {
+            Matrix::Whole(inverse) => {
+                let only_frames = self.frames[0] > 0;
+                let (c, derivatives) = (&self.coefficients, &self.derivatives);
+                inverse.clear();
+                if only_frames {
+                    self.terms.assemble_frames(inverse, c, derivatives, self.coupling.entries());
+                } else {
+                    self.terms.assemble(inverse, c, derivatives);
+                }
+                let alike = self.layout.is_some_and(|layout| layout.alike);
+                let in_order = alike && inverse.size() > WIDTH;
+                if in_order && inverse.invert_in_order() {
+                    true
+                } else {
+                    if in_order {
+                        inverse.clear();
+                        self.terms.assemble(inverse, c, derivatives);
+                    }
+                    inverse.invert()
+                }
+            }
+            Matrix::Factored(factors) => {
+                factors.clear();
+                self.terms.assemble(&mut **factors, &self.coefficients, &self.derivatives);
+                factors.factor()
+            }
+            Matrix::Chained(recursion) => {
+                let [dx, dy] = &self.derivatives;
+                self.coupling.chain().is_some_and(|chain| recursion.factor(chain, [dx, dy], &self.inertia))
+            }
+        };
+        if regular { Ok(()) } else { Err(Singular) }
+    }
+
+    /// Derivatives of the arms by angles (k x b), then by displacements (e).
+    #[inline(always)]
+    fn differentiate(&mut self) {
+        let (all, [frames, products, world]) = (self.shape.all(), self.shape.lanes);
+        let [dx, dy] = &mut self.derivatives;
+        for lane in 0..all {
+            dx[lane] = multiply(splat(-1.0), self.y[at(lane, 0)]);
+            dy[lane] = self.x[at(lane, 0)];
+        }
+        for lane in 0..products {
+            dx[all + frames + lane] = self.unit[0][at(lane, 0)];
+            dy[all + frames + lane] = self.unit[1][at(lane, 0)];
+        }
+        for lane in 0..world {
+            dx[all + frames + products + lane] = splat(1.0);
+        }
+    }
+}

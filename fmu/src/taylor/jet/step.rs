@@ -1,0 +1,200 @@
+//! What a step needs of the series: how far it reaches, and the motion at its end.
+
+use super::{Jet, Shape};
+use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, multiply, plus, splat, subtract};
+use crate::math;
+use crate::taylor::MAX_ORDER;
+use crate::taylor::form::{ArmForm, Place};
+
+/// Where the value of a coordinate lies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Read {
+    place: usize,
+    /// The angle that it is counted from.
+    from: Option<usize>,
+    reversed: bool,
+}
+
+impl Read {
+    pub(super) fn new(shape: &Shape, place: Place) -> Self {
+        match place {
+            Place::Displacement { arm } => Read { place: shape.place(arm), from: None, reversed: false },
+            Place::Angle { arm, parent, reversed } => {
+                Read { place: arm as usize, from: parent.map(|parent| parent as usize), reversed }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn value(self, values: &[f64]) -> f64 {
+        let value = values[self.place] - self.from.map_or(0.0, |from| values[from]);
+        if self.reversed { -value } else { value }
+    }
+}
+
+impl Jet {
+    /// Numbers in a polynomial of the highest order.
+    pub fn room(form: &ArmForm) -> usize {
+        (MAX_ORDER + 1) * Shape::new(form).all() * WIDTH
+    }
+
+    /// The polynomial of all unknowns, by orders.
+    pub fn polynomial(&self, order: usize) -> &[f64] {
+        self.values[..(order + 1) * self.shape.all()].as_flattened()
+    }
+
+    /// Coefficients of the coordinates.
+    pub fn coordinates(&self, order: usize, values: &mut [f64]) {
+        self.read(self.values[order * self.shape.all()..].as_flattened(), values);
+    }
+
+    fn read(&self, from: &[f64], values: &mut [f64]) {
+        for (value, read) in values.iter_mut().zip(&self.reads) {
+            *value = read.value(from);
+        }
+    }
+
+    by_width! {
+        /// q and v along a polynomial, dt after its start; the accelerations there are kept for [`Jet::defect`].
+        pub fn evaluate(&mut self: Jet, polynomial: &[f64], order: usize, dt: f64, motion: &mut [f64]) = evaluate_any
+    }
+
+    #[inline(always)]
+    fn evaluate_any(&mut self, polynomial: &[f64], order: usize, dt: f64, motion: &mut [f64]) {
+        let all = self.shape.all();
+        let (coefficients, _) = polynomial.as_chunks::<WIDTH>();
+        for lane in 0..all {
+            let [value, rate, second] = derivatives(&coefficients[lane..], all, order, dt);
+            (self.end[0][lane], self.end[1][lane], self.end[2][lane]) = (value, rate, second);
+        }
+        let (q, v) = motion.split_at_mut(self.reads.len());
+        self.read(self.end[0].as_flattened(), q);
+        self.read(self.end[1].as_flattened(), v);
+    }
+
+    /// By how much the rates at the end of a step are wrong, judging by its accelerations there, as last evaluated, and those of the
+    /// series that begins there.
+    pub fn defect(&self, order: usize, dt: f64) -> f64 {
+        let all = self.shape.all();
+        let mut worst = ZERO;
+        for ((end, new), weight) in self.end[2].iter().zip(&self.values[2 * all..]).zip(&self.weights) {
+            let error = multiply(subtract(*end, add(*new, *new)), *weight);
+            worst = larger(worst, error);
+        }
+        largest(worst) * dt / order as f64
+    }
+
+    /// What counts of each unknown: the reciprocal of its scale a second, or of its rate if that is larger.
+    pub(super) fn weigh(&mut self) {
+        let all = self.shape.all();
+        let rates = &self.values[all..];
+        for ((weights, scales), rates) in self.weights.iter_mut().zip(&self.scales).zip(rates) {
+            for ((weight, scale), rate) in weights.iter_mut().zip(scales).zip(rates) {
+                *weight = 1.0 / math::maximum(*scale, rate.abs());
+            }
+        }
+    }
+
+    /// The largest coefficient of one order, relative to what counts of rates.
+    #[inline(always)]
+    pub fn size(&self, order: usize) -> f64 {
+        let all = self.shape.all();
+        let (values, weights) = (&self.values[order * all..][..all], &self.weights[..all]);
+        let mut worst = ZERO;
+        for lane in 0..all {
+            worst = larger(worst, multiply(values[lane], weights[lane]));
+        }
+        largest(worst)
+    }
+
+    by_width! {
+        /// The step that a tolerance on rates (`derivative` 1) or positions (0) permits if the coefficients shrink as the last ones do:
+        /// rho tol^(1/p) (Jorba and Zou, 2005). Four of them count: some vanish by symmetry.
+        pub fn reach(&mut self: Jet, order: usize, tolerance: f64, derivative: usize) -> f64 = reach_any
+    }
+
+    #[inline(always)]
+    fn reach_any(&mut self, order: usize, tolerance: f64, derivative: usize) -> f64 {
+        let last = order.min(MAX_ORDER);
+        let share = math::rough_log2(tolerance) / (order - derivative) as f64;
+        // Short series have fewer orders than there are places: the last one then counts more than once.
+        let (mut sizes, mut counts) = ([0.0; WIDTH], [0.0; WIDTH]);
+        for i in 0..WIDTH {
+            let k = last.saturating_sub(i).max(2.min(last));
+            let factor = if derivative == 1 { k as f64 } else { 1.0 };
+            (sizes[i], counts[i]) = (factor * self.size(k), RECIPROCALS[k - derivative]);
+        }
+        let bounds = subtract(splat(share), multiply(rough_log2(sizes), counts));
+        let pairs = [math::minimum(bounds[0], bounds[1]), math::minimum(bounds[2], bounds[3])];
+        math::rough_exp2(math::minimum(pairs[0], pairs[1]))
+    }
+}
+
+/// 1 / k
+const RECIPROCALS: [f64; MAX_ORDER + 1] = {
+    let mut table = [0.0; MAX_ORDER + 1];
+    let mut k = 1;
+    while k <= MAX_ORDER {
+        table[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    table
+};
+
+/// Four logarithms with the bits of [`math::rough_log2`].
+#[inline(always)]
+fn rough_log2(x: Lane) -> Lane {
+    let least = math::minimum(math::minimum(x[0], x[1]), math::minimum(x[2], x[3]));
+    // Written so that NaN is not normal.
+    let normal = least >= f64::MIN_POSITIVE && largest(x) < f64::INFINITY;
+    if !normal {
+        return [math::rough_log2(x[0]), math::rough_log2(x[1]), math::rough_log2(x[2]), math::rough_log2(x[3])];
+    }
+    let mut result = ZERO;
+    for i in 0..WIDTH {
+        result[i] = math::rough_log2_of_normal(x[i]);
+    }
+    result
+}
+
+/// k and k - 1.
+const FACTORS: [[f64; 2]; MAX_ORDER + 1] = {
+    let mut table = [[0.0; 2]; MAX_ORDER + 1];
+    let mut k = 1;
+    while k <= MAX_ORDER {
+        table[k] = [k as f64, k as f64 - 1.0];
+        k += 1;
+    }
+    table
+};
+
+/// One term more of the value and its first two derivatives, by Horner's rule in the square of the step.
+#[inline(always)]
+fn more(sums: [Lane; 3], value: Lane, k: usize, square: Lane) -> [Lane; 3] {
+    let [first, second] = FACTORS[k];
+    let rate = multiply(value, splat(first));
+    let second = multiply(rate, splat(second));
+    [plus(value, sums[0], square), plus(rate, sums[1], square), plus(second, sums[2], square)]
+}
+
+/// Value and first two derivatives of one lane of a polynomial, even and odd terms apart so that they do not wait for each other.
+#[inline(always)]
+fn derivatives(coefficients: &[Lane], stride: usize, order: usize, dt: f64) -> [Lane; 3] {
+    let (mut even, mut odd) = ([ZERO; 3], [ZERO; 3]);
+    let (step, square) = (splat(dt), splat(dt * dt));
+    let mut k = order.min(MAX_ORDER);
+    if k >= 2 && k.is_multiple_of(2) {
+        even = more(even, coefficients[k * stride], k, square);
+        k -= 1;
+    }
+    // Two at a time: their sums stay in registers.
+    while k >= 3 {
+        odd = more(odd, coefficients[k * stride], k, square);
+        even = more(even, coefficients[(k - 1) * stride], k - 1, square);
+        k -= 2;
+    }
+    let first = coefficients[stride];
+    let (value, rate) = (plus(first, odd[0], square), plus(first, odd[1], square));
+    let even_value = plus(coefficients[0], even[0], square);
+    [plus(even_value, value, step), plus(rate, even[1], step), plus(even[2], odd[2], step)]
+}

@@ -1,0 +1,220 @@
+//! What the entries of \[M J^T; J 0\] are made of.
+
+use super::Shape;
+use crate::linalg::columns::Columns;
+use crate::linalg::inverse::Inverse;
+use crate::linalg::lane::{Lane, WIDTH, minus, multiply, plus, splat};
+use crate::linalg::matrix::{Entries, Matrix, Places};
+use crate::taylor::form::{ArmForm, Factor};
+
+/// Masses that differ by more than this factor ask for a search for pivots.
+const ALIKE: f64 = 1e4;
+
+/// How an arm changes with an unknown: unknown (by equation), place of the derivative.
+type Touch = (usize, usize);
+
+/// Part of an entry.
+#[derive(Clone, Copy, Debug)]
+struct Term<T> {
+    row: usize,
+    column: usize,
+    places: Places,
+    value: T,
+}
+
+/// derivative . A derivative
+#[derive(Clone, Copy, Debug)]
+struct Mass {
+    left: usize,
+    right: usize,
+    mass: [u32; 2],
+}
+
+/// p . derivative
+#[derive(Clone, Copy, Debug)]
+struct Slope {
+    derivative: usize,
+    p: [u32; 2],
+}
+
+/// All terms, by kind.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Terms {
+    inertia: Vec<Term<u32>>,
+    masses: Vec<Term<Mass>>,
+    loops: Vec<Term<Slope>>,
+    linear: Vec<Term<u32>>,
+}
+
+impl<T> Term<T> {
+    fn new(row: usize, column: usize, value: T) -> Self {
+        Self { row, column, places: [0; 2], value }
+    }
+}
+
+/// Where unknowns and arms lie.
+pub(super) struct Plan<'a> {
+    form: &'a ArmForm,
+    shape: &'a Shape,
+    turned_by: &'a [Option<usize>],
+    /// The equation of the unknown at each place.
+    equations: Vec<Option<usize>>,
+}
+
+impl<'a> Plan<'a> {
+    pub(super) fn new(form: &'a ArmForm, shape: &'a Shape, turned_by: &'a [Option<usize>], unknowns: &[usize]) -> Self {
+        let mut equations = vec![None; shape.all() * WIDTH];
+        unknowns.iter().enumerate().for_each(|(equation, &place)| equations[place] = Some(equation));
+        Self { form, shape, turned_by, equations }
+    }
+
+    fn equation(&self, place: usize) -> Option<usize> {
+        self.equations.get(place).copied().flatten()
+    }
+
+    /// Unknowns that move an arm, with the places of the derivatives.
+    fn touches(&self, arm: u32) -> impl Iterator<Item = Touch> {
+        let place = self.shape.place(arm);
+        let [frames, products, _] = self.shape.counts;
+        let index = arm as usize;
+        let (frame, factor) = if index < frames {
+            (Some(index), None)
+        } else if index < frames + products {
+            let product = self.form.products[index - frames];
+            (Some(product.frame as usize), Some(product.factor))
+        } else {
+            (None, Some(self.form.world[index - frames - products]))
+        };
+        let turning = frame.and_then(|frame| self.turned_by[frame]).and_then(|place| self.equation(place));
+        let sliding = (factor == Some(Factor::Unknown)).then(|| self.equation(place)).flatten();
+        let slide = sliding.map(|row| (row, self.shape.all() * WIDTH + place));
+        turning.map(|row| (row, place)).into_iter().chain(slide)
+    }
+}
+
+impl Terms {
+    pub(super) fn new(plan: &Plan, unknowns: usize) -> Self {
+        let mut terms = Self::default();
+        for entry in &plan.form.coupling {
+            for (row, left) in plan.touches(entry.on) {
+                for (column, right) in plan.touches(entry.from).filter(|(column, _)| row <= *column) {
+                    terms.masses.push(Term::new(row, column, Mass { left, right, mass: entry.mass }));
+                }
+            }
+        }
+        for (frame, turned_by) in plan.form.frames.iter().zip(plan.turned_by) {
+            if let Some(row) = turned_by.and_then(|place| plan.equation(place)) {
+                terms.inertia.push(Term::new(row, row, frame.inertia));
+            }
+        }
+        for (row, data) in (unknowns..).zip(&plan.form.rows) {
+            for &(arm, p) in &data.arms {
+                let touches = plan.touches(arm);
+                terms.loops.extend(touches.map(|(column, derivative)| Term::new(row, column, Slope { derivative, p })));
+            }
+            for &(unknown, factor) in &data.unknowns {
+                if let Some(column) = plan.equation(plan.shape.place(unknown)) {
+                    terms.linear.push(Term::new(row, column, factor));
+                }
+            }
+        }
+        terms
+    }
+
+    /// Rows and columns of the entries.
+    pub(super) fn entries(&self) -> impl Iterator<Item = (usize, usize)> {
+        let masses = self.masses.iter().map(|term| (term.row, term.column));
+        let loops = self.loops.iter().map(|term| (term.row, term.column));
+        let rest = self.inertia.iter().chain(&self.linear).map(|term| (term.row, term.column));
+        masses.chain(loops).chain(rest)
+    }
+
+    /// Entries go to their places in this matrix from now on.
+    pub(super) fn aim(&mut self, matrix: &Matrix) {
+        for term in self.inertia.iter_mut().chain(&mut self.linear) {
+            term.places = matrix.places(term.row, term.column);
+        }
+        for term in &mut self.masses {
+            term.places = matrix.places(term.row, term.column);
+        }
+        for term in &mut self.loops {
+            term.places = matrix.places(term.row, term.column);
+        }
+    }
+
+    /// Is none of the masses that resist the unknowns by themselves much smaller than another of its kind: inertias of angles, masses of
+    /// displacements?
+    pub(super) fn are_alike(&self, c: &[f64], unknowns: usize, frames: usize) -> bool {
+        let mut masses = vec![(0.0, false); unknowns];
+        for term in &self.inertia {
+            masses[term.row] = (masses[term.row].0 + c[term.value as usize], true);
+        }
+        for term in self.masses.iter().filter(|term| term.row == term.column && term.value.left == term.value.right) {
+            // The arm of a frame is as long as the mass is far away; that of a product changes, and its mass resists both unknowns.
+            let (mass, turns) = (c[term.value.mass[0] as usize], term.value.left < frames * WIDTH);
+            masses[term.row] = (masses[term.row].0 + mass, masses[term.row].1 || turns);
+        }
+        let largest = |kind: bool| {
+            let of_kind = masses.iter().filter(|(_, turns)| *turns == kind);
+            of_kind.fold(0.0, |largest: f64, (mass, _)| largest.max(*mass))
+        };
+        let largest = [largest(false), largest(true)];
+        masses.iter().all(|&(mass, turns)| mass > 0.0 && ALIKE * mass >= largest[usize::from(turns)])
+    }
+
+    /// (row, column, coefficient) of what loop equations contain of unknowns themselves.
+    pub(super) fn linear(&self) -> impl Iterator<Item = (usize, usize, u32)> {
+        self.linear.iter().map(|term| (term.row, term.column, term.value))
+    }
+
+    /// Adds all entries up.
+    #[inline(always)]
+    pub(super) fn assemble(&self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
+        let (dx, dy) = (derivatives[0].as_flattened(), derivatives[1].as_flattened());
+        for Term { places, value: Mass { left, right, mass }, .. } in &self.masses {
+            let (ax, ay, bx, by) = (dx[*left], dy[*left], dx[*right], dy[*right]);
+            let (re, im) = (c[mass[0] as usize], c[mass[1] as usize]);
+            matrix.add(*places, re * (ax * bx + ay * by) - im * (ax * by - ay * bx));
+        }
+        self.assemble_rest(matrix, c, derivatives);
+    }
+
+    /// The same of frames only, whose arms are x + i y: an entry of the masses for every two of them, four at a time.
+    #[inline(always)]
+    pub(super) fn assemble_frames(
+        &self,
+        inverse: &mut Inverse,
+        c: &[f64],
+        derivatives: &[Vec<Lane>; 2],
+        coupling: &Columns,
+    ) {
+        let [dx, dy] = derivatives;
+        for lane in 0..dx.len().min(dy.len()).min(coupling.lanes()) {
+            let (ax, ay) = (dx[lane], dy[lane]);
+            let (columns, re, im) = coupling.lane(lane);
+            for i in 0..columns.len() {
+                let (bx, by) = (splat(dx.as_flattened()[columns[i]]), splat(dy.as_flattened()[columns[i]]));
+                let along = plus(multiply(ax, bx), ay, by);
+                let across = minus(multiply(ax, by), ay, bx);
+                inverse.put(columns[i], lane, minus(multiply(re[i], along), im[i], across));
+            }
+        }
+        self.assemble_rest(inverse, c, derivatives);
+    }
+
+    /// All but the masses between arms.
+    #[inline(always)]
+    fn assemble_rest(&self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
+        let (dx, dy) = (derivatives[0].as_flattened(), derivatives[1].as_flattened());
+        for term in &self.inertia {
+            matrix.add(term.places, c[term.value as usize]);
+        }
+        for Term { places, value: Slope { derivative, p }, .. } in &self.loops {
+            let (px, py) = (c[p[0] as usize], c[p[1] as usize]);
+            matrix.add(*places, px * dx[*derivative] + py * dy[*derivative]);
+        }
+        for term in &self.linear {
+            matrix.add(term.places, c[term.value as usize]);
+        }
+    }
+}

@@ -1,0 +1,465 @@
+//! Scalar series: signals of time and the laws of loads, one order at a time.
+
+use super::ORDERS;
+use super::form::{Given, Operation, SeriesTape, Slot, Source, Step};
+use super::fused::{Task, tasks};
+use crate::events::switch::Choices;
+use crate::linalg::lane::{WIDTH, by_width};
+use crate::math;
+use crate::model::Model;
+use crate::program::FollowerOrder;
+
+/// What linear steps read besides scalar series: the k-th coefficients of arms and unknowns.
+#[derive(Clone, Copy)]
+pub(crate) struct Vectors<'a> {
+    pub x: &'a [f64],
+    pub y: &'a [f64],
+    pub unknowns: &'a [f64],
+    /// Places of one order of the unknowns.
+    pub stride: usize,
+}
+
+impl Vectors<'_> {
+    /// Order k of a source that is no scalar series.
+    #[inline(always)]
+    pub fn read(&self, source: Source, k: usize) -> f64 {
+        match source {
+            Source::X(place) => self.x[k * WIDTH + place as usize],
+            Source::Y(place) => self.y[k * WIDTH + place as usize],
+            Source::Unknown(place) => self.unknowns[k * self.stride + place as usize],
+            Source::UnknownRate(place) => (k + 1) as f64 * self.unknowns[(k + 1) * self.stride + place as usize],
+            Source::Slot(_) => 0.0,
+        }
+    }
+}
+
+/// The coefficients of one series.
+pub(crate) type Numbers = [f64; ORDERS];
+
+/// All series of a tape.
+#[derive(Clone, Debug)]
+pub(crate) struct Scalars {
+    /// What depends on positions, and on rates too.
+    positions: Vec<Task>,
+    rates: Vec<Task>,
+    store: Store,
+    /// What is known of the choices before a series begins.
+    forced: Choices,
+}
+
+/// The coefficients of all series, and what finds them one by one.
+#[derive(Clone, Debug)]
+struct Store {
+    tape: SeriesTape,
+    /// By series.
+    values: Vec<Numbers>,
+    /// Factors of the terms.
+    factors: Vec<f64>,
+    coefficients: Vec<f64>,
+    /// What has been chosen since the series began.
+    chosen: Choices,
+}
+
+impl Scalars {
+    /// `place` says where an unknown lies among those of one order, `arm` where the first order of an arm lies.
+    pub fn new(
+        tape: &SeriesTape,
+        coefficients: usize,
+        place: impl Fn(u32) -> usize,
+        arm: impl Fn(u32) -> usize,
+    ) -> Self {
+        let mut tape = tape.clone();
+        for term in &mut tape.terms {
+            match &mut term.source {
+                Source::X(index) | Source::Y(index) => *index = arm(*index) as u32,
+                Source::Unknown(index) | Source::UnknownRate(index) => *index = place(*index) as u32,
+                Source::Slot(_) => {}
+            }
+        }
+        Self {
+            positions: tasks(&tape, &tape.positions),
+            rates: tasks(&tape, &tape.rates),
+            forced: Choices::default(),
+            store: Store {
+                values: vec![[0.0; ORDERS]; tape.slots as usize],
+                factors: vec![0.0; tape.terms.len()],
+                coefficients: vec![0.0; coefficients],
+                chosen: Choices::default(),
+                tape,
+            },
+        }
+    }
+
+    /// Takes the coefficients over.
+    pub fn fill(&mut self, coefficients: &[f64]) {
+        let Store { tape, factors, coefficients: own, .. } = &mut self.store;
+        own.copy_from_slice(coefficients);
+        for (factor, term) in factors.iter_mut().zip(&tape.terms) {
+            *factor = coefficients[term.factor as usize];
+        }
+        for task in self.positions.iter_mut().chain(&mut self.rates) {
+            task.fill(factors, coefficients);
+        }
+    }
+
+    /// One coefficient of a series.
+    #[inline(always)]
+    pub fn get(&self, slot: Slot, order: usize) -> f64 {
+        self.store.get(slot, order)
+    }
+
+    /// All coefficients of a series.
+    pub fn series(&self, slot: Slot) -> &[f64] {
+        self.store.series(slot)
+    }
+
+    /// Writes the given series and what depends on them only, up to an order. The registers hold the signals at the start.
+    pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize) {
+        let store = &mut self.store;
+        store.chosen = self.forced;
+        for &(slot, given) in &store.tape.given {
+            let polynomial = polynomial(model, registers, given);
+            let values = &mut store.values[slot as usize];
+            values.fill(0.0);
+            values[..polynomial.len()].copy_from_slice(&polynomial);
+        }
+        if !store.tape.signals.is_empty() {
+            let none = Vectors { x: &[], y: &[], unknowns: &[], stride: 0 };
+            for k in 0..=order {
+                for index in 0..store.tape.signals.len() {
+                    store.step(store.tape.signals[index], k, none);
+                }
+            }
+        }
+    }
+
+    /// Choices that the next series begins with; the others follow from the signs of their switching functions.
+    pub fn force(&mut self, choices: Choices) {
+        self.forced = choices;
+    }
+
+    /// The choices of the present series.
+    pub fn chosen(&self) -> Choices {
+        self.store.chosen
+    }
+
+    /// Numbers of the switching functions with their series up to an order.
+    pub fn switches(&self, order: usize) -> impl Iterator<Item = (u32, &[f64])> {
+        (0..).zip(&self.store.tape.switches).map(move |(switch, slot)| (switch, &self.store.series(*slot)[..=order]))
+    }
+
+    /// Does nothing depend on rates?
+    #[inline(always)]
+    pub fn is_steady(&self) -> bool {
+        self.rates.is_empty()
+    }
+
+    /// Does nothing depend on positions?
+    #[inline(always)]
+    pub fn is_still(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    by_width! {
+        /// Next order of what depends on positions.
+        pub fn positions(&mut self: Scalars, order: usize, vectors: Vectors) = positions_any
+    }
+
+    #[inline(always)]
+    fn positions_any(&mut self, order: usize, vectors: Vectors) {
+        self.store.run(&mut self.positions, order, vectors);
+    }
+
+    by_width! {
+        /// Next order of what depends on rates; positions must be one order further.
+        pub fn rates(&mut self: Scalars, order: usize, vectors: Vectors) = rates_any
+    }
+
+    #[inline(always)]
+    fn rates_any(&mut self, order: usize, vectors: Vectors) {
+        self.store.run(&mut self.rates, order, vectors);
+    }
+}
+
+impl Store {
+    #[inline(always)]
+    fn get(&self, slot: Slot, order: usize) -> f64 {
+        self.values[slot as usize][order]
+    }
+
+    #[inline(always)]
+    fn series(&self, slot: Slot) -> &Numbers {
+        &self.values[slot as usize]
+    }
+
+    #[inline(always)]
+    fn choose(&mut self, switch: u32) -> bool {
+        if let Some(positive) = self.chosen.get(switch) {
+            return positive;
+        }
+        let positive = self.get(self.tape.switches[switch as usize], 0) >= 0.0;
+        self.chosen.set(switch, positive);
+        positive
+    }
+
+    #[inline(always)]
+    fn run(&mut self, tasks: &mut [Task], order: usize, vectors: Vectors) {
+        let order = order.min(ORDERS - 1);
+        for task in tasks {
+            match task {
+                Task::Sums(sums) => sums.advance(&mut self.values, order, vectors),
+                Task::Length(length) => length.advance(&mut self.values, order),
+                Task::Along(along) => along.advance(&mut self.values, order),
+                Task::Single(step) => self.step(*step, order, vectors),
+            }
+        }
+    }
+
+    /// Out of line: the loop over the tasks stays small.
+    #[inline(never)]
+    fn step(&mut self, step: Step, k: usize, vectors: Vectors) {
+        let value = match step.operation {
+            Operation::Linear { first, count, constant } => self.linear(first, count, constant, k, vectors),
+            Operation::Multiply(a, b) => convolution(self.series(a), self.series(b), k),
+            Operation::SquareSum(a, b) => square(self.series(a), k) + square(self.series(b), k),
+            Operation::Divide(a, b) => {
+                let (a, b, quotient) = (self.series(a), self.series(b), self.series(step.target));
+                (a[k] - tail(b, quotient, k)) / b[0]
+            }
+            Operation::Power(a, exponent) => {
+                power(self.series(a), self.series(step.target), self.coefficients[exponent as usize], k)
+            }
+            Operation::SquareRoot(a) => {
+                let (a, root) = (self.series(a), self.series(step.target));
+                if k == 0 { a[0].sqrt() } else { (a[k] - inner_square(root, k)) / (root[0] + root[0]) }
+            }
+            Operation::SineCosine(a, cosine) => self.sine_cosine(a, step.target, cosine, k),
+            Operation::Exponential(a) => {
+                let (a, exponential) = (self.series(a), self.series(step.target));
+                match k {
+                    0 => libm::exp(a[0]),
+                    // 1/(1 + exp a) is zero there, and all its coefficients with it.
+                    _ if exponential[0] == f64::INFINITY => 0.0,
+                    _ => weighted(a, exponential, k) / k as f64,
+                }
+            }
+            Operation::Logarithm(a) => {
+                let (a, logarithm) = (self.series(a), self.series(step.target));
+                if k == 0 { libm::log(a[0]) } else { (a[k] - weighted_tail(logarithm, a, k) / k as f64) / a[0] }
+            }
+            Operation::HyperbolicTangent(a, slope) => self.hyperbolic_tangent(a, step.target, slope, k),
+            Operation::ArcTangent(y, x, square) => self.arc_tangent([y, x, square], step.target, k),
+            Operation::Rate(a) => (k + 1) as f64 * self.get(a, k + 1),
+            Operation::Floor { argument, switch, function } => self.floor(argument, step.target, (switch, function), k),
+            Operation::Choose { switch, above, below } => {
+                let positive = self.choose(switch);
+                self.get(if positive { above } else { below }, k)
+            }
+        };
+        self.values[step.target as usize][k] = value;
+    }
+
+    #[inline(always)]
+    fn linear(&self, first: u32, count: u32, constant: Option<u32>, k: usize, vectors: Vectors) -> f64 {
+        let mut sum = constant.filter(|_| k == 0).map_or(0.0, |place| self.coefficients[place as usize]);
+        let range = first as usize..(first + count) as usize;
+        let (terms, factors) = (&self.tape.terms[range.clone()], &self.factors[range]);
+        for i in 0..terms.len().min(factors.len()) {
+            let value = match terms[i].source {
+                Source::Slot(slot) => self.get(slot, k),
+                source => vectors.read(source, k),
+            };
+            sum += factors[i] * value;
+        }
+        sum
+    }
+
+    /// s' = c a', c' = -s a'
+    #[inline(always)]
+    fn sine_cosine(&mut self, a: Slot, sine: Slot, cosine: Slot, k: usize) -> f64 {
+        let (value, other) = if k == 0 {
+            math::sin_cos(self.get(a, 0))
+        } else {
+            let (a, s, c) = (self.series(a), self.series(sine), self.series(cosine));
+            (weighted(a, c, k) / k as f64, -weighted(a, s, k) / k as f64)
+        };
+        self.values[cosine as usize][k] = other;
+        value
+    }
+
+    /// n, and +-(b - b^2) with b = a - n. Which side of an integer is meant is told by whether n is even.
+    #[inline(always)]
+    fn floor(&mut self, argument: Slot, target: Slot, (switch, function): (u32, Slot), k: usize) -> f64 {
+        let below = libm::floor(self.get(argument, 0));
+        let even = self.chosen.get(switch).unwrap_or(below == 2.0 * libm::floor(0.5 * below));
+        let (odd, sign) = if even { (0.0, 1.0) } else { (1.0, -1.0) };
+        let a = self.series(argument);
+        let (value, inside) = if k == 0 {
+            let n = 2.0 * libm::rint(0.5 * (a[0] - 0.5 - odd)) + odd;
+            let b = a[0] - n;
+            (n, b - b * b)
+        } else {
+            let b = a[0] - self.get(target, 0);
+            (0.0, a[k] - (inner_square(a, k) + 2.0 * (b * a[k])))
+        };
+        self.chosen.set(switch, even);
+        self.values[function as usize][k] = sign * inside;
+        value
+    }
+
+    /// u' = (1 - u^2) a'
+    #[inline(always)]
+    fn hyperbolic_tangent(&mut self, a: Slot, target: Slot, slope: Slot, k: usize) -> f64 {
+        let value = if k == 0 {
+            libm::tanh(self.get(a, 0))
+        } else {
+            weighted(self.series(a), self.series(slope), k) / k as f64
+        };
+        self.values[target as usize][k] = value;
+        let square = square(self.series(target), k);
+        self.values[slope as usize][k] = if k == 0 { steepness(self.get(a, 0)) } else { -square };
+        value
+    }
+
+    /// (x^2 + y^2) u' = x y' - y x'
+    #[inline(always)]
+    fn arc_tangent(&self, [y, x, square]: [Slot; 3], target: Slot, k: usize) -> f64 {
+        let [y, x, square, u] = [y, x, square, target].map(|slot| self.series(slot));
+        if k == 0 {
+            return libm::atan2(y[0], x[0]);
+        }
+        ((weighted(y, x, k) - weighted(x, y, k)) - weighted_tail(u, square, k)) / (k as f64 * square[0])
+    }
+}
+
+/// 1 - tanh^2 a without the cancellation.
+#[inline(always)]
+fn steepness(a: f64) -> f64 {
+    let share = libm::exp(-2.0 * a.abs());
+    4.0 * share / ((1.0 + share) * (1.0 + share))
+}
+
+/// The polynomial of time about now that a given series is.
+#[inline(always)]
+fn polynomial(model: &Model, registers: &[f64], given: Given) -> [f64; 5] {
+    let layout = model.layout();
+    let input = |index: u32| {
+        [layout.inputs(), layout.input_rates(), layout.input_accelerations()]
+            .map(|first| registers[first + index as usize])
+    };
+    let (mut values, derivatives) = match given {
+        Given::Time => ([registers[layout.time()], 1.0, 0.0, 0.0, 0.0], 0),
+        Given::Input(index, derivatives) => {
+            let [value, rate, acceleration] = input(index);
+            ([value, rate, acceleration / 2.0, 0.0, 0.0], derivatives)
+        }
+        Given::Follower(index, derivatives) => {
+            let follower = &model.program().followers[index as usize];
+            let [value, rate, acceleration] = input(follower.input);
+            let position = registers[layout.followers() + index as usize];
+            let series = match follower.order {
+                FollowerOrder::Velocity => [position, value, rate / 2.0, acceleration / 6.0, 0.0],
+                FollowerOrder::Acceleration => {
+                    let start = registers[layout.follower_rates() + index as usize];
+                    [position, start, value / 2.0, rate / 6.0, acceleration / 24.0]
+                }
+            };
+            (series, derivatives)
+        }
+    };
+    for _ in 0..derivatives {
+        for order in 0..4 {
+            values[order] = (order + 1) as f64 * values[order + 1];
+        }
+        values[4] = 0.0;
+    }
+    values
+}
+
+/// sum a_j b_(k-j), the newest coefficients last, so that the others do not wait for them.
+#[inline(always)]
+fn convolution(a: &Numbers, b: &Numbers, k: usize) -> f64 {
+    if k == 0 {
+        return a[0] * b[0];
+    }
+    (dot(&a[1..k], &b[1..k]) + a[0] * b[k]) + a[k] * b[0]
+}
+
+/// sum of the products of one end of a with the other end of b, in two sums that do not wait for each other.
+#[inline(always)]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let count = a.len().min(b.len());
+    let (a, b) = (&a[..count], &b[..count]);
+    let (mut even, mut odd, mut j) = (0.0, 0.0, 0);
+    while j + 1 < count {
+        even += a[j] * b[count - 1 - j];
+        odd += a[j + 1] * b[count - 2 - j];
+        j += 2;
+    }
+    if j < count {
+        even += a[j] * b[count - 1 - j];
+    }
+    even + odd
+}
+
+/// The k-th coefficient of a^2.
+#[inline(always)]
+fn square(a: &[f64], k: usize) -> f64 {
+    inner_square(a, k) + if k == 0 { a[0] * a[0] } else { 2.0 * (a[0] * a[k]) }
+}
+
+/// The k-th coefficient of a^2 without the terms of a_k.
+#[inline(always)]
+fn inner_square(a: &[f64], k: usize) -> f64 {
+    if k < 2 {
+        return 0.0;
+    }
+    let half = k.div_ceil(2);
+    let middle = if k.is_multiple_of(2) { a[k / 2] * a[k / 2] } else { 0.0 };
+    2.0 * dot(&a[1..half], &a[k + 1 - half..k]) + middle
+}
+
+/// sum of b_j q_(k-j) over 1 <= j <= k
+#[inline(always)]
+fn tail(b: &[f64], q: &[f64], k: usize) -> f64 {
+    if k == 0 { 0.0 } else { dot(&b[1..k], &q[1..k]) + b[k] * q[0] }
+}
+
+/// sum of j a_j b_(k-j) over 1 <= j <= k
+#[inline(always)]
+fn weighted(a: &[f64], b: &[f64], k: usize) -> f64 {
+    weighted_dot(&a[1..=k], &b[..k])
+}
+
+/// The same without j = k.
+#[inline(always)]
+fn weighted_tail(a: &[f64], b: &[f64], k: usize) -> f64 {
+    if k == 0 { 0.0 } else { weighted_dot(&a[1..k], &b[1..k]) }
+}
+
+#[inline(always)]
+fn weighted_dot(a: &[f64], b: &[f64]) -> f64 {
+    let count = a.len().min(b.len());
+    let (a, b) = (&a[..count], &b[..count]);
+    let (mut sum, mut j) = (0.0, 0);
+    while j < count {
+        sum += (j + 1) as f64 * (a[j] * b[count - 1 - j]);
+        j += 1;
+    }
+    sum
+}
+
+/// u = a^p: a u' = p u a'
+#[inline(always)]
+fn power(a: &[f64], u: &[f64], exponent: f64, k: usize) -> f64 {
+    if k == 0 {
+        return libm::pow(a[0], exponent);
+    }
+    let n = k as f64;
+    let (mut sum, mut j) = (0.0, 1);
+    while j <= k {
+        sum += ((exponent + 1.0) * j as f64 - n) * (a[j] * u[k - j]);
+        j += 1;
+    }
+    sum / (n * a[0])
+}

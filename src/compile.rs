@@ -1,0 +1,378 @@
+//! From a scene file to everything that the commands need.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use cotree_fmu::model::Model;
+use cotree_fmu::program::Program;
+use cotree_fmu::program::check;
+
+use crate::equations::Equations;
+use crate::export::ExportError;
+use crate::export::archive::{self, Package, SceneText};
+use crate::export::describe::describe;
+use crate::export::description::Description;
+use crate::export::page::Page;
+use crate::export::runtime::Runtime;
+use crate::expr::Property;
+use crate::formulate::limits::check_written;
+use crate::formulate::{Formulated, formulate, lacking};
+use crate::mechanism::Unit;
+use crate::output::accuracy::{self, Accuracy};
+use crate::output::code;
+use crate::output::compare::{Comparison, compare};
+use crate::output::drawing::Drawing;
+use crate::output::figures::summarise;
+use crate::output::graph::GraphDrawing;
+use crate::output::pose::draw;
+use crate::output::summary::Summary;
+use crate::output::text::{self, Prose};
+use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, read};
+
+/// A scene, compiled.
+#[derive(Clone, Debug)]
+pub struct Compiled {
+    /// What the runtime runs.
+    pub program: Program,
+    /// What an importer is told; the same variables in the same order as in the program.
+    pub description: Description,
+    /// What is odd but no error.
+    pub warnings: Option<Faults>,
+    /// The text that the scene came from; empty if it was built in Rust.
+    pub source: Source,
+}
+
+/// How equations are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Notation {
+    /// For people.
+    Text,
+    /// A LaTeX document.
+    Latex,
+    /// A self-contained HTML page.
+    Html,
+    /// C99 source.
+    C,
+    /// Fortran 2008 source.
+    Fortran,
+    /// Rust source.
+    Rust,
+    /// Python source, for numpy.
+    Python,
+    /// Names, and formulas as text and as trees, for other programs.
+    Json,
+}
+
+/// What the documentation in an FMU shows.
+#[derive(Clone, Debug)]
+pub struct Front {
+    /// The mechanism at its start.
+    pub drawing: Drawing,
+    /// The equations of motion, as HTML; empty if nobody could read them.
+    pub equations: String,
+}
+
+/// Formulates the equations of a scene and lowers them.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
+    compile_with(scene, |_| ()).map(|(compiled, ())| compiled)
+}
+
+/// As [`compile`], with what is made of the equations before they go.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn compile_with<T>(scene: &Scene, make: impl FnOnce(&mut Formulated) -> T) -> Result<(Compiled, T), Faults> {
+    let Resolved { mechanism, mut warnings } = scene.resolve()?;
+    let faults = |list: Vec<Fault>| Faults::new(scene.source.clone(), list);
+    let mut formulated = formulate(&mechanism).map_err(faults)?;
+    warnings.append(&mut formulated.warnings);
+    let mut program = formulated.lowered.program.clone();
+    let bytes = program.to_bytes().map_err(|error| faults(vec![internal(&error.to_string())]))?;
+    program.guid = guid(&bytes);
+    program.check().map_err(|fault| faults(vec![impossible(&fault)]))?;
+    let compiled = Compiled {
+        description: describe(&formulated, &program.guid),
+        warnings: (!warnings.is_empty()).then(|| faults(warnings)),
+        source: scene.source.clone(),
+        program,
+    };
+    Ok((compiled, make(&mut formulated)))
+}
+
+/// What the documentation in an FMU shows of these equations.
+pub fn front(formulated: &mut Formulated) -> Front {
+    Front { drawing: draw(formulated), equations: equations_for_the_page(&mut formulated.equations) }
+}
+
+/// The scene with every variable that can be computed among its outputs, and warnings that say which cannot, and why.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn with_everything(scene: &Scene) -> Result<(Scene, Vec<Fault>), Faults> {
+    let mut whole = scene.with_every_output();
+    let mechanism = whole.resolve()?.mechanism;
+    let lacking = lacking(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    let mut left_out: BTreeMap<(usize, Property), Vec<&str>> = BTreeMap::new();
+    for (output, body, property) in lacking {
+        if !scene.outputs.variables.iter().any(|asked| asked.text == output.name) {
+            whole.outputs.variables.retain(|variable| variable.text != output.name);
+            left_out.entry((body, property)).or_default().push(&output.name);
+        }
+    }
+    let warnings = left_out.iter().map(|(&(body, property), names)| {
+        let key = if property == Property::Mass { "mass" } else { "inertia" };
+        let owner = &mechanism.bodies[body];
+        let message = format!("left out, because body `{}` has no `{key}`: {}", owner.name, listed(names));
+        Fault::warning("scene::left_out", message, owner.span)
+            .label(format!("has no `{key}`"))
+            .help(format!("add `{key} = ...` to `[bodies.{}]` if you want them", owner.name))
+    });
+    let warnings = warnings.collect();
+    Ok((whole, warnings))
+}
+
+/// Names, unless they are many: then some of them.
+fn listed(names: &[&str]) -> String {
+    const MOST: usize = 12;
+    match names.len().checked_sub(MOST) {
+        None | Some(0) => names.join(", "),
+        Some(more) => format!("{} and {more} more", names[..MOST].join(", ")),
+    }
+}
+
+/// More equations than this nobody reads on a page.
+const MOST_EQUATIONS: usize = 40;
+
+/// The equations of motion as MathML, if they are few enough to be read.
+fn equations_for_the_page(equations: &mut Equations) -> String {
+    let count = equations.coordinates.len() + equations.constraints.len();
+    if count > MOST_EQUATIONS { String::new() } else { text::mathml(equations) }
+}
+
+/// The equations of a scene.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
+    let mechanism = scene.resolve()?.mechanism;
+    let text = formulate(&mechanism).and_then(|mut formulated| written(&mut formulated, notation));
+    text.map_err(|list| Faults::new(scene.source.clone(), list))
+}
+
+/// How a scene derives its equations, as a lesson.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
+    let mechanism = scene.resolve()?.mechanism;
+    let text = formulate(&mechanism).and_then(|mut formulated| derived(&mut formulated, prose));
+    text.map_err(|list| Faults::new(scene.source.clone(), list))
+}
+
+/// Equations that have been formulated, in a notation.
+///
+/// # Errors
+/// They are too large to be written.
+pub fn written(formulated: &mut Formulated, notation: Notation) -> Result<String, Vec<Fault>> {
+    check_written(&formulated.equations)?;
+    let Formulated { equations, lowered, redundant, .. } = formulated;
+    let language: &dyn code::Language = match notation {
+        Notation::C => &code::C,
+        Notation::Fortran => &code::Fortran,
+        Notation::Rust => &code::Rust,
+        Notation::Python => &code::Python,
+        Notation::Text => return Ok(text::motion(equations, Prose::Text)),
+        Notation::Latex => return Ok(text::motion(equations, Prose::Latex)),
+        Notation::Html => return Ok(text::motion(equations, Prose::Html)),
+        Notation::Json => return Ok(text::json(equations)),
+    };
+    Ok(code::code(equations, &lowered.solved, redundant, language))
+}
+
+/// The derivation of equations that have been formulated.
+///
+/// # Errors
+/// They are too large to be written.
+pub fn derived(formulated: &mut Formulated, prose: Prose) -> Result<String, Vec<Fault>> {
+    check_written(&formulated.equations)?;
+    Ok(text::steps(&mut formulated.equations, prose))
+}
+
+/// The linear graphs of a scene with their trees, and the mechanism at its start.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn graph(scene: &Scene) -> Result<(GraphDrawing, Drawing), Faults> {
+    let mechanism = scene.resolve()?.mechanism;
+    let mut formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    Ok((GraphDrawing::new(&mut formulated), draw(&mut formulated)))
+}
+
+/// What the scene costs in other coordinates.
+///
+/// # Errors
+/// Everything that is wrong with the scene; trees that do not work are part of the comparison.
+pub fn comparison(scene: &Scene) -> Result<Comparison, Faults> {
+    Ok(compare(&scene.resolve()?.mechanism))
+}
+
+/// A name for these very bytes: their 128-bit FNV-1a hash, written as a GUID.
+fn guid(bytes: &[u8]) -> String {
+    const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
+    const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
+    let hash = bytes.iter().fold(OFFSET, |hash, &byte| (hash ^ u128::from(byte)).wrapping_mul(PRIME));
+    let digits = format!("{hash:032x}");
+    let parts = [&digits[..8], &digits[8..12], &digits[12..16], &digits[16..20], &digits[20..]];
+    format!("{{{}}}", parts.join("-"))
+}
+
+/// What the runtime would refuse.
+fn impossible(fault: &check::Fault) -> Fault {
+    let check::Fault::Value { what } = fault else {
+        return internal(&fault.to_string());
+    };
+    let message = format!("the numbers of this scene are too large or too small to compute with: {what} is not finite");
+    Fault::new("scene::out_of_range", message, Span::default())
+        .help("look for a mass, an inertia, a length or a stiffness with a wrong unit or power of ten")
+}
+
+/// Something that no scene should be able to cause.
+fn internal(what: &str) -> Fault {
+    Fault::new("cotree::internal", format!("the program cannot be written: {what}"), Span::default())
+        .help("this is a fault of cotree, not of the scene: please report it with the scene file")
+}
+
+/// Reads a number, alone (SI) or with a unit, for a variable of the given unit; the empty unit takes any.
+///
+/// # Errors
+/// What is wrong with the text.
+pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
+    let reading = read(&Text::from(text)).map_err(|fault| fault.message)?;
+    match reading {
+        Reading::Number(value) => Ok(value),
+        Reading::Measure(value, given) if given.exponents == unit.exponents || unit.si.is_empty() => Ok(value),
+        Reading::Measure(..) => Err(format!("`{text}` is not in {} or a unit of the same kind", unit.si)),
+        Reading::Expression => Err(format!("`{text}` is not a number, alone or with a unit")),
+    }
+}
+
+impl Scene {
+    /// Writes the scene as a self-contained FMU for the platform that this program runs on.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the scene, or a file that cannot be written.
+    pub fn export_fmu(&self, path: impl AsRef<Path>) -> Result<(), ExportFailure> {
+        let runtime = Runtime::embedded().map_err(ExportError::from)?;
+        let (compiled, front) = compile_with(self, front)?;
+        Ok(compiled.write_fmu(&front, &compiled.accuracy(), &[runtime], path.as_ref())?)
+    }
+
+    /// The mechanism in figures and names, as `cotree show` prints it.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the scene.
+    pub fn summary(&self) -> Result<Summary, Faults> {
+        Ok(compile_with(self, |formulated| summarise(formulated))?.1)
+    }
+}
+
+/// Why there is no FMU.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportFailure {
+    /// The scene is at fault.
+    #[error(transparent)]
+    Scene(#[from] Faults),
+    /// The file is.
+    #[error(transparent)]
+    File(#[from] ExportError),
+}
+
+impl Compiled {
+    /// Adds warnings.
+    pub(crate) fn warn(&mut self, more: Vec<Fault>) {
+        let known = self.warnings.take().into_iter().flat_map(|known| known.list);
+        let all: Vec<Fault> = known.chain(more).collect();
+        self.warnings = (!all.is_empty()).then(|| Faults::new(self.source.clone(), all));
+    }
+
+    /// Writes the FMU, for the platforms of the runtimes.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_fmu(
+        &self,
+        front: &Front,
+        accuracy: &Result<Accuracy, String>,
+        runtimes: &[Runtime],
+        path: &Path,
+    ) -> Result<(), ExportError> {
+        let is_json = self.source.text.trim_start().starts_with('{');
+        let extension = if is_json { "json" } else { "toml" };
+        let package = Package {
+            description: &self.description,
+            program: &self.program.to_bytes()?,
+            scene: (!self.source.text.is_empty()).then_some(SceneText { extension, text: &self.source.text }),
+            page: Page { drawing: &front.drawing, equations: &front.equations, accuracy },
+            runtimes,
+        };
+        archive::write(&package, path)
+    }
+
+    /// What a simulation reports: indices of variables of the description.
+    pub fn reported(&self) -> Vec<usize> {
+        self.description.reported()
+    }
+
+    /// Warns of motion whose work grows without bound, as its accuracy shows.
+    pub(crate) fn warn_of_growth(&mut self, accuracy: &Result<Accuracy, String>) {
+        let Some(accuracy) = accuracy.as_ref().ok().filter(|accuracy| accuracy.growing) else { return };
+        let message = format!(
+            "the motion takes more and more work: what accuracy costs is measured until t = {:.3} s only",
+            accuracy.span[1]
+        );
+        let help = "look for damping that is negative, or a law that drives the motion without bound";
+        self.warn(vec![Fault::warning("scene::growing_motion", message, Span::default()).help(help)]);
+    }
+
+    /// What accuracy costs with this model.
+    ///
+    /// # Errors
+    /// Why it cannot be measured.
+    pub fn accuracy(&self) -> Result<Accuracy, String> {
+        let model = Model::new(self.program.clone()).map_err(|fault| fault.to_string())?;
+        let measured = accuracy::measure(&Arc::new(model), &self.reported(), self.description.experiment);
+        measured.map_err(|error| error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn metre() -> Unit {
+        Unit { exponents: [0, 1, 0, 0], si: "m".into(), display: None }
+    }
+
+    #[test]
+    fn masses_beyond_all_bounds_are_faults_of_the_scene() {
+        let text = include_str!("../models/slider_crank/scene.toml").replace("mass = 3.0", "mass = 1e308");
+        let faults = compile(&Scene::from_toml(&text).unwrap()).unwrap_err().to_json().to_string();
+        assert!(faults.contains("scene::out_of_range") && faults.contains("power of ten"), "{faults}");
+    }
+
+    #[test]
+    fn quantities_are_numbers_with_the_right_unit() {
+        assert_eq!(quantity("1.5", &metre()), Ok(1.5));
+        assert_eq!(quantity("120 mm", &metre()), Ok(0.12));
+        for (text, message) in
+            [("3 kg", "not in m"), ("2*l", "not a number"), ("", "not a number"), ("2 furlong", "furlong")]
+        {
+            let error = quantity(text, &metre()).unwrap_err();
+            assert!(error.contains(message), "{text}: {error}");
+        }
+    }
+}

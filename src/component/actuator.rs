@@ -1,0 +1,64 @@
+//! Actuator (F): a force law in the distance between two points and its rate.
+
+use super::key::{BETWEEN_POINTS, Form, Key};
+use super::{Component, Facts, Icon, Rows, Stroke, System, line};
+use crate::mechanism::measure::FORCE;
+use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::{Load, Quantity};
+
+pub(super) struct Actuator;
+
+const FACTS: Facts = Facts {
+    about: "a force law along the line between two points",
+    equations: "F = force(length, rate, ...)",
+    keys: &[
+        BETWEEN_POINTS,
+        Key::required(
+            "force",
+            Form::Law(FORCE),
+            "the law; positive pushes the points apart",
+            "give the law: `force = \"-k*(length - l0)\"`",
+        ),
+    ],
+    variables: &[Q::Length, Q::Rate, Q::Force],
+    own: &[Q::Length, Q::Rate],
+    pose: &[Q::Length, Q::Force],
+    ..Facts::load("actuator")
+};
+
+impl Component for Actuator {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        line::rows(system, part, "F")
+    }
+
+    fn law(&self, _part: &Part) -> Option<String> {
+        Some("force".to_string())
+    }
+
+    fn icon(&self, _part: &Part) -> Icon {
+        Icon::Line(cylinder)
+    }
+}
+
+/// A cylinder with a piston on a rod.
+pub(super) fn cylinder(length: f64) -> Vec<Stroke> {
+    let (low, high) = (0.2 * length, 0.65 * length);
+    let piston = 0.5 * (low + high);
+    vec![
+        Stroke::open(vec![[0.0, 0.0], [low, 0.0]]),
+        Stroke { points: vec![[low, -1.5], [high, -1.5], [high, 1.5], [low, 1.5]], closed: true },
+        Stroke::open(vec![[piston, -1.5], [piston, 1.5]]),
+        Stroke::open(vec![[piston, 0.0], [length, 0.0]]),
+    ]
+}
+
+impl Load {
+    /// A force law between two points.
+    pub fn actuator(first: &str, second: &str, force: impl Into<Quantity>) -> Load {
+        Load::new("actuator").set("between", [first, second]).set("force", force.into())
+    }
+}

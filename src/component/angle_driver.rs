@@ -1,0 +1,51 @@
+//! Rotation driver (Theta): theta = theta(t).
+
+use super::key::{Form, Key};
+use super::{Angle, Component, Facts, Icon, Room, RotationalRow, Rows, System, table3};
+use crate::mechanism::measure::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY};
+use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::{Driver, Motion};
+
+pub(super) struct AngleDriver;
+
+const FACTS: Facts = Facts {
+    about: "turns a revolute joint",
+    equations: "theta = theta(t)",
+    keys: &[
+        Key::one_of("joint", Form::Joint, "the joint that it turns"),
+        Key::one_of("between", Form::Bodies, "two bodies: it turns the second against the first"),
+        Key::required("angle", Form::Motion([ANGLE, ANGULAR_VELOCITY, ANGULAR_ACCELERATION]), "the motion", ""),
+    ],
+    variables: &[Q::Torque],
+    reactions: &[Q::Torque],
+    room: Room::Turning,
+    ..Facts::driver("angle")
+};
+
+impl Component for AngleDriver {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        let angle = Angle::Given(system.signal(part));
+        let row = RotationalRow { priority: table3::ROTATION_DRIVER, angle, ..RotationalRow::free(system, part) };
+        Rows { letter: "Theta", rotation: Some(row), ..Rows::default() }
+    }
+
+    fn icon(&self, _part: &Part) -> Icon {
+        Icon::Turn
+    }
+}
+
+impl Driver {
+    /// The angle of a revolute joint.
+    pub fn angle(joint: &str, motion: impl Into<Motion>) -> Driver {
+        Driver::new().set("joint", joint).set("angle", motion.into())
+    }
+
+    /// The angle of the second body relative to the first.
+    pub fn angle_between(first: &str, second: &str, motion: impl Into<Motion>) -> Driver {
+        Driver::new().set("between", [first, second]).set("angle", motion.into())
+    }
+}

@@ -1,0 +1,85 @@
+//! Belt or chain (b) over two pulleys: radius_b theta_b = +-radius_a theta_a, both angles relative to the carrier, minus if the belt is
+//! crossed. It neither slips nor stretches. The reaction is the torque on the second pulley.
+
+use super::key::{BETWEEN_BODIES, CARRIER_BODY, Form, Key, Range};
+use super::{Component, Facts, Icon, Rows, System, gear};
+use crate::mechanism::measure::{ANGLE, LENGTH};
+use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::{Joint, Quantity};
+
+pub(super) struct Belt;
+
+const FACTS: Facts = Facts {
+    about: "a belt or chain over two pulleys on a carrier, without slip",
+    equations: "theta_b = +-(first_radius/second_radius) theta_a + angle",
+    keys: &[
+        BETWEEN_BODIES,
+        CARRIER_BODY,
+        Key::required(
+            "first_radius",
+            Form::Constant(LENGTH, Range::Positive),
+            "the radius of the first pulley",
+            "give the radius of the first pulley: `first_radius = \"40 mm\"`",
+        ),
+        Key::required(
+            "second_radius",
+            Form::Constant(LENGTH, Range::Positive),
+            "the radius of the second pulley",
+            "give the radius of the second pulley: `second_radius = \"120 mm\"`",
+        ),
+        Key::optional(
+            "run",
+            Form::Choice(
+                &["open", "crossed"],
+                "a belt runs \"open\" or \"crossed\": then the pulleys turn against each other",
+            ),
+            "whether the belt is open or crossed",
+        ),
+        Key::optional(
+            "angle",
+            Form::Constant(ANGLE, Range::Any),
+            "the second pulley's angle where the first's is zero",
+        ),
+    ],
+    variables: &[Q::Torque],
+    reactions: &[Q::Torque],
+    undriven: ["a belt", "name the joint in which a pulley turns"],
+    ..Facts::joint("belt")
+};
+
+impl Component for Belt {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        let radii = ["first_radius", "second_radius"].map(|key| system.value(part.formula(key)));
+        let open = system.arena.divide(radii[0], radii[1]);
+        let ratio = if is_crossed(part) { system.arena.negate(open) } else { open };
+        let coupling = gear::wheels(system, part, ratio, part.formula("angle"));
+        Rows { letter: "b", coupling: Some(coupling), ..Rows::default() }
+    }
+
+    fn icon(&self, part: &Part) -> Icon {
+        let radii = ["first_radius", "second_radius"].map(|key| part.formula(key).clone());
+        Icon::Band { carrier: part.place("carrier").body(), radii, crossed: is_crossed(part) }
+    }
+}
+
+fn is_crossed(part: &Part) -> bool {
+    part.choice("run") == Some("crossed")
+}
+
+impl Joint {
+    /// An open belt or chain over two pulleys.
+    pub fn belt(first: &str, second: &str, radii: [impl Into<Quantity>; 2]) -> Joint {
+        let [first_radius, second_radius] = radii.map(Into::into);
+        Joint::new("belt", first, second).set("first_radius", first_radius).set("second_radius", second_radius)
+    }
+
+    /// Lets a belt cross: the pulleys turn against each other.
+    #[must_use]
+    pub fn crossed(self) -> Joint {
+        self.set("run", "crossed")
+    }
+}

@@ -1,0 +1,69 @@
+//! Constant-force spring (F): a pre-stressed strip that unrolls from a drum pulls its ends together with the same force at any length.
+
+use super::key::{BETWEEN_POINTS, Form, Key, Range};
+use super::{Component, Facts, Icon, Rows, Stroke, System, line};
+use crate::mechanism::measure::FORCE;
+use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::{Load, Quantity};
+
+pub(super) struct ConstantForce;
+
+const FACTS: Facts = Facts {
+    about: "a spring that pulls two points together with the same force at any length",
+    equations: "F = -pull",
+    keys: &[
+        BETWEEN_POINTS,
+        Key::required(
+            "pull",
+            Form::Constant(FORCE, Range::Any),
+            "the force that pulls the points together",
+            "give the force that pulls the points together [N]: `pull = 20`",
+        ),
+    ],
+    variables: &[Q::Length, Q::Rate, Q::Force],
+    pose: &[Q::Length, Q::Force],
+    pulls: true,
+    ..Facts::load("constant_force_spring")
+};
+
+impl Component for ConstantForce {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        line::rows(system, part, "k")
+    }
+
+    fn law(&self, _part: &Part) -> Option<String> {
+        Some("-pull".to_string())
+    }
+
+    fn energy(&self, _part: &Part) -> Option<String> {
+        Some("pull*own.length".to_string())
+    }
+
+    fn icon(&self, _part: &Part) -> Icon {
+        Icon::Line(drum)
+    }
+}
+
+/// A strip that unrolls from a spiral at the first point.
+fn drum(length: f64) -> Vec<Stroke> {
+    let radius = (0.3 * length).min(2.4);
+    let turns = |step: i32| {
+        let share = f64::from(step) / 60.0;
+        let (angle, reach) = (5.0 * std::f64::consts::PI * share, radius * (0.15 + 0.85 * share));
+        [reach * angle.sin(), reach * angle.cos()]
+    };
+    let mut strip: Vec<[f64; 2]> = (0..=60).map(turns).collect();
+    strip.push([length, 0.0]);
+    vec![Stroke::open(strip)]
+}
+
+impl Load {
+    /// A spring that pulls two points together with the same force at any length.
+    pub fn constant_force_spring(first: &str, second: &str, pull: impl Into<Quantity>) -> Load {
+        Load::new("constant_force_spring").set("between", [first, second]).set("pull", pull.into())
+    }
+}

@@ -1,0 +1,62 @@
+//! External force (F): datum -> point; F = F(r, v, t).
+
+use super::key::{Form, Key, ON_POINT, TWO_COMPONENTS};
+use super::{Component, Facts, Force, Icon, Rows, System, TranslationalRow};
+use crate::graph::TNode;
+use crate::mechanism::Part;
+use crate::mechanism::measure::FORCE;
+use crate::scene::{Load, Vector};
+
+pub(super) struct AppliedForce;
+
+const FACTS: Facts = Facts {
+    about: "a force on a point",
+    equations: "F = vector",
+    keys: &[
+        ON_POINT,
+        Key::required("vector", Form::Vector(FORCE), "the components", TWO_COMPONENTS),
+        Key::optional(
+            "frame",
+            Form::Choice(&["world", "body"], "`frame` is \"world\" (the default) or \"body\""),
+            "whose axes the components are along",
+        ),
+    ],
+    ..Facts::load("force")
+};
+
+impl Component for AppliedForce {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        let on = part.between[1];
+        let through = match on.body() {
+            Some(body) if in_body(part) => Force::InBody(body, part.vector("vector")),
+            _ => Force::World(part.vector("vector")),
+        };
+        let ends = [TNode::DATUM, system.t_node(on)];
+        let row = TranslationalRow::force(system, part, ends, through);
+        Rows { letter: "F", translation: Some(row), ..Rows::default() }
+    }
+
+    fn icon(&self, part: &Part) -> Icon {
+        Icon::Arrow { vector: part.vector("vector"), in_body: in_body(part) }
+    }
+}
+
+fn in_body(part: &Part) -> bool {
+    part.choice("frame") == Some("body")
+}
+
+impl Load {
+    /// A force on a point, in the world frame.
+    pub fn force(on: &str, vector: impl Into<Vector>) -> Load {
+        Load::new("force").set("on", on).set("vector", vector.into())
+    }
+
+    /// A force on a point, in the body's frame.
+    pub fn body_force(on: &str, vector: impl Into<Vector>) -> Load {
+        Load::force(on, vector).set("frame", "body")
+    }
+}

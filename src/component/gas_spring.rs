@@ -1,0 +1,92 @@
+//! Gas spring (F): gas in a cylinder pushes two points apart, p V^n = constant. The exponent n is 1 if the gas keeps its temperature and 1.4
+//! if air keeps its heat (a polytropic process).
+
+use super::key::{BETWEEN_POINTS, Form, Key, Range};
+use super::{Component, Facts, Icon, Rows, System, actuator, line};
+use crate::mechanism::measure::{FORCE, LENGTH, NUMBER};
+use crate::mechanism::{Formula, Part, Quantity as Q};
+use crate::scene::{Load, Quantity};
+
+pub(super) struct GasSpring;
+
+const FACTS: Facts = Facts {
+    about: "gas in a cylinder that pushes two points apart",
+    equations: "F = push (column/(column + x))^exponent, x = |r| - length",
+    keys: &[
+        BETWEEN_POINTS,
+        Key::required(
+            "push",
+            Form::Constant(FORCE, Range::Any),
+            "the force that pushes the points apart at `length`",
+            "give the force that pushes the points apart at `length` [N]: `push = 300`",
+        ),
+        Key::required(
+            "length",
+            Form::Constant(LENGTH, Range::Any),
+            "the distance between the points where the force is `push`",
+            "give the distance between the points where the force is `push`: `length = \"0.3 m\"`",
+        ),
+        Key::required(
+            "column",
+            Form::Constant(LENGTH, Range::Positive),
+            "the length of the column of gas there: its volume over the area of the piston",
+            "give the length of the column of gas where the force is `push`: `column = \"0.2 m\"`",
+        ),
+        Key::required(
+            "exponent",
+            Form::Constant(NUMBER, Range::Positive),
+            "the exponent of the volume in p V^n: 1 at constant temperature, 1.4 for air without exchange of heat",
+            "give the exponent of p V^n: `exponent = 1.4`",
+        ),
+    ],
+    variables: &[Q::Length, Q::Rate, Q::Force],
+    pose: &[Q::Length, Q::Force],
+    pulls: true,
+    ..Facts::load("gas_spring")
+};
+
+const RATIO: &str = "(column/(column + own.length - length))";
+
+impl Component for GasSpring {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        line::rows(system, part, "k")
+    }
+
+    fn law(&self, _part: &Part) -> Option<String> {
+        Some(format!("push*{RATIO}^exponent"))
+    }
+
+    /// The integral of the force from `length`, with its own form where the exponent is 1.
+    fn energy(&self, part: &Part) -> Option<String> {
+        let power = format!("push*column/(exponent - 1)*({RATIO}^(exponent - 1) - 1)");
+        let logarithm = format!("push*column*log{RATIO}");
+        Some(match part.formula("exponent") {
+            Formula::Number(1.0) => logarithm,
+            Formula::Number(_) => power,
+            _ => format!("if(abs(exponent - 1) < 1e-9, {logarithm}, {power})"),
+        })
+    }
+
+    fn icon(&self, _part: &Part) -> Icon {
+        Icon::Line(actuator::cylinder)
+    }
+}
+
+impl Load {
+    /// Gas in a cylinder that pushes two points apart: `push` where they are `length` apart and the gas fills `column`.
+    pub fn gas_spring(
+        first: &str,
+        second: &str,
+        push: impl Into<Quantity>,
+        [length, column]: [f64; 2],
+        exponent: impl Into<Quantity>,
+    ) -> Load {
+        let load = Load::new("gas_spring").set("between", [first, second]).set("push", push.into());
+        let load = load.set("length", Quantity::from(length)).set("column", Quantity::from(column));
+        load.set("exponent", exponent.into())
+    }
+}

@@ -1,0 +1,66 @@
+//! Gear pair (g): theta_b = ratio theta_a + angle, both angles relative to the carrier. The reaction is the torque on b; a gets
+//! -ratio times as much and the carrier the rest.
+
+use super::key::{BETWEEN_BODIES, CARRIER_BODY, Form, Key, Range};
+use super::{Component, Coupling, Facts, Icon, Port, Rows, System, Term};
+use crate::expr::Expr;
+use crate::mechanism::measure::{ANGLE, NUMBER};
+use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::{Joint, Quantity};
+
+pub(super) struct Gear;
+
+const FACTS: Facts = Facts {
+    about: "two wheels on a carrier that turn in a constant ratio",
+    equations: "theta_b = ratio theta_a + angle",
+    keys: &[
+        BETWEEN_BODIES,
+        CARRIER_BODY,
+        Key::required(
+            "ratio",
+            Form::Constant(NUMBER, Range::NotZero),
+            "the second wheel's turns for one of the first; negative for external teeth",
+            "give the second wheel's turns for one of the first: `ratio = -0.5`, negative for external teeth",
+        ),
+        Key::optional("angle", Form::Constant(ANGLE, Range::Any), "the second wheel's angle where the first's is zero"),
+    ],
+    variables: &[Q::Torque],
+    reactions: &[Q::Torque],
+    undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],
+    ..Facts::joint("gear")
+};
+
+impl Component for Gear {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        let ratio = system.value(part.formula("ratio"));
+        let offset = part.formula("angle").clone();
+        Rows { letter: "g", coupling: Some(wheels(system, part, ratio, &offset)), ..Rows::default() }
+    }
+
+    fn icon(&self, part: &Part) -> Icon {
+        Icon::Gears { ratio: part.formula("ratio").clone(), carrier: part.place("carrier").body() }
+    }
+}
+
+/// theta_b - ratio theta_a = offset, both angles relative to the carrier.
+pub(super) fn wheels(system: &mut System, part: &Part, ratio: Expr, offset: &crate::mechanism::Formula) -> Coupling {
+    let carrier = system.r_node(part.place("carrier").body());
+    let [first, second] = part.bodies().map(|body| system.r_node(body));
+    let minus_ratio = system.arena.negate(ratio);
+    let terms = vec![
+        Term { factor: Expr::ONE, port: Port::Angle([carrier, second]) },
+        Term { factor: minus_ratio, port: Port::Angle([carrier, first]) },
+    ];
+    Coupling { terms, offset: system.value(offset) }
+}
+
+impl Joint {
+    /// Two wheels that turn in a constant ratio.
+    pub fn gear(first: &str, second: &str, ratio: impl Into<Quantity>) -> Joint {
+        Joint::new("gear", first, second).set("ratio", ratio.into())
+    }
+}

@@ -1,0 +1,45 @@
+//! Position driver (R): r = r(t), from the ground to a point.
+
+use super::key::{Form, Key, TWO_COMPONENTS};
+use super::{Component, Facts, Icon, Known, Room, Rows, System, TranslationalRow, table2};
+use crate::mechanism::measure::LENGTH;
+use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::{Driver, Vector};
+
+pub(super) struct PositionDriver;
+
+const FACTS: Facts = Facts {
+    about: "moves a point",
+    equations: "r = r(t)",
+    keys: &[
+        Key::one_of("on", Form::Point, "the point that it moves"),
+        Key::required("position", Form::Vector(LENGTH), "the motion in the world", TWO_COMPONENTS),
+    ],
+    variables: &[Q::Fx, Q::Fy],
+    reactions: &[Q::Fx, Q::Fy],
+    room: Room::Line,
+    ..Facts::driver("position")
+};
+
+impl Component for PositionDriver {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        let known = Known::Given(part.vector("position").map(|component| system.given(&component)));
+        let row = TranslationalRow { priority: table2::POSITION_DRIVER, known, ..TranslationalRow::pin(system, part) };
+        Rows { letter: "R", translation: Some(row), ..Rows::default() }
+    }
+
+    fn icon(&self, part: &Part) -> Icon {
+        Icon::Target(part.vector("position"))
+    }
+}
+
+impl Driver {
+    /// The position of a point in the world.
+    pub fn position(on: &str, position: impl Into<Vector>) -> Driver {
+        Driver::new().set("on", on).set("position", position.into())
+    }
+}

@@ -1,0 +1,53 @@
+//! Prismatic joint (s): a slide, r = s u, that holds the angle.
+
+use super::key::{ANGLE_BETWEEN, AXIS, BETWEEN_POINTS};
+use super::{Component, Facts, Icon, Room, RotationalRow, Rows, System, slide};
+use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::{Joint, Scene, Vector};
+
+pub(super) struct Prismatic;
+
+const FACTS: Facts = Facts {
+    about: "sliding along an axis without turning",
+    equations: "r = s u, theta = angle, F u = -damping v - friction",
+    keys: &[BETWEEN_POINTS, AXIS, ANGLE_BETWEEN, slide::DAMPING, slide::FRICTION],
+    variables: &[Q::S, Q::V, Q::A, Q::Fn, Q::Force, Q::Torque],
+    reactions: &[Q::Fn, Q::Torque],
+    pose: &[Q::S],
+    room: Room::Needless("remove it: every mass slides along x already"),
+    undriven: ["prismatic", "give `displacement = ...` instead of `angle`"],
+    drivers: &["displacement"],
+    ..Facts::joint("prismatic")
+};
+
+impl Component for Prismatic {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        let translation = slide::row(system, part);
+        let angle = system.value(part.formula("angle"));
+        let rotation = RotationalRow::held(system, part, angle);
+        Rows { letter: "s", translation: Some(translation), rotation: Some(rotation), coupling: None }
+    }
+
+    fn icon(&self, part: &Part) -> Icon {
+        Icon::Slider(part.vector("axis"))
+    }
+}
+
+impl Joint {
+    /// Sliding along an axis in the first body's frame.
+    pub fn prismatic(first: &str, second: &str, axis: impl Into<Vector>) -> Joint {
+        Joint::new("prismatic", first, second).set("axis", axis.into())
+    }
+}
+
+impl Scene {
+    /// Adds a prismatic joint between two points along an axis in the first body's frame.
+    #[must_use]
+    pub fn prismatic(self, name: &str, first: &str, second: &str, axis: impl Into<Vector>) -> Scene {
+        self.joint(name, Joint::prismatic(first, second, axis))
+    }
+}

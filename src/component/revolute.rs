@@ -1,0 +1,62 @@
+//! Revolute joint (h): r = 0, T resists.
+
+use super::key::{BETWEEN_POINTS, Form, Key, Range};
+use super::{Component, Facts, Icon, Resistance, Room, RotationalRow, Rows, System, Torque, TranslationalRow};
+use crate::mechanism::measure::{ANGULAR_VELOCITY, TORQUE, TORSION_DAMPING};
+use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::{Joint, Scene};
+
+pub(super) struct Revolute;
+
+const FACTS: Facts = Facts {
+    about: "turning about the common point",
+    equations: "r = 0, T = -damping omega - friction",
+    keys: &[
+        BETWEEN_POINTS,
+        Key::optional("damping", Form::Constant(TORSION_DAMPING, Range::Any), "viscous friction"),
+        Key::optional("friction", Form::Friction([TORQUE, ANGULAR_VELOCITY]), "dry friction"),
+    ],
+    variables: &[Q::Angle, Q::Omega, Q::Alpha, Q::Fx, Q::Fy, Q::Torque],
+    reactions: &[Q::Fx, Q::Fy],
+    pose: &[Q::Angle],
+    room: Room::Turning,
+    undriven: ["revolute", "give `angle = ...` instead of `displacement`"],
+    drivers: &["angle"],
+    ..Facts::joint("revolute")
+};
+
+impl Component for Revolute {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        let resistance = Resistance::of(system, part);
+        let turn = RotationalRow::free(system, part);
+        Rows {
+            letter: "h",
+            translation: Some(TranslationalRow::pin(system, part)),
+            rotation: Some(RotationalRow { through: resistance.map_or(Torque::None, Torque::Resistance), ..turn }),
+            coupling: None,
+        }
+    }
+
+    fn icon(&self, _part: &Part) -> Icon {
+        Icon::Pin
+    }
+}
+
+impl Joint {
+    /// Turning about the common point.
+    pub fn revolute(first: &str, second: &str) -> Joint {
+        Joint::new("revolute", first, second)
+    }
+}
+
+impl Scene {
+    /// Adds a revolute joint between two points.
+    #[must_use]
+    pub fn revolute(self, name: &str, first: &str, second: &str) -> Scene {
+        self.joint(name, Joint::revolute(first, second))
+    }
+}

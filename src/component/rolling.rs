@@ -1,0 +1,82 @@
+//! Disc that rolls on a line without slip (o): r = s u + radius n, from the line's point to the disc's centre, with u along the line
+//! and n = k x u fixed in the first body; and s + radius theta = displacement. The normal force is the reaction of the edge,
+//! the tangential force that of the coupling: with the torque radius x force it acts at the contact.
+
+use super::key::{AXIS, BETWEEN_POINTS, DISPLACEMENT, Form, Key, Range};
+use super::{
+    Component, CoordinateName, Coupling, Direction, Facts, Force, Icon, Known, Port, RotationalRow, Rows, System, Term,
+    TranslationalRow, table2,
+};
+use crate::expr::Expr;
+use crate::mechanism::measure::LENGTH;
+use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::{Joint, Quantity, Vector};
+
+pub(super) struct Rolling;
+
+const FACTS: Facts = Facts {
+    about: "a disc about the second point that rolls without slip on the left of a line of the first body",
+    equations: "r = s u + radius n, s + radius theta = displacement",
+    keys: &[
+        BETWEEN_POINTS,
+        AXIS,
+        Key::required(
+            "radius",
+            Form::Constant(LENGTH, Range::Positive),
+            "the radius of the disc",
+            "give the radius of the disc: `radius = \"0.2 m\"`",
+        ),
+        DISPLACEMENT,
+    ],
+    variables: &[Q::S, Q::V, Q::A, Q::Angle, Q::Omega, Q::Alpha, Q::Fn, Q::Ft],
+    reactions: &[Q::Fn, Q::Ft],
+    pose: &[Q::S, Q::Angle],
+    undriven: ["a rolling disc", "give `angle = ...` instead of `displacement`: the disc's angle moves its centre"],
+    drivers: &["angle"],
+    ..Facts::joint("rolling")
+};
+
+impl Component for Rolling {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        let [ux, uy] = system.values(&part.vector("axis"));
+        let (radius, offset) = (system.value(part.formula("radius")), system.value(part.formula("displacement")));
+        let normal = [system.arena.negate(uy), ux];
+        let height = normal.map(|component| system.arena.multiply(radius, component));
+        let first = part.between[0].body();
+        let along = Direction::Fixed(first, [ux, uy]);
+        let slide = part.between.map(|place| system.t_node(place));
+        let turn = RotationalRow::free(system, part);
+        let terms = vec![
+            Term { factor: Expr::ONE, port: Port::Along(slide, along) },
+            Term { factor: radius, port: Port::Angle(turn.ends) },
+        ];
+        Rows {
+            letter: "o",
+            translation: Some(TranslationalRow {
+                ends: slide,
+                priority: table2::PRISMATIC,
+                known: Known::Fixed(first, height),
+                motion: vec![(along, CoordinateName::new(&part.name, ["s", "v", "a"]))],
+                reaction: vec![Direction::Fixed(first, normal)],
+                through: Force::None,
+            }),
+            rotation: Some(turn),
+            coupling: Some(Coupling { terms, offset }),
+        }
+    }
+
+    fn icon(&self, part: &Part) -> Icon {
+        Icon::Rolling { axis: part.vector("axis"), radius: part.formula("radius").clone() }
+    }
+}
+
+impl Joint {
+    /// A disc about the second point that rolls on the left of a line through the first point, without slip.
+    pub fn rolling(first: &str, second: &str, axis: impl Into<Vector>, radius: impl Into<Quantity>) -> Joint {
+        Joint::new("rolling", first, second).set("axis", axis.into()).set("radius", radius.into())
+    }
+}

@@ -1,0 +1,26 @@
+//! What slides along an axis: r = s u with u fixed in the first body, F . u resists (Eqs 3, 4).
+
+use super::key::{Form, Key, Range};
+use super::{CoordinateName, Direction, Force, Known, Resistance, System, TranslationalRow, table2};
+use crate::mechanism::Part;
+use crate::mechanism::measure::{self, FORCE, VELOCITY};
+
+pub(super) const DAMPING: Key =
+    Key::optional("damping", Form::Constant(measure::DAMPING, Range::Any), "viscous friction");
+pub(super) const FRICTION: Key = Key::optional("friction", Form::Friction([FORCE, VELOCITY]), "dry friction");
+
+/// The row of a joint with the keys `axis`, `damping` and `friction`.
+pub(super) fn row(system: &mut System, part: &Part) -> TranslationalRow {
+    let [ux, uy] = system.values(&part.vector("axis"));
+    let normal = [system.arena.negate(uy), ux];
+    let resistance = Resistance::of(system, part);
+    let first = part.between[0].body();
+    TranslationalRow {
+        ends: part.between.map(|place| system.t_node(place)),
+        priority: table2::PRISMATIC,
+        known: Known::Zero,
+        motion: vec![(Direction::Fixed(first, [ux, uy]), CoordinateName::new(&part.name, ["s", "v", "a"]))],
+        reaction: vec![Direction::Fixed(first, normal)],
+        through: resistance.map_or(Force::None, Force::Resistance),
+    }
+}

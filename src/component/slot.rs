@@ -1,0 +1,43 @@
+//! Pin in slot (p): a slide, r = s u, that leaves the angle free, T = 0. A prismatic joint in the translational graph, a revolute
+//! one in the rotational.
+
+use super::key::{AXIS, BETWEEN_POINTS};
+use super::{Component, Facts, Icon, RotationalRow, Rows, System, slide};
+use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::{Joint, Vector};
+
+pub(super) struct Slot;
+
+const FACTS: Facts = Facts {
+    about: "a pin that slides along a line of the first body and turns freely",
+    equations: "r = s u, F u = -damping v - friction, T = 0",
+    keys: &[BETWEEN_POINTS, AXIS, slide::DAMPING, slide::FRICTION],
+    variables: &[Q::S, Q::V, Q::A, Q::Angle, Q::Omega, Q::Alpha, Q::Fn, Q::Force],
+    reactions: &[Q::Fn],
+    pose: &[Q::S, Q::Angle],
+    undriven: ["a slot", "give `displacement = ...` or `angle = ...`"],
+    drivers: &["angle", "displacement"],
+    ..Facts::joint("slot")
+};
+
+impl Component for Slot {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        let translation = Some(slide::row(system, part));
+        Rows { letter: "p", translation, rotation: Some(RotationalRow::free(system, part)), coupling: None }
+    }
+
+    fn icon(&self, part: &Part) -> Icon {
+        Icon::Slot(part.vector("axis"))
+    }
+}
+
+impl Joint {
+    /// A pin, the second point, in a slot along an axis in the first body's frame.
+    pub fn slot(first: &str, second: &str, axis: impl Into<Vector>) -> Joint {
+        Joint::new("slot", first, second).set("axis", axis.into())
+    }
+}

@@ -1,0 +1,225 @@
+//! All elements of a mechanism and the two graphs that they form.
+
+use std::collections::{BTreeSet, HashMap};
+
+use petgraph::unionfind::UnionFind;
+
+use super::{Angle, Element, Origin, RotationalRow, Signal, arm, body};
+use crate::diagnostic::Span;
+use crate::expr::{Arena, Expr, Order, Symbol};
+use crate::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
+use crate::mechanism::translate::translate;
+use crate::mechanism::{BodyId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place};
+
+/// The elements of a mechanism, its translational and its rotational graph, and the expressions in their terminal equations.
+#[derive(Clone, Debug)]
+pub struct System<'m> {
+    /// What the elements come from.
+    pub mechanism: &'m Mechanism,
+    /// Owns every expression of the equations.
+    pub arena: Arena,
+    /// Elements in the paper's order: bodies, ground vectors, arms, joints, drivers, loads.
+    pub elements: Vec<Element>,
+    /// Nodes are points.
+    pub translation: LinearGraph<Translation>,
+    /// Nodes are bodies.
+    pub rotation: LinearGraph<Rotation>,
+    /// Drivers that integrate an input: the driver, the input, and which derivative the input prescribes.
+    pub followers: Vec<(DriverId, InputId, Order)>,
+    pub(super) used: BTreeSet<Place>,
+    /// Classes of bodies that keep their relative angles.
+    held: UnionFind<usize>,
+    t_nodes: HashMap<Place, TNode>,
+    r_nodes: HashMap<BodyId, RNode>,
+    origins: HashMap<Origin, ElementId>,
+}
+
+impl<'m> System<'m> {
+    /// Builds both graphs.
+    pub fn new(mechanism: &'m Mechanism) -> Self {
+        let mut system = System {
+            mechanism,
+            arena: Arena::default(),
+            elements: Vec::new(),
+            translation: LinearGraph::default(),
+            rotation: LinearGraph::default(),
+            followers: Vec::new(),
+            used: used_places(mechanism),
+            held: UnionFind::new(mechanism.bodies.len() + 1),
+            t_nodes: HashMap::from([(Place::Origin, TNode::DATUM)]),
+            r_nodes: HashMap::new(),
+            origins: HashMap::new(),
+        };
+        system.add_nodes();
+        system.add_bodies_and_arms();
+        for part in mechanism.parts() {
+            system.add_part(part);
+        }
+        system.find_held();
+        system
+    }
+
+    /// The element behind an index.
+    pub fn element(&self, id: ElementId) -> &Element {
+        &self.elements[id.0]
+    }
+
+    /// The element that stands for something of the scene.
+    pub fn find(&self, origin: Origin) -> Option<ElementId> {
+        self.origins.get(&origin).copied()
+    }
+
+    /// Where an element comes from in the scene's text.
+    pub fn span(&self, id: ElementId) -> Span {
+        let mechanism = self.mechanism;
+        match self.element(id).origin {
+            Origin::Body(body) => mechanism.bodies[body.0].span,
+            Origin::Arm(body, point) => mechanism.bodies[body.0].points[point].span,
+            Origin::GroundVector(point) => mechanism.ground[point].span,
+            Origin::Joint(joint) => mechanism.joints[joint.0].span,
+            Origin::Driver(driver) => mechanism.drivers[driver.0].span,
+            Origin::Load(load) => mechanism.loads[load.0].span,
+        }
+    }
+
+    /// The node of a point.
+    pub fn t_node(&self, place: Place) -> TNode {
+        // Every used place has a node; an unused one is only asked for by its body's centre.
+        self.t_nodes.get(&place).copied().unwrap_or(TNode::DATUM)
+    }
+
+    /// Does a point have a node of its own?
+    pub fn has_node(&self, place: Place) -> bool {
+        self.t_nodes.contains_key(&place)
+    }
+
+    /// The node of a body, or of the ground.
+    pub fn r_node(&self, body: Option<BodyId>) -> RNode {
+        body.and_then(|body| self.r_nodes.get(&body).copied()).unwrap_or(RNode::DATUM)
+    }
+
+    /// A formula of time, parameters and inputs.
+    pub fn value(&mut self, formula: &Formula) -> Expr {
+        // The scene permits no variable where this is used: resolving refuses it with a fault.
+        translate(&mut self.arena, formula, &mut |_, _| Expr::ZERO)
+    }
+
+    pub(super) fn values(&mut self, formulas: &[Formula; 2]) -> [Expr; 2] {
+        formulas.each_ref().map(|formula| self.value(formula))
+    }
+
+    pub(super) fn label(&self, letter: &str) -> String {
+        format!("{letter}{}", self.elements.len() + 1)
+    }
+
+    /// The motion that a driver prescribes.
+    pub(super) fn signal(&mut self, part: &Part) -> Signal {
+        let value = match (part.motion(), part.owner) {
+            (Some(Motion::Given(formula)), _) => self.value(formula),
+            (Some(Motion::Velocity(input)), Owner::Driver(driver)) => self.follower(driver, *input, Order::Velocity),
+            (Some(Motion::Acceleration(input)), Owner::Driver(driver)) => {
+                self.follower(driver, *input, Order::Acceleration)
+            }
+            _ => Expr::ZERO,
+        };
+        self.derivatives(value)
+    }
+
+    /// A function of time with its derivatives.
+    pub(super) fn given(&mut self, formula: &Formula) -> Signal {
+        let value = self.value(formula);
+        self.derivatives(value)
+    }
+
+    fn derivatives(&mut self, value: Expr) -> Signal {
+        let rate = self.arena.time_derivative(value);
+        let acceleration = self.arena.time_derivative(rate);
+        Signal { value, rate, acceleration }
+    }
+
+    fn follower(&mut self, driver: DriverId, input: InputId, order: Order) -> Expr {
+        self.followers.push((driver, input, order));
+        self.arena.symbol(Symbol::Follower(self.followers.len() - 1, Order::Position))
+    }
+
+    fn add_nodes(&mut self) {
+        for (index, body) in self.mechanism.bodies.iter().enumerate() {
+            let id = BodyId(index);
+            self.t_nodes.insert(Place::Centre(id), self.translation.add_node(&body.name));
+            if self.mechanism.dimension == crate::mechanism::Dimension::Two {
+                self.r_nodes.insert(id, self.rotation.add_node(&body.name));
+            }
+        }
+        for &place in &self.used {
+            let name = match place {
+                Place::Origin | Place::Centre(_) => continue,
+                Place::Ground(point) => format!("ground.{}", self.mechanism.ground[point].name),
+                Place::Point(body, point) => {
+                    let body = &self.mechanism.bodies[body.0];
+                    format!("{}.{}", body.name, body.points[point].name)
+                }
+            };
+            self.t_nodes.insert(place, self.translation.add_node(name));
+        }
+    }
+
+    fn add_bodies_and_arms(&mut self) {
+        for index in 0..self.mechanism.bodies.len() {
+            let element = body::element(self, BodyId(index));
+            self.push(element);
+        }
+        for place in self.used.clone() {
+            let element = match place {
+                Place::Ground(point) => arm::of_ground(self, point),
+                Place::Point(body, point) => arm::of_body(self, body, point),
+                Place::Origin | Place::Centre(_) => continue,
+            };
+            self.push(element);
+        }
+    }
+
+    fn add_part(&mut self, part: &Part) {
+        let rows = super::of(part).rows(part, self);
+        let origin = match part.owner {
+            Owner::Joint(joint) => Origin::Joint(joint),
+            Owner::Driver(driver) => Origin::Driver(driver),
+            Owner::Load(load) => Origin::Load(load),
+            Owner::Place(_) | Owner::System => return, // no part has such an owner
+        };
+        let (label, name) = (self.label(rows.letter), part.name.clone());
+        let (translation, rotation, coupling) = (rows.translation, rows.rotation, rows.coupling);
+        self.push(Element { label, name, origin, translation, rotation, coupling });
+    }
+
+    fn push(&mut self, element: Element) {
+        let id = ElementId(self.elements.len());
+        if let Some(row) = &element.translation {
+            self.translation.add_edge(id, row.ends);
+        }
+        if let Some(row) = &element.rotation {
+            self.rotation.add_edge(id, row.ends);
+        }
+        self.origins.entry(element.origin).or_insert(id);
+        self.elements.push(element);
+    }
+}
+
+/// The points that joints, drivers and loads use.
+fn used_places(mechanism: &Mechanism) -> BTreeSet<Place> {
+    mechanism.parts().flat_map(Part::places).collect()
+}
+
+impl System<'_> {
+    /// Is a body's angle held to the ground's by prismatic joints and welds?
+    pub fn cannot_turn(&self, body: BodyId) -> bool {
+        self.held.equiv(RNode::DATUM.index(), self.r_node(Some(body)).index())
+    }
+
+    fn find_held(&mut self) {
+        for element in &self.elements {
+            if let Some(RotationalRow { ends: [a, b], angle: Angle::Constant(_), .. }) = &element.rotation {
+                self.held.union(a.index(), b.index());
+            }
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! Rotational damper (T): a torque against the rate of the angle between two bodies.
+
+use super::key::{BETWEEN_BODIES, Form, Key, Range};
+use super::{Component, Facts, Icon, Room, Rows, System, torsion};
+use crate::mechanism::measure::TORSION_DAMPING;
+use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::{Load, Quantity};
+
+pub(super) struct TorsionDamper;
+
+const FACTS: Facts = Facts {
+    about: "a damper that resists turning",
+    equations: "T = -damping theta'",
+    keys: &[
+        BETWEEN_BODIES,
+        Key::required(
+            "damping",
+            Form::Constant(TORSION_DAMPING, Range::Any),
+            "the damping coefficient",
+            "give the damping coefficient [N.m.s]: `damping = 0.5`",
+        ),
+    ],
+    variables: &[Q::Angle, Q::Omega, Q::Torque],
+    pose: &[Q::Angle, Q::Torque],
+    room: Room::Turning,
+    ..Facts::load("torsion_damper")
+};
+
+impl Component for TorsionDamper {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        torsion::rows(system, part)
+    }
+
+    fn law(&self, _part: &Part) -> Option<String> {
+        Some("-(damping*own.omega)".to_string())
+    }
+
+    fn icon(&self, _part: &Part) -> Icon {
+        Icon::Turn
+    }
+}
+
+impl Load {
+    /// A damper that resists turning.
+    pub fn torsion_damper(first: &str, second: &str, damping: impl Into<Quantity>) -> Load {
+        Load::new("torsion_damper").set("between", [first, second]).set("damping", damping.into())
+    }
+}

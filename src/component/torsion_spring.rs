@@ -1,0 +1,61 @@
+//! Torsion spring and damper (T) between two bodies.
+
+use super::key::{BETWEEN_BODIES, Form, Key, Range};
+use super::spring::{self, SIDE};
+use super::{Component, Facts, Icon, Room, Rows, System, torsion};
+use crate::mechanism::measure::{ANGLE, CUBIC_TORSION_STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS};
+use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::{Load, Quantity};
+
+pub(super) struct TorsionSpring;
+
+const FACTS: Facts = Facts {
+    about: "a spring and damper that resists turning",
+    equations: "T = -stiffness x - cubic x^3 - damping x', x = theta - angle",
+    keys: &[
+        BETWEEN_BODIES,
+        Key::required(
+            "stiffness",
+            Form::Constant(TORSION_STIFFNESS, Range::Any),
+            "the stiffness",
+            "give the stiffness [N.m/rad]; 0 makes it a damper",
+        ),
+        Key::optional("angle", Form::Constant(ANGLE, Range::Any), "the free angle"),
+        Key::optional("damping", Form::Constant(TORSION_DAMPING, Range::Any), "the damping coefficient"),
+        Key::optional("cubic", Form::Constant(CUBIC_TORSION_STIFFNESS, Range::Any), "the cubic stiffness"),
+        SIDE,
+    ],
+    variables: &[Q::Angle, Q::Omega, Q::Torque],
+    pose: &[Q::Angle, Q::Torque],
+    room: Room::Turning,
+    ..Facts::load("torsion_spring")
+};
+
+impl Component for TorsionSpring {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        torsion::rows(system, part)
+    }
+
+    fn law(&self, part: &Part) -> Option<String> {
+        Some(spring::law(part, "own.angle - angle", "own.omega"))
+    }
+
+    fn energy(&self, part: &Part) -> Option<String> {
+        Some(spring::energy(part, "own.angle - angle"))
+    }
+
+    fn icon(&self, _part: &Part) -> Icon {
+        Icon::Turn
+    }
+}
+
+impl Load {
+    /// A spring that resists turning.
+    pub fn torsion_spring(first: &str, second: &str, stiffness: impl Into<Quantity>) -> Load {
+        Load::new("torsion_spring").set("between", [first, second]).set("stiffness", stiffness.into())
+    }
+}

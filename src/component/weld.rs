@@ -1,0 +1,55 @@
+//! Weld (w): r = 0 and the angle is held. A revolute joint in the translational graph, a prismatic one in the rotational.
+
+use super::key::{ANGLE_BETWEEN, BETWEEN_POINTS};
+use super::{Component, Facts, Icon, Room, RotationalRow, Rows, System, TranslationalRow};
+use crate::mechanism::{Dimension, Part, Quantity as Q};
+use crate::scene::{Joint, Scene};
+
+pub(super) struct Weld;
+
+const FACTS: Facts = Facts {
+    about: "no motion",
+    equations: "r = 0, theta = angle",
+    keys: &[BETWEEN_POINTS, ANGLE_BETWEEN],
+    variables: &[Q::Fx, Q::Fy, Q::Torque],
+    reactions: &[Q::Fx, Q::Fy, Q::Torque],
+    room: Room::Line,
+    undriven: ["a weld", "a weld permits no motion: name a revolute or a prismatic joint"],
+    ..Facts::joint("weld")
+};
+
+impl Component for Weld {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rows(&self, part: &Part, system: &mut System) -> Rows {
+        let plane = system.mechanism.dimension == Dimension::Two;
+        let angle = system.value(part.formula("angle"));
+        Rows {
+            letter: "w",
+            translation: Some(TranslationalRow::pin(system, part)),
+            rotation: plane.then(|| RotationalRow::held(system, part, angle)),
+            coupling: None,
+        }
+    }
+
+    fn icon(&self, _part: &Part) -> Icon {
+        Icon::Fixed
+    }
+}
+
+impl Joint {
+    /// No motion.
+    pub fn weld(first: &str, second: &str) -> Joint {
+        Joint::new("weld", first, second)
+    }
+}
+
+impl Scene {
+    /// Adds a weld between two points.
+    #[must_use]
+    pub fn weld(self, name: &str, first: &str, second: &str) -> Scene {
+        self.joint(name, Joint::weld(first, second))
+    }
+}

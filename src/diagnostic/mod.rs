@@ -1,0 +1,9 @@
+//! Faults of a scene: where they are, what is wrong, what to do; and how they are shown.
+
+pub mod fault;
+pub(crate) mod render;
+pub mod span;
+pub(crate) mod suggest;
+
+pub use fault::{Fault, Faults, Severity};
+pub use span::{Source, Span, Text};

@@ -1,0 +1,94 @@
+//! Functions that the runtime has no operation for, in terms of those that it has.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use super::function::Run;
+use super::term::build;
+use super::{Arena, Binary, Expr, Node, Unary};
+
+/// What stands for expressions in which functions are composed of others.
+#[derive(Clone, Debug, Default)]
+pub struct Expansions(HashMap<Expr, Expr>);
+
+impl Expansions {
+    /// The same expressions, expanded.
+    pub fn of(&self, roots: &[Expr]) -> Vec<Expr> {
+        roots.iter().map(|root| self.0.get(root).copied().unwrap_or(*root)).collect()
+    }
+}
+
+impl Arena {
+    /// What a function composed of others stands for; nothing for what has an operation of its own.
+    fn composed(&mut self, expr: Expr) -> Option<Expr> {
+        match self.node(expr) {
+            Node::Unary(function, a) => match function.definition().run {
+                Run::As(formula) => Some(build(self, [a], formula)),
+                Run::Own(..) => None,
+            },
+            Node::Binary(function, a, b) => match function.definition().run {
+                Run::As(formula) => Some(build(self, [a, b], formula)),
+                Run::Own(..) => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// What a function is for Taylor series, if they have no operation for it.
+    pub fn series_of_unary(&mut self, function: Unary, a: Expr) -> Option<Expr> {
+        function.definition().for_series().map(|formula| build(self, [a], formula))
+    }
+
+    /// The same for a function of two operands.
+    pub fn series_of_binary(&mut self, function: Binary, a: Expr, b: Expr) -> Option<Expr> {
+        function.definition().for_series().map(|formula| build(self, [a, b], formula))
+    }
+
+    /// The same expressions without functions that are composed of others.
+    pub fn expanded(&mut self, roots: &[Expr]) -> Vec<Expr> {
+        let mut known = Expansions::default();
+        self.expand(roots, &mut known.0);
+        known.of(roots)
+    }
+
+    /// An arena in which the roots can be said without functions that are composed of others: this one if they have none.
+    pub fn runnable(&self, roots: &[Expr]) -> (Cow<'_, Arena>, Expansions) {
+        let (mut arena, mut known) = (Cow::Borrowed(self), Expansions::default());
+        if self.reachable(roots.iter().copied()).into_iter().any(|expr| self.is_composed(expr)) {
+            arena.to_mut().expand(roots, &mut known.0);
+        }
+        (arena, known)
+    }
+
+    fn is_composed(&self, expr: Expr) -> bool {
+        match self.node(expr) {
+            Node::Unary(function, _) => matches!(function.definition().run, Run::As(_)),
+            Node::Binary(function, ..) => matches!(function.definition().run, Run::As(_)),
+            _ => false,
+        }
+    }
+
+    fn expand(&mut self, roots: &[Expr], known: &mut HashMap<Expr, Expr>) {
+        for expr in self.reachable(roots.iter().copied()) {
+            if known.contains_key(&expr) {
+                continue;
+            }
+            let of = |operand: Expr| known.get(&operand).copied().unwrap_or(operand);
+            let changed = self.node(expr).operands().any(|operand| of(operand) != operand);
+            let rebuilt = match self.node(expr) {
+                Node::Unary(function, a) if changed => self.apply_unary(function, of(a)),
+                Node::Binary(function, a, b) if changed => self.apply_binary(function, of(a), of(b)),
+                Node::Select(a, b, c) if changed => self.select(of(a), of(b), of(c)),
+                _ => expr,
+            };
+            let mut meaning = rebuilt;
+            if let Some(composed) = self.composed(rebuilt) {
+                self.expand(&[composed], known);
+                meaning = known.get(&composed).copied().unwrap_or(composed);
+            }
+            if meaning != expr {
+                known.insert(expr, meaning);
+            }
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Expressions written as formulas are: `1.0 - x.square()`.
+
+use std::cell::RefCell;
+use std::fmt;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::{Arena, Binary, Expr, Unary};
+
+/// An expression, with the arena in which others are made of it.
+#[derive(Clone, Copy)]
+pub struct Term<'a> {
+    arena: &'a RefCell<&'a mut Arena>,
+    expr: Expr,
+}
+
+impl fmt::Debug for Term<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.expr.fmt(f)
+    }
+}
+
+/// What a formula makes of operands.
+pub(super) fn build<const N: usize>(
+    arena: &mut Arena,
+    operands: [Expr; N],
+    formula: impl for<'a> FnOnce([Term<'a>; N]) -> Term<'a>,
+) -> Expr {
+    let arena = RefCell::new(arena);
+    formula(operands.map(|expr| Term { arena: &arena, expr })).expr
+}
+
+impl<'a> Term<'a> {
+    fn make(self, make: impl FnOnce(&mut Arena, Expr) -> Expr) -> Self {
+        let expr = make(&mut self.arena.borrow_mut(), self.expr);
+        Term { expr, ..self }
+    }
+
+    fn with(self, other: Self, make: impl FnOnce(&mut Arena, Expr, Expr) -> Expr) -> Self {
+        self.make(|arena, a| make(arena, a, other.expr))
+    }
+
+    /// A number.
+    pub fn number(self, value: f64) -> Self {
+        self.make(|arena, _| arena.constant(value))
+    }
+
+    /// Is it the number 0?
+    pub fn is_zero(self) -> bool {
+        self.expr == Expr::ZERO
+    }
+
+    /// a^2
+    pub fn square(self) -> Self {
+        self.make(Arena::square)
+    }
+
+    /// a^b
+    pub fn power(self, exponent: Self) -> Self {
+        self.with(exponent, Arena::power)
+    }
+
+    /// sin a
+    pub fn sin(self) -> Self {
+        self.make(Arena::sin)
+    }
+
+    /// cos a
+    pub fn cos(self) -> Self {
+        self.make(Arena::cos)
+    }
+
+    /// f(a)
+    pub fn of(self, function: Unary) -> Self {
+        self.make(|arena, a| arena.unary(function, a))
+    }
+
+    /// f(a, b)
+    pub fn and(self, function: Binary, other: Self) -> Self {
+        self.with(other, |arena, a, b| arena.binary(function, a, b))
+    }
+
+    /// Where the operand is not zero the first, else the second.
+    pub fn select(self, then: Self, otherwise: Self) -> Self {
+        self.make(|arena, condition| arena.select(condition, then.expr, otherwise.expr))
+    }
+
+    /// The nearest value between two numbers.
+    pub fn clamp(self, least: f64, most: f64) -> Self {
+        self.and(Binary::Max, self.number(least)).and(Binary::Min, self.number(most))
+    }
+}
+
+macro_rules! operators {
+    ($($trait:ident $method:ident $build:ident;)*) => {$(
+        impl<'a> $trait for Term<'a> {
+            type Output = Self;
+            fn $method(self, other: Self) -> Self {
+                self.with(other, Arena::$build)
+            }
+        }
+
+        impl<'a> $trait<Term<'a>> for f64 {
+            type Output = Term<'a>;
+            fn $method(self, other: Term<'a>) -> Term<'a> {
+                other.number(self).with(other, Arena::$build)
+            }
+        }
+    )*};
+}
+
+operators! {
+    Add add add;
+    Sub sub subtract;
+    Mul mul multiply;
+    Div div divide;
+}
+
+impl Neg for Term<'_> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        self.make(Arena::negate)
+    }
+}

@@ -1,0 +1,229 @@
+//! Why a mechanism cannot be assembled, in the words of its scene.
+
+use std::collections::BTreeSet;
+
+use cotree_fmu::constraints::initial::solve_initial;
+use cotree_fmu::failure::Failure;
+use cotree_fmu::failure::Gap;
+use cotree_fmu::machine::Machine;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::{Condition, Program};
+
+use crate::component::{Held, Origin};
+use crate::diagnostic::{Fault, Span};
+use crate::equations::{Constraint, CoupledChord, Equations};
+use crate::graph::{ElementId, SignedRow, Topology};
+
+/// The fault behind a failure of the first assembly.
+pub fn explain(equations: &Equations, model: &Model, failure: &Failure) -> Fault {
+    match failure {
+        Failure::LoopsOpen { gap } => open_loop(equations, gap),
+        Failure::LockUp { time, gap } => locked(equations, *time, gap),
+        Failure::Contradiction { conditions, velocity, .. } => contradiction(equations, model, conditions, *velocity),
+        Failure::OtherBranch { condition: name, guess, found, angular } => {
+            let kind = Kind { angular: *angular, rate: false };
+            let message = format!(
+                "the loops close, but not as guessed: `{name}` was guessed {} and becomes {}",
+                kind.show(*guess),
+                kind.show(*found)
+            );
+            Fault::new("assembly::other_branch", message, condition_span(equations, name))
+                .label("the guess")
+                .help("give a closer guess, or guess more of the pose: the loops can be closed in several ways")
+        }
+        Failure::Redundant { gap, .. } | Failure::Drift { gap, .. } | Failure::DriverJumps { gap, .. } => {
+            Fault::new("assembly::conflict", failure.to_string(), owner_span(equations, &gap.owner))
+                .label("contradicts the others")
+        }
+        Failure::Undecided { joints, .. }
+        | Failure::EndOfReach { joints, .. }
+        | Failure::NotPassed { joints, .. }
+        | Failure::BranchLost { joints, .. }
+        | Failure::SingularAhead { joints, .. } => {
+            let span = joints.first().map_or_else(Span::default, |joint| owner_span(equations, joint));
+            Fault::new("assembly::singular", failure.to_string(), span).label("depends on the others in this pose")
+        }
+        Failure::DriverUndefined { owner, .. } => {
+            Fault::new("assembly::not_finite", failure.to_string(), owner_span(equations, owner)).label("not a number")
+        }
+        Failure::NotFinite { .. }
+        | Failure::StepUnderflow { .. }
+        | Failure::Singular { .. }
+        | Failure::TooManySteps { .. }
+        | Failure::Chatter { .. } => Fault::new("assembly::not_finite", failure.to_string(), Span::default()),
+    }
+}
+
+fn open_loop(equations: &Equations, gap: &Gap) -> Fault {
+    let missing = Kind { angular: gap.angular, rate: false }.show(gap.size);
+    let message = format!("the loops cannot be closed: at best, {missing} are missing at `{}`", gap.owner);
+    let others = loop_of(equations, gap);
+    let check = match drivers(equations).as_slice() {
+        [] => "check the lengths".to_string(),
+        drivers => format!("check the lengths and the prescribed motion ({})", list(drivers)),
+    };
+    let within = if others.is_empty() { String::new() } else { format!(" of its loop with {}", list(&others)) };
+    Fault::new("assembly::open_loop", message, owner_span(equations, &gap.owner))
+        .label("does not meet")
+        .help(format!("{check}{within}, or give a better guess of the initial pose"))
+}
+
+fn locked(equations: &Equations, time: f64, gap: &Gap) -> Fault {
+    let speed = Kind { angular: gap.angular, rate: true }.show(gap.size);
+    let drivers = drivers(equations);
+    let message = format!(
+        "the mechanism cannot move as {} demands: at t = {time} s `{}` would come apart at {speed}",
+        list(&drivers),
+        gap.owner
+    );
+    Fault::new("assembly::conflict", message, owner_span(equations, &gap.owner))
+        .label("would come apart")
+        .help("the joints alone hold this part, or another driver does: remove a driver, or a joint of this loop")
+}
+
+fn contradiction(equations: &Equations, model: &Model, names: &[String], velocity: bool) -> Fault {
+    let level = if velocity { "velocities" } else { "positions" };
+    let loops = !model.program().constraints.is_empty();
+    let spans: Vec<Span> = names.iter().map(|name| condition_span(equations, name)).collect();
+    let message = match names.last().and_then(|name| Some((name, needed(model, name, velocity)?))) {
+        Some((name, [given, needed])) => {
+            let others = if loops { "the loops and the other" } else { "the other" };
+            format!("`{name}` cannot be {given}: {others} initial {level} make it {needed}")
+        }
+        None if loops => format!("the initial {level} contradict each other or the loops: {}", list(names)),
+        None => format!("the initial {level} contradict each other: {}", list(names)),
+    };
+    let help = match names {
+        [name] => format!("leave `{name}` out, or make it a guess"),
+        _ => format!("leave out one of {}, or make it a guess", list(names)),
+    };
+    let last = spans.last().copied().unwrap_or_default();
+    let also = spans.iter().rev().skip(1).rev().copied().collect();
+    let fault = Fault::new("assembly::contradiction", message, last).label("cannot hold together with the others");
+    Fault { also, ..fault.help(help) }
+}
+
+/// The value of a condition that the scene gives, and the one that all others demand.
+fn needed(model: &Model, name: &str, velocity: bool) -> Option<[String; 2]> {
+    let mut program = model.program().clone();
+    let index = conditions(&program, velocity).iter().position(|condition| condition.name == name)?;
+    let list = if velocity { &mut program.initial.velocities } else { &mut program.initial.positions };
+    list[index].known = false;
+    let free = Model::of_positions(program).ok()?;
+    let mut state = free.default_state(free.program().experiment.start);
+    solve_initial(&free, &mut state).ok()?;
+    let mut machine = Machine::new(&free);
+    machine.load(&free, &state);
+    let initial = &free.program().initial;
+    let tape = if velocity { &initial.velocity } else { &initial.position };
+    machine.run(tape);
+    let list = conditions(free.program(), velocity);
+    let kind = Kind { angular: list[index].angular, rate: velocity };
+    Some([index + list.len(), index].map(|result| kind.show(machine.result(tape, result))))
+}
+
+fn conditions(program: &Program, velocity: bool) -> &[Condition] {
+    if velocity { &program.initial.velocities } else { &program.initial.positions }
+}
+
+/// Names of the branches that close the loop of a chord, arms left out.
+pub fn circuit_names(equations: &Equations, constraint: &Constraint) -> Vec<String> {
+    let (system, trees) = (&equations.system, &equations.trees);
+    let translation = Topology::new(&system.translation, &trees.translation);
+    let rotation = Topology::new(&system.rotation, &trees.rotation);
+    let coupled = constraint.coupled.iter().flat_map(|chord| match chord {
+        CoupledChord::Force(ends, ..) => translation.circuit_between(*ends),
+        CoupledChord::Torque(ends, _) => rotation.circuit_between(*ends),
+    });
+    let row: SignedRow = match constraint.held {
+        _ if !constraint.coupled.is_empty() => coupled.collect(),
+        Held::Angle => rotation.circuit(constraint.element),
+        Held::Along(_) | Held::Length => translation.circuit(constraint.element),
+    };
+    let named = row.into_iter().map(|(element, _)| system.element(element));
+    let mut names: Vec<String> = named
+        .filter(|element| !matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)))
+        .map(|element| element.name.clone())
+        .collect();
+    let mut seen = BTreeSet::new();
+    names.retain(|name| seen.insert(name.clone()));
+    names
+}
+
+/// Where an element stands in the scene.
+pub fn span_of(equations: &Equations, element: ElementId) -> Span {
+    equations.system.span(element)
+}
+
+fn loop_of(equations: &Equations, gap: &Gap) -> Vec<String> {
+    let is_owner = |row: &&Constraint| {
+        equations.system.element(row.element).name == gap.owner && (row.held == Held::Angle) == gap.angular
+    };
+    equations.constraints.iter().find(is_owner).map_or_else(Vec::new, |row| circuit_names(equations, row))
+}
+
+fn owner_span(equations: &Equations, name: &str) -> Span {
+    let element = equations.system.elements.iter().position(|element| element.name == name);
+    element.map_or_else(Span::default, |index| span_of(equations, ElementId(index)))
+}
+
+fn condition_span(equations: &Equations, name: &str) -> Span {
+    let mechanism = equations.system.mechanism;
+    let initial = mechanism.initial.iter().find(|initial| mechanism.variable_name(initial.variable) == name);
+    initial.map_or_else(Span::default, |initial| initial.span)
+}
+
+fn drivers(equations: &Equations) -> Vec<String> {
+    equations.system.mechanism.drivers.iter().map(|driver| driver.name.clone()).collect()
+}
+
+fn list(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// What a number measures.
+#[derive(Clone, Copy)]
+struct Kind {
+    angular: bool,
+    rate: bool,
+}
+
+impl Kind {
+    /// In the units in which people think of mechanisms, with four digits.
+    fn show(self, value: f64) -> String {
+        let (value, unit) = match (self.angular, self.rate) {
+            (true, false) => (value.to_degrees(), "deg"),
+            (true, true) => (value, "rad/s"),
+            (false, false) => (1e3 * value, "mm"),
+            (false, true) => (1e3 * value, "mm/s"),
+        };
+        format!("{} {unit}", digits(value))
+    }
+}
+
+/// Four digits, no exponent unless the number is far from 1.
+fn digits(value: f64) -> String {
+    if value == 0.0 || !(1e-3..1e6).contains(&value.abs()) {
+        return if value == 0.0 { "0".to_string() } else { format!("{value:.3e}") };
+    }
+    let decimals = (3 - value.abs().log10().floor() as i32).max(0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_four_digits() {
+        let length = Kind { angular: false, rate: false };
+        for (value, shown) in
+            [(0.4, "400 mm"), (0.0128912, "12.89 mm"), (-1.5, "-1500 mm"), (2e-7, "2.000e-4 mm"), (0.0, "0 mm")]
+        {
+            assert_eq!(length.show(value), shown);
+        }
+        assert_eq!(Kind { angular: true, rate: false }.show(std::f64::consts::FRAC_PI_3), "60 deg");
+        assert_eq!(Kind { angular: true, rate: true }.show(1.23456), "1.235 rad/s");
+    }
+}

@@ -1,0 +1,333 @@
+//! From a mechanism to its equations and its program: formulate, assemble once, find what is redundant, lower.
+
+pub(crate) mod assembly;
+pub(crate) mod limits;
+pub(crate) mod start;
+pub mod tree_search;
+
+use std::collections::BTreeSet;
+
+use cotree_fmu::constraints::initial::solve_initial;
+use cotree_fmu::constraints::redundancy::redundancy;
+use cotree_fmu::model::{Model, State};
+
+use crate::component::{Held, Origin, System};
+use crate::diagnostic::{Fault, Span};
+use crate::equations::{Constraint, Equations};
+use crate::expr::{Expr, Property, Symbol};
+use crate::formulate::assembly::{circuit_names, explain, span_of};
+use crate::formulate::start::Start;
+use crate::formulate::tree_search::Search;
+use crate::graph::ElementId;
+use crate::lower::{self, Lowered, Obstacle, Pose};
+use crate::mechanism::{Coordinates, Formula, Mechanism, Output, Owner};
+use crate::tree::Trees;
+
+/// How many poses are examined for redundant loop equations.
+const POSES: usize = 6;
+
+/// A mechanism with its equations, assembled at its initial state and lowered.
+#[derive(Clone, Debug)]
+pub struct Formulated<'m> {
+    /// The equations.
+    pub equations: Equations<'m>,
+    /// The program and the table of variables.
+    pub lowered: Lowered,
+    /// The consistent initial state at default parameters and inputs.
+    pub state: State,
+    /// Loop equations that repeat others, by index.
+    pub redundant: Vec<usize>,
+    /// Redundant joints and the like.
+    pub warnings: Vec<Fault>,
+    /// What the search for the cheapest trees found, if the scene asks for it.
+    pub search: Option<Search>,
+}
+
+impl Formulated<'_> {
+    /// Degrees of freedom that the loops leave.
+    pub fn mobility(&self) -> usize {
+        let independent = self.equations.constraints.len() - self.redundant.len();
+        self.equations.coordinates.len().saturating_sub(independent)
+    }
+}
+
+/// Formulates, assembles and lowers.
+///
+/// # Errors
+/// Wrong trees, contradictions, loops that cannot be closed, masses that are missing where motion needs them.
+pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
+    match &mechanism.coordinates {
+        Coordinates::Cheapest => tree_search::formulate(mechanism),
+        choice => formulate_with(equations(mechanism, choice)?, None),
+    }
+}
+
+/// As [`formulate`], for those who write the equations out.
+///
+/// # Errors
+/// As there, or equations that are too large to be written.
+pub(crate) fn formulate_written(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
+    let formulated = formulate(mechanism)?;
+    limits::check_written(&formulated.equations)?;
+    Ok(formulated)
+}
+
+/// As [`formulate`], for trees that are chosen already. What `[initial]` leaves open begins at the start, or where it is in the recommended trees.
+///
+/// # Errors
+/// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
+pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -> Result<Formulated<'m>, Vec<Fault>> {
+    let mut faults = check_trivial(&equations);
+    let length = typical_length(&mut equations);
+    let start = start.cloned().or_else(|| own_start(&equations, length));
+    let (model, state) = first_state(&mut equations, length, start.as_ref(), &mut faults)?;
+    let active = active_rows(&equations, &model, &state, faults.is_empty());
+    let redundant: Vec<usize> = (0..active.len()).filter(|&index| !active[index]).collect();
+    for &index in &redundant {
+        equations.constraints[index].repeats = !equations.constraints[index].is_trivial();
+    }
+    let pose = Pose {
+        time: state.time(),
+        positions: state.positions().to_vec(),
+        followers: state.follower_positions().to_vec(),
+    };
+    let mut lowered = match lower::program(&mut equations, length, &active, &pose) {
+        Ok(lowered) => lowered,
+        // Where the loops do not close, this may have no other cause.
+        Err(_) if !faults.is_empty() => return Err(faults),
+        Err(obstacle) => return Err(vec![unsolvable(&equations, obstacle)]),
+    };
+    faults.extend(check_masses(&mut equations, &lowered));
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    if let Some(start) = &start {
+        start.begin(&equations, &mut lowered.program.initial);
+    }
+    let warnings = redundancy_warning(&equations, &lowered.sharing).into_iter().collect();
+    Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
+}
+
+/// The equations for a choice of trees.
+///
+/// # Errors
+/// The user's own trees are not spanning trees, or the equations would be too large.
+pub fn equations<'m>(mechanism: &'m Mechanism, choice: &Coordinates) -> Result<Equations<'m>, Vec<Fault>> {
+    let system = System::new(mechanism);
+    let trees = Trees::select(&system, choice)?;
+    limits::check(&system, &trees)?;
+    Ok(Equations::new(system, trees))
+}
+
+/// The loops as a model, and where they close; that they do not is a fault, unless there are others already.
+fn first_state(
+    equations: &mut Equations,
+    length: f64,
+    start: Option<&Start>,
+    faults: &mut Vec<Fault>,
+) -> Result<(Model, State), Vec<Fault>> {
+    let mechanism = equations.system.mechanism;
+    let mut draft = lower::positions(equations, length);
+    if let Some(start) = start {
+        start.begin(equations, &mut draft.initial);
+    }
+    let model = Model::of_positions(draft).map_err(|fault| vec![internal(mechanism, &fault.to_string())])?;
+    let mut state = model.default_state(mechanism.experiment.start);
+    if let Err(failure) = solve_initial(&model, &mut state)
+        && faults.is_empty()
+    {
+        faults.push(explain(equations, &model, &failure));
+    }
+    Ok((model, state))
+}
+
+/// Which loop equations are imposed: not those that repeat others in every pose.
+fn active_rows(equations: &Equations, model: &Model, state: &State, closed: bool) -> Vec<bool> {
+    let independent: BTreeSet<usize> = if closed {
+        redundancy(model, state, POSES).independent.into_iter().collect()
+    } else {
+        // No pose closes the loops: at least so many are needed to tell which masses are.
+        equations.loops().map(|(index, _)| index).take(equations.coordinates.len()).collect()
+    };
+    (0..equations.constraints.len()).map(|index| independent.contains(&index)).collect()
+}
+
+/// Where the recommended trees start, for other trees.
+fn own_start(equations: &Equations, length: f64) -> Option<Start> {
+    let recommended = Trees::recommended(&equations.system);
+    (equations.trees != recommended).then(|| Start::find(equations.system.mechanism, length)).flatten()
+}
+
+/// The longest arm, for tolerances relative to the size of the mechanism; 1 m for masses without arms.
+fn typical_length(equations: &mut Equations) -> f64 {
+    let mechanism = equations.system.mechanism;
+    let points = mechanism.bodies.iter().flat_map(|body| &body.points).chain(&mechanism.ground);
+    let components: Vec<&Formula> = points.flat_map(|point| &point.at).collect();
+    let exprs: Vec<Expr> = components.into_iter().map(|formula| equations.system.value(formula)).collect();
+    let values = equations.system.arena.evaluate(&exprs, &|symbol: Symbol| default_value(mechanism, symbol));
+    let longest = values.chunks(2).map(|point| point.iter().map(|x| x * x).sum::<f64>().sqrt()).fold(0.0, f64::max);
+    if longest > 0.0 && longest.is_finite() { longest } else { 1.0 }
+}
+
+fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
+    match symbol {
+        Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
+        Symbol::Input(i, crate::expr::Order::Position) => mechanism.inputs[i].start,
+        Symbol::Time => mechanism.experiment.start,
+        _ => 0.0,
+    }
+}
+
+/// Loop equations without coordinates must hold by themselves: two drivers of the same angle must agree.
+fn check_trivial(equations: &Equations) -> Vec<Fault> {
+    let mechanism = equations.system.mechanism;
+    let experiment = mechanism.experiment;
+    let mut faults = Vec::new();
+    for constraint in equations.constraints.iter().filter(|c| c.says_nothing()) {
+        for share in [0.0, 0.137, 0.619, 1.0] {
+            let time = experiment.start + share * (experiment.stop - experiment.start);
+            let at = |symbol: Symbol| if symbol == Symbol::Time { time } else { default_value(mechanism, symbol) };
+            let gap = equations.system.arena.evaluate(&[constraint.value], &at)[0];
+            if gap.abs() > 1e-9 {
+                faults.push(conflict(equations, constraint, time, gap));
+                break;
+            }
+        }
+    }
+    faults
+}
+
+fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64) -> Fault {
+    let own = &equations.system.element(constraint.element).name;
+    let others = circuit_names(equations, constraint);
+    let with = others.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let amount = if constraint.held == Held::Angle { format!("{gap:.4} rad") } else { format!("{:.4} mm", 1e3 * gap) };
+    Fault::new(
+        "scene::conflict",
+        format!("`{own}` conflicts with {with}: at t = {time} s they differ by {amount}"),
+        span_of(equations, constraint.element),
+    )
+    .label("prescribes what is prescribed already")
+    .help(format!("remove `{own}` or one of the others, or make them agree"))
+}
+
+/// What the kernels and the outputs need must be there.
+fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut said = BTreeSet::new();
+    for missing in missing(equations, &lowered.solved) {
+        said.insert(missing);
+        faults.push(missing_mass(equations, missing, None));
+    }
+    let mechanism = equations.system.mechanism;
+    for output in &mechanism.outputs {
+        for missing in missing_for(equations, output) {
+            if said.insert(missing) {
+                faults.push(missing_mass(equations, missing, Some(output)));
+            }
+        }
+    }
+    faults
+}
+
+/// What an output needs and is not there.
+fn missing_for(equations: &mut Equations, output: &Output) -> Vec<Symbol> {
+    let value = equations.formula(&output.value);
+    let mut roots = vec![value];
+    if equations.system.arena.symbols([value]).iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
+        roots.extend(equations.dynamics().load.clone());
+        roots.extend(equations.dynamics().mass.iter().flatten().map(|(_, entry)| *entry));
+    }
+    missing(equations, &roots)
+}
+
+/// The outputs that cannot be computed, and which body lacks a mass or an inertia for it.
+///
+/// # Errors
+/// There are no equations for this mechanism.
+pub fn lacking(mechanism: &Mechanism) -> Result<Vec<(&Output, usize, Property)>, Vec<Fault>> {
+    let mut equations = match &mechanism.coordinates {
+        Coordinates::Cheapest => equations(mechanism, &Coordinates::Recommended)?,
+        choice => equations(mechanism, choice)?,
+    };
+    let outputs = mechanism.outputs.iter();
+    let lacks = outputs.filter_map(|output| match missing_for(&mut equations, output).first() {
+        Some(&Symbol::Missing(body, property)) => Some((output, body, property)),
+        _ => None,
+    });
+    Ok(lacks.collect())
+}
+
+fn missing(equations: &Equations, roots: &[Expr]) -> Vec<Symbol> {
+    let mut symbols = equations.system.arena.symbols(roots.iter().copied());
+    symbols.retain(|symbol| matches!(symbol, Symbol::Missing(..)));
+    symbols
+}
+
+fn missing_mass(equations: &Equations, symbol: Symbol, output: Option<&Output>) -> Fault {
+    let mechanism = equations.system.mechanism;
+    let (body, key) = match symbol {
+        Symbol::Missing(body, Property::Inertia) => (body, "inertia"),
+        Symbol::Missing(body, Property::Mass) => (body, "mass"),
+        _ => return internal(mechanism, &format!("{symbol:?}")),
+    };
+    let owner = &mechanism.bodies[body];
+    let (why, label) = match output {
+        Some(output) => (format!("the output `{}` needs it", output.name), "has no mass properties for it"),
+        None => ("its motion is not prescribed".to_string(), "moves under forces"),
+    };
+    Fault::new("scene::missing_mass", format!("body `{}` has no `{key}`: {why}", owner.name), owner.span)
+        .label(label)
+        .help(format!("add `{key} = ...` to `[bodies.{}]`", owner.name))
+}
+
+fn unsolvable(equations: &Equations, obstacle: Obstacle) -> Fault {
+    match obstacle {
+        Obstacle::Undetermined(index) => massless(equations, index),
+        Obstacle::TooLarge => limits::too_connected(equations),
+    }
+}
+
+fn massless(equations: &Equations, index: usize) -> Fault {
+    let coordinate = &equations.coordinates[index];
+    let element = equations.system.element(coordinate.element);
+    Fault::new(
+        "scene::massless",
+        format!("nothing determines how `{}` accelerates: it moves no mass", coordinate.name.position),
+        span_of(equations, coordinate.element),
+    )
+    .label("moves no mass")
+    .help(format!("give `{}` or what it moves a mass and an inertia, or hold it by a joint or driver", element.name))
+}
+
+/// Which joints and drivers share their loads with others, whatever the trees.
+fn redundancy_warning(equations: &Equations, sharing: &[Owner]) -> Option<Fault> {
+    let origin = |owner: &Owner| match owner {
+        Owner::Joint(joint) => Some(Origin::Joint(*joint)),
+        Owner::Driver(driver) => Some(Origin::Driver(*driver)),
+        _ => None,
+    };
+    let elements: Vec<ElementId> =
+        sharing.iter().filter_map(origin).filter_map(|origin| equations.system.find(origin)).collect();
+    let first = *elements.first()?;
+    let names: Vec<String> =
+        elements.iter().map(|&element| format!("`{}`", equations.system.element(element).name)).collect();
+    let message = format!("redundant: {} share loads that are not unique", names.join(", "));
+    let fault = Fault::warning("scene::redundant", message, span_of(equations, first))
+        .label("part of what it holds is held by others already")
+        .help(
+            "the motion is right, whatever the trees; of the loads that fit it those of least norm are reported: the least sum of the \
+             squares of their forces, and of their torques divided by the longest arm",
+        );
+    Some(fault)
+}
+
+/// Something that no scene should be able to cause.
+fn internal(mechanism: &Mechanism, what: &str) -> Fault {
+    Fault::new(
+        "cotree::internal",
+        format!("the program of `{}` does not pass its own check: {what}", mechanism.name),
+        Span::default(),
+    )
+    .help("this is a fault of cotree, not of the scene: please report it with the scene file")
+}

@@ -1,0 +1,193 @@
+//! Reactions of redundant joints: of all that are in balance with the same motion, those of least norm.
+//!
+//! Redundant loop equations leave self-stresses: reactions N mu with J^T N = 0 that hold each other in balance without moving anything. The trees
+//! decide which loop equation is dropped, and with it which mu comes out; the norm does not depend on them. It is the sum of the squares of all forces and torques of
+//! joints and drivers, torques divided by the typical length of the mechanism, so that it does not depend on units either. With R the reactions for any mu and
+//! S how they change with it, mu = -(S^T W S)^-1 S^T W R.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::eliminate::{Factor, Obstacle, System};
+use super::motion::{scales, typical};
+use super::program::Pose;
+use crate::equations::Equations;
+use crate::expr::{Arena, Expr, Symbol};
+use crate::mechanism::{Owner, Quantity, Variable};
+
+/// A share of the largest stress below which there is none: rounding errors of the elimination.
+const NONE: f64 = 1e-9;
+
+/// A force or torque of a joint or driver.
+struct Reaction {
+    variable: Variable,
+    value: Expr,
+    /// Square of what makes it a force.
+    weight: f64,
+    /// How it changes with each self-stress.
+    stress: Vec<Expr>,
+}
+
+/// Makes the reactions of joints and drivers those of least norm, and finds whose they are. `active`: the loop equations that are independent.
+///
+/// # Errors
+/// The elimination takes too many operations.
+pub fn impose(equations: &mut Equations, active: &[bool], length: f64, pose: &Pose) -> Result<Vec<Owner>, Obstacle> {
+    if active.iter().all(|&active| active) {
+        return Ok(Vec::new());
+    }
+    let stresses = self_stresses(equations, active, length, pose)?;
+    let mut reactions = reactions(equations, &stresses, length);
+    let values = stress_values(equations, &reactions, stresses.len(), pose);
+    let independent = independent(&values);
+    if independent.is_empty() {
+        return Ok(Vec::new());
+    }
+    for reaction in &mut reactions {
+        reaction.stress = independent.iter().map(|&state| reaction.stress[state]).collect();
+    }
+    let minimising = minimising(&mut equations.system.arena, &reactions, independent.len());
+    for reaction in &reactions {
+        let arena = &mut equations.system.arena;
+        let value = reaction.stress.iter().zip(&minimising).fold(reaction.value, |sum, (&stress, &size)| {
+            let more = arena.multiply(stress, size);
+            arena.add(sum, more)
+        });
+        equations.redefine(reaction.variable, value);
+    }
+    let largest = values.iter().flatten().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    let shares = |row: &[f64]| independent.iter().any(|&state| row[state].abs() > NONE * largest);
+    let sharing = reactions.iter().zip(&values).filter(|(_, row)| shares(row));
+    let mut owners: Vec<Owner> = sharing.map(|(reaction, _)| reaction.variable.owner).collect();
+    owners.dedup();
+    Ok(owners)
+}
+
+/// For each redundant loop equation, multipliers of it and of the independent ones that are in balance: J_a^T y = J_d^T. A matrix of ones takes the place
+/// of the masses, which do not matter.
+fn self_stresses(
+    equations: &mut Equations,
+    active: &[bool],
+    length: f64,
+    pose: &Pose,
+) -> Result<Vec<BTreeMap<usize, Expr>>, Obstacle> {
+    let scales = scales(equations, length);
+    let values = typical(equations.system.mechanism, pose);
+    let rows: Vec<usize> = (0..active.len()).filter(|&row| active[row]).collect();
+    let jacobian: Vec<_> = rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
+    let dropped = equations.constraints.iter().enumerate().filter(|(row, _)| !active[*row]);
+    let dropped: Vec<_> = dropped.map(|(row, constraint)| (row, constraint.jacobian.clone())).collect();
+    let arena = &mut equations.system.arena;
+    let mass: Vec<_> =
+        scales.iter().enumerate().map(|(index, scale)| vec![(index, arena.constant(1.0 / (scale * scale)))]).collect();
+    let factor = Factor::new(arena, &System { mass: &mass, jacobian: &jacobian, scales: &scales, values: &values })?;
+    let balance = |(row, entries): (usize, Vec<(usize, Expr)>)| {
+        let mut right = vec![Expr::ZERO; mass.len()];
+        entries.into_iter().for_each(|(column, entry)| right[column] = entry);
+        let solution = factor.solve(arena, &right);
+        let multipliers = rows.iter().zip(&solution[mass.len()..]).filter(|(_, entry)| **entry != Expr::ZERO);
+        let mut stress: BTreeMap<usize, Expr> = multipliers.map(|(&row, &entry)| (row, arena.negate(entry))).collect();
+        stress.insert(row, Expr::ONE);
+        stress
+    };
+    Ok(dropped.into_iter().map(balance).collect())
+}
+
+/// Those reactions of joints and drivers that change with a self-stress.
+fn reactions(equations: &mut Equations, stresses: &[BTreeMap<usize, Expr>], length: f64) -> Vec<Reaction> {
+    let mechanism = equations.system.mechanism;
+    let variables: Vec<Variable> = mechanism.joint_reactions().into_iter().chain(mechanism.driver_efforts()).collect();
+    let concerned: BTreeSet<usize> = stresses.iter().flat_map(|stress| stress.keys().copied()).collect();
+    let mut found: Vec<Reaction> = Vec::new();
+    let values = equations.with_all_reactions(&variables);
+    for (variable, value) in variables.into_iter().zip(values) {
+        let symbols = equations.system.arena.symbols([value]);
+        if symbols.iter().any(|symbol| matches!(symbol, Symbol::Reaction(row) if concerned.contains(row))) {
+            let weight = if variable.quantity == Quantity::Torque { (length * length).recip() } else { 1.0 };
+            found.push(Reaction { variable, value, weight, stress: vec![Expr::ZERO; stresses.len()] });
+        }
+    }
+    let values: Vec<Expr> = found.iter().map(|reaction| reaction.value).collect();
+    let arena = &mut equations.system.arena;
+    for row in concerned {
+        let slopes = arena.derivatives(&values, Symbol::Reaction(row));
+        for (reaction, slope) in found.iter_mut().zip(slopes) {
+            for (sum, stress) in reaction.stress.iter_mut().zip(stresses) {
+                let Some(&entry) = stress.get(&row) else { continue };
+                let term = arena.multiply(slope, entry);
+                *sum = arena.add(*sum, term);
+            }
+        }
+    }
+    found
+}
+
+/// The stresses as numbers in a typical pose, torques as forces: a row for each reaction.
+fn stress_values(equations: &Equations, reactions: &[Reaction], states: usize, pose: &Pose) -> Vec<Vec<f64>> {
+    if states == 0 {
+        return vec![Vec::new(); reactions.len()];
+    }
+    let exprs: Vec<Expr> = reactions.iter().flat_map(|reaction| reaction.stress.iter().copied()).collect();
+    let numbers = equations.system.arena.evaluate(&exprs, &typical(equations.system.mechanism, pose));
+    let scaled =
+        |(row, reaction): (&[f64], &Reaction)| row.iter().map(|value| value * reaction.weight.sqrt()).collect();
+    numbers.chunks(states).zip(reactions).map(scaled).collect()
+}
+
+/// Self-stresses that change the reactions in ways of their own, by Gram and Schmidt. A joint that shares its load with its own driver, both reported as one, has none.
+fn independent(values: &[Vec<f64>]) -> Vec<usize> {
+    let states = values.first().map_or(0, Vec::len);
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    let mut found = Vec::new();
+    for state in 0..states {
+        let mut rest: Vec<f64> = values.iter().map(|row| row[state]).collect();
+        let norm = |vector: &[f64]| vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let size = norm(&rest);
+        for direction in &basis {
+            let share: f64 = direction.iter().zip(&rest).map(|(a, b)| a * b).sum();
+            rest.iter_mut().zip(direction).for_each(|(rest, direction)| *rest -= share * direction);
+        }
+        let new = norm(&rest);
+        if new > NONE * size.max(1.0) {
+            rest.iter_mut().for_each(|entry| *entry /= new);
+            basis.push(rest);
+            found.push(state);
+        }
+    }
+    found
+}
+
+/// Sizes of the self-stresses that make the norm least: the normal equations, by Gaussian elimination (their matrix is positive definite).
+fn minimising(arena: &mut Arena, reactions: &[Reaction], states: usize) -> Vec<Expr> {
+    let mut rows: Vec<Vec<Expr>> = vec![vec![Expr::ZERO; states + 1]; states];
+    for reaction in reactions {
+        let weight = arena.constant(reaction.weight);
+        for (row, &stress) in rows.iter_mut().zip(&reaction.stress) {
+            let weighted = arena.multiply(weight, stress);
+            for (entry, &other) in row.iter_mut().zip(&reaction.stress) {
+                let product = arena.multiply(weighted, other);
+                *entry = arena.add(*entry, product);
+            }
+            let product = arena.multiply(weighted, reaction.value);
+            row[states] = arena.subtract(row[states], product);
+        }
+    }
+    for pivot in 0..states {
+        let upper = rows[pivot].clone();
+        for row in &mut rows[pivot + 1..] {
+            let factor = arena.divide(row[pivot], upper[pivot]);
+            for (entry, &above) in row.iter_mut().zip(&upper).skip(pivot) {
+                let product = arena.multiply(factor, above);
+                *entry = arena.subtract(*entry, product);
+            }
+        }
+    }
+    let mut sizes = vec![Expr::ZERO; states];
+    for pivot in (0..states).rev() {
+        let right = (pivot + 1..states).fold(rows[pivot][states], |right, other| {
+            let product = arena.multiply(rows[pivot][other], sizes[other]);
+            arena.subtract(right, product)
+        });
+        sizes[pivot] = arena.divide(right, rows[pivot][pivot]);
+    }
+    sizes
+}

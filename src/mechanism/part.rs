@@ -1,0 +1,125 @@
+//! Joints, drivers and loads: parts of a mechanism, each of a kind that its component knows.
+
+use super::{BodyId, Formula, InputId, JointId, Owner, Place};
+use crate::diagnostic::Span;
+
+/// A joint, driver or load with everything that its keys say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// The user's name.
+    pub name: String,
+    /// The name of its component, such as `revolute`.
+    pub kind: &'static str,
+    /// Which joint, driver or load it is.
+    pub owner: Owner,
+    /// The points joined; the mass centre stands for a whole body, the origin for the ground.
+    pub between: [Place; 2],
+    /// What its keys say, without `between`.
+    pub values: Vec<(&'static str, Value)>,
+    /// The force that pushes its ends apart \[N\] or the torque on its second body [N.m], if it has such a law.
+    pub law: Option<Formula>,
+    /// The energy that it stores \[J\], if it stores any.
+    pub energy: Option<Formula>,
+    /// Where it stands in the file.
+    pub span: Span,
+}
+
+/// What a key says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number, SI.
+    Formula(Formula),
+    /// Two components, SI; the second is the number 0 in one dimension. A direction has length one.
+    Vector([Formula; 2]),
+    /// A point.
+    Place(Place),
+    /// A joint.
+    Joint(JointId),
+    /// A prescribed motion.
+    Motion(Motion),
+    /// Dry friction.
+    Friction(Friction),
+    /// One of several words.
+    Choice(&'static str),
+}
+
+/// A scalar motion.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// A function of time, parameters and inputs.
+    Given(Formula),
+    /// An input is the rate: integrated.
+    Velocity(InputId),
+    /// An input is the acceleration: integrated twice.
+    Acceleration(InputId),
+}
+
+/// Dry friction of a constant level, smooth through zero velocity: level x tanh(v / velocity).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Friction {
+    /// Level [N.m] or \[N\].
+    pub coulomb: Formula,
+    /// Velocity at which three quarters of the level act [rad/s] or [m/s].
+    pub velocity: Formula,
+}
+
+static ZERO: Formula = Formula::Number(0.0);
+
+impl Part {
+    /// What a key says.
+    pub fn value(&self, key: &str) -> Option<&Value> {
+        self.values.iter().find(|(own, _)| *own == key).map(|(_, value)| value)
+    }
+
+    /// The number of a key; zero if it is absent.
+    pub fn formula(&self, key: &str) -> &Formula {
+        if let Some(Value::Formula(formula)) = self.value(key) { formula } else { &ZERO }
+    }
+
+    /// The components of a key; zeros if it is absent.
+    pub fn vector(&self, key: &str) -> [Formula; 2] {
+        if let Some(Value::Vector(vector)) = self.value(key) { vector.clone() } else { [ZERO.clone(), ZERO.clone()] }
+    }
+
+    /// The point that a key names; the ground's origin if it is absent.
+    pub fn place(&self, key: &str) -> Place {
+        if let Some(Value::Place(place)) = self.value(key) { *place } else { Place::Origin }
+    }
+
+    /// The joint that a key names.
+    pub fn joint(&self) -> Option<JointId> {
+        self.values.iter().find_map(|(_, value)| if let Value::Joint(joint) = value { Some(*joint) } else { None })
+    }
+
+    /// The motion that it prescribes.
+    pub fn motion(&self) -> Option<&Motion> {
+        self.values.iter().find_map(|(_, value)| if let Value::Motion(motion) = value { Some(motion) } else { None })
+    }
+
+    /// Its dry friction.
+    pub fn friction(&self) -> Option<&Friction> {
+        self.values.iter().find_map(|(_, value)| match value {
+            Value::Friction(friction) => Some(friction),
+            _ => None,
+        })
+    }
+
+    /// The word that a key chooses.
+    pub fn choice(&self, key: &str) -> Option<&'static str> {
+        if let Some(Value::Choice(word)) = self.value(key) { Some(word) } else { None }
+    }
+
+    /// The bodies joined; `None` is the ground.
+    pub fn bodies(&self) -> [Option<BodyId>; 2] {
+        self.between.map(Place::body)
+    }
+
+    /// The points that it uses.
+    pub fn places(&self) -> impl Iterator<Item = Place> {
+        let others = self.values.iter().filter_map(|(_, value)| match value {
+            Value::Place(place) => Some(*place),
+            _ => None,
+        });
+        self.between.into_iter().chain(others)
+    }
+}

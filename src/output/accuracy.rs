@@ -1,0 +1,149 @@
+//! What accuracy costs: errors and work at several tolerances, measured on the model itself. Work is counted, not timed, so
+//! the same model gives the same figures everywhere.
+
+use std::sync::Arc;
+
+use cotree_fmu::context::Statistics;
+use cotree_fmu::instance::{Instance, InstanceError};
+use cotree_fmu::model::Model;
+use cotree_fmu::program::Engine;
+use cotree_fmu::taylor::Jet;
+
+use super::bench::trajectory::Trajectory;
+use super::curve::Curve;
+use crate::mechanism::Experiment;
+
+/// The tolerances that are measured.
+const TOLERANCES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
+/// The tolerance of the run that counts as exact.
+pub const REFERENCE: f64 = 1e-12;
+/// Points of time at which results are compared: fewer than `cotree bench` takes, so that reading them stays within the budget.
+const POINTS: u32 = 256;
+/// About how many operations the reference run may take. Longer experiments are measured on their first part only.
+const BUDGET: u64 = 50_000_000;
+/// The shortest part of an experiment that is measured is 2^-HALVINGS of it: for motion that is absurdly fast.
+const HALVINGS: i32 = 100;
+/// No part is longer than the whole through this: work that grows tenfold within a part exceeds its budget by little.
+const PARTS: f64 = 256.0;
+/// Work that is so many times its mean at the end of the measurement grows faster and faster.
+const GROWN: f64 = 4.0;
+
+/// Errors and work of one model at its default parameters and inputs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Accuracy {
+    /// When the measurement starts and ends \[s\].
+    pub span: [f64; 2],
+    /// Did the work grow faster and faster until the measurement had to end?
+    pub growing: bool,
+    /// What integrated.
+    pub engine: Engine,
+    /// One for each tolerance.
+    pub measurements: Vec<Measurement>,
+}
+
+/// What one tolerance gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// Relative tolerance.
+    pub tolerance: f64,
+    /// Largest error of any variable at any time, relative to the variable's largest value.
+    pub error: f64,
+    /// What the solver did.
+    pub statistics: Statistics,
+}
+
+/// Simulates the model at each tolerance and compares the variables with those of a run at [`REFERENCE`].
+///
+/// # Errors
+/// The model cannot be simulated.
+pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Accuracy, InstanceError> {
+    let (stop, growing) = affordable(model, experiment)?;
+    let part = Experiment { stop, ..experiment };
+    let (exact, _) = run(model, variables, part, REFERENCE)?;
+    let measurements = TOLERANCES.into_iter().map(|tolerance| -> Result<_, InstanceError> {
+        let (values, statistics) = run(model, variables, part, tolerance)?;
+        Ok(Measurement { tolerance, error: values.distance(&exact), statistics })
+    });
+    let span = [part.start, part.stop];
+    Ok(Accuracy {
+        span,
+        growing,
+        engine: model.program().engine,
+        measurements: measurements.collect::<Result<_, _>>()?,
+    })
+}
+
+/// When a run at the reference tolerance has used up its budget, and whether its work grows faster and faster by then. Each part of the
+/// experiment is at most as long as all before it, a small share of the whole, and no longer than a quarter of what is left should take.
+fn affordable(model: &Arc<Model>, experiment: Experiment) -> Result<(f64, bool), InstanceError> {
+    let tape = model.program().tapes.acceleration.instructions.len().max(1) as u64;
+    let cost = Jet::new(model).map_or(tape, |jet| jet.cost() as u64);
+    let whole = experiment.stop - experiment.start;
+    let shortest = whole * 0.5f64.powi(HALVINGS);
+    let mut instance = start(model, experiment, REFERENCE)?;
+    let (mut time, mut length, mut used) = (experiment.start, shortest, 0);
+    while time < experiment.stop {
+        time = (time + length).min(experiment.stop);
+        if time > instance.time() {
+            instance.step_to(time)?;
+        }
+        let before = std::mem::replace(&mut used, instance.statistics().evaluations * cost);
+        let (elapsed, last) = (time - experiment.start, (used - before).max(1) as f64 / length);
+        if used > BUDGET / 2 {
+            return Ok((time, last > GROWN * used as f64 / elapsed));
+        }
+        let allowed = (BUDGET - used) as f64 / 4.0 / last;
+        length = allowed.min(elapsed).min(whole / PARTS).max(shortest);
+    }
+    Ok((experiment.stop, false))
+}
+
+/// The variables at all points of time, and what the solver did.
+fn run(
+    model: &Arc<Model>,
+    variables: &[usize],
+    part: Experiment,
+    tolerance: f64,
+) -> Result<(Trajectory, Statistics), InstanceError> {
+    let mut instance = start(model, part, tolerance)?;
+    let mut found = Trajectory::of(variables.len());
+    for point in 1..=POINTS {
+        let time = part.start + (part.stop - part.start) * f64::from(point) / f64::from(POINTS);
+        if time > instance.time() {
+            instance.step_to(time)?;
+        }
+        for (values, &variable) in found.values.iter_mut().zip(variables) {
+            values.push(instance.get(variable)?);
+        }
+    }
+    Ok((found, instance.statistics()))
+}
+
+fn start(model: &Arc<Model>, experiment: Experiment, tolerance: f64) -> Result<Instance, InstanceError> {
+    let mut instance = Instance::new(model.clone());
+    instance.setup(experiment.start, Some(experiment.stop), Some(tolerance))?;
+    instance.initialise()?;
+    Ok(instance)
+}
+
+impl Accuracy {
+    /// What the work is counted in.
+    pub fn work(&self) -> &'static str {
+        match self.engine {
+            Engine::Taylor => "Taylor series",
+            Engine::Dop853 | Engine::Radau => "evaluations of the accelerations",
+        }
+    }
+
+    /// Errors over tolerances, each with its work, if there is a curve to draw.
+    pub fn curve(&self) -> Option<Curve> {
+        let points = self.measurements.iter().map(|measurement| {
+            let label = format!("{}", measurement.statistics.evaluations);
+            ([measurement.tolerance, measurement.error], label)
+        });
+        let points: Vec<_> = points.filter(|([x, y], _)| *x > 0.0 && *y > 0.0).collect();
+        let title = format!("error at each tolerance, with the number of {}", self.work());
+        let axes = ["tolerance".into(), "largest relative error".into()];
+        (points.len() > 1).then_some(Curve { title, axes, points })
+    }
+}

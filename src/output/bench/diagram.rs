@@ -1,0 +1,66 @@
+//! The work-precision diagram: time over error, one curve for each method.
+
+use super::Bench;
+use crate::output::curve::{Scale, draw_axes};
+use crate::output::svg::{Frame, Pixel, Svg, polyline};
+
+const WIDTH: f64 = 720.0;
+const AXES: Frame = Frame { x: 84.0, y: 52.0, width: 600.0, height: 360.0 };
+/// Below the axes [px].
+const BOTTOM: f64 = 52.0;
+/// Colours of the methods, in their order.
+const COLOURS: [&str; 4] = ["#1f2933", "#2f6cab", "#b4532a", "#3f7d4e"];
+
+impl Bench {
+    /// The picture, self-contained. Runs whose errors may be the reference's own are left out.
+    pub fn svg(&self) -> String {
+        let mut methods: Vec<(&str, Vec<[f64; 2]>)> = Vec::new();
+        for run in &self.runs {
+            let Ok(measured) = &run.result else { continue };
+            let Some(seconds) = measured.cpu_seconds.filter(|_| measured.resolved) else { continue };
+            let point = [measured.error, 1e3 * seconds];
+            match methods.iter_mut().find(|(method, _)| *method == run.method) {
+                Some((_, points)) => points.push(point),
+                None => methods.push((run.method, vec![point])),
+            }
+        }
+        let mut svg = Svg::default();
+        let title = format!("{}: time over error", self.name);
+        svg.text([AXES.x, 27.0], r##"font-size="15" font-weight="600" fill="#1f2933""##, &title);
+        if methods.is_empty() {
+            let place = [AXES.x, AXES.y + 20.0];
+            let text = "No error is larger than the reference's own: there are no errors to draw.";
+            svg.text(place, r##"font-size="12.5" fill="#1f2933""##, text);
+        } else {
+            draw(&mut svg, &methods, &format!("{} [ms]", self.clock));
+        }
+        svg.finish(Frame { x: 0.0, y: 0.0, width: WIDTH, height: AXES.y + AXES.height + BOTTOM }, &title)
+    }
+}
+
+fn draw(svg: &mut Svg, methods: &[(&str, Vec<[f64; 2]>)], time: &str) {
+    let all = || methods.iter().flat_map(|(_, points)| points);
+    let [across, up] = [0, 1].map(|axis| Scale::over(all().map(|point| point[axis])));
+    draw_axes(svg, AXES, [&across, &up], ["largest relative error", time]);
+    for (index, (method, points)) in methods.iter().enumerate() {
+        let colour = COLOURS[index % COLOURS.len()];
+        let place = |[x, y]: &[f64; 2]| -> Pixel {
+            [AXES.x + across.part(*x) * AXES.width, AXES.y + (1.0 - up.part(*y)) * AXES.height]
+        };
+        let pixels: Vec<Pixel> = points.iter().map(place).collect();
+        // The first method lies under one of the others where it has chosen that.
+        let width = if index == 0 { 5.0 } else { 1.8 };
+        let style = format!(
+            r#"fill="none" stroke="{colour}" stroke-width="{width}" stroke-opacity="{}" stroke-linejoin="round""#,
+            if index == 0 { 0.25 } else { 1.0 }
+        );
+        svg.path(&polyline(&pixels), &style);
+        for pixel in pixels {
+            svg.circle(pixel, 3.2, &format!(r##"fill="{colour}" stroke="#ffffff" stroke-width="1""##));
+        }
+        let x = AXES.x + AXES.width - 90.0;
+        let y = AXES.y + 14.0 + 18.0 * index as f64;
+        svg.line([x - 26.0, y - 4.0], [x - 6.0, y - 4.0], &style);
+        svg.text([x, y], r##"font-size="12.5" fill="#1f2933""##, method);
+    }
+}

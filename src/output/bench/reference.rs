@@ -1,0 +1,108 @@
+//! What counts as exact: a converged run of one method that another method confirms.
+
+use cotree_fmu::program::Engine;
+use serde::Serialize;
+
+use super::Method;
+use super::runs::{Budget, Found, Subject, TOO_LONG};
+
+/// Tolerances that are tried, from the finest on.
+const TOLERANCES: [f64; 4] = [1e-13, 1e-11, 1e-9, 1e-7];
+/// Results of methods that differ by more than this [relative] confirm nothing.
+const CONFIRMED: f64 = 1e-6;
+
+/// A converged run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Reference {
+    /// Its method.
+    pub method: &'static str,
+    /// Its tolerance.
+    pub tolerance: f64,
+    /// How far it is from a run at ten times the tolerance, or from the run of the other method if that is more.
+    pub error: f64,
+    /// The run of another method that agrees with it best.
+    pub other: Option<Comparison>,
+    /// Is there such a run, and is the error small?
+    pub confirmed: bool,
+}
+
+/// A run of another method.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Its method.
+    pub method: &'static str,
+    /// Its tolerance.
+    pub tolerance: f64,
+    /// Distance from the reference.
+    pub distance: f64,
+}
+
+/// The finest run of a method that ends in time.
+struct Converged {
+    method: &'static str,
+    engine: Option<Engine>,
+    tolerance: f64,
+    found: Found,
+    /// Distance of a run at ten times the tolerance.
+    error: f64,
+}
+
+/// The times at which results are compared, the reference's results, and what is known of it.
+///
+/// Of all methods the two that agree best are taken; the one that the model does not choose by itself is the reference, so that its choice is judged by
+/// another method.
+pub(super) fn find(subject: &Subject, methods: &[Method]) -> Result<(Vec<f64>, Found, Reference), String> {
+    let times = times(subject)?;
+    let chosen = subject.model.program().engine;
+    let named = methods.iter().filter(|(_, engine)| engine.is_some());
+    let mut converged: Vec<Converged> = named.filter_map(|method| finest(subject, method, &times).ok()).collect();
+    let Some((mut first, mut second, distance)) = closest(&converged) else {
+        // The model by itself, which may use several methods, or the only one there is.
+        let own = finest(subject, &methods[0], &times)?;
+        let Converged { method, tolerance, error, .. } = own;
+        return Ok((times, own.found, Reference { method, tolerance, error, other: None, confirmed: false }));
+    };
+    if converged[first].engine == Some(chosen) {
+        std::mem::swap(&mut first, &mut second);
+    }
+    let Converged { method, tolerance, .. } = converged[second];
+    let other = Comparison { method, tolerance, distance };
+    let Converged { method, tolerance, error, found, .. } = converged.swap_remove(first);
+    let error = error.max(distance);
+    let confirmed = error <= CONFIRMED;
+    Ok((times, found, Reference { method, tolerance, error, other: Some(other), confirmed }))
+}
+
+/// Where the model by itself moves.
+fn times(subject: &Subject) -> Result<Vec<f64>, String> {
+    let mut problem = TOO_LONG.to_owned();
+    for tolerance in [1e-9, 1e-6, 1e-4] {
+        match subject.times(None, tolerance) {
+            Ok(times) => return Ok(times),
+            Err(error) => problem = error,
+        }
+    }
+    Err(format!("there is no reference to compare with: {problem}"))
+}
+
+fn finest(subject: &Subject, &(method, engine): &Method, times: &[f64]) -> Result<Converged, String> {
+    let mut problem = TOO_LONG.to_owned();
+    for tolerance in TOLERANCES {
+        let run = |tolerance| subject.run(engine, tolerance, Budget::Reference, times);
+        match run(10.0 * tolerance).and_then(|coarser| Ok((coarser, run(tolerance)?))) {
+            Ok((coarser, found)) => {
+                let error = coarser.trajectory.distance(&found.trajectory);
+                return Ok(Converged { method, engine, tolerance, found, error });
+            }
+            Err(error) => problem = error,
+        }
+    }
+    Err(format!("there is no reference to compare with: {problem}"))
+}
+
+/// The two whose results are closest, and how far they are apart.
+fn closest(converged: &[Converged]) -> Option<(usize, usize, f64)> {
+    let pairs = (0..converged.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
+    let apart = |(a, b): (usize, usize)| (a, b, converged[a].found.trajectory.distance(&converged[b].found.trajectory));
+    pairs.map(apart).min_by(|a, b| a.2.total_cmp(&b.2))
+}

@@ -1,0 +1,152 @@
+//! Single runs: once for what they find, again for how long they take.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use cotree_fmu::context::Statistics;
+use cotree_fmu::instance::Instance;
+use cotree_fmu::machine::Machine;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::Engine;
+
+use super::clock::{Clock, Elapsed};
+use super::trajectory::Trajectory;
+use crate::mechanism::Experiment;
+
+/// Results are compared at so many times at least, a power of two, and at so many for each step of the reference.
+pub(crate) const POINTS: usize = 1024;
+const POINTS_A_STEP: usize = 4;
+/// At no more than this, extrema included: values are read from polynomials, but all of them are kept.
+const MOST_POINTS: usize = 8192;
+/// Repetitions take so long together, at least.
+const LONG_ENOUGH: Duration = Duration::from_millis(20);
+/// What is wrong with a run that costs more than it may.
+pub(crate) const TOO_LONG: &str = "it takes too long";
+/// The name of the system's energy.
+const ENERGY: &str = "energy.total";
+
+/// How much work a run may be, in operations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Budget {
+    /// One of many.
+    Run,
+    /// One that others are compared with.
+    Reference,
+}
+
+/// What is measured.
+pub(crate) struct Subject<'a> {
+    pub model: &'a Arc<Model>,
+    pub variables: &'a [usize],
+    pub experiment: Experiment,
+}
+
+/// What a run finds.
+pub(crate) struct Found {
+    pub trajectory: Trajectory,
+    energy: Vec<f64>,
+    /// Largest residual of the loop equations.
+    pub residual: f64,
+    pub statistics: Statistics,
+}
+
+impl Subject<'_> {
+    /// Moves the model through the experiment.
+    pub fn run(&self, engine: Option<Engine>, tolerance: f64, budget: Budget, times: &[f64]) -> Result<Found, String> {
+        let cost = self.model.program().tapes.acceleration.instructions.len().max(1) as u64;
+        let most = if budget == Budget::Run { 300_000_000 } else { 2_000_000_000 } / cost;
+        let mut instance = self.start(engine, tolerance)?;
+        let mut machine = Machine::new(self.model);
+        let energy = instance.variable(ENERGY);
+        let trajectory = Trajectory::of(self.variables.len());
+        let mut found = Found { trajectory, energy: Vec::new(), residual: 0.0, statistics: Statistics::default() };
+        for &time in times {
+            if time > instance.time() {
+                instance.step_to(time).map_err(|error| error.to_string())?;
+            }
+            if instance.statistics().evaluations > most {
+                return Err(TOO_LONG.to_owned());
+            }
+            for (row, &variable) in found.trajectory.values.iter_mut().zip(self.variables) {
+                row.push(instance.get(variable).map_err(|error| error.to_string())?);
+            }
+            if let Some(energy) = energy {
+                found.energy.push(instance.get(energy).map_err(|error| error.to_string())?);
+            }
+            found.residual = found.residual.max(residual(self.model, &mut machine, &instance));
+        }
+        found.statistics = instance.statistics();
+        Ok(found)
+    }
+
+    /// How long the fastest of several repetitions takes, and all of them.
+    pub fn time(&self, engine: Option<Engine>, tolerance: f64) -> Option<(Duration, Elapsed)> {
+        let (mut fastest, mut total) = (Duration::MAX, Elapsed::default());
+        while total.processor < LONG_ENOUGH {
+            let mut instance = self.start(engine, tolerance).ok()?;
+            let clock = Clock::now();
+            instance.step_to(self.experiment.stop).ok()?;
+            let elapsed = clock.elapsed();
+            fastest = fastest.min(elapsed.processor);
+            // Even a clock that stands still comes to an end.
+            total.add(Elapsed { processor: elapsed.processor.max(Duration::from_micros(1)), ..elapsed });
+        }
+        Some((fastest, total))
+    }
+
+    fn start(&self, engine: Option<Engine>, tolerance: f64) -> Result<Instance, String> {
+        let mut instance = Instance::new(self.model.clone());
+        let Experiment { start, stop, .. } = self.experiment;
+        let setup = instance.setup(start, Some(stop), Some(tolerance));
+        let engine = setup.and_then(|()| engine.map_or(Ok(()), |engine| instance.set_engine(engine)));
+        engine.and_then(|()| instance.initialise()).map_err(|error| error.to_string())?;
+        Ok(instance)
+    }
+
+    /// When results are compared: at equal distances, more of them the more steps this run took, and where its variables turn back.
+    pub fn times(&self, engine: Option<Engine>, tolerance: f64) -> Result<Vec<f64>, String> {
+        let even = |count: usize| self.even(count);
+        let coarse = self.run(engine, tolerance, Budget::Reference, &even(POINTS))?;
+        let wanted = POINTS_A_STEP * coarse.statistics.steps as usize;
+        let count = wanted.next_power_of_two().clamp(POINTS, MOST_POINTS / 2);
+        let mut times = even(count);
+        let finer;
+        let trajectory = if count > POINTS {
+            finer = self.run(engine, tolerance, Budget::Reference, &times)?.trajectory;
+            &finer
+        } else {
+            &coarse.trajectory
+        };
+        let mut extrema = trajectory.extrema(&times);
+        extrema.truncate(MOST_POINTS / 2);
+        times.extend(extrema);
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        Ok(times)
+    }
+
+    /// From start to stop in equal distances.
+    pub fn even(&self, count: usize) -> Vec<f64> {
+        let Experiment { start, stop, .. } = self.experiment;
+        let at = |point: usize| start + (stop - start) * point as f64 / count as f64;
+        (0..count).map(at).chain([stop]).collect()
+    }
+}
+
+/// The largest residual of the loop equations, relative to their scales.
+fn residual(model: &Model, machine: &mut Machine, instance: &Instance) -> f64 {
+    let tape = &model.program().tapes.constraint;
+    machine.load(model, &instance.state());
+    machine.run(tape);
+    let constraints = model.program().constraints.iter().enumerate();
+    constraints.fold(0.0, |worst: f64, (row, constraint)| worst.max(machine.result(tape, row).abs() / constraint.scale))
+}
+
+impl Found {
+    /// The largest change of the energy, relative to its largest value, if the energy is computed.
+    pub fn energy_drift(&self) -> Option<f64> {
+        let start = *self.energy.first()?;
+        let largest = self.energy.iter().fold(f64::MIN_POSITIVE, |largest, energy| largest.max(energy.abs()));
+        Some(self.energy.iter().map(|energy| (energy - start).abs() / largest).fold(0.0, f64::max))
+    }
+}

@@ -1,0 +1,118 @@
+//! Where things are in the picture, and in which order they are drawn.
+
+use super::coupling::Coupling;
+use super::view::View;
+use super::{Body, Drawing, Hold, Joint, Spring, is_finite, shapes, symbols};
+use crate::output::svg::Pixel;
+
+impl Drawing {
+    /// Bodies from back to front: what slides on the ground, what carries a slider or a rolling disc, those, the others; long ones
+    /// first.
+    pub(super) fn drawing_order(&self, view: &View) -> Vec<usize> {
+        let layer = |body: usize| {
+            let prismatic = self.joints.iter().filter(|joint| matches!(joint.kind, Hold::Slider(_)));
+            let rolling = self.couplings.iter().filter_map(Coupling::rolling_bodies).filter_map(|(line, disc)| {
+                let carries = (line == Some(body)).then_some(1);
+                carries.or((disc == body).then_some(2))
+            });
+            prismatic
+                .filter_map(|joint| match joint.between {
+                    [Some(first), Some(_)] if first == body => Some(1),
+                    [Some(_), Some(second)] if second == body => Some(2),
+                    sides if sides.contains(&Some(body)) => Some(0),
+                    _ => None,
+                })
+                .chain(rolling)
+                .min()
+                .unwrap_or(3)
+        };
+        let mut order: Vec<(i32, f64, usize)> = (0..self.bodies.len())
+            .filter(|&body| self.bodies[body].is_finite())
+            .map(|body| (layer(body), shapes::extent(&self.outline(body, view)), body))
+            .collect();
+        order.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+        order.into_iter().map(|(_, _, body)| body).collect()
+    }
+
+    /// The ends of a spring in the picture; at a slider the face of its block that looks along the spring.
+    pub(super) fn spring_ends(&self, spring: &Spring, view: &View) -> [Pixel; 2] {
+        let ends = spring.ends.map(|end| view.pixel(end));
+        let axis = shapes::unit(shapes::difference(ends[1], ends[0]));
+        let length = shapes::norm(shapes::difference(ends[1], ends[0]));
+        let is_face = |joint: &Joint, end: [f64; 2]| {
+            let Hold::Slider(slide) = joint.kind else {
+                return false;
+            };
+            let slide = view.direction(slide);
+            let level = (slide[0] * axis[0] + slide[1] * axis[1]).abs() > 0.95;
+            joint.moving().1 == end && level
+        };
+        let retreat = |side: usize| {
+            let block = self.joints.iter().any(|joint| is_face(joint, spring.ends[side]));
+            if block { symbols::block_length(view).min(0.3 * length) } else { 0.0 }
+        };
+        [shapes::along(ends[0], retreat(0), axis), shapes::along(ends[1], -retreat(1), axis)]
+    }
+
+    /// Does a body lead away from a point in about this direction?
+    pub(super) fn is_crowded(&self, at: Pixel, direction: Pixel, view: &View) -> bool {
+        (0..self.bodies.len()).map(|body| self.outline(body, view)).any(|outline| {
+            let touches = outline.iter().any(|&corner| shapes::norm(shapes::difference(corner, at)) < view.pin);
+            let away = shapes::unit(shapes::difference(shapes::middle(&outline), at));
+            touches && outline.len() > 1 && away[0] * direction[0] + away[1] * direction[1] > 0.7
+        })
+    }
+
+    /// The corners of a body in the picture, in order.
+    pub(super) fn outline(&self, index: usize, view: &View) -> Vec<Pixel> {
+        let body = &self.bodies[index];
+        let mut points: Vec<_> = body.points.iter().map(|&point| view.pixel(point)).collect();
+        let joined =
+            |joint: &Joint| (0..2).any(|side| joint.between[side] == Some(index) && joint.at[side] == body.centre);
+        if points.len() < 2 || self.joints.iter().any(joined) {
+            points.push(view.pixel(body.centre));
+        }
+        shapes::hull(points)
+    }
+
+    /// Where and along what a body slides, if it does.
+    pub(super) fn slider(&self, body: usize) -> Option<([f64; 2], [f64; 2])> {
+        self.joints.iter().filter(|joint| joint.is_finite()).find_map(|joint| match joint.kind {
+            Hold::Slider(axis) if joint.moving().0 == Some(body) => Some((joint.moving().1, axis)),
+            _ => None,
+        })
+    }
+
+    pub(super) fn is_jointed_to_ground(&self, point: &[f64; 2], view: &View) -> bool {
+        self.joints
+            .iter()
+            .filter(|joint| joint.is_grounded() && joint.kind == Hold::Pin)
+            .any(|joint| shapes::norm(shapes::difference(view.pixel(joint.at[0]), view.pixel(*point))) < view.pin)
+    }
+}
+
+impl Body {
+    pub(super) fn is_finite(&self) -> bool {
+        is_finite(&self.centre) && self.points.iter().all(is_finite)
+    }
+}
+
+impl Joint {
+    /// The body that a slider is drawn on, and where: the second unless it is the ground.
+    pub(super) fn moving(&self) -> (Option<usize>, [f64; 2]) {
+        let side = usize::from(self.between[1].is_some());
+        (self.between[side], self.at[side])
+    }
+
+    pub(super) fn is_grounded(&self) -> bool {
+        self.between.contains(&None)
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        let axis = match self.kind {
+            Hold::Slider(axis) | Hold::Slot(axis) => axis,
+            Hold::Pin | Hold::Fixed => [0.0, 0.0],
+        };
+        self.at.iter().all(is_finite) && is_finite(&axis)
+    }
+}

@@ -1,0 +1,123 @@
+//! The two linear graphs of a mechanism beside its drawing, as in the paper's Figs 1-3: tree edges bold, elements by their labels.
+
+mod dot;
+mod layout;
+mod picture;
+
+use super::drawing::Drawing;
+use super::pose;
+use crate::component::{CoupledEdge, System};
+use crate::formulate::Formulated;
+use crate::graph::{ElementId, LinearGraph, Tree};
+use crate::mechanism::{Dimension, Place};
+
+/// Both graphs with the place of each node.
+#[derive(Clone, Debug)]
+pub struct GraphDrawing {
+    /// The scene's name.
+    pub title: String,
+    /// Labels and the user's names of all elements.
+    pub elements: Vec<(String, String)>,
+    /// Of the points.
+    pub translation: Graph,
+    /// Of the bodies; a mechanism on a line has none.
+    pub rotation: Option<Graph>,
+}
+
+/// A directed graph, drawn.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Graph {
+    /// The user's names of the nodes; the datum is the first.
+    pub nodes: Vec<String>,
+    /// Where they are, in units of the length of an ordinary edge, y upwards.
+    pub places: Vec<[f64; 2]>,
+    /// The elements.
+    pub edges: Vec<Edge>,
+}
+
+/// An element in a graph.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// Such as `h9`.
+    pub label: String,
+    /// The user's name.
+    pub name: String,
+    /// Nodes: from, to.
+    pub ends: [usize; 2],
+    /// Is it a branch of the tree?
+    pub branch: bool,
+}
+
+impl GraphDrawing {
+    /// Lays out the graphs of a mechanism: points near their place at the start, bodies around the ground.
+    pub fn new(formulated: &mut Formulated) -> Self {
+        let places = node_places(formulated);
+        let equations = &formulated.equations;
+        let (system, trees) = (&equations.system, &equations.trees);
+        let mut translation = graph(system, &system.translation, &trees.translation, system.coupled_points());
+        translation.places = match system.mechanism.dimension {
+            Dimension::One => layout::around(&translation),
+            Dimension::Two => layout::near(&translation, &places),
+        };
+        let mut rotation = graph(system, &system.rotation, &trees.rotation, system.coupled_bodies());
+        rotation.places = layout::around(&rotation);
+        GraphDrawing {
+            title: system.mechanism.name.clone(),
+            elements: system.elements.iter().map(|element| (element.label.clone(), element.name.clone())).collect(),
+            translation,
+            rotation: (rotation.nodes.len() > 1).then_some(rotation),
+        }
+    }
+
+    /// The mechanism and its graphs, self-contained.
+    pub fn svg(&self, drawing: &Drawing) -> String {
+        picture::svg(self, drawing)
+    }
+
+    /// Both graphs as clusters in the language of Graphviz.
+    pub fn dot(&self) -> String {
+        dot::dot(self)
+    }
+}
+
+fn graph<D>(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>, coupled: Vec<CoupledEdge<D>>) -> Graph {
+    let edge = |(id, ends): (ElementId, [crate::graph::Node<D>; 2])| {
+        let element = system.element(id);
+        Edge {
+            label: element.label.clone(),
+            name: element.name.clone(),
+            ends: ends.map(|node| node.index()),
+            branch: tree.branches.contains(&id),
+        }
+    };
+    let term = |own: CoupledEdge<D>| Edge {
+        name: system.element(own.element).name.clone(),
+        ends: own.ends.map(|node| node.index()),
+        label: own.label,
+        branch: false,
+    };
+    Graph {
+        nodes: graph.node_names().map(str::to_owned).collect(),
+        places: Vec::new(),
+        edges: graph.edges().map(edge).chain(coupled.into_iter().map(term)).collect(),
+    }
+}
+
+/// Where the nodes of the translational graph are at the start.
+fn node_places(formulated: &mut Formulated) -> Vec<[f64; 2]> {
+    let mechanism = formulated.equations.system.mechanism;
+    let bodies = mechanism.bodies.iter().enumerate().flat_map(|(index, body)| {
+        let id = crate::mechanism::BodyId(index);
+        let points = (0..body.points.len()).map(move |point| Place::Point(id, point));
+        points.chain([Place::Centre(id)])
+    });
+    let ground = (0..mechanism.ground.len()).map(Place::Ground);
+    let mut places = vec![[0.0; 2]; formulated.equations.system.translation.nodes()];
+    for place in bodies.chain(ground).collect::<Vec<_>>() {
+        if formulated.equations.system.has_node(place) {
+            let node = formulated.equations.system.t_node(place);
+            places[node.index()] = pose::position(formulated, place);
+        }
+    }
+    places
+}

@@ -1,0 +1,18 @@
+//! What cotree shows: equations, code, drawings, plots, tables, summaries.
+
+pub mod accuracy;
+pub mod assumptions;
+pub mod bench;
+pub mod code;
+pub mod compare;
+pub mod csv;
+pub mod curve;
+pub mod drawing;
+pub mod figures;
+pub mod graph;
+pub mod line;
+pub mod plot;
+pub mod pose;
+pub mod summary;
+pub mod svg;
+pub mod text;

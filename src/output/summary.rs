@@ -1,0 +1,419 @@
+//! What `cotree show` tells about a mechanism.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// A mechanism in figures and names.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Summary {
+    /// The scene's name.
+    pub name: String,
+    /// One line; may be empty.
+    pub description: String,
+    /// Names of the bodies.
+    pub bodies: Vec<String>,
+    /// The joints.
+    pub joints: Vec<Joint>,
+    /// Names of the drivers.
+    pub drivers: Vec<String>,
+    /// Names of the loads.
+    pub loads: Vec<String>,
+    /// Names of the FMU's parameters.
+    pub parameters: Vec<String>,
+    /// Names of the FMU's inputs.
+    pub inputs: Vec<String>,
+    /// Names of the FMU's outputs.
+    pub outputs: Vec<String>,
+    /// Degrees of freedom that the drivers leave.
+    pub mobility: usize,
+    /// Does the motion follow from drivers and loops alone, without forces?
+    pub kinematic: bool,
+    /// How the motion is found, and why not by Taylor series if it is not; empty if the drivers determine it.
+    pub solver: String,
+    /// What the methods integrate; nothing if the drivers determine the motion.
+    pub integrated: Option<Integrated>,
+    /// The branch coordinates.
+    pub coordinates: Vec<Coordinate>,
+    /// What the loop equations belong to, one name for each equation.
+    pub constraints: Vec<String>,
+    /// What the redundant ones among them belong to.
+    pub redundant: Vec<String>,
+    /// If the drivers determine the motion: coordinates that are solved for together, in the order of solution.
+    pub blocks: Vec<Vec<String>>,
+    /// Branches of the trees.
+    pub trees: Trees,
+    /// How many equations the choices of trees give.
+    pub counts: Counts,
+    /// The trees behind the acceleration kernel, where they are not those of the coordinates.
+    pub solve_tree: Option<SolveTree>,
+    /// What the search for the cheapest trees came to, if the scene asks for it.
+    pub cheapest: Option<Cheapest>,
+}
+
+/// What the methods integrate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Integrated {
+    /// The arm form, if there are Taylor series.
+    pub series: Option<SeriesSystem>,
+    /// Runge-Kutta and Radau: branch coordinates and independent loop equations.
+    pub stages: Count,
+    /// Outputs that follow from positions and rates.
+    pub outputs_of_state: usize,
+    /// Outputs that need accelerations or reactions too.
+    pub outputs_of_acceleration: usize,
+}
+
+/// The unknowns of Taylor series, whose angles are those of the bodies themselves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct SeriesSystem {
+    /// Angles in the world.
+    pub angles: usize,
+    /// Displacements.
+    pub displacements: usize,
+    /// Loop equations.
+    pub loop_equations: usize,
+}
+
+/// A joint.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Joint {
+    /// The user's name.
+    pub name: String,
+    /// `revolute`, `prismatic` or `weld`.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// The points joined.
+    pub between: [String; 2],
+}
+
+/// A branch coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Coordinate {
+    /// Its name, such as `crank.angle`.
+    pub name: String,
+    /// The tree it comes from.
+    pub tree: Tree,
+}
+
+/// One of the two trees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Tree {
+    /// Of the translational graph.
+    Translation,
+    /// Of the rotational graph.
+    Rotation,
+}
+
+/// Branches of the trees, by the names of their elements; rigid arms are left out.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Trees {
+    /// Of the translational graph.
+    pub translation: Vec<String>,
+    /// Of the rotational graph.
+    pub rotation: Vec<String>,
+}
+
+/// The trees behind the acceleration kernel.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SolveTree {
+    /// Bodies that are branches of its translational tree, but not of that of the coordinates.
+    pub bodies: Vec<String>,
+    /// What it saves of the cost by the model, between 0 and 1; `None` if the mechanism is too large to count.
+    pub saving: Option<f64>,
+}
+
+/// The search for the cheapest trees.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Cheapest {
+    /// Trees that were formulated; none if the mechanism is too large to search.
+    pub counted: usize,
+    /// What the chosen trees save of the cost by the model against the recommended ones, between 0 and 1.
+    pub saving: f64,
+    /// Largest number of bodies with which there is a search.
+    pub largest: usize,
+}
+
+/// Numbers of equations for each choice of trees; `None` where a choice is not possible, or the mechanism too large to compare.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// What the scene uses.
+    pub used: Count,
+    /// Tables 2 and 3 of McPhee (1998).
+    pub recommended: Option<Count>,
+    /// All bodies in both trees.
+    pub absolute: Option<Count>,
+    /// The same joints in both trees.
+    pub joint: Option<Count>,
+}
+
+/// Numbers of equations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Count {
+    /// Branch coordinates, and as many equations of motion.
+    pub coordinates: usize,
+    /// Loop equations.
+    pub constraints: usize,
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.name)?;
+        if !self.description.is_empty() {
+            write!(f, ": {}", self.description)?;
+        }
+        writeln!(f, "\n")?;
+        list(f, "bodies", &self.bodies)?;
+        self.write_joints(f)?;
+        list(f, "drivers", &self.drivers)?;
+        list(f, "loads", &self.loads)?;
+        list(f, "parameters", &self.parameters)?;
+        list(f, "inputs", &self.inputs)?;
+        list(f, "outputs", &self.outputs)?;
+        let motion = match (self.kinematic, self.mobility) {
+            (true, _) if self.drivers.is_empty() => "nothing can move",
+            (true, _) => "the drivers determine the motion",
+            (false, 1) => "degree of freedom",
+            (false, _) => "degrees of freedom",
+        };
+        writeln!(f, "  {:<12}{:>4}  {motion}\n", "mobility", self.mobility)?;
+        self.write_equations(f)?;
+        self.write_counts(f)?;
+        self.write_savings(f)
+    }
+}
+
+impl Summary {
+    fn write_joints(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = self.joints.iter().map(|joint| joint.name.chars().count()).max().unwrap_or(0);
+        for (index, joint) in self.joints.iter().enumerate() {
+            match index {
+                0 => write!(f, "  {:<12}{:>4}  ", "joints", self.joints.len())?,
+                _ => write!(f, "{:20}", "")?,
+            }
+            let [first, second] = &joint.between;
+            writeln!(f, "{:<width$}  {:<9}  {first} - {second}", joint.name, joint.kind)?;
+        }
+        Ok(())
+    }
+
+    fn write_equations(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (tree, title) in [(Tree::Translation, "translation"), (Tree::Rotation, "rotation")] {
+            let names: Vec<&str> =
+                self.coordinates.iter().filter(|q| q.tree == tree).map(|q| q.name.as_str()).collect();
+            list(f, title, &names)?;
+        }
+        counted(f, "loops", self.constraints.len(), &tally(&self.constraints))?;
+        counted(f, "redundant", self.redundant.len(), &tally(&self.redundant))?;
+        if !self.solver.is_empty() {
+            writeln!(f, "  {:<16}  {}", "solver", self.solver)?;
+        }
+        let blocks: Vec<String> = self.blocks.iter().map(|names| names.join(" with ")).collect();
+        self.write_integrated(f)?;
+        counted(f, "blocks", blocks.len(), &blocks)
+    }
+
+    fn write_integrated(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(Integrated { series, stages, outputs_of_state, outputs_of_acceleration }) = self.integrated else {
+            return Ok(());
+        };
+        let loops = |count: usize| plural(count, "loop equation");
+        if let Some(SeriesSystem { angles, displacements, loop_equations }) = series {
+            let [angles, displacements] = [plural(angles, "angle"), plural(displacements, "displacement")];
+            writeln!(
+                f,
+                "  {:<16}  {angles} in the world, {displacements}, {}: the arm form; the trees say",
+                "series",
+                loops(loop_equations)
+            )?;
+            writeln!(f, "  {:<16}  what the loops cut, but not what its angles count from", "")?;
+        }
+        let coordinates = plural(stages.coordinates, "coordinate");
+        writeln!(
+            f,
+            "  {:<16}  {coordinates}, {}: the printed equations, in the coordinates of both trees",
+            "Runge-Kutta",
+            loops(stages.constraints)
+        )?;
+        let [state, more] = [plural(outputs_of_state, "output"), plural(outputs_of_acceleration, "output")];
+        writeln!(f, "  {:<16}  {state} from positions and rates, {more} from accelerations or reactions", "read")
+    }
+
+    fn write_counts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "\n  {:<14}{:>12}{:>17}", "choice", "coordinates", "loop equations")?;
+        let choices = [
+            ("recommended", self.counts.recommended),
+            ("absolute", self.counts.absolute),
+            ("joint", self.counts.joint),
+            ("this scene", Some(self.counts.used)),
+        ];
+        for (name, count) in choices {
+            match count {
+                Some(count) => writeln!(f, "  {name:<14}{:>12}{:>17}", count.coordinates, count.constraints)?,
+                None => writeln!(f, "  {name:<14}{:>12}{:>17}", "-", "-")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Summary {
+    fn write_savings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.solve_tree.is_some() || self.cheapest.is_some() {
+            writeln!(f)?;
+        }
+        if let Some(tree) = &self.solve_tree {
+            let saving = tree.saving.map_or_else(String::new, |saving| format!(", {:.0} % cheaper", 100.0 * saving));
+            writeln!(f, "  solve tree: accelerations through {} bodies as branches{saving}", tree.bodies.len())?;
+        }
+        match self.cheapest {
+            None => Ok(()),
+            Some(Cheapest { counted: 0, largest, .. }) => {
+                writeln!(f, "  cheapest: not searched with more than {largest} bodies; these are the recommended trees")
+            }
+            Some(Cheapest { counted, saving: 0.0, .. }) => {
+                writeln!(f, "  cheapest: the recommended trees; {counted} counted, none clearly cheaper")
+            }
+            Some(Cheapest { counted, saving, .. }) => {
+                let percent = 100.0 * saving;
+                writeln!(f, "  cheapest: {percent:.0} % cheaper than the recommended trees; {counted} counted")
+            }
+        }
+    }
+}
+
+/// `1 angle`, `2 angles`
+fn plural(count: usize, word: &str) -> String {
+    format!("{count} {word}{}", if count == 1 { "" } else { "s" })
+}
+
+/// A line of names; no line if there are none.
+fn list<S: AsRef<str>>(f: &mut fmt::Formatter<'_>, title: &str, names: &[S]) -> fmt::Result {
+    counted(f, title, names.len(), names)
+}
+
+/// The same for names that stand for `count` things.
+fn counted<S: AsRef<str>>(f: &mut fmt::Formatter<'_>, title: &str, count: usize, names: &[S]) -> fmt::Result {
+    const MOST: usize = 24;
+    if names.is_empty() {
+        return Ok(());
+    }
+    let shown: Vec<&str> = names.iter().take(MOST).map(AsRef::as_ref).collect();
+    let more = if names.len() > MOST { format!(", and {} more", names.len() - MOST) } else { String::new() };
+    writeln!(f, "  {title:<12}{count:>4}  {}{more}", shown.join(", "))
+}
+
+/// Names in the order of their first use; those that occur again say how often.
+fn tally(names: &[String]) -> Vec<String> {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for name in names {
+        match counts.iter_mut().find(|(known, _)| known == name) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((name, 1)),
+        }
+    }
+    counts.into_iter().map(|(name, n)| if n > 1 { format!("{name} ({n})") } else { name.to_owned() }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(names: &[&str]) -> Vec<String> {
+        names.iter().map(|name| (*name).to_owned()).collect()
+    }
+
+    fn slider_crank() -> Summary {
+        let joint = |name: &str, kind: &str, first: &str, second: &str| Joint {
+            name: name.into(),
+            kind: kind.into(),
+            between: [first.into(), second.into()],
+        };
+        let coordinate = |name: &str| Coordinate { name: name.into(), tree: Tree::Rotation };
+        Summary {
+            name: "slider_crank".into(),
+            description: "McPhee 1998, Fig. 1".into(),
+            bodies: names(&["crank", "rod", "slider"]),
+            joints: vec![
+                joint("main_bearing", "revolute", "ground.bearing", "crank.inner"),
+                joint("cylinder", "prismatic", "ground.guide", "slider"),
+            ],
+            outputs: names(&["crank.angle"]),
+            mobility: 1,
+            solver: "Taylor series".into(),
+            integrated: Some(Integrated {
+                series: Some(SeriesSystem { angles: 2, displacements: 0, loop_equations: 1 }),
+                stages: Count { coordinates: 2, constraints: 1 },
+                outputs_of_state: 1,
+                outputs_of_acceleration: 0,
+            }),
+            coordinates: vec![coordinate("crank.angle"), coordinate("rod.angle")],
+            constraints: names(&["cylinder", "cylinder"]),
+            counts: Counts {
+                used: Count { coordinates: 2, constraints: 1 },
+                recommended: Some(Count { coordinates: 2, constraints: 1 }),
+                absolute: Some(Count { coordinates: 9, constraints: 8 }),
+                joint: None,
+            },
+            ..Summary::default()
+        }
+    }
+
+    #[test]
+    fn the_text_is_a_table() {
+        insta::assert_snapshot!(slider_crank(), @r"
+        slider_crank: McPhee 1998, Fig. 1
+
+          bodies         3  crank, rod, slider
+          joints         2  main_bearing  revolute   ground.bearing - crank.inner
+                            cylinder      prismatic  ground.guide - slider
+          outputs        1  crank.angle
+          mobility       1  degree of freedom
+
+          rotation       2  crank.angle, rod.angle
+          loops          2  cylinder (2)
+          solver            Taylor series
+          series            2 angles in the world, 0 displacements, 1 loop equation: the arm form; the trees say
+                            what the loops cut, but not what its angles count from
+          Runge-Kutta       2 coordinates, 1 loop equation: the printed equations, in the coordinates of both trees
+          read              1 output from positions and rates, 0 outputs from accelerations or reactions
+
+          choice         coordinates   loop equations
+          recommended              2                1
+          absolute                 9                8
+          joint                    -                -
+          this scene               2                1
+        ");
+    }
+
+    #[test]
+    fn savings_are_told_where_there_are_any() {
+        let told = |solve_tree, cheapest| {
+            let text = Summary { solve_tree, cheapest, ..slider_crank() }.to_string();
+            text.split_once("this scene").map_or_else(String::new, |(_, rest)| rest.lines().skip(2).collect())
+        };
+        let solve_tree = SolveTree { bodies: names(&["a", "b"]), saving: Some(0.336) };
+        let cheapest = Cheapest { counted: 17, saving: 0.12, largest: 40 };
+        assert_eq!(
+            told(Some(solve_tree), None),
+            "  solve tree: accelerations through 2 bodies as branches, 34 % cheaper"
+        );
+        assert_eq!(told(None, Some(cheapest)), "  cheapest: 12 % cheaper than the recommended trees; 17 counted");
+        let none = Cheapest { saving: 0.0, ..cheapest };
+        assert_eq!(told(None, Some(none)), "  cheapest: the recommended trees; 17 counted, none clearly cheaper");
+        let large = Cheapest { counted: 0, ..none };
+        let text = "  cheapest: not searched with more than 40 bodies; these are the recommended trees";
+        assert_eq!(told(None, Some(large)), text);
+    }
+
+    #[test]
+    fn scripts_find_the_counts() {
+        let json = serde_json::to_value(slider_crank()).unwrap();
+        assert_eq!(json["counts"]["absolute"]["constraints"], 8);
+        assert_eq!(json["mobility"], 1);
+        assert_eq!(json["bodies"][1], "rod");
+        assert_eq!(json["joints"][1]["type"], "prismatic");
+        assert_eq!(json["coordinates"][0]["tree"], "rotation");
+    }
+}

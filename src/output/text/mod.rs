@@ -1,0 +1,61 @@
+//! Equations for people and for other programs.
+
+pub(crate) mod document;
+pub(crate) mod factor;
+pub(crate) mod json;
+pub(crate) mod matrices;
+pub(crate) mod motion;
+pub(crate) mod name;
+pub(crate) mod normal;
+pub(crate) mod notation;
+pub(crate) mod number;
+pub(crate) mod read;
+pub(crate) mod signals;
+pub(crate) mod steps;
+pub(crate) mod tree;
+pub(crate) mod weight;
+
+pub use json::json;
+pub use steps::steps;
+
+use crate::equations::Equations;
+use crate::expr::Symbol;
+use motion::Motion;
+
+/// A document for people.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Prose {
+    /// For people.
+    Text,
+    /// A LaTeX document.
+    Latex,
+    /// A self-contained HTML page.
+    Html,
+}
+
+/// What a symbol is called in the user's words.
+pub fn symbol_name(equations: &Equations, symbol: Symbol) -> String {
+    name::symbol_name(equations, symbol).plain
+}
+
+/// The equations of motion for people: coordinates, reactions, abbreviations, then M, Q, Phi, Phi_q, Phi_t, gamma and the
+/// displacements that the loops determine. A kinematic model whose bodies have no mass has no M and Q.
+pub fn motion(equations: &mut Equations, prose: Prose) -> String {
+    let blocks = Motion::new(equations).blocks(equations);
+    let title = format!("Equations of motion of {}", equations.system.mechanism.name);
+    page(&title, &blocks, prose)
+}
+
+/// The equations of motion as a piece of HTML with MathML, to be put into a page.
+pub fn mathml(equations: &mut Equations) -> String {
+    let blocks = Motion::new(equations).blocks(equations);
+    document::fragment(&blocks)
+}
+
+fn page(title: &str, blocks: &[document::Block], prose: Prose) -> String {
+    match prose {
+        Prose::Text => document::text(title, blocks),
+        Prose::Latex => document::latex(title, blocks),
+        Prose::Html => document::html(title, blocks),
+    }
+}

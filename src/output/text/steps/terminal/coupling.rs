@@ -1,0 +1,89 @@
+//! The terminal equations of couplings: the relation between across variables, and the loads factor x reaction (the transposed
+//! relation).
+
+use super::{Rows, Side, turned, unit};
+use crate::component::{Direction, Port, System, Term};
+use crate::equations::Equations;
+use crate::expr::Symbol;
+use crate::graph::ElementId;
+use crate::mechanism::BodyId;
+use crate::output::text::name::symbol_name;
+use crate::output::text::steps::letters::Letters;
+use crate::output::text::tree::Tree;
+
+/// The first across variable by the others: their factors change sides. The factor of the first is one.
+pub fn relation(equations: &mut Equations, letters: Letters, id: ElementId, rows: &mut Rows) {
+    let element = equations.system.element(id).clone();
+    let Some(coupling) = &element.coupling else { return };
+    let Some((first, others)) = coupling.terms.split_first() else { return };
+    let mut terms = Vec::new();
+    for (index, term) in others.iter().enumerate() {
+        let minus = equations.system.arena.negate(term.factor);
+        terms.push((minus, Some(across(&equations.system, letters, id, index + 1, term))));
+    }
+    terms.push((coupling.offset, None));
+    rows.push((across(&equations.system, letters, id, 0, first), Side::Sum(terms)));
+    // The axis of a rolling disc stands among its own rows.
+    for term in coupling.terms.iter().filter(|_| element.translation.is_none()) {
+        if let Port::Along(_, along @ Direction::Fixed(body, axis)) = term.port {
+            rows.push((letters.direction(along, &element, true), turned(equations, letters, body, axis)));
+        }
+    }
+}
+
+/// Each chord's through variable.
+pub fn loads(equations: &Equations, letters: Letters, id: ElementId, rows: &mut Rows) {
+    let element = equations.system.element(id);
+    let index = equations.constraints.iter().position(|row| row.element == id && !row.coupled.is_empty());
+    let (Some(coupling), Some(index)) = (&element.coupling, index) else { return };
+    let reaction = || Tree::Name(symbol_name(equations, Symbol::Reaction(index)));
+    for (number, term) in coupling.terms.iter().enumerate() {
+        let label = label(&equations.system, id, number);
+        let row = match term.port {
+            Port::Angle(_) => (letters.torque(&label), Side::times(term.factor, reaction())),
+            Port::Along(_, along) if element.translation.is_some() => {
+                let projected = letters.projected(letters.force(&label), along, element, true);
+                (projected, Side::times(term.factor, reaction()))
+            }
+            Port::Along(_, along) => {
+                let vector = Tree::product(vec![reaction(), letters.direction(along, element, true)]);
+                (letters.force(&label), Side::times(term.factor, vector))
+            }
+            Port::Length(_) => {
+                let vector = Tree::product(vec![reaction(), unit(letters, &label)]);
+                (letters.force(&label), Side::times(term.factor, vector))
+            }
+        };
+        rows.push(row);
+    }
+}
+
+/// Couplings along an axis that turns with a body; one on its own element's edge is that element's.
+pub fn carried(system: &System, body: BodyId) -> Vec<String> {
+    let edges = system.coupled_points().into_iter().filter(|edge| {
+        let terms = system.element(edge.element).coupling.iter().flat_map(|coupling| &coupling.terms);
+        let mut ports = terms.skip(edge.term).map(|term| term.port);
+        matches!(ports.next(), Some(Port::Along(_, direction)) if direction.carrier() == Some(body))
+    });
+    edges.map(|edge| edge.label).collect()
+}
+
+/// theta, r . u, or |r|; a rolling disc's r . u is its slide.
+fn across(system: &System, letters: Letters, id: ElementId, number: usize, term: &Term) -> Tree {
+    let element = system.element(id);
+    let label = label(system, id, number);
+    match term.port {
+        Port::Angle(_) => letters.angle(&label),
+        Port::Along(..) if element.translation.is_some() => letters.slide(&label),
+        Port::Along(_, along) => letters.projected(letters.displacement(&label), along, element, true),
+        Port::Length(_) => Tree::Call("abs", vec![letters.displacement(&label)]),
+    }
+}
+
+/// The label of a term's edge: the element's own if it acts there.
+fn label(system: &System, id: ElementId, term: usize) -> String {
+    let points = system.coupled_points().into_iter().map(|edge| (edge.element, edge.term, edge.label));
+    let bodies = system.coupled_bodies().into_iter().map(|edge| (edge.element, edge.term, edge.label));
+    let own = points.chain(bodies).find(|(element, number, _)| (*element, *number) == (id, term));
+    own.map_or_else(|| system.element(id).label.clone(), |(.., label)| label)
+}

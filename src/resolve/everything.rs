@@ -1,0 +1,46 @@
+//! Every variable of a scene as an output.
+
+use super::variables::{BODY, ENERGIES, POINT, RESIDUALS, of_part};
+use crate::component::Section;
+use crate::diagnostic::span::Text;
+use crate::mechanism::{Dimension, Quantity};
+use crate::scene::model::Scene;
+
+impl Scene {
+    /// The same scene with every variable that it has among its outputs, after those that it asks for.
+    pub fn with_every_output(&self) -> Scene {
+        let mut scene = self.clone();
+        for (owner, has) in self.owners() {
+            for quantity in has.into_iter().filter(|&quantity| self.knows(quantity)) {
+                let name = format!("{owner}.{}", quantity.word());
+                let asked = scene.outputs.variables.iter().any(|known| known.text == name);
+                if !asked {
+                    scene.outputs.variables.push(Text::from(name.as_str()));
+                }
+            }
+        }
+        scene
+    }
+
+    /// What has variables, with the variables.
+    fn owners(&self) -> Vec<(String, Vec<Quantity>)> {
+        let mut owners: Vec<(String, Vec<Quantity>)> = Vec::new();
+        for body in &self.bodies {
+            owners.push((body.name.text.clone(), BODY.to_vec()));
+            let points = body.points.iter().map(|point| format!("{}.{}", body.name.text, point.name.text));
+            owners.extend(points.map(|point| (point, POINT.to_vec())));
+        }
+        for (section, parts) in
+            [(Section::Joints, &self.joints), (Section::Drivers, &self.drivers), (Section::Loads, &self.loads)]
+        {
+            let known = parts.iter().filter_map(|part| Some((part.name.text.clone(), of_part(part, section)?.1)));
+            owners.extend(known);
+        }
+        owners.extend([("energy".to_owned(), ENERGIES.to_vec()), ("constraint".to_owned(), RESIDUALS.to_vec())]);
+        owners
+    }
+
+    fn knows(&self, quantity: Quantity) -> bool {
+        self.dimension == Dimension::Two || quantity.is_on_a_line()
+    }
+}

@@ -1,0 +1,253 @@
+//! Quantities to formulas: numbers and units to SI, and checks of the values.
+
+use super::lower::Context;
+use super::{Resolver, UNKNOWN};
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::{Span, Text};
+use crate::mechanism::{Formula, Unit};
+use crate::scene::constant;
+use crate::scene::dimension::{ANGULAR_VELOCITY, Known, SECOND, Wanted};
+use crate::scene::expression::shortened;
+use crate::scene::model::Vector;
+use crate::scene::quantity::{Quantity, Reading, Value, read};
+use crate::scene::unit::{compatible, from_exponents};
+
+impl Resolver<'_> {
+    /// A formula of numbers and parameters, finite at their default values.
+    pub(super) fn constant(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
+        let formula = self.formula(quantity, what, wanted, Context::Constant);
+        self.check_finite(formula, quantity, what)
+    }
+
+    /// A constant that is zero or more.
+    pub(super) fn not_negative(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
+        let formula = self.constant(quantity, what, wanted);
+        let value = self.value(&formula);
+        if value < 0.0 {
+            let by_default = if constant::number(&formula).is_some() { "" } else { " with the default parameters" };
+            self.faults.push(
+                Fault::new(
+                    "scene::negative",
+                    format!("{what} is negative: {value} {}{by_default}", wanted.si),
+                    quantity.span,
+                )
+                .label("must not be negative"),
+            );
+        }
+        formula
+    }
+
+    /// A constant that is more than zero.
+    pub(super) fn positive_constant(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
+        self.constant_where(quantity, what, wanted, |value| value > 0.0, "must be positive")
+    }
+
+    /// A constant that is not zero.
+    pub(super) fn nonzero_constant(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
+        self.constant_where(quantity, what, wanted, |value| value != 0.0, "must not be zero")
+    }
+
+    fn constant_where(
+        &mut self,
+        quantity: &Quantity,
+        what: &str,
+        wanted: &Wanted,
+        permitted: impl Fn(f64) -> bool,
+        rule: &str,
+    ) -> Formula {
+        let formula = self.constant(quantity, what, wanted);
+        let value = self.value(&formula);
+        if !value.is_nan() && !permitted(value) {
+            let by_default = if constant::number(&formula).is_some() { "" } else { " with the default parameters" };
+            let unit = if wanted.si.is_empty() { String::new() } else { format!(" {}", wanted.si) };
+            // Adding zero makes a negative zero positive.
+            let message = format!("{what} {rule}, but is {}{unit}{by_default}", value + 0.0);
+            self.faults.push(Fault::new("scene::out_of_range", message, quantity.span).label(rule));
+        }
+        formula
+    }
+
+    /// The value of a constant formula at the default parameters.
+    pub(super) fn value(&self, formula: &Formula) -> f64 {
+        constant::evaluate(formula, &self.values)
+    }
+
+    /// A number known when the scene is read.
+    pub(super) fn number(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> f64 {
+        let formula = self.constant(quantity, what, wanted);
+        self.value(&formula)
+    }
+
+    /// A formula of what the context permits.
+    pub(super) fn formula(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted, context: Context) -> Formula {
+        self.formula_and_unit(quantity, what, wanted, context).0
+    }
+
+    /// A formula and its unit if that is known.
+    pub(super) fn formula_and_unit(
+        &mut self,
+        quantity: &Quantity,
+        what: &str,
+        wanted: &Wanted,
+        context: Context,
+    ) -> (Formula, Option<Unit>) {
+        let text = match &quantity.value {
+            Value::Number(number) => return (self.finite(*number, what, quantity.span), None),
+            Value::Text(text) => Text::new(text.as_str(), quantity.span),
+        };
+        if text.text.trim().is_empty() {
+            self.faults.push(
+                Fault::new("scene::bad_expression", format!("{what} is empty"), quantity.span)
+                    .label("a number, a number with a unit, or an expression is wanted"),
+            );
+            return (UNKNOWN, None);
+        }
+        match read(&text) {
+            Err(fault) => {
+                self.faults.push(fault);
+                (UNKNOWN, None)
+            }
+            Ok(Reading::Number(number)) => (self.finite(number, what, quantity.span), None),
+            Ok(Reading::Measure(value, unit)) => {
+                self.check_measure(&unit, &text, what, wanted);
+                (self.finite(value, what, quantity.span), Some(unit))
+            }
+            Ok(Reading::Expression) => {
+                let Some((formula, known)) = self.expression(&text, what, context) else {
+                    return (UNKNOWN, None);
+                };
+                self.check_unit(known, what, wanted, quantity.span, context);
+                let formula = match constant::number(&formula) {
+                    Some(number) => self.finite(number, what, quantity.span),
+                    None => formula,
+                };
+                (formula, known.map(from_exponents))
+            }
+        }
+    }
+
+    fn finite(&mut self, number: f64, what: &str, span: Span) -> Formula {
+        if number.is_finite() {
+            return Formula::Number(number);
+        }
+        self.faults.push(
+            Fault::new("scene::not_finite", format!("{what} is not a finite number"), span)
+                .label(format!("this is {number}")),
+        );
+        UNKNOWN
+    }
+
+    /// A constant formula must have a value at the default parameters.
+    pub(super) fn check_finite(&mut self, formula: Formula, quantity: &Quantity, what: &str) -> Formula {
+        let is_number = constant::number(&formula).is_some();
+        let value = self.value(&formula);
+        if is_number || !self.values_are_known() || value.is_finite() {
+            return formula;
+        }
+        self.faults.push(
+            Fault::new(
+                "scene::not_finite",
+                format!("{what} is not a finite number with the default parameters"),
+                quantity.span,
+            )
+            .label(format!("this is {value}")),
+        );
+        UNKNOWN
+    }
+
+    /// Has every parameter a value, or has one of them a fault, which spoils the values of the others?
+    fn values_are_known(&self) -> bool {
+        self.values.iter().all(|value| value.is_finite())
+    }
+
+    fn check_measure(&mut self, unit: &Unit, text: &Text, what: &str, wanted: &Wanted) {
+        let Some(exponents) = wanted.exponents else {
+            return;
+        };
+        if !compatible(unit.exponents, exponents) {
+            self.wrong_unit(unit.shown(), what, wanted, text.span);
+        } else if exponents == ANGULAR_VELOCITY.exponents.unwrap_or_default() && text.text.contains("Hz") {
+            // 1 Hz is one turn per second to some and one radian per second to others.
+            self.faults.push(
+                Fault::new(
+                    "scene::wrong_unit",
+                    format!("{what} is {}, which `Hz` leaves open", wanted.what),
+                    text.span,
+                )
+                .label("turns or radians?")
+                .help("write `rev/s`, `rpm` or `rad/s`"),
+            );
+        }
+    }
+
+    /// The unit of an expression against the wanted one. Where the time may occur, seconds pass: an angle of `t`.
+    pub(super) fn check_unit(&mut self, known: Known, what: &str, wanted: &Wanted, span: Span, context: Context) {
+        let (Some(exponents), Some(unit)) = (wanted.exponents, known) else {
+            return;
+        };
+        let is_time = unit == SECOND && context != Context::Constant;
+        if !compatible(unit, exponents) && !is_time {
+            self.wrong_unit(&from_exponents(unit).si, what, wanted, span);
+        }
+    }
+
+    fn wrong_unit(&mut self, found: &str, what: &str, wanted: &Wanted, span: Span) {
+        let found = if found.is_empty() { "a pure number".to_string() } else { format!("in `{found}`") };
+        let help = match wanted.si {
+            "" => "leave the unit away".to_string(),
+            si => format!("give {} (SI: `{si}`); a bare number is taken as SI", wanted.what),
+        };
+        self.faults.push(
+            Fault::new("scene::wrong_unit", format!("{what} must be {}, but is {found}", wanted.what), span)
+                .label(format!("not {}", wanted.what))
+                .help(help),
+        );
+    }
+
+    /// The components of a vector; in one dimension the second is absent or zero.
+    pub(super) fn vector(&mut self, vector: &Vector, what: &str, wanted: &Wanted, context: Context) -> [Formula; 2] {
+        let formulas: Vec<Formula> = vector
+            .components
+            .iter()
+            .take(2)
+            .map(|component| {
+                let formula = self.formula(component, what, wanted, context);
+                if context == Context::Constant { self.check_finite(formula, component, what) } else { formula }
+            })
+            .collect();
+        let count = vector.components.len();
+        let mut formulas = formulas.into_iter();
+        let (x, y) = (formulas.next().unwrap_or(UNKNOWN), formulas.next());
+        if self.one_dimensional() {
+            if count == 0 || count > 2 || y.is_some_and(|y| constant::number(&y).is_none_or(|y| y != 0.0)) {
+                self.faults.push(
+                    Fault::new(
+                        "scene::one_dimension",
+                        format!("{what} leaves the line of this one-dimensional scene"),
+                        vector.span,
+                    )
+                    .label("one component is wanted")
+                    .help("write `[x]` or `[x, 0]`"),
+                );
+            }
+            return [x, Formula::Number(0.0)];
+        }
+        if count != 2 {
+            let components = if count == 1 { "1 component".to_string() } else { format!("{count} components") };
+            self.faults.push(
+                Fault::new("scene::wrong_value", format!("{what} has {components} instead of two"), vector.span)
+                    .label("x and y are wanted")
+                    .help("such as `[0.5, 0.0]`"),
+            );
+        }
+        [x, y.unwrap_or(UNKNOWN)]
+    }
+
+    /// The text of a quantity for descriptions.
+    pub(super) fn wording(quantity: &Quantity) -> String {
+        match &quantity.value {
+            Value::Number(number) => number.to_string(),
+            Value::Text(text) => shortened(text),
+        }
+    }
+}

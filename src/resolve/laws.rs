@@ -1,0 +1,158 @@
+//! Directions, dry friction and prescribed motions.
+
+use super::Resolver;
+use super::lower::Context;
+use super::names::Named;
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::{Span, Text};
+use crate::diagnostic::suggest;
+use crate::expr::{Function, Unary};
+use crate::mechanism::{BinaryOperator, Formula, Friction, InputId, Motion};
+use crate::scene::constant;
+use crate::scene::decode::Fields;
+use crate::scene::dimension::{ANYTHING, Wanted};
+use crate::scene::document::{Kind, Node};
+use crate::scene::model::{InputAs, Vector};
+use crate::scene::unit::{compatible, from_exponents};
+
+impl Resolver<'_> {
+    /// The unit vector along an axis.
+    pub(super) fn axis(&mut self, axis: &Vector, what: &str) -> [Formula; 2] {
+        let [x, y] = self.vector(axis, what, &ANYTHING, Context::Constant);
+        let length = self.value(&x).hypot(self.value(&y));
+        if length == 0.0 {
+            self.faults.push(
+                Fault::new("scene::zero_axis", format!("{what} has no length, so it has no direction"), axis.span)
+                    .label("length zero")
+                    .help("give a direction, of any length: `axis = [1.0, 0.0]`"),
+            );
+        }
+        match (constant::number(&x), constant::number(&y)) {
+            (Some(x), Some(y)) => [Formula::Number(x / length), Formula::Number(y / length)],
+            _ => {
+                let squared = |a: &Formula| constant::combine(BinaryOperator::Power, a.clone(), Formula::Number(2.0));
+                let sum = constant::combine(BinaryOperator::Add, squared(&x), squared(&y));
+                let norm = constant::apply(Function::One(Unary::Sqrt), vec![sum]);
+                [x, y].map(|component| constant::combine(BinaryOperator::Divide, component, norm.clone()))
+            }
+        }
+    }
+    /// `{ coulomb = 0.1, velocity = 0.01 }`
+    pub(super) fn friction(
+        &mut self,
+        node: &Node,
+        what: &str,
+        user: &str,
+        [level, speed]: &[Wanted; 2],
+    ) -> Option<Friction> {
+        let keys = ["coulomb", "velocity", "viscous", "coefficient"];
+        let fields = Fields::open(node, what, node.span, &keys, self.faults)?;
+        self.refuse_friction_key(
+            &fields,
+            "viscous",
+            "viscous friction is a key of the joint itself",
+            "write `damping = ...` beside `friction`",
+        );
+        if self.refuse_friction_key(
+            &fields,
+            "coefficient",
+            "friction in proportion to the load is not available: loads may not depend on reactions",
+            "give a constant level instead: `coulomb = 0.1`",
+        ) {
+            return None;
+        }
+        let coulomb = self.faults.required_quantity(
+            &fields,
+            "coulomb",
+            "give the level of the friction: a torque or a force, such as `coulomb = 0.1`",
+        );
+        let velocity = self.faults.required_quantity(
+            &fields,
+            "velocity",
+            "give the velocity below which friction fades to zero, small against the usual ones, such as `velocity = 0.01`",
+        );
+        let of = |key: &str| format!("`{key}` of the friction of {user}");
+        Some(Friction {
+            coulomb: self.not_negative(&coulomb?, &of("coulomb"), level),
+            velocity: self.positive_constant(&velocity?, &of("velocity"), speed),
+        })
+    }
+
+    /// Is a key there that friction does not have? Says why.
+    fn refuse_friction_key(&mut self, fields: &Fields<'_>, key: &str, why: &str, help: &str) -> bool {
+        let span = fields.key_span(key);
+        if let Some(span) = span {
+            let message = format!("{} has `{key}`, but {why}", fields.owner);
+            self.faults.push(Fault::new("scene::friction", message, span).label("not here").help(help));
+        }
+        span.is_some()
+    }
+
+    /// An expression, or `{ input = "name", as = "position" | "velocity" | "acceleration" }`.
+    pub(super) fn motion(&mut self, node: &Node, key: &str, what: &str, wanted: &[Wanted; 3]) -> Option<Motion> {
+        if !matches!(node.kind, Kind::Table(_)) {
+            let law = self.faults.quantity(node, what)?;
+            return Some(Motion::Given(self.formula(&law, what, &wanted[0], Context::Driver)));
+        }
+        let help = format!("write `{key} = {{ input = \"name\", as = \"velocity\" }}`");
+        let fields = Fields::open(node, what, node.span, &["input", "as"], self.faults)?;
+        let input = self.faults.required_text(&fields, "input", &help);
+        let word = self.faults.required_text(&fields, "as", &help)?;
+        let Some(order) = InputAs::WORDS.iter().position(|known| *known == word.text) else {
+            let otherwise = format!("an input can be {}", suggest::list(InputAs::WORDS));
+            self.faults.push(
+                Fault::new("scene::wrong_value", format!("{what} follows an input as `{}`", word.text), word.span)
+                    .label("not a kind of motion")
+                    .help(suggest::hint(&word.text, InputAs::WORDS, otherwise)),
+            );
+            return None;
+        };
+        let input = input?;
+        let id = self.input_named(&input, what)?;
+        self.check_input_unit(id, &wanted[order], what, input.span);
+        Some(match order {
+            0 => Motion::Given(Formula::Input(id)),
+            1 => Motion::Velocity(id),
+            _ => Motion::Acceleration(id),
+        })
+    }
+
+    fn check_input_unit(&mut self, id: InputId, wanted: &Wanted, what: &str, span: Span) {
+        let known = self.input_units.get(id.0).copied().flatten();
+        let (Some(found), Some(exponents)) = (known, wanted.exponents) else {
+            return;
+        };
+        if !compatible(found, exponents) {
+            let found = from_exponents(found).si;
+            self.faults.push(
+                Fault::new(
+                    "scene::wrong_unit",
+                    format!("{what} follows an input as {}, but the input is in `{found}`", wanted.what),
+                    span,
+                )
+                .label(format!("not {}", wanted.what))
+                .help(format!("declare the input with a unit such as `{}`, or change `as`", wanted.si)),
+            );
+        }
+    }
+
+    fn input_named(&mut self, name: &Text, what: &str) -> Option<InputId> {
+        if let Some(Named::Input(id)) = self.names.get(&name.text) {
+            return Some(id);
+        }
+        if !self.is_reported(name, &name.text) {
+            let inputs = self.names.all(|named| matches!(named, Named::Input(_)));
+            let otherwise = match inputs.is_empty() {
+                true => format!("give it in `[inputs]`: `{} = 0.0`", name.text),
+                false => format!("the inputs are {}", suggest::list(inputs.iter().copied())),
+            };
+            let help = suggest::hint(&name.text, inputs.iter().copied(), otherwise);
+            let message = format!("{what} follows an input that is not in the scene: `{}`", name.text);
+            self.faults.push_about(
+                &name.text,
+                Fault::new("scene::unknown_input", message, name.span).label("no such input").help(help),
+            );
+        }
+        None
+    }
+}

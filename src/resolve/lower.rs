@@ -1,0 +1,349 @@
+//! Expressions to formulas: names are looked up, units checked, numbers folded.
+
+use std::f64::consts::PI;
+
+use super::Resolver;
+use super::names::Named;
+use crate::component::Section;
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::Text;
+use crate::diagnostic::suggest;
+use crate::expr::Function;
+use crate::mechanism::{BinaryOperator, Class, Formula, LoadId, Owner, Part, Quantity, Variable};
+use crate::scene::constant;
+use crate::scene::dimension::{self, Known, SECOND};
+use crate::scene::expression::{self, Tree, TreeKind};
+use crate::scene::unit::{Exponents, from_exponents};
+
+/// What an expression may depend on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Context {
+    /// Parameters.
+    Constant,
+    /// Time, parameters, inputs.
+    Driver,
+    /// All that and positions and velocities; the own ones of this load by their bare names.
+    Law(LoadId),
+    /// Everything.
+    Output,
+}
+
+/// A text that is being lowered, and whose it is.
+#[derive(Clone, Copy)]
+struct Site<'a> {
+    text: &'a Text,
+    what: &'a str,
+    context: Context,
+    /// The part whose component's law it is: names are its keys and its own variables.
+    law_of: Option<&'a Part>,
+}
+
+impl Resolver<'_> {
+    /// Parses and resolves an expression; faults are reported.
+    pub(super) fn expression(&mut self, text: &Text, what: &str, context: Context) -> Option<(Formula, Known)> {
+        match expression::parse(text) {
+            Ok(tree) => self.lower(&tree, Site { text, what, context, law_of: None }),
+            Err(fault) => {
+                self.faults.push(fault);
+                None
+            }
+        }
+    }
+
+    /// Resolves an expression that has been parsed.
+    pub(super) fn constant_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
+        self.lower(tree, Site { text, what, context: Context::Constant, law_of: None })
+    }
+
+    /// The formula of a component's law, in terms of a part's keys and, as in `own.length`, its own variables.
+    pub(super) fn law_of(&mut self, law: &str, part: &Part) -> Option<Formula> {
+        let text = Text::new(law, part.span);
+        let what = format!("the law of `{}`", part.name);
+        let site = Site { text: &text, what: &what, context: Context::Output, law_of: Some(part) };
+        match expression::parse(&text) {
+            Ok(tree) => self.lower(&tree, site).map(|(formula, _)| formula),
+            Err(fault) => {
+                self.faults.push(fault);
+                None
+            }
+        }
+    }
+
+    fn lower(&mut self, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        match &tree.kind {
+            TreeKind::Number(number) => Some((Formula::Number(*number), None)),
+            TreeKind::Name(name) => self.lower_name(name, tree, site),
+            TreeKind::Negate(inner) => self.lower(inner, site).map(|(inner, known)| (constant::negate(inner), known)),
+            TreeKind::Binary(operator, sides) => self.lower_binary(*operator, sides, tree, site),
+            TreeKind::Call(function, arguments) => self.lower_call(*function, arguments, tree, site),
+            TreeKind::If(comparison, parts) => {
+                let lowered = [0, 1, 2, 3].map(|index| self.lower(&parts[index], site));
+                let [Some((a, a_unit)), Some((b, b_unit)), Some((then, then_unit)), Some((other, other_unit))] =
+                    lowered
+                else {
+                    return None;
+                };
+                self.join(a_unit, b_unit, "compared with", tree, site);
+                let known = self.join(then_unit, other_unit, "an alternative to", tree, site);
+                Some((Formula::If(*comparison, Box::new([a, b, then, other])), known))
+            }
+        }
+    }
+
+    fn lower_binary(
+        &mut self,
+        operator: BinaryOperator,
+        sides: &[Tree; 2],
+        tree: &Tree,
+        site: Site<'_>,
+    ) -> Option<(Formula, Known)> {
+        let (left, right) = (self.lower(&sides[0], site), self.lower(&sides[1], site));
+        let ((left, left_unit), (right, right_unit)) = (left?, right?);
+        // A quotient of numbers is reported as the number that it is.
+        let by_zero = operator == BinaryOperator::Divide && constant::number(&right) == Some(0.0);
+        if by_zero && constant::number(&left).is_none() {
+            let message = format!("{} divides by zero", site.what);
+            let span = site.text.part(sides[1].start, sides[1].end);
+            self.faults.push(Fault::new("scene::not_finite", message, span).label("zero"));
+        }
+        let known = match operator {
+            BinaryOperator::Add => self.join(left_unit, right_unit, "added to", tree, site),
+            BinaryOperator::Subtract => self.join(left_unit, right_unit, "subtracted from", tree, site),
+            _ => dimension::multiply(operator, left_unit, right_unit, &right),
+        };
+        Some((constant::combine(operator, left, right), known))
+    }
+
+    fn lower_call(
+        &mut self,
+        function: Function,
+        arguments: &[Tree],
+        tree: &Tree,
+        site: Site<'_>,
+    ) -> Option<(Formula, Known)> {
+        let lowered: Vec<Option<(Formula, Known)>> =
+            arguments.iter().map(|argument| self.lower(argument, site)).collect();
+        let lowered: Vec<(Formula, Known)> = lowered.into_iter().collect::<Option<_>>()?;
+        let mut known = None;
+        for (_, unit) in &lowered {
+            known = self.join(known, *unit, "used together with", tree, site);
+        }
+        if !dimension::accepts(function, known) {
+            let (name, unit) = (function.name(), known.map(unit_name).unwrap_or_default());
+            self.faults.push(
+                Fault::new(
+                    "scene::wrong_unit",
+                    format!("in {}, `{name}` takes a pure number or an angle, not a value in {unit}", site.what),
+                    site.text.part(tree.start, tree.end),
+                )
+                .label(format!("in {unit}"))
+                .help(format!("divide by a number or parameter of the same unit: `{name}(x/0.01)`")),
+            );
+        }
+        let formulas = lowered.into_iter().map(|(formula, _)| formula).collect();
+        Some((constant::apply(function, formulas), dimension::returned(function, known)))
+    }
+
+    /// The common unit of two values; a fault if they have none.
+    fn join(&mut self, a: Known, b: Known, how: &str, tree: &Tree, site: Site<'_>) -> Known {
+        dimension::join(a, b).unwrap_or_else(|(a, b)| {
+            let (first, second) = if how == "added to" || how == "subtracted from" { (b, a) } else { (a, b) };
+            self.faults.push(
+                Fault::new(
+                    "scene::wrong_unit",
+                    format!(
+                        "in {}, a value in {} is {how} a value in {}",
+                        site.what,
+                        unit_name(first),
+                        unit_name(second)
+                    ),
+                    site.text.part(tree.start, tree.end),
+                )
+                .label(format!("{} and {}", unit_name(a), unit_name(b)))
+                .help("check the units of the parameters and the places of the parentheses"),
+            );
+            None
+        })
+    }
+
+    fn lower_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        if let Some(part) = site.law_of {
+            return Some((name_in_law(name, part), None));
+        }
+        let own = self.own_variable(name, site.context);
+        match self.names.get(name) {
+            Some(Named::Parameter(_) | Named::Input(_)) if own.is_some() => self.refuse(
+                "scene::ambiguous_name",
+                format!("in {}, `{name}` is both the load's own and one in `[parameters]` or `[inputs]`", site.what),
+                "rename the parameter or input",
+                (tree, site),
+            ),
+            Some(Named::Parameter(id)) => {
+                Some((Formula::Parameter(id), self.parameter_units.get(id.0).copied().flatten()))
+            }
+            Some(Named::Input(_)) if site.context == Context::Constant => {
+                self.not_constant(&format!("the input `{name}`"), tree, site)
+            }
+            Some(Named::Input(id)) => Some((Formula::Input(id), self.input_units.get(id.0).copied().flatten())),
+            _ => match (name, own) {
+                ("pi", _) => Some((Formula::Number(PI), None)),
+                ("t", _) if site.context == Context::Constant => self.not_constant("the time `t`", tree, site),
+                ("t", _) => Some((Formula::Time, Some(SECOND))),
+                (_, Some(own)) => Some(formula_of(own)),
+                _ if name.contains('.') => self.lower_variable(name, tree, site),
+                _ => self.unknown_name(name, tree, site),
+            },
+        }
+    }
+
+    /// `length` and `rate` of an actuator, `angle` and `omega` of a torsion actuator.
+    fn own_variable(&self, name: &str, context: Context) -> Option<Variable> {
+        let Context::Law(load) = context else {
+            return None;
+        };
+        let own = self.scene.loads.get(load.0)?.component(Section::Loads)?.facts().own;
+        let quantity = own.iter().copied().find(|quantity| quantity.word() == name)?;
+        Some(Variable { owner: Owner::Load(load), quantity })
+    }
+
+    fn lower_variable(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let text = Text::new(name, site.text.part(tree.start, tree.end));
+        let variable = self.variable(&text, site.what, "scene::unknown_variable")?;
+        let class = variable.quantity.class();
+        let refused = match (site.context, variable.owner, class) {
+            (Context::Output, ..) => return Some(formula_of(variable)),
+            (Context::Constant, ..) => {
+                return self.not_constant(&format!("the variable `{name}`"), tree, site);
+            }
+            (Context::Driver, ..) => {
+                let message =
+                    format!("{} depends on `{name}`, but a prescribed motion cannot depend on the motion", site.what);
+                return self.refuse(
+                    "scene::driver_depends",
+                    message,
+                    "a driver may use the time `t`, parameters and inputs",
+                    (tree, site),
+                );
+            }
+            (Context::Law(_), _, Class::Position | Class::Velocity) => {
+                return Some(formula_of(variable));
+            }
+            (Context::Law(own), Owner::Load(other), _) if own == other => {
+                let message = format!("{} depends on itself: `{name}`", site.what);
+                return self.refuse(
+                    "scene::cycle",
+                    message,
+                    "a load may use positions and velocities of the scene",
+                    (tree, site),
+                );
+            }
+            (Context::Law(_), _, Class::Acceleration) => "an acceleration",
+            (Context::Law(_), Owner::Load(_), _) => "the effort of another load",
+            (Context::Law(_), _, Class::Effort) => "a reaction",
+            (Context::Law(_), _, Class::System) => "a sum over the whole system",
+        };
+        let message = format!("{} depends on `{name}`, {refused}", site.what);
+        self.refuse(
+            "scene::load_depends",
+            message,
+            "a load may use positions and velocities of the scene, the time `t`, parameters and inputs",
+            (tree, site),
+        )
+    }
+
+    fn not_constant(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let message = format!("{} must be constant, but uses {used}", site.what);
+        self.refuse(
+            "scene::not_constant",
+            message,
+            "use numbers and parameters; for what varies there are drivers, force, torque and actuators",
+            (tree, site),
+        )
+    }
+
+    fn refuse(
+        &mut self,
+        code: &'static str,
+        message: String,
+        help: &str,
+        at: (&Tree, Site<'_>),
+    ) -> Option<(Formula, Known)> {
+        let (tree, site) = at;
+        let span = site.text.part(tree.start, tree.end);
+        self.faults.push(Fault::new(code, message, span).label("not here").help(help));
+        None
+    }
+
+    fn unknown_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+        let span = site.text.part(tree.start, tree.end);
+        if self.is_reported(&Text::new(name, span), name) {
+            return None;
+        }
+        if let Some(named) = self.names.get(name) {
+            let has = suggest::list(self.variables_of(name).iter().copied());
+            let message = format!("{} uses `{name}` as a number, but it is a {}", site.what, named.word());
+            let help = format!(
+                "its variables are {has}, to be used like `{name}.{}`",
+                self.variables_of(name).first().unwrap_or(&"")
+            );
+            self.faults
+                .push(Fault::new("scene::not_a_number", message, span).label(format!("a {}", named.word())).help(help));
+            return None;
+        }
+        let mut known = self.names.all(|named| matches!(named, Named::Parameter(_) | Named::Input(_)));
+        let given = suggest::list(known.iter().copied());
+        known.extend(["pi", "t"]);
+        known.extend(
+            [Quantity::Length, Quantity::Rate, Quantity::Angle, Quantity::Omega]
+                .map(Quantity::word)
+                .into_iter()
+                .filter(|own| self.own_variable(own, site.context).is_some()),
+        );
+        let otherwise = match given.is_empty() {
+            true => format!("give it in `[parameters]`: `{name} = 1.0`"),
+            false => format!("the scene has {given}; a new one goes into `[parameters]`"),
+        };
+        let message = format!("{} uses a name that is not in the scene: `{name}`", site.what);
+        let fault = Fault::new("scene::unknown_name", message, span).label("no such parameter or input");
+        self.faults.push_about(name, fault.help(suggest::hint(name, known, otherwise)));
+        None
+    }
+}
+
+/// A key of a part, or one of its own variables.
+fn name_in_law(name: &str, part: &Part) -> Formula {
+    let facts = part.facts();
+    let own = name.strip_prefix("own.");
+    let quantity = own.and_then(|own| facts.variables.iter().copied().find(|quantity| quantity.word() == own));
+    match quantity {
+        Some(quantity) => Formula::Variable(Variable { owner: part.owner, quantity }),
+        None => part.formula(name).clone(),
+    }
+}
+
+fn formula_of(variable: Variable) -> (Formula, Known) {
+    (Formula::Variable(variable), variable.quantity.measure().exponents)
+}
+
+fn unit_name(exponents: Exponents) -> String {
+    let name = from_exponents(exponents).si;
+    if name.is_empty() { "no unit".to_string() } else { format!("`{name}`") }
+}
+
+/// The formula of an expression without names.
+#[cfg(test)]
+pub(crate) fn formula_of_numbers(text: &str) -> Option<Formula> {
+    let scene = crate::scene::Scene::new("test");
+    let mut faults = crate::diagnostic::fault::Sink::default();
+    let names = super::Names::collect(&scene, &mut faults);
+    let mut resolver = Resolver {
+        scene: &scene,
+        names,
+        faults: &mut faults,
+        values: Vec::new(),
+        incomplete: false,
+        parameter_units: Vec::new(),
+        input_units: Vec::new(),
+    };
+    resolver.expression(&Text::from(text), "test", Context::Constant).map(|(formula, _)| formula)
+}

@@ -1,0 +1,165 @@
+//! Scene to [`Mechanism`]: names become indices, units become SI, texts become formulas.
+//!
+//! A fault does not stop the work: a formula that cannot be resolved stands as "not a number" in the unfinished
+//! mechanism, which nobody gets to see, and checks of its value stay silent.
+
+mod bodies;
+mod everything;
+mod formulas;
+mod initial;
+mod islands;
+mod laws;
+mod lower;
+mod names;
+mod outputs;
+mod parameters;
+mod parts;
+mod places;
+mod settings;
+mod variables;
+
+use self::names::Names;
+use crate::component::{ALL, Room};
+use crate::diagnostic::fault::{Fault, Faults, Sink};
+use crate::diagnostic::span::{Source, Span, Text};
+use crate::diagnostic::suggest;
+use crate::mechanism::{Dimension, Formula, Mechanism};
+use crate::scene::unit::Exponents;
+use crate::scene::{Resolved, Scene};
+
+#[cfg(test)]
+pub(crate) use self::lower::formula_of_numbers;
+
+impl Scene {
+    /// Reads a scene from a text with a name for the messages. A scene with a fault in its form is resolved all the
+    /// same, as far as it goes, so that all faults are reported at once.
+    ///
+    /// # Errors
+    /// Everything that is wrong with its form.
+    pub fn from_source(source: Source, json: bool) -> Result<Scene, Faults> {
+        let (scene, mut faults) = Scene::decode(source, json)?;
+        if faults.has_errors() {
+            scene.resolve_into(&mut faults);
+            return Err(faults.into_faults(scene.source));
+        }
+        Ok(scene)
+    }
+
+    /// Resolves names, units and expressions. All faults that can be found without formulating equations are reported
+    /// at once.
+    ///
+    /// # Errors
+    /// All of them.
+    pub fn resolve(&self) -> Result<Resolved, Faults> {
+        let mut faults = Sink::default();
+        let mechanism = self.resolve_into(&mut faults);
+        if faults.has_errors() {
+            return Err(faults.into_faults(self.source.clone()));
+        }
+        Ok(Resolved { mechanism, warnings: faults.into_list() })
+    }
+
+    /// The mechanism as far as it can be resolved; complete if there are no errors.
+    fn resolve_into(&self, faults: &mut Sink) -> Mechanism {
+        let names = Names::collect(self, faults);
+        let mut resolver = Resolver {
+            scene: self,
+            names,
+            faults,
+            incomplete: false,
+            values: Vec::new(),
+            parameter_units: Vec::new(),
+            input_units: Vec::new(),
+        };
+        resolver.name();
+        let parameters = resolver.parameters();
+        let inputs = resolver.inputs();
+        let mechanism = Mechanism {
+            name: self.name.text.clone(),
+            description: self.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
+            dimension: self.dimension,
+            gravity: resolver.gravity(),
+            parameters,
+            inputs,
+            ground: resolver.ground(),
+            bodies: resolver.bodies(),
+            joints: resolver.joints(),
+            drivers: resolver.drivers(),
+            loads: resolver.loads(),
+            initial: resolver.initial(),
+            outputs: resolver.outputs(),
+            experiment: resolver.experiment(),
+            solver: resolver.solver(),
+            coordinates: resolver.coordinates(),
+        };
+        resolver.islands();
+        mechanism
+    }
+}
+
+/// What is needed to resolve the parts of a scene.
+struct Resolver<'s> {
+    scene: &'s Scene,
+    names: Names<'s>,
+    faults: &'s mut Sink,
+    /// Has a joint, driver or load been left out because of its faults?
+    incomplete: bool,
+    /// Default values of the parameters, SI.
+    values: Vec<f64>,
+    /// Units of the parameters where they are known.
+    parameter_units: Vec<Option<Exponents>>,
+    /// Units of the inputs where they are known.
+    input_units: Vec<Option<Exponents>>,
+}
+
+/// Stands for a formula with a fault.
+const UNKNOWN: Formula = Formula::Number(f64::NAN);
+
+impl Resolver<'_> {
+    fn name(&mut self) {
+        if self.scene.name.text.trim().is_empty() {
+            self.faults.push(
+                Fault::new("scene::missing_key", "the scene's name is empty", self.scene.name.span)
+                    .label("empty")
+                    .help("the FMU takes its name from it: `name = \"my_mechanism\"`"),
+            );
+        }
+    }
+
+    /// Is this use of a name no further fault, because one has been reported about the name or about `subject`?
+    fn is_reported(&mut self, name: &Text, subject: &str) -> bool {
+        self.names.is_broken(&name.text) || self.faults.again(subject, name.span)
+    }
+
+    fn one_dimensional(&self) -> bool {
+        self.scene.dimension == Dimension::One
+    }
+
+    /// Refuses what turns in a scene of one dimension.
+    fn must_not_turn(&mut self, what: &str, span: Span) {
+        if self.one_dimensional() {
+            self.faults.push(
+                Fault::new("scene::one_dimension", format!("{what} turns, but nothing turns in one dimension"), span)
+                    .label("not with `dimension = 1`")
+                    .help(format!("{}; for more remove `dimension = 1`", on_a_line())),
+            );
+        }
+    }
+
+    /// Refuses what needs two directions in a scene of one dimension.
+    fn must_have_plane(&mut self, user: &str, span: Span) {
+        if self.one_dimensional() {
+            let message = format!("{user} needs the plane, but this scene has one dimension");
+            let help = format!("remove `dimension = 1`; {}", on_a_line());
+            let fault = Fault::new("scene::one_dimension", message, span).label("not with `dimension = 1`");
+            self.faults.push(fault.help(help));
+        }
+    }
+}
+
+/// What there is in one dimension.
+fn on_a_line() -> String {
+    let facts = ALL.iter().map(|component| component.facts()).filter(|facts| facts.room == Room::Line);
+    let names: Vec<&str> = facts.map(|facts| facts.name).collect();
+    format!("in one dimension there are masses and {}", suggest::list(names))
+}

@@ -1,0 +1,69 @@
+//! Outputs.
+
+use std::collections::HashSet;
+
+use super::Resolver;
+use super::lower::Context;
+use super::names::check_identifier;
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::{Span, Text};
+use crate::mechanism::{Formula, Output, Unit};
+use crate::scene::dimension::ANYTHING;
+use crate::scene::quantity::Quantity;
+
+impl Resolver<'_> {
+    pub(super) fn outputs(&mut self) -> Vec<Output> {
+        let scene = self.scene;
+        let mut seen = HashSet::new();
+        let mut outputs = Vec::new();
+        for name in &scene.outputs.variables {
+            outputs.extend(self.variable_output(name));
+            if !seen.insert(&name.text) {
+                self.duplicate_output(format!("output `{}` is listed twice", name.text), name.span);
+            }
+        }
+        for (name, value) in &scene.outputs.expressions {
+            check_identifier(name, "output", self.faults);
+            if let Some(named) = self.names.get(&name.text) {
+                let problem = format!("output `{}` has the name of a {}", name.text, named.word());
+                self.duplicate_output(problem, name.span);
+            } else if !seen.insert(&name.text) {
+                self.duplicate_output(format!("output `{}` is there twice", name.text), name.span);
+            }
+            outputs.push(self.expression_output(name, value));
+        }
+        outputs
+    }
+
+    fn variable_output(&mut self, name: &Text) -> Option<Output> {
+        let variable = self.variable(name, "`[outputs]`", "scene::unknown_output")?;
+        let wanted = variable.quantity.measure();
+        Some(Output {
+            name: name.text.clone(),
+            description: Resolver::describe(variable, &name.text),
+            unit: Unit { exponents: wanted.exponents.unwrap_or_default(), si: wanted.si.to_string(), display: None },
+            value: Formula::Variable(variable),
+            span: name.span,
+        })
+    }
+
+    fn expression_output(&mut self, name: &Text, value: &Quantity) -> Output {
+        let what = format!("output `{}`", name.text);
+        let (formula, unit) = self.formula_and_unit(value, &what, &ANYTHING, Context::Output);
+        Output {
+            name: name.text.clone(),
+            description: Resolver::wording(value),
+            unit: unit.unwrap_or_default(),
+            value: formula,
+            span: name.span,
+        }
+    }
+
+    fn duplicate_output(&mut self, problem: String, span: Span) {
+        self.faults.push(
+            Fault::new("scene::duplicate_name", problem, span)
+                .label("second time")
+                .help("remove it or choose another name"),
+        );
+    }
+}

@@ -1,0 +1,417 @@
+//! Joints, drivers and loads: tables to parts, by the keys of their components.
+
+use super::lower::Context;
+use super::{Resolver, UNKNOWN};
+use crate::component::{Component, Facts, Form, Key, Need, Range, Room, Section};
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::{Span, Text};
+use crate::diagnostic::suggest;
+use crate::mechanism::{BodyId, DriverId, JointId, LoadId, Owner, Part, Place, Value};
+use crate::scene::decode::Fields;
+use crate::scene::dimension::ANGLE;
+use crate::scene::document::Node;
+use crate::scene::part as written;
+
+impl written::Part {
+    /// Its component: a driver's by the motion that it prescribes, else by its type.
+    pub(super) fn component(&self, section: Section) -> Option<&'static dyn Component> {
+        let kind = self.text("type");
+        let mut found = section.components().filter(|component| match section {
+            Section::Drivers => self.get(component.facts().name).is_some(),
+            _ => kind.as_ref().is_some_and(|kind| kind.text == component.facts().name),
+        });
+        found.next().filter(|_| found.next().is_none())
+    }
+}
+
+/// A part that is being read: what is known of it and how messages call it.
+struct Reading<'n> {
+    facts: &'static Facts,
+    fields: Fields<'n>,
+    /// "joint `pin`", "torsion spring `coil`"
+    user: String,
+    owner: Owner,
+    /// Where its name stands.
+    span: Span,
+    /// What it is between, in words and resolved.
+    ends: Option<([Text; 2], [Place; 2])>,
+    values: Vec<(&'static str, Value)>,
+    complete: bool,
+}
+
+impl Resolver<'_> {
+    pub(super) fn joints(&mut self) -> Vec<Part> {
+        let scene = self.scene;
+        let read = |(index, part)| self.part(part, Section::Joints, Owner::Joint(JointId(index)));
+        scene.joints.iter().enumerate().filter_map(read).collect()
+    }
+
+    pub(super) fn drivers(&mut self) -> Vec<Part> {
+        let scene = self.scene;
+        let read = |(index, part)| self.part(part, Section::Drivers, Owner::Driver(DriverId(index)));
+        scene.drivers.iter().enumerate().filter_map(read).collect()
+    }
+
+    pub(super) fn loads(&mut self) -> Vec<Part> {
+        let scene = self.scene;
+        let read = |(index, part)| self.part(part, Section::Loads, Owner::Load(LoadId(index)));
+        scene.loads.iter().enumerate().filter_map(read).collect()
+    }
+
+    fn part(&mut self, part: &written::Part, section: Section, owner: Owner) -> Option<Part> {
+        let read = self.read(part, section, owner);
+        self.incomplete |= read.is_none();
+        read
+    }
+
+    fn read(&mut self, part: &written::Part, section: Section, owner: Owner) -> Option<Part> {
+        let Some(component) = part.component(section) else {
+            self.unrecognised(part, section);
+            return None;
+        };
+        let facts = component.facts();
+        let name = &part.name;
+        let called = format!("{} `{}`", facts.words(), name.text);
+        let fields = Fields::open(&part.node, &called, name.span, &keys(facts), self.faults)?;
+        let user = if section == Section::Joints { format!("joint `{}`", name.text) } else { called };
+        let mut reading =
+            Reading { facts, fields, user, owner, span: name.span, ends: None, values: Vec::new(), complete: true };
+        self.room(&mut reading)?;
+        self.one_of(&mut reading);
+        // A third body must be neither of the two, so they come first.
+        let (last, first): (Vec<&Key>, Vec<&Key>) = facts.keys.iter().partition(|key| key.form.is_carrier());
+        for key in first.into_iter().chain(last) {
+            self.key(key, &mut reading);
+        }
+        reading.complete &= self.carrier_apart(&reading);
+        let (_, between) = reading.ends.filter(|_| reading.complete)?;
+        let part = Part {
+            name: name.text.clone(),
+            kind: facts.name,
+            owner,
+            between,
+            values: reading.values,
+            law: None,
+            energy: None,
+            span: name.span,
+        };
+        Some(self.with_law(part, component))
+    }
+
+    /// The part with the law and the energy of its component.
+    fn with_law(&mut self, mut part: Part, component: &dyn Component) -> Part {
+        let mut lower = |law: Option<String>| law.map(|text| self.law_of(&text, &part).unwrap_or(UNKNOWN));
+        let (law, energy) = (lower(component.law(&part)), lower(component.energy(&part)));
+        (part.law, part.energy) = (law, energy);
+        part
+    }
+
+    /// Says why nothing is known of a part.
+    fn unrecognised(&mut self, part: &written::Part, section: Section) {
+        let called = format!("{} `{}`", section.word(), part.name.text);
+        let names: Vec<&str> = section.components().map(|component| component.facts().name).collect();
+        let Some(fields) = Fields::open_any(&part.node, &called, part.name.span, self.faults) else { return };
+        if section == Section::Drivers {
+            self.motions(&fields, &names);
+            return;
+        }
+        let known = suggest::list(names.iter().copied());
+        let Some(node) = fields.required("type", &format!("the types are {known}"), self.faults) else { return };
+        let Some(kind) = self.faults.text(node, &fields.name_of("type")) else { return };
+        let help = suggest::hint(&kind.text, names.iter().copied(), format!("the types are {known}"));
+        let message = format!("{called} has an unknown type: `{}`", kind.text);
+        self.faults.push(Fault::new("scene::unknown_type", message, kind.span).label("no such type").help(help));
+    }
+
+    /// Says that a driver must prescribe exactly one motion.
+    fn motions(&mut self, fields: &Fields<'_>, motions: &[&str]) {
+        let given: Vec<&str> = motions.iter().copied().filter(|key| fields.get(key).is_some()).collect();
+        let found = if given.is_empty() { "none of them".to_string() } else { suggest::list(given.iter().copied()) };
+        let span = given.get(1).and_then(|key| fields.key_span(key)).unwrap_or(fields.span);
+        let wanted = suggest::list(motions.iter().copied());
+        let message = format!("{} must have exactly one of {wanted}, but has {found}", fields.owner);
+        let facts = Section::Drivers.components().map(Component::facts);
+        let help: Vec<String> = facts.map(|facts| format!("`{}` {}", facts.name, facts.about)).collect();
+        self.faults.push(
+            Fault::new("scene::driver_motion", message, span).label("exactly one is wanted").help(help.join(", ")),
+        );
+    }
+
+    /// Refuses what a scene of one dimension has no room for; none if nothing of it is worth reading.
+    fn room(&mut self, reading: &mut Reading<'_>) -> Option<()> {
+        let called = reading.fields.owner.clone();
+        match reading.facts.room {
+            Room::Turning => self.must_not_turn(&called, reading.span),
+            Room::Plane => self.must_have_plane(&reading.user, reading.span),
+            Room::Needless(help) if self.one_dimensional() => {
+                let message = format!("{called} is not needed in one dimension");
+                let fault = Fault::new("scene::one_dimension", message, reading.span);
+                self.faults.push(fault.label("not with `dimension = 1`").help(help));
+                return None;
+            }
+            Room::Line | Room::Needless(_) => {}
+        }
+        Some(())
+    }
+
+    /// Exactly one of the keys that stand for one another must be there.
+    fn one_of(&mut self, reading: &mut Reading<'_>) {
+        let own: Vec<&Key> = alternatives(reading.facts).collect();
+        if own.is_empty() {
+            return;
+        }
+        let all = match reading.facts.section {
+            Section::Drivers => drivers_keys(|key| matches!(key.need, Need::OneOf(_))),
+            _ => own.iter().map(|key| key.name).collect(),
+        };
+        let given: Vec<&str> = all.into_iter().filter(|key| reading.fields.get(key).is_some()).collect();
+        let permitted = |name: &str| own.iter().any(|key| key.name == name);
+        if matches!(given[..], [one] if permitted(one)) {
+            return;
+        }
+        reading.complete = false;
+        let wanted: Vec<String> = own.iter().map(|key| format!("`{}`", key.name)).collect();
+        let wanted = wanted.join(" or ");
+        let wrong = given.iter().rev().find(|key| given.len() > 1 || !permitted(key));
+        let span = wrong.and_then(|key| reading.fields.key_span(key)).unwrap_or(reading.span);
+        let called = &reading.fields.owner;
+        let fault = if reading.facts.section == Section::Drivers {
+            let message = format!("{called} has `{}`, so it needs {wanted} and nothing else", reading.facts.name);
+            Fault::new("scene::driver_target", message, span).help(driver_targets())
+        } else {
+            let problem = if given.is_empty() { "neither" } else { "both" };
+            let message = format!("{called} has {problem} of {wanted}");
+            Fault::new("scene::torque_target", message, span).help(helps(own.into_iter()).join(", "))
+        };
+        self.faults.push(fault.label(format!("{wanted} is wanted")));
+    }
+
+    /// Reads one key.
+    fn key(&mut self, key: &'static Key, reading: &mut Reading<'_>) {
+        let node = match key.need {
+            Need::Required(help) => reading.fields.required(key.name, help, self.faults),
+            Need::Optional | Need::OneOf(_) => reading.fields.get(key.name),
+        };
+        let Some(node) = node else {
+            reading.complete &= !matches!(key.need, Need::Required(_));
+            return;
+        };
+        let read = match key.form.is_end() {
+            true => self.ends(key, node, reading).map(|(ends, value)| {
+                reading.ends = Some(ends);
+                reading.values.extend(value.map(|value| (key.name, value)));
+            }),
+            false => self.other(key, node, reading).map(|value| reading.values.push((key.name, value))),
+        };
+        reading.complete &= read.is_some();
+    }
+
+    /// What a part is between.
+    #[allow(clippy::type_complexity, reason = "words, points and the joint that a driver moves")]
+    fn ends(
+        &mut self,
+        key: &Key,
+        node: &Node,
+        reading: &Reading<'_>,
+    ) -> Option<(([Text; 2], [Place; 2]), Option<Value>)> {
+        let (user, what) = (&reading.user, reading.fields.name_of(key.name));
+        let centre = |body: Option<BodyId>| body.map_or(Place::Origin, Place::Centre);
+        if let Form::Points | Form::Bodies | Form::BodyAndPoint = key.form {
+            let help = if let Need::Required(help) | Need::OneOf(help) = key.need { help } else { "" };
+            let names = self.faults.pair(node, &what, help)?;
+            let places = match key.form {
+                Form::Points => self.places(&names, user)?,
+                Form::Bodies => self.body_pair(&names, user)?.map(centre),
+                _ => {
+                    let (body, point) = (self.body(&names[0], user), self.place(&names[1], user));
+                    let (body, point) = (body?, point?);
+                    self.different(body, point.body(), &names, user)?;
+                    [centre(body), point]
+                }
+            };
+            return Some(((names, places), None));
+        }
+        let name = self.faults.text(node, &what)?;
+        let ground = Text::new("ground", name.span);
+        match key.form {
+            Form::Body => {
+                let names = [ground, name];
+                let places = self.body_pair(&names, user)?.map(centre);
+                Some(((names, places), None))
+            }
+            Form::Joint => {
+                let joint = self.joint_named(&name, user, reading.facts.name)?;
+                let names = self.scene.joints[joint.0].between()?;
+                let places = [self.known_place(&names[0].text)?, self.known_place(&names[1].text)?];
+                Some(((names, places), Some(Value::Joint(joint))))
+            }
+            _ => {
+                let place = self.moving_place(&name, user)?;
+                Some((([ground, name], [Place::Origin, place]), None))
+            }
+        }
+    }
+
+    fn other(&mut self, key: &'static Key, node: &Node, reading: &Reading<'_>) -> Option<Value> {
+        let written = reading.fields.name_of(key.name);
+        let what = format!("`{}` of {}", key.name, reading.user);
+        let context = match reading.owner {
+            Owner::Load(load) => Context::Law(load),
+            _ => Context::Driver,
+        };
+        match key.form {
+            Form::Constant(wanted, range) => {
+                let quantity = self.faults.quantity(node, &written)?;
+                if wanted.exponents == ANGLE.exponents && self.one_dimensional() {
+                    self.must_not_turn(&what, quantity.span);
+                }
+                let formula = match range {
+                    Range::Any => self.constant(&quantity, &what, &wanted),
+                    Range::Positive => self.positive_constant(&quantity, &what, &wanted),
+                    Range::NotZero => self.nonzero_constant(&quantity, &what, &wanted),
+                };
+                Some(Value::Formula(formula))
+            }
+            Form::Law(wanted) => {
+                let quantity = self.faults.quantity(node, &written)?;
+                Some(Value::Formula(self.formula(&quantity, &what, &wanted, context)))
+            }
+            Form::Vector(wanted) => {
+                let vector = self.faults.vector(node, &written)?;
+                Some(Value::Vector(self.vector(&vector, &what, &wanted, context)))
+            }
+            Form::Axis => {
+                let vector = self.faults.vector(node, &written)?;
+                Some(Value::Vector(self.axis(&vector, &what)))
+            }
+            Form::Friction(wanted) => self.friction(node, &written, &reading.user, &wanted).map(Value::Friction),
+            Form::Motion(wanted) => self.motion(node, key.name, &what, &wanted).map(Value::Motion),
+            Form::Choice(words, help) => self.choice(node, &reading.fields, key.name, words, help),
+            Form::CarrierBody | Form::CarrierPoint => {
+                let name = self.faults.text(node, &written)?;
+                let place = match key.form {
+                    Form::CarrierBody => self.body(&name, &reading.user)?.map_or(Place::Origin, Place::Centre),
+                    _ => self.place(&name, &reading.user)?,
+                };
+                Some(Value::Place(place))
+            }
+            _ => None,
+        }
+    }
+
+    fn choice(
+        &mut self,
+        node: &Node,
+        fields: &Fields<'_>,
+        key: &str,
+        words: &'static [&'static str],
+        help: &str,
+    ) -> Option<Value> {
+        let text = self.faults.text(node, &fields.name_of(key))?;
+        let word = words.iter().copied().find(|word| *word == text.text);
+        if word.is_none() {
+            let message = format!("`{key}` of {} is `{}`", fields.owner, text.text);
+            let fault = Fault::new("scene::wrong_value", message, text.span).label(format!("no such {key}"));
+            self.faults.push(fault.help(suggest::hint(&text.text, words.iter().copied(), help.to_string())));
+        }
+        word.map(Value::Choice)
+    }
+
+    /// The carrier must be neither of what it carries.
+    fn carrier_apart(&mut self, reading: &Reading<'_>) -> bool {
+        let has_carrier = reading.facts.keys.iter().any(|key| key.form.is_carrier());
+        let Some((names, places)) = reading.ends.as_ref().filter(|_| has_carrier) else { return true };
+        let carrier = reading.values.iter().find_map(|(_, value)| match value {
+            Value::Place(place) => Some(place.body()),
+            _ => None,
+        });
+        let carrier = carrier.flatten();
+        let Some(end) = (0..2).find(|&end| places[end].body() == carrier) else { return true };
+        let name = carrier.map_or("ground", |body| self.scene.bodies[body.0].name.text.as_str());
+        let message = format!("{} moves `{name}` against its own carrier", reading.user);
+        let help =
+            "name the body in which the wheels have their bearings: `carrier = \"arm\"`; without one it is the ground";
+        let fault = Fault::new("scene::self_connection", message, names[end].span);
+        self.faults.push(fault.label("is the carrier").help(help));
+        false
+    }
+
+    /// The joint that a driver names; it must permit the motion.
+    fn joint_named(&mut self, name: &Text, user: &str, motion: &str) -> Option<JointId> {
+        let Some(super::names::Named::Joint(id)) = self.names.get(&name.text) else {
+            self.unknown_joint(name, user);
+            return None;
+        };
+        let facts = self.scene.joints[id.0].component(Section::Joints)?.facts();
+        if facts.drivers.contains(&motion) {
+            return Some(id);
+        }
+        let [found, help] = facts.undriven;
+        let message = format!("{user} prescribes `{motion}`, but joint `{}` is {found}", name.text);
+        let fault = Fault::new("scene::driver_joint", message, name.span);
+        self.faults.push(fault.label(format!("this joint is {found}")).help(help));
+        None
+    }
+
+    fn unknown_joint(&mut self, name: &Text, user: &str) {
+        if self.is_reported(name, &name.text) {
+            return;
+        }
+        let joints = self.names.all(|named| matches!(named, super::names::Named::Joint(_)));
+        let otherwise = match joints.is_empty() {
+            true => {
+                "the scene has no joints; a driver between bodies takes `between = [\"ground\", \"crank\"]`".to_string()
+            }
+            false => format!("the joints are {}", suggest::list(joints.iter().copied())),
+        };
+        let help = suggest::hint(&name.text, joints.iter().copied(), otherwise);
+        let message = format!("{user} uses a joint that is not in the scene: `{}`", name.text);
+        let fault = Fault::new("scene::unknown_joint", message, name.span).label("no such joint");
+        self.faults.push_about(&name.text, fault.help(help));
+    }
+}
+
+/// The keys that a part may have: any driver's, so that one of the wrong motion is told from one that does not exist.
+fn keys(facts: &Facts) -> Vec<&'static str> {
+    match facts.section {
+        Section::Drivers => drivers_keys(|_| true),
+        _ => std::iter::once("type").chain(facts.keys.iter().map(|key| key.name)).collect(),
+    }
+}
+
+/// The keys of drivers that `select` selects: what they move before how.
+fn drivers_keys(select: impl Fn(&Key) -> bool) -> Vec<&'static str> {
+    let facts = || Section::Drivers.components().map(Component::facts);
+    let all = facts().flat_map(|facts| facts.keys).filter(|key| select(key));
+    let (targets, motions): (Vec<&Key>, Vec<&Key>) = all.partition(|key| matches!(key.need, Need::OneOf(_)));
+    let mut names: Vec<&str> = Vec::new();
+    for key in targets.into_iter().chain(motions) {
+        if !names.contains(&key.name) {
+            names.push(key.name);
+        }
+    }
+    names
+}
+
+fn alternatives(facts: &'static Facts) -> impl Iterator<Item = &'static Key> {
+    facts.keys.iter().filter(|key| matches!(key.need, Need::OneOf(_)))
+}
+
+fn helps<'k>(keys: impl Iterator<Item = &'k Key>) -> Vec<&'static str> {
+    keys.filter_map(|key| if let Need::OneOf(help) = key.need { Some(help) } else { None }).collect()
+}
+
+/// What each driver moves.
+fn driver_targets() -> String {
+    let target = |key: &Key| match key.form {
+        Form::Bodies => format!("`{}` (two bodies)", key.name),
+        Form::Point => format!("`{}` (a point)", key.name),
+        _ => format!("`{}`", key.name),
+    };
+    let of = |facts: &'static Facts| {
+        let targets: Vec<String> = alternatives(facts).map(target).collect();
+        format!("`{}` needs {}", facts.name, targets.join(" or "))
+    };
+    let all: Vec<String> = Section::Drivers.components().map(|component| of(component.facts())).collect();
+    all.join(", ")
+}

@@ -1,0 +1,170 @@
+//! The naming table: which variables there are, and what they are.
+
+use std::collections::HashMap;
+
+use super::Resolver;
+use super::names::Named;
+use crate::component::Section;
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::Text;
+use crate::diagnostic::suggest;
+use crate::mechanism::{Owner, Place, Quantity, Variable};
+use crate::scene::part::Part;
+
+use Quantity::{
+    Alpha, Angle, Ax, Ay, KineticEnergy, Omega, PositionResidual, PotentialEnergy, Power, TotalEnergy,
+    VelocityResidual, Vx, Vy, X, Y,
+};
+
+pub(super) const BODY: &[Quantity] = &[X, Y, Angle, Vx, Vy, Omega, Ax, Ay, Alpha];
+pub(super) const POINT: &[Quantity] = &[X, Y, Vx, Vy, Ax, Ay];
+pub(super) const ENERGIES: &[Quantity] = &[KineticEnergy, PotentialEnergy, TotalEnergy];
+pub(super) const RESIDUALS: &[Quantity] = &[PositionResidual, VelocityResidual];
+
+/// What a part is called, and its variables.
+pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
+    let facts = part.component(section)?.facts();
+    Some((facts.words(), facts.variables.iter().copied().chain([Power]).collect()))
+}
+
+/// An owner of variables, what to call it, and what it has.
+struct Found {
+    owner: Owner,
+    called: String,
+    has: Vec<Quantity>,
+}
+
+impl Resolver<'_> {
+    /// The variable with a name such as `crank.angle` or `rod.small_end.x`; a fault with this code if there is none.
+    pub(super) fn variable(&mut self, name: &Text, user: &str, code: &'static str) -> Option<Variable> {
+        let (owner, last) = name.text.rsplit_once('.').unwrap_or((&name.text, ""));
+        let Some(found) = self.find_owner(owner) else {
+            self.unknown_owner(name, user, code);
+            return None;
+        };
+        let one_dimensional = self.one_dimensional();
+        let mut has = found.has.iter().copied().filter(|quantity| !one_dimensional || quantity.is_on_a_line());
+        if let Some(quantity) = has.clone().find(|quantity| quantity.word() == last) {
+            return Some(Variable { owner: found.owner, quantity });
+        }
+        if self.is_reported(name, &name.text) {
+            return None;
+        }
+        let names: Vec<&str> = has.by_ref().map(|quantity| quantity.word()).collect();
+        let has = match names.is_empty() {
+            true => format!("{} has no variables", found.called),
+            false => format!("{} has {}", found.called, suggest::list(names.iter().copied())),
+        };
+        let near = suggest::nearest(last, names.iter().copied());
+        let help = match near {
+            _ if name.text.contains('.') && self.find_owner(&name.text).is_some() => {
+                format!("`{0}` is a point; write `{0}.x` or `{0}.y`", name.text)
+            }
+            Some(near) => format!("did you mean `{owner}.{near}`? {has}"),
+            None => has,
+        };
+        let message = format!("{user} names a variable that does not exist: `{}`", name.text);
+        self.faults.push_about(&name.text, Fault::new(code, message, name.span).label("no such variable").help(help));
+        None
+    }
+
+    fn find_owner(&self, owner: &str) -> Option<Found> {
+        let place = |place, called: String, has: &[Quantity]| {
+            Some(Found { owner: Owner::Place(place), called, has: has.to_vec() })
+        };
+        if let Some((body, point)) = owner.split_once('.') {
+            return match (body, self.names.get(body)) {
+                ("ground", _) => {
+                    let index = *self.names.ground.get(point)?;
+                    place(Place::Ground(index), format!("point `{owner}`"), POINT)
+                }
+                (_, Some(Named::Body(id))) => {
+                    let index = *self.names.points[id.0].get(point)?;
+                    place(Place::Point(id, index), format!("point `{owner}`"), POINT)
+                }
+                _ => None,
+            };
+        }
+        let system =
+            |has: &[Quantity]| Some(Found { owner: Owner::System, called: format!("`{owner}`"), has: has.to_vec() });
+        let part = |id, part, section| {
+            let (words, has) = of_part(part, section)?;
+            Some(Found { owner: id, called: format!("{words} `{owner}`"), has })
+        };
+        match owner {
+            "energy" => return system(ENERGIES),
+            "constraint" => return system(RESIDUALS),
+            _ => {}
+        }
+        match self.names.get(owner)? {
+            Named::Body(id) => place(Place::Centre(id), format!("body `{owner}`"), BODY),
+            Named::Joint(id) => part(Owner::Joint(id), &self.scene.joints[id.0], Section::Joints),
+            Named::Driver(id) => part(Owner::Driver(id), &self.scene.drivers[id.0], Section::Drivers),
+            Named::Load(id) => part(Owner::Load(id), &self.scene.loads[id.0], Section::Loads),
+            Named::Parameter(_) | Named::Input(_) => None,
+        }
+    }
+
+    fn unknown_owner(&mut self, name: &Text, user: &str, code: &'static str) {
+        let (first, rest) = name.text.split_once('.').unwrap_or((&name.text, ""));
+        let named = self.names.get(first);
+        // One fault for each point or element that is missing, wherever it is used.
+        let owner = name.text.rsplit_once('.').map_or(name.text.as_str(), |(owner, _)| owner);
+        let subject = if named.is_some() || first == "ground" { owner } else { first };
+        if self.is_reported(name, subject) {
+            return;
+        }
+        let help = match named {
+            Some(Named::Body(id)) => points_hint(first, rest, &self.names.points[id.0]),
+            _ if first == "ground" => points_hint(first, rest, &self.names.ground),
+            Some(Named::Input(_)) => {
+                format!("`{first}` is an input: it is a variable of the FMU anyway")
+            }
+            Some(Named::Parameter(_)) => {
+                format!("`{first}` is a parameter: it is a variable of the FMU anyway")
+            }
+            _ => {
+                let known = self.names.all(|named| !matches!(named, Named::Parameter(_) | Named::Input(_)));
+                let otherwise =
+                    "variables are named like `crank.angle`, `rod.small_end.x`, `wrist_pin.fx`, `energy.total`";
+                suggest::hint(first, known.into_iter().chain(["energy", "constraint", "ground"]), otherwise.to_string())
+            }
+        };
+        let message = format!("{user} names a variable that does not exist: `{}`", name.text);
+        self.faults.push_about(subject, Fault::new(code, message, name.span).label("no such variable").help(help));
+    }
+
+    /// The last words of the variables of what has this name.
+    pub(super) fn variables_of(&self, owner: &str) -> Vec<&'static str> {
+        let one_dimensional = self.one_dimensional();
+        let has = self.find_owner(owner).map_or_else(Vec::new, |found| found.has);
+        has.iter()
+            .filter(|quantity| !one_dimensional || quantity.is_on_a_line())
+            .map(|quantity| quantity.word())
+            .collect()
+    }
+
+    /// "angle of `crank`"
+    pub(super) fn describe(variable: Variable, name: &str) -> String {
+        let words = variable.quantity.words();
+        match variable.owner {
+            Owner::System => words.to_string(),
+            _ => format!("{words} `{}`", name.rsplit_once('.').map_or(name, |(owner, _)| owner)),
+        }
+    }
+}
+
+/// Which point may have been meant, or which there are.
+fn points_hint(owner: &str, rest: &str, points: &HashMap<&str, usize>) -> String {
+    let point = rest.split('.').next().unwrap_or_default();
+    let mut points: Vec<&str> = points.keys().copied().collect();
+    points.sort_unstable();
+    match (suggest::nearest(point, points.iter().copied()), points.first()) {
+        (Some(near), _) => format!("did you mean `{owner}.{near}`?"),
+        (None, None) => format!("`{owner}` has no points"),
+        (None, Some(first)) => {
+            let list = suggest::list(points.iter().copied());
+            format!("`{owner}` has the points {list}, with variables such as `{owner}.{first}.x`")
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! What a simulation found: the reported variables by name, with their units.
+
+use std::io::{self, Write};
+use std::sync::Arc;
+
+use cotree_fmu::model::Model;
+
+use super::{Run, RunError};
+use crate::compile::{Compiled, compile};
+use crate::diagnostic::Faults;
+use crate::output::csv::Writer;
+use crate::scene::Scene;
+
+/// Variables over time, in SI units.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Results {
+    times: Vec<f64>,
+    columns: Vec<Column>,
+}
+
+/// One variable over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// The variable's name, such as `rod.angle`.
+    pub name: String,
+    /// Its SI unit, such as `rad/s`; empty if it has none or none is known.
+    pub unit: String,
+    /// Its value at each of [`Results::times`].
+    pub values: Vec<f64>,
+}
+
+/// Why there are no results.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulateError {
+    /// The scene is at fault.
+    #[error(transparent)]
+    Scene(#[from] Faults),
+    /// The motion cannot be found or continued.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+impl Results {
+    /// Communication points \[s\]: start, every full step, and stop.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// All variables, in the order of the scene's outputs.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// The variable of that name.
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+
+    /// The values of the variable of that name, one for each of [`Results::times`].
+    pub fn get(&self, name: &str) -> Option<&[f64]> {
+        self.column(name).map(|column| column.values.as_slice())
+    }
+
+    /// Writes a table as `cotree simulate` does: CSV, `time` first.
+    ///
+    /// # Errors
+    /// `out` cannot be written.
+    pub fn write_csv(&self, out: impl Write) -> io::Result<()> {
+        let mut writer = Writer::new(out, self.columns.iter().map(|column| column.name.as_str()))?;
+        let mut row = vec![0.0; self.columns.len()];
+        for (index, &time) in self.times.iter().enumerate() {
+            row.iter_mut().zip(&self.columns).for_each(|(value, column)| *value = column.values[index]);
+            writer.row(time, &row)?;
+        }
+        writer.finish().map(drop)
+    }
+}
+
+impl Compiled {
+    /// Runs the experiment of the scene with the code that runs in the FMU.
+    ///
+    /// # Errors
+    /// The motion cannot be found or continued.
+    pub fn simulate(&self) -> Result<Results, RunError> {
+        let variables = self.reported().into_iter().map(|index| &self.description.variables[index]);
+        let column = |name: &str, unit: &str| Column { name: name.into(), unit: unit.into(), values: Vec::new() };
+        let columns = variables.map(|variable| column(&variable.name, &variable.unit.si)).collect();
+        let mut results = Results { times: Vec::new(), columns };
+        self.run(|time, values| {
+            results.times.push(time);
+            results.columns.iter_mut().zip(values).for_each(|(column, &value)| column.values.push(value));
+            Ok(())
+        })?;
+        Ok(results)
+    }
+
+    /// The same, handing over time and the values of [`Compiled::reported`] at every communication point as they come.
+    ///
+    /// # Errors
+    /// The motion cannot be found or continued, or `report` fails.
+    pub fn run(&self, report: impl FnMut(f64, &[f64]) -> io::Result<()>) -> Result<(), RunError> {
+        let model = Arc::new(Model::new(self.program.clone())?);
+        let (experiment, reported) = (self.description.experiment, self.reported());
+        Run { description: &self.description, experiment, settings: Vec::new(), inputs: None, reported }
+            .start(model, report)
+    }
+}
+
+impl Scene {
+    /// Runs the experiment of the scene with the code that runs in its FMU.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the scene, or a motion that cannot be found or continued.
+    pub fn simulate(&self) -> Result<Results, SimulateError> {
+        Ok(compile(self)?.simulate()?)
+    }
+}

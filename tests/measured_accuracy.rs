@@ -1,0 +1,48 @@
+//! What accuracy costs is measured within a budget of work, whatever the motion does.
+
+#[path = "support/run.rs"]
+mod run;
+use run::{compiled, scene_of};
+
+/// A wheel whose bearing drives it, faster and faster: its speed grows by a factor of 10^17 in each second.
+const RUNAWAY: &str = r#"
+format = 1
+name = "runaway"
+gravity = [0, -9.81]
+[parameters]
+drag = -4.0
+[bodies.wheel]
+mass = 1.0
+inertia = 0.05
+points = { hub = [0.22, 0] }
+[joints.bearing]
+type = "revolute"
+between = ["ground", "wheel.hub"]
+damping = "drag"
+[initial]
+"wheel.angle" = 0.3
+[outputs]
+variables = ["wheel.angle", "wheel.omega"]
+[experiment]
+stop = 2.0
+step = 0.01
+"#;
+
+#[test]
+fn motion_that_grows_without_bound_is_measured_at_its_beginning_only() {
+    let accuracy = compiled(RUNAWAY).accuracy().expect("a measurement");
+    let [start, stop] = accuracy.span;
+    assert!(accuracy.growing && start == 0.0 && stop > 0.1 && stop < 1.5, "{accuracy:?}");
+    let work: u64 = accuracy.measurements.iter().map(|measurement| measurement.statistics.evaluations).sum();
+    assert!(work < 200_000, "{work}");
+}
+
+#[test]
+fn calm_motion_is_measured_as_a_whole() {
+    for model in ["slider_crank", "double_pendulum", "quick_return"] {
+        let compiled = compiled(&scene_of(model));
+        let accuracy = compiled.accuracy().expect("a measurement");
+        assert!(!accuracy.growing, "{model}: {accuracy:?}");
+        assert_eq!(accuracy.span, [compiled.description.experiment.start, compiled.description.experiment.stop]);
+    }
+}

@@ -1,0 +1,75 @@
+//! Nothing is modelled that the scene does not need.
+
+use cotree::compile::Compiled;
+use cotree::output::summary::Summary;
+use cotree::scene::Scene;
+use cotree_fmu::program::Motion;
+
+#[path = "support/run.rs"]
+mod run;
+use run::{compiled, scene_of, sound};
+
+fn summary(name: &str) -> Summary {
+    sound(Scene::from_toml(&scene_of(name)).and_then(|scene| scene.summary()))
+}
+
+fn model(name: &str) -> Compiled {
+    compiled(&scene_of(name))
+}
+
+#[test]
+fn an_open_chain_has_no_loop_equations_and_nothing_that_serves_them() {
+    let pendulum = model("double_pendulum");
+    let tapes = &pendulum.program.tapes;
+    for tape in
+        [&tapes.constraint, &tapes.gamma, &tapes.project_position, &tapes.project_velocity, &tapes.jacobian.tape]
+    {
+        assert!(tape.instructions.is_empty() && tape.results.is_empty());
+    }
+    assert_eq!(tapes.acceleration.results.len(), pendulum.program.coordinates.len());
+    assert!(!model("bench_slider_crank").program.tapes.constraint.results.is_empty());
+}
+
+#[test]
+fn masses_on_a_line_have_no_rotation() {
+    let line = summary("vibration");
+    assert!(line.trees.rotation.is_empty());
+    assert!(!summary("pendulum").trees.rotation.is_empty());
+}
+
+#[test]
+fn a_driven_scene_has_no_integrator_and_no_forces_unless_one_is_asked_for() {
+    let scene = |output: &str, gravity: f64| {
+        compiled(&format!(
+            "format = 1\nname = \"driven\"\ngravity = [0, {gravity:?}]\n[bodies.arm]\nmass = 1\ninertia = 1\npoints = {{ end = [-1, 0] \
+             }}\n[joints.pin]\ntype = \"revolute\"\nbetween = [\"ground\", \"arm.end\"]\n[drivers.motor]\njoint = \"pin\"\nangle = \
+             \"0.3*t\"\n[outputs]\nvariables = [\"{output}\"]\n"
+        ))
+    };
+    for output in ["arm.x", "motor.torque"] {
+        let driven = scene(output, -9.81);
+        assert_eq!(driven.program.motion, Motion::Kinematic);
+        assert!(driven.program.tapes.acceleration.instructions.is_empty());
+    }
+    assert!(scene("arm.x", -9.81).program.tapes.inverse.is_none());
+    let work = |output: &str, gravity: f64| scene(output, gravity).program.tapes.outputs.instructions.len();
+    // At a constant rate the motor carries nothing but the weight.
+    assert_eq!(work("arm.x", 0.0), work("arm.x", -9.81));
+    assert!(work("motor.torque", 0.0) < work("motor.torque", -9.81));
+}
+
+#[test]
+fn only_what_is_asked_for_is_computed() {
+    let with = |outputs: &str| {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/bench_slider_crank/scene.toml");
+        let text = std::fs::read_to_string(path).expect("a scene");
+        let (before, rest) = text.split_once("variables = [").expect("outputs");
+        let (_, after) = rest.split_once(']').expect("a list");
+        compiled(&format!("{before}variables = [{outputs}]{after}"))
+    };
+    let angle = with("\"crank.angle\"");
+    assert!(angle.program.tapes.outputs.results.is_empty());
+    let [few, more] = ["\"slider.x\"", "\"slider.x\", \"main_bearing.fx\""].map(with);
+    assert_eq!(few.program.tapes.outputs.results.len(), 1);
+    assert!(few.program.tapes.outputs.instructions.len() < more.program.tapes.outputs.instructions.len());
+}
