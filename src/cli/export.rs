@@ -21,7 +21,7 @@ use crate::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
 pub struct Export {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// Where the FMU goes [default: <name of the scene>.fmu in the current folder]
+    /// Where the FMU goes [default: the name of the scene, .fmu, in the current folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Every variable that the mechanism has, not only those that the scene asks for

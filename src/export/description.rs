@@ -9,7 +9,7 @@ use crate::mechanism::{Experiment, Unit};
 pub struct Description {
     /// The scene's name.
     pub model_name: String,
-    /// A C identifier: names the shared library; see [`identifier`].
+    /// A C identifier: names the shared library; see [`crate::mechanism::identifier`].
     pub identifier: String,
     /// What the runtime expects at instantiation.
     pub guid: String,

@@ -1,7 +1,7 @@
 //! From equations to the program that the runtime moves.
 //!
 //! First the kernels of positions and velocities ([`positions`]): with them the mechanism is assembled and its redundant loop
-//! equations are found. Then, knowing which equations count, everything ([`program`]).
+//! equations are found. Then, knowing which equations count, everything (`program`).
 
 mod arms;
 mod blocks;
