@@ -15,7 +15,7 @@ const DEFINITIONS: [&str; 11] = [
     "src/integrator/continuation.rs",
     "src/integrator/stiffness.rs",
     "src/integrator/implicit/memory.rs",
-    "src/fmi2/component.rs",
+    "src/fmi/component.rs",
 ];
 
 fn main() -> Result<(), String> {

@@ -8,7 +8,7 @@
 //! * [`constraints`]: consistent initial values, projection, kinematic motion.
 //! * [`integrator`], [`singular`]: from one communication point to the next, also through singular configurations.
 //! * [`instance`]: one simulation, as the command line and the FMI functions use it.
-//! * [`fmi2`]: the functions of FMI 2.0 for Co-Simulation and Model Exchange.
+//! * `fmi`, [`fmi2`]: the functions of FMI 2.0 for Co-Simulation and Model Exchange.
 
 #![cfg_attr(
     not(test),
@@ -26,6 +26,7 @@ pub mod constraints;
 pub mod context;
 pub mod events;
 pub mod failure;
+pub(crate) mod fmi;
 pub mod fmi2;
 pub mod instance;
 pub mod integrator;

@@ -1,6 +1,7 @@
 //! Co-Simulation.
 
-use super::boundary::{call, place, plain, quick};
+use crate::fmi::boundary::{call, place, plain, quick};
+use crate::fmi2::component::Fmi2;
 use crate::fmi2::types::fmi2Status::{fmi2Discard, fmi2OK};
 use crate::fmi2::types::*;
 
@@ -12,28 +13,30 @@ pub unsafe extern "C" fn fmi2DoStep(
     communicationStepSize: fmi2Real,
     _noSetFMUStatePriorToCurrentPoint: fmi2Boolean,
 ) -> fmi2Status {
-    if quick(c, |component| component.glide(currentCommunicationPoint, communicationStepSize)) {
+    if quick::<Fmi2>(c, |component| component.glide(currentCommunicationPoint, communicationStepSize)) {
         return fmi2OK;
     }
-    plain(c, |component| component.do_step(currentCommunicationPoint, communicationStepSize))
+    plain::<Fmi2>(c, "fmi2DoStep", |component| component.do_step(currentCommunicationPoint, communicationStepSize))
 }
 
 /// Steps are never pending.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2CancelStep(c: fmi2Component) -> fmi2Status {
-    plain(c, |_| Err("there is no step to cancel: steps are done when fmi2DoStep returns".into()))
+    plain::<Fmi2>(c, "fmi2CancelStep", |_| {
+        Err("there is no step to cancel: steps are done when fmi2DoStep returns".into())
+    })
 }
 
 /// Steps are never pending.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStatus(c: fmi2Component, _s: fmi2StatusKind, _value: *mut fmi2Status) -> fmi2Status {
-    call(c, |_| Ok(fmi2Discard))
+    call::<Fmi2>(c, "fmi2GetStatus", |_| Ok(fmi2Discard))
 }
 
 /// The last communication point reached.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealStatus(c: fmi2Component, s: fmi2StatusKind, value: *mut fmi2Real) -> fmi2Status {
-    call(c, |component| match component.real_status(s) {
+    call::<Fmi2>(c, "fmi2GetRealStatus", |component| match component.real_status(s) {
         Some(time) => {
             *place(value)? = time;
             Ok(fmi2OK)
@@ -49,7 +52,7 @@ pub unsafe extern "C" fn fmi2GetIntegerStatus(
     _s: fmi2StatusKind,
     _value: *mut fmi2Integer,
 ) -> fmi2Status {
-    call(c, |_| Ok(fmi2Discard))
+    call::<Fmi2>(c, "fmi2GetIntegerStatus", |_| Ok(fmi2Discard))
 }
 
 /// The simulation never asks to be terminated.
@@ -59,7 +62,7 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(
     s: fmi2StatusKind,
     value: *mut fmi2Boolean,
 ) -> fmi2Status {
-    call(c, |_| match s {
+    call::<Fmi2>(c, "fmi2GetBooleanStatus", |_| match s {
         fmi2Terminated => {
             *place(value)? = fmi2False;
             Ok(fmi2OK)
@@ -75,5 +78,5 @@ pub unsafe extern "C" fn fmi2GetStringStatus(
     _s: fmi2StatusKind,
     _value: *mut fmi2String,
 ) -> fmi2Status {
-    call(c, |_| Ok(fmi2Discard))
+    call::<Fmi2>(c, "fmi2GetStringStatus", |_| Ok(fmi2Discard))
 }

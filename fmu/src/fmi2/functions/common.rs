@@ -2,13 +2,12 @@
 
 use std::ffi::{CStr, CString};
 
-use super::boundary::{Handle, array, contain, plain, string};
-use super::environment::FloatEnvironment;
-use crate::fmi2::component::{Component, Interface, Refusal};
-use crate::fmi2::logging::{Category, Logger};
-use crate::fmi2::resource;
-use crate::fmi2::types::fmi2Status::fmi2Error;
+use crate::fmi::boundary::{FloatEnvironment, Handle, array, contain, plain, string};
+use crate::fmi::component::{Interface, Refusal};
+use crate::fmi::logging::{Category, Severity};
+use crate::fmi2::component::{Component, Fmi2};
 use crate::fmi2::types::*;
+use crate::fmi2::{logging, resource};
 use crate::instance::{Instance, InstanceError};
 
 /// Platform of the types.
@@ -31,10 +30,12 @@ pub unsafe extern "C" fn fmi2SetDebugLogging(
     nCategories: usize,
     categories: *const fmi2String,
 ) -> fmi2Status {
-    plain(c, |component| {
+    plain::<Fmi2>(c, "fmi2SetDebugLogging", |component| {
         let names: Option<Vec<&CStr>> = array(categories, nCategories)?.iter().map(|&name| string(name)).collect();
         let names = names.ok_or("a log category is missing")?;
-        component.logger.switch(loggingOn != fmi2False, &names).map_err(Refusal::new)
+        let categories = logging::categories(&names).map_err(Refusal::new)?;
+        component.logger.switch(loggingOn != fmi2False, &categories);
+        Ok(())
     })
 }
 
@@ -56,17 +57,17 @@ pub unsafe extern "C" fn fmi2Instantiate(
         };
         let name = string(instanceName).unwrap_or_default();
         let (callback, environment) = (functions.logger, functions.componentEnvironment);
-        let logger = Logger::new(callback, environment, CString::from(name), loggingOn != fmi2False);
+        let logger = logging::logger(callback, environment, CString::from(name), loggingOn != fmi2False);
         match instantiate(name, fmuType, string(fmuGUID), string(fmuResourceLocation)) {
-            Ok((interface, instance)) => Some(Component::new(logger, interface, instance)),
+            Ok((interface, instance)) => Some(Component::new(logger, interface, instance, Fmi2)),
             Err(refusal) => {
-                logger.log(fmi2Error, Category::Errors, &refusal.reason);
+                logger.log(Severity::Error, Category::Errors, &refusal.reason);
                 None
             }
         }
     });
     match made.flatten() {
-        Some(component) => Box::into_raw(Box::new(Handle::new(component))).cast(),
+        Some(component) => Handle::give(component),
         None => std::ptr::null_mut(),
     }
 }
@@ -86,7 +87,8 @@ fn instantiate(
         _ => return Err("the interface is neither Co-Simulation nor Model Exchange".into()),
     };
     let guid = guid.ok_or("the GUID is missing")?;
-    let model = resource::load(location.unwrap_or_default()).map_err(Refusal::new)?;
+    let folder = resource::folder(location.unwrap_or_default().to_bytes()).map_err(Refusal::new)?;
+    let model = crate::fmi::resource::load(folder).map_err(Refusal::new)?;
     if guid.to_bytes() != model.program().guid.as_bytes() {
         return Err(
             "the GUID is not that of this FMU: modelDescription.xml and the program do not belong together".into()
@@ -101,12 +103,7 @@ fn instantiate(
 /// Frees an instance.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(c: fmi2Component) {
-    if !c.is_null() {
-        let _environment = FloatEnvironment::enter();
-        // SAFETY: by the contract it came from `Box::into_raw` in `fmi2Instantiate` and is not used again.
-        let handle = unsafe { Box::from_raw(c.cast::<Handle>()) };
-        contain(|| drop(handle));
-    }
+    Handle::<Fmi2>::free(c);
 }
 
 /// Sets times and tolerance.
@@ -119,7 +116,7 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
     stopTimeDefined: fmi2Boolean,
     stopTime: fmi2Real,
 ) -> fmi2Status {
-    plain(c, |component| {
+    plain::<Fmi2>(c, "fmi2SetupExperiment", |component| {
         let tolerance = (toleranceDefined != fmi2False).then_some(tolerance);
         let stop = (stopTimeDefined != fmi2False).then_some(stopTime);
         component.setup_experiment(tolerance, startTime, stop)
@@ -129,23 +126,23 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
 /// Starts initialization mode.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2EnterInitializationMode(c: fmi2Component) -> fmi2Status {
-    plain(c, Component::enter_initialization)
+    plain::<Fmi2>(c, "fmi2EnterInitializationMode", Component::enter_initialization)
 }
 
 /// Solves for the initial state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2ExitInitializationMode(c: fmi2Component) -> fmi2Status {
-    plain(c, Component::exit_initialization)
+    plain::<Fmi2>(c, "fmi2ExitInitializationMode", Component::exit_initialization)
 }
 
 /// Ends the simulation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Terminate(c: fmi2Component) -> fmi2Status {
-    plain(c, Component::terminate)
+    plain::<Fmi2>(c, "fmi2Terminate", Component::terminate)
 }
 
 /// Back to the state after instantiation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Reset(c: fmi2Component) -> fmi2Status {
-    plain(c, Component::reset)
+    plain::<Fmi2>(c, "fmi2Reset", Component::reset)
 }

@@ -6,10 +6,8 @@
 #![allow(non_snake_case, non_upper_case_globals, reason = "the names of the standard")]
 #![allow(clippy::missing_safety_doc, reason = "the contract is the standard's, in short at the head of this file")]
 
-mod boundary;
 mod co_simulation;
 mod common;
-mod environment;
 mod model_exchange;
 mod states;
 mod values;

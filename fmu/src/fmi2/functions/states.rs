@@ -1,13 +1,14 @@
 //! Saved states.
 
-use super::boundary::{array, array_mut, place, plain};
-use crate::fmi2::component::SavedState;
+use crate::fmi::boundary::{array, array_mut, place, plain};
+use crate::fmi::component::SavedState;
+use crate::fmi2::component::Fmi2;
 use crate::fmi2::types::*;
 
 /// Saves the state; into an existing one if there is one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetFMUstate(c: fmi2Component, FMUstate: *mut fmi2FMUstate) -> fmi2Status {
-    plain(c, |component| {
+    plain::<Fmi2>(c, "fmi2GetFMUstate", |component| {
         let place = place(FMUstate)?;
         let existing = place.cast::<SavedState>();
         if existing.is_null() {
@@ -23,7 +24,7 @@ pub unsafe extern "C" fn fmi2GetFMUstate(c: fmi2Component, FMUstate: *mut fmi2FM
 /// Goes back to a saved state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetFMUstate(c: fmi2Component, FMUstate: fmi2FMUstate) -> fmi2Status {
-    plain(c, |component| {
+    plain::<Fmi2>(c, "fmi2SetFMUstate", |component| {
         let [state] = array(FMUstate.cast::<SavedState>(), 1)? else {
             return Err("the state is missing".into());
         };
@@ -34,7 +35,7 @@ pub unsafe extern "C" fn fmi2SetFMUstate(c: fmi2Component, FMUstate: fmi2FMUstat
 /// Frees a saved state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeFMUstate(c: fmi2Component, FMUstate: *mut fmi2FMUstate) -> fmi2Status {
-    plain(c, |_| {
+    plain::<Fmi2>(c, "fmi2FreeFMUstate", |_| {
         if let Ok(place) = place(FMUstate)
             && !place.is_null()
         {
@@ -53,7 +54,7 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
     FMUstate: fmi2FMUstate,
     size: *mut usize,
 ) -> fmi2Status {
-    plain(c, |_| {
+    plain::<Fmi2>(c, "fmi2SerializedFMUstateSize", |_| {
         let [state] = array(FMUstate.cast::<SavedState>(), 1)? else {
             return Err("the state is missing".into());
         };
@@ -70,7 +71,7 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
     serializedState: *mut fmi2Byte,
     size: usize,
 ) -> fmi2Status {
-    plain(c, |_| {
+    plain::<Fmi2>(c, "fmi2SerializeFMUstate", |_| {
         let [state] = array(FMUstate.cast::<SavedState>(), 1)? else {
             return Err("the state is missing".into());
         };
@@ -90,7 +91,7 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     size: usize,
     FMUstate: *mut fmi2FMUstate,
 ) -> fmi2Status {
-    plain(c, |component| {
+    plain::<Fmi2>(c, "fmi2DeSerializeFMUstate", |component| {
         let place = place(FMUstate)?;
         let state = component.deserialize(array(serializedState.cast::<u8>(), size)?)?;
         let existing = place.cast::<SavedState>();

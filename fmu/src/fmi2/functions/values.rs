@@ -1,7 +1,8 @@
 //! Reading and setting variables, and derivatives.
 
-use super::boundary::{array, array_mut, plain};
-use crate::fmi2::component::Refusal;
+use crate::fmi::boundary::{array, array_mut, plain};
+use crate::fmi::component::Refusal;
+use crate::fmi2::component::Fmi2;
 use crate::fmi2::types::*;
 
 /// Reads variables.
@@ -12,7 +13,7 @@ pub unsafe extern "C" fn fmi2GetReal(
     nvr: usize,
     value: *mut fmi2Real,
 ) -> fmi2Status {
-    plain(c, |component| component.get(array(vr, nvr)?, array_mut(value, nvr)?))
+    plain::<Fmi2>(c, "fmi2GetReal", |component| component.get(array(vr, nvr)?, array_mut(value, nvr)?))
 }
 
 /// Sets parameters and inputs.
@@ -23,12 +24,12 @@ pub unsafe extern "C" fn fmi2SetReal(
     nvr: usize,
     value: *const fmi2Real,
 ) -> fmi2Status {
-    plain(c, |component| component.set(array(vr, nvr)?, array(value, nvr)?))
+    plain::<Fmi2>(c, "fmi2SetReal", |component| component.set(array(vr, nvr)?, array(value, nvr)?))
 }
 
 /// There are only Real variables: any access of another type that is not empty is refused.
-fn wrong_type(c: fmi2Component, nvr: usize, name: &str) -> fmi2Status {
-    plain(c, |_| match nvr {
+fn wrong_type(c: fmi2Component, call: &'static str, nvr: usize, name: &str) -> fmi2Status {
+    plain::<Fmi2>(c, call, |_| match nvr {
         0 => Ok(()),
         _ => Err(Refusal::new(format!("this FMU has no {name} variables: all its variables are Real"))),
     })
@@ -42,7 +43,7 @@ pub unsafe extern "C" fn fmi2GetInteger(
     nvr: usize,
     _value: *mut fmi2Integer,
 ) -> fmi2Status {
-    wrong_type(c, nvr, "Integer")
+    wrong_type(c, "fmi2GetInteger", nvr, "Integer")
 }
 
 /// There is no Boolean variable.
@@ -53,7 +54,7 @@ pub unsafe extern "C" fn fmi2GetBoolean(
     nvr: usize,
     _value: *mut fmi2Boolean,
 ) -> fmi2Status {
-    wrong_type(c, nvr, "Boolean")
+    wrong_type(c, "fmi2GetBoolean", nvr, "Boolean")
 }
 
 /// There is no String variable.
@@ -64,7 +65,7 @@ pub unsafe extern "C" fn fmi2GetString(
     nvr: usize,
     _value: *mut fmi2String,
 ) -> fmi2Status {
-    wrong_type(c, nvr, "String")
+    wrong_type(c, "fmi2GetString", nvr, "String")
 }
 
 /// There is no Integer variable.
@@ -75,7 +76,7 @@ pub unsafe extern "C" fn fmi2SetInteger(
     nvr: usize,
     _value: *const fmi2Integer,
 ) -> fmi2Status {
-    wrong_type(c, nvr, "Integer")
+    wrong_type(c, "fmi2SetInteger", nvr, "Integer")
 }
 
 /// There is no Boolean variable.
@@ -86,7 +87,7 @@ pub unsafe extern "C" fn fmi2SetBoolean(
     nvr: usize,
     _value: *const fmi2Boolean,
 ) -> fmi2Status {
-    wrong_type(c, nvr, "Boolean")
+    wrong_type(c, "fmi2SetBoolean", nvr, "Boolean")
 }
 
 /// There is no String variable.
@@ -97,7 +98,7 @@ pub unsafe extern "C" fn fmi2SetString(
     nvr: usize,
     _value: *const fmi2String,
 ) -> fmi2Status {
-    wrong_type(c, nvr, "String")
+    wrong_type(c, "fmi2SetString", nvr, "String")
 }
 
 /// Derivatives of calculated variables by inputs, parameters and states, along a direction.
@@ -111,7 +112,7 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     dvKnown: *const fmi2Real,
     dvUnknown: *mut fmi2Real,
 ) -> fmi2Status {
-    plain(c, |component| {
+    plain::<Fmi2>(c, "fmi2GetDirectionalDerivative", |component| {
         let (unknowns, derivatives) = (array(vUnknown_ref, nUnknown)?, array_mut(dvUnknown, nUnknown)?);
         component.directional_derivative(unknowns, derivatives, array(vKnown_ref, nKnown)?, array(dvKnown, nKnown)?)
     })
@@ -126,7 +127,9 @@ pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
     order: *const fmi2Integer,
     value: *const fmi2Real,
 ) -> fmi2Status {
-    plain(c, |component| component.set_derivatives(array(vr, nvr)?, array(order, nvr)?, array(value, nvr)?))
+    plain::<Fmi2>(c, "fmi2SetRealInputDerivatives", |component| {
+        component.set_derivatives(array(vr, nvr)?, array(order, nvr)?, array(value, nvr)?)
+    })
 }
 
 /// Derivatives of calculated variables by time.
@@ -138,5 +141,7 @@ pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
     order: *const fmi2Integer,
     value: *mut fmi2Real,
 ) -> fmi2Status {
-    plain(c, |component| component.output_derivatives(array(vr, nvr)?, array(order, nvr)?, array_mut(value, nvr)?))
+    plain::<Fmi2>(c, "fmi2GetRealOutputDerivatives", |component| {
+        component.output_derivatives(array(vr, nvr)?, array(order, nvr)?, array_mut(value, nvr)?)
+    })
 }

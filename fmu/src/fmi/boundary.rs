@@ -6,58 +6,66 @@ use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::environment::FloatEnvironment;
-use crate::fmi2::component::{Component, Refusal};
-use crate::fmi2::logging::Category;
-use crate::fmi2::types::fmi2Status::{fmi2Error, fmi2OK};
-use crate::fmi2::types::*;
+use core::ffi::{c_char, c_void};
+
+use super::component::{Component, Outcome, Refusal, Version};
+pub(crate) use super::environment::FloatEnvironment;
+use super::logging::{Category, Severity};
 
 /// Runs what can neither panic nor fail; false without a component.
-pub(super) fn quick(component: fmi2Component, run: impl FnOnce(&mut Component) -> bool) -> bool {
+pub(crate) fn quick<V: Version>(component: *mut c_void, run: impl FnOnce(&mut Component<V>) -> bool) -> bool {
     let _environment = FloatEnvironment::enter();
     with(component, run).unwrap_or(false)
 }
 
 /// Runs a call on a component; refusals are logged.
-pub(super) fn call(
-    component: fmi2Component,
-    run: impl FnOnce(&mut Component) -> Result<fmi2Status, Refusal>,
-) -> fmi2Status {
+pub(crate) fn call<V: Version>(
+    component: *mut c_void,
+    name: &'static str,
+    run: impl FnOnce(&mut Component<V>) -> Outcome<V::Status>,
+) -> V::Status {
     let _environment = FloatEnvironment::enter();
-    let done = with(component, |component| {
-        contain(|| match run(component) {
-            Ok(status) => status,
-            Err(refusal) => {
-                component.refuse(&refusal);
-                refusal.status()
-            }
-        })
-        .unwrap_or_else(|| {
-            component.logger.log(fmi2Error, Category::Errors, "internal error: please report it with this FMU");
-            fmi2Error
+    let done = with(component, |component: &mut Component<V>| {
+        component.call = name;
+        contain(|| run(component).unwrap_or_else(|refusal| V::refuse(component, &refusal))).unwrap_or_else(|| {
+            let message = "internal error: please report it with this FMU";
+            component.logger.log(Severity::Error, Category::Errors, message);
+            V::ERROR
         })
     });
-    done.unwrap_or(fmi2Error)
+    done.unwrap_or(V::ERROR)
 }
 
 /// What the importer's pointer points to.
-pub(super) struct Handle {
+pub(crate) struct Handle<V> {
     /// Is a call under way?
     busy: AtomicBool,
-    component: UnsafeCell<Component>,
+    component: UnsafeCell<Component<V>>,
 }
 
-impl Handle {
-    pub(super) fn new(component: Component) -> Self {
-        Self { busy: AtomicBool::new(false), component: UnsafeCell::new(component) }
+impl<V: Version> Handle<V> {
+    /// Hands a component over to the importer.
+    pub(crate) fn give(component: Component<V>) -> *mut c_void {
+        let handle = Self { busy: AtomicBool::new(false), component: UnsafeCell::new(component) };
+        Box::into_raw(Box::new(handle)).cast()
+    }
+
+    /// Frees a component that [`Handle::give`] handed over; null is ignored.
+    pub(crate) fn free(component: *mut c_void) {
+        if !component.is_null() {
+            let _environment = FloatEnvironment::enter();
+            // SAFETY: by the contract it came from `Box::into_raw` in `give` and is not used again.
+            let handle = unsafe { Box::from_raw(component.cast::<Self>()) };
+            contain(|| drop(handle));
+        }
     }
 }
 
 /// Lends the component to one call; nothing without a component, or while another call is under way: from another thread, or from the importer's
 /// own logger.
-fn with<T>(component: fmi2Component, run: impl FnOnce(&mut Component) -> T) -> Option<T> {
-    // SAFETY: by the contract it is null, or came from `fmi2Instantiate` and is still alive.
-    let handle = unsafe { component.cast::<Handle>().as_ref() }?;
+fn with<V: Version, T>(component: *mut c_void, run: impl FnOnce(&mut Component<V>) -> T) -> Option<T> {
+    // SAFETY: by the contract it is null, or came from an instantiation of this version and is still alive.
+    let handle = unsafe { component.cast::<Handle<V>>().as_ref() }?;
     if handle.busy.swap(true, Ordering::Acquire) {
         return None;
     }
@@ -68,8 +76,12 @@ fn with<T>(component: fmi2Component, run: impl FnOnce(&mut Component) -> T) -> O
 }
 
 /// As [`call`], for calls that succeed or fail.
-pub(super) fn plain(component: fmi2Component, run: impl FnOnce(&mut Component) -> Result<(), Refusal>) -> fmi2Status {
-    call(component, |component| run(component).map(|()| fmi2OK))
+pub(crate) fn plain<V: Version>(
+    component: *mut c_void,
+    name: &'static str,
+    run: impl FnOnce(&mut Component<V>) -> Outcome,
+) -> V::Status {
+    call(component, name, |component| run(component).map(|()| V::OK))
 }
 
 thread_local! {
@@ -83,7 +95,7 @@ static PREVIOUS: OnceLock<Hook> = OnceLock::new();
 type Hook = Box<dyn Fn(&PanicHookInfo<'_>) + Sync + Send>;
 
 /// Nothing here should panic; if something does all the same, it neither reaches the importer nor prints.
-pub(super) fn contain<T>(run: impl FnOnce() -> T) -> Option<T> {
+pub(crate) fn contain<T>(run: impl FnOnce() -> T) -> Option<T> {
     PREVIOUS.get_or_init(|| {
         let previous = panic::take_hook();
         panic::set_hook(Box::new(|info| {
@@ -102,7 +114,7 @@ pub(super) fn contain<T>(run: impl FnOnce() -> T) -> Option<T> {
 }
 
 /// An array argument. A null pointer is fine for no elements.
-pub(super) fn array<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], Refusal> {
+pub(crate) fn array<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], Refusal> {
     if length == 0 {
         return Ok(&[]);
     }
@@ -114,7 +126,7 @@ pub(super) fn array<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], 
 }
 
 /// An array to be filled. A null pointer is fine for no elements.
-pub(super) fn array_mut<'a, T>(pointer: *mut T, length: usize) -> Result<&'a mut [T], Refusal> {
+pub(crate) fn array_mut<'a, T>(pointer: *mut T, length: usize) -> Result<&'a mut [T], Refusal> {
     if length == 0 {
         return Ok(&mut []);
     }
@@ -126,13 +138,13 @@ pub(super) fn array_mut<'a, T>(pointer: *mut T, length: usize) -> Result<&'a mut
 }
 
 /// A string argument.
-pub(super) fn string<'a>(pointer: fmi2String) -> Option<&'a CStr> {
+pub(crate) fn string<'a>(pointer: *const c_char) -> Option<&'a CStr> {
     // SAFETY: not null; by the contract it ends with a zero byte and lives during the call.
     (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) })
 }
 
 /// A place for one result.
-pub(super) fn place<'a, T>(pointer: *mut T) -> Result<&'a mut T, Refusal> {
+pub(crate) fn place<'a, T>(pointer: *mut T) -> Result<&'a mut T, Refusal> {
     match array_mut(pointer, 1)? {
         [place] => Ok(place),
         _ => Err("a pointer is missing".into()),

@@ -4,12 +4,12 @@
 //! it otherwise, and its flags are its own.
 
 /// The importer's environment, restored when dropped.
-pub(super) struct FloatEnvironment(registers::Saved);
+pub(crate) struct FloatEnvironment(registers::Saved);
 
 impl FloatEnvironment {
     /// Saves the importer's environment and enters ours.
     #[inline]
-    pub(super) fn enter() -> Self {
+    pub(crate) fn enter() -> Self {
         Self(registers::enter())
     }
 }

@@ -1,0 +1,447 @@
+//! The state machines of the standard, for Co-Simulation and for Model Exchange, over one instance.
+
+use super::logging::{Category, Logger, Severity};
+use crate::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot, number};
+use crate::program::seal::Mark;
+
+/// How far a communication point may be from the time reached, relative to the step.
+const OFFSET: f64 = 1e-3;
+/// The same, in units of the rounding of times.
+const ROUNDING: f64 = 64.0;
+
+/// Longest communication step [s]: thirty years. More is a mistake of the importer, and would take for ever.
+const LONGEST: f64 = 1e9;
+
+/// Modes of the standard's state machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    Instantiated,
+    Initialization,
+    /// Co-Simulation only: between steps.
+    Step,
+    Terminated,
+    /// Model Exchange; since FMI 3.0 also Co-Simulation.
+    Event,
+    /// Model Exchange only.
+    ContinuousTime,
+}
+
+/// Modes in which the motion can be read.
+pub const READABLE: [Mode; 5] = [Mode::Initialization, Mode::Step, Mode::Event, Mode::ContinuousTime, Mode::Terminated];
+/// Modes in which something can be set.
+const SETTABLE: [Mode; 5] = [Mode::Instantiated, Mode::Initialization, Mode::Step, Mode::Event, Mode::ContinuousTime];
+
+/// Who integrates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interface {
+    ModelExchange,
+    CoSimulation,
+}
+
+/// Why a call is refused.
+#[derive(Debug)]
+pub struct Refusal {
+    pub reason: String,
+    /// Nothing is broken: other values will do?
+    pub discards: bool,
+}
+
+impl Refusal {
+    pub fn new(reason: String) -> Self {
+        Self { reason, discards: false }
+    }
+
+    /// What the importer may try again with other values.
+    fn discard(reason: String) -> Self {
+        Self { reason, discards: true }
+    }
+}
+
+impl From<InstanceError> for Refusal {
+    fn from(error: InstanceError) -> Self {
+        let discards = matches!(error, InstanceError::OutOfRange { .. });
+        Self { reason: error.to_string(), discards }
+    }
+}
+
+impl From<&str> for Refusal {
+    fn from(reason: &str) -> Self {
+        Self::new(reason.to_owned())
+    }
+}
+
+pub type Outcome<T = ()> = Result<T, Refusal>;
+
+/// A version of the standard: where it differs from the others in every call.
+pub trait Version: Sized {
+    type Status: Copy;
+    const OK: Self::Status;
+    const ERROR: Self::Status;
+    /// Says which version a saved state belongs to.
+    const NUMBER: u8;
+    /// Modes in which variables can be read.
+    const READABLE: &'static [Mode];
+
+    /// What a refused call returns, and what becomes of the component.
+    fn refuse(component: &mut Component<Self>, refusal: &Refusal) -> Self::Status;
+
+    /// The value of a variable.
+    fn get(component: &mut Component<Self>, reference: u32) -> Result<f64, InstanceError> {
+        component.instance.get(reference as usize)
+    }
+
+    /// Would [`Version::set`] accept this in the present mode?
+    fn check_set(component: &Component<Self>, reference: u32, value: f64) -> Outcome {
+        component.instance.check_set(reference as usize, value)?;
+        component.allow_change(component.instance.is_input(reference as usize))
+    }
+
+    /// Sets a variable.
+    fn set(component: &mut Component<Self>, reference: u32, value: f64) -> Result<(), InstanceError> {
+        component.instance.set(reference as usize, value)
+    }
+
+    /// Adds a change of a known variable to the direction of a derivative.
+    fn add_direction(component: &mut Component<Self>, reference: u32, change: f64) -> Result<(), InstanceError> {
+        component.instance.add_direction(reference as usize, change)
+    }
+}
+
+/// What an importer holds.
+pub struct Component<V> {
+    pub logger: Logger,
+    /// The function under way, for messages.
+    pub call: &'static str,
+    pub interface: Interface,
+    pub mode: Mode,
+    /// Has the experiment been set up since instantiation or reset?
+    pub set_up: bool,
+    pub instance: Instance,
+    /// What only this version knows.
+    #[allow(dead_code, reason = "the first version knows nothing")]
+    pub version: V,
+}
+
+/// What an importer that saves a state is handed.
+#[derive(Clone)]
+pub struct SavedState {
+    version: u8,
+    interface: Interface,
+    mode: Mode,
+    set_up: bool,
+    snapshot: Snapshot,
+}
+
+impl<V: Version> Component<V> {
+    pub fn new(logger: Logger, interface: Interface, instance: Instance, version: V) -> Self {
+        Self { logger, call: "", interface, mode: Mode::Instantiated, set_up: false, instance, version }
+    }
+
+    pub fn allow(&self, modes: &[Mode]) -> Outcome {
+        if modes.contains(&self.mode) {
+            return Ok(());
+        }
+        let now = match self.mode {
+            Mode::Instantiated => "before initialization mode",
+            Mode::Initialization => "in initialization mode",
+            Mode::Step => "during the simulation",
+            Mode::Terminated => "after termination",
+            Mode::Event => "in event mode",
+            Mode::ContinuousTime => "in continuous-time mode",
+        };
+        Err(Refusal::new(format!("{} is not allowed {now}", self.call)))
+    }
+
+    /// Inputs change at any time, parameters not while an integrator outside is at work.
+    pub fn allow_change(&self, is_input: bool) -> Outcome {
+        match self.mode == Mode::ContinuousTime && !is_input {
+            true => Err("parameters change in event mode only".into()),
+            false => Ok(()),
+        }
+    }
+
+    /// What an integrator outside tries may lie where the model has no value: it may try again, with a shorter step.
+    fn trial<T>(&self, result: Result<T, InstanceError>) -> Outcome<T> {
+        result.map_err(|error| match self.interface {
+            Interface::ModelExchange if error.is_numerical() => {
+                Refusal::discard(format!("{error}; in Model Exchange a shorter step may help"))
+            }
+            _ => error.into(),
+        })
+    }
+
+    pub fn event(&self, message: impl FnOnce() -> String) {
+        if self.logger.is_enabled(Category::Events) {
+            self.logger.log(Severity::Fine, Category::Events, &message());
+        }
+    }
+
+    pub fn setup_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Outcome {
+        self.allow(&[Mode::Instantiated])?;
+        self.instance.setup(start, stop, tolerance)?;
+        self.set_up = true;
+        Ok(())
+    }
+
+    pub fn exit_initialization(&mut self) -> Outcome {
+        self.allow(&[Mode::Initialization])?;
+        self.mode = match self.interface {
+            Interface::CoSimulation => {
+                self.instance.initialise()?;
+                Mode::Step
+            }
+            Interface::ModelExchange => {
+                self.instance.initialise_exchange()?;
+                Mode::Event
+            }
+        };
+        self.event(|| format!("initialised at t = {} s", self.instance.time()));
+        Ok(())
+    }
+
+    pub fn terminate(&mut self) -> Outcome {
+        self.allow(&[Mode::Step, Mode::Event, Mode::ContinuousTime])?;
+        self.mode = Mode::Terminated;
+        self.event(|| format!("terminated at t = {} s", self.instance.time()));
+        self.report();
+        Ok(())
+    }
+
+    fn report(&self) {
+        if self.logger.is_enabled(Category::Solver) {
+            let done = self.instance.statistics();
+            let message = format!(
+                "{} steps, {} rejected, {} evaluations, {} projections",
+                done.steps, done.rejected, done.evaluations, done.projections
+            );
+            self.logger.log(Severity::Fine, Category::Solver, &message);
+        }
+    }
+
+    pub fn reset(&mut self) -> Outcome {
+        self.instance.reset();
+        self.mode = Mode::Instantiated;
+        self.set_up = false;
+        Ok(())
+    }
+
+    pub fn get(&mut self, references: &[u32], values: &mut [f64]) -> Outcome {
+        self.allow(V::READABLE)?;
+        for (value, &reference) in values.iter_mut().zip(references) {
+            let found = V::get(self, reference);
+            *value = self.trial(found)?;
+        }
+        Ok(())
+    }
+
+    /// All values or none.
+    pub fn set(&mut self, references: &[u32], values: &[f64]) -> Outcome {
+        self.allow(&SETTABLE)?;
+        for (&value, &reference) in values.iter().zip(references) {
+            V::check_set(self, reference, value)?;
+        }
+        for (&value, &reference) in values.iter().zip(references) {
+            V::set(self, reference, value)?;
+        }
+        Ok(())
+    }
+
+    /// Derivatives along a direction of what can be set and of the states.
+    pub fn directional_derivative(
+        &mut self,
+        unknowns: &[u32],
+        derivatives: &mut [f64],
+        knowns: &[u32],
+        direction: &[f64],
+    ) -> Outcome {
+        self.allow(&READABLE)?;
+        self.instance.begin_direction();
+        for (&reference, &change) in knowns.iter().zip(direction) {
+            V::add_direction(self, reference, change)?;
+        }
+        let differentiated = self.instance.differentiate();
+        self.trial(differentiated)?;
+        for (derivative, &reference) in derivatives.iter_mut().zip(unknowns) {
+            let found = self.instance.derivative(reference as usize);
+            *derivative = self.trial(found)?;
+        }
+        Ok(())
+    }
+
+    /// Derivatives of calculated variables by time.
+    pub fn output_derivatives(&mut self, references: &[u32], orders: &[i32], values: &mut [f64]) -> Outcome {
+        let modes = [Mode::Step, Mode::Terminated];
+        self.allow_only(Interface::CoSimulation, &modes)?;
+        if let Some(order) = orders.iter().find(|order| !(1..=DERIVATIVE_ORDER).contains(*order)) {
+            let reason =
+                format!("derivatives of order {order} are not provided, only of orders 1 to {DERIVATIVE_ORDER}");
+            return Err(Refusal::new(reason));
+        }
+        let Some(&highest) = orders.iter().max() else { return Ok(()) };
+        self.instance.differentiate_motion(highest)?;
+        for ((value, &reference), &order) in values.iter_mut().zip(references).zip(orders) {
+            *value = self.instance.motion_derivative(reference as usize, order)?;
+        }
+        Ok(())
+    }
+
+    pub fn set_time(&mut self, time: f64) -> Outcome {
+        self.allow(&[Mode::Event, Mode::ContinuousTime])?;
+        Ok(self.instance.set_time(time)?)
+    }
+
+    pub fn set_states(&mut self, states: &[f64]) -> Outcome {
+        self.allow(&[Mode::ContinuousTime])?;
+        let set = self.instance.set_states(states);
+        self.trial(set)
+    }
+
+    pub fn states(&mut self, states: &mut [f64]) -> Outcome {
+        self.allow_only(Interface::ModelExchange, &READABLE)?;
+        Ok(self.instance.states(states)?)
+    }
+
+    pub fn state_derivatives(&mut self, derivatives: &mut [f64]) -> Outcome {
+        self.allow_only(Interface::ModelExchange, &READABLE)?;
+        let found = self.instance.state_derivatives(derivatives);
+        self.trial(found)
+    }
+
+    pub fn indicators(&mut self, indicators: &mut [f64]) -> Outcome {
+        self.allow_only(Interface::ModelExchange, &READABLE)?;
+        let found = self.instance.indicators(indicators);
+        self.trial(found)
+    }
+
+    pub fn nominals(&mut self, nominals: &mut [f64]) -> Outcome {
+        self.allow_only(Interface::ModelExchange, &MODES)?;
+        Ok(self.instance.nominals(nominals)?)
+    }
+
+    /// For calls whose modes alone do not tell the interface.
+    pub fn allow_only(&self, interface: Interface, modes: &[Mode]) -> Outcome {
+        let name = match interface {
+            _ if self.interface == interface => return self.allow(modes),
+            Interface::ModelExchange => "Model Exchange",
+            Interface::CoSimulation => "Co-Simulation",
+        };
+        Err(Refusal::new(format!("{} is for {name} only", self.call)))
+    }
+
+    pub fn enter_event_mode(&mut self) -> Outcome {
+        self.allow(&[Mode::ContinuousTime])?;
+        self.mode = Mode::Event;
+        Ok(())
+    }
+
+    /// Says whether the states have changed.
+    pub fn new_discrete_states(&mut self) -> Outcome<bool> {
+        self.allow(&[Mode::Event])?;
+        Ok(self.instance.close_loops()?)
+    }
+
+    pub fn enter_continuous_time_mode(&mut self) -> Outcome {
+        self.allow(&[Mode::Event])?;
+        self.mode = Mode::ContinuousTime;
+        Ok(())
+    }
+
+    /// Says whether the importer should enter event mode.
+    pub fn completed_integrator_step(&mut self) -> Outcome<bool> {
+        self.allow(&[Mode::ContinuousTime])?;
+        Ok(self.instance.complete_step()?)
+    }
+
+    /// The usual step: from the very time reached, along what is known of the motion. False if there is more to it.
+    #[inline]
+    pub fn glide(&mut self, point: f64, step: f64) -> bool {
+        let usual = (point - self.instance.time()).abs() <= OFFSET * step && step > 0.0 && step <= LONGEST;
+        usual && self.mode == Mode::Step && self.instance.glide(point + step)
+    }
+
+    pub fn do_step(&mut self, point: f64, step: f64) -> Outcome {
+        self.allow(&[Mode::Step])?;
+        if !(point.is_finite() && step > 0.0 && step <= LONGEST) {
+            let (step, point, most) = (number(step), number(point), number(LONGEST));
+            let why = format!("it must be longer than zero and at most {most} s");
+            return Err(Refusal::new(format!("a step of {step} s from t = {point} s is impossible: {why}")));
+        }
+        let time = self.instance.time();
+        if (point - time).abs() > OFFSET * step + ROUNDING * f64::EPSILON * time.abs() {
+            let (point, time) = (number(point), number(time));
+            return Err(Refusal::new(format!(
+                "the step starts at t = {point} s, but the simulation is at t = {time} s"
+            )));
+        }
+        let done = self.instance.step_to(point + step);
+        for passage in self.instance.take_passages() {
+            self.logger.log(Severity::Fine, Category::Events, &passage.to_string());
+        }
+        Ok(done?)
+    }
+
+    pub fn save(&mut self) -> SavedState {
+        let Self { interface, mode, set_up, .. } = *self;
+        SavedState { version: V::NUMBER, interface, mode, set_up, snapshot: self.instance.save() }
+    }
+
+    pub fn save_into(&mut self, state: &mut SavedState) {
+        (state.version, state.interface, state.mode, state.set_up) =
+            (V::NUMBER, self.interface, self.mode, self.set_up);
+        self.instance.save_into(&mut state.snapshot);
+    }
+
+    pub fn restore(&mut self, state: &SavedState) -> Outcome {
+        if (state.version, state.interface) != (V::NUMBER, self.interface) {
+            return Err(FOREIGN.into());
+        }
+        self.instance.restore(&state.snapshot)?;
+        (self.mode, self.set_up) = (state.mode, state.set_up);
+        Ok(())
+    }
+
+    pub fn deserialize(&self, bytes: &[u8]) -> Outcome<SavedState> {
+        let changed = || Refusal::from("the saved state has been changed");
+        let content =
+            MARK.open(bytes).map_err(|error| Refusal::new(format!("the saved state cannot be read: {error}")))?;
+        let (&[version, interface, mode, set_up], rest) = content.split_first_chunk::<4>().ok_or_else(changed)?;
+        if version != V::NUMBER {
+            return Err(FOREIGN.into());
+        }
+        let interface = INTERFACES.into_iter().find(|known| *known as u8 == interface).ok_or_else(changed)?;
+        let mode = MODES.into_iter().find(|known| *known as u8 == mode).ok_or_else(changed)?;
+        let snapshot = Snapshot::from_bytes(self.instance.model(), rest)?;
+        let state = SavedState { version, interface, mode, set_up: set_up != 0, snapshot };
+        if set_up <= 1 && state.is_sound() { Ok(state) } else { Err(changed()) }
+    }
+}
+
+const MARK: Mark = Mark { magic: *b"cotI", name: "a saved state of a cotree FMU" };
+const FOREIGN: &str = "the state was saved by an instance of another interface or FMI version";
+const INTERFACES: [Interface; 2] = [Interface::ModelExchange, Interface::CoSimulation];
+const MODES: [Mode; 6] =
+    [Mode::Instantiated, Mode::Initialization, Mode::Step, Mode::Terminated, Mode::Event, Mode::ContinuousTime];
+
+impl SavedState {
+    /// Does the mode fit the rest?
+    fn is_sound(&self) -> bool {
+        let exchange = self.interface == Interface::ModelExchange;
+        let running = self.snapshot.is_running();
+        let fits = match self.mode {
+            Mode::Instantiated | Mode::Initialization => !running,
+            Mode::Step => running && !exchange,
+            Mode::Event => running,
+            Mode::ContinuousTime => running && exchange,
+            // A failed start ends here as well.
+            Mode::Terminated => true,
+        };
+        fits && self.snapshot.is_exchange() == (running && exchange) && (self.set_up || !running)
+    }
+
+    /// The version, the interface, the mode, whether the experiment is set up, the snapshot.
+    pub fn to_bytes(&self) -> Outcome<Vec<u8>> {
+        let mut bytes = vec![self.version, self.interface as u8, self.mode as u8, u8::from(self.set_up)];
+        bytes.extend(self.snapshot.to_bytes()?);
+        Ok(MARK.seal(&bytes))
+    }
+}
