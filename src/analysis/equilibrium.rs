@@ -20,9 +20,7 @@ const SYMMETRIC: f64 = 1e-9;
 /// A pose in which nothing accelerates, with the reactions that hold it.
 #[derive(Clone, Debug)]
 pub struct Equilibrium {
-    /// Rates and accelerations are zero.
     pub point: Point,
-    /// What a small disturbance does.
     pub stability: Stability,
     /// Was that judged by the linearised motion, with damping and inertia? Otherwise, where that cannot be had, by stiffness alone.
     pub by_motion: bool,
@@ -94,14 +92,12 @@ fn coordinate(formulated: &Formulated, index: usize) -> String {
     formulated.equations.coordinates[index].name.position.clone()
 }
 
-/// What stiffness alone says.
 struct Statics {
     /// Eigenvalues of the tangent stiffness on the motions that the loops permit, ascending. Of loads without a potential the symmetric
     /// part counts.
     stiffness: Vec<f64>,
     /// The coordinate that moves most in the softest of them.
     softest: usize,
-    /// Is the stiffness symmetric?
     has_potential: bool,
 }
 

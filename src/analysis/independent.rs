@@ -7,10 +7,8 @@ const NEW: f64 = 1e-9;
 /// A choice that was good elsewhere is kept as long as its smallest pivot is not worse than this.
 const POOR: f64 = 1e-2;
 
-/// A partition of the coordinates.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Partition {
-    /// Free to vary.
     pub independent: Vec<usize>,
     /// Determined by the loop equations; as many as there are equations.
     pub dependent: Vec<usize>,

@@ -23,18 +23,13 @@ use cotree_fmu::instance::InstanceError;
 use cotree_fmu::program::check::Fault;
 use thiserror::Error;
 
-/// Why an analysis has no result.
 #[derive(Debug, Error)]
 pub enum Failure {
-    /// Nothing was found near the guess.
     #[error(
         "no equilibrium was found from the guess; still accelerating there: {accelerating}; give another guess in \
          `[initial]` or hold what accelerates"
     )]
-    NoEquilibrium {
-        /// Coordinates and their accelerations.
-        accelerating: String,
-    },
+    NoEquilibrium { accelerating: String },
     /// The loop equations depend on each other in this pose only.
     #[error(
         "at t = {time} s the pose is singular: the loops leave more freedom than elsewhere and `{coordinate}` is not \
@@ -43,7 +38,6 @@ pub enum Failure {
     Singular {
         /// When \[s\].
         time: f64,
-        /// A coordinate.
         coordinate: String,
     },
     /// An expression has no value or no derivative here.
@@ -51,19 +45,16 @@ pub enum Failure {
     NotFinite {
         /// When \[s\].
         time: f64,
-        /// A coordinate or an output.
         what: String,
     },
     /// The eigenvalues did not converge.
     #[error("the eigenvalues cannot be computed: the iteration does not converge")]
     Eigenvalues,
-    /// The motion up to the point of interest fails.
     #[error(transparent)]
     Motion(#[from] InstanceError),
     /// The accelerations at the point of interest do.
     #[error(transparent)]
     Solver(#[from] failure::Failure),
-    /// The program contradicts itself.
     #[error(transparent)]
     Program(#[from] Fault),
 }

@@ -14,7 +14,6 @@ const FREE: f64 = 1e-12;
 const ZERO: f64 = 1e-9;
 /// Eigenvalues are the same within this share.
 const SAME: f64 = 1e-6;
-/// QR iterations for each eigenvalue.
 const ITERATIONS: usize = 300;
 
 /// One mode; of a conjugate pair the one that turns forward.

@@ -49,12 +49,10 @@ impl Point {
         self.registers[self.layout.time()]
     }
 
-    /// The coordinates q.
     pub fn positions(&self) -> &[f64] {
         &self.registers[self.layout.positions()..self.layout.rates()]
     }
 
-    /// The coordinates, to be changed.
     pub fn positions_mut(&mut self) -> &mut [f64] {
         &mut self.registers[self.layout.positions()..self.layout.rates()]
     }

@@ -22,7 +22,6 @@ fn is_rate(quantity: Quantity) -> bool {
     matches!(quantity, Quantity::Vx | Quantity::Vy | Quantity::Omega | Quantity::V | Quantity::Rate)
 }
 
-/// Puts a number in the place of time.
 fn hold(formula: &mut Formula, time: f64) {
     match formula {
         Formula::Time => *formula = Formula::Number(time),

@@ -10,7 +10,6 @@ use super::variation::{Column, Numbers, Row, Variation};
 use super::{Failure, Point};
 use crate::formulate::Formulated;
 
-/// Iterations of one search.
 const ITERATIONS: usize = 100;
 /// Longest change of a coordinate in one iteration, in units of its scale.
 const REACH: f64 = 0.5;
@@ -65,7 +64,6 @@ fn accelerations(numbers: &Numbers, point: &Point) -> DVector<f64> {
     solve(&numbers.system(), &right, 0.0).rows(0, coordinates).into_owned()
 }
 
-/// The coordinates that accelerate most.
 fn accelerating(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<String, Failure> {
     let equations = &formulated.equations;
     let accelerations = accelerations(&variation.at(equations, point)?, point);
@@ -82,7 +80,6 @@ fn accelerating(formulated: &Formulated, variation: &Variation, point: &Point) -
     Ok(named.collect::<Vec<_>>().join(", "))
 }
 
-/// Natural sizes of the coordinates.
 pub(super) fn scales(formulated: &Formulated) -> Vec<f64> {
     formulated.lowered.program.coordinates.iter().map(|coordinate| coordinate.scale).collect()
 }
@@ -106,7 +103,6 @@ struct Search<'a, 'm> {
     formulated: &'a Formulated<'m>,
     variation: &'a Variation,
     point: Point,
-    /// Of the coordinates.
     scales: Vec<f64>,
     /// Of the independent loop equations.
     gaps: Vec<f64>,

@@ -19,15 +19,11 @@ use crate::mechanism::Unit;
 /// A state, input or output, and its value at the point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
-    /// The user's name.
     pub name: String,
-    /// Its unit.
     pub unit: Unit,
-    /// Its value at the point.
     pub value: f64,
 }
 
-/// The linear system at one point.
 #[derive(Clone, Debug)]
 pub struct StateSpace {
     /// When \[s\].
@@ -36,7 +32,6 @@ pub struct StateSpace {
     pub states: Vec<Signal>,
     /// The inputs, then those of their time derivatives that a driver passes on.
     pub inputs: Vec<Signal>,
-    /// The outputs of the scene.
     pub outputs: Vec<Signal>,
     /// d(dx/dt)/dx
     pub a: DMatrix<f64>,
@@ -48,7 +43,6 @@ pub struct StateSpace {
     pub d: DMatrix<f64>,
     /// How all coordinates follow the independent ones.
     pub shape: DMatrix<f64>,
-    /// The coordinates among the states.
     pub(super) partition: Partition,
 }
 
@@ -127,7 +121,6 @@ struct Motion {
     reactions: DMatrix<f64>,
 }
 
-/// What is varied.
 struct Basis {
     states: Vec<Symbol>,
     inputs: Vec<Symbol>,
@@ -208,7 +201,6 @@ impl Basis {
             + of(Column::Signals) * &self.signals
     }
 
-    /// The variation of a state's time derivative.
     fn rate(&self, formulated: &Formulated, state: Symbol, motion: &Motion) -> nalgebra::RowDVector<f64> {
         match state {
             Symbol::Coordinate(index, Order::Position) => motion.rates.row(index).into_owned(),

@@ -11,7 +11,6 @@ use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
 use crate::mechanism::Mechanism;
 
-/// The equations, by groups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Row {
     /// Phi of the independent loop equations.
@@ -22,22 +21,16 @@ pub(super) enum Row {
     Motion,
     /// Phi_q a - gamma.
     Accelerations,
-    /// The outputs.
     Outputs,
 }
 
-/// What they are differentiated by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Column {
-    /// q
     Positions,
-    /// v
     Rates,
-    /// a
     Accelerations,
     /// lambda of the independent loop equations.
     Reactions,
-    /// Inputs and followers with their derivatives.
     Signals,
 }
 
@@ -95,7 +88,6 @@ impl Variation {
         &self.columns[self.column(Column::Signals)]
     }
 
-    /// Values and derivatives at a point.
     pub(super) fn at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
         let wanted: Vec<Expr> = self.roots.iter().chain(&self.derivatives).copied().collect();
         let numbers = equations.system.arena.evaluate(&wanted, point);
@@ -111,7 +103,6 @@ impl Variation {
         Ok(Numbers { variation: self, values: DVector::from_column_slice(values), matrix })
     }
 
-    /// Values of the equations alone.
     pub(super) fn values(&self, equations: &Equations, point: &Point, row: Row) -> DVector<f64> {
         let roots = &self.roots[self.row(row)];
         DVector::from_vec(equations.system.arena.evaluate(roots, point))
@@ -206,13 +197,11 @@ pub(super) struct Numbers<'v> {
 }
 
 impl Numbers<'_> {
-    /// Values of a group of equations.
     pub fn values(&self, row: Row) -> DVector<f64> {
         let range = self.variation.row(row);
         self.values.rows(range.start, range.len()).into_owned()
     }
 
-    /// Their derivatives.
     pub fn block(&self, row: Row, column: Column) -> DMatrix<f64> {
         let (rows, columns) = (self.variation.row(row), self.variation.column(column));
         self.matrix.view((rows.start, columns.start), (rows.len(), columns.len())).into_owned()

@@ -64,7 +64,6 @@ impl Faults {
     }
 }
 
-/// A fault as miette sees it.
 #[derive(Debug)]
 struct Report<'a> {
     fault: &'a Fault,
@@ -159,7 +158,6 @@ fn line_end(bytes: &[u8], offset: usize, lines: usize) -> usize {
     (offset..bytes.len()).filter(|&at| bytes[at] == b'\n').nth(lines).map_or(bytes.len(), |at| at + 1)
 }
 
-/// The nearest character boundary at or below.
 fn floor(text: &str, mut at: usize) -> usize {
     at = at.min(text.len());
     while !text.is_char_boundary(at) {
@@ -168,7 +166,6 @@ fn floor(text: &str, mut at: usize) -> usize {
     at
 }
 
-/// The nearest character boundary at or above.
 fn ceil(text: &str, mut at: usize) -> usize {
     at = at.min(text.len());
     while !text.is_char_boundary(at) {

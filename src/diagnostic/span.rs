@@ -8,9 +8,7 @@ use std::sync::Arc;
 /// was laid out or built.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Span {
-    /// First byte.
     pub start: usize,
-    /// One past the last byte.
     pub end: usize,
 }
 
@@ -43,9 +41,7 @@ impl Span {
 /// The text of a scene and its name; both empty for a scene built in Rust. All sources are equal, as all spans are.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// Path of the file, or what stands for it.
     pub name: String,
-    /// The text.
     pub text: Arc<str>,
 }
 
@@ -62,23 +58,18 @@ impl PartialEq for Source {
 }
 
 impl Source {
-    /// A text with a name.
     pub fn new(name: impl Into<String>, text: impl Into<Arc<str>>) -> Source {
         Source { name: name.into(), text: text.into() }
     }
 }
 
-/// A piece of text and where it is written.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Text {
-    /// The text.
     pub text: String,
-    /// Where it is written.
     pub span: Span,
 }
 
 impl Text {
-    /// A text in a file.
     pub fn new(text: impl Into<String>, span: Span) -> Text {
         Text { text: text.into(), span }
     }
@@ -101,7 +92,6 @@ impl From<String> for Text {
     }
 }
 
-/// Where the lines of a text begin.
 pub(super) struct Lines<'t> {
     text: &'t str,
     starts: Vec<usize>,

@@ -15,7 +15,6 @@ use crate::graph::{ElementId, Rotation, Translation, Tree};
 pub struct Constraint {
     /// The chord, or the element that couples others.
     pub element: ElementId,
-    /// What is held.
     pub held: Held,
     /// The chords through which a coupling acts; none if it is the element's own circuit.
     pub coupled: Vec<CoupledChord>,

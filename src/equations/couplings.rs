@@ -17,7 +17,6 @@ use crate::mechanism::BodyId;
 pub enum CoupledChord {
     /// A force of reaction x vector; the vector may turn with a body.
     Force([TNode; 2], Vector, Option<BodyId>),
-    /// A torque of reaction x factor.
     Torque([RNode; 2], Expr),
 }
 
@@ -107,11 +106,8 @@ fn length(system: &mut System, kinematics: &Kinematics, gap: &Motion) -> (Scalar
 /// What the couplings bring into the cutset equations: sums at the nodes of both graphs.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Couplings {
-    /// By node of the translational graph.
     pub forces: HashMap<usize, Form<Vector>>,
-    /// By node of the rotational graph.
     pub torques: HashMap<usize, Form<Scalar>>,
-    /// Forces that turn with a body.
     turning: Vec<(BodyId, [TNode; 2], Form<Vector>)>,
 }
 

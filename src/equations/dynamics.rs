@@ -32,13 +32,10 @@ pub struct Dynamics {
 /// Constitutive loads, as expressions of positions and velocities: what the terminal equations of loads evaluate to.
 #[derive(Clone, Debug, Default)]
 pub struct Laws {
-    /// Force on the second node.
     pub forces: HashMap<ElementId, Form<Vector>>,
-    /// Torque on the second body.
     pub torques: HashMap<ElementId, Expr>,
 }
 
-/// Both trees, rooted.
 pub(super) type Rooted<'a> =
     ((&'a Tree<Translation>, &'a Topology<Translation>), (&'a Tree<Rotation>, &'a Topology<Rotation>));
 

@@ -6,15 +6,11 @@ use std::collections::BTreeMap;
 
 use crate::expr::{Arena, Binary, Expr, Node, Unary};
 
-/// What a linear form may have as coefficients.
 pub trait Coefficient: Clone {
-    /// The neutral element of addition.
     fn zero() -> Self;
     /// self += other
     fn accumulate(&mut self, arena: &mut Arena, other: &Self);
-    /// factor x self
     fn scaled(&self, arena: &mut Arena, factor: Expr) -> Self;
-    /// Is it known to vanish?
     fn is_zero(&self) -> bool;
 }
 
@@ -33,7 +29,6 @@ impl Coefficient for Expr {
     }
 }
 
-/// sum over keys of key x coefficient.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Form<C>(BTreeMap<Expr, C>);
 
@@ -44,14 +39,12 @@ impl<C> Default for Form<C> {
 }
 
 impl<C: Coefficient> Form<C> {
-    /// key x coefficient
     pub fn term(arena: &mut Arena, key: Expr, coefficient: &C) -> Self {
         let mut form = Form::default();
         form.add_term(arena, key, coefficient);
         form
     }
 
-    /// The keys of all terms.
     pub fn keys(&self) -> impl Iterator<Item = Expr> {
         self.0.keys().copied()
     }
@@ -95,7 +88,6 @@ impl<C: Coefficient> Form<C> {
         form
     }
 
-    /// Applies a linear map to the coefficients.
     pub fn map<D: Coefficient>(&self, arena: &mut Arena, mut linear: impl FnMut(&mut Arena, &C) -> D) -> Form<D> {
         let mut form = Form::default();
         for (&key, coefficient) in &self.0 {
@@ -105,14 +97,12 @@ impl<C: Coefficient> Form<C> {
         form
     }
 
-    /// Keys and coefficients.
     pub fn terms(&self) -> impl Iterator<Item = (Expr, &C)> {
         self.0.iter().map(|(&key, coefficient)| (key, coefficient))
     }
 }
 
 impl Form<Expr> {
-    /// The value of the form.
     pub fn total(&self, arena: &mut Arena) -> Expr {
         let mut total = Expr::ZERO;
         for (key, coefficient) in self.terms() {
@@ -123,7 +113,6 @@ impl Form<Expr> {
     }
 }
 
-/// number x rest
 fn split_number(arena: &mut Arena, key: Expr) -> (Expr, Expr) {
     if arena.as_constant(key).is_some() {
         return (key, Expr::ONE);

@@ -44,7 +44,6 @@ impl Equations<'_> {
         values
     }
 
-    /// The expression of a formula.
     pub fn formula(&mut self, formula: &Formula) -> Expr {
         // Variables need the whole formulation, not the arena alone: they are expressed first, then looked up.
         let mut variables = Vec::new();
@@ -78,7 +77,6 @@ impl Equations<'_> {
         Form::term(&mut self.system.arena, density, &across)
     }
 
-    /// |d|
     pub(super) fn length(&mut self, across: &Vector) -> Expr {
         let arena = &mut self.system.arena;
         let square = across.dot(arena, across).total(arena, &self.kinematics.frames);

@@ -31,12 +31,9 @@ use crate::graph::{ElementId, TNode, Topology};
 use crate::mechanism::{BodyId, Place, Variable};
 use crate::tree::Trees;
 
-/// A branch coordinate.
 #[derive(Clone, Debug)]
 pub struct Coordinate {
-    /// The branch.
     pub element: ElementId,
-    /// What the user calls it.
     pub name: CoordinateName,
     /// An angle \[rad\]? Otherwise a displacement \[m\].
     pub angular: bool,
@@ -47,7 +44,6 @@ pub struct Coordinate {
 pub struct Equations<'m> {
     /// Elements, graphs and the arena of all expressions.
     pub system: System<'m>,
-    /// The trees.
     pub trees: Trees,
     /// {q}: those of the translational tree first.
     pub coordinates: Vec<Coordinate>,

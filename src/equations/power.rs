@@ -7,7 +7,6 @@ use crate::expr::Expr;
 use crate::graph::ElementId;
 
 impl Equations<'_> {
-    /// The power of an element.
     pub(super) fn power(&mut self, id: ElementId) -> Expr {
         let element = self.system.element(id);
         let (translation, rotation) = (element.translation.clone(), element.rotation.clone());

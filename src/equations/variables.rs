@@ -39,7 +39,6 @@ impl Equations<'_> {
         values
     }
 
-    /// From here on a variable is this expression.
     pub(crate) fn redefine(&mut self, variable: Variable, expr: Expr) {
         self.known.insert(variable, expr);
     }
@@ -171,7 +170,6 @@ impl Equations<'_> {
         law.at(&mut self.system.arena, speed)
     }
 
-    /// Damping and friction against turning.
     pub(super) fn resisting_torque(&mut self, row: Option<&RotationalRow>) -> Expr {
         let Some((row, Torque::Resistance(law))) = row.map(|row| (row, &row.through)) else { return Expr::ZERO };
         let arena = &mut self.system.arena;
@@ -179,7 +177,6 @@ impl Equations<'_> {
         law.at(arena, omega)
     }
 
-    /// The multiplier of an element's coupling.
     fn coupling_reaction(&mut self, id: ElementId) -> Expr {
         let of_coupling = |row: &Constraint| row.element == id && !row.coupled.is_empty() && !row.is_trivial();
         match self.constraints.iter().position(of_coupling) {
@@ -383,7 +380,6 @@ impl Kinematics {
         projected.map(arena, |arena, scalar| scalar.total(arena, &self.frames)).total(arena)
     }
 
-    /// v . u across an element.
     pub(super) fn speed_along(&self, system: &mut System, ends: [TNode; 2], direction: Direction) -> Expr {
         let across = self.across(&mut system.arena, ends);
         let (_, along) = self.direction(system, direction);

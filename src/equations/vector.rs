@@ -12,14 +12,11 @@ use crate::expr::{Arena, Expr};
 pub struct FrameId(usize);
 
 impl FrameId {
-    /// The world.
     pub const WORLD: FrameId = FrameId(0);
 }
 
-/// A frame that turns with an angle.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// cos and sin of its angle.
     pub unit: [Expr; 2],
     /// omega, linear in the rates.
     pub rate: Form<Expr>,
@@ -31,7 +28,6 @@ pub struct Frame {
     pub angle: Expr,
 }
 
-/// All frames of a mechanism.
 #[derive(Clone, Debug)]
 pub struct Frames(Vec<Frame>);
 
@@ -49,7 +45,6 @@ impl Default for Frames {
 }
 
 impl Frames {
-    /// Adds a frame.
     pub fn push(&mut self, frame: Frame) -> FrameId {
         self.0.push(frame);
         FrameId(self.0.len() - 1)
@@ -60,12 +55,10 @@ impl Frames {
         FrameId(self.0.len() + index)
     }
 
-    /// All frames, the world first.
     pub fn iter(&self) -> impl Iterator<Item = (FrameId, &Frame)> {
         self.0.iter().enumerate().map(|(index, frame)| (FrameId(index), frame))
     }
 
-    /// The frame behind an index.
     pub fn get(&self, id: FrameId) -> &Frame {
         &self.0[id.0]
     }
@@ -84,17 +77,14 @@ impl Frames {
 pub struct Vector(BTreeMap<FrameId, [Expr; 2]>);
 
 impl Vector {
-    /// World X.
     pub fn x() -> Self {
         Vector(BTreeMap::from([(FrameId::WORLD, [Expr::ONE, Expr::ZERO])]))
     }
 
-    /// World Y.
     pub fn y() -> Self {
         Vector(BTreeMap::from([(FrameId::WORLD, [Expr::ZERO, Expr::ONE])]))
     }
 
-    /// Components in one frame.
     pub fn fixed(frame: FrameId, components: [Expr; 2]) -> Self {
         if components == [Expr::ZERO; 2] { Vector::default() } else { Vector(BTreeMap::from([(frame, components)])) }
     }
@@ -104,7 +94,6 @@ impl Vector {
         self.0.iter().map(|(&frame, &components)| (frame, components))
     }
 
-    /// The frames in which it has components.
     pub fn frames(&self) -> impl Iterator<Item = FrameId> {
         self.0.keys().copied()
     }
@@ -114,7 +103,6 @@ impl Vector {
         Vector(self.0.iter().map(|(&frame, &[x, y])| (frame, [arena.negate(y), x])).collect())
     }
 
-    /// self . other
     pub fn dot(&self, arena: &mut Arena, other: &Vector) -> Scalar {
         self.product(arena, other, |arena, [a, b], [c, d]| {
             let (ac, bd) = (arena.multiply(a, c), arena.multiply(b, d));
@@ -181,7 +169,6 @@ impl Coefficient for Vector {
 pub struct Scalar(BTreeMap<(FrameId, FrameId), [Expr; 2]>);
 
 impl Scalar {
-    /// A scalar that depends on no angle.
     pub fn plain(value: Expr) -> Self {
         let mut scalar = Scalar::default();
         if value != Expr::ZERO {
@@ -190,7 +177,6 @@ impl Scalar {
         scalar
     }
 
-    /// Its value.
     pub fn total(&self, arena: &mut Arena, frames: &Frames) -> Expr {
         let mut total = Expr::ZERO;
         for (&(f, g), &[cosine, sine]) in &self.0 {

@@ -102,7 +102,6 @@ impl Equations<'_> {
         Ok(share)
     }
 
-    /// A force of time, parameters and inputs.
     fn outer_force(&mut self, element: ElementId, name: &str) -> Result<Expr, String> {
         let through = self.system.element(element).translation.as_ref().map(|row| row.through.clone());
         let Some(Force::World([law, _])) = through else { return Ok(Expr::ZERO) };

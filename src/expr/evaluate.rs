@@ -4,9 +4,7 @@ use std::collections::HashMap;
 
 use super::{Arena, Expr, Node, Symbol};
 
-/// Values of symbols.
 pub trait Values {
-    /// The value of one symbol.
     fn value(&self, symbol: Symbol) -> f64;
 }
 
@@ -17,7 +15,6 @@ impl<F: Fn(Symbol) -> f64> Values for F {
 }
 
 impl Arena {
-    /// The values of several expressions.
     pub fn evaluate(&self, roots: &[Expr], values: &impl Values) -> Vec<f64> {
         let mut results = vec![0.0; self.len()];
         for expr in self.reachable(roots.iter().copied()) {

@@ -12,7 +12,6 @@ use super::{Arena, Binary, Expr, Node, Unary};
 pub struct Expansions(HashMap<Expr, Expr>);
 
 impl Expansions {
-    /// The same expressions, expanded.
     pub fn of(&self, roots: &[Expr]) -> Vec<Expr> {
         roots.iter().map(|root| self.0.get(root).copied().unwrap_or(*root)).collect()
     }
@@ -39,7 +38,6 @@ impl Arena {
         function.definition().for_series().map(|formula| build(self, [a], formula))
     }
 
-    /// The same for a function of two operands.
     pub fn series_of_binary(&mut self, function: Binary, a: Expr, b: Expr) -> Option<Expr> {
         function.definition().for_series().map(|formula| build(self, [a, b], formula))
     }

@@ -14,20 +14,15 @@ use super::term::{Term, build};
 pub struct Definition<const N: usize> {
     /// Its name in scenes and in plain text; an operator's sign.
     pub name: &'static str,
-    /// How formulas show it.
     pub shown: Shown,
-    /// What it does to units.
     pub units: Units,
     /// Its derivative from operands, their derivatives and its value.
     pub derivative: for<'a> fn([Term<'a>; N], [Term<'a>; N], Term<'a>) -> Term<'a>,
-    /// How the runtime computes it.
     pub run: Run<N>,
 }
 
-/// A function in terms of others.
 pub type Composed<const N: usize> = for<'a> fn([Term<'a>; N]) -> Term<'a>;
 
-/// How the runtime computes a function.
 #[derive(Clone, Copy, Debug)]
 pub enum Run<const N: usize> {
     /// By an operation of its own. Its value; what it is for Taylor series, unless they have an operation for it; and in C, Fortran, Rust and
@@ -37,25 +32,18 @@ pub enum Run<const N: usize> {
     As(Composed<N>),
 }
 
-/// How formulas show a function.
 #[derive(Clone, Copy, Debug)]
 pub enum Shown {
-    /// By a name that LaTeX has a command for.
     Command(&'static str),
-    /// By its name.
     Word,
-    /// Its operand between two signs.
     Between(&'static str, &'static str),
     /// As an operator, a fraction, a root or a power.
     Operator,
 }
 
-/// What a function does to units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Units {
-    /// Any unit, which it keeps.
     Kept,
-    /// Any unit, with half the exponents.
     Halved,
     /// Any unit, the same of both operands; an angle.
     Bearing,
@@ -70,9 +58,7 @@ pub enum Units {
 /// The functions of the scene language, by their numbers of operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Function {
-    /// f(a)
     One(Unary),
-    /// f(a, b)
     Two(Binary),
 }
 
@@ -88,10 +74,8 @@ macro_rules! operations {
         }
 
         impl $kind {
-            /// All of them.
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            /// Its line of the table.
             pub fn definition(self) -> &'static Definition<$count> {
                 match self {
                     $(Self::$variant => {
@@ -115,7 +99,6 @@ use Shown::{Between, Command, Operator, Word};
 // Columns: name, shown as, units, derivative; then either the operation of the runtime, the value, what it is for series (unless they have an
 // operation for it) and its name or pattern in C, Fortran, Rust and Python (unless the same); or what it is composed of.
 operations! {
-    /// Operations on one operand.
     Unary of 1:
     Negate = "-", Operator, Kept, |_, [d], _| -d, Own(Op::Negate, |[x]| -x, None, ["-{a}"; 4]);
     Sqrt = "sqrt", Operator, Halved, |_, [d], f| 0.5 / f * d, Own(Op::SquareRoot, |[x]| x.sqrt(), None, SAME);
@@ -137,7 +120,6 @@ operations! {
 }
 
 operations! {
-    /// Operations on two operands.
     Binary of 2:
     Add = "+", Operator, Kept, |_, [d, e], _| d + e, Own(Op::Add, |[a, b]| a + b, None, ["{a} + {b}"; 4]);
     Subtract = "-", Operator, Kept, |_, [d, e], _| d - e, Own(Op::Subtract, |[a, b]| a - b, None, ["{a} - {b}"; 4]);
@@ -175,7 +157,6 @@ impl<const N: usize> Definition<N> {
         }
     }
 
-    /// Its value.
     pub fn value(&self, operands: [f64; N]) -> f64 {
         match self.run {
             Run::Own(_, value, ..) => value(operands),
@@ -197,12 +178,10 @@ impl Function {
         one.chain(two).filter(|function| function.name().starts_with(char::is_alphabetic))
     }
 
-    /// The function with this name.
     pub fn named(name: &str) -> Option<Function> {
         Function::all().find(|function| function.name() == name)
     }
 
-    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Function::One(function) => function.definition().name,
@@ -210,7 +189,6 @@ impl Function {
         }
     }
 
-    /// How many operands it takes.
     pub fn operands(self) -> usize {
         match self {
             Function::One(_) => 1,
@@ -218,7 +196,6 @@ impl Function {
         }
     }
 
-    /// What it does to units.
     pub fn units(self) -> Units {
         match self {
             Function::One(function) => function.definition().units,
@@ -226,7 +203,6 @@ impl Function {
         }
     }
 
-    /// How formulas show it.
     pub fn shown(self) -> Shown {
         match self {
             Function::One(function) => function.definition().shown,

@@ -21,7 +21,6 @@ impl Arena {
         roots.iter().map(|root| here[root]).collect()
     }
 
-    /// Any operation on one operand, simplified.
     pub fn apply_unary(&mut self, function: Unary, a: Expr) -> Expr {
         match function {
             Unary::Sin => self.sin(a),
@@ -30,7 +29,6 @@ impl Arena {
         }
     }
 
-    /// Any operation on two operands, simplified.
     pub fn apply_binary(&mut self, function: Binary, a: Expr, b: Expr) -> Expr {
         match function {
             Binary::Add => self.add(a, b),

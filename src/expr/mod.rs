@@ -29,14 +29,10 @@ impl Expr {
     }
 }
 
-/// How often a signal is differentiated by time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Order {
-    /// The value itself.
     Position,
-    /// Its first derivative.
     Velocity,
-    /// Its second derivative.
     Acceleration,
 }
 
@@ -51,21 +47,15 @@ impl Order {
     }
 }
 
-/// What a body may lack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Property {
-    /// Mass.
     Mass,
-    /// Inertia about the mass centre.
     Inertia,
 }
 
-/// A quantity that has no expression of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Symbol {
-    /// t
     Time,
-    /// A parameter of the scene.
     Parameter(usize),
     /// An input of the scene or one of its time derivatives.
     Input(usize, Order),
@@ -79,23 +69,18 @@ pub enum Symbol {
     Missing(usize, Property),
 }
 
-/// One operation on expressions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Node {
-    /// A number, by its bits.
     Constant(u64),
     /// A quantity without an expression.
     Symbol(Symbol),
-    /// f(a)
     Unary(Unary, Expr),
-    /// f(a, b)
     Binary(Binary, Expr, Expr),
     /// b if a is not zero, else c
     Select(Expr, Expr, Expr),
 }
 
 impl Node {
-    /// The operands, in order.
     pub fn operands(self) -> impl Iterator<Item = Expr> {
         let operands = match self {
             Node::Constant(_) | Node::Symbol(_) => [None; 3],
@@ -124,12 +109,10 @@ impl Default for Arena {
 }
 
 impl Arena {
-    /// The operation behind a handle.
     pub fn node(&self, expr: Expr) -> Node {
         self.nodes[expr.index()]
     }
 
-    /// How many different expressions there are.
     pub fn len(&self) -> usize {
         self.nodes.len()
     }
@@ -147,7 +130,6 @@ impl Arena {
         }
     }
 
-    /// A number.
     pub fn constant(&mut self, value: f64) -> Expr {
         // One zero: -0 and 0 must be the same handle.
         let value = if value == 0.0 { 0.0 } else { value };
@@ -159,7 +141,6 @@ impl Arena {
         self.intern(Node::Symbol(symbol))
     }
 
-    /// The sum of several expressions.
     pub fn sum(&mut self, terms: impl IntoIterator<Item = Expr>) -> Expr {
         terms.into_iter().fold(Expr::ZERO, |sum, term| self.add(sum, term))
     }
@@ -194,7 +175,6 @@ impl Arena {
         symbols
     }
 
-    /// All expressions, operands first.
     pub fn all(&self) -> impl Iterator<Item = Expr> + use<> {
         (0..self.nodes.len()).map(|i| Expr(i as u32))
     }

@@ -4,7 +4,6 @@
 use super::{Arena, Binary, Expr, Node, Unary};
 
 impl Arena {
-    /// a + b
     pub fn add(&mut self, a: Expr, b: Expr) -> Expr {
         if a == Expr::ZERO {
             return b;
@@ -34,7 +33,6 @@ impl Arena {
         if cancel { Expr::ZERO } else { self.add(a, b) }
     }
 
-    /// a - b
     pub fn subtract(&mut self, a: Expr, b: Expr) -> Expr {
         if a == b {
             return Expr::ZERO;
@@ -62,7 +60,6 @@ impl Arena {
         self.binary(Binary::Subtract, a, b)
     }
 
-    /// -a
     pub fn negate(&mut self, a: Expr) -> Expr {
         if let Some(value) = self.as_constant(a) {
             return self.constant(-value);
@@ -73,7 +70,6 @@ impl Arena {
         }
     }
 
-    /// a b
     pub fn multiply(&mut self, a: Expr, b: Expr) -> Expr {
         if a == Expr::ZERO || b == Expr::ZERO {
             return Expr::ZERO;
@@ -93,7 +89,6 @@ impl Arena {
         self.commutative(Binary::Multiply, a, b)
     }
 
-    /// a / b
     pub fn divide(&mut self, a: Expr, b: Expr) -> Expr {
         if a == Expr::ZERO || b == Expr::ONE {
             return a;
@@ -119,7 +114,6 @@ impl Arena {
         self.binary(Binary::Divide, a, b)
     }
 
-    /// a squared
     pub fn square(&mut self, a: Expr) -> Expr {
         match self.negated(a) {
             Some(a) => self.multiply(a, a),
@@ -151,7 +145,6 @@ impl Arena {
         }
     }
 
-    /// sin a
     pub fn sin(&mut self, a: Expr) -> Expr {
         match self.negated(a) {
             Some(a) => {
@@ -162,13 +155,11 @@ impl Arena {
         }
     }
 
-    /// cos a
     pub fn cos(&mut self, a: Expr) -> Expr {
         let a = self.negated(a).unwrap_or(a);
         self.unary(Unary::Cos, a)
     }
 
-    /// Any function of one argument.
     pub fn unary(&mut self, function: Unary, a: Expr) -> Expr {
         if function == Unary::Negate {
             return self.negate(a);
@@ -214,7 +205,6 @@ impl Arena {
         (left == right).then_some((x, y, left))
     }
 
-    /// An expression as number x rest.
     fn scaled_term(&self, expr: Expr) -> (f64, Expr) {
         let Node::Binary(Binary::Multiply, a, b) = self.node(expr) else { return (1.0, expr) };
         match (self.as_constant(a), self.as_constant(b)) {

@@ -19,7 +19,6 @@ impl fmt::Debug for Term<'_> {
     }
 }
 
-/// What a formula makes of operands.
 pub(super) fn build<const N: usize>(
     arena: &mut Arena,
     operands: [Expr; N],
@@ -39,7 +38,6 @@ impl<'a> Term<'a> {
         self.make(|arena, a| make(arena, a, other.expr))
     }
 
-    /// A number.
     pub fn number(self, value: f64) -> Self {
         self.make(|arena, _| arena.constant(value))
     }
@@ -49,32 +47,26 @@ impl<'a> Term<'a> {
         self.expr == Expr::ZERO
     }
 
-    /// a^2
     pub fn square(self) -> Self {
         self.make(Arena::square)
     }
 
-    /// a^b
     pub fn power(self, exponent: Self) -> Self {
         self.with(exponent, Arena::power)
     }
 
-    /// sin a
     pub fn sin(self) -> Self {
         self.make(Arena::sin)
     }
 
-    /// cos a
     pub fn cos(self) -> Self {
         self.make(Arena::cos)
     }
 
-    /// f(a)
     pub fn of(self, function: Unary) -> Self {
         self.make(|arena, a| arena.unary(function, a))
     }
 
-    /// f(a, b)
     pub fn and(self, function: Binary, other: Self) -> Self {
         self.with(other, |arena, a, b| arena.binary(function, a, b))
     }
@@ -84,7 +76,6 @@ impl<'a> Term<'a> {
         self.make(|arena, condition| arena.select(condition, then.expr, otherwise.expr))
     }
 
-    /// The nearest value between two numbers.
     pub fn clamp(self, least: f64, most: f64) -> Self {
         self.and(Binary::Max, self.number(least)).and(Binary::Min, self.number(most))
     }

@@ -150,7 +150,6 @@ pub fn circuit_names(equations: &Equations, constraint: &Constraint) -> Vec<Stri
     names
 }
 
-/// Where an element stands in the scene.
 pub fn span_of(equations: &Equations, element: ElementId) -> Span {
     equations.system.span(element)
 }
@@ -181,7 +180,6 @@ fn list(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// What a number measures.
 #[derive(Clone, Copy)]
 struct Kind {
     angular: bool,

@@ -8,7 +8,6 @@ use crate::graph::{ElementId, TNode, Topology};
 use crate::mechanism::{BodyId, Method};
 use crate::tree::Trees;
 
-/// Most coordinates of a scene.
 const COORDINATES: usize = 20_000;
 /// Most coordinates of a scene that asks for the implicit method, whose matrices are full.
 const IMPLICIT: usize = 2_000;
@@ -97,7 +96,6 @@ fn coordinates(system: &System, trees: &Trees) -> Result<(), Fault> {
 
 /// How many free angles each body's angle is the sum of.
 struct Angles {
-    /// By node of the rotational graph.
     count: Vec<usize>,
 }
 

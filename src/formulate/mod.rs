@@ -29,22 +29,17 @@ const POSES: usize = 6;
 /// A mechanism with its equations, assembled at its initial state and lowered.
 #[derive(Clone, Debug)]
 pub struct Formulated<'m> {
-    /// The equations.
     pub equations: Equations<'m>,
-    /// The program and the table of variables.
     pub lowered: Lowered,
     /// The consistent initial state at default parameters and inputs.
     pub state: State,
-    /// Loop equations that repeat others, by index.
     pub redundant: Vec<usize>,
-    /// Redundant joints and the like.
     pub warnings: Vec<Fault>,
     /// What the search for the cheapest trees found, if the scene asks for it.
     pub search: Option<Search>,
 }
 
 impl Formulated<'_> {
-    /// Degrees of freedom that the loops leave.
     pub fn mobility(&self) -> usize {
         let independent = self.equations.constraints.len() - self.redundant.len();
         self.equations.coordinates.len().saturating_sub(independent)

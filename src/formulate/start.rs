@@ -21,7 +21,6 @@ pub struct Start {
     bodies: Vec<[f64; 2]>,
     /// Position and rate of each driver that integrates an input.
     followers: Vec<[f64; 2]>,
-    /// Time and parameters, for directions.
     state: State,
 }
 
@@ -52,7 +51,6 @@ impl Start {
         Some(Start::of(&mut equations, state))
     }
 
-    /// A consistent state, taken apart.
     pub fn of(equations: &mut Equations, state: State) -> Start {
         let mechanism = equations.system.mechanism;
         let centres = (0..mechanism.bodies.len()).map(|body| Place::Centre(BodyId(body)));
@@ -101,7 +99,6 @@ impl Start {
         initial.first_rates = all().map(|[_, rate]| *rate).collect();
     }
 
-    /// Position and rate of each coordinate.
     fn coordinates(&self, equations: &Equations) -> Vec<[f64; 2]> {
         let mut found = Vec::new();
         for &branch in &equations.trees.translation.branches {

@@ -25,13 +25,10 @@ pub struct ElementId(pub usize);
 #[derive(Debug)]
 pub struct Node<D>(usize, PhantomData<D>);
 
-/// Node of the translational graph.
 pub type TNode = Node<Translation>;
-/// Node of the rotational graph.
 pub type RNode = Node<Rotation>;
 
 impl<D> Node<D> {
-    /// The ground.
     pub const DATUM: Self = Node(0, PhantomData);
 
     /// Its place among the nodes; the datum is 0.
@@ -69,22 +66,18 @@ impl<D> Default for LinearGraph<D> {
 }
 
 impl<D> LinearGraph<D> {
-    /// Adds a node with the user's name for it.
     pub fn add_node(&mut self, name: impl Into<String>) -> Node<D> {
         Node(self.graph.add_node(name.into()).index(), PhantomData)
     }
 
-    /// Adds an element as an edge a -> b.
     pub fn add_edge(&mut self, element: ElementId, [a, b]: [Node<D>; 2]) {
         self.graph.add_edge(NodeIndex::new(a.0), NodeIndex::new(b.0), element);
     }
 
-    /// How many nodes, the datum included.
     pub fn nodes(&self) -> usize {
         self.graph.node_count()
     }
 
-    /// The user's name of a node.
     pub fn node_name(&self, node: Node<D>) -> &str {
         &self.graph[NodeIndex::new(node.0)]
     }
@@ -139,9 +132,7 @@ impl<D> LinearGraph<D> {
 /// A spanning tree: branches in the order of the branch coordinates, and the chords that are left.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tree<D> {
-    /// Edges of the tree.
     pub branches: Vec<ElementId>,
-    /// Edges of the cotree.
     pub chords: Vec<ElementId>,
     kind: PhantomData<D>,
 }

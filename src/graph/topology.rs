@@ -42,7 +42,6 @@ impl<D> Topology<D> {
         Topology { ends, up, outward }
     }
 
-    /// The nodes of an element.
     pub fn ends(&self, element: ElementId) -> [Node<D>; 2] {
         self.ends[&element]
     }

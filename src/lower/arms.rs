@@ -54,9 +54,7 @@ struct Lowering<'a> {
     coefficients: Coefficients,
     form: ArmForm,
     numbers: BTreeMap<Arm, u32>,
-    /// The arm that bears each displacement.
     displacements: BTreeMap<usize, u32>,
-    /// World components that are series already.
     vectors: BTreeMap<Vec<(Arm, [Expr; 2])>, [Slot; 2]>,
 }
 
@@ -135,7 +133,6 @@ impl Lowering<'_> {
         }
     }
 
-    /// Frames, products and world arms.
     fn shapes(&mut self) -> Result<(), Reason> {
         for (index, turning) in self.arms.frames.iter().enumerate() {
             let first = self.arms.frames.iter().position(|other| other.coordinates == turning.coordinates);
@@ -242,7 +239,6 @@ impl Lowering<'_> {
         }
     }
 
-    /// World components of a vector.
     fn vector(&mut self, arms: &Arms) -> [Slot; 2] {
         let key: Vec<(Arm, [Expr; 2])> = arms.iter().map(|(arm, z)| (*arm, *z)).collect();
         if let Some(&slots) = self.vectors.get(&key) {

@@ -9,19 +9,16 @@ use std::collections::HashMap;
 
 use cotree_fmu::tape::{Operation, Tape};
 
-/// Operations of a tape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
     /// Instructions of the kind of additions and multiplications.
     pub operations: usize,
     /// Sines with their cosines, and other functions of that weight.
     pub pairs: usize,
-    /// Length of the critical path in cycles.
     pub cycles: usize,
 }
 
 impl Cost {
-    /// Counts the operations of a tape.
     pub fn of(tape: &Tape) -> Cost {
         let mut cost = Cost::default();
         let mut ready: HashMap<u32, usize> = HashMap::new();
@@ -43,7 +40,6 @@ impl Cost {
     }
 }
 
-/// Operations, pairs, and latency in cycles.
 fn weigh(operation: Operation) -> (usize, usize, usize) {
     match operation {
         Operation::Copy | Operation::Negate | Operation::Absolute | Operation::Sign | Operation::Select => (1, 0, 1),

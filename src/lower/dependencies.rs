@@ -21,10 +21,8 @@ pub(crate) const LISTED: usize = 500;
 /// With more coordinates than this every coordinate of a driven mechanism counts as depending on everything that drives it.
 const MOST_DRIVEN: usize = 1000;
 
-/// Places of variables in the table.
 type Places = BTreeSet<usize>;
 
-/// How the mechanism moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moving<'a> {
     /// Accelerations and reactions as expressions; none if the drivers determine the motion.
@@ -33,7 +31,6 @@ pub(super) struct Moving<'a> {
     pub blocks: &'a [Block],
 }
 
-/// Finds the dependencies of all variables.
 pub(super) fn find(rows: &mut [Row], equations: &mut Equations, moving: &Moving) {
     let driven = moving.solved.is_empty();
     let inverse = if driven && reacts(rows, equations) { inverse(equations) } else { Vec::new() };
@@ -47,13 +44,11 @@ pub(super) fn find(rows: &mut [Row], equations: &mut Equations, moving: &Moving)
     }
 }
 
-/// Does any variable contain a reaction?
 fn reacts(rows: &[Row], equations: &Equations) -> bool {
     let symbols = equations.system.arena.symbols(rows.iter().map(|row| row.value));
     symbols.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_)))
 }
 
-/// The places of inputs and states.
 fn given(rows: &[Row], driven: bool) -> HashMap<Symbol, usize> {
     let symbol = |source: Source| match source {
         Source::Input(index) => Some(Symbol::Input(index as usize, Order::Position)),
@@ -73,7 +68,6 @@ struct Finder<'a, 'm> {
 type Through = HashMap<Symbol, Arc<[usize]>>;
 
 impl Finder<'_, '_> {
-    /// The variable that a symbol belongs to.
     fn place(&self, symbol: Symbol) -> Option<usize> {
         let of_input = |input: usize| self.given.get(&Symbol::Input(input, Order::Position)).copied();
         match symbol {

@@ -34,12 +34,10 @@ enum Step {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undetermined(pub usize);
 
-/// Why there is no factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
     /// A coordinate moves no mass and is not held.
     Undetermined(usize),
-    /// The elimination takes too many operations.
     TooLarge,
 }
 
@@ -52,7 +50,6 @@ impl From<Undetermined> for Obstacle {
 /// Most operations of an elimination: what they become takes half a gigabyte.
 const OPERATIONS: usize = 5_000_000;
 
-/// The matrix to be eliminated.
 #[derive(Clone, Copy)]
 pub struct System<'a> {
     /// \[M\] by rows.
@@ -170,7 +167,6 @@ struct Elimination {
     waiting: Vec<Vec<usize>>,
     /// For each multiplier how many of its coordinates are left.
     awaited: Vec<usize>,
-    /// Safe pivots, the cheapest first.
     safe: BTreeSet<(usize, usize)>,
     /// The cost under which a row is among the safe ones.
     costs: Vec<Option<usize>>,
@@ -266,7 +262,6 @@ impl Elimination {
         self.steps.push(Step::Add { index, weight, to });
     }
 
-    /// The cheapest safe pivot.
     fn choose(&self) -> Option<usize> {
         self.safe.first().map(|&(_, index)| index)
     }
@@ -338,7 +333,6 @@ impl Elimination {
         self.steps.push(Step::Two { pair: [i, k], diagonal, inverse, below: below.into_iter().collect() });
     }
 
-    /// Takes a row out of the matrix.
     fn take(&mut self, index: usize) -> BTreeMap<usize, Expr> {
         let row = std::mem::take(&mut self.rows[index]);
         for other in row.keys().filter(|&&other| other != index) {
@@ -370,7 +364,6 @@ impl Elimination {
     }
 }
 
-/// a - b c
 fn minus_product(arena: &mut Arena, a: Expr, b: Expr, c: Expr) -> Expr {
     let product = arena.multiply(b, c);
     arena.subtract(a, product)

@@ -6,12 +6,10 @@ use std::sync::Arc;
 
 use crate::expr::{Arena, Expr, Node, Symbol};
 
-/// The sets, by number.
 struct Sets {
     sets: Vec<Arc<[usize]>>,
     numbers: HashMap<Arc<[usize]>, usize>,
     unions: HashMap<(usize, usize), usize>,
-    /// Sets may have so many elements.
     most: usize,
 }
 

@@ -28,7 +28,6 @@ fn indicator(arena: &mut Arena, expr: Expr) -> Option<Expr> {
     }
 }
 
-/// Does anything but parameters move it?
 pub(super) fn moves(arena: &Arena, expr: Expr) -> bool {
     arena.symbols([expr]).into_iter().any(|symbol| !matches!(symbol, Symbol::Parameter(_)))
 }

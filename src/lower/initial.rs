@@ -12,7 +12,6 @@ use crate::mechanism::{Initial, Quantity};
 #[derive(Clone, Debug, Default)]
 pub(super) struct Conditions {
     pub conditions: Vec<Condition>,
-    /// Values, then targets.
     pub results: Vec<Expr>,
     /// (row, column) and derivative; columns are coordinates, then followers.
     pub jacobian: Vec<((u32, u32), Expr)>,
@@ -21,9 +20,7 @@ pub(super) struct Conditions {
 /// A line of `[initial]` whose value is a number: it can be set under the name of its variable.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Settable<'m> {
-    /// The line.
     pub line: &'m Initial,
-    /// The number.
     pub value: f64,
 }
 

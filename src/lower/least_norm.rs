@@ -17,13 +17,11 @@ use crate::mechanism::{Owner, Quantity, Variable};
 /// A share of the largest stress below which there is none: rounding errors of the elimination.
 const NONE: f64 = 1e-9;
 
-/// A force or torque of a joint or driver.
 struct Reaction {
     variable: Variable,
     value: Expr,
     /// Square of what makes it a force.
     weight: f64,
-    /// How it changes with each self-stress.
     stress: Vec<Expr>,
 }
 

@@ -14,15 +14,11 @@ pub struct MotionSystem {
     pub mass: Vec<Vec<(usize, Expr)>>,
     /// {Q}
     pub load: Vec<Expr>,
-    /// Active loop equations.
     pub rows: Vec<LoopRow>,
-    /// Natural sizes of the coordinates.
     pub scales: Vec<f64>,
-    /// The branch coordinates.
     pub branches: Vec<Branch>,
 }
 
-/// A loop equation of the system.
 #[derive(Clone, Debug)]
 pub struct LoopRow {
     /// Its row of \[Phi_q\].
@@ -42,7 +38,6 @@ pub struct Branch {
     pub rest: Expr,
 }
 
-/// A system, factorised.
 #[derive(Clone, Debug)]
 pub struct Solver {
     system: MotionSystem,
@@ -95,7 +90,6 @@ pub(super) fn typical<'a>(mechanism: &'a Mechanism, pose: &'a Pose) -> impl Fn(S
     }
 }
 
-/// Natural sizes of coordinates.
 pub fn scales(equations: &Equations, length: f64) -> Vec<f64> {
     equations.coordinates.iter().map(|coordinate| if coordinate.angular { 1.0 } else { length }).collect()
 }

@@ -52,9 +52,7 @@ pub struct Lowered {
 pub struct Pose {
     /// Time \[s\].
     pub time: f64,
-    /// Coordinates.
     pub positions: Vec<f64>,
-    /// Follower positions.
     pub followers: Vec<f64>,
 }
 
@@ -223,7 +221,6 @@ impl MotionKernels {
     }
 }
 
-/// Q - M a
 pub(super) fn inverse(equations: &mut Equations) -> Vec<Expr> {
     let dynamics = equations.dynamics().clone();
     let arena = &mut equations.system.arena;
@@ -238,7 +235,6 @@ pub(super) fn inverse(equations: &mut Equations) -> Vec<Expr> {
     .collect()
 }
 
-/// The registers of the inputs of all kernels.
 fn layout(equations: &Equations, starts: usize) -> Layout {
     let mechanism = equations.system.mechanism;
     Layout::new(

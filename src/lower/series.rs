@@ -16,16 +16,13 @@ enum Level {
     Rates,
 }
 
-/// What an expression is, as a series.
 #[derive(Clone, Debug)]
 enum Series {
-    /// A coefficient.
     Constant(Expr),
     /// constant + sum of coefficient x source
     Sum(Expr, Vec<(Source, Expr)>, Level),
 }
 
-/// Coefficients by their expressions.
 #[derive(Debug, Default)]
 pub struct Coefficients {
     list: Vec<Expr>,
@@ -33,7 +30,6 @@ pub struct Coefficients {
 }
 
 impl Coefficients {
-    /// The place of a coefficient.
     pub fn place(&mut self, expr: Expr) -> u32 {
         *self.places.entry(expr).or_insert_with(|| {
             self.list.push(expr);
@@ -41,13 +37,11 @@ impl Coefficients {
         })
     }
 
-    /// All of them.
     pub fn list(&self) -> &[Expr] {
         &self.list
     }
 }
 
-/// Builds a tape of series.
 #[derive(Debug, Default)]
 pub struct SeriesBuilder {
     tape: SeriesTape,
@@ -70,12 +64,10 @@ impl SeriesBuilder {
         self.known.insert(expr, slot);
     }
 
-    /// The finished tape.
     pub fn finish(self) -> SeriesTape {
         self.tape
     }
 
-    /// Depends on parameters only.
     pub fn is_constant(&mut self, arena: &Arena, expr: Expr) -> bool {
         if let Some(&constant) = self.constants.get(&expr) {
             return constant;
@@ -89,7 +81,6 @@ impl SeriesBuilder {
         constant
     }
 
-    /// The slot of an expression.
     pub fn slot(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<Slot, Reason> {
         if let Some(&slot) = self.known.get(&expr) {
             return Ok(slot);
@@ -106,13 +97,11 @@ impl SeriesBuilder {
         Ok(slot)
     }
 
-    /// The slot of a sum of sources.
     pub fn sum(&mut self, c: &mut Coefficients, constant: Expr, terms: &[(Source, Expr)]) -> Slot {
         let level = terms.iter().map(|(source, _)| self.level(*source)).max().unwrap_or(Level::Signals);
         self.linear(c, constant, terms, level)
     }
 
-    /// The slot of an operation on slots.
     pub fn operate(&mut self, operation: Operation) -> Slot {
         let operands: Vec<Slot> = match operation {
             Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => vec![a, b],
@@ -152,7 +141,6 @@ impl SeriesBuilder {
         self.tape.slots - 1
     }
 
-    /// An operation that writes a second series.
     fn operate_twice(&mut self, a: Slot, operation: impl Fn(Slot, Slot) -> Operation) -> [Slot; 2] {
         let second = self.allocate(self.levels[a as usize]);
         [self.operate(operation(a, second)), second]
@@ -311,7 +299,6 @@ impl SeriesBuilder {
         Ok(self.of_slot(slot))
     }
 
-    /// The number of a switching function.
     fn switch(&mut self, function: Slot) -> Result<u32, Reason> {
         let known = self.tape.switches.iter().position(|slot| *slot == function);
         let switch = known.unwrap_or(self.tape.switches.len());

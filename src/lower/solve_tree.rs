@@ -24,7 +24,6 @@ use crate::tree::Trees;
 
 /// As many angles on one path call for a solve tree.
 const DEEP: usize = 8;
-/// So do as many angles in one loop.
 const LONG: usize = 12;
 /// Up to as many bodies the choices are counted; beyond, all bodies become branches.
 const COUNTED: usize = 60;
@@ -36,9 +35,7 @@ const STRIDES: [usize; 3] = [1, 2, 3];
 /// The trees that the acceleration kernel is made with.
 #[derive(Clone, Debug)]
 pub struct SolveTree {
-    /// The trees.
     pub trees: Trees,
-    /// What the kernel costs.
     pub cost: Cost,
     /// What it would cost in branch coordinates, if that was counted.
     pub branch_cost: Option<Cost>,

@@ -3,18 +3,15 @@
 use super::initial::Conditions;
 use crate::expr::{Expr, Order, Symbol};
 
-/// The equations that the initial state solves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beginning<'a> {
     /// Phi, its rate, gamma.
     pub constraints: [&'a [Expr]; 3],
-    /// Conditions on positions and on velocities.
     pub conditions: [&'a Conditions; 2],
     /// Which loop equations are independent.
     pub active: &'a [bool],
     /// Accelerations, then reactions, in terms of the state; nothing if the drivers determine the motion.
     pub solved: Option<&'a [Expr]>,
-    /// Number of coordinates.
     pub coordinates: usize,
 }
 

@@ -14,7 +14,6 @@ use super::start::Beginning;
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr, Order, Symbol};
 
-/// Places in the table of variables.
 type Places = Arc<[usize]>;
 
 /// For each of the values the places of what is `given` that it depends on.
@@ -40,7 +39,6 @@ pub(super) fn find(
 /// Unknowns and the equations that they are found from, once what was found before is known.
 struct Stage {
     unknowns: Vec<Symbol>,
-    /// What stands in each equation.
     equations: Vec<Vec<Symbol>>,
 }
 
@@ -140,7 +138,6 @@ impl Stage {
     }
 }
 
-/// What is behind each symbol.
 struct Sources {
     places: HashMap<Symbol, Places>,
     everything: Places,

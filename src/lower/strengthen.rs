@@ -9,7 +9,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::eliminate::Undetermined;
 
-/// A sparse row of numbers.
 pub(super) type Row = BTreeMap<usize, f64>;
 
 /// Coordinates with less than this share of the largest mass are light: a better pivot is wanted.
@@ -72,7 +71,6 @@ fn by_column(loops: &BTreeMap<usize, Row>) -> BTreeMap<usize, Vec<usize>> {
     by_column
 }
 
-/// A motion that moves little mass.
 struct Weak {
     coordinate: usize,
     motion: Row,

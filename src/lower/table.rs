@@ -16,21 +16,15 @@ use crate::mechanism::{DisplayUnit, Mechanism, Quantity, Unit};
 /// A variable with what the outside world is told about it.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Structured name.
     pub name: String,
-    /// One line.
     pub description: String,
-    /// Its unit.
     pub unit: Unit,
-    /// Where its value comes from.
     pub source: Source,
-    /// Did the scene ask for it?
     pub output: bool,
     /// Its row's derivative, if it is one: the place of what it is the derivative of.
     pub derivative_of: Option<usize>,
     /// Its initial value, if that can be set.
     pub start: Option<Start>,
-    /// Its value as an expression.
     pub value: Expr,
     /// Places of the inputs and states that it depends on.
     pub dependencies: Arc<[usize]>,
@@ -38,10 +32,8 @@ pub struct Row {
     pub initial_dependencies: Arc<[usize]>,
 }
 
-/// An initial value that can be set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
-    /// Its default, SI.
     pub value: f64,
     /// Does it hold, or is it a guess?
     pub known: bool,
@@ -52,16 +44,12 @@ pub struct Start {
 /// All variables, and the expressions of those that need a kernel.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    /// In the order of the value references.
     pub rows: Vec<Row>,
-    /// Results of the output kernel.
     pub results: Vec<Expr>,
-    /// Where each of them is.
     places: HashMap<Expr, usize>,
 }
 
 impl Table {
-    /// Collects the variables.
     pub(super) fn new(equations: &mut Equations, motion: Motion, moving: &Moving) -> Table {
         let mut table = Table::default();
         table.add_parameters_and_inputs(equations);
@@ -77,7 +65,6 @@ impl Table {
         table
     }
 
-    /// What the runtime needs to know.
     pub fn variables(&self) -> Vec<Variable> {
         self.rows
             .iter()
@@ -105,7 +92,6 @@ impl Table {
         }
     }
 
-    /// What the scene asks for, in its order.
     fn add_outputs(&mut self, equations: &mut Equations, members: &[Row]) {
         let named: HashMap<&str, &Row> = members.iter().map(|member| (member.name.as_str(), member)).collect();
         for output in &equations.system.mechanism.outputs {
@@ -194,7 +180,6 @@ impl Table {
         self.push(("time", "time", &Unit::time()), Source::Time, value);
     }
 
-    /// What everything depends on at the start.
     pub(super) fn find_initial_dependencies(&mut self, equations: &mut Equations, beginning: &Beginning) {
         let values: Vec<Expr> = self.rows.iter().map(|row| row.value).collect();
         let found = start_dependencies::find(equations, beginning, &self.given(), &values);

@@ -20,12 +20,9 @@ pub struct Assembler<'a> {
     /// Depends on nothing but parameters, for each expression of the kernels.
     fixed: Vec<bool>,
     shared: HashMap<Expr, u32>,
-    /// Values of the constant registers.
     pub constants: Vec<f64>,
-    /// The parameter stage.
     pub stage: Tape,
     scratch: u32,
-    /// Registers needed by all tapes so far.
     pub registers: u32,
 }
 
@@ -59,7 +56,6 @@ impl<'a> Assembler<'a> {
         assembler
     }
 
-    /// The tape that computes the given results.
     pub fn tape(&mut self, results: &[Expr]) -> Tape {
         let results: &[Expr] = &self.expansions.of(results);
         let order: Vec<Expr> = self
@@ -138,12 +134,10 @@ fn symbol_register(layout: &Layout, symbol: Symbol) -> u32 {
     register as u32
 }
 
-/// Writes one tape.
 struct Writer<'w, 'a> {
     assembler: &'w Assembler<'a>,
     /// Products that are added to something at their only use.
     fused: HashSet<Expr>,
-    /// What is written, in this order.
     schedule: Vec<Expr>,
     last_use: HashMap<Expr, usize>,
     places: HashMap<Expr, u32>,
@@ -190,7 +184,6 @@ impl<'w, 'a> Writer<'w, 'a> {
         writer
     }
 
-    /// A product that only this sum uses.
     fn fusible(&self, expr: Expr, uses: &HashMap<Expr, usize>) -> Option<Expr> {
         let Node::Binary(Binary::Add, a, b) = self.assembler.arena.node(expr) else { return None };
         [a, b].into_iter().find(|&operand| {
@@ -200,7 +193,6 @@ impl<'w, 'a> Writer<'w, 'a> {
         })
     }
 
-    /// Operands after fusion.
     fn operands(&self, expr: Expr) -> Vec<Expr> {
         let node = self.assembler.arena.node(expr);
         node.operands()
@@ -329,7 +321,6 @@ impl<'w, 'a> Writer<'w, 'a> {
         })
     }
 
-    /// Frees what is used here for the last time.
     fn release(&mut self, expr: Expr, position: usize) {
         let mut dying = self.operands(expr);
         dying.sort_unstable();

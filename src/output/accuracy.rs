@@ -35,7 +35,6 @@ pub struct Accuracy {
     pub span: [f64; 2],
     /// Did the work grow faster and faster until the measurement had to end?
     pub growing: bool,
-    /// What integrated.
     pub engine: Engine,
     /// One for each tolerance.
     pub measurements: Vec<Measurement>,
@@ -48,7 +47,6 @@ pub struct Measurement {
     pub tolerance: f64,
     /// Largest error of any variable at any time, relative to the variable's largest value.
     pub error: f64,
-    /// What the solver did.
     pub statistics: Statistics,
 }
 
@@ -127,7 +125,6 @@ fn start(model: &Arc<Model>, experiment: Experiment, tolerance: f64) -> Result<I
 }
 
 impl Accuracy {
-    /// What the work is counted in.
     pub fn work(&self) -> &'static str {
         match self.engine {
             Engine::Taylor => "Taylor series",

@@ -3,7 +3,6 @@
 use crate::expr::{Order, Symbol};
 use crate::formulate::Formulated;
 
-/// One sentence for each assumption.
 pub fn assumptions(formulated: &mut Formulated) -> Vec<String> {
     let mobility = formulated.mobility();
     let follows_recommended = !formulated.lowered.program.initial.first_positions.is_empty();

@@ -27,48 +27,33 @@ const CHOICES: [(&str, Coordinates); 4] = [
     ("cheapest", Coordinates::Cheapest),
 ];
 
-/// One mechanism in several coordinates.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// What is counted and timed.
     pub kernel: &'static str,
-    /// A row for each choice.
     pub choices: Vec<Choice>,
 }
 
-/// A choice of trees and what it costs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Choice {
     /// `absolute`, `joint`, `recommended`, `cheapest`, or `chosen` for the scene's own trees.
     pub name: &'static str,
-    /// Is it what the scene uses?
     pub used: bool,
     /// The figures, or why these trees do not work.
     #[serde(flatten)]
     pub figures: Figures,
 }
 
-/// The figures of a choice.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Figures {
-    /// It can be formulated.
     Good(Cost),
-    /// It cannot.
-    Bad {
-        /// In the user's names.
-        fault: String,
-    },
+    Bad { fault: String },
 }
 
-/// What a formulation costs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Cost {
-    /// Branch coordinates.
     pub coordinates: usize,
-    /// Loop equations, empty ones left out.
     pub loop_equations: usize,
-    /// Operations of one evaluation of the kernel.
     pub operations: Operations,
     /// Time of one evaluation, the median of repeated runs \[ns\].
     pub nanoseconds: f64,
@@ -76,7 +61,6 @@ pub struct Cost {
     pub method: &'static str,
     /// Time of the whole experiment at its tolerance, processor time on one thread \[s\]; `None` if it fails or takes too long.
     pub run_seconds: Option<f64>,
-    /// Its steps.
     pub steps: Option<u64>,
     /// Condition number at the start of \[M J^T; J 0\], or of J for a kinematic model, rows and columns scaled; `None` if
     /// singular.
@@ -85,20 +69,13 @@ pub struct Cost {
     pub mass_condition: Option<f64>,
 }
 
-/// How often each kind of operation occurs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Operations {
-    /// Additions, subtractions, changes of sign.
     pub additions: usize,
-    /// Multiplications.
     pub multiplications: usize,
-    /// Divisions.
     pub divisions: usize,
-    /// Square roots.
     pub square_roots: usize,
-    /// Sines with their cosines.
     pub sine_cosine_pairs: usize,
-    /// Everything else.
     pub others: usize,
 }
 

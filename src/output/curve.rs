@@ -5,11 +5,9 @@ use super::svg::{Frame, Pixel, Svg, polyline};
 /// A curve; all coordinates are above zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Above the axes.
     pub title: String,
     /// Titles of the horizontal and of the vertical axis.
     pub axes: [String; 2],
-    /// The points, each with its label.
     pub points: Vec<([f64; 2], String)>,
 }
 
@@ -29,7 +27,6 @@ const TITLE: &str = r##"font-size="12.5" fill="#1f2933" text-anchor="middle""##;
 const LINE: &str = r##"fill="none" stroke="#2f6cab" stroke-width="1.8" stroke-linejoin="round""##;
 
 impl Curve {
-    /// The picture, self-contained.
     pub fn svg(&self) -> String {
         let [across, up] = [0, 1].map(|axis| Scale::over(self.points.iter().map(|(point, _)| point[axis])));
         let place = |[x, y]: [f64; 2]| -> Pixel {
@@ -75,7 +72,6 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    /// An axis on which the values have some space.
     pub fn over(values: impl Iterator<Item = f64>) -> Self {
         let [low, high] =
             values.fold([f64::MAX, f64::MIN_POSITIVE], |[low, high], value| [low.min(value), high.max(value)]);
@@ -98,7 +94,6 @@ impl Scale {
     }
 }
 
-/// A tick's text.
 fn label(value: f64) -> String {
     if (1.0..1e5).contains(&value) { format!("{value:.0}") } else { format!("{value:.0e}") }
 }

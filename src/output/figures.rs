@@ -16,7 +16,6 @@ use crate::graph::ElementId;
 use crate::lower::{self, Lowered};
 use crate::mechanism::{Coordinates, Mechanism, Part};
 
-/// A mechanism in figures and names.
 pub fn summarise(formulated: &Formulated) -> Summary {
     let own = &formulated.equations;
     let mechanism = own.system.mechanism;
@@ -55,7 +54,6 @@ pub fn summarise(formulated: &Formulated) -> Summary {
     }
 }
 
-/// How the motion is found.
 fn solver(lowered: &Lowered) -> String {
     let stiff = if lowered.program.automatic { "; Radau IIA(5) while it is stiff" } else { "" };
     match (lowered.program.motion, lowered.program.engine, &lowered.no_series) {
@@ -69,7 +67,6 @@ fn solver(lowered: &Lowered) -> String {
     }
 }
 
-/// What the methods integrate.
 fn integrated(lowered: &Lowered) -> Integrated {
     let program = &lowered.program;
     let active = program.constraints.iter().filter(|constraint| constraint.active).count();
@@ -96,7 +93,6 @@ fn series_system(form: &ArmForm) -> SeriesSystem {
     }
 }
 
-/// What is solved for together, by names.
 fn blocks(program: &Program) -> Vec<Vec<String>> {
     let names = |block: &Block| {
         block.columns.iter().map(|&column| program.coordinates[column as usize].name.clone()).collect::<Vec<_>>()

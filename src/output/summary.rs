@@ -4,28 +4,18 @@ use std::fmt;
 
 use serde::Serialize;
 
-/// A mechanism in figures and names.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
-    /// The scene's name.
     pub name: String,
     /// One line; may be empty.
     pub description: String,
-    /// Names of the bodies.
     pub bodies: Vec<String>,
-    /// The joints.
     pub joints: Vec<Joint>,
-    /// Names of the drivers.
     pub drivers: Vec<String>,
-    /// Names of the loads.
     pub loads: Vec<String>,
-    /// Names of the FMU's parameters.
     pub parameters: Vec<String>,
-    /// Names of the FMU's inputs.
     pub inputs: Vec<String>,
-    /// Names of the FMU's outputs.
     pub outputs: Vec<String>,
-    /// Degrees of freedom that the drivers leave.
     pub mobility: usize,
     /// Does the motion follow from drivers and loops alone, without forces?
     pub kinematic: bool,
@@ -33,7 +23,6 @@ pub struct Summary {
     pub solver: String,
     /// What the methods integrate; nothing if the drivers determine the motion.
     pub integrated: Option<Integrated>,
-    /// The branch coordinates.
     pub coordinates: Vec<Coordinate>,
     /// What the loop equations belong to, one name for each equation.
     pub constraints: Vec<String>,
@@ -41,9 +30,7 @@ pub struct Summary {
     pub redundant: Vec<String>,
     /// If the drivers determine the motion: coordinates that are solved for together, in the order of solution.
     pub blocks: Vec<Vec<String>>,
-    /// Branches of the trees.
     pub trees: Trees,
-    /// How many equations the choices of trees give.
     pub counts: Counts,
     /// The trees behind the acceleration kernel, where they are not those of the coordinates.
     pub solve_tree: Option<SolveTree>,
@@ -51,14 +38,12 @@ pub struct Summary {
     pub cheapest: Option<Cheapest>,
 }
 
-/// What the methods integrate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Integrated {
     /// The arm form, if there are Taylor series.
     pub series: Option<SeriesSystem>,
     /// Runge-Kutta and Radau: branch coordinates and independent loop equations.
     pub stages: Count,
-    /// Outputs that follow from positions and rates.
     pub outputs_of_state: usize,
     /// Outputs that need accelerations or reactions too.
     pub outputs_of_acceleration: usize,
@@ -67,55 +52,41 @@ pub struct Integrated {
 /// The unknowns of Taylor series, whose angles are those of the bodies themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SeriesSystem {
-    /// Angles in the world.
     pub angles: usize,
-    /// Displacements.
     pub displacements: usize,
-    /// Loop equations.
     pub loop_equations: usize,
 }
 
-/// A joint.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Joint {
-    /// The user's name.
     pub name: String,
     /// `revolute`, `prismatic` or `weld`.
     #[serde(rename = "type")]
     pub kind: String,
-    /// The points joined.
     pub between: [String; 2],
 }
 
-/// A branch coordinate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Coordinate {
     /// Its name, such as `crank.angle`.
     pub name: String,
-    /// The tree it comes from.
     pub tree: Tree,
 }
 
-/// One of the two trees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tree {
-    /// Of the translational graph.
     Translation,
-    /// Of the rotational graph.
     Rotation,
 }
 
 /// Branches of the trees, by the names of their elements; rigid arms are left out.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Trees {
-    /// Of the translational graph.
     pub translation: Vec<String>,
-    /// Of the rotational graph.
     pub rotation: Vec<String>,
 }
 
-/// The trees behind the acceleration kernel.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SolveTree {
     /// Bodies that are branches of its translational tree, but not of that of the coordinates.
@@ -124,7 +95,6 @@ pub struct SolveTree {
     pub saving: Option<f64>,
 }
 
-/// The search for the cheapest trees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Cheapest {
     /// Trees that were formulated; none if the mechanism is too large to search.
@@ -138,22 +108,17 @@ pub struct Cheapest {
 /// Numbers of equations for each choice of trees; `None` where a choice is not possible, or the mechanism too large to compare.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// What the scene uses.
     pub used: Count,
     /// Tables 2 and 3 of McPhee (1998).
     pub recommended: Option<Count>,
-    /// All bodies in both trees.
     pub absolute: Option<Count>,
-    /// The same joints in both trees.
     pub joint: Option<Count>,
 }
 
-/// Numbers of equations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Count {
     /// Branch coordinates, and as many equations of motion.
     pub coordinates: usize,
-    /// Loop equations.
     pub constraints: usize,
 }
 

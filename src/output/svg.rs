@@ -17,24 +17,18 @@ pub struct Svg {
 /// A rectangle of the picture \[px\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// Left edge.
     pub x: f64,
-    /// Upper edge.
     pub y: f64,
-    /// Width.
     pub width: f64,
-    /// Height.
     pub height: f64,
 }
 
 impl Svg {
-    /// A straight line.
     pub fn line(&mut self, [x1, y1]: Pixel, [x2, y2]: Pixel, style: &str) {
         let [x1, y1, x2, y2] = [x1, y1, x2, y2].map(number);
         self.element(format_args!(r#"<line x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}" {style}/>"#));
     }
 
-    /// A circle.
     pub fn circle(&mut self, [x, y]: Pixel, radius: f64, style: &str) {
         let [x, y, radius] = [x, y, radius].map(number);
         self.element(format_args!(r#"<circle cx="{x}" cy="{y}" r="{radius}" {style}/>"#));
@@ -45,7 +39,6 @@ impl Svg {
         self.element(format_args!(r#"<path d="{data}" {style}/>"#));
     }
 
-    /// A rectangle with rounded corners.
     pub fn rectangle(&mut self, frame: Frame, radius: f64, style: &str) {
         let [x, y, width, height] = [frame.x, frame.y, frame.width, frame.height].map(number);
         let radius = number(radius);
@@ -54,7 +47,6 @@ impl Svg {
         ));
     }
 
-    /// A line of text.
     pub fn text(&mut self, [x, y]: Pixel, style: &str, text: &str) {
         let ([x, y], text) = ([x, y].map(number), escape(text));
         self.element(format_args!(r#"<text x="{x}" y="{y}" {style}>{text}</text>"#));
@@ -98,7 +90,6 @@ pub fn polyline(points: &[Pixel]) -> String {
     data
 }
 
-/// A coordinate to a hundredth of a pixel.
 pub fn number(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

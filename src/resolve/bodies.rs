@@ -58,7 +58,6 @@ impl Resolver<'_> {
         Body { name: name.clone(), mass, inertia, weightless: body.weightless, points, span: body.name.span }
     }
 
-    /// Points relative to a centre.
     fn points(&mut self, points: &[model::Point], owner: &str, centre: &[Formula; 2]) -> Vec<Point> {
         points
             .iter()

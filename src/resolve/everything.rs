@@ -22,7 +22,6 @@ impl Scene {
         scene
     }
 
-    /// What has variables, with the variables.
     fn owners(&self) -> Vec<(String, Vec<Quantity>)> {
         let mut owners: Vec<(String, Vec<Quantity>)> = Vec::new();
         for body in &self.bodies {

@@ -19,7 +19,6 @@ impl Resolver<'_> {
         self.check_finite(formula, quantity, what)
     }
 
-    /// A constant that is zero or more.
     pub(super) fn not_negative(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
         let formula = self.constant(quantity, what, wanted);
         let value = self.value(&formula);
@@ -37,7 +36,6 @@ impl Resolver<'_> {
         formula
     }
 
-    /// A constant that is more than zero.
     pub(super) fn positive_constant(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
         self.constant_where(quantity, what, wanted, |value| value > 0.0, "must be positive")
     }
@@ -72,13 +70,11 @@ impl Resolver<'_> {
         constant::evaluate(formula, &self.values)
     }
 
-    /// A number known when the scene is read.
     pub(super) fn number(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> f64 {
         let formula = self.constant(quantity, what, wanted);
         self.value(&formula)
     }
 
-    /// A formula of what the context permits.
     pub(super) fn formula(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted, context: Context) -> Formula {
         self.formula_and_unit(quantity, what, wanted, context).0
     }
@@ -243,7 +239,6 @@ impl Resolver<'_> {
         [x, y.unwrap_or(UNKNOWN)]
     }
 
-    /// The text of a quantity for descriptions.
     pub(super) fn wording(quantity: &Quantity) -> String {
         match &quantity.value {
             Value::Number(number) => number.to_string(),

@@ -75,7 +75,6 @@ fn is_massless(body: &Body) -> bool {
     body.mass.as_ref().is_none_or(|mass| mass.value == Value::Number(0.0))
 }
 
-/// Disjoint sets.
 struct Islands {
     parent: Vec<usize>,
 }

@@ -16,7 +16,6 @@ use crate::scene::model::{InputAs, Vector};
 use crate::scene::unit::{compatible, from_exponents};
 
 impl Resolver<'_> {
-    /// The unit vector along an axis.
     pub(super) fn axis(&mut self, axis: &Vector, what: &str) -> [Formula; 2] {
         let [x, y] = self.vector(axis, what, &ANYTHING, Context::Constant);
         let length = self.value(&x).hypot(self.value(&y));

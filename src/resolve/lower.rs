@@ -15,16 +15,12 @@ use crate::scene::dimension::{self, Known, SECOND};
 use crate::scene::expression::{self, Tree, TreeKind};
 use crate::scene::unit::{Exponents, from_exponents};
 
-/// What an expression may depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Context {
-    /// Parameters.
     Constant,
-    /// Time, parameters, inputs.
     Driver,
     /// All that and positions and velocities; the own ones of this load by their bare names.
     Law(LoadId),
-    /// Everything.
     Output,
 }
 
@@ -50,7 +46,6 @@ impl Resolver<'_> {
         }
     }
 
-    /// Resolves an expression that has been parsed.
     pub(super) fn constant_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
         self.lower(tree, Site { text, what, context: Context::Constant, law_of: None })
     }
@@ -310,7 +305,6 @@ impl Resolver<'_> {
     }
 }
 
-/// A key of a part, or one of its own variables.
 fn name_in_law(name: &str, part: &Part) -> Formula {
     let facts = part.facts();
     let own = name.strip_prefix("own.");

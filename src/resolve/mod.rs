@@ -104,15 +104,11 @@ struct Resolver<'s> {
     faults: &'s mut Sink,
     /// Has a joint, driver or load been left out because of its faults?
     incomplete: bool,
-    /// Default values of the parameters, SI.
     values: Vec<f64>,
-    /// Units of the parameters where they are known.
     parameter_units: Vec<Option<Exponents>>,
-    /// Units of the inputs where they are known.
     input_units: Vec<Option<Exponents>>,
 }
 
-/// Stands for a formula with a fault.
 const UNKNOWN: Formula = Formula::Number(f64::NAN);
 
 impl Resolver<'_> {
@@ -157,7 +153,6 @@ impl Resolver<'_> {
     }
 }
 
-/// What there is in one dimension.
 fn on_a_line() -> String {
     let facts = ALL.iter().map(|component| component.facts()).filter(|facts| facts.room == Room::Line);
     let names: Vec<&str> = facts.map(|facts| facts.name).collect();

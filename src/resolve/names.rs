@@ -9,7 +9,6 @@ use crate::expr::Function;
 use crate::mechanism::{BodyId, DriverId, InputId, JointId, LoadId, ParameterId};
 use crate::scene::model::{Point, Scene};
 
-/// What a name stands for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Named {
     Parameter(ParameterId),
@@ -21,7 +20,6 @@ pub(super) enum Named {
 }
 
 impl Named {
-    /// The word for it.
     pub fn word(self) -> &'static str {
         match self {
             Named::Parameter(_) => "parameter",
@@ -34,12 +32,9 @@ impl Named {
     }
 }
 
-/// All names of a scene.
 pub(super) struct Names<'s> {
     named: HashMap<&'s str, (Named, &'s Text)>,
-    /// Points of the ground.
     pub ground: HashMap<&'s str, usize>,
-    /// Points of each body.
     pub points: Vec<HashMap<&'s str, usize>>,
     /// What could not be read or stands for two things; its uses are no faults.
     broken: HashSet<&'s str>,
@@ -141,7 +136,6 @@ pub(super) fn check_identifier(name: &Text, what: &str, faults: &mut Sink) {
     faults.push(Fault::new("scene::reserved_name", message, name.span).label("reserved").help("choose another name"));
 }
 
-/// With its article.
 fn one(what: &str) -> String {
     let article = if what.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
     format!("{article} {what}")

@@ -31,9 +31,7 @@ struct Reading<'n> {
     /// "joint `pin`", "torsion spring `coil`"
     user: String,
     owner: Owner,
-    /// Where its name stands.
     span: Span,
-    /// What it is between, in words and resolved.
     ends: Option<([Text; 2], [Place; 2])>,
     values: Vec<(&'static str, Value)>,
     complete: bool,
@@ -106,7 +104,6 @@ impl Resolver<'_> {
         part
     }
 
-    /// Says why nothing is known of a part.
     fn unrecognised(&mut self, part: &written::Part, section: Section) {
         let called = format!("{} `{}`", section.word(), part.name.text);
         let names: Vec<&str> = section.components().map(|component| component.facts().name).collect();
@@ -186,7 +183,6 @@ impl Resolver<'_> {
         self.faults.push(fault.label(format!("{wanted} is wanted")));
     }
 
-    /// Reads one key.
     fn key(&mut self, key: &'static Key, reading: &mut Reading<'_>) {
         let node = match key.need {
             Need::Required(help) => reading.fields.required(key.name, help, self.faults),
@@ -206,7 +202,6 @@ impl Resolver<'_> {
         reading.complete &= read.is_some();
     }
 
-    /// What a part is between.
     #[allow(clippy::type_complexity, reason = "words, points and the joint that a driver moves")]
     fn ends(
         &mut self,
@@ -401,7 +396,6 @@ fn helps<'k>(keys: impl Iterator<Item = &'k Key>) -> Vec<&'static str> {
     keys.filter_map(|key| if let Need::OneOf(help) = key.need { Some(help) } else { None }).collect()
 }
 
-/// What each driver moves.
 fn driver_targets() -> String {
     let target = |key: &Key| match key.form {
         Form::Bodies => format!("`{}` (two bodies)", key.name),

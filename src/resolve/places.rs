@@ -124,7 +124,6 @@ impl Resolver<'_> {
         Some(body)
     }
 
-    /// Two points of different bodies.
     pub(super) fn places(&mut self, between: &[Text; 2], user: &str) -> Option<[Place; 2]> {
         let (first, second) = (self.place(&between[0], user), self.place(&between[1], user));
         let (first, second) = (first?, second?);
@@ -132,7 +131,6 @@ impl Resolver<'_> {
         Some([first, second])
     }
 
-    /// Two different bodies.
     pub(super) fn body_pair(&mut self, between: &[Text; 2], user: &str) -> Option<[Option<BodyId>; 2]> {
         let (first, second) = (self.body(&between[0], user), self.body(&between[1], user));
         let (first, second) = (first?, second?);
@@ -167,7 +165,6 @@ impl Resolver<'_> {
         None
     }
 
-    /// A point that can move.
     pub(super) fn moving_place(&mut self, name: &Text, user: &str) -> Option<Place> {
         let place = self.place(name, user)?;
         if place.body().is_none() {

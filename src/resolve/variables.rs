@@ -21,7 +21,6 @@ pub(super) const POINT: &[Quantity] = &[X, Y, Vx, Vy, Ax, Ay];
 pub(super) const ENERGIES: &[Quantity] = &[KineticEnergy, PotentialEnergy, TotalEnergy];
 pub(super) const RESIDUALS: &[Quantity] = &[PositionResidual, VelocityResidual];
 
-/// What a part is called, and its variables.
 pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
     let facts = part.component(section)?.facts();
     Some((facts.words(), facts.variables.iter().copied().chain([Power]).collect()))

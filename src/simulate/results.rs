@@ -11,14 +11,12 @@ use crate::diagnostic::Faults;
 use crate::output::csv::Writer;
 use crate::scene::Scene;
 
-/// Variables over time, in SI units.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Results {
     times: Vec<f64>,
     columns: Vec<Column>,
 }
 
-/// One variable over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// The variable's name, such as `rod.angle`.
@@ -29,10 +27,8 @@ pub struct Column {
     pub values: Vec<f64>,
 }
 
-/// Why there are no results.
 #[derive(Debug, thiserror::Error)]
 pub enum SimulateError {
-    /// The scene is at fault.
     #[error(transparent)]
     Scene(#[from] Faults),
     /// The motion cannot be found or continued.
@@ -51,7 +47,6 @@ impl Results {
         &self.columns
     }
 
-    /// The variable of that name.
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|column| column.name == name)
     }

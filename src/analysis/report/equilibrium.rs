@@ -11,36 +11,28 @@ use crate::mechanism::{BodyId, Dimension, Formula, Mechanism, Owner, Place, Quan
 /// Groups are not magnified below this [m, rad, N, N.m].
 const LEAST: f64 = 1e-6;
 
-/// Everything about an equilibrium.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statics {
-    /// The scene's name.
     pub name: String,
     /// When drivers and loads were read \[s\].
     pub time: f64,
-    /// What a small disturbance does.
     pub stability: Stability,
     /// Was it judged by the linearised motion, or by stiffness alone?
     pub by_motion: bool,
     /// Eigenvalues of the projected stiffness \[J\].
     pub stiffness: Vec<f64>,
-    /// Values, by groups.
     pub groups: Vec<Group>,
     /// A body whose missing mass keeps the reactions unknown.
     pub weightless: Option<String>,
 }
 
-/// Values of one kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
-    /// What they are.
     pub title: &'static str,
-    /// Name, value and unit.
     pub values: Vec<(String, f64, &'static str)>,
 }
 
 impl Statics {
-    /// Evaluates everything at an equilibrium.
     pub fn new(formulated: &mut Formulated, equilibrium: &Equilibrium) -> Self {
         let mechanism = formulated.equations.system.mechanism;
         let mut reader = Reader { formulated, point: &equilibrium.point };
@@ -63,7 +55,6 @@ impl Statics {
         }
     }
 
-    /// The value of a name.
     pub fn value(&self, name: &str) -> Option<f64> {
         let mut values = self.groups.iter().flat_map(|group| &group.values);
         values.find(|(known, ..)| known == name).map(|(_, value, _)| *value)

@@ -6,12 +6,9 @@ use serde_json::{Value, json};
 use super::{Report, align, largest, number};
 use crate::analysis::{Signal, StateSpace};
 
-/// Linear systems of one mechanism.
 #[derive(Clone, Debug)]
 pub struct Linearization {
-    /// The scene's name.
     pub name: String,
-    /// One for each point.
     pub points: Vec<StateSpace>,
 }
 

@@ -10,25 +10,17 @@ pub use modes::Vibration;
 
 use serde_json::Value;
 
-/// How results are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Style {
-    /// A table for people.
     #[default]
     Text,
-    /// One JSON object.
     Json,
-    /// Comma-separated lines, one value each.
     Csv,
 }
 
-/// A result that can be written in every style.
 pub trait Report {
-    /// For people.
     fn text(&self) -> String;
-    /// For scripts.
     fn json(&self) -> Value;
-    /// For spreadsheets.
     fn csv(&self) -> String;
 
     /// In a style; ends with a line break.

@@ -8,18 +8,14 @@ use crate::analysis::Mode;
 /// Parts of a shape below this do not show in the table.
 const STILL: f64 = 1e-9;
 
-/// The modes of a mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vibration {
-    /// The scene's name.
     pub name: String,
     /// What about \[s\]: the time, and whether the mechanism is at rest.
     pub time: f64,
     /// At rest, or frozen in its motion?
     pub resting: bool,
-    /// Names of all branch coordinates.
     pub coordinates: Vec<String>,
-    /// Slowest first.
     pub modes: Vec<Mode>,
 }
 
@@ -58,7 +54,6 @@ fn part(value: nalgebra::Complex<f64>) -> String {
     }
 }
 
-/// What a mode does, in words.
 fn kind(mode: &Mode) -> &'static str {
     match (mode.is_free(), mode.damping_ratio()) {
         (true, _) => "free motion",

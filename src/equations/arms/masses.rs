@@ -38,7 +38,6 @@ impl Equations<'_> {
         Ok(turning)
     }
 
-    /// Inertia of frames, and masses between arms.
     pub(super) fn masses(&mut self, arms: &mut ArmEquations) -> Result<(), Reason> {
         for index in 0..self.system.mechanism.bodies.len() {
             let body = BodyId(index);

@@ -41,7 +41,6 @@ impl Equations<'_> {
         (frame, along.parts().next().map_or([Expr::ZERO; 2], |(_, components)| components))
     }
 
-    /// offset - sum of factor x across.
     fn coupled_row(&mut self, constraint: usize, coupling: &Coupling, arms: &mut ArmEquations) -> Result<(), Reason> {
         let mut row = Row { constraint, constant: vec![coupling.offset], ..Row::default() };
         for term in &coupling.terms {
@@ -122,7 +121,6 @@ impl Equations<'_> {
         first
     }
 
-    /// Both components of a gap are zero.
     fn vanishes(&mut self, constraint: usize, gap: Arms, arms: &mut ArmEquations) {
         for axis in [[Expr::ONE, Expr::ZERO], [Expr::ZERO, Expr::ONE]] {
             arms.rows.push(projected_row(&mut self.system.arena, constraint, gap.clone(), axis));

@@ -31,7 +31,6 @@ pub type FirstCoordinate = BTreeMap<ElementId, usize>;
 /// Motion of every node of both graphs, in terms of the branch coordinates.
 #[derive(Clone, Debug)]
 pub struct Kinematics {
-    /// Independent angles.
     pub frames: Frames,
     angles: Vec<ScalarMotion>,
     /// For each rotational node its frame, and the constant angle from the frame to the body.
@@ -43,7 +42,6 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// Walks both trees.
     pub fn new(
         system: &mut System,
         translation: &Topology<Translation>,
@@ -72,7 +70,6 @@ impl Kinematics {
         kinematics
     }
 
-    /// Motion of a node of the translational graph.
     pub fn node(&self, arena: &mut Arena, node: TNode) -> Motion {
         self.relative(arena, TNode::DATUM, node)
     }
@@ -84,7 +81,6 @@ impl Kinematics {
         Motion::between(arena, &from, &to)
     }
 
-    /// Angle of a body, or of the ground.
     pub fn angle(&self, node: RNode) -> &ScalarMotion {
         &self.angles[node.index()]
     }

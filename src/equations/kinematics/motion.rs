@@ -8,7 +8,6 @@ use crate::expr::{Arena, Expr, Order, Symbol};
 /// Position, velocity and acceleration of a point, or across an element.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// r
     pub position: Vector,
     /// v, linear in the rates.
     pub velocity: Form<Vector>,
@@ -25,7 +24,6 @@ impl Motion {
         self.acceleration.accumulate(arena, factor, &other.acceleration);
     }
 
-    /// to - from
     pub fn between(arena: &mut Arena, from: &Motion, to: &Motion) -> Motion {
         let mut motion = to.clone();
         let minus = arena.constant(-1.0);
@@ -37,11 +35,8 @@ impl Motion {
 /// An angle or a displacement along an axis, with its derivatives as linear forms.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScalarMotion {
-    /// Value.
     pub position: Form<Expr>,
-    /// Linear in the rates.
     pub velocity: Form<Expr>,
-    /// Linear in the accelerations.
     pub acceleration: Form<Expr>,
 }
 

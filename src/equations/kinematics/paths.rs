@@ -13,9 +13,7 @@ pub(super) const DEEP: usize = 30;
 #[derive(Clone, Debug)]
 pub(super) struct Step {
     pub(super) parent: TNode,
-    /// Branches between the node and the datum.
     pub(super) depth: usize,
-    /// Displacements on the path from the datum.
     pub(super) slides: usize,
     /// How often the path from the datum changes to another turning frame, and the frame it comes in.
     pub(super) angles: usize,

@@ -46,7 +46,6 @@ impl Kinematics {
         }
     }
 
-    /// A vector fixed in a body.
     pub fn fixed(&self, system: &mut System, body: Option<BodyId>, at: [Expr; 2]) -> Motion {
         let unit = ScalarMotion::constant(&mut system.arena, Expr::ONE);
         self.along(system, body, at, &unit)

@@ -39,7 +39,6 @@ impl Kinematics {
         sum
     }
 
-    /// A total that has been asked for before.
     pub fn known_total(&self, node: TNode, order: Order) -> Option<[Expr; 2]> {
         self.totals[node.index()].0[order as usize]
     }

@@ -36,21 +36,16 @@ const GAIN: f64 = 0.03;
 const STAGES: f64 = 12.0;
 /// A step by series is about as long as two explicit steps.
 const STEPS_OF_A_SERIES: f64 = 2.0;
-/// With more bodies there is no search.
 pub const LARGEST: usize = 40;
 
-/// What the search found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
     /// How many pairs of trees were formulated, the recommended one included.
     pub counted: usize,
-    /// What the recommended trees cost.
     pub recommended: Effort,
-    /// What the chosen trees cost.
     pub chosen: Effort,
 }
 
-/// What one evaluation of the motion takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effort {
     /// Of a kinematic model: the cubes of the sizes of the systems that must be solved one after another, in all.
@@ -61,7 +56,6 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// The effort of a formulated mechanism.
     pub fn of(formulated: &Formulated) -> Effort {
         let program = &formulated.lowered.program;
         let nanoseconds = |tape| Cost::of(tape).nanoseconds();
@@ -129,12 +123,10 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
     Ok(formulated)
 }
 
-/// A search under way.
 struct Exploration<'s, 'm> {
     system: &'s System<'m>,
     /// Where the mechanism starts, whatever the trees.
     first: Start,
-    /// Trees that were formulated.
     seen: HashSet<Vec<ElementId>>,
     counted: usize,
     best: Option<(Effort, Box<Formulated<'m>>)>,
@@ -227,7 +219,6 @@ fn neighbours(system: &System, trees: &Trees) -> impl Iterator<Item = Trees> {
     trees.exchanges(system).into_iter().filter(alike).map(|pair| trees.exchanged(system, pair))
 }
 
-/// What tells two translational trees apart.
 fn branches(trees: &Trees) -> Vec<ElementId> {
     let sorted: BTreeSet<ElementId> = trees.translation.branches.iter().copied().collect();
     sorted.into_iter().collect()

@@ -4,17 +4,14 @@ use std::time::{Duration, Instant};
 
 /// Does this platform measure the processor time of a thread? Otherwise it is wall time.
 const OF_THE_THREAD: bool = cfg!(any(target_os = "linux", target_os = "macos"));
-/// What is measured.
 pub(crate) const NAME: &str = if OF_THE_THREAD { "processor time" } else { "wall time" };
 
-/// Both clocks at the same time.
 #[derive(Clone, Copy)]
 pub(crate) struct Clock {
     processor: Duration,
     wall: Instant,
 }
 
-/// What has passed since a reading.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Elapsed {
     pub processor: Duration,

@@ -8,7 +8,6 @@ const WIDTH: f64 = 720.0;
 const AXES: Frame = Frame { x: 84.0, y: 52.0, width: 600.0, height: 360.0 };
 /// Below the axes [px].
 const BOTTOM: f64 = 52.0;
-/// Colours of the methods, in their order.
 const COLOURS: [&str; 4] = ["#1f2933", "#2f6cab", "#b4532a", "#3f7d4e"];
 
 impl Bench {

@@ -29,22 +29,17 @@ const KEPT: f64 = 1e-8;
 /// A thread that has less than this share of a processor is on a busy machine.
 const BUSY: f64 = 0.9;
 
-/// Speed and error of a model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bench {
-    /// The scene's name.
     pub name: String,
     /// When the measurement starts and ends \[s\].
     pub span: [f64; 2],
-    /// What counts as exact.
     pub reference: Reference,
-    /// At how many times results are compared.
     pub points: usize,
     /// What the clock measures: processor time of the thread, or wall time where the platform does not tell.
     pub clock: &'static str,
     /// The share of a processor that the measured thread had.
     pub share: f64,
-    /// Does the motion keep its energy?
     pub energy_kept: bool,
     /// One for each method and tolerance, methods together.
     pub runs: Vec<Run>,
@@ -57,7 +52,6 @@ pub struct Run {
     pub method: &'static str,
     /// Relative tolerance.
     pub tolerance: f64,
-    /// The rest, or why there is none.
     #[serde(flatten, serialize_with = "flat")]
     pub result: Result<Measured, String>,
 }
@@ -81,7 +75,6 @@ fn flat<S: Serializer>(result: &Result<Measured, String>, serializer: S) -> Resu
     }
 }
 
-/// What a run costs and how good it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Measured {
     /// Time of the fastest of several repetitions, initialisation and outputs left out \[s\]; null if one of them failed.
@@ -90,15 +83,11 @@ pub struct Measured {
     pub error: f64,
     /// Is the error clearly above that of the reference?
     pub resolved: bool,
-    /// Accepted steps.
     pub steps: u64,
-    /// Rejected steps.
     pub rejected: u64,
     /// Evaluations of the accelerations, or series of the motion.
     pub evaluations: u64,
-    /// Factorisations of the implicit method.
     pub factorisations: u64,
-    /// Jacobians of the implicit method.
     pub jacobians: u64,
     /// Largest residual of the loop equations at the compared times, relative to their scales.
     pub constraint_residual: f64,

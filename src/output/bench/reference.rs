@@ -14,7 +14,6 @@ const CONFIRMED: f64 = 1e-6;
 /// A converged run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reference {
-    /// Its method.
     pub method: &'static str,
     /// Its tolerance.
     pub tolerance: f64,
@@ -26,18 +25,14 @@ pub struct Reference {
     pub confirmed: bool,
 }
 
-/// A run of another method.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Its method.
     pub method: &'static str,
     /// Its tolerance.
     pub tolerance: f64,
-    /// Distance from the reference.
     pub distance: f64,
 }
 
-/// The finest run of a method that ends in time.
 struct Converged {
     method: &'static str,
     engine: Option<Engine>,
@@ -73,7 +68,6 @@ pub(super) fn find(subject: &Subject, methods: &[Method]) -> Result<(Vec<f64>, F
     Ok((times, found, Reference { method, tolerance, error, other: Some(other), confirmed }))
 }
 
-/// Where the model by itself moves.
 fn times(subject: &Subject) -> Result<Vec<f64>, String> {
     let mut problem = TOO_LONG.to_owned();
     for tolerance in [1e-9, 1e-6, 1e-4] {

@@ -22,36 +22,28 @@ const MOST_POINTS: usize = 8192;
 const LONG_ENOUGH: Duration = Duration::from_millis(20);
 /// What is wrong with a run that costs more than it may.
 pub(crate) const TOO_LONG: &str = "it takes too long";
-/// The name of the system's energy.
 const ENERGY: &str = "energy.total";
 
-/// How much work a run may be, in operations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Budget {
-    /// One of many.
     Run,
-    /// One that others are compared with.
     Reference,
 }
 
-/// What is measured.
 pub(crate) struct Subject<'a> {
     pub model: &'a Arc<Model>,
     pub variables: &'a [usize],
     pub experiment: Experiment,
 }
 
-/// What a run finds.
 pub(crate) struct Found {
     pub trajectory: Trajectory,
     energy: Vec<f64>,
-    /// Largest residual of the loop equations.
     pub residual: f64,
     pub statistics: Statistics,
 }
 
 impl Subject<'_> {
-    /// Moves the model through the experiment.
     pub fn run(&self, engine: Option<Engine>, tolerance: f64, budget: Budget, times: &[f64]) -> Result<Found, String> {
         let cost = self.model.program().tapes.acceleration.instructions.len().max(1) as u64;
         let most = if budget == Budget::Run { 300_000_000 } else { 2_000_000_000 } / cost;
@@ -125,7 +117,6 @@ impl Subject<'_> {
         Ok(times)
     }
 
-    /// From start to stop in equal distances.
     pub fn even(&self, count: usize) -> Vec<f64> {
         let Experiment { start, stop, .. } = self.experiment;
         let at = |point: usize| start + (stop - start) * point as f64 / count as f64;

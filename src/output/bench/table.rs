@@ -57,12 +57,10 @@ fn write_reference(f: &mut fmt::Formatter<'_>, reference: &Reference) -> fmt::Re
     Ok(())
 }
 
-/// A small number by its power of ten.
 fn power(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.0e}") }
 }
 
-/// An error in words.
 fn about(error: f64) -> String {
     if error == 0.0 { "below rounding".to_owned() } else { format!("about {error:.0e}") }
 }

@@ -3,7 +3,6 @@
 /// A variable that stays below this [SI units] is compared by its absolute error.
 const SMALL: f64 = 1e-6;
 
-/// The motion at some times.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Trajectory {
     /// One row for each variable, with a value for each time.

@@ -22,7 +22,6 @@ const SYNTAX: Syntax = Syntax {
     place: |[row, column], columns| format!("[{}]", row * columns.unwrap_or(1) + column),
 };
 
-/// Functions over arrays, matrices by rows.
 #[derive(Clone, Copy, Debug)]
 pub struct C;
 

@@ -5,7 +5,6 @@ use std::fmt::Write;
 use super::syntax::Syntax;
 use super::{Function, Kinematics, Language, Sizes, Step, wrapped};
 
-/// The small functions that Fortran lacks.
 const HELPERS: &str = "
   pure subroutine sine_cosine(x, sine, cosine)
     real(real64), intent(in) :: x

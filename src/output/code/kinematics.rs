@@ -2,12 +2,9 @@
 
 use super::Sizes;
 
-/// What the templates are filled with.
 #[derive(Clone, Copy, Debug)]
 pub struct Kinematics<'a> {
-    /// The model's name.
     pub name: &'a str,
-    /// Sizes of the arrays.
     pub sizes: Sizes,
     /// The loop equations that determine the motion: as many as there are coordinates.
     pub rows: &'a [usize],

@@ -27,24 +27,16 @@ pub trait Language {
     fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String;
     /// The velocities and accelerations of a model whose motion the drivers prescribe.
     fn kinematics(&self, model: &Kinematics) -> String;
-    /// What comes last.
     fn end(&self, name: &str) -> String;
 }
 
-/// How many there are of each kind.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizes {
-    /// Parameters.
     pub parameters: usize,
-    /// Inputs.
     pub inputs: usize,
-    /// Drivers that integrate an input.
     pub followers: usize,
-    /// Coordinates, n.
     pub coordinates: usize,
-    /// Loop equations, m.
     pub constraints: usize,
-    /// Slides that are no coordinates.
     pub slides: usize,
     /// Reactions of all joints and efforts of all drivers.
     pub efforts: usize,
@@ -53,9 +45,7 @@ pub struct Sizes {
 /// A function: its name, what it is for, and its results.
 #[derive(Clone, Debug)]
 pub struct Function {
-    /// Its name.
     pub name: String,
-    /// What it is for, in a line or two.
     pub about: String,
     /// Is it given accelerations and reactions, behind the rates?
     pub knows_motion: bool,
@@ -63,7 +53,6 @@ pub struct Function {
     pub outputs: &'static [Output],
 }
 
-/// An array of results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
     /// \[M\]
@@ -78,9 +67,7 @@ pub enum Output {
     TimeRate,
     /// gamma
     Gamma,
-    /// Accelerations.
     Acceleration,
-    /// Reactions.
     Reaction,
     /// Displacements of the slides that are no coordinates.
     Slide,
@@ -103,14 +90,10 @@ pub enum Step {
     Store(Output, [usize; 2], Operand),
 }
 
-/// What a line reads.
 #[derive(Clone, Copy, Debug)]
 pub enum Operand {
-    /// A number.
     Number(f64),
-    /// An argument of the function.
     Symbol(Symbol),
-    /// The result of an earlier line.
     Result(usize),
 }
 
@@ -139,12 +122,10 @@ impl Output {
         }
     }
 
-    /// Is it a matrix?
     pub fn is_matrix(self) -> bool {
         matches!(self, Output::Mass | Output::Jacobian)
     }
 
-    /// Its name where upper and lower case differ.
     pub fn name(self) -> &'static str {
         match self {
             Output::Mass => "M",
@@ -201,7 +182,6 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
     text
 }
 
-/// Results that are columns.
 fn column<'a>(output: Output, exprs: impl IntoIterator<Item = &'a Expr>) -> Vec<(Output, [usize; 2], Expr)> {
     exprs.into_iter().enumerate().map(|(row, &expr)| (output, [row, 0], expr)).collect()
 }
@@ -212,7 +192,6 @@ fn list(entries: &[Entry]) -> String {
 
 /// Writes functions of one model in one language.
 struct Writer<'a> {
-    /// Of the model.
     name: &'a str,
     arena: &'a Arena,
     /// The loop equations that say something: their reactions are numbered in this order.
@@ -281,7 +260,6 @@ impl Writer<'_> {
     }
 }
 
-/// Dense results, zeros included.
 fn matrices(equations: &mut Equations) -> Vec<(Output, [usize; 2], Expr)> {
     let n = equations.coordinates.len();
     let mut results = Vec::new();
@@ -345,7 +323,6 @@ fn steps(arena: &Arena, loops: &[usize], results: &[(Output, [usize; 2], Expr)])
     steps
 }
 
-/// What the arguments are, line by line.
 fn legend(equations: &Equations) -> Vec<String> {
     let system = &equations.system;
     let list = |title: &str, names: Vec<String>| (!names.is_empty()).then(|| format!("{title}: {}", names.join(", ")));

@@ -5,7 +5,6 @@ use std::fmt::Write;
 use super::syntax::Syntax;
 use super::{Function, Kinematics, Language, Sizes, Step, wrapped};
 
-/// The small functions that numpy lacks.
 const PRELUDE: &str = "import numpy as np
 
 
@@ -31,7 +30,6 @@ const SYNTAX: Syntax = Syntax {
     },
 };
 
-/// Functions that return numpy arrays.
 #[derive(Clone, Copy, Debug)]
 pub struct Python;
 

@@ -6,7 +6,6 @@ use crate::expr::Symbol;
 /// How a language writes lines of straight-line code. In its patterns `{x}` is a result, `{v}` a value and `{a}`, `{b}`, `{c}` operands.
 #[derive(Debug)]
 pub struct Syntax {
-    /// Its column in the table of functions.
     pub column: usize,
     /// `{x} = {v}`
     pub assign: &'static str,
@@ -18,25 +17,20 @@ pub struct Syntax {
     pub sine_cosine: &'static str,
     /// The call of a function `{f}` with its arguments; `{a}` is the first of them and `{b}` the others.
     pub call: &'static str,
-    /// Not a number, infinity and minus infinity.
     pub special: [&'static str; 3],
-    /// Behind a number.
     pub suffix: &'static str,
     /// Do negative numbers stand in parentheses?
     pub parentheses: bool,
-    /// Arrays with other names here.
     pub renamed: &'static [(&'static str, &'static str)],
     /// The place of an entry in a vector, or in a matrix with so many columns.
     pub place: fn([usize; 2], Option<usize>) -> String,
 }
 
 impl Syntax {
-    /// The name of an array.
     pub fn array<'n>(&self, name: &'n str) -> &'n str {
         self.renamed.iter().find(|(own, _)| *own == name).map_or(name, |(_, renamed)| renamed)
     }
 
-    /// Lines of code, one step on each.
     pub fn lines(&self, steps: &[Step], sizes: &Sizes) -> String {
         steps.iter().map(|step| self.line(step, sizes)).collect()
     }
@@ -61,7 +55,6 @@ impl Syntax {
         }
     }
 
-    /// A pattern with operands in their places.
     fn filled(&self, pattern: &str, operands: &[Operand]) -> String {
         let operands: Vec<String> = operands.iter().map(|&operand| self.operand(operand)).collect();
         let places: Vec<(&str, &str)> =
@@ -103,13 +96,11 @@ impl Syntax {
     }
 }
 
-/// A pattern with texts in the place of marks.
 fn fill(pattern: &str, places: &[(&str, &str)]) -> String {
     places.iter().fold(pattern.to_owned(), |text, (mark, written)| text.replace(mark, written))
 }
 
 impl Output {
-    /// Its shape as a comment shows it.
     pub fn described(self, sizes: &Sizes) -> String {
         let [rows, columns] = self.shape(sizes);
         if self.is_matrix() { format!("{} {rows} x {columns}", self.name()) } else { format!("{} {rows}", self.name()) }

@@ -14,7 +14,6 @@ pub struct Writer<W> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes the header.
     pub fn new<'a>(mut out: W, names: impl IntoIterator<Item = &'a str>) -> io::Result<Self> {
         write!(out, "time")?;
         for name in names {
@@ -33,7 +32,6 @@ impl<W: Write> Writer<W> {
         writeln!(self.out)
     }
 
-    /// Flushes, and gives back what was written to.
     pub fn finish(mut self) -> io::Result<W> {
         self.out.flush()?;
         Ok(self.out)

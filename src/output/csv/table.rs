@@ -1,6 +1,5 @@
 //! Values over time, read from a file.
 
-/// Columns over time, linear in between.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     names: Vec<String>,
@@ -12,11 +11,8 @@ pub struct Table {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("line {line}, column {column}: {message}")]
 pub struct TableError {
-    /// Line of the file.
     pub line: usize,
-    /// Field of the line.
     pub column: usize,
-    /// What is wrong and what to do.
     pub message: String,
 }
 
@@ -46,7 +42,6 @@ impl Table {
         &self.names
     }
 
-    /// The times of the rows.
     pub fn times(&self) -> &[f64] {
         &self.time
     }

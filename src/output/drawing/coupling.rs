@@ -8,41 +8,28 @@ use super::symbols;
 use super::view::View;
 use crate::output::svg::{Pixel, Svg, number, polyline};
 
-/// A coupling and where it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupling {
-    /// The user's name.
     pub name: String,
-    /// What is drawn.
     pub kind: CouplingKind,
 }
 
-/// What is drawn for a coupling.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CouplingKind {
     /// Two toothed wheels whose pitch circles touch; one of them is a ring if it holds the other's centre.
     Gears([Wheel; 2]),
-    /// Two smooth wheels with a band around them.
     Band {
-        /// The wheels.
         wheels: [Wheel; 2],
-        /// Does the band cross between them?
         crossed: bool,
     },
-    /// A toothed wheel on a toothed bar.
     Rack {
-        /// The wheel.
         pinion: Wheel,
         /// The body of the bar; `None` is the ground.
         bar: Option<usize>,
-        /// The point of the bar that the coupling moves.
         at: [f64; 2],
-        /// From the pinion's centre to the pitch line.
         foot: [f64; 2],
     },
-    /// A disc on a line.
     Rolling {
-        /// The disc.
         disc: Wheel,
         /// The disc's angle \[rad\].
         angle: f64,
@@ -53,28 +40,23 @@ pub enum CouplingKind {
         /// The line's direction; the disc is on its left.
         axis: [f64; 2],
     },
-    /// A massless rod between two points.
     Link([[f64; 2]; 2]),
 }
 
-/// A circle of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wheel {
     /// Index of the body; `None` is the ground.
     pub body: Option<usize>,
-    /// Its centre.
     pub centre: [f64; 2],
     /// Its radius; of the pitch circle if it is toothed.
     pub radius: f64,
 }
 
 impl Coupling {
-    /// Can it be drawn at all?
     pub fn is_finite(&self) -> bool {
         self.corners().iter().flatten().all(|x| x.is_finite())
     }
 
-    /// Points that the picture must reach.
     pub fn corners(&self) -> Vec<[f64; 2]> {
         match &self.kind {
             CouplingKind::Gears(wheels) | CouplingKind::Band { wheels, .. } => {
@@ -127,7 +109,6 @@ impl Coupling {
         }
     }
 
-    /// Draws what lies before the bodies.
     pub fn draw_front(&self, view: &View, svg: &mut Svg) {
         if let CouplingKind::Link(ends) = &self.kind {
             symbols::link(svg, view, ends.map(|end| view.pixel(end)));
@@ -179,7 +160,6 @@ impl Teeth {
         1.8 * radius / self.count
     }
 
-    /// The flanks as straight lines.
     fn outline(&self, centre: Pixel, radius: f64) -> String {
         let side = if self.inside { -1.0 } else { 1.0 };
         let (tip, root) = (radius + side * self.height(radius), radius - 1.1 * side * self.height(radius));
@@ -197,7 +177,6 @@ fn direction(angle: f64) -> Pixel {
     [angle.cos(), -angle.sin()]
 }
 
-/// A circle as path data.
 fn circle([x, y]: Pixel, radius: f64) -> String {
     let ([left, right, y], r) = ([x - radius, x + radius, y].map(number), number(radius));
     format!("M{left} {y}A{r} {r} 0 1 0 {right} {y}A{r} {r} 0 1 0 {left} {y}Z")
@@ -327,7 +306,6 @@ mod tests {
         (View::fit(&drawing), drawing.svg())
     }
 
-    /// The corners of every toothed outline.
     fn outlines(svg: &str) -> Vec<Vec<Pixel>> {
         let paths = svg.split("<path d=\"M").skip(1).filter_map(|rest| rest.split_once('Z').map(|(path, _)| path));
         let corner = |text: &str| -> Option<Pixel> {

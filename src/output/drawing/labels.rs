@@ -3,12 +3,10 @@
 use super::shapes::{along, difference, norm};
 use crate::output::svg::{Frame, Pixel, Svg, text_width};
 
-/// A name that wants to stand near a point.
 #[derive(Clone, Debug)]
 struct Label {
     text: String,
     anchor: Pixel,
-    /// How far from the anchor it must stay.
     clearance: f64,
     size: f64,
     style: String,
@@ -23,22 +21,18 @@ pub struct Labels {
 }
 
 impl Labels {
-    /// Names a body.
     pub fn body(&mut self, name: &str, anchor: Pixel, pin: f64, colour: &str) {
         self.add(name, anchor, 1.7 * pin, 13.5, format!(r#"fill="{colour}" font-weight="600""#));
     }
 
-    /// Names a joint.
     pub fn joint(&mut self, name: &str, anchor: Pixel, clearance: f64) {
         self.add(name, anchor, clearance, 11.0, r##"fill="#5b6673""##.to_owned());
     }
 
-    /// Names a load.
     pub fn load(&mut self, name: &str, anchor: Pixel, clearance: f64, colour: &str) {
         self.add(name, anchor, clearance, 11.5, format!(r#"fill="{colour}" font-style="italic""#));
     }
 
-    /// Keeps names away from a symbol.
     pub fn cover(&mut self, at: Pixel, radius: f64) {
         let frame = Frame { x: at[0] - radius, y: at[1] - radius, width: 2.0 * radius, height: 2.0 * radius };
         self.obstacles.push((frame, 3.0));
@@ -58,7 +52,6 @@ impl Labels {
         }
     }
 
-    /// Writes every name, the bodies' first.
     pub fn place(&mut self, svg: &mut Svg) {
         let mut waiting = std::mem::take(&mut self.waiting);
         waiting.sort_by(|a, b| b.size.total_cmp(&a.size));
@@ -76,7 +69,6 @@ impl Labels {
         }
     }
 
-    /// The box around everything.
     pub fn frame(&self, margin: f64) -> Frame {
         let frames = || self.placed.iter().chain(self.obstacles.iter().map(|(frame, _)| frame));
         let low = |pick: fn(&Frame) -> f64| frames().map(pick).reduce(f64::min).unwrap_or(0.0) - margin;

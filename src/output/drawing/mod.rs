@@ -19,43 +19,29 @@ use view::View;
 /// What is drawn, in the world \[m\]. What has a coordinate that is not finite is left out.
 #[derive(Clone, Debug, Default)]
 pub struct Drawing {
-    /// The scene's name.
     pub title: String,
-    /// The bodies.
     pub bodies: Vec<Body>,
     /// Points of the ground that something is fixed to.
     pub ground: Vec<[f64; 2]>,
-    /// The joints.
     pub joints: Vec<Joint>,
-    /// Gears, racks, rolling discs and links.
     pub couplings: Vec<Coupling>,
-    /// Springs and actuators between two points.
     pub springs: Vec<Spring>,
-    /// Forces.
     pub forces: Vec<Force>,
-    /// Torques, torsion springs and motors.
     pub turns: Vec<Turn>,
-    /// Points that a driver leads.
     pub targets: Vec<Target>,
 }
 
-/// A body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// The user's name.
     pub name: String,
-    /// Its points.
     pub points: Vec<[f64; 2]>,
-    /// Its mass centre.
     pub centre: [f64; 2],
 }
 
-/// A joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// The user's name; empty for one that is drawn but not there.
     pub name: String,
-    /// What it permits.
     pub kind: Hold,
     /// Indices of the bodies; `None` is the ground.
     pub between: [Option<usize>; 2],
@@ -63,62 +49,47 @@ pub struct Joint {
     pub at: [[f64; 2]; 2],
 }
 
-/// How a joint holds the points together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hold {
-    /// Turning.
     Pin,
-    /// Sliding along this direction in the world.
     Slider([f64; 2]),
     /// Sliding along this direction in the world, and turning.
     Slot([f64; 2]),
-    /// No motion.
     Fixed,
 }
 
 /// A sign along the line between two points, such as a spring.
 #[derive(Clone, Debug)]
 pub struct Spring {
-    /// The user's name.
     pub name: String,
     /// Indices of the bodies; `None` is the ground.
     pub between: [Option<usize>; 2],
-    /// Its ends.
     pub ends: [[f64; 2]; 2],
-    /// Its strokes.
     pub(crate) glyph: Glyph,
 }
 
-/// A force.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Force {
-    /// The user's name.
     pub name: String,
     /// Index of the body; `None` is the ground.
     pub on: Option<usize>,
-    /// The point it acts on.
     pub at: [f64; 2],
     /// Its direction in the world; the length is not looked at.
     pub direction: [f64; 2],
 }
 
-/// Something that turns a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turn {
-    /// The user's name.
     pub name: String,
     /// Where to draw it: the joint, or the mass centre.
     pub at: [f64; 2],
 }
 
-/// A point whose position is prescribed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
-    /// The driver's name.
     pub name: String,
     /// Index of the body; `None` is the ground.
     pub on: Option<usize>,
-    /// Where the point is.
     pub at: [f64; 2],
     /// Where it goes from there, if it moves; the length is not looked at.
     pub direction: Option<[f64; 2]>,
@@ -128,7 +99,6 @@ pub struct Target {
 const MARGIN: f64 = 20.0;
 
 impl Drawing {
-    /// The picture, self-contained.
     pub fn svg(&self) -> String {
         let (svg, frame) = self.picture();
         svg.finish(frame, &self.title)

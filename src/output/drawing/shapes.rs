@@ -2,7 +2,6 @@
 
 use crate::output::svg::Pixel;
 
-/// b - a
 pub fn difference(b: Pixel, a: Pixel) -> Pixel {
     [b[0] - a[0], b[1] - a[1]]
 }
@@ -12,7 +11,6 @@ pub fn along(a: Pixel, s: f64, b: Pixel) -> Pixel {
     [a[0] + s * b[0], a[1] + s * b[1]]
 }
 
-/// Length.
 pub fn norm([x, y]: Pixel) -> f64 {
     x.hypot(y)
 }
@@ -23,19 +21,16 @@ pub fn unit(a: Pixel) -> Pixel {
     if length > 0.0 { [a[0] / length, a[1] / length] } else { [1.0, 0.0] }
 }
 
-/// Turned by a right angle.
 pub fn normal([x, y]: Pixel) -> Pixel {
     [-y, x]
 }
 
-/// The mean of some points.
 pub fn middle(points: &[Pixel]) -> Pixel {
     let count = points.len().max(1) as f64;
     let sum = points.iter().fold([0.0, 0.0], |sum, &point| along(sum, 1.0, point));
     sum.map(|x| x / count)
 }
 
-/// Diagonal of the box around the points.
 pub fn extent(points: &[Pixel]) -> f64 {
     let span = |axis: usize| {
         let values = points.iter().map(|point| point[axis]);

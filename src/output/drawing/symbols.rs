@@ -6,16 +6,11 @@ use super::{Hold, Joint};
 use crate::component::Glyph;
 use crate::output::svg::{Pixel, Svg, number, polyline};
 
-/// Colour of springs and actuators.
 pub const SPRING: &str = "#3d7a4a";
-/// Colour of forces and torques.
 pub const FORCE: &str = "#c0392b";
-/// Outlines of pins and ground.
 pub const INK: &str = "#2b333d";
-/// Body of the ground.
 pub const GROUND: &str = "#dfe3e8";
 
-/// Fill and outline of the bodies, in turn.
 const COLOURS: [(&str, &str); 8] = [
     ("#cfe1f6", "#2f6cab"),
     ("#fcdfc2", "#c06a1c"),
@@ -27,7 +22,6 @@ const COLOURS: [(&str, &str); 8] = [
     ("#e2dcd6", "#75604c"),
 ];
 
-/// Fill and outline of a body.
 pub fn colour(body: usize) -> (&'static str, &'static str) {
     COLOURS[body % COLOURS.len()]
 }
@@ -56,12 +50,10 @@ pub fn body(svg: &mut Svg, view: &View, index: usize, outline: &[Pixel], block: 
     }
 }
 
-/// Half length of a slider block.
 pub fn block_length(view: &View) -> f64 {
     3.7 * view.pin
 }
 
-/// Half height of a slider block.
 fn block_height(view: &View) -> f64 {
     2.3 * view.pin
 }
@@ -83,13 +75,11 @@ pub fn centre(svg: &mut Svg, view: &View, index: usize, at: Pixel) {
     svg.path(&quarter(&format!("v{r}a{r} {r} 0 0 1 -{r} -{r}")), &format!(r#"fill="{edge}""#));
 }
 
-/// A revolute joint.
 pub fn pin(svg: &mut Svg, view: &View, at: Pixel) {
     svg.circle(at, 0.85 * view.pin, &format!(r##"fill="#ffffff" stroke="{INK}" stroke-width="1.7""##));
     svg.circle(at, 0.2 * view.pin, &format!(r#"fill="{INK}""#));
 }
 
-/// A weld.
 pub fn weld(svg: &mut Svg, view: &View, at: Pixel) {
     let s = 0.8 * view.pin;
     let corners = [[-s, -s], [s, -s], [s, s], [-s, s]].map(|corner| along(at, 1.0, corner));
@@ -177,7 +167,6 @@ pub fn slot(svg: &mut Svg, view: &View, joint: &Joint) -> Option<[Pixel; 2]> {
     Some(bar)
 }
 
-/// A massless rod with a pin at each end.
 pub fn link(svg: &mut Svg, view: &View, ends: [Pixel; 2]) {
     for (width, stroke) in [(0.9 * view.pin + 2.0, INK), (0.9 * view.pin, "#ffffff")] {
         svg.line(ends[0], ends[1], &format!(r#"stroke="{stroke}" stroke-width="{}""#, number(width)));
@@ -204,7 +193,6 @@ fn rail(svg: &mut Svg, view: &View, body: usize, ends: [Pixel; 2]) {
     }
 }
 
-/// A sign along the line between two points.
 pub fn glyph(svg: &mut Svg, view: &View, ends: [Pixel; 2], glyph: Glyph) {
     let length = norm(difference(ends[1], ends[0]));
     if length < view.pin {

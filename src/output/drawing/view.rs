@@ -9,16 +9,13 @@ const SIZE: [f64; 2] = [680.0, 420.0];
 /// Scale and origin of a drawing, and the size of its symbols.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
-    /// Pixels per metre.
     scale: f64,
-    /// The world point at the picture's origin.
     origin: [f64; 2],
     /// Radius of a revolute joint [px]; every symbol follows it.
     pub pin: f64,
 }
 
 impl View {
-    /// The view that fits the whole mechanism.
     pub fn fit(drawing: &Drawing) -> Self {
         let points = points(drawing);
         let [low, high] = bounds(&points);
@@ -28,12 +25,10 @@ impl View {
         Self { scale, origin: [low[0], high[1]], pin: pin_radius(drawing, scale) }
     }
 
-    /// A point of the world in the picture.
     pub fn pixel(&self, [x, y]: [f64; 2]) -> Pixel {
         [(x - self.origin[0]) * self.scale, (self.origin[1] - y) * self.scale]
     }
 
-    /// A length of the world in the picture.
     pub fn length(&self, length: f64) -> f64 {
         length * self.scale
     }
@@ -52,7 +47,6 @@ fn points(drawing: &Drawing) -> Vec<[f64; 2]> {
     bodies.chain(joints).chain(couplings).chain(springs).filter(is_finite).collect()
 }
 
-/// Lowest and highest coordinates.
 fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
     let fold =
         |axis: usize, pick: fn(f64, f64) -> f64| points.iter().map(|point| point[axis]).reduce(pick).unwrap_or(0.0);

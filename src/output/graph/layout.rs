@@ -6,9 +6,7 @@ use super::Graph;
 
 type Point = [f64; 2];
 
-/// Nodes closer than this push each other apart.
 const ROOM: f64 = 1.0;
-/// Rounds of relaxation.
 const ROUNDS: usize = 600;
 /// Beyond so many nodes a picture is not read node by node, and improving it takes too long.
 const LARGE: usize = 60;
@@ -173,7 +171,6 @@ fn square(a: Point, b: Point) -> f64 {
     (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)
 }
 
-/// Do two lines cross between their ends?
 fn cross([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
     let side = |p: Point, q: Point, r: Point| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
     side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0

@@ -11,40 +11,31 @@ use crate::formulate::Formulated;
 use crate::graph::{ElementId, LinearGraph, Tree};
 use crate::mechanism::{Dimension, Place};
 
-/// Both graphs with the place of each node.
 #[derive(Clone, Debug)]
 pub struct GraphDrawing {
-    /// The scene's name.
     pub title: String,
-    /// Labels and the user's names of all elements.
     pub elements: Vec<(String, String)>,
-    /// Of the points.
     pub translation: Graph,
     /// Of the bodies; a mechanism on a line has none.
     pub rotation: Option<Graph>,
 }
 
-/// A directed graph, drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Graph {
     /// The user's names of the nodes; the datum is the first.
     pub nodes: Vec<String>,
     /// Where they are, in units of the length of an ordinary edge, y upwards.
     pub places: Vec<[f64; 2]>,
-    /// The elements.
     pub edges: Vec<Edge>,
 }
 
-/// An element in a graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
     /// Such as `h9`.
     pub label: String,
-    /// The user's name.
     pub name: String,
     /// Nodes: from, to.
     pub ends: [usize; 2],
-    /// Is it a branch of the tree?
     pub branch: bool,
 }
 
@@ -69,7 +60,6 @@ impl GraphDrawing {
         }
     }
 
-    /// The mechanism and its graphs, self-contained.
     pub fn svg(&self, drawing: &Drawing) -> String {
         picture::svg(self, drawing)
     }

@@ -7,7 +7,6 @@ use super::{Edge, Graph, GraphDrawing};
 use crate::output::drawing::Drawing;
 use crate::output::svg::{Frame, Pixel, Svg, number, text_width};
 
-/// Pixels for the length of an ordinary edge.
 const SCALE: f64 = 92.0;
 /// Radius of a node [px].
 const NODE: f64 = 4.5;
@@ -48,7 +47,6 @@ pub fn svg(drawing: &GraphDrawing, mechanism: &Drawing) -> String {
     svg.finish(Frame { x: 0.0, y: 0.0, width: width + 2.0 * MARGIN, height: y + MARGIN }, &drawing.title)
 }
 
-/// A graph with its place in the picture.
 struct Panel<'a> {
     title: &'a str,
     graph: &'a Graph,
@@ -111,7 +109,6 @@ impl<'a> Panel<'a> {
     }
 }
 
-/// A label with its Greek letter.
 fn printed(label: &str) -> String {
     label.replace("Theta", "Θ")
 }
@@ -175,7 +172,6 @@ impl Curve {
     }
 }
 
-/// Beside its edge, where least is covered.
 fn place_label(curve: &Curve, edge: &Edge, covered: &mut Vec<Frame>) -> Frame {
     let (width, height) = (text_width(&printed(&edge.label), 12.0), 14.0);
     let shares = [0.45, 0.36, 0.54, 0.28, 0.68, 0.2, 0.78];
@@ -190,7 +186,6 @@ fn place_label(curve: &Curve, edge: &Edge, covered: &mut Vec<Frame>) -> Frame {
     choose(candidates.map(|(frame, order)| (frame, 4.0 * order as f64)), covered)
 }
 
-/// Around its node, where least is covered.
 fn place_name(at: Pixel, name: &str, covered: &mut Vec<Frame>) -> Frame {
     let (width, height) = (text_width(name, 10.5), 12.5);
     let candidates = (0..36).map(|turn| {

@@ -7,10 +7,8 @@ use super::svg::{Frame, Svg};
 use panel::Panel;
 use ticks::Ticks;
 
-/// A curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// The name of the variable.
     pub name: String,
     /// Its unit; curves of the same unit share a panel.
     pub unit: String,
@@ -18,14 +16,11 @@ pub struct Series {
     pub values: Vec<f64>,
 }
 
-/// Curves over a common time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plot {
-    /// Above the panels.
     pub title: String,
     /// \[s\]
     pub time: Vec<f64>,
-    /// The curves.
     pub series: Vec<Series>,
 }
 
@@ -45,7 +40,6 @@ const TOP: f64 = 44.0;
 const BOTTOM: f64 = 52.0;
 
 impl Plot {
-    /// The picture, self-contained.
     pub fn svg(&self) -> String {
         let panels = self.panels();
         let ticks = Ticks::over(self.time.iter().copied(), 8);

@@ -4,11 +4,8 @@ use super::Series;
 use super::ticks::Ticks;
 use crate::output::svg::{Frame, Pixel, Svg, polyline, text_width};
 
-/// The curves of one unit.
 pub struct Panel<'a> {
-    /// The unit.
     pub unit: &'a str,
-    /// The curves.
     pub series: Vec<&'a Series>,
 }
 
@@ -22,7 +19,6 @@ const TITLE: &str = r##"font-size="12.5" fill="#1f2933""##;
 const LEGEND: usize = 9;
 
 impl Panel<'_> {
-    /// Draws grid, curves, axis and legend.
     pub fn draw(&self, svg: &mut Svg, frame: Frame, time: &[f64], times: &Ticks) {
         let values = Ticks::around(self.series.iter().flat_map(|series| series.values.iter().copied()), 5);
         self.draw_axis(svg, frame, &values, times);
@@ -81,7 +77,6 @@ impl Panel<'_> {
     }
 }
 
-/// The time axis below the last panel.
 pub fn time_axis(svg: &mut Svg, frame: Frame, times: &Ticks) {
     let bottom = frame.y + frame.height;
     for &at in &times.at {
@@ -151,7 +146,6 @@ fn thinned(line: &[Pixel]) -> Vec<Pixel> {
     kept
 }
 
-/// A name that fits the legend.
 fn shortened(name: &str, most: usize) -> String {
     if name.chars().count() <= most {
         return name.to_owned();

@@ -6,9 +6,7 @@ const FLATTEST: f64 = 2e-3;
 /// An axis: its range, and the round numbers in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ticks {
-    /// First and last value of the axis.
     pub range: [f64; 2],
-    /// The round numbers.
     pub at: Vec<f64>,
     /// Decimal exponent of the distance between them.
     exponent: i32,
@@ -20,7 +18,6 @@ impl Ticks {
         Self::between(range(values), count)
     }
 
-    /// The same with a little space at both ends.
     pub fn around(values: impl Iterator<Item = f64>, count: usize) -> Self {
         let [low, high] = range(values);
         let space = 0.05 * (high - low);

@@ -14,7 +14,6 @@ use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
 use crate::mechanism::{BodyId, Dimension, Formula, Owner, Part, Place, Quantity, Variable};
 
-/// Draws the initial pose.
 pub fn draw(formulated: &mut Formulated) -> Drawing {
     let mechanism = formulated.equations.system.mechanism;
     let mut pose = Pose::new(formulated);
@@ -49,7 +48,6 @@ pub fn draw(formulated: &mut Formulated) -> Drawing {
     drawing
 }
 
-/// Where a point is at the start.
 pub fn position(formulated: &mut Formulated, place: Place) -> [f64; 2] {
     Pose::new(formulated).at(place)
 }
@@ -105,7 +103,6 @@ impl<'a, 'm> Pose<'a, 'm> {
         }
     }
 
-    /// Adds what is drawn for a part.
     fn part(&mut self, part: &Part, icon: &Icon, drawing: &mut Drawing) {
         let name = part.name.clone();
         let between = part.between.map(|place| place.body().map(|body| body.0));

@@ -15,12 +15,9 @@ const SCREEN_WIDTH: f64 = 120.0;
 /// Left sides wider than this part of the page do not stand below each other.
 const LEFT: f64 = 0.3;
 
-/// Part of a page.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Block {
-    /// A heading.
     Heading(String),
-    /// A paragraph.
     Text(Vec<Piece>),
     /// Equations below each other: left side, right side.
     Equations(Vec<(Tree, Tree)>),
@@ -28,19 +25,14 @@ pub enum Block {
     Table(Vec<String>, Vec<Vec<Piece>>),
 }
 
-/// Part of a line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Piece {
-    /// Words.
     Words(String),
-    /// What stands so in the scene.
     Code(String),
-    /// A formula.
     Math(Tree),
 }
 
 impl Piece {
-    /// Words.
     pub fn words(text: impl Into<String>) -> Self {
         Piece::Words(text.into())
     }
@@ -61,7 +53,6 @@ impl Piece {
         }
     }
 
-    /// In digits, printed.
     fn width(&self) -> f64 {
         match self {
             Piece::Words(text) => text.chars().count() as f64,
@@ -79,7 +70,6 @@ impl Piece {
     }
 }
 
-/// A page in plain text.
 pub fn text(title: &str, blocks: &[Block]) -> String {
     let mut text = format!("{title}\n");
     for block in blocks {
@@ -153,7 +143,6 @@ fn text_table(text: &mut String, head: &[String], rows: &[Vec<Piece>]) {
     }
 }
 
-/// A page in LaTeX, ready to be compiled.
 pub fn latex(title: &str, blocks: &[Block]) -> String {
     let mut text = format!("\\begin{{document}}\n\\section*{{\\raggedright {}}}\n", latex::escape(title));
     for block in blocks {
@@ -210,7 +199,6 @@ fn latex_table(text: &mut String, head: &[String], rows: &[Vec<Piece>]) {
 
 /// Wider cells are words, not entries of a matrix.
 const NARROW: f64 = 16.0;
-/// Between columns.
 const GAP: f64 = 2.6;
 
 fn column_width(head: &[String], rows: &[Vec<Piece>], column: usize) -> f64 {
@@ -258,7 +246,6 @@ border-radius:3px}";
 const MATH_STYLE: &str = ".equations{overflow-x:auto;margin:.6rem 0}.equations mtd{text-align:left;padding:.25em .15em}\
 .equations mtd:first-child{text-align:right}";
 
-/// A self-contained page in HTML.
 pub fn html(title: &str, blocks: &[Block]) -> String {
     let name = escape(title);
     format!(

@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 use super::normal::{Factor, Number, Sum, Term};
 use super::weight::by_weight;
 
-/// Factors with their powers.
 pub type Factors = Vec<(Factor, i32)>;
 
 impl Sum {
@@ -84,7 +83,6 @@ impl Sum {
         Sum::collect(terms)
     }
 
-    /// A sum of parameters in its shortest form.
     fn of_parameters(self) -> Sum {
         let weighed = by_weight(&self);
         let plain = self.expanded().shared_parameters();
@@ -110,7 +108,6 @@ impl Sum {
         Sum::collect(rest.0.into_iter().chain([grouped]))
     }
 
-    /// The factors, of a kind, that every term has.
     pub(super) fn common(&self, of_kind: impl Fn(&Factor) -> bool) -> Factors {
         let Some((first, others)) = self.0.split_first() else { return Factors::new() };
         let power_in = |term: &Term, factor: &Factor| {
@@ -124,7 +121,6 @@ impl Sum {
         shared.filter(|(_, power)| *power > 0).collect()
     }
 
-    /// Every term divided by factors that it has.
     pub(super) fn without(&self, common: &Factors) -> Sum {
         let divisor = Term { factors: common.clone(), number: Number(1.0) }.inverse();
         Sum::sorted(self.0.iter().map(|term| term.times(&divisor)).collect())

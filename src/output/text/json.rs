@@ -98,7 +98,6 @@ fn inputs(equations: &Equations) -> Vec<Value> {
     inputs.map(|own| json!({ "name": own.name, "start": own.start, "unit": own.unit.si })).collect()
 }
 
-/// Drivers that integrate an input.
 fn followers(equations: &Equations) -> Vec<Value> {
     let mechanism = equations.system.mechanism;
     let of = |(index, (driver, input, given)): (usize, &(DriverId, InputId, Order))| {

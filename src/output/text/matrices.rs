@@ -12,11 +12,9 @@ use crate::expr::{Expr, Order, Symbol};
 pub struct Matrices {
     /// When: {F} may depend on time.
     time: f64,
-    /// Name, unit, and rows.
     square: Vec<(&'static str, &'static str, Vec<Vec<f64>>)>,
     /// {F} \[N\], unless it depends on where a driver starts that integrates an input.
     force: Option<Vec<f64>>,
-    /// Is there more to them than the formulas say?
     has_parameters: bool,
 }
 
@@ -70,7 +68,6 @@ impl Matrices {
         blocks
     }
 
-    /// For other programs.
     pub fn json(&self) -> Value {
         let mut object = json!({ "time": self.time, "F": self.force });
         for (name, _, rows) in &self.square {

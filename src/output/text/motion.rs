@@ -19,9 +19,7 @@ pub type Entry = (Name, Expr);
 /// The equations, quantity by quantity. Zeros of matrices are left out.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// Quantities under their titles.
     pub groups: Vec<(&'static str, Vec<Entry>)>,
-    /// Are the masses known?
     pub dynamic: bool,
 }
 
@@ -44,7 +42,6 @@ impl Motion {
         Motion { groups, dynamic }
     }
 
-    /// The formulas of all quantities, in order.
     pub fn formulas(&self, equations: &mut Equations) -> Formulas {
         let context = context(equations);
         let reading = Reading::new(&equations.system.arena, &self.expressions(), &context);
@@ -55,7 +52,6 @@ impl Motion {
         self.groups.iter().flat_map(|(_, entries)| entries.iter().map(|(_, expr)| *expr)).collect()
     }
 
-    /// The page.
     pub fn blocks(&self, equations: &mut Equations) -> Vec<Block> {
         let Formulas { angles, definitions, formulas } = self.formulas(equations);
         let mut blocks = Vec::new();

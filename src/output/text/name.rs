@@ -3,7 +3,6 @@
 use crate::equations::Equations;
 use crate::expr::{Order, Property, Symbol};
 
-/// A name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Name {
     /// As the user writes it, such as `crank.omega`.
@@ -12,7 +11,6 @@ pub struct Name {
     pub base: String,
     /// Such as `crank`; may be empty.
     pub subscript: String,
-    /// Time derivatives, written as dots.
     pub dots: usize,
     /// Is it written upright and bold: a vector or a matrix?
     pub bold: bool,
@@ -25,7 +23,6 @@ impl Name {
         Name { plain, base: base.to_owned(), subscript: subscript.to_owned(), dots: 0, bold: false }
     }
 
-    /// A vector or matrix.
     pub fn bold(base: &str, subscript: &str) -> Name {
         Name { bold: true, ..Name::letter(base, subscript) }
     }
@@ -95,7 +92,6 @@ impl Name {
 #[derive(Clone, Copy, Debug)]
 pub struct Names<'a, 'm> {
     equations: &'a Equations<'m>,
-    /// Number of coordinates.
     pub coordinates: usize,
     /// Letters for cosines and sines that no name of the user's with a number behind uses, and how many lines stand between letter and number.
     trigonometric: ([&'static str; 2], usize),
@@ -104,7 +100,6 @@ pub struct Names<'a, 'm> {
 }
 
 impl<'a, 'm> Names<'a, 'm> {
-    /// Chooses letters that are free.
     pub fn new(equations: &'a Equations<'m>) -> Self {
         let mechanism = equations.system.mechanism;
         let own = mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
@@ -131,7 +126,6 @@ impl<'a, 'm> Names<'a, 'm> {
         }
     }
 
-    /// The name of a symbol of the arena.
     pub fn symbol(&self, symbol: Symbol) -> Name {
         symbol_name(self.equations, symbol)
     }
@@ -160,7 +154,6 @@ fn numbered(letter: &str, lines: usize, number: usize) -> Name {
     Name { plain: format!("{letter}{}{number}", "_".repeat(lines)), ..Name::letter(letter, &number.to_string()) }
 }
 
-/// The name of a symbol.
 pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
     let mechanism = equations.system.mechanism;
     let derivative = |name: Name, order: Order| {

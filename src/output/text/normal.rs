@@ -10,19 +10,15 @@ use crate::expr::{Binary, Order, Symbol, Unary};
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Sum(pub Vec<Term>);
 
-/// Factors with their powers.
 pub type Factors = Vec<(Factor, i32)>;
 
 /// number x product of factors; each factor once, with its power, in the order in which they are written.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Term {
-    /// The factors.
     pub factors: Vec<(Factor, i32)>,
-    /// What stands before them.
     pub number: Number,
 }
 
-/// A number with a total order.
 #[derive(Clone, Copy, Debug)]
 pub struct Number(pub f64);
 
@@ -35,18 +31,14 @@ pub enum Factor {
     Named(usize, bool),
     /// Cosine (false) or sine (true) of an angle.
     Trigonometric(Sum, bool),
-    /// Any other function.
     Call(Function, Vec<Sum>),
     /// A sum of at least two terms whose first number is positive.
     Sum(Sum),
 }
 
-/// A function that is printed as such.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Function {
-    /// Of one argument.
     One(Unary),
-    /// Of two arguments.
     Two(Binary),
     /// if(condition, then, otherwise)
     Select,
@@ -88,7 +80,6 @@ impl Ord for Factor {
 }
 
 impl Factor {
-    /// Does it depend on nothing but parameters?
     pub fn is_constant(&self) -> bool {
         match self {
             Factor::Symbol(symbol, _) => matches!(symbol, Symbol::Parameter(_) | Symbol::Missing(..)),
@@ -131,7 +122,6 @@ impl Factor {
         }
     }
 
-    /// How many symbols are written.
     pub fn leaves(&self) -> usize {
         match self {
             Factor::Symbol(..) | Factor::Named(..) => 1,
@@ -143,22 +133,18 @@ impl Factor {
 }
 
 impl Term {
-    /// A number.
     pub fn number(value: f64) -> Self {
         Term { factors: Vec::new(), number: Number(value) }
     }
 
-    /// One factor.
     pub fn factor(factor: Factor) -> Self {
         Term { factors: vec![(factor, 1)], number: Number(1.0) }
     }
 
-    /// How many symbols are written.
     pub fn leaves(&self) -> usize {
         self.factors.iter().map(|(factor, _)| factor.leaves()).sum::<usize>().max(1)
     }
 
-    /// self x other
     pub fn times(&self, other: &Term) -> Term {
         let mut powers: BTreeMap<Factor, i32> = self.factors.iter().cloned().collect();
         for (factor, power) in &other.factors {
@@ -168,13 +154,11 @@ impl Term {
         Term { factors: powers.into_iter().collect(), number: Number(self.number.0 * other.number.0) }
     }
 
-    /// 1 / self
     pub fn inverse(&self) -> Term {
         let factors = self.factors.iter().map(|(factor, power)| (factor.clone(), -power)).collect();
         Term { factors, number: Number(1.0 / self.number.0) }
     }
 
-    /// value x self
     pub fn scaled(&self, value: f64) -> Term {
         Term { factors: self.factors.clone(), number: Number(value * self.number.0) }
     }
@@ -194,7 +178,6 @@ impl Term {
 }
 
 impl Sum {
-    /// One term.
     pub fn of(term: Term) -> Self {
         Sum::collect([term])
     }
@@ -222,17 +205,14 @@ impl Sum {
         Sum(terms)
     }
 
-    /// value x self
     pub fn scaled(&self, value: f64) -> Sum {
         Sum(self.0.iter().map(|term| term.scaled(value)).collect())
     }
 
-    /// Does it depend on nothing but parameters?
     pub fn is_constant(&self) -> bool {
         self.0.iter().all(|term| term.factors.iter().all(|(factor, _)| factor.is_constant()))
     }
 
-    /// How many symbols are written.
     pub fn leaves(&self) -> usize {
         self.0.iter().map(Term::leaves).sum()
     }

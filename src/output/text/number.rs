@@ -5,15 +5,11 @@ use std::f64::consts::PI;
 /// A positive number as whole / whole x pi^power, or as it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Written {
-    /// A decimal number.
     Decimal(f64),
     /// over / under x pi^power
     Fraction {
-        /// Numerator.
         over: u32,
-        /// Denominator.
         under: u32,
-        /// Power of pi.
         pi: i32,
     },
 }

@@ -13,7 +13,6 @@ const DEEP: usize = 12;
 /// Beyond so many symbols in one expression neither.
 const WIDE: usize = 300;
 
-/// Expressions as they will be printed.
 #[derive(Clone, Debug, Default)]
 pub struct Reading {
     /// What the expressions refer to by [`Factor::Named`], operands first.
@@ -22,28 +21,22 @@ pub struct Reading {
     pub roots: Vec<Sum>,
 }
 
-/// What the scene says about its quantities.
 #[derive(Clone, Debug, Default)]
 pub struct Context {
-    /// Expressions that have a name of the user's.
     pub variables: HashMap<Expr, String>,
     /// Parameters with mass in their unit, and masses.
     pub weights: HashSet<Symbol>,
 }
 
-/// A part with a name.
 #[derive(Clone, Debug)]
 pub struct Definition {
     /// The user's name for it, if there is one.
     pub variable: Option<String>,
-    /// What it stands for.
     pub value: Sum,
-    /// How often it is referred to.
     pub uses: usize,
 }
 
 impl Reading {
-    /// Reads the roots.
     pub fn new(arena: &Arena, roots: &[Expr], context: &Context) -> Self {
         let order = arena.reachable(roots.iter().copied());
         let (mut names, forced) = candidates(arena, &order, roots, &context.variables);
@@ -146,7 +139,6 @@ struct Reader<'a> {
     parts: HashSet<Expr>,
     /// Collected but not yet tidy: sums may still grow.
     known: HashMap<Expr, Sum>,
-    /// Tidy, as factors of products.
     products: HashMap<Expr, Term>,
     weights: &'a HashSet<Symbol>,
     definitions: Vec<Definition>,

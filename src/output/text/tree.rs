@@ -8,26 +8,19 @@ use super::number::{Written, written};
 use super::read::Reading;
 use crate::expr::{Binary, Unary};
 
-/// A formula.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tree {
     /// A number that is not negative.
     Number(f64),
     /// The ratio of a circle's circumference to its diameter.
     Pi,
-    /// A quantity.
     Name(Name),
     /// Terms, each with a minus sign or without.
     Sum(Vec<(bool, Tree)>),
-    /// Factors.
     Product(Vec<Tree>),
-    /// a / b
     Quotient(Box<[Tree; 2]>),
-    /// a^b
     Power(Box<[Tree; 2]>),
-    /// Square root.
     Root(Box<Tree>),
-    /// f(a, b, ...)
     Call(&'static str, Vec<Tree>),
     /// a < b, a <= b, and of vectors a . b and a x b
     Relation(&'static str, Box<[Tree; 2]>),
@@ -39,12 +32,10 @@ impl Tree {
         Tree::Power(Box::new([base, exponent]))
     }
 
-    /// Zero.
     pub fn zero() -> Tree {
         Tree::Number(0.0)
     }
 
-    /// The product of several factors.
     pub fn product(mut factors: Vec<Tree>) -> Tree {
         match factors.pop() {
             None => Tree::Number(1.0),
@@ -70,7 +61,6 @@ impl Tree {
         }
     }
 
-    /// The sum of several terms.
     pub fn sum(mut terms: Vec<(bool, Tree)>) -> Tree {
         // A sum does not begin with a minus sign if it can begin without.
         if let Some(first) = terms.iter().position(|(minus, _)| !minus) {
@@ -90,15 +80,12 @@ impl Tree {
 /// Formulas in a row, with the abbreviations and definitions that they need.
 #[derive(Clone, Debug, Default)]
 pub struct Formulas {
-    /// Cosines and sines with a short name.
     pub angles: Vec<(Tree, Tree)>,
     /// Other definitions, in the order of dependence.
     pub definitions: Vec<(Tree, Tree)>,
-    /// The formulas.
     pub formulas: Vec<Tree>,
 }
 
-/// Turns what was read into formulas.
 pub fn formulas<'a>(reading: &Reading, names: &'a Names<'a, '_>) -> Formulas {
     let defined = definition_names(reading, names);
     let variables = defined.iter().scan(names.coordinates, |count, name| {
@@ -127,7 +114,6 @@ pub fn formulas<'a>(reading: &Reading, names: &'a Names<'a, '_>) -> Formulas {
     Formulas { angles, definitions, formulas }
 }
 
-/// The user's names, and numbers for the rest.
 fn definition_names(reading: &Reading, names: &Names<'_, '_>) -> Vec<Name> {
     let mut count = 0;
     let name = |definition: &super::read::Definition| match &definition.variable {
@@ -157,7 +143,6 @@ impl Layout<'_, '_> {
         Tree::sum(terms)
     }
 
-    /// A minus sign, and the rest.
     fn term(&mut self, term: &Term, flip: &mut bool) -> (bool, Tree) {
         let mut minus = term.number.0 < 0.0;
         let (mut over, mut under) = number(term.number.0.abs());

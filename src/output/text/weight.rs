@@ -6,7 +6,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::factor::Factors;
 use super::normal::{Factor, Number, Sum, Term};
 
-/// Multiplying out stops here.
 const MOST_TERMS: usize = 80;
 
 /// The form by masses, if there are any and the sum is not too long.

@@ -7,7 +7,6 @@ use crate::output::text::name::Name;
 use crate::output::text::number::{decimal, rounded};
 use crate::output::text::tree::Tree;
 
-/// A formula, for math mode.
 pub fn latex(tree: &Tree) -> String {
     match tree {
         Tree::Number(value) => number(*value),
@@ -66,7 +65,6 @@ fn written(part: &Part, begins_line: bool) -> String {
     }
 }
 
-/// Text outside math mode.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -100,7 +98,6 @@ fn sum(terms: &[(bool, Tree)]) -> Vec<String> {
     terms.iter().enumerate().map(term).collect()
 }
 
-/// The same where long names may be broken.
 pub fn breakable(text: &str) -> String {
     let is_inside = |rest: &str| rest.chars().nth(1).is_some_and(char::is_alphanumeric);
     let mut broken = String::with_capacity(text.len());
@@ -124,7 +121,6 @@ fn call(function: &str, arguments: &[Tree]) -> String {
     format!(r"{name}\left{open}{}\right{close}", inside.join(", "))
 }
 
-/// The name of a function and its parentheses.
 fn call_signs(function: &str) -> (String, [&'static str; 2]) {
     let name = match shown(function) {
         Shown::Between(open, close) => return (String::new(), [bracket(open), bracket(close)]),
@@ -143,7 +139,6 @@ fn bracket(sign: &'static str) -> &'static str {
     }
 }
 
-/// The sign of a relation.
 fn relation(sign: &'static str) -> &'static str {
     match sign {
         "<=" => r"\le",

@@ -7,27 +7,24 @@ use crate::output::text::tree::Tree;
 
 /// Terms of the whole formula that take less of a line stay in one piece.
 const TERM: f64 = 0.9;
-/// And so does what stands in parentheses.
 const FACTOR: f64 = 0.5;
 
-/// What lines are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part<'t> {
     /// A formula in one piece, in parentheses if it binds less tightly.
     Whole(&'t Tree, Binding),
     /// The sign of a term; a first term has one only if it is minus.
-    Sign { minus: bool, first: bool },
-    /// Between factors.
+    Sign {
+        minus: bool,
+        first: bool,
+    },
     Times,
-    /// Between arguments.
     Comma,
-    /// The sign of a relation.
     Relation(&'static str),
     /// An opening parenthesis, behind the name of a function.
     Open(Option<&'static str>),
     /// The closing parenthesis of a function, or of a base with its exponent.
     Close(Option<&'static str>, Option<&'t Tree>),
-    /// Divided by what follows.
     Over,
 }
 
@@ -40,7 +37,6 @@ struct Placed<'t> {
 
 /// A notation, as far as breaking lines must know it.
 pub trait Measure {
-    /// The width of a part in characters.
     fn width(&self, part: &Part) -> f64;
 }
 

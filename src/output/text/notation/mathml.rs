@@ -99,7 +99,6 @@ fn write(text: &mut String, tree: &Tree) {
     }
 }
 
-/// Is it a name of more than one letter?
 fn is_word(tree: &Tree) -> bool {
     match tree {
         Tree::Name(name) => greek(&name.base).is_none() && name.base.chars().nth(1).is_some(),
@@ -147,7 +146,6 @@ fn call(text: &mut String, function: &str, arguments: &[Tree]) {
     let _ = write!(text, "<mo>{close}</mo></mrow>");
 }
 
-/// The name of a function and its parentheses.
 fn call_signs(function: &str) -> (String, [&'static str; 2]) {
     let name = match shown(function) {
         Shown::Between(open, close) => return (String::new(), [open, close]),

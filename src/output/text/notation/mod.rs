@@ -20,7 +20,6 @@ pub enum Binding {
     Atom,
 }
 
-/// Dot and cross products bind as products do.
 fn relation_binding(sign: &str) -> Binding {
     if matches!(sign, "." | "x") { Binding::Product } else { Binding::Relation }
 }
@@ -70,7 +69,6 @@ const GREEK: [(&str, &str); 24] = [
     ("Theta", "Θ"),
 ];
 
-/// The sign of a Greek letter.
 fn greek(name: &str) -> Option<&'static str> {
     GREEK.iter().find(|(known, _)| *known == name).map(|(_, sign)| *sign)
 }

@@ -5,12 +5,10 @@ use super::{Binding, relation_binding};
 use crate::output::text::number::{decimal, rounded};
 use crate::output::text::tree::Tree;
 
-/// A formula on one line.
 pub fn plain(tree: &Tree) -> String {
     inner(tree).0
 }
 
-/// A formula on lines of about a width.
 pub fn wrapped(tree: &Tree, width: f64) -> Vec<String> {
     let line = |parts: Vec<Part>| {
         let text: String = parts.iter().enumerate().map(|(index, part)| written(part, index == 0)).collect();

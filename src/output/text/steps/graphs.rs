@@ -39,7 +39,6 @@ impl Lesson<'_, '_> {
         blocks
     }
 
-    /// Trees, cutset and circuit matrices.
     pub fn topology(&self) -> Vec<Block> {
         let coordinates: Vec<&str> =
             self.equations.coordinates.iter().map(|coordinate| coordinate.name.position.as_str()).collect();

@@ -37,12 +37,10 @@ impl Letters {
         Tree::Name(Name::letter("theta", label))
     }
 
-    /// How far a slide is.
     pub fn slide(self, label: &str) -> Tree {
         Tree::Name(Name::letter("s", label))
     }
 
-    /// The acceleration of gravity.
     pub fn gravity(self) -> Tree {
         self.vector("g", "")
     }
@@ -64,7 +62,6 @@ impl Letters {
         }
     }
 
-    /// Is a vector written with both components?
     pub fn has_two_components(self) -> bool {
         self.plane
     }

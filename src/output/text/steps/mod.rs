@@ -16,7 +16,6 @@ use crate::graph::{Rotation, Translation};
 use letters::Letters;
 use view::View;
 
-/// What is derived, as it is written.
 struct Lesson<'a, 'm> {
     equations: &'a Equations<'m>,
     letters: Letters,
@@ -24,7 +23,6 @@ struct Lesson<'a, 'm> {
     rotation: View<Rotation>,
 }
 
-/// The derivation of the equations of motion.
 pub fn steps(equations: &mut Equations, prose: Prose) -> String {
     let motion = Motion::new(equations);
     let terminal = terminal::equations(equations, motion.dynamic);

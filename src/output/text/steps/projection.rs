@@ -7,7 +7,6 @@ use crate::graph::Rotation;
 use crate::output::text::document::Block;
 use crate::output::text::tree::Tree;
 
-/// The left and right sides of equations.
 type Rows = Vec<(Tree, Tree)>;
 
 impl Lesson<'_, '_> {
@@ -44,7 +43,6 @@ impl Lesson<'_, '_> {
         blocks
     }
 
-    /// Cutsets of drivers in the trees.
     fn efforts(&self) -> Rows {
         let is_driver = |element| matches!(self.equations.system.element(element).origin, Origin::Driver(_));
         let effort = |branch: &str, cutset: &Row, letter: &dyn Fn(&str) -> Tree| {

@@ -6,17 +6,14 @@ use crate::graph::{ElementId, LinearGraph, Node, Topology, Tree};
 /// A row of a cutset or circuit matrix: labels of edges with their signs.
 pub type Row = Vec<(String, i8)>;
 
-/// An edge.
 #[derive(Clone, Debug)]
 pub struct Edge<D> {
     pub label: String,
     pub element: ElementId,
     pub ends: [Node<D>; 2],
-    /// Is it a term of a coupling?
     pub is_term: bool,
 }
 
-/// One graph through its tree.
 #[derive(Clone, Debug)]
 pub struct View<D> {
     /// The user's names of the nodes, the datum's first.

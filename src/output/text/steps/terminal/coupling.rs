@@ -31,7 +31,6 @@ pub fn relation(equations: &mut Equations, letters: Letters, id: ElementId, rows
     }
 }
 
-/// Each chord's through variable.
 pub fn loads(equations: &Equations, letters: Letters, id: ElementId, rows: &mut Rows) {
     let element = equations.system.element(id);
     let index = equations.constraints.iter().position(|row| row.element == id && !row.coupled.is_empty());

@@ -19,7 +19,6 @@ enum Side {
     /// Formulas times trees; a formula alone has none.
     Sum(Vec<(Expr, Option<Tree>)>),
     Components([Expr; 2]),
-    /// A tree in front of components.
     Turned(Tree, [Expr; 2]),
 }
 
@@ -41,7 +40,6 @@ impl Side {
     }
 }
 
-/// Left and right sides.
 type Rows = Vec<(Tree, Side)>;
 
 /// The equations of all elements, in order; those of forces and torques only if they are needed.
