@@ -4,7 +4,7 @@
 use std::fs;
 
 /// Where the stored types and their meaning are.
-const DEFINITIONS: [&str; 11] = [
+const DEFINITIONS: [&str; 15] = [
     "src/program/mod.rs",
     "src/tape/mod.rs",
     "src/tape/operations.rs",
@@ -12,7 +12,11 @@ const DEFINITIONS: [&str; 11] = [
     "src/events/switch.rs",
     "src/model.rs",
     "src/instance/snapshot.rs",
-    "src/integrator/continuation.rs",
+    "src/integrator/run.rs",
+    "src/integrator/signals.rs",
+    "src/integrator/last_step.rs",
+    "src/integrator/taylor/memory.rs",
+    "src/singular/supervisor.rs",
     "src/integrator/stiffness.rs",
     "src/integrator/implicit/memory.rs",
     "src/fmi/component.rs",

@@ -341,7 +341,8 @@ impl Instance {
     #[inline]
     pub(crate) fn glide(&mut self, time: f64) -> bool {
         let allowed = time > self.time() && self.now.stop.is_none_or(|stop| time <= stop);
-        let gliding = allowed && self.now.phase == Phase::Running && self.now.run.is_silent() && self.now.glide(time);
+        let gliding =
+            allowed && self.now.phase == Phase::Running && self.now.run.has_no_report() && self.now.glide(time);
         if gliding {
             self.computed = Computed::default();
             self.behind = true;

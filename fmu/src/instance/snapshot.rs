@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::InstanceError;
-use crate::integrator::stepping::Continuation;
+use crate::integrator::stepping::Run;
 use crate::model::{Model, State};
 use crate::program::Engine;
 use crate::program::seal::{Mark, checksum};
@@ -33,7 +33,7 @@ pub struct Snapshot {
     /// Has nothing changed or moved since the start?
     pub(super) at_start: bool,
     pub(super) state: State,
-    pub(super) run: Continuation,
+    pub(super) run: Run,
     /// Inputs whose derivatives were set at this communication point.
     pub(super) derivatives: Vec<bool>,
     pub(super) stop: Option<f64>,
@@ -50,7 +50,7 @@ impl Snapshot {
             model: identity(model),
             phase: Phase::Initial { solved: false },
             at_start: true,
-            run: Continuation::new(model, &state),
+            run: Run::new(model, &state),
             state,
             derivatives: vec![false; model.program().inputs.len()],
             stop: None,
@@ -75,7 +75,7 @@ impl Snapshot {
 
     /// Moves time on, if a later state is already known as a polynomial.
     pub(super) fn glide(&mut self, time: f64) -> bool {
-        let known = self.run.glide(time);
+        let known = self.run.interpolates(time);
         if known {
             self.state.set_time(time);
             self.at_start = false;

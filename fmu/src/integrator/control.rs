@@ -1,4 +1,7 @@
-//! Lengths of steps, for every engine.
+//! Lengths of steps, for every method.
+
+use crate::failure::Failure;
+use crate::model::Model;
 
 /// A step that would end at most this much further ends at the limit.
 pub(crate) const STRETCH: f64 = 1.01;
@@ -17,6 +20,37 @@ pub(crate) fn shortest(time: f64) -> f64 {
 /// A proposed step within its limits; one that is no number is as long as they permit.
 pub(crate) fn within(proposed: f64, shortest: f64, max_step: f64) -> f64 {
     proposed.min(LONGEST).min(max_step).max(shortest)
+}
+
+/// How far steps may go.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Horizon {
+    /// The communication point that is wanted.
+    pub target: f64,
+    /// Nothing is evaluated after this time.
+    pub limit: f64,
+}
+
+/// What came of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Progress {
+    /// The run has come further, or sees the place where it is differently now.
+    Stepped,
+    /// None is taken: another method is to take it.
+    Declined,
+}
+
+/// No step is short enough; names the coordinate that accelerates most, judging by the derivative where the step begins.
+pub(crate) fn underflow(model: &Model, time: f64, derivative: &[f64], cause: Option<Failure>) -> Failure {
+    let n = model.coordinates();
+    let coordinates = &model.program().coordinates;
+    let speed = |index: usize| {
+        let size = derivative[n + index].abs() / coordinates[index].scale;
+        if size.is_finite() { size } else { f64::INFINITY }
+    };
+    let fastest = (0..n).max_by(|&a, &b| speed(a).total_cmp(&speed(b)));
+    let coordinate = fastest.map_or_else(|| model.program().name.clone(), |index| coordinates[index].name.clone());
+    Failure::StepUnderflow { time, coordinate, cause: cause.map(Box::new) }
 }
 
 #[cfg(test)]

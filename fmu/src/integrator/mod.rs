@@ -1,19 +1,18 @@
 //! From a consistent initial state to the state at any later time.
 //!
 //! * [`stepping`]: from one communication point to the next.
-//! * `taylor`, `dynamic` with [`explicit`] and `dop853`, `implicit` with `radau`: the methods.
+//! * `taylor`, `explicit` (DOP853), `implicit` (Radau IIA): the methods, each with what it remembers between steps.
 //! * `control`: bounds of the length of a step; `stiffness`: which method takes the next step.
-//! * `continuation`: what a run remembers between steps.
+//! * `run`: what a run remembers between communication points: `signals`, the `last_step`, and the memories of the methods.
+//! * `right_hand_side`: the equations of motion, as the Runge-Kutta methods see them.
 
-pub(crate) mod abreast;
-pub(crate) mod continuation;
 pub(crate) mod control;
-pub(crate) mod dop853;
-pub(crate) mod dynamic;
-pub(crate) mod each_stage;
-pub mod explicit;
+pub(crate) mod explicit;
 pub(crate) mod implicit;
-pub(crate) mod radau;
+pub(crate) mod last_step;
+pub(crate) mod right_hand_side;
+pub(crate) mod run;
+pub(crate) mod signals;
 pub mod stepping;
 pub(crate) mod stiffness;
 pub(crate) mod taylor;

@@ -5,9 +5,10 @@
 //! So, while nothing changes, steps have their natural length and communication points are read from the dense output; after a change the
 //! step that went too far is forgotten; and when changes come at every communication point, steps end exactly there.
 
-pub use super::continuation::Continuation;
-use super::dynamic::{Dynamic, Horizon};
+use super::control::Horizon;
+use super::explicit::Explicit;
 use super::implicit::Implicit;
+pub use super::run::Run;
 use super::taylor::Taylor;
 use crate::constraints::kinematic::Kinematic;
 use crate::constraints::projection::Projection;
@@ -27,7 +28,7 @@ const SHORTEST_PART: f64 = 1e-4;
 /// Moves states of one model. Everything is allocated here; nothing allocates while stepping.
 #[derive(Clone, Debug)]
 pub struct Stepper {
-    dynamic: Dynamic,
+    explicit: Explicit,
     implicit: Implicit,
     taylor: Option<Taylor>,
     kinematic: Kinematic,
@@ -49,7 +50,7 @@ impl Stepper {
     pub fn new(model: &Model) -> Self {
         let work = model.default_state(0.0);
         Self {
-            dynamic: Dynamic::new(model),
+            explicit: Explicit::new(model),
             implicit: Implicit::new(model),
             taylor: Taylor::new(model),
             kinematic: Kinematic::new(model),
@@ -74,7 +75,7 @@ impl Stepper {
 
     /// To be called when the continuation was replaced by another one.
     pub fn forget(&mut self) {
-        self.dynamic.forget();
+        self.explicit.forget();
         self.implicit.forget();
         if let Some(taylor) = &mut self.taylor {
             taylor.forget();
@@ -105,21 +106,21 @@ impl Stepper {
     }
 
     /// Looks at the beginning of a run before its first step, so that the steps need no storage for it.
-    pub fn prepare(&mut self, model: &Model, machine: &mut Machine, run: &Continuation, settings: &Settings) {
+    pub fn prepare(&mut self, model: &Model, machine: &mut Machine, run: &Run, settings: &Settings) {
         let Self { taylor, projection, statistics, .. } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
         if let (Engine::Taylor, Some(taylor)) = (settings.engine, taylor) {
-            context.machine.load(model, &run.origin);
+            context.machine.load(model, &run.signals.origin);
             taylor.begin(context, run);
         }
     }
 
     /// Signals, q and v at the time of a state within the last step, of which there is a polynomial.
-    pub fn catch_up(&mut self, model: &Model, state: &mut State, run: &Continuation) {
+    pub fn catch_up(&mut self, model: &Model, state: &mut State, run: &Run) {
         let time = state.time();
-        model.advance_signals(&run.origin, time, state.registers_mut());
+        model.advance_signals(&run.signals.origin, time, state.registers_mut());
         if let Some(taylor) = &mut self.taylor {
-            taylor.glide(run, time, &mut state.registers_mut()[range(model.layout())]);
+            taylor.interpolate(run, time, &mut state.registers_mut()[range(model.layout())]);
         }
     }
 
@@ -129,29 +130,29 @@ impl Stepper {
         model: &Model,
         machine: &mut Machine,
         state: &mut State,
-        run: &mut Continuation,
+        run: &mut Run,
         target: f64,
         settings: &Settings,
     ) -> Result<(), Failure> {
-        let Self { dynamic, implicit, taylor, kinematic, projection, work, settling, statistics } = self;
+        let Self { explicit, implicit, taylor, kinematic, projection, work, settling, statistics } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
         // What nobody has asked for until now is not told any more.
         run.take_passages(state.time());
-        let exact = run.changed && run.changed_before;
+        let exact = run.signals.changed && run.signals.changed_before;
         work.copy_from(state);
-        if run.changed {
+        if run.signals.changed {
             // In the zone of a singular pose a projection would take the motion off its branch; the next step begins with one outside.
             context.machine.load(model, work);
             let closed =
                 run.in_zone(work.time()) && context.projection.gap(model, context.machine, work) <= settings.tolerance;
             if !closed {
                 match model.program().motion {
-                    Motion::Kinematic => kinematic.close(context, &run.before, work)?,
-                    Motion::Dynamic => settling.close(context, &run.before, work)?,
+                    Motion::Kinematic => kinematic.close(context, &run.signals.before, work)?,
+                    Motion::Dynamic => settling.close(context, &run.signals.before, work)?,
                 }
             }
             run.restart(model, work);
-            dynamic.forget();
+            explicit.forget();
             implicit.forget();
             if let Some(taylor) = taylor {
                 taylor.forget();
@@ -163,16 +164,15 @@ impl Stepper {
             Motion::Kinematic => kinematic.advance(context, &mut run.track(), [target, limit], work)?,
             Motion::Dynamic => {
                 let horizon = Horizon { target, limit };
-                context.machine.load(model, &run.origin);
-                let mut engines = Engines { taylor: taylor.as_mut(), explicit: dynamic, implicit };
+                context.machine.load(model, &run.signals.origin);
+                let mut engines = Engines { taylor: taylor.as_mut(), explicit, implicit };
                 engines.advance(context, run, horizon)?;
                 read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
                 engines.tighten(context, run, work);
             }
         }
         state.copy_from(work);
-        run.changed_before = run.changed;
-        run.changed = false;
+        run.signals.pass();
         Ok(())
     }
 }
@@ -180,13 +180,13 @@ impl Stepper {
 /// The state at a communication point that the front has reached. `motion` writes (q, v) and says whether it must be projected.
 fn read(
     context: &mut Context,
-    run: &Continuation,
+    run: &Run,
     target: f64,
     state: &mut State,
-    mut motion: impl FnMut(&mut Context, &Continuation, &mut [f64]) -> bool,
+    mut motion: impl FnMut(&mut Context, &Run, &mut [f64]) -> bool,
 ) -> Result<(), Failure> {
-    state.copy_from(&run.origin);
-    context.model.advance_signals(&run.origin, target, state.registers_mut());
+    state.copy_from(&run.signals.origin);
+    context.model.advance_signals(&run.signals.origin, target, state.registers_mut());
     let range = range(context.model.layout());
     let open = motion(context, run, &mut state.registers_mut()[range]);
     let Context { model, machine, projection, settings, .. } = context;

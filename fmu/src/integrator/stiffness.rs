@@ -6,10 +6,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::continuation::Continuation;
-use super::dynamic::{Dynamic, Horizon, MOST_STEPS};
+use super::control::{Horizon, Progress};
+use super::explicit::Explicit;
 use super::implicit::Implicit;
-use super::taylor::{Reading, Taylor, order_for};
+use super::run::Run;
+use super::taylor::{self, Reading, Taylor, order_for};
 use crate::context::Context;
 use crate::context::Settings;
 use crate::failure::Failure;
@@ -44,6 +45,9 @@ const IMPLICIT_RUNS_EACH: f64 = 7.0;
 const JACOBIANS: f64 = 0.5;
 /// Evaluations of an explicit step.
 const EXPLICIT_EVALUATIONS: f64 = 13.0;
+
+/// Most attempts at steps between two communication points.
+const MOST_STEPS: u64 = 10_000_000;
 
 /// What a run remembers of the choice.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -127,33 +131,33 @@ struct Pace {
 }
 
 impl Pace {
-    fn new(context: &Context, run: &Continuation) -> Self {
-        Self { attempts: attempts(context), time: run.front_time, left: MOST_STEPS }
+    fn new(context: &Context, run: &Run) -> Self {
+        Self { attempts: attempts(context), time: run.last.end_time, left: MOST_STEPS }
     }
 
     /// Now and then a look: fails if so many steps as would be too many are still to come at the pace since the last one.
-    fn check(&mut self, context: &Context, run: &Continuation, target: f64) -> Result<(), Failure> {
+    fn check(&mut self, context: &Context, run: &Run, target: f64) -> Result<(), Failure> {
         let made = attempts(context) - self.attempts;
         if made < LOOK_AT_PACE {
             return Ok(());
         }
-        let to_come = (target - run.front_time) / (run.front_time - self.time) * made as f64;
+        let to_come = (target - run.last.end_time) / (run.last.end_time - self.time) * made as f64;
         // Written so that a front that stands still is too slow too.
         let enough = to_come < self.left as f64;
         if !enough {
-            let pace = (run.front_time - self.time) / made as f64;
-            let too_many = Failure::TooManySteps { time: run.front_time, pace, target, most: MOST_STEPS };
+            let pace = (run.last.end_time - self.time) / made as f64;
+            let too_many = Failure::TooManySteps { time: run.last.end_time, pace, target, most: MOST_STEPS };
             return Err(end_of_reach(context, run).unwrap_or(too_many));
         }
         self.left = self.left.saturating_sub(made);
-        (self.attempts, self.time) = (attempts(context), run.front_time);
+        (self.attempts, self.time) = (attempts(context), run.last.end_time);
         Ok(())
     }
 }
 
 /// Is no singular pose near, as far as is known?
-fn is_regular(run: &Continuation) -> bool {
-    run.ahead == 0.0 && run.pose.is_none_or(|pose| pose < run.front_time - AWAY * run.step)
+fn is_regular(run: &Run) -> bool {
+    run.singular.ahead == 0.0 && run.singular.pose.is_none_or(|pose| pose < run.last.end_time - AWAY * run.last.natural)
 }
 
 /// What a step times the fastest rate may be, if it is not implicit.
@@ -164,6 +168,28 @@ fn stable(settings: &Settings) -> f64 {
     }
 }
 
+/// One step of the explicit method where there is no series, unless that is because the loops are at the end of their reach.
+fn fallback_step(
+    context: &mut Context,
+    taylor: &mut Taylor,
+    explicit: &mut Explicit,
+    run: &mut Run,
+    horizon: Horizon,
+) -> Result<(), Failure> {
+    if let Some(failure) = end_of_reach(context, run) {
+        return Err(failure);
+    }
+    explicit.forget();
+    (run.last.natural, run.last.order) = (0.0, 0);
+    run.taylor = taylor::Memory::default();
+    context.machine.load(context.model, &run.signals.origin);
+    explicit.advance(context, run, horizon)?;
+    run.taylor.series = None;
+    context.statistics.fallbacks += 1;
+    taylor.forget();
+    Ok(())
+}
+
 /// Steps tried.
 fn attempts(context: &Context) -> u64 {
     context.statistics.steps + context.statistics.rejected
@@ -172,19 +198,19 @@ fn attempts(context: &Context) -> u64 {
 /// The engines of a model, side by side.
 pub(crate) struct Engines<'a> {
     pub taylor: Option<&'a mut Taylor>,
-    pub explicit: &'a mut Dynamic,
+    pub explicit: &'a mut Explicit,
     pub implicit: &'a mut Implicit,
 }
 
 impl Engines<'_> {
     /// Takes steps until the front has reached the target.
-    pub fn advance(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+    pub fn advance(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
         let mut pace = Pace::new(context, run);
-        while run.front_time < horizon.target {
+        while run.last.end_time < horizon.target {
             pace.check(context, run, horizon.target)?;
             if context.settings.engine == Engine::Radau {
-                self.implicit.single(context, run, horizon, false)?;
-            } else if run.choice.stiff {
+                self.implicit.advance(context, run, horizon, false)?;
+            } else if run.stiffness.stiff {
                 self.stiff_step(context, run, horizon)?;
             } else {
                 self.other_step(context, run, horizon)?;
@@ -195,10 +221,10 @@ impl Engines<'_> {
     }
 
     /// (q, v) at a target that the front has reached; says whether they must be projected.
-    pub fn read(&mut self, context: &mut Context, run: &Continuation, target: f64, motion: &mut [f64]) -> bool {
+    pub fn read(&mut self, context: &mut Context, run: &Run, target: f64, motion: &mut [f64]) -> bool {
         match (context.settings.engine, &mut self.taylor) {
-            _ if run.implicit.is_last() => Implicit::read(run, target, motion),
-            (Engine::Taylor, Some(taylor)) if run.order > 0 || run.front_time == target => {
+            _ if run.radau.is_last() => Implicit::read(run, target, motion),
+            (Engine::Taylor, Some(taylor)) if run.last.order > 0 || run.last.end_time == target => {
                 taylor.read(context, run, target, motion) == Reading::Open
             }
             _ => self.explicit.read(run, target, motion),
@@ -206,24 +232,25 @@ impl Engines<'_> {
     }
 
     /// Corrects what has been read between implicit steps and projected.
-    pub fn tighten(&mut self, context: &mut Context, run: &Continuation, state: &mut State) {
-        if run.implicit.is_last() && state.time() != run.front_time && !Implicit::is_at_pose(run, state.time()) {
+    pub fn tighten(&mut self, context: &mut Context, run: &Run, state: &mut State) {
+        if run.radau.is_last() && state.time() != run.last.end_time && !Implicit::is_at_pose(run, state.time()) {
             self.implicit.prepare(context, run);
             context.machine.load(context.model, state);
             self.implicit.tighten(context, run, state.positions_mut());
         }
     }
 
-    fn stiff_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
-        let goes_on = self.implicit.single(context, run, horizon, true)?;
-        run.series = None;
-        let possible = run.choice.held_back.max(stable(context.settings) / self.implicit.rate(context.model));
+    fn stiff_step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
+        let goes_on = self.implicit.advance(context, run, horizon, true)?;
+        run.taylor.series = None;
+        let possible = run.stiffness.held_back.max(stable(context.settings) / self.implicit.rate(context.model));
         if !goes_on {
-            run.choice = Choice { has_been_stiff: true, passing: true, ..Choice::new() };
+            run.stiffness = Choice { has_been_stiff: true, passing: true, ..Choice::new() };
         }
-        if !goes_on || is_regular(run) && run.choice.returns(run.step < possible * self.cost_ratio(context)) {
+        if !goes_on || is_regular(run) && run.stiffness.returns(run.last.natural < possible * self.cost_ratio(context))
+        {
             // Series find their own step.
-            run.step = if context.settings.engine == Engine::Taylor { 0.0 } else { possible };
+            run.last.natural = if context.settings.engine == Engine::Taylor { 0.0 } else { possible };
             self.explicit.forget();
             if let Some(taylor) = &mut self.taylor {
                 taylor.forget();
@@ -232,39 +259,44 @@ impl Engines<'_> {
         Ok(())
     }
 
-    fn other_step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
-        run.implicit.forget();
-        if run.choice.has_been_stiff && run.ahead > 0.0 && !run.choice.passing {
-            run.choice.passing = self.is_held_back(context, run);
+    fn other_step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
+        run.radau.forget();
+        if run.stiffness.has_been_stiff && run.singular.ahead > 0.0 && !run.stiffness.passing {
+            run.stiffness.passing = self.is_held_back(context, run);
         }
         // Stiffness keeps the steps so short that they are much better than the tolerance; next to the pose rounding errors are not.
-        let coarse = (run.choice.passing && !is_regular(run))
+        let coarse = (run.stiffness.passing && !is_regular(run))
             .then(|| Settings { tolerance: context.settings.tolerance.max(COARSE), ..*context.settings });
         let settings = coarse.as_ref().unwrap_or(context.settings);
         let Context { model, machine, projection, statistics, .. } = context;
         let context = &mut Context { model, machine, projection, statistics, settings };
         match (context.settings.engine, &mut self.taylor) {
-            (Engine::Taylor, Some(taylor)) => taylor.single(context, self.explicit, run, horizon)?,
+            (Engine::Taylor, Some(taylor)) => {
+                if taylor.advance(context, run, horizon)? == Progress::Declined {
+                    fallback_step(context, taylor, self.explicit, run, horizon)?;
+                }
+            }
             _ => {
-                run.order = 0;
-                self.explicit.single(context, run, horizon)?;
+                run.last.order = 0;
+                self.explicit.advance(context, run, horizon)?;
             }
         }
         // Without laws of positions and rates nothing is stiff. The implicit method knows nothing of singular poses.
         let lawful = self.taylor.as_ref().is_none_or(|taylor| taylor.has_laws());
-        if context.settings.automatic && lawful && (is_regular(run) || run.choice.is_new()) && run.choice.looks() {
+        if context.settings.automatic && lawful && (is_regular(run) || run.stiffness.is_new()) && run.stiffness.looks()
+        {
             let held_back = self.is_held_back(context, run);
-            run.choice.look(held_back);
-            run.choice.held_back = run.step;
+            run.stiffness.look(held_back);
+            run.stiffness.held_back = run.last.natural;
         }
         Ok(())
     }
 
     /// Is the step as long as the fastest rate permits?
-    fn is_held_back(&mut self, context: &mut Context, run: &Continuation) -> bool {
+    fn is_held_back(&mut self, context: &mut Context, run: &Run) -> bool {
         let rate = self.implicit.fastest_rate(context, run);
         self.implicit.forget();
-        run.step * rate > HELD_BACK * stable(context.settings)
+        run.last.natural * rate > HELD_BACK * stable(context.settings)
     }
 
     /// What an implicit step costs, in steps of the engine that the settings name.

@@ -11,7 +11,7 @@ use super::passing::Passage;
 use crate::constraints::poses::active_rows;
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::integrator::continuation::Continuation;
+use crate::integrator::run::Run;
 use crate::linalg::sparse::Row;
 use crate::math;
 use crate::model::{Model, State};
@@ -150,27 +150,31 @@ fn progress(model: &Model, from: &[f64], to: &[f64]) -> f64 {
 ///
 /// # Errors
 /// The motion has left its branch.
-pub(crate) fn watch(context: &mut Context, run: &mut Continuation) -> Result<(), Failure> {
+pub(crate) fn watch(context: &mut Context, run: &mut Run) -> Result<(), Failure> {
     let model = context.model;
     if model.program().tapes.closeness.is_empty() {
         return Ok(());
     }
-    let leap = progress(model, &run.trail.last, &run.front) > LEAP;
-    run.trail.last.copy_from_slice(&run.front);
+    let leap = progress(model, &run.singular.trail.last, &run.last.end) > LEAP;
+    run.singular.trail.last.copy_from_slice(&run.last.end);
     if leap {
-        run.trail.count = 0;
+        run.singular.trail.count = 0;
         return Ok(());
     }
-    let known = run.trail.count;
-    if known > 0 && progress(model, &run.trail.state(known - 1)[1..], &run.front) < run.trail.apart() {
+    let known = run.singular.trail.count;
+    if known > 0
+        && progress(model, &run.singular.trail.state(known - 1)[1..], &run.last.end) < run.singular.trail.apart()
+    {
         return Ok(());
     }
-    run.trail.push(run.front_time, &run.front);
+    run.singular.trail.push(run.last.end_time, &run.last.end);
     note_closeness(context, run);
-    let Some(closest) = (if run.trail.count == WINDOW { run.trail.closest() } else { None }) else { return Ok(()) };
-    let followed = run.follow.is_some_and(|follow| follow.until >= run.trail.state(0)[0]);
+    let Some(closest) = (if run.singular.trail.count == WINDOW { run.singular.trail.closest() } else { None }) else {
+        return Ok(());
+    };
+    let followed = run.singular.follow.is_some_and(|follow| follow.until >= run.singular.trail.state(0)[0]);
     let at = |place: usize| {
-        let state = run.trail.state(place);
+        let state = run.singular.trail.state(place);
         run.state_at(model, state[0], &state[1..])
     };
     if followed {
@@ -179,17 +183,17 @@ pub(crate) fn watch(context: &mut Context, run: &mut Continuation) -> Result<(),
     let (angle, joints) = turn(model, [&at(0), &at(closest), &at(WINDOW - 1)]);
     // Written so that no number is another branch too.
     let same = angle < SAME;
-    if same { Ok(()) } else { Err(Failure::BranchLost { time: run.trail.state(closest)[0], joints }) }
+    if same { Ok(()) } else { Err(Failure::BranchLost { time: run.singular.trail.state(closest)[0], joints }) }
 }
 
 /// 1 / r^2 at the last state of the trail, which is the front.
-fn note_closeness(context: &mut Context, run: &mut Continuation) {
+fn note_closeness(context: &mut Context, run: &mut Run) {
     let Context { model, machine, statistics, .. } = context;
-    machine.load_signals(model, &run.origin, run.front_time);
-    machine.load_motion(model, &run.front);
+    machine.load_signals(model, &run.signals.origin, run.last.end_time);
+    machine.load_motion(model, &run.last.end);
     machine.run(&model.program().tapes.acceleration);
     statistics.evaluations += 1;
-    let trail = &mut run.trail;
+    let trail = &mut run.singular.trail;
     let place = (trail.count - 1) * trail.smallest.len();
     let registers = machine.registers();
     for (index, &register) in model.program().tapes.closeness.iter().enumerate() {

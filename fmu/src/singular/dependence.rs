@@ -2,7 +2,7 @@
 
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::integrator::continuation::Continuation;
+use crate::integrator::run::Run;
 use crate::machine::Machine;
 use crate::singular::detect::dependent;
 
@@ -16,39 +16,39 @@ const REFUSED: f64 = 1e-3;
 const AT_THE_END: f64 = 1e-2;
 
 /// Is the front so close to a singular pose that it must be left before anything is evaluated?
-pub(crate) fn begins_near(context: &Context, run: &Continuation) -> bool {
-    let first = run.step == 0.0 && run.dense_from == run.front_time;
+pub(crate) fn begins_near(context: &Context, run: &Run) -> bool {
+    let first = run.last.natural == 0.0 && run.last.start_time == run.last.end_time;
     if !first || context.model.active().is_empty() {
-        return run.in_zone(run.front_time);
+        return run.in_zone(run.last.end_time);
     }
     at_the_front(context, run).0 < CLOSE
 }
 
 /// Is the front in a singular pose?
-pub(crate) fn is_singular(context: &Context, run: &Continuation) -> bool {
+pub(crate) fn is_singular(context: &Context, run: &Run) -> bool {
     at_the_front(context, run).0 < DEPENDENT
 }
 
 /// Why the implicit method goes no further, if it is because the front is close to a singular pose.
-pub(crate) fn singular_ahead(context: &Context, run: &Continuation) -> Option<Failure> {
+pub(crate) fn singular_ahead(context: &Context, run: &Run) -> Option<Failure> {
     let (distance, joints) = at_the_front(context, run);
-    (distance < REFUSED).then_some(Failure::SingularAhead { time: run.front_time, joints })
+    (distance < REFUSED).then_some(Failure::SingularAhead { time: run.last.end_time, joints })
 }
 
 /// The joints whose loop equations depend on each other most at the front.
-pub(crate) fn weakest_joints(context: &Context, run: &Continuation) -> Vec<String> {
+pub(crate) fn weakest_joints(context: &Context, run: &Run) -> Vec<String> {
     at_the_front(context, run).1
 }
 
 /// What to say where the motion could go on in several ways.
-pub(crate) fn undecided(context: &Context, run: &Continuation) -> Failure {
-    Failure::Undecided { time: run.front_time, joints: at_the_front(context, run).1 }
+pub(crate) fn undecided(context: &Context, run: &Run) -> Failure {
+    Failure::Undecided { time: run.last.end_time, joints: at_the_front(context, run).1 }
 }
 
 /// Why there is no step from the front, if it is because the loops are at the end of their reach.
-pub(crate) fn end_of_reach(context: &Context, run: &Continuation) -> Option<Failure> {
+pub(crate) fn end_of_reach(context: &Context, run: &Run) -> Option<Failure> {
     let (distance, joints) = at_the_front(context, run);
-    let time = run.front_time;
+    let time = run.last.end_time;
     let failure = if is_driven(context, run) {
         Failure::EndOfReach { time, joints }
     } else {
@@ -59,9 +59,9 @@ pub(crate) fn end_of_reach(context: &Context, run: &Continuation) -> Option<Fail
 }
 
 /// Do drivers move the loops at the front?
-fn is_driven(context: &Context, run: &Continuation) -> bool {
+fn is_driven(context: &Context, run: &Run) -> bool {
     let model = context.model;
-    let mut state = run.state_at(model, run.front_time, &run.front);
+    let mut state = run.state_at(model, run.last.end_time, &run.last.end);
     state.rates_mut().fill(0.0);
     let mut machine = Machine::new(model);
     machine.load(model, &state);
@@ -71,6 +71,6 @@ fn is_driven(context: &Context, run: &Continuation) -> bool {
 }
 
 /// Which loop equations depend on each other at the front, and how far from it they are.
-fn at_the_front(context: &Context, run: &Continuation) -> (f64, Vec<String>) {
-    dependent(context.model, &run.state_at(context.model, run.front_time, &run.front))
+fn at_the_front(context: &Context, run: &Run) -> (f64, Vec<String>) {
+    dependent(context.model, &run.state_at(context.model, run.last.end_time, &run.last.end))
 }

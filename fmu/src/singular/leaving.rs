@@ -1,7 +1,7 @@
 //! The way out of a singular pose: the state a step later from which the motion comes back to the pose with the rates there.
 
 use crate::context::Context;
-use crate::integrator::continuation::Continuation;
+use crate::integrator::run::Run;
 use crate::math;
 use crate::model::Model;
 
@@ -44,12 +44,12 @@ pub(crate) struct Search {
 
 impl Search {
     /// Those to be tried at the front, one after the other.
-    pub fn all(context: &Context, run: &Continuation) -> impl Iterator<Item = Self> + use<> {
+    pub fn all(context: &Context, run: &Run) -> impl Iterator<Item = Self> + use<> {
         let coordinates = &context.model.program().coordinates;
-        let speeds = coordinates.iter().zip(&run.front[coordinates.len()..]);
+        let speeds = coordinates.iter().zip(&run.last.end[coordinates.len()..]);
         let speed = speeds.fold(0.0, |largest, (coordinate, v)| math::maximum(largest, v.abs() / coordinate.scale));
         let longest = TURN / speed;
-        let usual = if run.step > 0.0 { f64::min(run.step, longest) } else { longest };
+        let usual = if run.last.natural > 0.0 { f64::min(run.last.natural, longest) } else { longest };
         let first = usual.min(context.settings.max_step);
         let tolerance = context.settings.tolerance;
         let lengths = std::iter::successors(Some(first), |h| Some(0.5 * h)).take(LENGTHS).filter(|h| h.is_finite());

@@ -3,26 +3,29 @@
 //! Step sizes follow the predictive controller of Gustafsson (1994) and the rules of the authors' program `radau5.f`. A Jacobian serves as long as
 //! Newton's iterations converge fast; where it was evaluated is remembered, so that a run continued from a saved state finds the same bits.
 
+mod batched;
 mod control;
 mod memory;
 mod passage;
+mod radau;
 mod watch;
 
-use super::abreast::Abreast;
-use super::continuation::Continuation;
-use super::dynamic::{Horizon, motion, underflow};
-use super::radau::{DENSE_ORDER, Newton, REAL, Radau, evaluate};
+use super::right_hand_side::RightHandSide;
+use super::run::Run;
 use crate::constraints::accelerations::finite;
 use crate::context::Context;
 use crate::events::{Monitor, Overlooked, Span};
 use crate::failure::Failure;
-use crate::integrator::control::{STRETCH, shortest, within};
+use crate::integrator::control::{Horizon, STRETCH, shortest, underflow, within};
 use crate::math;
 use crate::model::Model;
 use crate::program::Engine;
+use crate::singular::closeness::read;
 use crate::singular::dependence::singular_ahead;
+use batched::Batched;
 use control::{SAFETY, SHRINK, fourth_root};
-use passage::Survey;
+use passage::{COURSE, Survey};
+use radau::{DENSE_ORDER, Newton, REAL, Radau, evaluate};
 
 pub(super) use memory::Memory;
 
@@ -50,7 +53,7 @@ const EXTRAPOLATED: f64 = 8.0;
 #[derive(Clone, Debug, Default)]
 pub struct Implicit {
     radau: Radau,
-    abreast: Abreast,
+    batched: Batched,
     next: Vec<f64>,
     tolerances: Vec<f64>,
     /// One direction, and the derivative of everything along it.
@@ -109,7 +112,7 @@ impl Implicit {
         let radau = Radau::new(n);
         let rows = || vec![0.0; model.program().tapes.closeness.len()];
         Self {
-            abreast: Abreast::new(model, radau.has_each()),
+            batched: Batched::new(model, radau.has_each()),
             radau,
             next: vec![0.0; 2 * n],
             tolerances: vec![0.0; 2 * n],
@@ -141,35 +144,35 @@ impl Implicit {
     }
 
     /// (q, v) at the target, from the front or from the dense output; says whether it was interpolated.
-    pub fn read(run: &Continuation, target: f64, motion: &mut [f64]) -> bool {
-        if run.front_time == target {
-            motion.copy_from_slice(&run.front);
+    pub fn read(run: &Run, target: f64, motion: &mut [f64]) -> bool {
+        if run.last.end_time == target {
+            motion.copy_from_slice(&run.last.end);
             return false;
         }
-        evaluate(&run.dense, target - run.dense_from, motion);
+        evaluate(&run.last.dense, target - run.last.start_time, motion);
         // Where the loops hold less a projection would take the motion off its branch.
         !Self::is_at_pose(run, target)
     }
 
     /// The factors of the last step, if they were lost with a saved state.
-    pub fn prepare(&mut self, context: &mut Context, run: &Continuation) {
+    pub fn prepare(&mut self, context: &mut Context, run: &Run) {
         if !self.current {
             self.differentiate(context, run);
         }
-        if self.radau.factored() != run.implicit.step {
-            self.radau.factor(run.implicit.step);
+        if self.radau.factored() != run.radau.step {
+            self.radau.factor(run.radau.step);
         }
     }
 
     /// Puts q, projected between the steps, where stiff springs are as tight as the motion of the step demands: there a small error of the positions
     /// is a large one of the forces. The state must be in the registers, and
     /// [`Implicit::prepare`] have been called before.
-    pub fn tighten(&mut self, context: &mut Context, run: &Continuation, q: &mut [f64]) {
+    pub fn tighten(&mut self, context: &mut Context, run: &Run, q: &mut [f64]) {
         let Context { model, machine, .. } = context;
-        let dt = machine.registers()[model.layout().time()] - run.dense_from;
+        let dt = machine.registers()[model.layout().time()] - run.last.start_time;
         machine.evaluate(&model.program().tapes.acceleration, &mut self.column);
         for (index, place) in self.column.iter_mut().enumerate() {
-            *place -= second_derivative(&run.dense, q.len(), index, dt);
+            *place -= second_derivative(&run.last.dense, q.len(), index, dt);
         }
         self.radau.correct(&mut self.column);
         if self.column.iter().all(|value| value.is_finite()) {
@@ -178,10 +181,10 @@ impl Implicit {
     }
 
     /// One accepted step from the front; or none, and false, if there may be a singular pose in it and another engine can take over.
-    pub fn single(
+    pub fn advance(
         &mut self,
         context: &mut Context,
-        run: &mut Continuation,
+        run: &mut Run,
         horizon: Horizon,
         handing_over: bool,
     ) -> Result<bool, Failure> {
@@ -191,13 +194,13 @@ impl Implicit {
         {
             return if handing_over { Ok(false) } else { Err(failure) };
         }
-        let time = run.front_time;
+        let time = run.last.end_time;
         let shortest = shortest(time);
         let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
         let (mut rejected, mut replans, mut following) = (false, 0, f64::INFINITY);
         loop {
-            let natural = within(run.step, shortest, context.settings.max_step);
-            let planned = Self::planned(run, natural).max(shortest);
+            let natural = within(run.last.natural, shortest, context.settings.max_step);
+            let planned = COURSE.planned(run.singular.ahead, natural).max(shortest);
             // A step that ends before a law gets steep is not stretched into it.
             let stretch = if following.is_finite() { 1.0 } else { STRETCH };
             let limited = time + stretch * planned >= limit && Self::may_end(run, limit);
@@ -205,21 +208,18 @@ impl Implicit {
             let h = end - time;
             match self.attempt(context, run, end, rejected) {
                 Trial::Accepted { error, iterations, contraction, ahead } => {
-                    let proposed =
-                        self.propose(&run.implicit, h, error, [f64::from(iterations), contraction], rejected);
-                    let passes = Self::passes(run, end);
+                    let proposed = self.propose(&run.radau, h, error, [f64::from(iterations), contraction], rejected);
+                    let passes = run.passes(end);
                     self.accept(run, end, error, contraction);
-                    run.ahead = ahead;
-                    if ahead > 0.0 {
-                        run.pose = Some(end + ahead);
-                    }
+                    run.singular.expect(end, ahead);
                     // A step cut short by a limit says nothing against the natural length.
                     let cut = limited || planned < natural;
-                    run.step = if cut && (planned < natural || !rejected) { proposed.max(natural) } else { proposed };
+                    run.last.natural =
+                        if cut && (planned < natural || !rejected) { proposed.max(natural) } else { proposed };
                     if passes {
-                        run.step = run.step.min(natural.max(h));
+                        run.last.natural = run.last.natural.min(natural.max(h));
                     }
-                    run.step = run.step.min(following);
+                    run.last.natural = run.last.natural.min(following);
                     context.statistics.steps += 1;
                     return Ok(true);
                 }
@@ -230,29 +230,29 @@ impl Implicit {
                 Trial::Replanned | Trial::Unsteady => {
                     (rejected, replans) = (true, 0);
                     context.statistics.rejected += 1;
-                    run.step = 0.5 * h;
+                    run.last.natural = 0.5 * h;
                     if handing_over && !self.has_each() {
                         return Ok(false);
                     }
                     if let Some(failure) = singular_ahead(context, run) {
                         return if handing_over { Ok(false) } else { Err(failure) };
                     }
-                    if run.step < shortest {
+                    if run.last.natural < shortest {
                         return Err(underflow(context.model, time, self.radau.first(), None));
                     }
                 }
                 Trial::Overlooked(Overlooked { begin, place }) => {
                     rejected = true;
                     context.statistics.rejected += 1;
-                    (run.step, following) = ((begin * h).max(shortest), (place - begin) * h);
+                    (run.last.natural, following) = ((begin * h).max(shortest), (place - begin) * h);
                 }
                 Trial::Avoided if handing_over => return Ok(false),
                 Trial::Avoided => return Err(Self::avoided(context, run)),
                 Trial::Rejected { shorter, failure } => {
                     rejected = true;
                     context.statistics.rejected += 1;
-                    run.step = shorter * h;
-                    if run.step < shortest {
+                    run.last.natural = shorter * h;
+                    if run.last.natural < shortest {
                         return Err(underflow(context.model, time, self.radau.first(), failure));
                     }
                     if !self.radau.has_each() {
@@ -264,85 +264,83 @@ impl Implicit {
     }
 
     /// The derivative at the front, a Jacobian, and a first step size if there is none.
-    fn begin(&mut self, context: &mut Context, run: &mut Continuation) -> Result<(), Failure> {
+    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<(), Failure> {
         if !self.known {
-            self.radau.begin(&mut motion(context, &run.origin), run.front_time, &run.front);
+            self.radau.begin(&mut RightHandSide::new(context, &run.signals.origin), run.last.end_time, &run.last.end);
             self.known = true;
-            let closeness = context.model.program().tapes.closeness.iter();
-            let values = closeness.map(|&register| context.machine.registers()[register as usize].abs());
-            self.front.iter_mut().zip(values).for_each(|(place, value)| *place = value);
+            read(context.model, context.machine, &mut self.front);
         }
-        finite(context.model, run.front_time, &self.radau.first()[context.model.coordinates()..])?;
+        finite(context.model, run.last.end_time, &self.radau.first()[context.model.coordinates()..])?;
         if self.radau.has_each() {
             // Each attempt has Jacobians of its own.
-        } else if !run.implicit.anchored || run.implicit.contraction > FRESH_ENOUGH {
+        } else if !run.radau.anchored || run.radau.contraction > FRESH_ENOUGH {
             self.anchor_ahead(context, run);
         } else if !self.current {
             self.differentiate(context, run);
         }
-        if run.step == 0.0 {
-            run.step = self.first_step(context, &run.front);
+        if run.last.natural == 0.0 {
+            run.last.natural = self.first_step(context, &run.last.end);
         }
         Ok(())
     }
 
     /// Makes a place within the next step, as the motion before promises it, that of the Jacobian: it serves all nodes alike.
-    fn anchor_ahead(&mut self, context: &mut Context, run: &mut Continuation) {
-        let before = run.front_time - run.dense_from;
-        if !run.implicit.smooth || run.step == 0.0 || run.step > EXTRAPOLATED * before {
+    fn anchor_ahead(&mut self, context: &mut Context, run: &mut Run) {
+        let before = run.last.end_time - run.last.start_time;
+        if !run.radau.smooth || run.last.natural == 0.0 || run.last.natural > EXTRAPOLATED * before {
             return self.anchor_at_the_front(context, run);
         }
-        let Memory { anchor, anchored, .. } = &mut run.implicit;
-        anchor[0] = run.front_time + MIDDLE * run.step;
-        evaluate(&run.dense, before + MIDDLE * run.step, &mut anchor[1..]);
+        let Memory { anchor, anchored, .. } = &mut run.radau;
+        anchor[0] = run.last.end_time + MIDDLE * run.last.natural;
+        evaluate(&run.last.dense, before + MIDDLE * run.last.natural, &mut anchor[1..]);
         *anchored = true;
         self.differentiate(context, run);
     }
 
     /// Makes the front the place of the Jacobian, if it is not.
-    fn anchor_at_the_front(&mut self, context: &mut Context, run: &mut Continuation) {
-        let Memory { anchor, anchored, .. } = &mut run.implicit;
-        if *anchored && anchor[0] == run.front_time && self.current {
+    fn anchor_at_the_front(&mut self, context: &mut Context, run: &mut Run) {
+        let Memory { anchor, anchored, .. } = &mut run.radau;
+        if *anchored && anchor[0] == run.last.end_time && self.current {
             return;
         }
-        anchor[0] = run.front_time;
-        anchor[1..].copy_from_slice(&run.front);
+        anchor[0] = run.last.end_time;
+        anchor[1..].copy_from_slice(&run.last.end);
         *anchored = true;
         self.differentiate(context, run);
     }
 
     /// The Jacobian at the anchor.
-    fn differentiate(&mut self, context: &mut Context, run: &Continuation) {
+    fn differentiate(&mut self, context: &mut Context, run: &Run) {
         let Context { model, machine, .. } = context;
-        let Memory { anchor, .. } = &run.implicit;
-        machine.load_signals(model, &run.origin, anchor[0]);
+        let Memory { anchor, .. } = &run.radau;
+        machine.load_signals(model, &run.signals.origin, anchor[0]);
         machine.load_motion(model, &anchor[1..]);
         let (by_q, by_v) = self.radau.jacobian_mut();
-        self.abreast.differentiate(model, machine, by_q, by_v);
+        self.batched.differentiate(model, machine, by_q, by_v);
         self.current = true;
         context.statistics.jacobians += 1;
     }
 
     /// Tries a step to `end`.
-    fn attempt(&mut self, context: &mut Context, run: &mut Continuation, end: f64, rejected: bool) -> Trial {
-        let (time, h) = (run.front_time, end - run.front_time);
+    fn attempt(&mut self, context: &mut Context, run: &mut Run, end: f64, rejected: bool) -> Trial {
+        let (time, h) = (run.last.end_time, end - run.last.end_time);
         let reject = |shorter: f64| Trial::Rejected { shorter, failure: None };
         let share = self.share(context.settings.tolerance);
-        self.tolerate(context, &run.front, h, share);
+        self.tolerate(context, &run.last.end, h, share);
         self.guess(run, h);
         if !self.linearise(context, run, h) {
             return reject(0.5);
         }
-        let noise = self.noise(&run.front, h);
+        let noise = self.noise(&run.last.end, h);
         let goal = (NEWTON_SHARE * share.sqrt()).max(noise);
-        let Implicit { radau, tolerances, abreast, .. } = self;
-        let mut f = abreast.states(context, &run.origin);
-        let step = (time, run.front.as_slice(), h);
+        let Implicit { radau, tolerances, batched, .. } = self;
+        let mut f = batched.states(context, &run.signals.origin);
+        let step = (time, run.last.end.as_slice(), h);
         let (iterations, contraction) = match radau.solve(&mut f, step, tolerances, [goal, noise]) {
             Newton::Converged { iterations, contraction } => (iterations, contraction),
             Newton::Failed { shorter } => return reject(shorter),
         };
-        let first = run.implicit.step == 0.0;
+        let first = run.radau.step == 0.0;
         let error = radau.error(&mut f, step, tolerances, first || rejected);
         let error = self.judge(context, run, end, error);
         let small = error < 1.0;
@@ -352,12 +350,12 @@ impl Implicit {
                 error => (SAFETY / fourth_root(error)).clamp(SHRINK, 0.9),
             });
         }
-        self.radau.end(&run.front, &mut self.next);
+        self.radau.end(&run.last.end, &mut self.next);
         let ahead = if self.has_each() {
             match self.survey(context, run, end) {
                 Survey::Clear(ahead) => ahead,
                 Survey::Elsewhere(ahead) => {
-                    (run.ahead, run.pose) = (ahead, (ahead > 0.0).then_some(time + ahead));
+                    (run.singular.ahead, run.singular.pose) = (ahead, (ahead > 0.0).then_some(time + ahead));
                     return Trial::Replanned;
                 }
                 Survey::Unsteady => return Trial::Unsteady,
@@ -373,7 +371,7 @@ impl Implicit {
         if let Some(overlooked) = self.overlooked(context, run, end) {
             return Trial::Overlooked(overlooked);
         }
-        if Self::passes(run, end) && !self.note_passage(context, run, end) {
+        if run.passes(end) && !self.note_passage(context, run, end) {
             return Trial::Avoided;
         }
         Trial::Accepted { error, iterations, contraction, ahead }
@@ -381,17 +379,17 @@ impl Implicit {
 
     /// A law that is steep within the step just solved, where its polynomial does not accelerate as the equations demand. What stiff springs and
     /// dampers make of that is filtered out, as from the error of the step.
-    fn overlooked(&mut self, context: &mut Context, run: &Continuation, end: f64) -> Option<Overlooked> {
-        let h = end - run.front_time;
+    fn overlooked(&mut self, context: &mut Context, run: &Run, end: f64) -> Option<Overlooked> {
+        let h = end - run.last.end_time;
         if self.monitor.is_empty() || h <= 2.0 * shortest(end) {
             return None;
         }
         let Self { radau, polynomial, column, monitor, tolerances, .. } = self;
         let Context { model, machine, statistics, settings, .. } = context;
         let n = model.coordinates();
-        radau.dense(&run.front, h, polynomial);
+        radau.dense(&run.last.end, h, polynomial);
         let motion = |place: f64, motion: &mut [f64]| evaluate(polynomial, place * h, motion);
-        let mut span = Span { model, machine, origin: &run.origin, time: run.front_time, h, motion };
+        let mut span = Span { model, machine, origin: &run.signals.origin, time: run.last.end_time, h, motion };
         let excess = |place: f64, accelerations: &[f64]| {
             statistics.evaluations += 1;
             for (index, (lack, acceleration)) in column.iter_mut().zip(accelerations).enumerate() {
@@ -407,7 +405,7 @@ impl Implicit {
     }
 
     /// Jacobians, if each stage has its own, and factors for a step of that length; false if there are none.
-    fn linearise(&mut self, context: &mut Context, run: &mut Continuation, h: f64) -> bool {
+    fn linearise(&mut self, context: &mut Context, run: &mut Run, h: f64) -> bool {
         if !self.radau.has_each() && self.radau.factored() == h {
             return true;
         }
@@ -416,32 +414,33 @@ impl Implicit {
             return self.radau.factor(h);
         }
         context.statistics.jacobians += 1;
-        let Implicit { radau, abreast, .. } = self;
-        let regular = radau.linearise(&mut abreast.states(context, &run.origin), (run.front_time, &run.front, h));
-        radau.last_stage((run.front_time, h), &mut run.implicit.anchor);
-        (run.implicit.anchored, self.current) = (true, true);
+        let Implicit { radau, batched, .. } = self;
+        let regular =
+            radau.linearise(&mut batched.states(context, &run.signals.origin), (run.last.end_time, &run.last.end, h));
+        radau.last_stage((run.last.end_time, h), &mut run.radau.anchor);
+        (run.radau.anchored, self.current) = (true, true);
         regular
     }
 
     /// A first guess of the stages.
-    fn guess(&mut self, run: &Continuation, h: f64) {
-        let before = run.front_time - run.dense_from;
-        if !run.implicit.smooth || h > EXTRAPOLATED * before {
+    fn guess(&mut self, run: &Run, h: f64) {
+        let before = run.last.end_time - run.last.start_time;
+        if !run.radau.smooth || h > EXTRAPOLATED * before {
             return self.radau.guess_nothing();
         }
-        self.radau.guess(&run.front, |node, motion| {
-            evaluate(&run.dense, before + node * h, motion);
+        self.radau.guess(&run.last.end, |node, motion| {
+            evaluate(&run.last.dense, before + node * h, motion);
         });
     }
 
     /// Projects the end of the step onto the loop equations.
-    fn close(&mut self, context: &mut Context, run: &Continuation, end: f64) -> Result<(), Failure> {
+    fn close(&mut self, context: &mut Context, run: &Run, end: f64) -> Result<(), Failure> {
         if context.model.active().is_empty() {
             return Ok(());
         }
         let Context { model, machine, projection, settings, .. } = context;
         let (q, v) = self.next.split_at_mut(model.coordinates());
-        machine.load_signals(model, &run.origin, end);
+        machine.load_signals(model, &run.signals.origin, end);
         let radau = &self.radau;
         let relax = &mut |change: &mut [f64]| radau.relax(change);
         projection.positions_along(model, machine, q, settings.tolerance, f64::INFINITY, relax)?;
@@ -454,14 +453,14 @@ impl Implicit {
         projection.rates(model, machine, v, tolerance)
     }
 
-    fn accept(&mut self, run: &mut Continuation, end: f64, error: f64, contraction: f64) {
-        let h = end - run.front_time;
-        self.radau.dense(&run.front, h, &mut run.dense);
-        run.order = 0;
-        run.dense_from = run.front_time;
-        run.front_time = end;
-        run.front.copy_from_slice(&self.next);
-        let memory = &mut run.implicit;
+    fn accept(&mut self, run: &mut Run, end: f64, error: f64, contraction: f64) {
+        let h = end - run.last.end_time;
+        self.radau.dense(&run.last.end, h, &mut run.last.dense);
+        run.last.order = 0;
+        run.last.start_time = run.last.end_time;
+        run.last.end_time = end;
+        run.last.end.copy_from_slice(&self.next);
+        let memory = &mut run.radau;
         (memory.step, memory.error) = (h, error.max(REMEMBERED));
         (memory.contraction, memory.smooth) = (contraction, true);
         self.known = false;

@@ -4,17 +4,18 @@
 //! is far from it, whatever the stiffness.
 
 use super::Implicit;
+use super::radau::{NODES, evaluate};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::integrator::continuation::{Continuation, ZONE};
-use crate::integrator::radau::{NODES, evaluate};
-use crate::singular::detect::{Course, Plan, locate, plan, refine};
+use crate::integrator::run::Run;
+use crate::singular::closeness::share_at;
+use crate::singular::detect::{Course, locate, refine};
+use crate::singular::supervisor::ZONE;
 
 /// The middle of the gap.
 const MIDDLE: f64 = 0.4;
-const COURSE: Course = Course { take_off: 0.45, passes: MIDDLE, landing: 1.0 / MIDDLE, nearer: 0.5 };
-/// A step that passes a pose this share of its length from where it was expected is taken again.
-const MISSED: f64 = 0.08;
+pub(super) const COURSE: Course =
+    Course { take_off: 0.45, passes: MIDDLE, landing: 1.0 / MIDDLE, nearer: 0.5, missed: 0.08 };
 /// So far beyond a step its polynomial tells where a singular pose is, in units of the step.
 const REACH: f64 = 3.0;
 /// So many steps after a pose rows go away from the others.
@@ -38,46 +39,32 @@ pub(super) enum Survey {
 }
 
 impl Implicit {
-    /// Does a step pass a singular pose, as far as is known?
-    pub(super) fn passes(run: &Continuation, end: f64) -> bool {
-        run.ahead > 0.0 && run.front_time + run.ahead < end
-    }
-
-    /// A step of its natural length, unless there is a singular pose ahead.
-    pub(super) fn planned(run: &Continuation, natural: f64) -> f64 {
-        match if run.ahead > 0.0 { plan(&COURSE, run.ahead, natural) } else { Plan::Free } {
-            Plan::Free => natural,
-            Plan::Approach(length) | Plan::Pass(length) => length.min(natural),
-        }
-    }
-
     /// May a step that somebody cuts short end there? Not if it evaluates something near a singular pose.
-    pub(super) fn may_end(run: &Continuation, end: f64) -> bool {
-        let place = run.ahead / (end - run.front_time);
-        !Self::passes(run, end) || (place - MIDDLE).abs() < MISSED
+    pub(super) fn may_end(run: &Run, end: f64) -> bool {
+        !run.passes(end) || COURSE.clears(run.singular.ahead, end - run.last.end_time)
     }
 
     /// Does a time between the last steps lie so close to a pose that nothing may be evaluated there?
-    pub(crate) fn is_at_pose(run: &Continuation, time: f64) -> bool {
-        let zone = ZONE * (run.front_time - run.dense_from);
-        run.pose.is_some_and(|pose| (pose - time).abs() < zone)
+    pub(crate) fn is_at_pose(run: &Run, time: f64) -> bool {
+        let zone = ZONE * (run.last.end_time - run.last.start_time);
+        run.singular.pose.is_some_and(|pose| (pose - time).abs() < zone)
     }
 
     /// Is there a singular pose near a step?
-    pub(super) fn is_near(run: &Continuation, end: f64) -> bool {
-        run.pose.is_some_and(|pose| (pose - run.front_time).abs() < NEAR * (end - run.front_time))
+    pub(super) fn is_near(run: &Run, end: f64) -> bool {
+        run.singular.pose.is_some_and(|pose| (pose - run.last.end_time).abs() < NEAR * (end - run.last.end_time))
     }
 
     /// What the error of a step near a pose is without what the loops take off it.
-    pub(super) fn judge(&mut self, context: &mut Context, run: &Continuation, end: f64, error: f64) -> f64 {
+    pub(super) fn judge(&mut self, context: &mut Context, run: &Run, end: f64, error: f64) -> f64 {
         if !Self::is_near(run, end) || error > ROUGH {
             return error;
         }
         let Self { radau, next, tolerances, .. } = self;
         let Context { model, machine, projection, .. } = context;
         let n = model.coordinates();
-        radau.end(&run.front, next);
-        machine.load_signals(model, &run.origin, end);
+        radau.end(&run.last.end, next);
+        machine.load_signals(model, &run.signals.origin, end);
         machine.load_positions(model, &next[..n]);
         let flat = radau.filtered_error(tolerances, |error| {
             for part in error.chunks_exact_mut(n) {
@@ -86,31 +73,33 @@ impl Implicit {
             }
         });
         let left = error.min(flat);
-        if Self::passes(run, end) { left / PASSING } else { left }
+        if run.passes(end) { left / PASSING } else { left }
     }
 
     /// Looks for singular poses in the step just solved and after it.
-    pub(super) fn survey(&mut self, context: &mut Context, run: &Continuation, end: f64) -> Survey {
+    pub(super) fn survey(&mut self, context: &mut Context, run: &Run, end: f64) -> Survey {
         let model = context.model;
         let closeness = &model.program().tapes.closeness;
         if closeness.is_empty() {
             return Survey::Clear(0.0);
         }
-        let h = end - run.front_time;
-        let Self { radau, abreast, first, late, ends, polynomial, .. } = self;
+        let h = end - run.last.end_time;
+        let Self { radau, batched, first, late, ends, polynomial, .. } = self;
         for (row, &register) in closeness.iter().enumerate() {
-            let stages = abreast.registers()[register as usize].map(f64::abs);
+            let stages = batched.registers()[register as usize].map(f64::abs);
             (first[row], late[row], ends[row]) = (stages[0], stages[1], stages[2]);
         }
-        radau.dense(&run.front, h, polynomial);
+        radau.dense(&run.last.end, h, polynomial);
         self.reference.copy_from_slice(&self.front);
-        let passes = Self::passes(run, end);
+        let passes = run.passes(end);
         let steady = passes || self.is_steady(model);
         if passes || !steady {
-            let guess = if passes { run.ahead } else { self.nearest(context, run, h) };
+            let guess = if passes { run.singular.ahead } else { self.nearest(context, run, h) };
             let found = locate(guess, |dt| self.share_at(context, run, dt)).filter(|ahead| (0.0..h).contains(ahead));
             match found {
-                Some(ahead) if !passes || (ahead / h - MIDDLE).abs() > MISSED => return Survey::Elsewhere(ahead),
+                Some(ahead) if !passes || (ahead / h - MIDDLE).abs() > COURSE.missed => {
+                    return Survey::Elsewhere(ahead);
+                }
                 None if passes => return Survey::Elsewhere(0.0),
                 _ => {}
             }
@@ -126,7 +115,7 @@ impl Implicit {
     }
 
     /// Where in the step just solved a row is closest to the others, if it is between the nodes that it passes zero.
-    fn nearest(&mut self, context: &mut Context, run: &Continuation, h: f64) -> f64 {
+    fn nearest(&mut self, context: &mut Context, run: &Run, h: f64) -> f64 {
         let mut best = (f64::INFINITY, 0.0);
         let [c1, c2, _] = NODES;
         for row in 0..self.front.len() {
@@ -144,39 +133,31 @@ impl Implicit {
     }
 
     /// The smallest distance from a singular pose along the polynomial of the step just solved, as a share of the reference.
-    fn share_at(&mut self, context: &mut Context, run: &Continuation, dt: f64) -> f64 {
+    fn share_at(&mut self, context: &mut Context, run: &Run, dt: f64) -> f64 {
         let Self { polynomial, point, reference, .. } = self;
-        let Context { model, machine, statistics, .. } = context;
         evaluate(polynomial, dt, point);
-        machine.load_signals(model, &run.origin, run.front_time + dt);
-        machine.load_motion(model, point);
-        machine.run(&model.program().tapes.acceleration);
-        statistics.evaluations += 1;
-        let rows = model.program().tapes.closeness.iter().zip(&*reference);
-        let share = |(&register, front): (&u32, &f64)| front / machine.registers()[register as usize].abs();
-        // Where a row depends on the others exactly, those after it are no numbers.
-        rows.map(share).fold(f64::INFINITY, |least, share| if share < least { share } else { least }).sqrt()
+        share_at(context, &run.signals.origin, run.last.end_time + dt, point, reference)
     }
 
     /// Notes that the step just solved passes a singular pose; false if the branches do not meet there.
-    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Continuation, end: f64) -> bool {
-        let h = end - run.front_time;
+    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Run, end: f64) -> bool {
+        let h = end - run.last.end_time;
         self.reference.copy_from_slice(&self.front);
-        let ahead = refine(run.ahead, h, |dt| self.share_at(context, run, dt));
+        let ahead = refine(run.singular.ahead, h, |dt| self.share_at(context, run, dt));
         evaluate(&self.polynomial, ahead, &mut self.point);
-        run.note_passage(context.model, context.settings.tolerance, run.front_time + ahead, &self.point)
+        run.note_passage(context.model, context.settings.tolerance, run.last.end_time + ahead, &self.point)
     }
 
     /// What to say where branches only come close to each other, which is not for implicit steps.
-    pub(super) fn avoided(context: &Context, run: &Continuation) -> Failure {
+    pub(super) fn avoided(context: &Context, run: &Run) -> Failure {
         let joints = crate::singular::dependence::weakest_joints(context, run);
-        Failure::SingularAhead { time: run.front_time, joints }
+        Failure::SingularAhead { time: run.last.end_time, joints }
     }
 }
 
 /// Is the pose that the last steps have passed so little behind the front that rows go away from the others in a step of this length?
-fn is_behind(run: &Continuation, h: f64) -> bool {
-    run.pose.is_some_and(|pose| pose < run.front_time && pose > run.front_time - BEHIND * h)
+fn is_behind(run: &Run, h: f64) -> bool {
+    run.singular.pose.is_some_and(|pose| pose < run.last.end_time && pose > run.last.end_time - BEHIND * h)
 }
 
 /// When a row would depend on the others if it came closer as between the last stages, in units of their distance.

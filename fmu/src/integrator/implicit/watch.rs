@@ -2,7 +2,7 @@
 
 use super::Implicit;
 use crate::context::Context;
-use crate::integrator::continuation::Continuation;
+use crate::integrator::run::Run;
 use crate::math;
 use crate::model::Model;
 use crate::singular::detect::is_jump;
@@ -20,11 +20,11 @@ impl Implicit {
 
     /// About how fast anything can change at the front \[1/s\]: a few steps of the power method with the derivatives by q, and by v. The front's
     /// signals must have been loaded before.
-    pub fn fastest_rate(&mut self, context: &mut Context, run: &Continuation) -> f64 {
+    pub fn fastest_rate(&mut self, context: &mut Context, run: &Run) -> f64 {
         let Context { model, machine, .. } = context;
         let n = model.coordinates();
-        machine.load_signals(model, &run.origin, run.front_time);
-        machine.load_motion(model, &run.front);
+        machine.load_signals(model, &run.signals.origin, run.last.end_time);
+        machine.load_motion(model, &run.last.end);
         let scale = |index: usize| model.program().coordinates[index].scale;
         let mut norm = |first: usize| {
             let mut size = 0.0;
@@ -45,8 +45,8 @@ impl Implicit {
     }
 
     /// Is a loop equation at the front much closer to the others than it has been?
-    pub(super) fn is_close(&self, run: &mut Continuation) -> bool {
-        let rows = run.smallest.iter_mut().zip(&self.front);
+    pub(super) fn is_close(&self, run: &mut Run) -> bool {
+        let rows = run.singular.smallest.iter_mut().zip(&self.front);
         rows.fold(false, |close, (smallest, front)| {
             *smallest = math::minimum(*front, *smallest);
             close || *front > CLOSE * CLOSE * *smallest
@@ -58,7 +58,7 @@ impl Implicit {
     pub(super) fn is_steady(&self, model: &Model) -> bool {
         let rows = model.program().tapes.closeness.iter().zip(&self.front);
         rows.into_iter().all(|(&register, front)| {
-            let stages = self.abreast.registers()[register as usize].map(f64::abs);
+            let stages = self.batched.registers()[register as usize].map(f64::abs);
             let values = [*front, stages[0], stages[1], stages[2]];
             let largest = values.into_iter().fold(0.0, math::maximum);
             !is_jump(values.into_iter().fold(f64::INFINITY, math::minimum), largest)

@@ -1,12 +1,14 @@
 //! Singular poses in the stages of a step of DOP853: where they are, what the stages do near them, and what they leave of its error.
 
-use super::Motion;
+use super::dop853::node;
 use crate::constraints::projection::Projection;
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::integrator::explicit::{Derivative, node};
+use crate::integrator::right_hand_side::{Derivative, RightHandSide};
+use crate::machine::Machine;
 use crate::model::Model;
 use crate::model::State;
+use crate::singular::closeness::read;
 use crate::singular::detect::Guard;
 
 /// The loops are closed this well at least in stages near a singular pose.
@@ -111,14 +113,14 @@ impl Watch {
     }
 
     /// 1 / r^2 after an evaluation.
-    fn note(&mut self, model: &Model, registers: &[f64]) {
+    fn note(&mut self, model: &Model, machine: &Machine) {
         let Self { front, guard, growths, stage, .. } = self;
         if *stage >= LOOKS.len() {
             return;
         }
         let rows = &model.program().tapes.closeness;
         if *stage == LATE {
-            read(rows, registers, &mut guard.front);
+            read(model, machine, &mut guard.front);
         }
         if !LOOKS[*stage] {
             *stage += 1;
@@ -126,7 +128,7 @@ impl Watch {
         }
         let mut largest = (0.0, 0);
         for (row, (&register, front)) in rows.iter().zip(front.iter()).enumerate() {
-            let growth = registers[register as usize].abs() / front;
+            let growth = machine.registers()[register as usize].abs() / front;
             if growth > largest.0 {
                 largest = (growth, row);
             }
@@ -162,14 +164,9 @@ fn turned([front, late, end]: [f64; 3]) -> Option<f64> {
     (front > late && arrival < BEYOND).then_some(place)
 }
 
-/// 1 / r^2 in the registers.
-pub(super) fn read(rows: &[u32], registers: &[f64], values: &mut [f64]) {
-    values.iter_mut().zip(rows).for_each(|(value, &register)| *value = registers[register as usize].abs());
-}
-
 /// (q, v)' at the stages of a step, on the loops if need be.
 pub(super) struct Stages<'a> {
-    motion: Motion<'a>,
+    motion: RightHandSide<'a>,
     projection: &'a mut Projection,
     watch: &'a mut Watch,
     /// How well the loops are closed first, if they are.
@@ -180,11 +177,11 @@ impl<'a> Stages<'a> {
     pub fn new(context: &'a mut Context<'_>, origin: &'a State, watch: &'a mut Watch, closed: bool) -> Self {
         let tolerance = closed.then_some(context.settings.tolerance.min(STAGE_TOLERANCE));
         let Context { model, machine, projection, statistics, .. } = context;
-        Self { motion: Motion { model, machine, statistics, origin }, projection, watch, tolerance }
+        Self { motion: RightHandSide { model, machine, statistics, origin }, projection, watch, tolerance }
     }
 
     fn close(&mut self, time: f64, y: &[f64], tolerance: f64) -> Result<(), Failure> {
-        let Motion { model, machine, origin, .. } = &mut self.motion;
+        let RightHandSide { model, machine, origin, .. } = &mut self.motion;
         self.watch.point.copy_from_slice(y);
         let (q, v) = self.watch.point.split_at_mut(model.coordinates());
         machine.load_signals(model, origin, time);
@@ -206,7 +203,7 @@ impl Derivative for Stages<'_> {
                 self.motion.evaluate(time, &self.watch.point, derivative);
             }
         }
-        self.watch.note(self.motion.model, self.motion.machine.registers());
+        self.watch.note(self.motion.model, self.motion.machine);
     }
 }
 

@@ -2,7 +2,10 @@
 //!
 //! The caller owns the policy: which step to try, what to do with a rejected one, when to ask for dense output.
 
-use super::dop853::{DENSE, DENSE_ROWS, DENSE_STAGES, ERROR_5, NODES, Row, STAGE, STAGES, WEIGHTS_3};
+mod coefficients;
+
+use crate::integrator::right_hand_side::Derivative;
+use coefficients::{DENSE, DENSE_ROWS, DENSE_STAGES, ERROR_5, NODES, Row, STAGE, STAGES, WEIGHTS_3};
 
 /// Safety factor of the step size.
 const SAFETY: f64 = 0.8;
@@ -12,28 +15,16 @@ const GROW: f64 = 3.0;
 /// The error estimate is of order 7.
 const ORDER: f64 = 8.0;
 
-/// y' = f(t, y).
-pub trait Derivative {
-    /// Writes f(t, y).
-    fn evaluate(&mut self, time: f64, y: &[f64], derivative: &mut [f64]);
-}
-
-impl<F: FnMut(f64, &[f64], &mut [f64])> Derivative for F {
-    fn evaluate(&mut self, time: f64, y: &[f64], derivative: &mut [f64]) {
-        self(time, y, derivative);
-    }
-}
-
 /// Storage for the stages of a step.
 #[derive(Clone, Debug)]
-pub struct Explicit {
+pub struct Dop853 {
     size: usize,
     stages: Vec<f64>,
     sum: Vec<f64>,
     point: Vec<f64>,
 }
 
-impl Explicit {
+impl Dop853 {
     /// Storage for y of that size.
     pub fn new(size: usize) -> Self {
         Self { size, stages: vec![0.0; DENSE_STAGES * size], sum: vec![0.0; size], point: vec![0.0; size] }
@@ -113,7 +104,7 @@ impl Explicit {
         self.stages.copy_within((STAGES - 1) * self.size..STAGES * self.size, 0);
     }
 
-    /// Three more stages and the dense output of the step from y to next, after [`Explicit::finish`].
+    /// Three more stages and the dense output of the step from y to next, after [`Dop853::finish`].
     pub fn dense(&mut self, f: &mut impl Derivative, time: f64, y: &[f64], h: f64, next: &[f64], dense: &mut [f64]) {
         for stage in STAGES..DENSE_STAGES {
             self.evaluate_stage(f, stage, time, y, h);
@@ -134,7 +125,7 @@ impl Explicit {
         }
     }
 
-    /// A first step size: Hairer, Norsett, Wanner (1993), section II.4, after [`Explicit::begin`].
+    /// A first step size: Hairer, Norsett, Wanner (1993), section II.4, after [`Dop853::begin`].
     pub fn starting_step(&mut self, f: &mut impl Derivative, time: f64, y: &[f64], tolerances: &[f64]) -> f64 {
         let norm = |values: &[f64]| {
             let squares = values.iter().zip(tolerances).map(|(value, tolerance)| (value / tolerance).powi(2));
@@ -277,9 +268,9 @@ mod tests {
 
     /// Largest error at the end and between the steps, over [0, 3].
     fn run(steps: u32) -> [f64; 2] {
-        let mut method = Explicit::new(3);
+        let mut method = Dop853::new(3);
         let (mut y, mut next) = (exact(0.0).to_vec(), vec![0.0; 3]);
-        let mut dense = vec![0.0; Explicit::dense_length(3)];
+        let mut dense = vec![0.0; Dop853::dense_length(3)];
         let h = 3.0 / f64::from(steps);
         let difference = |y: &[f64], time: f64| {
             y.iter().zip(exact(time)).fold(0.0, |worst: f64, (y, exact)| worst.max((y - exact).abs()))
@@ -311,7 +302,7 @@ mod tests {
 
     #[test]
     fn the_slope_is_that_of_the_dense_output() {
-        let dense: Vec<f64> = (0..Explicit::dense_length(2)).map(|k| f64::from(k as u32).sin()).collect();
+        let dense: Vec<f64> = (0..Dop853::dense_length(2)).map(|k| f64::from(k as u32).sin()).collect();
         let value = |theta: f64, component: usize| {
             let mut y = [0.0; 2];
             interpolate(&dense, theta, &mut y);
@@ -328,7 +319,7 @@ mod tests {
     #[test]
     fn the_error_estimate_is_of_order_8_in_the_step() {
         let estimate = |h: f64| {
-            let mut method = Explicit::new(3);
+            let mut method = Dop853::new(3);
             let mut next = vec![0.0; 3];
             method.begin(&mut problem, 0.3, &exact(0.3));
             method.attempt(&mut problem, 0.3, &exact(0.3), h, &mut next);
@@ -344,7 +335,7 @@ mod tests {
         assert_eq!(next_step(1.0, 0.0, true), 1.0);
         assert_eq!(next_step(1.0, f64::NAN, false), SHRINK);
         assert_eq!(next_step(1.0, f64::INFINITY, false), SHRINK);
-        let mut method = Explicit::new(3);
+        let mut method = Dop853::new(3);
         method.begin(&mut problem, 0.0, &exact(0.0));
         let step = method.starting_step(&mut problem, 0.0, &exact(0.0), &[1e-8; 3]);
         assert!((1e-4..1.0).contains(&step), "{step}");

@@ -1,22 +1,24 @@
 //! Integration of Eqs. (22): steps of DOP853, each projected onto the loop equations.
 
+mod dop853;
 mod passage;
-mod watch;
+mod stages;
 
-use super::continuation::{Continuation, ZONE};
-use super::explicit::{Derivative, Explicit, interpolate, next_step, slope};
+use super::right_hand_side::RightHandSide;
+use super::run::Run;
 use crate::constraints::accelerations::finite;
-use crate::context::{Context, Statistics};
+use crate::context::Context;
 use crate::events::{Monitor, Overlooked, Span};
 use crate::failure::Failure;
-use crate::integrator::control::{LONGEST, STRETCH, shortest, within};
-use crate::machine::Machine;
+use crate::integrator::control::{Horizon, LONGEST, STRETCH, shortest, underflow, within};
 use crate::math;
-use crate::model::{Model, State};
+use crate::model::Model;
+use crate::singular::closeness::is_watched;
 use crate::singular::dependence::end_of_reach;
-use crate::singular::detect::{Plan, plan};
+use crate::singular::supervisor::ZONE;
+use dop853::{Dop853, interpolate, next_step, slope};
 pub(crate) use passage::COURSE;
-use watch::{Stages, Watch};
+use stages::{Stages, Watch};
 
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
 const SHARE_OF_TOLERANCE: f64 = 0.01;
@@ -35,13 +37,11 @@ const NOISE_SHARE: f64 = 1e-4;
 /// What the rates would change by in a step with the accelerations that its dense output lacks somewhere, in units of what one step may be wrong by:
 /// more, and they are those of a law that no stage has seen.
 const OVERLOOKED: f64 = 1e4;
-/// Most attempts at steps between two communication points.
-pub(crate) const MOST_STEPS: u64 = 10_000_000;
 
 /// Storage for dynamic motion.
 #[derive(Clone, Debug)]
-pub struct Dynamic {
-    explicit: Explicit,
+pub struct Explicit {
+    method: Dop853,
     next: Vec<f64>,
     tolerances: Vec<f64>,
     /// Is the derivative at the front known?
@@ -67,45 +67,17 @@ enum Trial {
     Overlooked(Overlooked),
 }
 
-/// How far steps may go.
-#[derive(Clone, Copy, Debug)]
-pub struct Horizon {
-    /// The communication point that is wanted.
-    pub target: f64,
-    /// Nothing is evaluated after this time.
-    pub limit: f64,
-}
-
-/// (q, v)' with the signals continued from `origin`.
-pub(crate) struct Motion<'a> {
-    pub model: &'a Model,
-    pub machine: &'a mut Machine,
-    pub statistics: &'a mut Statistics,
-    pub origin: &'a State,
-}
-
-impl Derivative for Motion<'_> {
-    fn evaluate(&mut self, time: f64, y: &[f64], derivative: &mut [f64]) {
-        let n = self.model.coordinates();
-        self.machine.load_signals(self.model, self.origin, time);
-        self.machine.load_motion(self.model, y);
-        let (rates, accelerations) = derivative.split_at_mut(n);
-        rates.copy_from_slice(&y[n..]);
-        self.machine.evaluate(&self.model.program().tapes.acceleration, accelerations);
-        self.statistics.evaluations += 1;
-    }
-}
-
-pub(crate) fn motion<'a>(context: &'a mut Context<'_>, origin: &'a State) -> Motion<'a> {
-    Motion { model: context.model, machine: context.machine, statistics: context.statistics, origin }
-}
-
-impl Dynamic {
+impl Explicit {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
         let size = 2 * model.coordinates();
-        let (explicit, watch, monitor) = (Explicit::new(size), Watch::new(model), Monitor::new(model));
-        Self { explicit, next: vec![0.0; size], tolerances: vec![0.0; size], known: false, watch, monitor }
+        let (method, watch, monitor) = (Dop853::new(size), Watch::new(model), Monitor::new(model));
+        Self { method, next: vec![0.0; size], tolerances: vec![0.0; size], known: false, watch, monitor }
+    }
+
+    /// Numbers in the dense output of a step.
+    pub fn dense_length(model: &Model) -> usize {
+        Dop853::dense_length(2 * model.coordinates())
     }
 
     /// To be called when the front is not the one that the last step left.
@@ -114,7 +86,7 @@ impl Dynamic {
     }
 
     /// Takes one step.
-    pub fn single(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
+    pub fn advance(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
         if self.leave_at_the_start(context, run)? {
             return Ok(());
         }
@@ -123,39 +95,39 @@ impl Dynamic {
     }
 
     /// (q, v) at the target, from the front or from the dense output; says whether it was interpolated.
-    pub fn read(&self, run: &Continuation, target: f64, motion: &mut [f64]) -> bool {
-        if run.front_time == target {
-            motion.copy_from_slice(&run.front);
+    pub fn read(&self, run: &Run, target: f64, motion: &mut [f64]) -> bool {
+        if run.last.end_time == target {
+            motion.copy_from_slice(&run.last.end);
             return false;
         }
-        let theta = (target - run.dense_from) / (run.front_time - run.dense_from);
-        interpolate(&run.dense, theta, motion);
+        let theta = (target - run.last.start_time) / (run.last.end_time - run.last.start_time);
+        interpolate(&run.last.dense, theta, motion);
         // Where the loops hold less a projection would take the motion off its branch.
-        let zone = ZONE * (run.front_time - run.dense_from);
-        run.pose.is_none_or(|pose| (pose - target).abs() > zone)
+        let zone = ZONE * (run.last.end_time - run.last.start_time);
+        run.singular.pose.is_none_or(|pose| (pose - target).abs() > zone)
     }
 
     /// The derivative at the front, and a first step size if there is none.
-    fn begin(&mut self, context: &mut Context, run: &mut Continuation) -> Result<(), Failure> {
-        let time = run.front_time;
+    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<(), Failure> {
+        let time = run.last.end_time;
         if !self.known {
-            self.explicit.begin(&mut motion(context, &run.origin), time, &run.front);
+            self.method.begin(&mut RightHandSide::new(context, &run.signals.origin), time, &run.last.end);
             self.known = true;
             self.look_around(context);
         }
         let n = context.model.coordinates();
-        finite(context.model, time, &self.explicit.first()[n..])?;
-        if run.step == 0.0 {
-            self.tolerate(context, &run.front, false);
-            let mut f = motion(context, &run.origin);
-            run.step = self.explicit.starting_step(&mut f, time, &run.front, &self.tolerances);
+        finite(context.model, time, &self.method.first()[n..])?;
+        if run.last.natural == 0.0 {
+            self.tolerate(context, &run.last.end, false);
+            let mut f = RightHandSide::new(context, &run.signals.origin);
+            run.last.natural = self.method.starting_step(&mut f, time, &run.last.end, &self.tolerances);
         }
         Ok(())
     }
 
     /// One accepted step from the front.
-    fn step(&mut self, context: &mut Context, run: &mut Continuation, horizon: Horizon) -> Result<(), Failure> {
-        let time = run.front_time;
+    fn step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
+        let time = run.last.end_time;
         let shortest = shortest(time);
         // No step ends in the zone of a singular pose, whoever asks for it: the dense output serves what lies there.
         let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
@@ -163,8 +135,8 @@ impl Dynamic {
         let mut following = f64::INFINITY;
         loop {
             let longest = run.following().unwrap_or(LONGEST).min(context.settings.max_step);
-            let natural = within(run.step, shortest, longest);
-            let planned = planned(run.ahead, natural).max(shortest);
+            let natural = within(run.last.natural, shortest, longest);
+            let planned = COURSE.planned(run.singular.ahead, natural).max(shortest);
             // A step that ends before a law gets steep is not stretched into it.
             let stretch = if following.is_finite() { 1.0 } else { STRETCH };
             let limited = time + stretch * planned >= limit && Self::may_end(run, limit);
@@ -175,28 +147,28 @@ impl Dynamic {
                     let proposed = next_step(h, error, rejected);
                     // A step cut short says nothing against the natural length.
                     let cut = limited || planned < natural;
-                    run.step = if cut && !rejected { proposed.max(natural) } else { proposed };
-                    run.step = run.step.min(following);
+                    run.last.natural = if cut && !rejected { proposed.max(natural) } else { proposed };
+                    run.last.natural = run.last.natural.min(following);
                     self.accept(run, end, ahead);
                     context.statistics.steps += 1;
                     return Ok(());
                 }
                 Trial::Rejected { error, failure } => {
                     rejected = true;
-                    run.step = next_step(h, error, true).min(0.5 * h);
-                    if run.step < shortest {
+                    run.last.natural = next_step(h, error, true).min(0.5 * h);
+                    if run.last.natural < shortest {
                         return Err(end_of_reach(context, run)
-                            .unwrap_or_else(|| underflow(context.model, time, self.explicit.first(), failure)));
+                            .unwrap_or_else(|| underflow(context.model, time, self.method.first(), failure)));
                     }
                 }
                 Trial::Overlooked(Overlooked { begin, place }) => {
                     rejected = true;
-                    (run.step, following) = ((begin * h).max(shortest), (place - begin) * h);
+                    (run.last.natural, following) = ((begin * h).max(shortest), (place - begin) * h);
                 }
                 Trial::Replanned if replans < REPLANS => replans += 1,
                 Trial::Replanned => {
                     (rejected, replans) = (true, 0);
-                    (run.step, run.ahead, run.pose) = ((0.5 * h).max(shortest), 0.0, None);
+                    (run.last.natural, run.singular.ahead, run.singular.pose) = ((0.5 * h).max(shortest), 0.0, None);
                 }
             }
             context.statistics.rejected += 1;
@@ -204,7 +176,7 @@ impl Dynamic {
     }
 
     /// Tries a step to `end`.
-    fn attempt(&mut self, context: &mut Context, run: &mut Continuation, end: f64, target: f64) -> Trial {
+    fn attempt(&mut self, context: &mut Context, run: &mut Run, end: f64, target: f64) -> Trial {
         let near = Self::is_near(run, end);
         if let Err(failure) = self.try_stages(context, run, end, near) {
             return Trial::Rejected { error: f64::NAN, failure: Some(failure) };
@@ -218,9 +190,9 @@ impl Dynamic {
         if let Err(failure) = self.close(context, run, end, near) {
             return Trial::Rejected { error, failure: Some(failure) };
         }
-        self.explicit.finish(&mut motion(context, &run.origin), end, &self.next);
+        self.method.finish(&mut RightHandSide::new(context, &run.signals.origin), end, &self.next);
         let unfit = Trial::Rejected { error: f64::NAN, failure: None };
-        if !self.explicit.last().iter().all(|value| value.is_finite()) {
+        if !self.method.last().iter().all(|value| value.is_finite()) {
             return unfit;
         }
         let mut ahead = 0.0;
@@ -233,39 +205,39 @@ impl Dynamic {
                 return unfit;
             }
         }
-        let passes = Self::passes(run, end);
-        let monitored = !self.monitor.is_empty() && end - run.front_time > 2.0 * shortest(end);
+        let passes = run.passes(end);
+        let monitored = !self.monitor.is_empty() && end - run.last.end_time > 2.0 * shortest(end);
         if (end > target || passes || monitored) && !self.interpolate(context, run, end, near) {
             return unfit;
         }
         if monitored && let Some(overlooked) = self.overlooked(context, run, end) {
             return Trial::Overlooked(overlooked);
         }
-        if passes && !self.note_passage(context, run, end - run.front_time) {
+        if passes && !self.note_passage(context, run, end - run.last.end_time) {
             return Trial::Replanned;
         }
         Trial::Accepted { error, ahead }
     }
 
     /// The stages of a step.
-    fn try_stages(&mut self, context: &mut Context, run: &Continuation, end: f64, near: bool) -> Result<(), Failure> {
-        let (time, h) = (run.front_time, end - run.front_time);
-        let Self { explicit, watch, next, .. } = self;
+    fn try_stages(&mut self, context: &mut Context, run: &Run, end: f64, near: bool) -> Result<(), Failure> {
+        let (time, h) = (run.last.end_time, end - run.last.end_time);
+        let Self { method, watch, next, .. } = self;
         if is_watched(context.model) {
             watch.begin_step();
-            explicit.attempt(&mut Stages::new(context, &run.origin, watch, near), time, &run.front, h, next);
+            method.attempt(&mut Stages::new(context, &run.signals.origin, watch, near), time, &run.last.end, h, next);
         } else {
-            explicit.attempt(&mut motion(context, &run.origin), time, &run.front, h, next);
+            method.attempt(&mut RightHandSide::new(context, &run.signals.origin), time, &run.last.end, h, next);
         }
         watch.take_failure().map_or(Ok(()), Err)
     }
 
     /// The error of the step just tried, in units of the tolerance.
-    fn judge(&mut self, context: &mut Context, run: &Continuation, end: f64, near: bool) -> f64 {
-        let h = end - run.front_time;
-        self.tolerate(context, &run.front, true);
-        let error = self.explicit.error(h, &self.tolerances);
-        let passes = Self::passes(run, end);
+    fn judge(&mut self, context: &mut Context, run: &Run, end: f64, near: bool) -> f64 {
+        let h = end - run.last.end_time;
+        self.tolerate(context, &run.last.end, true);
+        let error = self.method.error(h, &self.tolerances);
+        let passes = run.passes(end);
         if near && error > 1.0 && (passes || error < ROUGH) {
             let flat = self.flattened_error(context, run, end, h);
             let noise = passes && flat <= NOISE && flat <= NOISE_SHARE * error;
@@ -275,30 +247,37 @@ impl Dynamic {
     }
 
     /// The dense output of the step just tried; false if it is not finite.
-    fn interpolate(&mut self, context: &mut Context, run: &mut Continuation, end: f64, near: bool) -> bool {
-        let (time, h) = (run.front_time, end - run.front_time);
-        let Self { explicit, watch, next, .. } = self;
+    fn interpolate(&mut self, context: &mut Context, run: &mut Run, end: f64, near: bool) -> bool {
+        let (time, h) = (run.last.end_time, end - run.last.end_time);
+        let Self { method, watch, next, .. } = self;
         if near {
-            let mut f = Stages::new(context, &run.origin, watch, true);
-            explicit.dense(&mut f, time, &run.front, h, next, &mut run.dense);
+            let mut f = Stages::new(context, &run.signals.origin, watch, true);
+            method.dense(&mut f, time, &run.last.end, h, next, &mut run.last.dense);
         } else {
-            explicit.dense(&mut motion(context, &run.origin), time, &run.front, h, next, &mut run.dense);
+            method.dense(
+                &mut RightHandSide::new(context, &run.signals.origin),
+                time,
+                &run.last.end,
+                h,
+                next,
+                &mut run.last.dense,
+            );
         }
-        run.dense_from = time;
-        run.dense.iter().all(|value| value.is_finite())
+        run.last.start_time = time;
+        run.last.dense.iter().all(|value| value.is_finite())
     }
 
     /// A law that is steep within the step just tried, where the dense output does not accelerate as the equations demand.
-    fn overlooked(&mut self, context: &mut Context, run: &Continuation, end: f64) -> Option<Overlooked> {
-        let (time, h) = (run.front_time, end - run.front_time);
+    fn overlooked(&mut self, context: &mut Context, run: &Run, end: f64) -> Option<Overlooked> {
+        let (time, h) = (run.last.end_time, end - run.last.end_time);
         let Context { model, machine, statistics, settings, .. } = context;
-        let motion = |place: f64, motion: &mut [f64]| interpolate(&run.dense, place, motion);
-        let mut span = Span { model, machine, origin: &run.origin, time, h, motion };
+        let motion = |place: f64, motion: &mut [f64]| interpolate(&run.last.dense, place, motion);
+        let mut span = Span { model, machine, origin: &run.signals.origin, time, h, motion };
         let (n, tolerances) = (model.coordinates(), &self.tolerances);
         let excess = |place: f64, accelerations: &[f64]| {
             statistics.evaluations += 1;
             accelerations.iter().enumerate().fold(0.0, |worst, (index, acceleration)| {
-                let lack = h * acceleration - slope(&run.dense, place, 2 * n, n + index);
+                let lack = h * acceleration - slope(&run.last.dense, place, 2 * n, n + index);
                 math::maximum(worst, lack.abs() / (OVERLOOKED * tolerances[n + index]))
             })
         };
@@ -306,31 +285,28 @@ impl Dynamic {
     }
 
     /// Projects the end of the step onto the loop equations.
-    fn close(&mut self, context: &mut Context, run: &Continuation, end: f64, near: bool) -> Result<(), Failure> {
+    fn close(&mut self, context: &mut Context, run: &Run, end: f64, near: bool) -> Result<(), Failure> {
         if context.model.active().is_empty() {
             return Ok(());
         }
         let Context { model, machine, projection, settings, .. } = context;
         let (q, v) = self.next.split_at_mut(model.coordinates());
-        machine.load_signals(model, &run.origin, end);
+        machine.load_signals(model, &run.signals.origin, end);
         let tolerance = if near { settings.tolerance.min(TIGHT) } else { settings.tolerance };
         projection.positions(model, machine, q, tolerance, f64::INFINITY)?;
         projection.rates(model, machine, v, tolerance)
     }
 
-    fn accept(&mut self, run: &mut Continuation, end: f64, ahead: f64) {
-        self.explicit.roll();
+    fn accept(&mut self, run: &mut Run, end: f64, ahead: f64) {
+        self.method.roll();
         match run.following() {
-            Some(_) => run.follow_on(self.watch.follow(end - run.front_time)),
-            None => run.closing = self.watch.roll(&mut run.smallest),
+            Some(_) => run.singular.follow_on(self.watch.follow(end - run.last.end_time)),
+            None => run.singular.closing = self.watch.roll(&mut run.singular.smallest),
         }
-        run.ahead = ahead;
-        if ahead > 0.0 {
-            run.pose = Some(end + ahead);
-        }
-        run.series = Some(false);
-        run.front_time = end;
-        run.front.copy_from_slice(&self.next);
+        run.singular.expect(end, ahead);
+        run.taylor.series = Some(false);
+        run.last.end_time = end;
+        run.last.end.copy_from_slice(&self.next);
     }
 
     /// Absolute tolerances of q and v. Rates count relative to themselves, but not below one scale a second.
@@ -344,30 +320,4 @@ impl Dynamic {
             self.tolerances[n + index] = tolerance * coordinate.scale.max(rate);
         }
     }
-}
-
-/// Are there loop equations that may come to depend on each other?
-fn is_watched(model: &Model) -> bool {
-    !model.program().tapes.closeness.is_empty()
-}
-
-/// A step of its natural length, unless there is a singular pose so far ahead.
-fn planned(ahead: f64, natural: f64) -> f64 {
-    match if ahead > 0.0 { plan(&COURSE, ahead, natural) } else { Plan::Free } {
-        Plan::Free => natural,
-        Plan::Approach(length) | Plan::Pass(length) => length.min(natural),
-    }
-}
-
-/// No step is short enough; names the coordinate that accelerates most, judging by the derivative at the front.
-pub(crate) fn underflow(model: &Model, time: f64, derivative: &[f64], cause: Option<Failure>) -> Failure {
-    let n = model.coordinates();
-    let coordinates = &model.program().coordinates;
-    let speed = |index: usize| {
-        let size = derivative[n + index].abs() / coordinates[index].scale;
-        if size.is_finite() { size } else { f64::INFINITY }
-    };
-    let fastest = (0..n).max_by(|&a, &b| speed(a).total_cmp(&speed(b)));
-    let coordinate = fastest.map_or_else(|| model.program().name.clone(), |index| coordinates[index].name.clone());
-    Failure::StepUnderflow { time, coordinate, cause: cause.map(Box::new) }
 }

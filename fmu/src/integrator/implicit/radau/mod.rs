@@ -8,18 +8,19 @@
 //! The caller owns the policy: which step to try, what to do with a rejected one, when a Jacobian is too old.
 
 mod coefficients;
+mod newton;
 mod output;
 #[cfg(test)]
 mod tests;
 
 use nalgebra::Complex;
 
-use super::each_stage::EachStage;
-use super::explicit::Derivative;
+use crate::integrator::right_hand_side::Derivative;
 use crate::linalg::dense::Lu;
 use crate::linalg::lane;
 use crate::linalg::lane::{Lane, ZERO, splat};
 use coefficients::{COMPLEX, FROM, INTO, INVERSE, SQUARE, nodes};
+use newton::EachStage;
 
 pub(super) use coefficients::{NODES, REAL, turn};
 pub(super) use output::{DENSE_ORDER, evaluate};

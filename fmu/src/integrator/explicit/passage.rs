@@ -4,20 +4,20 @@
 //! would miss them by is divided by the distance; and what rounding errors add to its error along the direction in which the loops hold least does not
 //! count.
 
-use super::watch::{Stages, read};
-use super::{Dynamic, is_watched};
+use super::Explicit;
+use super::dop853::{interpolate, node};
+use super::stages::{Stages, Watch};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::integrator::continuation::Continuation;
-use crate::integrator::explicit::{interpolate, node};
+use crate::integrator::run::Run;
+use crate::singular::closeness::{is_watched, read, share_at};
 use crate::singular::dependence::{begins_near, is_singular, undecided};
 use crate::singular::detect::{Course, locate, refine};
 use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
 
 /// The gap between the nodes 1/3 and 3/5, in the middle of which the pose is best.
-pub(crate) const COURSE: Course = Course { take_off: 0.45, passes: 0.4667, landing: 1.0 / 0.4667, nearer: 0.5 };
-/// A step that passes a pose this share of its length from where it was expected is taken again.
-const MISSED: f64 = 0.07;
+pub(crate) const COURSE: Course =
+    Course { take_off: 0.45, passes: 0.4667, landing: 1.0 / 0.4667, nearer: 0.5, missed: 0.07 };
 /// So many steps after a pose the stages are still put on the loops.
 const BEHIND: f64 = 3.0;
 /// So far beyond a step its ends still tell where a singular pose is, in units of the step.
@@ -25,32 +25,27 @@ const REACH: f64 = 2.2;
 /// The loops are closed this well where a step out of a singular pose begins and ends.
 const TIGHT: f64 = 1e-10;
 
-impl Dynamic {
-    /// Does a step pass a singular pose, as far as is known?
-    pub(super) fn passes(run: &Continuation, end: f64) -> bool {
-        run.ahead > 0.0 && run.front_time + run.ahead < end
-    }
-
+impl Explicit {
     /// Is a singular pose so near to a step that its stages must be on the loops?
-    pub(super) fn is_near(run: &Continuation, end: f64) -> bool {
-        let h = (end - run.front_time).abs();
-        run.closing || run.pose.is_some_and(|pose| pose > run.front_time - BEHIND * h && pose < end + h)
+    pub(super) fn is_near(run: &Run, end: f64) -> bool {
+        let h = (end - run.last.end_time).abs();
+        run.singular.closing
+            || run.singular.pose.is_some_and(|pose| pose > run.last.end_time - BEHIND * h && pose < end + h)
     }
 
     /// May a step that somebody cuts short end there? Not if it evaluates something near a singular pose.
-    pub(super) fn may_end(run: &Continuation, end: f64) -> bool {
-        let place = run.ahead / (end - run.front_time);
-        !Self::passes(run, end) || (place - COURSE.passes).abs() < MISSED
+    pub(super) fn may_end(run: &Run, end: f64) -> bool {
+        !run.passes(end) || COURSE.clears(run.singular.ahead, end - run.last.end_time)
     }
 
     /// The error of the step just tried, without what the loops take off it.
-    pub(super) fn flattened_error(&mut self, context: &mut Context, run: &Continuation, end: f64, h: f64) -> f64 {
-        let Self { explicit, next, tolerances, .. } = self;
+    pub(super) fn flattened_error(&mut self, context: &mut Context, run: &Run, end: f64, h: f64) -> f64 {
+        let Self { method, next, tolerances, .. } = self;
         let Context { model, machine, projection, .. } = context;
         let n = model.coordinates();
-        machine.load_signals(model, &run.origin, end);
+        machine.load_signals(model, &run.signals.origin, end);
         machine.load_positions(model, &next[..n]);
-        explicit.filtered_error(h, tolerances, |error| {
+        method.filtered_error(h, tolerances, |error| {
             for part in error.chunks_exact_mut(n) {
                 // Twice, for the first time leaves rounding errors divided by the distance.
                 projection.flatten(model, machine, part);
@@ -61,10 +56,10 @@ impl Dynamic {
 
     /// Looks for singular poses in the step just tried and after it. Says how far after it there is one; none if the step must be taken
     /// again, because it has passed a pose that was not known, or elsewhere.
-    pub(super) fn survey(&mut self, context: &mut Context, run: &mut Continuation, end: f64) -> Option<f64> {
-        let h = end - run.front_time;
-        let expected = if Self::passes(run, end) {
-            Some(run.ahead)
+    pub(super) fn survey(&mut self, context: &mut Context, run: &mut Run, end: f64) -> Option<f64> {
+        let h = end - run.last.end_time;
+        let expected = if run.passes(end) {
+            Some(run.singular.ahead)
         } else {
             self.watch.dip().map(node).or_else(|| self.watch.late_dip()).map(|share| share * h)
         };
@@ -72,15 +67,15 @@ impl Dynamic {
             self.watch.reference.copy_from_slice(&self.watch.front);
             let found = locate(guess, |dt| self.share_at(context, run, h, dt));
             let found = found.filter(|ahead| (0.0..h).contains(ahead));
-            let known = Self::passes(run, end);
+            let known = run.passes(end);
             if let Some(ahead) = found {
-                let missed = !known || (ahead - run.ahead).abs() > MISSED * h;
-                (run.ahead, run.pose) = (ahead, Some(run.front_time + ahead));
+                let missed = !known || (ahead - run.singular.ahead).abs() > COURSE.missed * h;
+                (run.singular.ahead, run.singular.pose) = (ahead, Some(run.last.end_time + ahead));
                 if missed {
                     return None;
                 }
             } else if known {
-                (run.ahead, run.pose) = (0.0, None);
+                (run.singular.ahead, run.singular.pose) = (0.0, None);
             }
         }
         let guess = self.watch.arrival(h);
@@ -93,55 +88,38 @@ impl Dynamic {
     }
 
     /// The smallest distance from a singular pose along the polynomial through the ends of a step, as a share of the reference.
-    fn share_at(&mut self, context: &mut Context, run: &Continuation, h: f64, dt: f64) -> f64 {
-        let Self { explicit, next, watch, .. } = self;
-        quintic([&run.front, explicit.first()], [next, explicit.last()], h, dt, &mut watch.point);
-        self.share(context, run, run.front_time + dt)
-    }
-
-    /// The smallest distance from a singular pose at the point, as a share of the reference.
-    fn share(&self, context: &mut Context, run: &Continuation, time: f64) -> f64 {
-        let Self { watch, .. } = self;
-        let Context { model, machine, statistics, .. } = context;
-        machine.load_signals(model, &run.origin, time);
-        machine.load_motion(model, &watch.point);
-        machine.run(&model.program().tapes.acceleration);
-        statistics.evaluations += 1;
-        let rows = model.program().tapes.closeness.iter().zip(&watch.reference);
-        let share = |(&register, front): (&u32, &f64)| front / machine.registers()[register as usize].abs();
-        // Where a row depends on the others exactly, those after it are no numbers.
-        rows.map(share).fold(f64::INFINITY, |least, share| if share < least { share } else { least }).sqrt()
+    fn share_at(&mut self, context: &mut Context, run: &Run, h: f64, dt: f64) -> f64 {
+        let Self { method, next, watch, .. } = self;
+        quintic([&run.last.end, method.first()], [next, method.last()], h, dt, &mut watch.point);
+        share_at(context, &run.signals.origin, run.last.end_time + dt, &watch.point, &watch.reference)
     }
 
     /// Notes that the step of this length passes a singular pose; false if the branches do not meet there.
-    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Continuation, h: f64) -> bool {
+    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Run, h: f64) -> bool {
         self.watch.reference.copy_from_slice(&self.watch.front);
-        let ahead = refine(run.ahead, h, |dt| {
-            interpolate(&run.dense, dt / h, &mut self.watch.point);
-            self.share(context, run, run.front_time + dt)
+        let ahead = refine(run.singular.ahead, h, |dt| {
+            interpolate(&run.last.dense, dt / h, &mut self.watch.point);
+            let Watch { point, reference, .. } = &self.watch;
+            share_at(context, &run.signals.origin, run.last.end_time + dt, point, reference)
         });
-        let time = run.front_time + ahead;
-        interpolate(&run.dense, ahead / h, &mut self.watch.point);
+        let time = run.last.end_time + ahead;
+        interpolate(&run.last.dense, ahead / h, &mut self.watch.point);
         run.note_passage(context.model, context.settings.tolerance, time, &self.watch.point)
     }
 
     /// 1 / r^2 at the front, where the derivative has just been evaluated.
     pub(super) fn look_around(&mut self, context: &Context) {
-        read(&context.model.program().tapes.closeness, context.machine.registers(), &mut self.watch.front);
+        read(context.model, context.machine, &mut self.watch.front);
     }
 
     /// The same at the end of a step.
     pub(super) fn look_ahead(&mut self, context: &Context) {
-        read(&context.model.program().tapes.closeness, context.machine.registers(), &mut self.watch.guard.next);
+        read(context.model, context.machine, &mut self.watch.guard.next);
     }
 
     /// Leaves a singular pose in which a run begins. Says whether there was one.
-    pub(super) fn leave_at_the_start(
-        &mut self,
-        context: &mut Context,
-        run: &mut Continuation,
-    ) -> Result<bool, Failure> {
-        let looks = run.series.is_none() && is_watched(context.model);
+    pub(super) fn leave_at_the_start(&mut self, context: &mut Context, run: &mut Run) -> Result<bool, Failure> {
+        let looks = run.taylor.series.is_none() && is_watched(context.model);
         if !looks || !begins_near(context, run) {
             return Ok(false);
         }
@@ -153,15 +131,15 @@ impl Dynamic {
     }
 
     /// Finds the state a step later from which the motion comes back to the front.
-    fn leave(&mut self, context: &mut Context, run: &mut Continuation) -> bool {
-        let (time, pose) = (run.front_time, run.pose_here());
+    fn leave(&mut self, context: &mut Context, run: &mut Run) -> bool {
+        let (time, pose) = (run.last.end_time, run.pose_here());
         for mut search in Search::all(context, run) {
             if self.shoot(context, run, &mut search, pose) {
-                let theta = (pose - run.dense_from) / (run.front_time - run.dense_from);
-                interpolate(&run.dense, theta, &mut self.watch.point);
+                let theta = (pose - run.last.start_time) / (run.last.end_time - run.last.start_time);
+                interpolate(&run.last.dense, theta, &mut self.watch.point);
                 run.note_left(context.model, context.settings.tolerance, [time, pose], &self.watch.point);
-                (run.ahead, run.pose) = (0.0, Some(pose));
-                run.step = run.step.max(search.h);
+                (run.singular.ahead, run.singular.pose) = (0.0, Some(pose));
+                run.last.natural = run.last.natural.max(search.h);
                 context.statistics.steps += 1;
                 self.known = false;
                 return true;
@@ -172,19 +150,19 @@ impl Dynamic {
 
     /// Tries to find the state so long after the front, by steps back from it that have the pose in their gap. The step that leads there is then the
     /// last one.
-    fn shoot(&mut self, context: &mut Context, run: &mut Continuation, search: &mut Search, pose: f64) -> bool {
+    fn shoot(&mut self, context: &mut Context, run: &mut Run, search: &mut Search, pose: f64) -> bool {
         let (n, h) = (context.model.coordinates(), search.h);
-        let end = run.front_time + h;
+        let end = run.last.end_time + h;
         let back = (end - pose) * COURSE.landing;
-        let mut state = run.front.clone();
+        let mut state = run.last.end.clone();
         (0..n).for_each(|index| state[index] += h * state[n + index]);
         let mut reached = state.clone();
         for _ in 0..CORRECTIONS {
             if !self.stretch(context, run, end, -back, &mut state) {
                 return false;
             }
-            interpolate(&run.dense, h / back, &mut reached);
-            match search.correct(context.model, &run.front, &state, &mut reached) {
+            interpolate(&run.last.dense, h / back, &mut reached);
+            match search.correct(context.model, &run.last.end, &state, &mut reached) {
                 Verdict::Again => std::mem::swap(&mut state, &mut reached),
                 Verdict::Failed => return false,
                 Verdict::Found => return self.come_forth(context, run, end, back),
@@ -194,46 +172,46 @@ impl Dynamic {
     }
 
     /// Takes the step that leads to the state found, from where the last step back has ended.
-    fn come_forth(&mut self, context: &mut Context, run: &mut Continuation, end: f64, h: f64) -> bool {
+    fn come_forth(&mut self, context: &mut Context, run: &mut Run, end: f64, h: f64) -> bool {
         let mut state = self.next.clone();
         let there = self.stretch(context, run, end - h, h, &mut state);
         self.tolerate(context, &state, true);
-        let straight = self.explicit.error(h, &self.tolerances);
+        let straight = self.method.error(h, &self.tolerances);
         if !there || straight.min(self.flattened_error(context, run, end, h)) > 1.0 {
             return false;
         }
-        run.dense_from = end - h;
-        run.front_time = end;
-        run.front.copy_from_slice(&self.next);
+        run.last.start_time = end - h;
+        run.last.end_time = end;
+        run.last.end.copy_from_slice(&self.next);
         true
     }
 
     /// A step from a state, which is put on the loops first, with its stages on the loops. Its end and dense output are at hand then.
-    fn stretch(&mut self, context: &mut Context, run: &mut Continuation, from: f64, h: f64, state: &mut [f64]) -> bool {
+    fn stretch(&mut self, context: &mut Context, run: &mut Run, from: f64, h: f64, state: &mut [f64]) -> bool {
         if !close(context, run, from, state) {
             return false;
         }
-        let Self { explicit, next, watch, .. } = self;
+        let Self { method, next, watch, .. } = self;
         watch.begin_step();
-        let mut f = Stages::new(context, &run.origin, watch, true);
-        explicit.begin(&mut f, from, state);
-        explicit.attempt(&mut f, from, state, h, next);
+        let mut f = Stages::new(context, &run.signals.origin, watch, true);
+        method.begin(&mut f, from, state);
+        method.attempt(&mut f, from, state, h, next);
         if watch.take_failure().is_some() || !close(context, run, from + h, next) {
             return false;
         }
-        let mut f = Stages::new(context, &run.origin, watch, true);
-        explicit.finish(&mut f, from + h, next);
-        explicit.dense(&mut f, from, state, h, next, &mut run.dense);
-        watch.take_failure().is_none() && run.dense.iter().chain(&*next).all(|value| value.is_finite())
+        let mut f = Stages::new(context, &run.signals.origin, watch, true);
+        method.finish(&mut f, from + h, next);
+        method.dense(&mut f, from, state, h, next, &mut run.last.dense);
+        watch.take_failure().is_none() && run.last.dense.iter().chain(&*next).all(|value| value.is_finite())
     }
 }
 
 /// Puts a state on the loops, tightly. Says whether that was possible.
-fn close(context: &mut Context, run: &Continuation, time: f64, state: &mut [f64]) -> bool {
+fn close(context: &mut Context, run: &Run, time: f64, state: &mut [f64]) -> bool {
     let Context { model, machine, projection, settings, .. } = context;
     let (q, v) = state.split_at_mut(model.coordinates());
     let tolerance = settings.tolerance.min(TIGHT);
-    machine.load_signals(model, &run.origin, time);
+    machine.load_signals(model, &run.signals.origin, time);
     projection.positions(model, machine, q, tolerance, f64::INFINITY).is_ok()
         && projection.rates(model, machine, v, tolerance).is_ok()
 }

@@ -1,9 +1,8 @@
 //! The accelerations at the three nodes of an implicit step in one pass of their kernel, and four columns of their Jacobian in another.
 
-use super::dynamic::{Motion, motion};
-use super::explicit::Derivative;
 use super::radau::Nodes;
 use crate::context::Context;
+use crate::integrator::right_hand_side::{Derivative, RightHandSide};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, splat};
 use crate::machine::Machine;
 use crate::model::{Model, State, motion as range};
@@ -11,7 +10,7 @@ use crate::tape::{DIRECTIONS, Lanes, Tape};
 
 /// Storage; by default, none.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Abreast {
+pub(crate) struct Batched {
     /// The states at the nodes, side by side; the last one twice.
     registers: Vec<Lane>,
     /// Derivatives along four directions.
@@ -27,13 +26,13 @@ pub(crate) struct Abreast {
 
 /// (q, v)' with the signals continued from `origin`, at three points at once.
 pub(crate) struct States<'a> {
-    motion: Motion<'a>,
-    abreast: &'a mut Abreast,
+    motion: RightHandSide<'a>,
+    batched: &'a mut Batched,
     /// The times that the signals are for.
     times: Option<[f64; 3]>,
 }
 
-impl Abreast {
+impl Batched {
     /// Storage for a model; has each node its own Jacobian?
     pub fn new(model: &Model, each: bool) -> Self {
         let (program, layout) = (model.program(), model.layout());
@@ -60,7 +59,7 @@ impl Abreast {
         for &register in &self.constants {
             self.registers[register] = splat(context.machine.registers()[register]);
         }
-        States { motion: motion(context, origin), abreast: self, times: None }
+        States { motion: RightHandSide::new(context, origin), batched: self, times: None }
     }
 
     /// Registers as the last pass at the nodes has left them.
@@ -97,7 +96,7 @@ impl Derivative for States<'_> {
 impl Nodes for States<'_> {
     fn evaluate_nodes(&mut self, times: [f64; 3], points: &[Lane], derivatives: &mut [Lane]) {
         self.load(times, points);
-        self.motion.model.program().tapes.acceleration.run_lanes(&mut self.abreast.registers);
+        self.motion.model.program().tapes.acceleration.run_lanes(&mut self.batched.registers);
         self.read(points, derivatives);
         self.motion.statistics.evaluations += 3;
     }
@@ -110,10 +109,10 @@ impl Nodes for States<'_> {
         jacobians: &mut [Lane],
     ) {
         self.load(times, points);
-        let Self { motion: Motion { model, .. }, abreast, .. } = self;
+        let Self { motion: RightHandSide { model, .. }, batched, .. } = self;
         let (n, first) = (model.coordinates(), model.layout().positions());
         let tape = &model.program().tapes.acceleration;
-        let Abreast { registers, several, directions, .. } = &mut **abreast;
+        let Batched { registers, several, directions, .. } = &mut **batched;
         jacobians.fill(ZERO);
         for some in directions.chunks(DIRECTIONS) {
             let seeds = || some.iter().enumerate();
@@ -134,8 +133,8 @@ impl Nodes for States<'_> {
 impl States<'_> {
     /// Brings the states at the nodes into the registers.
     fn load(&mut self, times: [f64; 3], points: &[Lane]) {
-        let Self { motion: Motion { model, machine, origin, .. }, abreast, times: known } = self;
-        let Abreast { registers, signals, .. } = &mut **abreast;
+        let Self { motion: RightHandSide { model, machine, origin, .. }, batched, times: known } = self;
+        let Batched { registers, signals, .. } = &mut **batched;
         if !signals.is_empty() && *known != Some(times) {
             for (place, time) in times.into_iter().enumerate() {
                 machine.load_signals(model, origin, time);
@@ -149,11 +148,11 @@ impl States<'_> {
 
     /// What the kernel has left there.
     fn read(&self, points: &[Lane], derivatives: &mut [Lane]) {
-        let Self { motion: Motion { model, .. }, abreast, .. } = self;
+        let Self { motion: RightHandSide { model, .. }, batched, .. } = self;
         let (rates, accelerations) = derivatives.split_at_mut(model.coordinates());
         rates.copy_from_slice(&points[rates.len()..]);
         let results = &model.program().tapes.acceleration.results;
-        accelerations.iter_mut().zip(results).for_each(|(a, &row)| *a = abreast.registers[row as usize]);
+        accelerations.iter_mut().zip(results).for_each(|(a, &row)| *a = batched.registers[row as usize]);
     }
 }
 

@@ -5,7 +5,7 @@
 //! dX and dY is then to make up for r = v + Y - B X and s = a - B Y: dY = B dX - r leaves (B^2 - a_v B - a_q) dX = s + (B - a_v) r for
 //! the three stages together.
 
-use super::radau::turn;
+use super::turn;
 use crate::linalg::dense::Lu;
 use crate::linalg::lane::{Lane, ZERO, add, minus, multiply, splat, subtract};
 

@@ -1,0 +1,137 @@
+//! What a run remembers between communication points, each part with its owner.
+
+use serde::{Deserialize, Serialize};
+
+use super::implicit;
+use super::last_step::LastStep;
+use super::signals::Signals;
+use super::stiffness::Choice;
+use super::taylor;
+use crate::constraints::kinematic::Track;
+use crate::model::{Model, State, motion};
+use crate::singular::passing::Passage;
+use crate::singular::supervisor::Supervisor;
+
+/// Together with the [`State`] it determines the rest of the run bit for bit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    pub(crate) signals: Signals,
+    pub(crate) last: LastStep,
+    pub(crate) singular: Supervisor,
+    pub(crate) taylor: taylor::Memory,
+    pub(crate) radau: implicit::Memory,
+    pub(crate) stiffness: Choice,
+}
+
+impl Run {
+    /// The beginning of a run.
+    pub fn new(model: &Model, state: &State) -> Self {
+        Self {
+            signals: Signals::new(state),
+            last: LastStep::new(model, state),
+            singular: Supervisor::new(model),
+            taylor: taylor::Memory::default(),
+            radau: implicit::Memory::new(model),
+            stiffness: Choice::new(),
+        }
+    }
+
+    /// Begins anew at a state.
+    pub fn start(&mut self, model: &Model, state: &State) {
+        self.restart(model, state);
+        (self.last.start_time, self.last.natural) = (state.time(), 0.0);
+        self.singular.start();
+        self.stiffness = Choice::new();
+        (self.signals.changed, self.signals.changed_before) = (false, false);
+    }
+
+    /// Forgets the step that went beyond a state; the run goes on from that state.
+    pub(crate) fn restart(&mut self, model: &Model, state: &State) {
+        self.taylor = taylor::Memory::default();
+        self.signals.origin.copy_from(state);
+        self.shift_poses(state.time());
+        self.last.end_at(model, state);
+        self.radau.forget();
+    }
+
+    /// To be called before an input or parameter of the state changes.
+    pub fn change(&mut self, state: &State) {
+        self.signals.change(state);
+    }
+
+    /// Has anything changed since the last communication point?
+    pub fn is_changed(&self) -> bool {
+        self.signals.changed
+    }
+
+    /// The state before the first change.
+    pub fn before(&self) -> &State {
+        &self.signals.before
+    }
+
+    /// Goes on from a state that somebody else has moved.
+    pub fn keep(&mut self, state: &State) {
+        self.signals.before.copy_from(state);
+        self.signals.changed = false;
+    }
+
+    /// Is the state at a later time known from the last step's polynomial? That communication point is then passed.
+    pub(crate) fn interpolates(&mut self, time: f64) -> bool {
+        let known = !self.signals.changed && self.last.covers(time);
+        if known {
+            self.signals.changed_before = false;
+        }
+        known
+    }
+
+    /// The last step of a driven mechanism: where it began is its dense output.
+    pub(super) fn track(&mut self) -> Track<'_> {
+        let last = &mut self.last;
+        let size = last.end.len();
+        Track {
+            origin: &self.signals.origin,
+            start_time: &mut last.start_time,
+            start: &mut last.dense[..size],
+            end_time: &mut last.end_time,
+            end: &mut last.end,
+            step: &mut last.natural,
+        }
+    }
+
+    /// The state at a time with this motion (q, v).
+    pub(crate) fn state_at(&self, model: &Model, time: f64, place: &[f64]) -> State {
+        let mut state = self.signals.origin.clone();
+        model.advance_signals(&self.signals.origin, time, state.registers_mut());
+        state.registers_mut()[motion(model.layout())].copy_from_slice(place);
+        state
+    }
+
+    /// Is there no passage to be reported?
+    pub(crate) fn has_no_report(&self) -> bool {
+        self.singular.passages.is_empty()
+    }
+
+    /// Takes the passages up to a time out.
+    pub fn take_passages(&mut self, time: f64) -> Vec<Passage> {
+        self.singular.take_passages(time)
+    }
+
+    /// Copies another run of the same model without allocating.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.signals.copy_from(&other.signals);
+        self.last.copy_from(&other.last);
+        self.singular.copy_from(&other.singular);
+        self.taylor = other.taylor;
+        self.radau.copy_from(&other.radau);
+        self.stiffness = other.stiffness;
+    }
+
+    /// Is this a run of that model, with nothing in it that a run would not write?
+    pub fn belongs_to(&self, model: &Model) -> bool {
+        self.signals.belongs_to(model)
+            && self.last.belongs_to(model)
+            && self.singular.belongs_to(model)
+            && self.radau.belongs_to(model)
+            && self.stiffness.is_sound()
+    }
+}

@@ -1,0 +1,85 @@
+//! Laws along the polynomial of a step: where they are steep, and where their smooth branches end.
+
+use super::{Start, Taylor};
+use crate::context::Context;
+use crate::events::Choices;
+use crate::failure::Failure;
+use crate::integrator::control::Progress;
+use crate::integrator::run::Run;
+use crate::model::Model;
+
+/// A smooth branch that is no longer than so many shortest steps is one of several that begin together.
+const FLEETING: f64 = 64.0;
+
+impl Taylor {
+    /// Takes the arguments of steep laws along the polynomial over.
+    pub(super) fn follow_laws(&mut self, order: usize) {
+        if !self.layers.is_empty() || self.jet.has_switches() {
+            self.jet.complete(order);
+            self.layers.take(order - 1, |slot| self.jet.scalar(slot));
+        }
+    }
+
+    /// Where the effect of a law begins that the polynomial of a step of length h overlooks: at a place where the law may be steep the accelerations
+    /// are not what the equations demand.
+    pub(super) fn overlooked(&mut self, context: &mut Context, run: &Run, h: f64, goal: f64) -> Option<f64> {
+        let order = run.last.order as usize;
+        let mut law = 0;
+        while let Some(suspect) = self.layers.suspect(law, h) {
+            let place = suspect.place * h;
+            self.jet.evaluate(&run.last.dense, order, place, &mut self.next);
+            let begun = self.start(context, run, run.last.end_time + place, false).is_some();
+            context.statistics.evaluations += 1;
+            let excess = if begun { self.jet.defect(order, place) / goal } else { f64::INFINITY };
+            // Written so that NaN is overlooked.
+            let met = excess <= 1.0;
+            if !met {
+                return Some(self.layers.begin(&suspect, h, excess));
+            }
+            law = suspect.law + 1;
+        }
+        None
+    }
+
+    /// Begins the next step on the branches that begin at a switch, so long after the step began; on those of the motion if it ends at none.
+    pub(super) fn enter(&mut self, run: &mut Run, switch: Option<(f64, Choices)>, shortest: f64) {
+        run.taylor.branches = match switch {
+            // What has just changed may be zero by rounding still.
+            Some((length, branches)) if length < FLEETING * shortest => run.taylor.branches.then(branches),
+            Some((_, branches)) => branches,
+            None => Choices::default(),
+        };
+        if switch.is_some() {
+            self.known = Start::Unknown;
+            run.taylor.series = None;
+        }
+    }
+
+    /// Begins anew on other branches where the step begins, unless nothing changes by that. Fails if the motion has just come from there: each
+    /// branch leads back to the other.
+    pub(super) fn switch_at_once(
+        &mut self,
+        model: &Model,
+        run: &mut Run,
+        branches: Choices,
+    ) -> Result<Progress, Failure> {
+        if run.taylor.branches.reversed & branches.known != 0 {
+            return Err(Failure::Chatter { time: run.last.end_time, coordinate: self.most_switched(model) });
+        }
+        self.jet.coordinates(2, &mut self.left);
+        run.taylor.branches = run.taylor.branches.then(branches);
+        self.known = Start::Unknown;
+        run.taylor.series = None;
+        Ok(if branches.known != 0 { Progress::Stepped } else { Progress::Declined })
+    }
+
+    /// The coordinate whose acceleration has changed most with the branch.
+    fn most_switched(&mut self, model: &Model) -> String {
+        let here = &mut self.next[..model.coordinates()];
+        self.jet.coordinates(2, here);
+        let coordinates = &model.program().coordinates;
+        let change = |index: usize| (here[index] - self.left[index]).abs() / coordinates[index].scale;
+        let most = (0..coordinates.len()).max_by(|&a, &b| change(a).total_cmp(&change(b)));
+        most.map_or_else(|| model.program().name.clone(), |index| coordinates[index].name.clone())
+    }
+}

@@ -1,0 +1,13 @@
+//! What the series know from the steps before.
+
+use serde::{Deserialize, Serialize};
+
+use crate::events::Choices;
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Memory {
+    /// Branches of laws that the next step begins on, where the last one has ended at a switch.
+    pub branches: Choices,
+    /// Did the last step begin the series at its end, and with the loops closed tightly? None if there is no series yet.
+    pub series: Option<bool>,
+}

@@ -1,0 +1,187 @@
+//! Integration of Eqs. (22) by Taylor series, each step from the loop-closed state that the last one left.
+//!
+//! The polynomial of a step is its dense output. Its length follows from its last coefficients (Jorba & Zou, 2005). A step is rejected
+//! if the loops do not stay closed along it, or if its end does not accelerate as the equations there demand. Where a series does not exist (a law
+//! that is not analytic at this very state), the step is declined, and another method takes it.
+
+mod laws;
+mod memory;
+mod passage;
+mod propose;
+mod step;
+
+use super::control::{Horizon, Progress};
+use super::run::Run;
+use crate::context::Context;
+use crate::events::Layers;
+use crate::failure::Failure;
+use crate::model::Model;
+use crate::singular::dependence::begins_near;
+use crate::singular::detect::Guard;
+use crate::taylor::Jet;
+pub(crate) use memory::Memory;
+#[cfg(test)]
+pub(crate) use passage::COURSE;
+pub(crate) use propose::order_for;
+
+/// Storage for Taylor series.
+#[derive(Clone, Debug)]
+pub struct Taylor {
+    jet: Jet,
+    layers: Layers,
+    next: Vec<f64>,
+    /// (q, v) where the series begins, on the loops.
+    closed: Vec<f64>,
+    /// Series of q, order 2, on the branch that was left at once.
+    left: Vec<f64>,
+    guard: Guard,
+    /// Does what the jet holds begin at the end of the last step?
+    known: Start,
+    /// Has it been begun with the loops closed tightly?
+    tight: bool,
+}
+
+/// Whether there is a series at the end of the last step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Start {
+    Unknown,
+    Regular,
+    /// There is one, but rounding errors may spoil it.
+    Near,
+    Singular,
+}
+
+/// What comes of a state that the last step has reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reading {
+    /// It is on the loops.
+    Closed,
+    /// It must still be projected.
+    Open,
+}
+
+impl Taylor {
+    /// Storage for a model with an arm form.
+    pub fn new(model: &Model) -> Option<Self> {
+        let size = 2 * model.coordinates();
+        let jet = Jet::new(model)?;
+        let layers = Layers::new(model.program().arms.as_ref()?.tape.steep_laws());
+        let guard = Guard::new(jet.groups());
+        Some(Self {
+            jet,
+            layers,
+            next: vec![0.0; size],
+            closed: vec![0.0; size],
+            left: vec![0.0; model.coordinates()],
+            guard,
+            known: Start::Unknown,
+            tight: false,
+        })
+    }
+
+    /// Are there laws of positions or rates?
+    pub fn has_laws(&self) -> bool {
+        self.jet.has_laws()
+    }
+
+    /// About what a step costs, in instructions of a tape.
+    pub fn cost(&self) -> f64 {
+        self.jet.cost()
+    }
+
+    /// Numbers in the dense output of a step.
+    pub fn dense_length(model: &Model) -> usize {
+        model.program().arms.as_ref().map_or(0, Jet::room)
+    }
+
+    /// To be called when the next step does not begin where this method left the last one.
+    pub fn forget(&mut self) {
+        self.known = Start::Unknown;
+    }
+
+    /// Takes one step, or declines it where there is no series to step along.
+    pub fn advance(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Progress, Failure> {
+        self.begin(context, run);
+        match self.known {
+            Start::Singular => self.leave(context, run).map(|()| Progress::Stepped),
+            Start::Near => {
+                if self.leave(context, run).is_err() {
+                    // Too slow to be left: it is followed like any other motion.
+                    self.next.copy_from_slice(&run.last.end);
+                    let begun = self.start(context, run, run.last.end_time, true);
+                    self.known = begun.map_or(Start::Singular, |_| Start::Regular);
+                    self.guard.roll();
+                }
+                Ok(Progress::Stepped)
+            }
+            Start::Unknown | Start::Regular => self.step(context, run, horizon),
+        }
+    }
+
+    /// (q, v) at the target, from the end of the last step or from its polynomial.
+    pub fn read(&mut self, context: &mut Context, run: &Run, target: f64, motion: &mut [f64]) -> Reading {
+        if run.last.end_time == target {
+            if self.jet.is_open() {
+                motion.copy_from_slice(&run.last.end);
+                return Reading::Closed;
+            }
+            self.begin(context, run);
+            let regular = matches!(self.known, Start::Regular | Start::Near);
+            motion.copy_from_slice(if regular { &self.closed } else { &run.last.end });
+            return if regular { Reading::Closed } else { Reading::Open };
+        }
+        self.interpolate(run, target, motion);
+        Reading::Closed
+    }
+
+    /// (q, v) at the target, from the polynomial.
+    pub fn interpolate(&mut self, run: &Run, target: f64, motion: &mut [f64]) {
+        self.jet.evaluate(&run.last.dense, run.last.order as usize, target - run.last.start_time, motion);
+    }
+
+    /// Begins a series at the end of the last step, on the loops, if that has not been done.
+    pub(crate) fn begin(&mut self, context: &mut Context, run: &Run) {
+        if self.known == Start::Unknown {
+            self.next.copy_from_slice(&run.last.end);
+            self.jet.force(run.taylor.branches);
+            // Only what the run remembers counts: what the guard holds may come from another run.
+            self.guard.front.fill(0.0);
+            self.known = match self.start(context, run, run.last.end_time, run.taylor.series == Some(true)) {
+                Some(_) if run.taylor.series.is_none() && begins_near(context, run) => Start::Near,
+                Some(_) => Start::Regular,
+                None => Start::Singular,
+            };
+            self.guard.roll();
+        }
+    }
+
+    /// Starts a series at `next`; returns how far the loops were open there.
+    fn start(&mut self, context: &mut Context, run: &Run, time: f64, tightly: bool) -> Option<f64> {
+        let Context { model, machine, settings, .. } = context;
+        machine.load_signals(model, &run.signals.origin, time);
+        if self.known == Start::Unknown {
+            // Parameters change at communication points only.
+            self.jet.update(machine.registers());
+        }
+        let order = order_for(settings.tolerance);
+        let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
+        self.jet.closeness(model, &mut self.guard.next);
+        self.take_closed(model);
+        self.tight = tightly || self.guard.arrives();
+        if self.tight {
+            // The series must come from the matrix of the very pose in which the loops are closed.
+            self.jet.close_tightly(model);
+            self.take_closed(model);
+            self.jet.begin(model, machine.registers(), order, &self.closed).ok()?;
+            self.jet.close_tightly(model);
+            self.take_closed(model);
+        }
+        (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)
+    }
+
+    fn take_closed(&mut self, model: &Model) {
+        let (q, v) = self.closed.split_at_mut(model.coordinates());
+        self.jet.coordinates(0, q);
+        self.jet.coordinates(1, v);
+    }
+}

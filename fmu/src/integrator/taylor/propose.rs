@@ -1,0 +1,239 @@
+//! How long the next step may be, and along which series.
+
+use super::Taylor;
+use super::passage::COURSE;
+use super::step::PREDICTED;
+use crate::context::Context;
+use crate::events::{Choices, half_width};
+use crate::integrator::control::{Horizon, LONGEST, STRETCH, shortest};
+use crate::integrator::run::Run;
+use crate::math;
+use crate::model::Model;
+use crate::singular::detect::{HORIZON, Plan, plan};
+use crate::taylor::MAX_ORDER;
+
+/// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
+const SHARE_OF_TOLERANCE: f64 = 0.03;
+/// Orders of the coarsest series.
+const LEAST_ORDER: usize = 8;
+/// Rounding is larger than an error below this.
+const FINEST: f64 = 1e-15;
+/// A step that is cut short ends its series when two terms are this much smaller than the tolerance.
+const NEGLIGIBLE: f64 = 1e-3;
+/// Loops may open so much along a step, and its end accelerate otherwise than the equations demand, in units of the tolerance.
+const OPENING: f64 = 10.0;
+/// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
+pub(super) const REACH: f64 = 1.6;
+/// Share of the step that the last coefficients permit: the terms after the last one count too.
+const SAFETY: f64 = 0.9;
+/// A step is at most so many times as long as the one before.
+const GROW: f64 = 4.0;
+/// A step shorter than this share of the one before is cut short.
+const CUT: f64 = 0.9;
+/// A step is not rejected for what rounding errors do, of the order of one and of positions, in units of their spacing.
+const ROUNDING: f64 = 1e-12;
+const SPACINGS: f64 = 8.0;
+/// Next to a singular pose rounding errors make steps shorter and shorter; the pose is passed with one that is no shorter than this share of
+/// those before.
+const SHORTENED: f64 = 0.75;
+
+/// What the series where the step begins says of the step.
+pub(super) enum Proposal {
+    Step(Step),
+    /// The motion begins on other branches of the laws.
+    Switch(Choices),
+    /// There is no series.
+    Unknown,
+}
+
+/// A step to be tried, and what bounds it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    /// Length to be tried.
+    pub h: f64,
+    pub order: usize,
+    /// The length that the series permits, and that of the steps before.
+    pub natural: f64,
+    pub usual: f64,
+    /// Beyond this the polynomial does not know the laws.
+    pub most: f64,
+    pub shortest: f64,
+    /// Nothing is evaluated after this time, nor after so long.
+    pub limit: f64,
+    pub room: f64,
+    /// What the loops may open by, and the accelerations miss.
+    pub goal: f64,
+    /// Where a smooth branch of a law ends, and which ones begin there.
+    pub switch: Option<(f64, Choices)>,
+    /// The branches that the series is on.
+    pub branches: Choices,
+    /// Is a curve followed where branches of the motion come close to each other?
+    pub follows: bool,
+    /// Was a singular pose predicted, and has one been located along the polynomial?
+    pub predicted: bool,
+    pub located: bool,
+}
+
+impl Step {
+    /// The end of a step that begins at a time, and the switch there.
+    pub fn end(&self, time: f64) -> (f64, Option<(f64, Choices)>) {
+        let whole = if STRETCH * self.h >= self.room && self.room <= self.most { self.limit } else { time + self.h };
+        let switch = self.switch.filter(|(length, _)| time + length <= whole);
+        (switch.map_or(whole, |(length, _)| time + length), switch)
+    }
+
+    /// The length for a singular pose so far ahead; 0 for none.
+    pub fn planned(&self, ahead: f64) -> f64 {
+        let length = match if ahead > 0.0 { plan(&COURSE, ahead, self.usual) } else { Plan::Free } {
+            Plan::Free => self.natural,
+            Plan::Approach(most) => self.natural.min(most),
+            Plan::Pass(least) => self.natural.max(least),
+        };
+        length.min(self.most)
+    }
+}
+
+impl Taylor {
+    /// Expands the series and proposes the next step.
+    pub(super) fn propose(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Proposal {
+        let (time, tolerance) = (run.last.end_time, share(context.settings.tolerance));
+        let (shortest, following) = (shortest(time), run.following());
+        let predicted = predict(run);
+        // No step ends in the zone, whoever asks for it: the polynomial serves what lies there.
+        let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
+        let room = limit - time;
+        let order = self.expand(context, run, room.min(context.settings.max_step));
+        let growing = if run.last.natural > 0.0 { GROW * run.last.natural } else { LONGEST };
+        let longest = growing.min(LONGEST).min(context.settings.max_step).min(following.unwrap_or(LONGEST));
+        let natural = self.natural_length(order, tolerance).min(longest);
+        self.follow_laws(order);
+        let switch = self.jet.end_of_piece(order, room.min(REACH * natural));
+        if let Some((_, branches)) = switch.filter(|(length, _)| *length < shortest) {
+            return Proposal::Switch(branches);
+        }
+        let most = self.layers.first_cut(natural.min(room), half_width(tolerance));
+        // At a root of a law the series knows nothing, however its coefficients come out.
+        let known = most >= shortest;
+        if !known {
+            return Proposal::Unknown;
+        }
+        let natural = natural.min(most);
+        let before = run.last.natural;
+        let usual = if before > 0.0 { before.min(natural.max(SHORTENED * before)) } else { natural };
+        let branches = self.jet.chosen();
+        let located = self.locate_ahead(context, run, natural.min(room));
+        let goal = f64::max(OPENING * tolerance, rounding(context.model, &run.last.end));
+        let follows = following.is_some();
+        let step = Step {
+            h: natural,
+            order,
+            natural,
+            usual,
+            most,
+            shortest,
+            limit,
+            room,
+            goal,
+            switch,
+            branches,
+            follows,
+            predicted,
+            located,
+        };
+        Proposal::Step(Step { h: step.planned(run.singular.ahead), ..step })
+    }
+
+    /// The length that the tolerance permits. Rates decide, or positions if the step is so long that their error is larger.
+    pub(super) fn natural_length(&mut self, order: usize, tolerance: f64) -> f64 {
+        let step = SAFETY * self.jet.reach(order, tolerance, 1);
+        if step > order as f64 { step.min(SAFETY * self.jet.reach(order, tolerance, 0)) } else { step }
+    }
+
+    /// The rest of the series, as far as a step within the room may need it; returns its order.
+    fn expand(&mut self, context: &mut Context, run: &mut Run, room: f64) -> usize {
+        let tolerance = context.settings.tolerance;
+        let order = if is_near(run) { order_near(tolerance) } else { order_for(tolerance) };
+        context.statistics.evaluations += 1;
+        self.expand_to(run, room, order, tolerance);
+        run.last.order as usize
+    }
+
+    /// The same up to an order.
+    pub(super) fn expand_to(&mut self, run: &mut Run, room: f64, order: usize, tolerance: f64) {
+        // Only a step much shorter than its natural length needs fewer terms.
+        let cut = run.last.natural == 0.0 || room < CUT * run.last.natural;
+        let last = if cut {
+            self.expand_within(room, order, NEGLIGIBLE * share(tolerance))
+        } else {
+            self.jet.advance(1, order - 2);
+            order
+        };
+        run.last.order = last as u32;
+        let polynomial = self.jet.polynomial(last);
+        run.last.dense[..polynomial.len()].copy_from_slice(polynomial);
+    }
+
+    /// Orders until two terms in a row are negligible in a step; returns the last one.
+    fn expand_within(&mut self, room: f64, order: usize, goal: f64) -> usize {
+        let (mut power, mut small) = (room, 0);
+        for last in 2..order {
+            let rate = last as f64 * power;
+            let size = self.jet.size(last);
+            small = if rate * size <= goal { small + 1 } else { 0 };
+            if small == 2 && rate * room * size <= goal {
+                return last;
+            }
+            power *= room;
+            self.jet.advance(last - 1, last - 1);
+        }
+        order
+    }
+}
+
+/// Notes the pose that the last step predicts, if it is near, unless a curve is followed. Says whether there is one.
+fn predict(run: &mut Run) -> bool {
+    if run.following().is_some() {
+        run.singular.ahead = 0.0;
+    }
+    let ahead = run.singular.ahead;
+    if ahead > 0.0 && ahead < PREDICTED * run.last.natural {
+        run.singular.pose = Some(run.last.end_time + ahead);
+    }
+    ahead > 0.0
+}
+
+/// Does the step begin where rounding errors of a singular pose may count?
+fn is_near(run: &Run) -> bool {
+    let near = |pose: f64| (run.last.end_time - pose).abs() < HORIZON * run.last.natural;
+    run.last.natural == 0.0 || run.singular.ahead > 0.0 || run.singular.pose.is_some_and(near)
+}
+
+/// How far loops are open by rounding errors alone: those of the positions count, for angles grow with every turn.
+fn rounding(model: &Model, positions: &[f64]) -> f64 {
+    let coordinates = model.program().coordinates.iter().zip(positions);
+    let largest = coordinates.fold(0.0, |largest, (coordinate, q)| math::maximum(largest, q.abs() / coordinate.scale));
+    math::maximum(ROUNDING, SPACINGS * f64::EPSILON * largest)
+}
+
+/// What one step may be wrong by at a tolerance.
+fn share(tolerance: f64) -> f64 {
+    (SHARE_OF_TOLERANCE * tolerance).max(FINEST)
+}
+
+/// Orders that cost least at a tolerance: two more for each decade. The optimum is flat; with fewer of them steps stay away from the radius of
+/// convergence.
+pub(crate) fn order_for(tolerance: f64) -> usize {
+    let decades = -math::rough_log2(tolerance) * std::f64::consts::LOG10_2;
+    let even = LEAST_ORDER + 2 * (decades + 0.5) as usize;
+    even.min(MAX_ORDER)
+}
+
+/// Orders near a singular pose: the rounding errors that it multiplies grow with the order.
+pub(super) fn order_near(tolerance: f64) -> usize {
+    match tolerance {
+        _ if tolerance >= 1e-5 => 12,
+        _ if tolerance >= 1e-7 => 16,
+        _ if tolerance >= 1e-11 => 18,
+        _ => 20,
+    }
+}

@@ -1,0 +1,147 @@
+//! One step: propose a length, try it, judge it, accept or shorten it.
+
+use super::propose::{Proposal, Step};
+use super::{Start, Taylor};
+use crate::context::Context;
+use crate::events::Choices;
+use crate::failure::Failure;
+use crate::integrator::control::{Horizon, Progress};
+use crate::integrator::run::Run;
+
+/// A step shorter than this share of its natural length needs no test at its end if there are no loops to be closed there, and no laws of the
+/// motion, which may be steep where no coefficient tells of it.
+const SURE: f64 = 0.5;
+/// So often a step is shortened.
+const ATTEMPTS: usize = 12;
+/// A step that would end near a singular pose is cut to this share.
+const SHORTER: f64 = 0.6;
+/// A pose predicted further ahead than so many steps is not to be relied on.
+pub(super) const PREDICTED: f64 = 1.8;
+/// Across a singular pose rounding errors that point away from the branch grow so large, in units of those of rates; the loops take them off.
+const NOISE: f64 = 1e-7;
+
+/// What came of an attempt.
+enum Trial {
+    /// A step has been taken, or the state where it begins is seen differently now.
+    Done,
+    /// To be tried with this length.
+    Shorter(f64),
+}
+
+impl Taylor {
+    /// One step, or none if there is no series to step along.
+    pub(super) fn step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Progress, Failure> {
+        let mut step = match self.propose(context, run, horizon) {
+            Proposal::Step(step) => step,
+            Proposal::Switch(branches) => return self.switch_at_once(context.model, run, branches),
+            Proposal::Unknown => return Ok(Progress::Declined),
+        };
+        for _ in 0..ATTEMPTS {
+            // Written so that NaN is too short.
+            let long = step.h >= step.shortest;
+            if !long {
+                break;
+            }
+            match self.attempt(context, run, &mut step) {
+                Trial::Done => return Ok(Progress::Stepped),
+                Trial::Shorter(h) => step.h = h,
+            }
+        }
+        Ok(Progress::Declined)
+    }
+
+    /// Tries a step of the proposed length.
+    fn attempt(&mut self, context: &mut Context, run: &mut Run, step: &mut Step) -> Trial {
+        let (end, switch) = step.end(run.last.end_time);
+        let h = end - run.last.end_time;
+        // What lies behind the switch says nothing about the step up to it.
+        self.jet.force(if switch.is_some() { step.branches } else { Choices::default() });
+        if let Some(begin) = self.overlooked(context, run, h, step.goal) {
+            context.statistics.rejected += 1;
+            step.most = begin;
+            return Trial::Shorter(begin);
+        }
+        self.jet.evaluate(&run.last.dense, step.order, h, &mut self.next);
+        if switch.is_none() && h < SURE * step.natural && self.needs_no_test() {
+            self.known = Start::Unknown;
+            self.accept(context, run, end, true);
+            return Trial::Done;
+        }
+        let goal = if step.located && run.singular.ahead < h { step.goal.max(NOISE) } else { step.goal };
+        let closed = self.start(context, run, end, false).is_some_and(|open| open <= goal);
+        if closed && let Some(shorter) = self.too_near(context, run, step, h) {
+            return Trial::Shorter(shorter);
+        }
+        if closed && self.jet.defect(step.order, h) <= goal {
+            self.conclude(context, run, step, (end, switch));
+            return Trial::Done;
+        }
+        context.statistics.rejected += 1;
+        Trial::Shorter(0.5 * h)
+    }
+
+    /// Are there neither loops nor laws that the end of a step could be tested for?
+    fn needs_no_test(&self) -> bool {
+        self.jet.is_even() && self.layers.is_empty() && self.next.iter().all(|value| value.is_finite())
+    }
+
+    /// The length of a shorter step, if this one could go over to another branch, or would end near a singular pose.
+    fn too_near(&mut self, context: &mut Context, run: &mut Run, step: &mut Step, h: f64) -> Option<f64> {
+        if step.follows {
+            return self.guard.jumps().then_some(0.5 * h);
+        }
+        if !self.guard.ends_near() {
+            return None;
+        }
+        run.singular.ahead = 0.0;
+        if step.located {
+            return Some(SHORTER * h);
+        }
+        let Some(ahead) = self.locate(context, run, h) else { return Some(SHORTER * h) };
+        (run.singular.ahead, run.singular.pose, step.located) = (ahead, Some(run.last.end_time + ahead), true);
+        Some(step.planned(ahead))
+    }
+
+    /// Accepts a step that has been tested, unless it shows that a singular pose is not what it seemed to be.
+    fn conclude(
+        &mut self,
+        context: &mut Context,
+        run: &mut Run,
+        step: &mut Step,
+        (end, switch): (f64, Option<(f64, Choices)>),
+    ) {
+        let h = end - run.last.end_time;
+        if !step.follows && self.guard.began_near() {
+            self.known = Start::Singular;
+            return;
+        }
+        if step.predicted && !step.located {
+            step.located = self.locate_behind(context, run, end);
+        }
+        if step.located && run.singular.ahead < h && !self.note_passage(context, run, end) {
+            // Judged again from here, by the step just spoiled.
+            return;
+        }
+        let left = step.located.then_some(f64::max(run.singular.ahead - h, 0.0));
+        let falls = run.singular.ahead > 0.0 && run.singular.ahead < PREDICTED * run.last.natural;
+        let cut = end == step.limit || falls || switch.is_some() || step.most.is_finite();
+        self.accept(context, run, end, cut);
+        run.singular.ahead = left.unwrap_or(run.singular.ahead);
+        self.enter(run, switch, step.shortest);
+    }
+
+    /// The end of the step becomes that of the run.
+    fn accept(&mut self, context: &mut Context, run: &mut Run, end: f64, cut: bool) {
+        let h = end - run.last.end_time;
+        run.singular.ahead = self.guard.ahead(h);
+        run.singular.follow_on(self.guard.arrival(h));
+        self.guard.roll();
+        run.taylor.series = Some(self.tight);
+        let last = &mut run.last;
+        // A step cut short says nothing against the natural length.
+        last.natural = if cut { h.max(last.natural) } else { h };
+        (last.start_time, last.end_time) = (last.end_time, end);
+        last.end.copy_from_slice(&self.next);
+        context.statistics.steps += 1;
+    }
+}

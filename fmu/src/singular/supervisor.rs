@@ -1,0 +1,171 @@
+//! What is known of the singular poses that a run passes or comes to.
+
+use serde::{Deserialize, Serialize};
+
+use super::branch::Trail;
+use super::passing::Passage;
+use crate::integrator::control::LONGEST;
+use crate::integrator::run::Run;
+use crate::model::Model;
+
+/// Nothing is evaluated so near to a singular pose, in units of a usual step.
+pub(crate) const ZONE: f64 = 0.2;
+/// A step that follows a curve goes this share of the way to where branches would meet.
+const SHARE: f64 = 0.3;
+/// The curve is followed for so many times its distance from there.
+const AFTER: f64 = 1.0;
+
+/// How the curve is followed where branches come close to each other but do not meet: by plain steps, so short that none can go over to the other branch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Follow {
+    /// From here on as usual [s].
+    pub until: f64,
+    /// Longest next step [s].
+    pub most: f64,
+}
+
+/// What a run remembers of singular poses.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Supervisor {
+    /// How long after the last step a singular pose will come, as far as is known; 0 for none [s].
+    pub ahead: f64,
+    /// When the last singular pose was found, past or to come [s].
+    pub pose: Option<f64>,
+    /// The smallest 1 / r^2 of each loop equation so far, where r is how far it is from the others.
+    pub smallest: Vec<f64>,
+    /// Do loop equations come so close to the others that the stages of a step must be on the loops?
+    pub closing: bool,
+    /// Where branches come close to each other but do not meet.
+    pub follow: Option<Follow>,
+    /// The last states of short steps.
+    pub trail: Trail,
+    /// Singular poses that the last steps have passed, not yet reported.
+    pub passages: Vec<Passage>,
+}
+
+impl Supervisor {
+    pub fn new(model: &Model) -> Self {
+        Self {
+            ahead: 0.0,
+            pose: None,
+            smallest: vec![f64::MAX; model.program().tapes.closeness.len()],
+            closing: false,
+            follow: None,
+            trail: Trail::new(model),
+            passages: Vec::new(),
+        }
+    }
+
+    /// Forgets everything.
+    pub fn start(&mut self) {
+        (self.ahead, self.pose, self.closing, self.follow) = (0.0, None, false, None);
+        self.smallest.fill(f64::MAX);
+        self.trail.start();
+        self.passages.clear();
+    }
+
+    /// Takes the passages up to a time out.
+    pub fn take_passages(&mut self, time: f64) -> Vec<Passage> {
+        let (reported, kept) = std::mem::take(&mut self.passages).into_iter().partition(|passage| passage.time <= time);
+        self.passages = kept;
+        reported
+    }
+
+    /// After a step that ends at a time, a pose so long after it is known; 0 for none.
+    pub fn expect(&mut self, end: f64, ahead: f64) {
+        self.ahead = ahead;
+        if ahead > 0.0 {
+            self.pose = Some(end + ahead);
+        }
+    }
+
+    /// After a step, at whose end a row would arrive at the others so much later if it came closer at the same rate.
+    pub fn follow_on(&mut self, arrival: f64) {
+        if let Some(follow) = &mut self.follow {
+            follow.most = f64::min(SHARE * arrival, LONGEST);
+        }
+    }
+
+    pub fn copy_from(&mut self, other: &Self) {
+        (self.ahead, self.pose, self.closing, self.follow) = (other.ahead, other.pose, other.closing, other.follow);
+        self.smallest.clone_from(&other.smallest);
+        self.trail.copy_from(&other.trail);
+        self.passages.clone_from(&other.passages);
+    }
+
+    /// Could a run of that model have written it?
+    pub fn belongs_to(&self, model: &Model) -> bool {
+        self.ahead.is_finite()
+            && self.ahead >= 0.0
+            && self.pose.is_none_or(f64::is_finite)
+            && self.follow.is_none_or(|follow| follow.until.is_finite() && follow.most > 0.0 && follow.most.is_finite())
+            && self.trail.belongs_to(model)
+            && self.passages.iter().all(|passage| passage.time.is_finite())
+            && self.smallest.len() == model.program().tapes.closeness.len()
+            && self.smallest.iter().all(|value| value.is_finite())
+    }
+}
+
+/// Singular poses as seen from the end of the last step.
+impl Run {
+    /// Judges a singular pose that the next step passes, by the motion there, and notes it. False if the branches do not meet there: the step must
+    /// be taken again, following the curve.
+    pub(crate) fn note_passage(&mut self, model: &Model, tolerance: f64, time: f64, pose: &[f64]) -> bool {
+        let passage = self.passage(model, time, pose);
+        let known = &mut self.singular;
+        if passage.is_avoided(tolerance) {
+            let ahead = time - self.last.end_time;
+            known.follow = Some(Follow { until: time + AFTER * ahead, most: SHARE * ahead });
+            (known.ahead, known.pose, known.closing) = (0.0, None, false);
+            return false;
+        }
+        known.pose = Some(time);
+        known.passages.push(passage);
+        true
+    }
+
+    /// Notes a singular pose that is passed by leaving its zone, unless the step that first passed it has been noted.
+    pub(crate) fn note_left(&mut self, model: &Model, tolerance: f64, [from, pose]: [f64; 2], there: &[f64]) {
+        if pose > from && !self.singular.passages.iter().any(|passage| passage.time > from) {
+            let passage = self.passage(model, pose, there);
+            if !passage.is_avoided(tolerance) {
+                self.singular.passages.push(passage);
+            }
+        }
+    }
+
+    fn passage(&self, model: &Model, time: f64, pose: &[f64]) -> Passage {
+        Passage::at(model, &self.state_at(model, time, pose))
+    }
+
+    /// Does the next step pass a singular pose if it ends at this time, as far as is known?
+    pub(crate) fn passes(&self, end: f64) -> bool {
+        self.singular.ahead > 0.0 && self.last.end_time + self.singular.ahead < end
+    }
+
+    /// Is the curve followed by short steps, and how long may the next one be?
+    pub(crate) fn following(&self) -> Option<f64> {
+        self.singular.follow.filter(|follow| self.last.end_time < follow.until).map(|follow| follow.most)
+    }
+
+    /// When the singular pose is in whose zone the last step ends; its end if there is none.
+    pub(crate) fn pose_here(&self) -> f64 {
+        self.singular.pose.filter(|_| self.in_zone(self.last.end_time)).unwrap_or(self.last.end_time)
+    }
+
+    /// Is this time so close to a singular pose that nothing may be evaluated?
+    pub(crate) fn in_zone(&self, time: f64) -> bool {
+        self.singular.pose.is_some_and(|pose| (pose - time).abs() < ZONE * self.last.natural)
+    }
+
+    /// The next step begins at this time, earlier or later than the last one ended.
+    pub(crate) fn shift_poses(&mut self, now: f64) {
+        if self.singular.ahead > 0.0 {
+            self.singular.ahead = f64::max(self.singular.ahead + self.last.end_time - now, 0.0);
+        }
+        // In the zone of a pose the next step passes it again.
+        if !self.in_zone(now) {
+            self.singular.passages.retain(|passage| passage.time <= now);
+        }
+    }
+}
