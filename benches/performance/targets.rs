@@ -84,19 +84,20 @@ fn by_hand([scene, row]: [&str; 2], error: f64) -> Option<f64> {
 const REASONS: &str = "
 Where a target is missed:
 
-- **S1, S2.** Each order waits for the accelerations of the one before: sums of products, the inverse, the motion of the arms, their forces, one after the other. That latency,
-  not the number of instructions, is what an order costs: all orders in one loop with everything fetched before it took 6 % fewer instructions, and the same time. Tried with success: storage in registers for mechanisms of frames only, four numbers at a time, sums in two
-  halves whose newest terms come last, how a small pose responds to an order found once a step, orders that grow with the tolerance (16 became 20 at 1e-6), inverses four rows
-  at a time. Tried without: factors in place of the inverse, one function for each number of loops, the response of more than four frames, the forces straight from the moments. A step also looks for singular poses,
-  checks its end against the equations there, and keeps its polynomial, which programs by hand do not.
-- **S3.** The matrix is factored by its entries (before, its inverse took fifteen times as long). A third of the time goes to its ten passages through the flat pose, in which
-  all forty loops are singular at once: the time of each is found to six digits, which loop equations depend on which is found from one factorisation, and whether the branches really
-  meet. The rest is divided between solutions, order by order, and sums of products.
-- **S4.** In branch coordinates the mass matrix of a chain is full, but each of its entries is a product of a link and what the other body carries: the forces of an
-  order are sums along the chain, and the accelerations follow from factors that are handed on from link to link. Before, every order multiplied twice with the full
-  matrix, and every step inverted it. What is left is latency: each link waits for the one before, twice an order.
+- **S1, S2.** Each order depends on the accelerations of the one before: products of series, the inverse, the motion of the arms, their forces, in sequence. This latency,
+  not the number of instructions, determines the time of an order: a version with all orders in one loop and all operands loaded before it took 6 % fewer instructions and the same time.
+  Effective: registers for mechanisms of frames only, vectors of four numbers, sums in two halves with the newest terms last, the response of a small pose to an order computed
+  once a step, orders that grow with the tolerance (16 became 20 at 1e-6), inverses four rows at a time. Ineffective: factors instead of the inverse, one function for each number of
+  loops, the response of more than four frames, forces directly from the moments. A step also tests for singular configurations, verifies the equations at its end, and stores its polynomial,
+  which programs by hand do not.
+- **S3.** The matrix is factored as a sparse matrix (before, its inverse took fifteen times as long). A third of the time goes to ten passages through the flat pose, in which
+  all forty loops are singular at once: each passage is located to six digits, the dependent loop equations are found from one factorisation, and the crossing of the branches is
+  verified. The rest is divided between solutions, order by order, and products of series.
+- **S4.** In branch coordinates the mass matrix of a chain is full, but each of its entries is a product of a link and the mass that the other body carries: the forces of an
+  order are sums along the chain, and the accelerations follow from recursive factors. Before, every order multiplied twice with the full
+  matrix, and every step inverted it. The rest is latency: each link depends on the one before, twice an order.
 - **S6** is met. The same method as by hand, Radau IIA of order 5; but the stiff direction turns within a step, and one Jacobian for all stages made Newton's iterations slow: 5.2
-  a step, and shorter steps where they did not converge. With a Jacobian at each stage there are 2 to 3, and steps as long as the error permits. The three stages run through the
-  interpreter together, four numbers at a time, the derivatives in two passes with them. Left: half of the time is latency of the interpreter, each
-  instruction waiting for the one before.
+  a step, and shorter steps where they did not converge. With a Jacobian at each stage there are 2 to 3, and steps as long as the error permits. The three stages are evaluated by the
+  interpreter together, in vectors of four numbers, the derivatives in two passes with them. Half of the time is latency of the interpreter, each
+  instruction depending on the one before.
 ";

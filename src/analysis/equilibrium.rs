@@ -1,10 +1,10 @@
-//! Static equilibrium: the pose, what holds it, and whether it is stable.
+//! Static equilibrium: the pose, its reactions, and its stability.
 
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
 use super::modes::{Mode, modes};
-use super::search::{scales, search};
+use super::search::{null_space, scales, search};
 use super::variation::{Column, Row, Variation};
 use super::{Failure, Point, StateSpace};
 use crate::formulate::Formulated;
@@ -14,10 +14,12 @@ const NEUTRAL: f64 = 1e-11;
 /// A motion grows or decays if its rate is above this share of its own speed, and the other of the fastest motion's.
 const OWN_RATE: f64 = 1e-9;
 const RATE: f64 = 1e-12;
+/// Singular values of the loop equations count as zero below this share of the largest.
+const DETERMINED: f64 = 1e-10;
 /// Loads have a potential if opposite entries of the stiffness differ by less than this share of the largest.
 const SYMMETRIC: f64 = 1e-9;
 
-/// A pose in which nothing accelerates, with the reactions that hold it.
+/// A pose without accelerations, with its reactions.
 #[derive(Clone, Debug)]
 pub struct Equilibrium {
     pub point: Point,
@@ -28,10 +30,10 @@ pub struct Equilibrium {
     pub stiffness: Vec<f64>,
 }
 
-/// What happens after a small disturbance from rest.
+/// The behaviour after a small disturbance from rest.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Stability {
-    /// Nothing can move: the joints and drivers hold everything.
+    /// Nothing can move: joints and drivers constrain all coordinates.
     Held,
     /// Every motion that is left is pushed back, and none grows.
     Stable,
@@ -63,8 +65,8 @@ impl Equilibrium {
     }
 }
 
-/// Stability of the linearised motion (Lyapunov): whatever grows, grows. Where motions neither grow nor decay, a potential decides, if there
-/// is one: at its minimum nothing can grow.
+/// Stability by the linearised motion (Lyapunov's first method): unstable if a mode grows. Where modes neither grow nor decay, a potential decides, if there
+/// is one: its minimum is stable (Dirichlet).
 fn judged(formulated: &Formulated, statics: &Statics, modes: &[Mode]) -> Stability {
     let scales = scales(formulated);
     let most = |mode: &Mode| {
@@ -109,7 +111,7 @@ impl Statics {
         let loops = numbers.block(Row::Loops, Column::Positions);
         let tangent = DMatrix::from_fn(scales.len(), scales.len(), |i, j| tangent[(i, j)] * scales[i] * scales[j]);
         let loops = DMatrix::from_fn(loops.nrows(), scales.len(), |i, j| loops[(i, j)] * scales[j]);
-        let free = null_space(&loops);
+        let free = null_space(&loops, DETERMINED);
         if free.is_empty() {
             return Ok(Statics { stiffness: Vec::new(), softest: 0, has_potential: true });
         }
@@ -132,19 +134,4 @@ impl Statics {
             Some(_) => Stability::Stable,
         }
     }
-}
-
-/// Orthonormal columns that the rows of a matrix do not see.
-fn null_space(rows: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = rows.ncols();
-    if rows.is_empty() {
-        return DMatrix::identity(n, n);
-    }
-    // The decomposition gives as many directions as there are rows: empty rows make it give all.
-    let square = rows.clone().resize_vertically(rows.nrows().max(n), 0.0);
-    let svd = square.svd(false, true);
-    let Some(v_t) = svd.v_t else { return DMatrix::zeros(n, 0) };
-    let least = 1e-10 * svd.singular_values.max();
-    let free: Vec<usize> = (0..n).filter(|&index| svd.singular_values[index] <= least).collect();
-    v_t.select_rows(&free).transpose()
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-/// A direction counts as held when at least this share of it is new.
+/// A direction counts as constrained when at least this share of it is independent of the others.
 const NEW: f64 = 1e-9;
 /// A choice that was good elsewhere is kept as long as its smallest pivot is not worse than this.
 const POOR: f64 = 1e-2;

@@ -1,5 +1,5 @@
-//! What the equations say about a mechanism before it is moved: where it rests, how it answers to small disturbances, how
-//! it vibrates. Everything is exact: the equations are differentiated, not sampled.
+//! Analysis without simulation: equilibria and their stability, linearisation, natural vibrations. All derivatives are exact: the equations are
+//! differentiated symbolically.
 
 mod equilibrium;
 mod independent;

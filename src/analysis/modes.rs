@@ -4,7 +4,7 @@ use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
 use super::Failure;
-use super::search::scales;
+use super::search::{null_space, scales};
 use super::state_space::StateSpace;
 use crate::formulate::Formulated;
 
@@ -57,7 +57,7 @@ pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, 
     let f = own.len();
     let natural = |first: usize| DMatrix::from_fn(f, f, |i, j| system.a[(f + i, first + j)] * own[j] / own[i]);
     let (stiffness, damping) = (natural(0), natural(f));
-    let free = free_motions(&stiffness);
+    let free = null_space(&stiffness, FREE);
     let mut shapes: Vec<(Complex<f64>, DVector<Complex<f64>>)> =
         free.column_iter().map(|motion| (Complex::default(), motion.map(Complex::from))).collect();
     let eigenvalues = eigenvalues(&stiffness, &damping, &free)?;
@@ -74,19 +74,7 @@ pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, 
     Ok(shapes.into_iter().map(expand).collect())
 }
 
-/// Orthonormal motions against which there is no stiffness.
-fn free_motions(stiffness: &DMatrix<f64>) -> DMatrix<f64> {
-    let f = stiffness.nrows();
-    if f == 0 {
-        return DMatrix::zeros(0, 0);
-    }
-    let svd = stiffness.clone().svd(false, true);
-    let least = FREE * svd.singular_values.max();
-    let free: Vec<usize> = (0..f).filter(|&index| svd.singular_values[index] <= least).collect();
-    svd.v_t.map_or_else(|| DMatrix::zeros(f, 0), |v_t| v_t.select_rows(&free).transpose())
-}
-
-/// Eigenvalues other than zero with a positive or no imaginary part, by size. Free motions are split off first: what is left has no double zero, which
+/// Eigenvalues other than zero with a positive or no imaginary part, by size. Free motions are deflated first: the rest has no double zero, which
 /// rounding would turn into a slow oscillation.
 fn eigenvalues(
     stiffness: &DMatrix<f64>,
@@ -124,7 +112,7 @@ fn eigenvalues(
     Ok(found)
 }
 
-/// The shape that (lambda^2 - lambda C - K) does not see, or the next one of a repeated eigenvalue.
+/// The null vector of lambda^2 - lambda C - K, or the next one of a repeated eigenvalue.
 fn vibration(
     stiffness: &DMatrix<f64>,
     damping: &DMatrix<f64>,

@@ -1,4 +1,4 @@
-//! A point of the motion with everything that equations may ask for.
+//! A point of the motion: the values of all symbols.
 
 use cotree_fmu::constraints::accelerations::Accelerations;
 use cotree_fmu::machine::Machine;
@@ -6,7 +6,8 @@ use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Layout;
 
 use super::Failure;
-use crate::expr::{Order, Symbol, Values};
+use crate::expr::{Symbol, Values};
+use crate::lower::symbol_register;
 
 /// Values of all symbols: time, parameters, inputs, followers, q, v, a and lambda.
 #[derive(Clone, Debug)]
@@ -65,26 +66,10 @@ impl Point {
 
 impl Values for Point {
     fn value(&self, symbol: Symbol) -> f64 {
-        let layout = &self.layout;
-        let of = |[position, rate, acceleration]: [usize; 3], order: Order| match order {
-            Order::Position => position,
-            Order::Velocity => rate,
-            Order::Acceleration => acceleration,
-        };
-        let register = match symbol {
-            Symbol::Time => layout.time(),
-            Symbol::Parameter(i) => layout.parameters() + i,
-            Symbol::Input(i, order) => {
-                of([layout.inputs(), layout.input_rates(), layout.input_accelerations()], order) + i
-            }
-            Symbol::Follower(i, order) => {
-                of([layout.followers(), layout.follower_rates(), layout.follower_accelerations()], order) + i
-            }
-            Symbol::Coordinate(i, order) => of([layout.positions(), layout.rates(), layout.accelerations()], order) + i,
-            Symbol::Reaction(i) => layout.reactions() + i,
+        match symbol {
             // Only kinematic scenes lack masses, and then nothing that was asked for needs them.
-            Symbol::Missing(..) => return 0.0,
-        };
-        self.registers[register]
+            Symbol::Missing(..) => 0.0,
+            symbol => self.registers[symbol_register(&self.layout, symbol)],
+        }
     }
 }

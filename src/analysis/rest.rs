@@ -1,6 +1,8 @@
-//! The mechanism as statics sees it.
+//! The mechanism of statics: drivers constant, no initial velocities.
 
-use crate::mechanism::{Formula, Mechanism, Motion, Quantity, Value};
+use crate::expr::Order;
+use crate::lower::order_of;
+use crate::mechanism::{Formula, Mechanism, Motion, Value};
 
 /// The same mechanism with its drivers held where they start, and without initial velocities.
 pub fn at_rest(mechanism: &Mechanism) -> Mechanism {
@@ -14,12 +16,8 @@ pub fn at_rest(mechanism: &Mechanism) -> Mechanism {
             _ => {}
         }
     }
-    resting.initial.retain(|initial| !is_rate(initial.variable.quantity));
+    resting.initial.retain(|initial| order_of(initial.variable.quantity) == Order::Position);
     resting
-}
-
-fn is_rate(quantity: Quantity) -> bool {
-    matches!(quantity, Quantity::Vx | Quantity::Vy | Quantity::Omega | Quantity::V | Quantity::Rate)
 }
 
 fn hold(formula: &mut Formula, time: f64) {

@@ -1,8 +1,8 @@
 //! The search for a pose in which nothing accelerates: Q(q, 0, t0) - Phi_q^T lambda = 0, Phi = 0.
 //!
-//! Levenberg-Marquardt from the guess, with the exact Jacobian. Where that stands still without a solution (a pendulum that starts level: its
-//! stiffness is zero there) the mechanism is let go for a while, always from rest, and the search goes on from where it got to; if it falls back into
-//! the same place again and again, the mechanism is let go from the guess for longer and longer.
+//! Levenberg-Marquardt from the guess, with the exact Jacobian. Where it stagnates at no solution (a level pendulum has zero stiffness), the mechanism is
+//! moved along its accelerations from rest for a while, and the search continues from there; if it converges to the same point again, the motion from the
+//! guess is followed longer and longer.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,18 +13,18 @@ use crate::formulate::Formulated;
 const ITERATIONS: usize = 100;
 /// Longest change of a coordinate in one iteration, in units of its scale.
 const REACH: f64 = 0.5;
-/// Damping at the start, and where the search stands still.
+/// Damping at the start, and at which the search counts as stagnant.
 const DAMPING: [f64; 2] = [1e-3, 1e8];
-/// A pose is an equilibrium when a change of this size, in units of the scales, could balance what is left.
+/// A pose is an equilibrium when a change of this size, in units of the scales, could cancel the residual.
 const BALANCED: f64 = 1e-9;
-/// What rounding leaves, relative to the largest of all.
+/// Rounding error relative to the largest entry.
 const ROUNDING: f64 = 1e-14;
-/// How often the mechanism is let go, and for how many moves of which size.
+/// How often the mechanism is released, and for how many moves of which size.
 const RELEASES: usize = 15;
 const MOVES: usize = 5;
 const MOVE: f64 = 0.1;
 
-/// Searches for an equilibrium from a resting point; `Err` holds the last numbers if there is none.
+/// Searches for an equilibrium from a resting point.
 pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Point) -> Result<Point, Failure> {
     let mut search = Search::new(formulated, variation, guess)?;
     let mut released = search.point.clone();
@@ -39,7 +39,7 @@ pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Poin
             search.release()?;
         }
     }
-    // A search that falls back into the same trap: the mechanism itself goes on from where it was let go, and is searched from where it came to.
+    // The search converges to the same point again: the released motion is continued, and the search starts from its end.
     for _ in 0..RELEASES {
         search.point = released;
         for _ in 0..MOVES {
@@ -60,7 +60,7 @@ fn accelerations(numbers: &Numbers, point: &Point) -> DVector<f64> {
     let coordinates = point.positions().len();
     let (motion, loops) = (numbers.values(Row::Motion), numbers.values(Row::Accelerations));
     let right = DVector::from_iterator(motion.len() + loops.len(), motion.iter().chain(&loops).map(|value| -value));
-    // A change of the reactions comes out beside the accelerations. In a singular pose: the smallest solution.
+    // The solution holds changes of the reactions too. In a singular pose: the solution of least norm.
     solve(&numbers.system(), &right, 0.0).rows(0, coordinates).into_owned()
 }
 
@@ -99,6 +99,20 @@ pub(super) fn solve(a: &DMatrix<f64>, b: &DVector<f64>, damping: f64) -> DVector
     v_t.tr_mul(&parts)
 }
 
+/// Orthonormal basis of the null space of a matrix: its right singular vectors whose singular values are at most a share of the largest.
+pub(super) fn null_space(rows: &DMatrix<f64>, share: f64) -> DMatrix<f64> {
+    let n = rows.ncols();
+    if rows.is_empty() {
+        return DMatrix::identity(n, n);
+    }
+    // The decomposition gives as many directions as there are rows: empty rows make it give all.
+    let square = rows.clone().resize_vertically(rows.nrows().max(n), 0.0);
+    let svd = square.svd(false, true);
+    let least = share * svd.singular_values.max();
+    let free: Vec<usize> = (0..n).filter(|&index| svd.singular_values[index] <= least).collect();
+    svd.v_t.map_or_else(|| DMatrix::zeros(n, 0), |v_t| v_t.select_rows(&free).transpose())
+}
+
 struct Search<'a, 'm> {
     formulated: &'a Formulated<'m>,
     variation: &'a Variation,
@@ -131,7 +145,7 @@ impl<'a, 'm> Search<'a, 'm> {
         DVector::from_fn(forces.len(), |row, _| forces[row] * self.scales[row] / self.energy)
     }
 
-    /// The reactions that carry as much of the loads as they can.
+    /// The reactions that balance the loads best, by least squares.
     fn carry(&mut self, numbers: &Numbers) {
         let reactions = numbers.block(Row::Motion, Column::Reactions);
         let change = solve(&reactions, &-numbers.values(Row::Motion), 0.0);
@@ -176,7 +190,7 @@ impl<'a, 'm> Search<'a, 'm> {
         Ok(residual.iter().zip(jacobian.transpose().column_iter()).all(balanced))
     }
 
-    /// Levenberg-Marquardt down to rounding, or to where it stands still.
+    /// Levenberg-Marquardt down to rounding, or until it stagnates.
     fn descend(&mut self) -> Result<(), Failure> {
         let mut damping = DAMPING[0];
         let mut residual = self.residual(&self.point);

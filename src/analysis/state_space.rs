@@ -1,6 +1,6 @@
 //! Small motions about a point: dx/dt = A x + B u, y = C x + D u.
 //!
-//! The states are the independent coordinates, their rates, and what drivers integrate: none more than the mechanism has, so the
+//! The states are the independent coordinates, their rates, and what drivers integrate: as many as the mechanism has, so the
 //! loops leave no spurious modes. The derivatives go through the loop equations implicitly: with J = Phi_q, varying
 //! Phi = 0 and its rate gives the dependent coordinates and rates, varying \[M J^T; J 0\] {a, lambda} = {Q, gamma} the accelerations and
 //! reactions. Nothing is approximated.
@@ -47,10 +47,10 @@ pub struct StateSpace {
 }
 
 impl StateSpace {
-    /// Linearises at a point. `like` is a system of the same mechanism elsewhere: its states are taken again if they serve.
+    /// Linearises at a point. `like` is a system of the same mechanism elsewhere: its states are kept if they are suitable here.
     ///
     /// # Errors
-    /// The pose is singular, or something has no derivative there.
+    /// The pose is singular, or an equation has no derivative there.
     pub fn new(
         formulated: &Formulated,
         variation: &Variation,
@@ -239,7 +239,7 @@ fn source(formulated: &Formulated, symbol: Symbol) -> Symbol {
     }
 }
 
-/// What the user is told about a state or an input.
+/// The description of a state or an input.
 fn signal(formulated: &Formulated, point: &Point, symbol: Symbol) -> Signal {
     let equations = &formulated.equations;
     let mechanism = equations.system.mechanism;

@@ -130,7 +130,7 @@ impl Variation {
         }
     }
 
-    /// What an equation belongs to, as the user calls it.
+    /// The user's name of an equation's owner.
     fn name(&self, equations: &Equations, row: usize) -> String {
         let within =
             |group: Row| Some(self.row(group)).filter(|range| range.contains(&row)).map(|range| row - range.start);

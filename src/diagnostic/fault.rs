@@ -1,32 +1,40 @@
-//! What is wrong with a scene: collected first, reported together.
+//! Faults of a scene: collected first, reported together.
 
 use std::collections::HashMap;
 use std::fmt;
 
 use super::span::{Lines, Source, Span};
 
+/// How bad a fault is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
+    /// The scene can be used.
     Warning,
     /// The scene cannot be used.
     Error,
 }
 
+/// One thing that is wrong with a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
-    /// What kind of fault, such as `scene::unknown_point`.
+    /// The code of the fault, such as `scene::unknown_point`.
     pub code: &'static str,
+    /// How bad it is.
     pub severity: Severity,
+    /// What is wrong, in the user's names.
     pub message: String,
+    /// Where.
     pub span: Span,
-    /// What is said at that place; may be empty.
+    /// The label at that place; may be empty.
     pub label: Box<str>,
     /// What to do; may be empty.
     pub help: Box<str>,
+    /// Further places with the same fault.
     pub also: Vec<Span>,
 }
 
 impl Fault {
+    /// An error.
     pub fn new(code: &'static str, message: impl Into<String>, span: Span) -> Fault {
         Fault {
             code,
@@ -39,16 +47,19 @@ impl Fault {
         }
     }
 
+    /// A warning.
     pub fn warning(code: &'static str, message: impl Into<String>, span: Span) -> Fault {
         Fault { severity: Severity::Warning, ..Fault::new(code, message, span) }
     }
 
+    /// Says something at the place.
     #[must_use]
     pub fn label(mut self, label: impl Into<String>) -> Fault {
         self.label = label.into().into_boxed_str();
         self
     }
 
+    /// Says what to do.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Fault {
         self.help = help.into().into_boxed_str();
@@ -63,10 +74,12 @@ pub struct Faults {
     pub list: Vec<Fault>,
     /// How many more there are beyond those listed.
     pub omitted: usize,
+    /// The text that the spans refer to.
     pub source: Source,
 }
 
 impl Faults {
+    /// Faults found in a text.
     pub fn new(source: Source, list: Vec<Fault>) -> Faults {
         Faults { list, omitted: 0, source }
     }
@@ -96,7 +109,7 @@ impl fmt::Display for Faults {
 
 impl std::error::Error for Faults {}
 
-/// Collects faults; keeps so many that nobody misses one, and so few that a hopeless file stays quick.
+/// Collects faults up to a limit.
 #[derive(Debug, Default)]
 pub(crate) struct Sink {
     list: Vec<Fault>,
@@ -149,6 +162,7 @@ impl Sink {
         self.errors > 0
     }
 
+    /// The faults in the order of the text.
     pub fn into_faults(self, source: Source) -> Faults {
         Faults { omitted: self.omitted, list: self.into_list(), source }
     }

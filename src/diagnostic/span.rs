@@ -1,4 +1,4 @@
-//! Where something is written.
+//! Source positions.
 
 use std::sync::Arc;
 

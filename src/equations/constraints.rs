@@ -1,4 +1,4 @@
-//! Step 2: the circuit equations of chords that hold something, projected on their reaction spaces.
+//! Step 2: the circuit equations of chords with a reaction space, projected on it.
 
 use std::collections::BTreeMap;
 
@@ -28,17 +28,17 @@ pub struct Constraint {
     pub gamma: Expr,
     /// d Phi / d position of each follower.
     pub followers: Vec<(usize, Expr)>,
-    /// Does it say what others say already in every pose, though it has coordinates? This is known once the mechanism has been assembled.
+    /// Is it dependent on others in every pose, though it has coordinates? Known once the mechanism has been assembled.
     pub repeats: bool,
 }
 
 impl Constraint {
-    /// A row without coordinates: it holds, or two parts of the scene contradict each other.
+    /// A row without coordinates: an identity, or a contradiction between two parts of the scene.
     pub fn is_trivial(&self) -> bool {
         self.jacobian.is_empty()
     }
 
-    /// A trivial row in which no follower moves either: it says nothing about the motion.
+    /// A trivial row without followers: it does not constrain the motion.
     pub fn says_nothing(&self) -> bool {
         self.is_trivial() && self.followers.is_empty()
     }

@@ -1,4 +1,4 @@
-//! Couplings: linear relations between across variables of both graphs. Each term is a chord that no tree ever takes; its
+//! Couplings: linear relations between across variables of both graphs. Each term is a chord in every tree; its
 //! through variable is the transposed relation, factor x reaction, so that the power of all terms together vanishes.
 
 use std::collections::HashMap;
@@ -103,7 +103,7 @@ fn length(system: &mut System, kinematics: &Kinematics, gap: &Motion) -> (Scalar
     ((length, rate, second), unit)
 }
 
-/// What the couplings bring into the cutset equations: sums at the nodes of both graphs.
+/// The contributions of the couplings to the cutset equations: sums at the nodes of both graphs.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Couplings {
     pub forces: HashMap<usize, Form<Vector>>,
@@ -149,7 +149,7 @@ impl Couplings {
     }
 }
 
-/// A chord's through variable at its two nodes: it goes into the second and comes out of the first.
+/// A chord's through variable at its two nodes: positive at the second, negative at the first.
 fn add<C: Coefficient>(arena: &mut Arena, sums: &mut HashMap<usize, Form<C>>, [a, b]: [usize; 2], through: &Form<C>) {
     let minus = arena.constant(-1.0);
     sums.entry(b).or_default().accumulate(arena, Expr::ONE, through);

@@ -29,7 +29,7 @@ pub struct Dynamics {
     pub load: Vec<Expr>,
 }
 
-/// Constitutive loads, as expressions of positions and velocities: what the terminal equations of loads evaluate to.
+/// Constitutive loads as expressions of positions and velocities: the terminal equations of loads.
 #[derive(Clone, Debug, Default)]
 pub struct Laws {
     pub forces: HashMap<ElementId, Form<Vector>>,
@@ -39,7 +39,7 @@ pub struct Laws {
 pub(super) type Rooted<'a> =
     ((&'a Tree<Translation>, &'a Topology<Translation>), (&'a Tree<Rotation>, &'a Topology<Rotation>));
 
-/// How forces and torques are added up on their way through the trees.
+/// How forces and torques are summed along the trees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sums {
     /// By accelerations, reactions and frames, so that \[M\] can be read off.
@@ -121,7 +121,7 @@ impl Dynamics {
             }
             dynamics.forces.insert(chord, sums.of_force(system, kinematics, force));
         }
-        dynamics.branch_forces(&mut system.arena, t_tree, t_topology, &couplings);
+        chord_transformation(&mut system.arena, t_tree, t_topology, &couplings.forces, &mut dynamics.forces);
         let mut moments = dynamics.moments(system, kinematics);
         couplings.add_moments(system, kinematics, &mut moments);
         for &chord in &r_tree.chords {
@@ -132,7 +132,7 @@ impl Dynamics {
             }
             dynamics.torques.insert(chord, sums.of_torque(system, kinematics, torque));
         }
-        dynamics.branch_torques(&mut system.arena, r_tree, r_topology, &couplings);
+        chord_transformation(&mut system.arena, r_tree, r_topology, &couplings.torques, &mut dynamics.torques);
         (dynamics, moments)
     }
 
@@ -144,54 +144,6 @@ impl Dynamics {
     /// Torque that an element exerts on its second body: for a branch from its cutset.
     pub fn torque(&self, element: ElementId) -> Option<&Form<Scalar>> {
         self.torques.get(&element)
-    }
-
-    /// {F}_b = -\[A\]{F}_c, from the leaves inwards: what reaches a node from outside it must pass its branch.
-    fn branch_forces(
-        &mut self,
-        arena: &mut Arena,
-        tree: &Tree<Translation>,
-        topology: &Topology<Translation>,
-        couplings: &Couplings,
-    ) {
-        let mut sums = couplings.forces.clone();
-        let minus = arena.constant(-1.0);
-        for &chord in &tree.chords {
-            let [a, b] = topology.ends(chord);
-            let force = self.forces[&chord].clone();
-            sums.entry(b.index()).or_default().accumulate(arena, Expr::ONE, &force);
-            sums.entry(a.index()).or_default().accumulate(arena, minus, &force);
-        }
-        for (node, parent, branch, sign) in topology.outward().rev() {
-            let sum = sums.remove(&node.index()).unwrap_or_default();
-            let through = arena.constant(-f64::from(sign));
-            self.forces.insert(branch, sum.scaled(arena, through));
-            sums.entry(parent.index()).or_default().accumulate(arena, Expr::ONE, &sum);
-        }
-    }
-
-    /// {T}_b = -\[A\]{T}_c
-    fn branch_torques(
-        &mut self,
-        arena: &mut Arena,
-        tree: &Tree<Rotation>,
-        topology: &Topology<Rotation>,
-        couplings: &Couplings,
-    ) {
-        let mut sums = couplings.torques.clone();
-        let minus = arena.constant(-1.0);
-        for &chord in &tree.chords {
-            let [a, b] = topology.ends(chord);
-            let torque = self.torques[&chord].clone();
-            sums.entry(b.index()).or_default().accumulate(arena, Expr::ONE, &torque);
-            sums.entry(a.index()).or_default().accumulate(arena, minus, &torque);
-        }
-        for (node, parent, branch, sign) in topology.outward().rev() {
-            let sum = sums.remove(&node.index()).unwrap_or_default();
-            let through = arena.constant(-f64::from(sign));
-            self.torques.insert(branch, sum.scaled(arena, through));
-            sums.entry(parent.index()).or_default().accumulate(arena, Expr::ONE, &sum);
-        }
     }
 
     /// sum r x F over the arms of each body and the slides whose axis is fixed in it (Eq. 6).
@@ -258,7 +210,30 @@ impl Dynamics {
     }
 }
 
-/// The loads that are left when accelerations and reactions are taken out.
+/// {F}_b = -\[A\]{F}_c (Eq. 9), and the same of torques, from the leaves inwards: what acts on the subtree behind a node passes through its branch.
+fn chord_transformation<D, C: Coefficient>(
+    arena: &mut Arena,
+    tree: &Tree<D>,
+    topology: &Topology<D>,
+    couplings: &HashMap<usize, Form<C>>,
+    through: &mut HashMap<ElementId, Form<C>>,
+) {
+    let mut sums = couplings.clone();
+    let minus = arena.constant(-1.0);
+    for &chord in &tree.chords {
+        let [a, b] = topology.ends(chord);
+        sums.entry(b.index()).or_default().accumulate(arena, Expr::ONE, &through[&chord]);
+        sums.entry(a.index()).or_default().accumulate(arena, minus, &through[&chord]);
+    }
+    for (node, parent, branch, sign) in topology.outward().rev() {
+        let sum = sums.remove(&node.index()).unwrap_or_default();
+        let opposite = arena.constant(-f64::from(sign));
+        through.insert(branch, sum.scaled(arena, opposite));
+        sums.entry(parent.index()).or_default().accumulate(arena, Expr::ONE, &sum);
+    }
+}
+
+/// The loads: the balance without accelerations and reactions.
 fn without_reactions(arena: &mut Arena, kinematics: &Kinematics, balance: &Form<Scalar>, rest: Expr) -> Expr {
     if !balance.terms().any(|(key, _)| matches!(arena.node(key), Node::Symbol(Symbol::Reaction(_)))) {
         return rest;
@@ -274,7 +249,7 @@ fn without_reactions(arena: &mut Arena, kinematics: &Kinematics, balance: &Form<
     load.total(arena)
 }
 
-/// The circuit equations that say something, or that repeat others and are asked for, by their chord; couplings act through other elements' chords.
+/// The nontrivial circuit equations, and trivial ones that are to share a load, by their chord; couplings act through other elements' chords.
 fn by_chord(constraints: &[Constraint]) -> HashMap<ElementId, Vec<usize>> {
     let mut held: HashMap<ElementId, Vec<usize>> = HashMap::new();
     let counts = |constraint: &Constraint| !constraint.is_trivial() || constraint.repeats;
@@ -299,7 +274,7 @@ fn add_reaction(
     }
 }
 
-/// The part of a force that the terminal equation gives.
+/// The constitutive part of a force.
 fn constitutive_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: ElementId) -> Form<Vector> {
     let Some(row) = system.elements[id.0].translation.clone() else { return Form::default() };
     match &row.through {
@@ -362,7 +337,7 @@ pub fn resisting_force(
     Form::term(&mut system.arena, resisting, &along)
 }
 
-/// The part of a torque that the terminal equation gives.
+/// The constitutive part of a torque.
 fn constitutive_torque(
     system: &mut System,
     kinematics: &Kinematics,

@@ -45,7 +45,7 @@ impl Equations<'_> {
     }
 
     pub fn formula(&mut self, formula: &Formula) -> Expr {
-        // Variables need the whole formulation, not the arena alone: they are expressed first, then looked up.
+        // Variables need the whole formulation, not the arena alone: they are expressed first.
         let mut variables = Vec::new();
         formula.visit_variables(&mut |variable| variables.push(variable));
         for variable in variables {

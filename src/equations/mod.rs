@@ -60,7 +60,7 @@ pub struct Equations<'m> {
 }
 
 impl<'m> Equations<'m> {
-    /// Steps 2 and 3: the kinematics. Step 1 is left until something needs it ([`Equations::dynamics`]).
+    /// Steps 2 and 3: the kinematics. Step 1 is evaluated lazily ([`Equations::dynamics`]).
     pub fn new(mut system: System<'m>, trees: Trees) -> Self {
         let translation = Topology::new(&system.translation, &trees.translation);
         let rotation = Topology::new(&system.rotation, &trees.rotation);
@@ -129,8 +129,7 @@ impl<'m> Equations<'m> {
         self.through.insert(through)
     }
 
-    /// The loop equations that say something, with their indices: where a driver acts beside its joint, the joint's circuit holds
-    /// by itself.
+    /// The loop equations that constrain the motion, with their indices: where a driver is parallel to its joint, the joint's circuit is an identity.
     pub fn loops(&self) -> impl Iterator<Item = (usize, &Constraint)> {
         self.constraints.iter().enumerate().filter(|(_, row)| !row.says_nothing())
     }

@@ -1,5 +1,5 @@
 //! The power that joints, drivers and loads put into the mechanism: effort times flow of their edges, F . v + T omega. The reactions
-//! of joints and couplings do no work. What a spring stores it takes out; what a damper dissipates as well.
+//! of joints and couplings do no work. The power that a spring stores or a damper dissipates is negative.
 
 use super::Equations;
 use crate::component::{Direction, Force, Origin, RotationalRow, Torque, TranslationalRow};

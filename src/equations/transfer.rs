@@ -124,7 +124,7 @@ impl Equations<'_> {
         own.position(|own| own.name == coordinate.name).map(|place| first + place)
     }
 
-    /// What a coordinate's element leaves free, its known part taken off, and the direction of the coordinate.
+    /// The across variable of a coordinate's element without its known part, and the direction of the coordinate.
     fn free_motion(&mut self, coordinate: &Coordinate) -> Option<(Motion, Direction)> {
         let row = self.system.element(coordinate.element).translation.clone()?;
         let direction = row.motion.iter().find(|(_, name)| *name == coordinate.name)?.0;

@@ -27,7 +27,7 @@ impl Equations<'_> {
         expr
     }
 
-    /// Expressions of variables in which trivial loop equations have multipliers too, as if a joint that repeats another one beside it carried a part.
+    /// Expressions of variables in which trivial loop equations have multipliers too: a joint that repeats a parallel one shares its load.
     pub(crate) fn with_all_reactions(&mut self, variables: &[Variable]) -> Vec<Expr> {
         let trivial: Vec<usize> =
             (0..self.constraints.len()).filter(|&row| self.constraints[row].is_trivial()).collect();
@@ -99,16 +99,16 @@ impl Equations<'_> {
         }
     }
 
+    fn angle_across(&mut self, id: ElementId, quantity: Quantity) -> Expr {
+        let Some(ends) = self.system.element(id).rotation.as_ref().map(|row| row.ends) else { return Expr::ZERO };
+        let angle = self.kinematics.angle_across(&mut self.system.arena, ends);
+        self.of_angle(&angle, quantity)
+    }
+
     fn of_joint(&mut self, joint: JointId, quantity: Quantity) -> Expr {
-        let Some(id) = self.find(Origin::Joint(joint)) else { return Expr::ZERO };
+        let Some(id) = self.system.find(Origin::Joint(joint)) else { return Expr::ZERO };
         match quantity {
-            Quantity::Angle | Quantity::Omega | Quantity::Alpha => {
-                let Some(ends) = self.system.element(id).rotation.as_ref().map(|row| row.ends) else {
-                    return Expr::ZERO;
-                };
-                let angle = self.kinematics.angle_across(&mut self.system.arena, ends);
-                self.of_angle(&angle, quantity)
-            }
+            Quantity::Angle | Quantity::Omega | Quantity::Alpha => self.angle_across(id, quantity),
             Quantity::S | Quantity::V | Quantity::A => self.slide(id, quantity),
             Quantity::Fx => self.force_along(id, Direction::X),
             Quantity::Fy => self.force_along(id, Direction::Y),
@@ -120,7 +120,7 @@ impl Equations<'_> {
         }
     }
 
-    /// s = r . u, s' = v . u, s'' = a . u + s omega^2, with r = s u what is left without the known part.
+    /// s = r . u, s' = v . u, s'' = a . u + s omega^2, with r = s u the across variable without its known part.
     fn slide(&mut self, id: ElementId, quantity: Quantity) -> Expr {
         let Some(row) = self.system.element(id).translation.clone() else { return Expr::ZERO };
         let Some(&(direction, _)) = row.motion.first() else { return Expr::ZERO };
@@ -143,7 +143,7 @@ impl Equations<'_> {
         }
     }
 
-    /// The force along what a joint leaves free or couples; the torque that it holds, or exerts about what it leaves free or couples.
+    /// The force along a joint's free or coupled direction; its reaction torque, or the torque about its free or coupled axis.
     fn joint_effort(&mut self, id: ElementId, quantity: Quantity) -> Expr {
         let element = self.system.element(id).clone();
         let row = element.rotation.as_ref();
@@ -193,7 +193,7 @@ impl Equations<'_> {
         let mut total = self.force_along(id, normal);
         for (index, driver) in self.system.mechanism.drivers.iter().enumerate() {
             if driver.joint() == Some(joint)
-                && let Some(beside) = self.find(Origin::Driver(DriverId(index)))
+                && let Some(beside) = self.system.find(Origin::Driver(DriverId(index)))
             {
                 let share = self.force_along(beside, normal);
                 total = self.system.arena.add(total, share);
@@ -203,7 +203,7 @@ impl Equations<'_> {
     }
 
     fn of_driver(&mut self, driver: DriverId, quantity: Quantity) -> Expr {
-        let Some(id) = self.find(Origin::Driver(driver)) else { return Expr::ZERO };
+        let Some(id) = self.system.find(Origin::Driver(driver)) else { return Expr::ZERO };
         match quantity {
             Quantity::Torque => self.torque_of(id),
             Quantity::Fx => self.force_along(id, Direction::X),
@@ -220,15 +220,9 @@ impl Equations<'_> {
     }
 
     fn of_load(&mut self, load: LoadId, quantity: Quantity) -> Expr {
-        let Some(id) = self.find(Origin::Load(load)) else { return Expr::ZERO };
+        let Some(id) = self.system.find(Origin::Load(load)) else { return Expr::ZERO };
         match quantity {
-            Quantity::Angle | Quantity::Omega => {
-                let Some(ends) = self.system.element(id).rotation.as_ref().map(|row| row.ends) else {
-                    return Expr::ZERO;
-                };
-                let angle = self.kinematics.angle_across(&mut self.system.arena, ends);
-                self.of_angle(&angle, quantity)
-            }
+            Quantity::Angle | Quantity::Omega => self.angle_across(id, quantity),
             Quantity::Torque => self.laws.torques.get(&id).copied().unwrap_or(Expr::ZERO),
             Quantity::Length | Quantity::Rate => {
                 let Some(ends) = self.system.element(id).translation.as_ref().map(|row| row.ends) else {
@@ -257,7 +251,7 @@ impl Equations<'_> {
         self.system.arena.divide(product, length)
     }
 
-    /// Force as the user counts it: pushing apart in the plane; on a line a spring's pulls and an actuator's pushes.
+    /// Force with the sign of the scene: positive in compression in the plane; on a line a spring's in tension and an actuator's in compression.
     fn line_law(&mut self, load: LoadId, id: ElementId) -> Expr {
         let Some(force) = self.laws.forces.get(&id).cloned() else { return Expr::ZERO };
         if self.system.mechanism.dimension == Dimension::One {
@@ -309,7 +303,7 @@ impl Equations<'_> {
         self.system.arena.multiply(half, total)
     }
 
-    /// Gravity (zero at the origin), and what components store.
+    /// Gravity (zero at the origin), and the energy stored in components.
     fn potential_energy(&mut self) -> Expr {
         let mechanism = self.system.mechanism;
         let gravity = mechanism.gravity.each_ref().map(|component| self.system.value(component));
@@ -341,10 +335,6 @@ impl Equations<'_> {
             let size = arena.unary(Unary::Abs, row);
             if largest.is_zero() { size } else { arena.binary(Binary::Max, largest, size) }
         })
-    }
-
-    fn find(&self, origin: Origin) -> Option<ElementId> {
-        self.system.find(origin)
     }
 
     fn dot(&mut self, vector: &Vector, direction: &Vector) -> Expr {

@@ -23,7 +23,7 @@ pub struct Vibration {
     pub force: Vec<Expr>,
 }
 
-/// What one element adds: its constants, and its force when no coordinate moves.
+/// The contribution of one element: its constants, and its force at q = 0.
 struct Share {
     mass: Expr,
     damping: Expr,
@@ -32,7 +32,7 @@ struct Share {
 }
 
 impl Equations<'_> {
-    /// The matrices of Eq. (33) for these trees, if the scene is one of masses on a line whose loads are all linear.
+    /// The matrices of Eq. (33) for these trees, for masses on a line with linear loads.
     pub fn vibration(&mut self) -> Option<Vibration> {
         self.linear()?.ok()
     }
@@ -114,7 +114,7 @@ impl Equations<'_> {
     }
 
     /// The part of an element's displacement that no coordinate changes, and its rate and acceleration: what arms, ground vectors and drivers
-    /// make of it, -\[B\]{r} of its circuit. A branch has none: its displacement is a coordinate.
+    /// prescribe, -\[B\]{r} of its circuit. A branch has none: its displacement is a coordinate.
     fn prescribed(&mut self, element: ElementId) -> [Expr; 3] {
         let tree = &self.trees.translation;
         let mut sums = [Expr::ZERO; 3];

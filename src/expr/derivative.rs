@@ -12,7 +12,7 @@ impl Arena {
         self.chain(expr, &of_symbol)
     }
 
-    /// d roots / d symbol; what the roots share is differentiated once.
+    /// d roots / d symbol; shared subexpressions are differentiated once.
     pub fn derivatives(&mut self, roots: &[Expr], symbol: Symbol) -> Vec<Expr> {
         let of_symbol = |_: &mut Arena, s: Symbol| if s == symbol { Expr::ONE } else { Expr::ZERO };
         let known = self.chain_all(roots, &of_symbol);
@@ -40,7 +40,7 @@ impl Arena {
         self.chain_all(&[expr], of_symbol)[&expr]
     }
 
-    /// The derivatives of everything that the roots are made of.
+    /// The derivatives of all subexpressions.
     fn chain_all(&mut self, roots: &[Expr], of_symbol: &dyn Fn(&mut Arena, Symbol) -> Expr) -> HashMap<Expr, Expr> {
         let mut known: HashMap<Expr, Expr> = HashMap::new();
         for inner in self.reachable(roots.iter().copied()) {

@@ -1,4 +1,4 @@
-//! The numbers behind expressions, with the very functions of the runtime.
+//! Numerical evaluation of expressions, with the functions of the runtime.
 
 use std::collections::HashMap;
 
@@ -23,7 +23,7 @@ impl Arena {
         roots.iter().map(|root| results[root.index()]).collect()
     }
 
-    /// The same for many questions about one state: what is known from before is not evaluated again.
+    /// The same for repeated evaluations at one state: known values are not evaluated again.
     pub fn evaluate_more(&self, roots: &[Expr], values: &impl Values, known: &mut HashMap<Expr, f64>) -> Vec<f64> {
         let mut stack: Vec<Expr> = roots.to_vec();
         while let Some(&expr) = stack.last() {

@@ -7,7 +7,7 @@ use super::function::Run;
 use super::term::build;
 use super::{Arena, Binary, Expr, Node, Unary};
 
-/// What stands for expressions in which functions are composed of others.
+/// Expressions without composed functions, by the original ones.
 #[derive(Clone, Debug, Default)]
 pub struct Expansions(HashMap<Expr, Expr>);
 
@@ -18,7 +18,7 @@ impl Expansions {
 }
 
 impl Arena {
-    /// What a function composed of others stands for; nothing for what has an operation of its own.
+    /// The composition of a function; none for a function with an operation of its own.
     fn composed(&mut self, expr: Expr) -> Option<Expr> {
         match self.node(expr) {
             Node::Unary(function, a) => match function.definition().run {
@@ -33,7 +33,7 @@ impl Arena {
         }
     }
 
-    /// What a function is for Taylor series, if they have no operation for it.
+    /// The composition of a function for Taylor series, if they have no operation for it.
     pub fn series_of_unary(&mut self, function: Unary, a: Expr) -> Option<Expr> {
         function.definition().for_series().map(|formula| build(self, [a], formula))
     }
@@ -49,7 +49,7 @@ impl Arena {
         known.of(roots)
     }
 
-    /// An arena in which the roots can be said without functions that are composed of others: this one if they have none.
+    /// An arena that contains the roots without composed functions: this one if they have none.
     pub fn runnable(&self, roots: &[Expr]) -> (Cow<'_, Arena>, Expansions) {
         let (mut arena, mut known) = (Cow::Borrowed(self), Expansions::default());
         if self.reachable(roots.iter().copied()).into_iter().any(|expr| self.is_composed(expr)) {

@@ -1,7 +1,7 @@
 //! Every operation that expressions are made of, each in one line of one table: the scene's parser, its units, values, derivatives, printed
 //! equations, generated code, tapes and Taylor series all read it.
 //!
-//! A function that the runtime has no operation for is composed of others, and needs nothing but its line.
+//! A function that the runtime has no operation for is composed of others.
 
 use cotree_fmu::math;
 use cotree_fmu::tape::Operation;
@@ -9,7 +9,7 @@ use cotree_fmu::tape::Operation;
 use super::Arena;
 use super::term::{Term, build};
 
-/// What one operation of `N` operands is.
+/// An operation of `N` operands.
 #[derive(Debug)]
 pub struct Definition<const N: usize> {
     /// Its name in scenes and in plain text; an operator's sign.
@@ -141,7 +141,7 @@ fn power_derivative<'a>([a, b]: [Term<'a>; 2], [d, e]: [Term<'a>; 2], value: Ter
 }
 
 impl<const N: usize> Definition<N> {
-    /// What it is for Taylor series, if they have no operation of their own for it.
+    /// Its composition for Taylor series, if they have no operation for it.
     pub fn for_series(&self) -> Option<Composed<N>> {
         match self.run {
             Run::Own(_, _, series, _) => series,
@@ -210,7 +210,7 @@ impl Function {
         }
     }
 
-    /// Can nothing else in a scene have its name? Functions composed of others came later, and take no name from older scenes.
+    /// Is its name reserved? Composed functions were added later, and their names stay available to older scenes.
     pub fn is_reserved(self) -> bool {
         match self {
             Function::One(function) => matches!(function.definition().run, Own(..)),

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::{Arena, Binary, Expr, Node, Symbol, Unary};
 
 impl Arena {
-    /// The same expressions in this arena, with what is given in the place of symbols.
+    /// The same expressions in this arena, with substitutions for symbols.
     pub fn import(&mut self, from: &Arena, roots: &[Expr], given: &HashMap<Symbol, Expr>) -> Vec<Expr> {
         let mut here: HashMap<Expr, Expr> = HashMap::new();
         for expr in from.reachable(roots.iter().copied()) {

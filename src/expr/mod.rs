@@ -65,7 +65,7 @@ pub enum Symbol {
     Coordinate(usize, Order),
     /// Multiplier lambda.
     Reaction(usize),
-    /// A mass or inertia that the scene does not give: an error if anything needs it.
+    /// A mass or inertia that the scene does not give: an error if it is needed.
     Missing(usize, Property),
 }
 
@@ -122,7 +122,7 @@ impl Arena {
         self.nodes.is_empty()
     }
 
-    /// The number behind a handle, if it is one.
+    /// The value of a constant.
     pub fn as_constant(&self, expr: Expr) -> Option<f64> {
         match self.node(expr) {
             Node::Constant(bits) => Some(f64::from_bits(bits)),
@@ -145,7 +145,7 @@ impl Arena {
         terms.into_iter().fold(Expr::ZERO, |sum, term| self.add(sum, term))
     }
 
-    /// All expressions that the given ones are made of, operands first.
+    /// All subexpressions of the given expressions, operands first.
     pub fn reachable(&self, roots: impl IntoIterator<Item = Expr>) -> Vec<Expr> {
         let mut stack: Vec<Expr> = roots.into_iter().collect();
         // No larger than the roots need: most questions are about small expressions of a large arena.

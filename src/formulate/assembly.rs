@@ -103,7 +103,7 @@ fn contradiction(equations: &Equations, model: &Model, names: &[String], velocit
     Fault { also, ..fault.help(help) }
 }
 
-/// The value of a condition that the scene gives, and the one that all others demand.
+/// The value of a condition in the scene, and the one that follows from all others.
 fn needed(model: &Model, name: &str, velocity: bool) -> Option<[String; 2]> {
     let mut program = model.program().clone();
     let index = conditions(&program, velocity).iter().position(|condition| condition.name == name)?;

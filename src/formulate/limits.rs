@@ -47,7 +47,7 @@ pub fn check_written(equations: &Equations) -> Result<(), Vec<Fault>> {
     Ok(())
 }
 
-/// The fault of a mechanism whose elimination was given up.
+/// The fault of a mechanism whose elimination exceeds the limit.
 pub fn too_connected(equations: &Equations) -> Fault {
     let rows = equations.constraints.iter().filter(|row| !row.is_trivial()).count();
     let message = format!(
@@ -132,7 +132,7 @@ impl Angles {
     }
 }
 
-/// Coordinates on the circuits of all chords that hold something.
+/// Coordinates on the circuits of all chords with a reaction space.
 fn loops(system: &System, trees: &Trees, angles: &Angles) -> Result<(), Fault> {
     let nodes = system.translation.nodes();
     let (mut before, mut depth, mut own) = (vec![0; nodes], vec![0_usize; nodes], vec![0_usize; nodes]);

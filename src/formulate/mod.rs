@@ -1,4 +1,4 @@
-//! From a mechanism to its equations and its program: formulate, assemble once, find what is redundant, lower.
+//! From a mechanism to its equations and its program: formulate, assemble, find the redundant loop equations, lower.
 
 pub(crate) mod assembly;
 pub(crate) mod limits;
@@ -35,7 +35,7 @@ pub struct Formulated<'m> {
     pub state: State,
     pub redundant: Vec<usize>,
     pub warnings: Vec<Fault>,
-    /// What the search for the cheapest trees found, if the scene asks for it.
+    /// The result of the search for the cheapest trees, if the scene asks for it.
     pub search: Option<Search>,
 }
 
@@ -57,7 +57,7 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
     }
 }
 
-/// As [`formulate`], for those who write the equations out.
+/// As [`formulate`], for printed equations.
 ///
 /// # Errors
 /// As there, or equations that are too large to be written.
@@ -173,7 +173,7 @@ fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
     }
 }
 
-/// Loop equations without coordinates must hold by themselves: two drivers of the same angle must agree.
+/// Loop equations without coordinates must be satisfied: two drivers of the same angle must agree.
 fn check_trivial(equations: &Equations) -> Vec<Fault> {
     let mechanism = equations.system.mechanism;
     let experiment = mechanism.experiment;
@@ -206,7 +206,7 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64)
     .help(format!("remove `{own}` or one of the others, or make them agree"))
 }
 
-/// What the kernels and the outputs need must be there.
+/// Masses that the kernels and the outputs need must be given.
 fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Vec<Fault> {
     let mut faults = Vec::new();
     let mut said = BTreeSet::new();
@@ -225,7 +225,7 @@ fn check_masses(equations: &mut Equations, lowered: &Lowered) -> Vec<Fault> {
     faults
 }
 
-/// What an output needs and is not there.
+/// A missing mass or inertia that an output needs.
 fn missing_for(equations: &mut Equations, output: &Output) -> Vec<Symbol> {
     let value = equations.formula(&output.value);
     let mut roots = vec![value];
@@ -317,7 +317,7 @@ fn redundancy_warning(equations: &Equations, sharing: &[Owner]) -> Option<Fault>
     Some(fault)
 }
 
-/// Something that no scene should be able to cause.
+/// An internal error, which no scene should cause.
 fn internal(mechanism: &Mechanism, what: &str) -> Fault {
     Fault::new(
         "cotree::internal",

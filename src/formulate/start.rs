@@ -1,4 +1,4 @@
-//! Where a mechanism starts that its `[initial]` does not determine: as the recommended trees complete it, whatever trees are used.
+//! The start of a mechanism whose `[initial]` leaves freedoms open: completed in the recommended trees, for every choice of trees.
 
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::model::{Model, State};
@@ -24,7 +24,7 @@ pub struct Start {
     state: State,
 }
 
-/// What expressions are at a state; accelerations, reactions and what else a state does not tell count as zero.
+/// Values of expressions at a state; accelerations, reactions and other symbols that are not part of it count as zero.
 pub(crate) fn evaluate_at(arena: &Arena, state: &State, exprs: &[Expr]) -> Vec<f64> {
     arena.evaluate(exprs, &|symbol: Symbol| match symbol {
         Symbol::Time => state.time(),

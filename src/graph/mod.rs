@@ -92,7 +92,7 @@ impl<D> LinearGraph<D> {
         self.graph.edge_indices().map(|edge| (self.graph[edge], self.ends(edge)))
     }
 
-    /// Kruskal's algorithm: takes the edges in the given order whenever they join what is apart.
+    /// Kruskal's algorithm: accepts the edges in the given order if they connect two components.
     pub fn tree(&self, order: impl IntoIterator<Item = ElementId>) -> Tree<D> {
         let ends: std::collections::HashMap<ElementId, [Node<D>; 2]> = self.edges().collect();
         let mut classes = UnionFind::<usize>::new(self.nodes());

@@ -1,4 +1,4 @@
-//! A graph seen through one of its trees: paths, cutsets, circuits.
+//! A graph with a spanning tree: paths, cutsets, circuits.
 
 use std::collections::HashMap;
 

@@ -83,7 +83,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// What each coordinate is, and the other way round.
+    /// The unknown of the arm form behind each coordinate, and the inverse.
     fn places(&mut self, angular: &[bool]) -> Result<(), Reason> {
         let mut places: Vec<Option<Place>> = angular
             .iter()

@@ -1,6 +1,6 @@
 //! Which loop equations of a driven mechanism determine which coordinates, and in which order: the block triangular form of
-//! \[Phi_q\] (Duff, Reid 1978). A maximum matching gives each coordinate its equation; equations that need each other's coordinates are the strongly
-//! connected components of who needs whom.
+//! \[Phi_q\] (Duff, Reid 1978). A maximum matching assigns an equation to each coordinate; the blocks are the strongly connected
+//! components of the dependency graph of the equations.
 
 use cotree_fmu::program::Block;
 use petgraph::algo::kosaraju_scc;
@@ -9,7 +9,7 @@ use petgraph::graph::{DiGraph, NodeIndex};
 /// The blocks of a square system: for each equation its index and the coordinates that occur in it.
 pub fn blocks(equations: &[(u32, Vec<u32>)], coordinates: usize) -> Vec<Block> {
     let Some(owner) = matching(equations, coordinates) else {
-        // A regular matrix has a complete matching; if there is none, the runtime says what is singular.
+        // A regular matrix has a complete matching; if there is none, the runtime reports what is singular.
         let rows = equations.iter().map(|&(row, _)| row).collect();
         return vec![Block { rows, columns: (0..coordinates as u32).collect() }];
     };
@@ -20,7 +20,7 @@ pub fn blocks(equations: &[(u32, Vec<u32>)], coordinates: usize) -> Vec<Block> {
             needs.add_edge(nodes[place], nodes[owner[column as usize]], ());
         }
     }
-    // What is needed comes before what needs it.
+    // In topological order: a block after those that it depends on.
     let components = kosaraju_scc(&needs);
     let mut blocks = vec![Block { rows: Vec::new(), columns: Vec::new() }; components.len()];
     let mut of = vec![0; equations.len()];
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn a_matching_is_found_by_augmenting() {
-        // The first two equations take the coordinates of the others at first.
+        // The greedy matching of the first two equations must be changed.
         assert_eq!(found(&[&[0, 1, 2], &[1, 2], &[1]]).len(), 3);
     }
 

@@ -1,4 +1,4 @@
-//! What a tape costs: a fixed model, so that the same scene gives the same choice on every machine.
+//! Cost model of a tape; fixed, so that the same scene gives the same choice on every machine.
 //!
 //! ns = 1.02 operations + 3.2 pairs + 0.06 cycles, where pairs are sines with their cosines (and other functions of that weight),
 //! operations the other instructions, and cycles the length of the critical path with the latencies of a present-day processor. The
@@ -11,7 +11,7 @@ use cotree_fmu::tape::{Operation, Tape};
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
-    /// Instructions of the kind of additions and multiplications.
+    /// Instructions other than pairs.
     pub operations: usize,
     /// Sines with their cosines, and other functions of that weight.
     pub pairs: usize,

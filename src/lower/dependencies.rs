@@ -1,19 +1,22 @@
-//! What each variable depends on while the mechanism moves: the states and inputs that change it at once.
+//! What each variable depends on: while the mechanism moves, on the states and inputs that change it at once; at the start, on the parameters,
+//! inputs and known initial values behind it.
 //!
-//! Read off the structure of the expressions, so that no entry is ever missing; one whose effect cancels stays (FMI 2.0, section 2.2.8, asks
-//! for no more). Dynamic motion: through the accelerations and reactions to what is in their expressions. Driven motion: through the blocks of
-//! the loop equations to the inputs in them.
+//! Both follow from the structure of the expressions, so that no entry is ever missing; one whose effect cancels stays (FMI 2.0, section 2.2.8,
+//! asks for no more). What is solved for comes in stages: each has unknowns and the equations that determine them. Unknowns that share an
+//! equation, or are joined by others that do, depend on everything in their equations.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 use cotree_fmu::program::{Block, Source};
+use petgraph::unionfind::UnionFind;
 
 use super::footprints::footprints;
+use super::initial::Conditions;
 use super::program::inverse;
 use super::table::Row;
-use crate::equations::Equations;
-use crate::expr::{Expr, Node, Order, Symbol};
+use crate::equations::{Constraint, Equations};
+use crate::expr::{Arena, Expr, Order, Symbol};
 
 /// Longer lists of dependencies are left out of the description, or they would grow with the square of the model.
 pub(crate) const LISTED: usize = 500;
@@ -21,162 +24,253 @@ pub(crate) const LISTED: usize = 500;
 /// With more coordinates than this every coordinate of a driven mechanism counts as depending on everything that drives it.
 const MOST_DRIVEN: usize = 1000;
 
-type Places = BTreeSet<usize>;
+const ORDERS: [Order; 3] = [Order::Position, Order::Velocity, Order::Acceleration];
+
+/// Places in the table of variables.
+type Places = Arc<[usize]>;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moving<'a> {
-    /// Accelerations and reactions as expressions; none if the drivers determine the motion.
+    /// Accelerations, then reactions, as expressions; none if the drivers determine the motion.
     pub solved: &'a [Expr],
     /// The blocks of the loop equations if the drivers determine the motion, in the order of their solution.
     pub blocks: &'a [Block],
 }
 
-pub(super) fn find(rows: &mut [Row], equations: &mut Equations, moving: &Moving) {
+/// The equations of the initial state.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Beginning<'a> {
+    /// Conditions of `[initial]` on positions and on velocities.
+    pub conditions: [&'a Conditions; 2],
+    /// Which loop equations are independent.
+    pub active: &'a [bool],
+    /// Accelerations, then reactions, in terms of the state; nothing if the drivers determine the motion.
+    pub solved: Option<&'a [Expr]>,
+}
+
+/// Finds the dependencies of all variables in motion. Dynamic motion: through the accelerations and reactions to what is in their expressions.
+/// Driven motion: through the blocks of the loop equations to the inputs in them.
+pub(super) fn in_motion(rows: &mut [Row], equations: &mut Equations, moving: &Moving) {
     let driven = moving.solved.is_empty();
-    let inverse = if driven && reacts(rows, equations) { inverse(equations) } else { Vec::new() };
-    if !inverse.is_empty() {
-        (0..equations.constraints.len()).for_each(|row| _ = equations.system.arena.symbol(Symbol::Reaction(row)));
+    let given = rows.iter().enumerate().filter_map(|(place, row)| Some((place, known(row.source, driven)?)));
+    let mut sources = Sources::new(equations, &given.collect::<Vec<_>>());
+    let values: Vec<Expr> = rows.iter().map(|row| row.value).collect();
+    if driven {
+        let reactions = reacts(equations, &values).then(|| reaction_equations(equations, |_| true));
+        driven_stages(equations, moving.blocks, reactions).iter().for_each(|stage| sources.add_stage(stage));
+    } else {
+        sources.add_solved(equations, moving.solved);
     }
-    let finder = Finder { equations, given: given(rows, driven) };
-    let through = if driven { finder.driven(moving.blocks, &inverse) } else { finder.dynamic(moving.solved) };
-    for row in rows.iter_mut().filter(|row| !matches!(row.source, Source::Parameter(_) | Source::Input(_))) {
-        row.dependencies = finder.of([row.value], &through);
+    let found = sources.of(&equations.system.arena, &values);
+    let computed = |row: &Row| !matches!(row.source, Source::Parameter(_) | Source::Input(_));
+    let rows = rows.iter_mut().zip(found).filter(|(row, _)| computed(row));
+    rows.for_each(|(row, places)| row.dependencies = places);
+}
+
+/// The symbols of an input or state; a driven mechanism has no states but those of its drivers.
+fn known(source: Source, driven: bool) -> Option<Vec<Symbol>> {
+    match source {
+        // The derivatives of an input are set together with it.
+        Source::Input(index) => Some(ORDERS.map(|order| Symbol::Input(index as usize, order)).to_vec()),
+        Source::Coordinate(index) if !driven => Some(vec![Symbol::Coordinate(index as usize, Order::Position)]),
+        Source::Rate(index) if !driven => Some(vec![Symbol::Coordinate(index as usize, Order::Velocity)]),
+        _ => None,
     }
 }
 
-fn reacts(rows: &[Row], equations: &Equations) -> bool {
-    let symbols = equations.system.arena.symbols(rows.iter().map(|row| row.value));
+/// For each of the values the places of what is `given` at the start that it depends on.
+pub(super) fn at_start(
+    equations: &mut Equations,
+    beginning: &Beginning,
+    given: &[(usize, Vec<Symbol>)],
+    values: &[Expr],
+) -> Vec<Places> {
+    let mut stages = vec![
+        state(equations, beginning, Order::Position, beginning.conditions[0]),
+        state(equations, beginning, Order::Velocity, beginning.conditions[1]),
+    ];
+    if beginning.solved.is_none() {
+        let arena = &equations.system.arena;
+        let rows = equations.constraints.iter().zip(beginning.active).filter(|(_, active)| **active);
+        stages.push(Stage {
+            unknowns: coordinates(equations, Order::Acceleration).collect(),
+            equations: rows.map(|(row, _)| terms(arena, row, Order::Acceleration)).collect(),
+        });
+        if reacts(equations, values) {
+            let unknowns = (0..beginning.active.len()).filter(|&row| beginning.active[row]).map(Symbol::Reaction);
+            let equations = reaction_equations(equations, |row| beginning.active[row]);
+            stages.push(Stage { unknowns: unknowns.collect(), equations });
+        }
+    }
+    let mut sources = Sources::new(equations, given);
+    stages.iter().for_each(|stage| sources.add_stage(stage));
+    if let Some(solved) = beginning.solved {
+        sources.add_solved(equations, solved);
+    }
+    sources.of(&equations.system.arena, values)
+}
+
+fn reacts(equations: &Equations, values: &[Expr]) -> bool {
+    let symbols = equations.system.arena.symbols(values.iter().copied());
     symbols.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_)))
 }
 
-fn given(rows: &[Row], driven: bool) -> HashMap<Symbol, usize> {
-    let symbol = |source: Source| match source {
-        Source::Input(index) => Some(Symbol::Input(index as usize, Order::Position)),
-        Source::Coordinate(index) if !driven => Some(Symbol::Coordinate(index as usize, Order::Position)),
-        Source::Rate(index) if !driven => Some(Symbol::Coordinate(index as usize, Order::Velocity)),
-        _ => None,
+/// Unknowns and the equations that they are found from, once what was found before is known.
+struct Stage {
+    unknowns: Vec<Symbol>,
+    equations: Vec<Vec<Symbol>>,
+}
+
+/// The loop equations give positions, their derivatives rates and accelerations, each block from those before it; the reactions follow
+/// from the last block to the first.
+fn driven_stages(equations: &Equations, blocks: &[Block], reactions: Option<Vec<Vec<Symbol>>>) -> Vec<Stage> {
+    let whole = [Block {
+        rows: (0..equations.constraints.len() as u32).collect(),
+        columns: (0..equations.coordinates.len() as u32).collect(),
+    }];
+    let blocks = if equations.coordinates.len() > MOST_DRIVEN { &whole } else { blocks };
+    let stage = |unknowns: Vec<Symbol>, terms: Vec<Symbol>| {
+        // One equation for the whole block: each unknown depends on everything in it.
+        Stage { equations: vec![unknowns.iter().copied().chain(terms).collect()], unknowns }
     };
-    rows.iter().enumerate().filter_map(|(place, row)| Some((symbol(row.source)?, place))).collect()
+    let motion = ORDERS.into_iter().flat_map(|order| blocks.iter().map(move |block| (order, block)));
+    let motion = motion.map(|(order, block)| {
+        let unknowns = block.columns.iter().map(|&column| Symbol::Coordinate(column as usize, order)).collect();
+        let rows = block.rows.iter().map(|&row| &equations.constraints[row as usize]);
+        stage(unknowns, rows.flat_map(|row| terms(&equations.system.arena, row, order)).collect())
+    });
+    let efforts = reactions.iter().flat_map(|columns| {
+        blocks.iter().rev().map(move |block| {
+            let unknowns = block.rows.iter().map(|&row| Symbol::Reaction(row as usize)).collect();
+            stage(unknowns, block.columns.iter().flat_map(|&column| columns[column as usize].clone()).collect())
+        })
+    });
+    motion.chain(efforts).collect()
 }
 
-struct Finder<'a, 'm> {
-    equations: &'a Equations<'m>,
-    given: HashMap<Symbol, usize>,
+/// What a loop equation or its derivative of an order consists of.
+fn terms(arena: &Arena, row: &Constraint, order: Order) -> Vec<Symbol> {
+    let coefficients = row.jacobian.iter().map(|&(_, entry)| entry).filter(|_| order != Order::Position);
+    let rest = match order {
+        Order::Position => row.value,
+        Order::Velocity => row.time_rate,
+        Order::Acceleration => row.gamma,
+    };
+    let unknowns = row.jacobian.iter().map(|&(column, _)| Symbol::Coordinate(column, order));
+    let followers = row.followers.iter().map(|&(index, _)| Symbol::Follower(index, order));
+    arena.symbols(coefficients.chain([rest])).into_iter().chain(unknowns).chain(followers).collect()
 }
 
-/// What symbols depend on that are no inputs or states themselves.
-type Through = HashMap<Symbol, Arc<[usize]>>;
+fn coordinates(equations: &Equations, order: Order) -> impl Iterator<Item = Symbol> + use<> {
+    (0..equations.coordinates.len()).map(move |index| Symbol::Coordinate(index, order))
+}
 
-impl Finder<'_, '_> {
-    fn place(&self, symbol: Symbol) -> Option<usize> {
-        let of_input = |input: usize| self.given.get(&Symbol::Input(input, Order::Position)).copied();
-        match symbol {
-            // The derivatives of an input are set together with it.
-            Symbol::Input(input, _) => of_input(input),
-            // What a follower integrates does not change with its input at once.
-            Symbol::Follower(index, order) => {
-                let (_, input, given) = self.equations.system.followers[index];
-                if order < given { None } else { of_input(input.0) }
-            }
-            other => self.given.get(&other).copied(),
+/// Loop equations of one order and the conditions on it, for coordinates and for what drivers integrate.
+fn state(equations: &Equations, beginning: &Beginning, order: Order, conditions: &Conditions) -> Stage {
+    let arena = &equations.system.arena;
+    let followers = equations.system.followers.iter().enumerate();
+    let free = followers.filter(|(_, (.., input_order))| order < *input_order);
+    // Independent ones, and those about followers alone.
+    let counts = |(row, active): &(&Constraint, &bool)| **active || (row.is_trivial() && !row.says_nothing());
+    let loops = equations.constraints.iter().zip(beginning.active).filter(counts);
+    let loops = loops.map(|(row, _)| terms(arena, row, order));
+    let (conditions, targets) = conditions.results.split_at(conditions.conditions.len());
+    let conditions = conditions.iter().zip(targets).map(|(&value, &target)| arena.symbols([value, target]));
+    Stage {
+        unknowns: coordinates(equations, order).chain(free.map(|(index, _)| Symbol::Follower(index, order))).collect(),
+        equations: loops.chain(conditions).collect(),
+    }
+}
+
+/// Phi_q^T lambda = Q - M a, an equation for each coordinate.
+fn reaction_equations(equations: &mut Equations, counts: impl Fn(usize) -> bool) -> Vec<Vec<Symbol>> {
+    let residuals = inverse(equations);
+    let arena = &equations.system.arena;
+    let mut columns: Vec<Vec<Symbol>> = residuals.into_iter().map(|residual| arena.symbols([residual])).collect();
+    for (row, constraint) in equations.constraints.iter().enumerate().filter(|(row, _)| counts(*row)) {
+        for &(column, entry) in &constraint.jacobian {
+            columns[column].push(Symbol::Reaction(row));
+            columns[column].extend(arena.symbols([entry]));
+        }
+    }
+    columns
+}
+
+impl Stage {
+    /// Unknowns that belong together, with everything else in their equations.
+    fn groups(&self) -> Vec<(Vec<Symbol>, BTreeSet<Symbol>)> {
+        let numbers: HashMap<Symbol, usize> = self.unknowns.iter().copied().zip(0..).collect();
+        let mut sets = UnionFind::<usize>::new(self.unknowns.len());
+        let member = |equation: &Vec<Symbol>| equation.iter().find_map(|symbol| numbers.get(symbol).copied());
+        for equation in &self.equations {
+            let Some(first) = member(equation) else { continue };
+            let members = equation.iter().filter_map(|symbol| numbers.get(symbol));
+            members.for_each(|&other| _ = sets.union(first, other));
+        }
+        let mut groups: BTreeMap<usize, (Vec<Symbol>, BTreeSet<Symbol>)> = BTreeMap::new();
+        for (index, &unknown) in self.unknowns.iter().enumerate() {
+            groups.entry(sets.find(index)).or_default().0.push(unknown);
+        }
+        for equation in &self.equations {
+            let group = member(equation).and_then(|member| groups.get_mut(&sets.find(member)));
+            let known = equation.iter().filter(|symbol| !numbers.contains_key(symbol));
+            group.into_iter().for_each(|group| group.1.extend(known.clone()));
+        }
+        groups.into_values().collect()
+    }
+}
+
+struct Sources {
+    places: HashMap<Symbol, Places>,
+    everything: Places,
+}
+
+impl Sources {
+    /// What is given stands for itself, and what a driver takes from an input for that; what it integrates does not change with the input at once.
+    fn new(equations: &Equations, given: &[(usize, Vec<Symbol>)]) -> Self {
+        let mut places: HashMap<Symbol, Places> = HashMap::new();
+        for (place, symbols) in given {
+            places.extend(symbols.iter().map(|&symbol| (symbol, Arc::from([*place]))));
+        }
+        for (index, &(_, input, order)) in equations.system.followers.iter().enumerate() {
+            let Some(followed) = places.get(&Symbol::Input(input.0, Order::Position)).cloned() else { continue };
+            let taken = ORDERS.into_iter().filter(|taken| *taken >= order).map(|order| Symbol::Follower(index, order));
+            places.extend(taken.map(|symbol| (symbol, followed.clone())));
+        }
+        Sources { places, everything: given.iter().map(|(place, _)| *place).collect() }
+    }
+
+    /// Unknowns that belong together depend on whatever is behind their equations.
+    fn add_stage(&mut self, stage: &Stage) {
+        for (unknowns, known) in stage.groups() {
+            let behind = self.behind(&known);
+            self.places.extend(unknowns.into_iter().map(|unknown| (unknown, behind.clone())));
         }
     }
 
-    /// Inputs and states in expressions, and behind what they contain. Many share one long list: it is neither copied nor read twice.
-    fn of(&self, values: impl IntoIterator<Item = Expr>, through: &Through) -> Arc<[usize]> {
-        let mut places = Places::new();
-        let mut behind: HashMap<*const usize, &Arc<[usize]>> = HashMap::new();
-        for symbol in self.equations.system.arena.symbols(values) {
-            places.extend(self.place(symbol));
-            behind.extend(through.get(&symbol).map(|more| (more.as_ptr(), more)));
-        }
-        let longest = behind.values().max_by_key(|more| more.len());
-        let rest = behind.values().filter(|more| longest.is_none_or(|longest| more.as_ptr() != longest.as_ptr()));
-        places.extend(rest.flat_map(|more| more.iter().copied()));
-        match longest {
-            Some(longest) if places.iter().all(|place| longest.binary_search(place).is_ok()) => (*longest).clone(),
-            Some(longest) => {
-                places.into_iter().chain(longest.iter().copied()).collect::<Places>().into_iter().collect()
-            }
-            None => places.into_iter().collect(),
-        }
+    /// Accelerations, then reactions, from their expressions.
+    fn add_solved(&mut self, equations: &Equations, solved: &[Expr]) {
+        let found = self.of(&equations.system.arena, solved);
+        let coordinates = equations.coordinates.len();
+        self.places.extend(found.into_iter().enumerate().map(|(index, places)| {
+            let symbol = match index.checked_sub(coordinates) {
+                None => Symbol::Coordinate(index, Order::Acceleration),
+                Some(reaction) => Symbol::Reaction(reaction),
+            };
+            (symbol, places)
+        }));
     }
 
-    /// Accelerations and reactions follow from the state.
-    fn dynamic(&self, solved: &[Expr]) -> Through {
-        let mut everything: Vec<usize> = self.given.values().copied().collect();
-        everything.sort_unstable();
-        let place = |symbol| self.place(symbol).map(|place| Arc::from([place]));
-        let found = footprints(&self.equations.system.arena, solved, place, (everything.into(), LISTED));
-        found.into_iter().enumerate().map(|(index, places)| (self.solved_symbol(index), places)).collect()
+    /// What each of these expressions depends on; everything if that is much.
+    fn of(&self, arena: &Arena, values: &[Expr]) -> Vec<Places> {
+        footprints(arena, values, |symbol| self.places.get(&symbol).cloned(), (self.everything.clone(), LISTED))
     }
 
-    fn solved_symbol(&self, index: usize) -> Symbol {
-        match index.checked_sub(self.equations.coordinates.len()) {
-            None => Symbol::Coordinate(index, Order::Acceleration),
-            Some(reaction) => Symbol::Reaction(reaction),
-        }
-    }
-
-    /// The loop equations give positions, their derivatives rates and accelerations, each block from those before it; the reactions follow
-    /// from the last block to the first.
-    fn driven(&self, blocks: &[Block], inverse: &[Expr]) -> Through {
-        let mut through = Through::new();
-        let whole = [Block {
-            rows: (0..self.equations.constraints.len() as u32).collect(),
-            columns: (0..self.equations.coordinates.len() as u32).collect(),
-        }];
-        let blocks = if self.equations.coordinates.len() > MOST_DRIVEN { &whole } else { blocks };
-        for order in [Order::Position, Order::Velocity, Order::Acceleration] {
-            for block in blocks {
-                let equations: Vec<Expr> = block.rows.iter().flat_map(|&row| self.terms(row as usize, order)).collect();
-                let places = self.of(equations, &through);
-                let followed = self.follower_places(block, order);
-                let places: Arc<[usize]> =
-                    places.iter().copied().chain(followed).collect::<Places>().into_iter().collect();
-                let columns = block.columns.iter().map(|&column| Symbol::Coordinate(column as usize, order));
-                through.extend(columns.map(|column| (column, places.clone())));
-            }
-        }
-        for block in blocks.iter().rev().filter(|_| !inverse.is_empty()) {
-            let places = self.reaction_places(block, inverse, &through);
-            let reactions = block.rows.iter().map(|&row| Symbol::Reaction(row as usize));
-            through.extend(reactions.map(|reaction| (reaction, places.clone())));
-        }
-        through
-    }
-
-    /// What the derivative of a loop equation consists of: its coefficients, the coordinates of this order, and the rest.
-    fn terms(&self, row: usize, order: Order) -> Vec<Expr> {
-        let constraint = &self.equations.constraints[row];
-        if order == Order::Position {
-            return vec![constraint.value];
-        }
-        let rest = if order == Order::Velocity { constraint.time_rate } else { constraint.gamma };
-        let arena = &self.equations.system.arena;
-        let unknowns = constraint.jacobian.iter().flat_map(|&(column, entry)| {
-            let symbol = Node::Symbol(Symbol::Coordinate(column, order));
-            [Some(entry), arena.existing(symbol)]
-        });
-        unknowns.flatten().chain([rest]).collect()
-    }
-
-    fn follower_places(&self, block: &Block, order: Order) -> Vec<usize> {
-        let followers = block.rows.iter().flat_map(|&row| &self.equations.constraints[row as usize].followers);
-        followers.filter_map(|&(index, _)| self.place(Symbol::Follower(index, order))).collect()
-    }
-
-    /// J^T lambda = Q - M a in the columns of a block.
-    fn reaction_places(&self, block: &Block, inverse: &[Expr], through: &Through) -> Arc<[usize]> {
-        let mut terms: Vec<Expr> = block.columns.iter().map(|&column| inverse[column as usize]).collect();
-        for (row, constraint) in self.equations.constraints.iter().enumerate() {
-            let entries = constraint.jacobian.iter().filter(|(column, _)| block.columns.contains(&(*column as u32)));
-            let before = terms.len();
-            terms.extend(entries.map(|&(_, entry)| entry));
-            if terms.len() > before {
-                terms.extend(self.equations.system.arena.existing(Node::Symbol(Symbol::Reaction(row))));
-            }
-        }
-        self.of(terms, through)
+    fn behind(&self, known: &BTreeSet<Symbol>) -> Places {
+        // Many symbols share one long list.
+        let lists: HashMap<*const usize, &Places> =
+            known.iter().filter_map(|known| self.places.get(known)).map(|list| (list.as_ptr(), list)).collect();
+        let all: BTreeSet<usize> = lists.values().flat_map(|list| list.iter().copied()).collect();
+        if all.len() > LISTED { self.everything.clone() } else { all.into_iter().collect() }
     }
 }

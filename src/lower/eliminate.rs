@@ -1,7 +1,7 @@
 //! Symbolic LDL^T of the equations of motion \[M J^T; J 0\], in an order that is safe for every pose.
 //!
-//! First, each light coordinate goes together with a multiplier whose entry for it is a constant, if there is one: the pair's determinant is minus the
-//! square of that constant, whatever the pose and however small the mass. Then loop equations are added to the mass matrix until it is positive
+//! First, each light coordinate forms a 2 x 2 pivot with a multiplier whose entry for it is a constant, if there is one: the determinant is minus the
+//! square of that constant, in every pose and for any mass. Then loop equations are added to the mass matrix until it is positive
 //! definite ([`super::strengthen`]). After that every pivot is safe that is (a) a coordinate, or (b) a multiplier whose coordinates have all been eliminated. Among
 //! those the cheapest (least fill) goes first.
 
@@ -30,13 +30,13 @@ enum Step {
     Add { index: usize, weight: f64, to: Vec<(usize, Expr)> },
 }
 
-/// A coordinate that moves no mass and is not held, so that its acceleration is not determined.
+/// A coordinate that moves no mass and is not constrained, so that its acceleration is not determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undetermined(pub usize);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
-    /// A coordinate moves no mass and is not held.
+    /// A coordinate moves no mass and is not constrained.
     Undetermined(usize),
     TooLarge,
 }
@@ -47,7 +47,7 @@ impl From<Undetermined> for Obstacle {
     }
 }
 
-/// Most operations of an elimination: what they become takes half a gigabyte.
+/// Most operations of an elimination: their instructions take half a gigabyte.
 const OPERATIONS: usize = 5_000_000;
 
 #[derive(Clone, Copy)]
@@ -58,7 +58,7 @@ pub struct System<'a> {
     pub jacobian: &'a [Vec<(usize, Expr)>],
     /// Natural sizes of the coordinates: a mass and an inertia compare by the energy of a motion of this size.
     pub scales: &'a [f64],
-    /// Values of all symbols in a typical pose: they tell which pivots are poor.
+    /// Values of all symbols in a typical pose, by which pivots are judged.
     pub values: &'a dyn Fn(Symbol) -> f64,
 }
 
@@ -66,7 +66,7 @@ impl Factor {
     /// Orders and factorises.
     ///
     /// # Errors
-    /// A coordinate moves no mass and no constraint holds it, or too many of them depend on each other.
+    /// A coordinate moves no mass and is not constrained, or the elimination takes too many operations.
     pub fn new(arena: &mut Arena, system: &System) -> Result<Factor, Obstacle> {
         let coordinates = system.mass.len();
         let size = coordinates + system.jacobian.len();
@@ -110,7 +110,7 @@ impl Factor {
     }
 
     /// For each multiplier with a pivot of its own minus one over the square of how far its loop equation is from those that were eliminated
-    /// before, in the measure of the mass. Where that is constant, it says nothing.
+    /// before, in the measure of the mass. Constant ones are left out.
     pub fn closeness(&self, arena: &mut Arena, coordinates: usize) -> Vec<Expr> {
         let mut weights = BTreeMap::new();
         let mut closeness = Vec::new();
@@ -151,7 +151,7 @@ impl Step {
                 x[*i] = first;
                 x[*k] = second;
             }
-            // The added equation holds: the solution is that without it.
+            // The added equation is satisfied: the solution is that without it.
             Step::Add { .. } => {}
         }
     }
@@ -238,7 +238,7 @@ impl Elimination {
         Ok(())
     }
 
-    /// From here on a multiplier waits for the coordinates that it now holds.
+    /// From here on a multiplier waits for the coordinates that it now constrains.
     fn find_safe(&mut self) {
         for multiplier in self.coordinates..self.rows.len() {
             for &column in self.rows[multiplier].range(..self.coordinates).map(|(column, _)| column) {
@@ -270,7 +270,7 @@ impl Elimination {
         self.has_pivot(index) && (index < self.coordinates || self.awaited[index - self.coordinates] == 0)
     }
 
-    /// Notes anew whether a row is a safe pivot, and at what cost.
+    /// Updates whether a row is a safe pivot, and its cost.
     fn refresh(&mut self, index: usize) {
         if let Some(cost) = self.costs[index].take() {
             self.safe.remove(&(cost, index));
@@ -387,7 +387,7 @@ fn rows(system: &System) -> Rows {
 mod tests {
     use super::*;
 
-    /// Solves a system of numbers and compares with what it was made from.
+    /// Solves a numeric system with a known solution.
     fn check(mass: &[&[f64]], jacobian: &[&[f64]]) {
         let mut arena = Arena::default();
         let mut sparse = |rows: &[&[f64]]| -> Vec<Vec<(usize, Expr)>> {

@@ -1,5 +1,5 @@
-//! What is in many expressions that share most of their parts: one pass over the parts, each with the set of places that it depends on. Equal sets
-//! are one, and a set that grows beyond a limit counts as everything, so that the cost is that of the parts.
+//! Dependency sets of many expressions that share subexpressions: one pass over the subexpressions, each with the set of places that it depends on.
+//! Equal sets are stored once, and a set beyond a limit is replaced by the set of all places, so that the cost is linear in the number of subexpressions.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ struct Sets {
 const NONE: usize = 0;
 const EVERYTHING: usize = 1;
 
-/// For each root the places in it; for a root with more than `most` of them, everything.
+/// The dependency set of each root; for a root with more than `most` places, `everything`.
 pub(super) fn footprints(
     arena: &Arena,
     roots: &[Expr],

@@ -1,11 +1,11 @@
-//! Event indicators: what changes sign where a law has a step or a corner.
+//! Event indicators (switching functions): they change sign where a law or its derivative is discontinuous.
 
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
 
-/// Indicators of everything that the given results depend on: differences of what is compared, arguments of absolute values and
+/// Indicators of all subexpressions of the given results: differences of compared expressions, arguments of absolute values and
 /// signs. Those that only parameters move are left out.
 pub(super) fn indicators(arena: &mut Arena, results: &[Expr]) -> Vec<Expr> {
     let results = arena.expanded(results);

@@ -87,7 +87,7 @@ fn differentiate(
     }
 }
 
-pub(super) fn order_of(quantity: Quantity) -> Order {
+pub(crate) fn order_of(quantity: Quantity) -> Order {
     match quantity {
         Quantity::Vx | Quantity::Vy | Quantity::Omega | Quantity::V | Quantity::Rate => Order::Velocity,
         _ => Order::Position,

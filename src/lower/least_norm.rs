@@ -1,7 +1,7 @@
 //! Reactions of redundant joints: of all that are in balance with the same motion, those of least norm.
 //!
-//! Redundant loop equations leave self-stresses: reactions N mu with J^T N = 0 that hold each other in balance without moving anything. The trees
-//! decide which loop equation is dropped, and with it which mu comes out; the norm does not depend on them. It is the sum of the squares of all forces and torques of
+//! Redundant loop equations leave self-stresses: reactions N mu with J^T N = 0, which are in equilibrium among themselves. The trees
+//! decide which loop equation is dropped, and with it the value of mu; the norm does not depend on them. It is the sum of the squares of all forces and torques of
 //! joints and drivers, torques divided by the typical length of the mechanism, so that it does not depend on units either. With R the reactions for any mu and
 //! S how they change with it, mu = -(S^T W S)^-1 S^T W R.
 
@@ -20,12 +20,12 @@ const NONE: f64 = 1e-9;
 struct Reaction {
     variable: Variable,
     value: Expr,
-    /// Square of what makes it a force.
+    /// Square of the factor that converts it to a force.
     weight: f64,
     stress: Vec<Expr>,
 }
 
-/// Makes the reactions of joints and drivers those of least norm, and finds whose they are. `active`: the loop equations that are independent.
+/// Makes the reactions of joints and drivers those of least norm, and finds their owners. `active`: the independent loop equations.
 ///
 /// # Errors
 /// The elimination takes too many operations.
@@ -60,8 +60,8 @@ pub fn impose(equations: &mut Equations, active: &[bool], length: f64, pose: &Po
     Ok(owners)
 }
 
-/// For each redundant loop equation, multipliers of it and of the independent ones that are in balance: J_a^T y = J_d^T. A matrix of ones takes the place
-/// of the masses, which do not matter.
+/// For each redundant loop equation, multipliers of it and of the independent ones in equilibrium: J_a^T y = J_d^T. A diagonal matrix
+/// replaces the masses, which do not matter.
 fn self_stresses(
     equations: &mut Equations,
     active: &[bool],

@@ -1,7 +1,7 @@
 //! From equations to the program that the runtime moves.
 //!
 //! First the kernels of positions and velocities ([`positions`]): with them the mechanism is assembled and its redundant loop
-//! equations are found. Then, knowing which equations count, everything (`program`).
+//! equations are found. Then, with the independent loop equations known, the whole program (`program`).
 
 mod arms;
 mod blocks;
@@ -16,8 +16,6 @@ mod motion;
 mod program;
 mod series;
 mod solve_tree;
-mod start;
-mod start_dependencies;
 mod steep;
 mod strengthen;
 mod table;
@@ -26,8 +24,9 @@ mod tape;
 pub use cost::Cost;
 pub(crate) use dependencies::LISTED;
 pub use eliminate::{Factor, Obstacle, System};
+pub(crate) use initial::order_of;
 pub use motion::{MotionSystem, Solver};
 pub use program::{Lowered, Pose, kernel_cost, positions, program};
 pub use solve_tree::{SolveTree, in_solve_tree};
 pub use table::{Row, Start, Table};
-pub use tape::Assembler;
+pub use tape::{Assembler, symbol_register};

@@ -25,7 +25,7 @@ pub struct LoopRow {
     pub jacobian: Vec<(usize, Expr)>,
     /// Its gamma (Eq. 21).
     pub gamma: Expr,
-    /// Which loop equation in branch coordinates it is; the others hold by themselves.
+    /// The same loop equation in branch coordinates; the others are identities there.
     pub branch: Option<usize>,
 }
 
@@ -67,7 +67,7 @@ impl MotionSystem {
     /// Orders and factorises.
     ///
     /// # Errors
-    /// A coordinate of the system moves no mass and nothing holds it.
+    /// A coordinate of the system moves no mass and is not constrained.
     pub fn factorise(self, equations: &mut Equations, pose: &Pose) -> Result<Solver, Obstacle> {
         let values = typical(equations.system.mechanism, pose);
         let jacobian: Vec<Vec<(usize, Expr)>> = self.rows.iter().map(|row| row.jacobian.clone()).collect();
@@ -77,7 +77,7 @@ impl MotionSystem {
     }
 }
 
-/// Values of symbols at a pose and at rest. What is missing counts as 1: whether it is needed is asked later.
+/// Values of symbols at a pose and at rest. Missing masses count as 1: whether they are needed is checked later.
 pub(super) fn typical<'a>(mechanism: &'a Mechanism, pose: &'a Pose) -> impl Fn(Symbol) -> f64 + use<'a> {
     move |symbol| match symbol {
         Symbol::Time => pose.time,
@@ -112,12 +112,12 @@ impl Solver {
         results
     }
 
-    /// How close the loop equations are to depending on each other.
+    /// Reciprocal pivots of the loop equations: they grow towards a singular configuration.
     pub fn closeness(&self, arena: &mut Arena) -> Vec<Expr> {
         self.factor.closeness(arena, self.system.load.len())
     }
 
-    /// The smallest move of the branch coordinates, in the measure of the mass, that takes away the residuals.
+    /// Projection onto the loop equations: the correction of the branch coordinates of least norm in the mass metric that cancels the residuals.
     pub fn projection(&self, arena: &mut Arena, residuals: &[Expr]) -> Vec<Expr> {
         let mut right = vec![Expr::ZERO; self.system.load.len()];
         for row in &self.system.rows {

@@ -12,13 +12,12 @@ use cotree_fmu::taylor::form::ArmForm;
 use super::arms::arm_form;
 use super::blocks::blocks;
 use super::cost::Cost;
-use super::dependencies::Moving;
+use super::dependencies::{Beginning, Moving};
 use super::eliminate::Obstacle;
 use super::indicators::indicators;
 use super::initial::{Conditions, Settable, conditions, settable};
 use super::least_norm;
 use super::solve_tree::{self, SolveTree};
-use super::start::Beginning;
 use super::steep::steep;
 use super::table::Table;
 use super::tape::Assembler;
@@ -30,12 +29,12 @@ use crate::mechanism::{BodyId, Method, Owner};
 /// With more coordinates there are no implicit steps unless the scene asks for them: their matrices are full.
 const MOST_IMPLICIT: usize = 500;
 
-/// Everything there is to know about a mechanism that has been formulated and assembled.
+/// The program of a formulated and assembled mechanism, with its descriptions.
 #[derive(Clone, Debug)]
 pub struct Lowered {
-    /// What the runtime moves; its GUID is still to be set.
+    /// Its GUID is still to be set.
     pub program: Program,
-    /// What the outside world is told about each variable.
+    /// The description of each variable.
     pub table: Table,
     /// Accelerations and reactions as expressions; empty for a kinematic model.
     pub solved: Vec<Expr>,
@@ -92,7 +91,7 @@ pub fn positions(equations: &mut Equations, length: f64) -> Program {
 /// The whole program. `active`: the independent loop equations; as many as coordinates make the motion kinematic.
 ///
 /// # Errors
-/// A coordinate that moves no mass and is not held.
+/// A coordinate that moves no mass and is not constrained.
 pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &Pose) -> Result<Lowered, Obstacle> {
     let rank = active.iter().filter(|active| **active).count();
     let motion = if rank == equations.coordinates.len() { Motion::Kinematic } else { Motion::Dynamic };
@@ -110,11 +109,9 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     let sharing = least_norm::impose(equations, active, length, pose)?;
     let mut table = Table::new(equations, motion, &Moving { solved: &moving.acceleration, blocks: &blocks });
     let beginning = Beginning {
-        constraints: [&kernels.constraint, &kernels.constraint_rate, &kernels.gamma],
         conditions: [&kernels.positions, &kernels.velocities],
         active,
         solved: (motion == Motion::Dynamic).then_some(&moving.acceleration),
-        coordinates: equations.coordinates.len(),
     };
     table.find_initial_dependencies(equations, &beginning);
     moving.outputs.clone_from(&table.results);
@@ -140,9 +137,9 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
 }
 
 /// Why the motion is not integrated by series, though it could be.
-const TOO_MANY: &str = "its equations are many and know little of each other";
+const TOO_MANY: &str = "its equations are many and weakly coupled";
 
-/// Up to as many masses between arms series are tried at all.
+/// Up to so many masses between arms the arm form is formulated.
 const COUPLINGS: usize = 1_000_000;
 
 /// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because
@@ -158,12 +155,12 @@ fn series(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Ex
     }
 }
 
-/// Would a step by Taylor series cost too much? It needs a matrix of positions and forces; one by Runge-Kutta runs a tape for every stage, but
-/// does not know singular poses of loops as well.
+/// Would a step by Taylor series cost too much? It factors a matrix at every order; a Runge-Kutta step evaluates a tape at every stage, but
+/// predicts singular configurations less well.
 fn is_too_large(program: &Program) -> bool {
     const SMALL: usize = 32;
     const STAGES: usize = 12;
-    /// As much as a matrix of 1000 rows that is inverted as a whole.
+    /// The inversion of a dense matrix of 1000 rows.
     const MOST_WITH_LOOPS: f64 = 5e7;
     let Some(arms) = program.arms.as_ref().filter(|arms| arms.coordinates.len() > SMALL) else { return false };
     let instructions = program.tapes.acceleration.instructions.len();
@@ -246,7 +243,7 @@ fn layout(equations: &Equations, starts: usize) -> Layout {
     )
 }
 
-/// What a kernel with these results costs, the parameter stage left out.
+/// The cost of a kernel with these results, without the parameter stage.
 pub fn kernel_cost(equations: &Equations, results: &[Expr]) -> Cost {
     let mut assembler = Assembler::new(&equations.system.arena, layout(equations, 0), &[results]);
     Cost::of(&assembler.tape(results))

@@ -8,7 +8,7 @@ use cotree_fmu::taylor::form::{Given, Operation, SeriesTape, Slot, Source, Step,
 use crate::equations::arms::Reason;
 use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
 
-/// What a series depends on. Later ones may depend on earlier ones.
+/// What a series depends on; later levels may depend on earlier ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Level {
     Signals,
@@ -395,7 +395,7 @@ impl SeriesBuilder {
     }
 }
 
-/// A line of the table of functions that says neither what it is for series nor what it is composed of.
+/// A function whose table entry has neither a series nor a composition.
 fn no_series(name: &str) -> Reason {
     format!("`{name}` has no series")
 }

@@ -7,7 +7,7 @@
 //! coordinates are across accelerations again, so nothing but the kernel changes.
 //!
 //! The rotational tree is the same in both. The loop equations of the solve tree are those of the branch coordinates and one set for each joint
-//! that was a branch; the latter hold by themselves and are independent, so what is redundant stays what it is.
+//! that was a branch; the latter are identities in branch coordinates and independent, so the redundant equations are the same.
 
 use std::collections::HashMap;
 
@@ -22,10 +22,10 @@ use crate::graph::ElementId;
 use crate::mechanism::BodyId;
 use crate::tree::Trees;
 
-/// As many angles on one path call for a solve tree.
+/// From so many angles on one path on, a solve tree is tried.
 const DEEP: usize = 8;
 const LONG: usize = 12;
-/// Up to as many bodies the choices are counted; beyond, all bodies become branches.
+/// Up to so many bodies the costs of several choices are compared; beyond, all bodies become branches.
 const COUNTED: usize = 60;
 /// With more bodies nothing is formulated in branch coordinates that move many bodies each.
 const FULL: usize = 250;
@@ -37,7 +37,7 @@ const STRIDES: [usize; 3] = [1, 2, 3];
 pub struct SolveTree {
     pub trees: Trees,
     pub cost: Cost,
-    /// What it would cost in branch coordinates, if that was counted.
+    /// The cost in branch coordinates, if it was counted.
     pub branch_cost: Option<Cost>,
 }
 
@@ -45,7 +45,7 @@ pub struct SolveTree {
 /// it pays.
 ///
 /// # Errors
-/// A branch coordinate that moves no mass and is not held.
+/// A branch coordinate that moves no mass and is not constrained.
 pub fn solver(
     equations: &mut Equations,
     active: &[bool],
@@ -82,7 +82,7 @@ pub fn solver(
     Ok(best.map_or((system, None), |(solver, tree)| (solver, Some(tree))))
 }
 
-/// The longest arm of a body: what masses and inertias compare by in a large mechanism, where the ground reaches much farther than any body. The
+/// The longest arm of a body: the length by which masses and inertias compare in a large mechanism, whose ground is much larger than its bodies. The
 /// length of the mechanism if no body has an arm.
 fn longest_arm(equations: &mut Equations, length: f64, pose: &Pose) -> f64 {
     let mechanism = equations.system.mechanism;
@@ -141,7 +141,7 @@ fn in_other_trees(equations: &mut Equations, other: &mut Equations, active: &[bo
 
 /// The other trees' loop equations, without those that are not active in branch coordinates.
 fn active_rows(equations: &Equations, other: &Equations, active: &[bool]) -> Vec<LoopRow> {
-    // Several equations of one chord in one graph come in the same order for all trees; a coupling of it is none of them.
+    // The equations of one chord in one graph have the same order for all trees; those of its coupling are separate.
     let kind = |row: &Constraint| (row.element, row.held == Held::Angle, row.coupled.is_empty());
     let mut own: HashMap<(ElementId, bool, bool), Vec<usize>> = HashMap::new();
     for (index, constraint) in equations.constraints.iter().enumerate().rev() {

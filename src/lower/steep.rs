@@ -1,4 +1,4 @@
-//! Arguments of the functions in laws that may be steep within a step although nothing at its ends tells of it.
+//! Arguments of functions in laws that may vary steeply within a step without any effect on the values at its ends.
 
 use std::collections::BTreeSet;
 

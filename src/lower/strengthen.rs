@@ -3,7 +3,7 @@
 //! A coordinate may move no mass, and two coordinates may move the same mass only: then \[M\] is singular although the motion is determined. Because
 //! J a = gamma, the equations (M + w J_k^T J_k) a + J^T lambda = Q + w J_k^T gamma_k have the same solution for every weight w. With enough rows k the
 //! matrix in brackets is positive definite in every pose, so that coordinates can be eliminated in any order. Rows are found at one
-//! pose with numbers: each is the one that holds a motion without mass best.
+//! pose numerically: each is the one that constrains a massless motion most.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,13 +17,13 @@ pub(super) const LIGHT: f64 = 1e-4;
 const POOR: f64 = 1e-6;
 /// A pivot that keeps less than this share is zero but for rounding.
 const ZERO: f64 = 1e-12;
-/// A loop equation holds a motion if this share of its terms does not cancel.
+/// A loop equation constrains a motion if this share of its terms does not cancel.
 const HOLDS: f64 = 1e-6;
 
 /// Loop equations by index, each with its weight. `mass` may have empty rows for coordinates that are not wanted.
 ///
 /// # Errors
-/// A motion that moves no mass and that no loop equation holds.
+/// A massless motion that no loop equation constrains.
 pub(super) fn additions(mut mass: Vec<Row>, loops: &BTreeMap<usize, Row>) -> Result<Vec<(usize, f64)>, Undetermined> {
     let heaviest = (0..mass.len()).map(|i| diagonal(&mass, i)).fold(0.0, f64::max);
     let heaviest = if heaviest > 0.0 { heaviest } else { 1.0 };
@@ -51,7 +51,7 @@ pub(super) fn additions(mut mass: Vec<Row>, loops: &BTreeMap<usize, Row>) -> Res
                     added.push((index, weight));
                     taken.insert(index);
                 }
-                // What was added for those before may hold it.
+                // The equations just added may constrain it.
                 None if place > 0 => {}
                 None if is_zero => return Err(Undetermined(largest(&motion).unwrap_or(coordinate))),
                 None => {
@@ -77,10 +77,10 @@ struct Weak {
     is_zero: bool,
 }
 
-/// Up to so many coordinates one poor pivot is dealt with at a time; of more all at once, or the factorisations would be many too.
+/// Up to so many coordinates one poor pivot is treated in each factorisation; of more, all of them, or the factorisations would be too many.
 const FEW: usize = 600;
 
-/// The first poor pivots of a Cholesky factorisation that takes the coordinates with the fewest neighbours first.
+/// The first poor pivots of a Cholesky factorisation in minimum degree order.
 fn weak(mass: &[Row], heaviest: f64, accepted: &BTreeSet<usize>) -> Vec<Weak> {
     let most = if mass.len() <= FEW { 1 } else { mass.len() };
     let mut found = Vec::new();
@@ -182,7 +182,7 @@ mod tests {
         assert_eq!(additions(rows(&[&[2.0, 1.0], &[1.0, 2.0]]), &loops(&[&[1.0, 1.0]])), Ok(vec![]));
     }
 
-    /// Only the sum of both rates moves mass; the first equation does not hold their difference.
+    /// Only the sum of both rates moves mass; the first equation does not constrain their difference.
     #[test]
     fn the_equation_that_holds_the_massless_motion_is_added() {
         let mass = rows(&[&[1.0, 1.0], &[1.0, 1.0]]);

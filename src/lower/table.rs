@@ -1,19 +1,17 @@
-//! The variables of the FMU: parameters, inputs, coordinates with their derivatives, and what the scene asks for.
+//! The variables of the FMU: parameters, inputs, coordinates with their derivatives, and the outputs of the scene.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use cotree_fmu::program::{Motion, Source, Variable};
 
-use super::dependencies::{self, Moving};
+use super::dependencies::{self, Beginning, Moving};
 use super::initial::{order_of, settable};
-use super::start::Beginning;
-use super::start_dependencies;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::mechanism::{DisplayUnit, Mechanism, Quantity, Unit};
 
-/// A variable with what the outside world is told about it.
+/// A variable with its description.
 #[derive(Clone, Debug)]
 pub struct Row {
     pub name: String,
@@ -21,7 +19,7 @@ pub struct Row {
     pub unit: Unit,
     pub source: Source,
     pub output: bool,
-    /// Its row's derivative, if it is one: the place of what it is the derivative of.
+    /// If it is a derivative: the place of the variable that it is the derivative of.
     pub derivative_of: Option<usize>,
     /// Its initial value, if that can be set.
     pub start: Option<Start>,
@@ -35,7 +33,7 @@ pub struct Row {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
     pub value: f64,
-    /// Does it hold, or is it a guess?
+    /// Known, or a guess?
     pub known: bool,
     /// Its place among the parameters of the program.
     pub parameter: u32,
@@ -61,7 +59,7 @@ impl Table {
         if table.rows.is_empty() {
             table.add_time(equations);
         }
-        dependencies::find(&mut table.rows, equations, moving);
+        dependencies::in_motion(&mut table.rows, equations, moving);
         table
     }
 
@@ -139,7 +137,7 @@ impl Table {
         Source::Output { result: result as u32, accelerated }
     }
 
-    /// Initial values that can be set belong to their variables; one that is nothing else yet becomes a row.
+    /// Assigns settable initial values to their variables; adds variables that are not in the table yet.
     fn add_starts(&mut self, equations: &mut Equations) {
         let mechanism = equations.system.mechanism;
         let rows = self.rows.iter().enumerate().rev();
@@ -182,7 +180,7 @@ impl Table {
 
     pub(super) fn find_initial_dependencies(&mut self, equations: &mut Equations, beginning: &Beginning) {
         let values: Vec<Expr> = self.rows.iter().map(|row| row.value).collect();
-        let found = start_dependencies::find(equations, beginning, &self.given(), &values);
+        let found = dependencies::at_start(equations, beginning, &self.given(), &values);
         self.rows.iter_mut().zip(found).for_each(|(row, places)| row.initial_dependencies = places);
     }
 

@@ -10,11 +10,11 @@ use cotree_fmu::tape::{Instruction, Operation, Tape};
 
 use crate::expr::{Arena, Binary, Expansions, Expr, Node, Order, Run, Symbol, Unary};
 
-/// Assigns registers to everything that the kernels of one program share, then makes their tapes.
+/// Register allocation for the constants and parameter expressions that the kernels of one program share; then their tapes.
 #[derive(Debug)]
 pub struct Assembler<'a> {
     arena: Cow<'a, Arena>,
-    /// What stands for expressions with functions that the runtime has no operation for.
+    /// Replacements of functions that the runtime has no operation for.
     expansions: Expansions,
     layout: Layout,
     /// Depends on nothing but parameters, for each expression of the kernels.
@@ -74,10 +74,10 @@ impl<'a> Assembler<'a> {
         tape
     }
 
-    /// The register of something that needs no instruction.
+    /// The register of an expression that needs no instruction.
     fn home(&self, expr: Expr) -> Option<u32> {
         match self.arena.node(expr) {
-            Node::Symbol(symbol) => Some(symbol_register(&self.layout, symbol)),
+            Node::Symbol(symbol) => Some(symbol_register(&self.layout, symbol) as u32),
             _ => self.shared.get(&expr).copied(),
         }
     }
@@ -93,7 +93,7 @@ impl<'a> Assembler<'a> {
         self.registers = self.scratch;
     }
 
-    /// Every fixed expression that something moving (or a result) needs gets a register for good.
+    /// Allocates a permanent register to every fixed expression that is an operand of a varying one, or a result.
     fn place_stage(&mut self, used: &[Expr], results: &[Expr]) {
         let needed_by_moving =
             used.iter().filter(|e| !self.fixed[e.index()]).flat_map(|&e| self.arena.node(e).operands());
@@ -114,9 +114,9 @@ impl<'a> Assembler<'a> {
     }
 }
 
-/// The register of a symbol. A missing mass never gets here: it is refused before.
-fn symbol_register(layout: &Layout, symbol: Symbol) -> u32 {
-    let register = match symbol {
+/// The register of a symbol. Missing masses are refused before.
+pub fn symbol_register(layout: &Layout, symbol: Symbol) -> usize {
+    match symbol {
         Symbol::Time => layout.time(),
         Symbol::Parameter(i) => layout.parameters() + i,
         Symbol::Input(i, Order::Position) => layout.inputs() + i,
@@ -130,13 +130,12 @@ fn symbol_register(layout: &Layout, symbol: Symbol) -> u32 {
         Symbol::Coordinate(i, Order::Acceleration) => layout.accelerations() + i,
         Symbol::Reaction(i) => layout.reactions() + i,
         Symbol::Missing(..) => layout.time(),
-    };
-    register as u32
+    }
 }
 
 struct Writer<'w, 'a> {
     assembler: &'w Assembler<'a>,
-    /// Products that are added to something at their only use.
+    /// Products whose only use is an addition: multiply-add.
     fused: HashSet<Expr>,
     schedule: Vec<Expr>,
     last_use: HashMap<Expr, usize>,
@@ -206,8 +205,8 @@ impl<'w, 'a> Writer<'w, 'a> {
             .collect()
     }
 
-    /// Operands before what uses them, and operations of one kind one after the other as far as that permits: the interpreter runs them without
-    /// a decision for each. Of the kinds that are ready, the most frequent one comes next.
+    /// Operands before what uses them, and operations of the same kind in sequence as far as dependencies permit (list scheduling): the interpreter branches once for a
+    /// sequence. Among the kinds that are ready, the most frequent is scheduled first.
     fn schedule(&self, order: &[Expr]) -> Vec<Expr> {
         let written: Vec<Expr> = order.iter().copied().filter(|expr| !self.fused.contains(expr)).collect();
         let numbers: HashMap<Expr, usize> = written.iter().enumerate().map(|(number, expr)| (*expr, number)).collect();
@@ -262,7 +261,7 @@ impl<'w, 'a> Writer<'w, 'a> {
         self.tape.push(Instruction { operation, target, a, b, c });
     }
 
-    /// Sine and cosine come together; one that nobody uses dies at once.
+    /// Sine and cosine are computed together; the register of an unused one is free at once.
     fn write_sin_cos(&mut self, expr: Expr, function: Unary, angle: Expr) {
         let other = if function == Unary::Sin { Unary::Cos } else { Unary::Sin };
         let partner =
@@ -288,7 +287,7 @@ impl<'w, 'a> Writer<'w, 'a> {
             Node::Binary(function, ..) => operation(function.definition().run),
             Node::Unary(function, _) => operation(function.definition().run),
             Node::Select(..) => Operation::Select,
-            // Constants and symbols have registers of their own and never come here.
+            // Constants and symbols have registers of their own and are not scheduled.
             Node::Constant(_) | Node::Symbol(_) => Operation::Copy,
         }
     }

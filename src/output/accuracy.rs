@@ -25,7 +25,7 @@ const BUDGET: u64 = 50_000_000;
 const HALVINGS: i32 = 100;
 /// No part is longer than the whole through this: work that grows tenfold within a part exceeds its budget by little.
 const PARTS: f64 = 256.0;
-/// Work that is so many times its mean at the end of the measurement grows faster and faster.
+/// Work per time that exceeds its mean by this factor at the end of the measurement counts as accelerating.
 const GROWN: f64 = 4.0;
 
 /// Errors and work of one model at its default parameters and inputs.

@@ -1,4 +1,4 @@
-//! What the scene leaves open about its initial state, and what was assumed.
+//! Assumptions about freedoms of the initial state that the scene leaves open.
 
 use crate::expr::{Order, Symbol};
 use crate::formulate::Formulated;

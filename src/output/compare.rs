@@ -1,4 +1,4 @@
-//! What the choice of trees costs: equations, operations, time and condition, for the same mechanism in several coordinates.
+//! Comparison of trees: equations, operations, time and condition numbers of one mechanism in several coordinates.
 
 use std::fmt;
 use std::hint::black_box;
@@ -57,7 +57,7 @@ pub struct Cost {
     pub operations: Operations,
     /// Time of one evaluation, the median of repeated runs \[ns\].
     pub nanoseconds: f64,
-    /// What integrates: `series`, `explicit`, `implicit`, or `loops` if drivers determine the motion.
+    /// The method: `series`, `explicit`, `implicit`, or `loops` if drivers determine the motion.
     pub method: &'static str,
     /// Time of the whole experiment at its tolerance, processor time on one thread \[s\]; `None` if it fails or takes too long.
     pub run_seconds: Option<f64>,

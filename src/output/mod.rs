@@ -1,4 +1,4 @@
-//! What cotree shows: equations, code, drawings, plots, tables, summaries.
+//! Equations, code, drawings, plots, tables, summaries.
 
 pub mod accuracy;
 pub mod assumptions;

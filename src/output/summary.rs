@@ -1,4 +1,4 @@
-//! What `cotree show` tells about a mechanism.
+//! The summary of a mechanism that `cotree show` prints.
 
 use std::fmt;
 
@@ -21,10 +21,10 @@ pub struct Summary {
     pub kinematic: bool,
     /// How the motion is found, and why not by Taylor series if it is not; empty if the drivers determine it.
     pub solver: String,
-    /// What the methods integrate; nothing if the drivers determine the motion.
+    /// The systems that the methods integrate; none if the drivers determine the motion.
     pub integrated: Option<Integrated>,
     pub coordinates: Vec<Coordinate>,
-    /// What the loop equations belong to, one name for each equation.
+    /// The owners of the loop equations, one name for each equation.
     pub constraints: Vec<String>,
     /// What the redundant ones among them belong to.
     pub redundant: Vec<String>,
@@ -34,7 +34,7 @@ pub struct Summary {
     pub counts: Counts,
     /// The trees behind the acceleration kernel, where they are not those of the coordinates.
     pub solve_tree: Option<SolveTree>,
-    /// What the search for the cheapest trees came to, if the scene asks for it.
+    /// The result of the search for the cheapest trees, if the scene asks for it.
     pub cheapest: Option<Cheapest>,
 }
 
@@ -91,7 +91,7 @@ pub struct Trees {
 pub struct SolveTree {
     /// Bodies that are branches of its translational tree, but not of that of the coordinates.
     pub bodies: Vec<String>,
-    /// What it saves of the cost by the model, between 0 and 1; `None` if the mechanism is too large to count.
+    /// The share of the cost that it saves by the cost model; `None` if the mechanism is too large to count.
     pub saving: Option<f64>,
 }
 
@@ -99,7 +99,7 @@ pub struct SolveTree {
 pub struct Cheapest {
     /// Trees that were formulated; none if the mechanism is too large to search.
     pub counted: usize,
-    /// What the chosen trees save of the cost by the model against the recommended ones, between 0 and 1.
+    /// The share of the cost of the recommended trees that the chosen ones save by the cost model.
     pub saving: f64,
     /// Largest number of bodies with which there is a search.
     pub largest: usize,
@@ -353,23 +353,23 @@ mod tests {
     }
 
     #[test]
-    fn savings_are_told_where_there_are_any() {
-        let told = |solve_tree, cheapest| {
+    fn savings_are_reported_where_there_are_any() {
+        let reported = |solve_tree, cheapest| {
             let text = Summary { solve_tree, cheapest, ..slider_crank() }.to_string();
             text.split_once("this scene").map_or_else(String::new, |(_, rest)| rest.lines().skip(2).collect())
         };
         let solve_tree = SolveTree { bodies: names(&["a", "b"]), saving: Some(0.336) };
         let cheapest = Cheapest { counted: 17, saving: 0.12, largest: 40 };
         assert_eq!(
-            told(Some(solve_tree), None),
+            reported(Some(solve_tree), None),
             "  solve tree: accelerations through 2 bodies as branches, 34 % cheaper"
         );
-        assert_eq!(told(None, Some(cheapest)), "  cheapest: 12 % cheaper than the recommended trees; 17 counted");
+        assert_eq!(reported(None, Some(cheapest)), "  cheapest: 12 % cheaper than the recommended trees; 17 counted");
         let none = Cheapest { saving: 0.0, ..cheapest };
-        assert_eq!(told(None, Some(none)), "  cheapest: the recommended trees; 17 counted, none clearly cheaper");
+        assert_eq!(reported(None, Some(none)), "  cheapest: the recommended trees; 17 counted, none clearly cheaper");
         let large = Cheapest { counted: 0, ..none };
         let text = "  cheapest: not searched with more than 40 bodies; these are the recommended trees";
-        assert_eq!(told(None, Some(large)), text);
+        assert_eq!(reported(None, Some(large)), text);
     }
 
     #[test]

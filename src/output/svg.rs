@@ -23,6 +23,31 @@ pub struct Frame {
     pub height: f64,
 }
 
+impl Frame {
+    pub fn centred([x, y]: Pixel, width: f64, height: f64) -> Self {
+        Frame { x: x - 0.5 * width, y: y - 0.5 * height, width, height }
+    }
+
+    /// The box around others.
+    pub fn around<'a>(frames: impl Iterator<Item = &'a Frame> + Clone) -> Self {
+        let low = |pick: fn(&Frame) -> f64| frames.clone().map(pick).reduce(f64::min).unwrap_or(0.0);
+        let high = |pick: fn(&Frame) -> f64| frames.clone().map(pick).reduce(f64::max).unwrap_or(0.0);
+        let (x, y) = (low(|frame| frame.x), low(|frame| frame.y));
+        Frame { x, y, width: high(|f| f.x + f.width) - x, height: high(|f| f.y + f.height) - y }
+    }
+
+    pub fn widened(self, margin: f64) -> Self {
+        let Frame { x, y, width, height } = self;
+        Frame { x: x - margin, y: y - margin, width: width + 2.0 * margin, height: height + 2.0 * margin }
+    }
+
+    /// Common area [px2].
+    pub fn overlap(&self, other: &Frame) -> f64 {
+        let common = |a: f64, wa: f64, b: f64, wb: f64| ((a + wa).min(b + wb) - a.max(b)).max(0.0);
+        common(self.x, self.width, other.x, other.width) * common(self.y, self.height, other.y, other.height)
+    }
+}
+
 impl Svg {
     pub fn line(&mut self, [x1, y1]: Pixel, [x2, y2]: Pixel, style: &str) {
         let [x1, y1, x2, y2] = [x1, y1, x2, y2].map(number);

@@ -24,7 +24,7 @@ pub(super) enum Context {
     Output,
 }
 
-/// A text that is being lowered, and whose it is.
+/// A text that is being lowered, and its owner.
 #[derive(Clone, Copy)]
 struct Site<'a> {
     text: &'a Text,

@@ -1,7 +1,7 @@
 //! Scene to [`Mechanism`]: names become indices, units become SI, texts become formulas.
 //!
 //! A fault does not stop the work: a formula that cannot be resolved stands as "not a number" in the unfinished
-//! mechanism, which nobody gets to see, and checks of its value stay silent.
+//! mechanism, which is not returned, and checks of its value pass.
 
 mod bodies;
 mod everything;
@@ -97,7 +97,6 @@ impl Scene {
     }
 }
 
-/// What is needed to resolve the parts of a scene.
 struct Resolver<'s> {
     scene: &'s Scene,
     names: Names<'s>,

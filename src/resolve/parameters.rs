@@ -100,7 +100,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// A value in a declared unit: a bare number is in that unit, everything else is SI or says its own.
+    /// A value in a declared unit: a bare number is in that unit, other quantities are SI or have units of their own.
     fn declared(&mut self, quantity: &Quantity, declared: Option<&Unit>, what: &str) -> (f64, Option<Unit>) {
         let (formula, own) = self.formula_and_unit(quantity, what, &ANYTHING, Context::Constant);
         if let (Some(declared), Some(own)) = (declared, &own)
@@ -193,7 +193,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Evaluates the expressions, each after those that it uses; what cannot be ordered is a cycle.
+    /// Evaluates the expressions in topological order; the rest is a cycle.
     fn evaluate_in_order(&mut self, pending: HashMap<usize, Pending>, units: &mut [Option<Unit>]) {
         let mut waiting: HashMap<usize, usize> = HashMap::new();
         let mut users: HashMap<usize, Vec<usize>> = HashMap::new();

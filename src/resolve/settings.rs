@@ -11,7 +11,7 @@ use crate::mechanism::{Coordinates, Experiment, Method, Solver};
 use crate::scene::dimension::{NUMBER, TIME, Wanted};
 use crate::scene::quantity::Quantity;
 
-/// What holds if the scene does not say otherwise.
+/// Defaults.
 const START: f64 = 0.0;
 const DURATION: f64 = 10.0;
 const STEPS: f64 = 1000.0;

@@ -1,4 +1,4 @@
-//! The naming table: which variables there are, and what they are.
+//! The naming table of variables.
 
 use std::collections::HashMap;
 
@@ -133,7 +133,7 @@ impl Resolver<'_> {
         self.faults.push_about(subject, Fault::new(code, message, name.span).label("no such variable").help(help));
     }
 
-    /// The last words of the variables of what has this name.
+    /// The last words of the variables of an owner.
     pub(super) fn variables_of(&self, owner: &str) -> Vec<&'static str> {
         let one_dimensional = self.one_dimensional();
         let has = self.find_owner(owner).map_or_else(Vec::new, |found| found.has);

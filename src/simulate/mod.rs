@@ -13,21 +13,28 @@ use crate::mechanism::Experiment;
 use crate::output::csv::Table;
 pub use results::{Column, Results, SimulateError};
 
+/// What to simulate.
 #[derive(Clone, Debug)]
 pub struct Run<'a> {
+    /// The variables.
     pub description: &'a Description,
     /// Times and tolerance.
     pub experiment: Experiment,
+    /// Variables and the values they are set to.
     pub settings: Vec<(usize, f64)>,
     /// Inputs over time: variable and column of the table.
     pub inputs: Option<(&'a Table, Vec<usize>)>,
+    /// Variables to report.
     pub reported: Vec<usize>,
 }
 
+/// Why a simulation ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
+    /// The runtime refuses the program.
     #[error(transparent)]
     Program(#[from] Fault),
+    /// The instance refused.
     #[error(transparent)]
     Instance(#[from] InstanceError),
     /// A result could not be handed over.

@@ -1,4 +1,4 @@
-//! What a simulation found: the reported variables by name, with their units.
+//! Results of a simulation: the reported variables by name, with their units.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -11,12 +11,14 @@ use crate::diagnostic::Faults;
 use crate::output::csv::Writer;
 use crate::scene::Scene;
 
+/// Variables over time, in SI units.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Results {
     times: Vec<f64>,
     columns: Vec<Column>,
 }
 
+/// One variable over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// The variable's name, such as `rod.angle`.
@@ -27,8 +29,10 @@ pub struct Column {
     pub values: Vec<f64>,
 }
 
+/// Why there are no results.
 #[derive(Debug, thiserror::Error)]
 pub enum SimulateError {
+    /// The scene is at fault.
     #[error(transparent)]
     Scene(#[from] Faults),
     /// The motion cannot be found or continued.
@@ -47,6 +51,7 @@ impl Results {
         &self.columns
     }
 
+    /// The variable of that name.
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|column| column.name == name)
     }

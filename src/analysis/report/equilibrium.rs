@@ -1,4 +1,4 @@
-//! An equilibrium with everything that holds it.
+//! An equilibrium with its reactions and loads.
 
 use serde_json::{Map, Value, json};
 
@@ -107,7 +107,7 @@ impl Reader<'_, '_> {
         })
     }
 
-    /// Springs and actuators by their variables, forces and torques by what the scene says.
+    /// Springs and actuators by their variables, forces and torques by the values of the scene.
     fn loads(&mut self) -> Group {
         let mechanism = self.formulated.equations.system.mechanism;
         let mut group = Group { title: "loads", values: Vec::new() };

@@ -1,4 +1,4 @@
-//! Applied forces and torques by arms: what they work along, and how large they are.
+//! Applied forces and torques by arms: the displacements that they work along, and their values.
 
 use super::linear::conjugate_product;
 use super::{Arm, ArmEquations, Arms, Equations, Factor, Load, Push, Reason};

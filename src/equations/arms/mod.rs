@@ -1,4 +1,4 @@
-//! The same mechanism once more, as arms: what its Taylor series are found from.
+//! The arm form of the equations of motion, from which their Taylor series follow (`docs/arm-form.md`).
 //!
 //! Every position is a constant combination of products sigma e: a scalar (1, a displacement, a signal of time) times the unit vector
 //! of a frame. Virtual work then needs masses between arms, loads along arms and nothing else; see `cotree_fmu::taylor`.
@@ -86,11 +86,10 @@ pub struct Push {
     pub factor: Expr,
 }
 
-/// A gap that a direction fixed in a turning frame holds: the displacement across is free.
+/// A gap that is constrained along a direction fixed in a turning frame: the displacement across is free.
 #[derive(Clone, Debug)]
 pub struct Auxiliary {
     pub displacement: usize,
-    pub frame: FrameId,
     pub free: [Expr; 2],
     pub row: usize,
 }

@@ -1,4 +1,4 @@
-//! Loop equations by arms. What holds only in a turning frame becomes linear with auxiliary displacements, a distance with a massless rod.
+//! Loop equations by arms. Constraints along directions of a turning frame become linear by auxiliary displacements, constraints on a distance by a massless rod.
 
 use super::linear::{conjugate_product, linear};
 use super::{Arm, ArmEquations, Arms, Auxiliary, Equations, Factor, Reason, Rod, Row};
@@ -55,7 +55,7 @@ impl Equations<'_> {
         Ok(())
     }
 
-    /// factor x the angle of the second node seen from the first.
+    /// factor x the angle of the second node relative to the first.
     fn angle_between(&mut self, ends: [RNode; 2], factor: Expr, arms: &ArmEquations, row: &mut Row) {
         let arena = &mut self.system.arena;
         let minus = arena.negate(factor);
@@ -69,7 +69,7 @@ impl Equations<'_> {
         }
     }
 
-    /// factor x the part along a direction of the way from the first node to the second.
+    /// factor x the component along a direction of the displacement from the first node to the second.
     fn displacement_between(
         &mut self,
         ends: [TNode; 2],
@@ -88,7 +88,7 @@ impl Equations<'_> {
             false => row_in_frame(arena, row.constraint, gap.clone(), (frame, along)),
         };
         let Some(part) = part else {
-            // Displacements along the line and across it close the gap, and both components hold.
+            // With displacements along the line and across it both components of the gap vanish.
             let across = [arena.negate(line[1]), line[0]];
             let first = self.close(row.constraint, gap, frame, &[line, across], arms);
             let [square, _] = conjugate_product(&mut self.system.arena, line, along);
@@ -102,7 +102,7 @@ impl Equations<'_> {
         Ok(())
     }
 
-    /// Closes a gap by displacements in directions fixed in a frame: both of its components hold. Returns the number of
+    /// Closes a gap by displacements in directions fixed in a frame, so that both of its components vanish. Returns the number of
     /// the first displacement.
     fn close(
         &mut self,
@@ -114,7 +114,7 @@ impl Equations<'_> {
     ) -> usize {
         let first = self.coordinates.len() + arms.auxiliary.len();
         for (displacement, &free) in (first..).zip(directions) {
-            arms.auxiliary.push(Auxiliary { displacement, frame, free, row: arms.rows.len() });
+            arms.auxiliary.push(Auxiliary { displacement, free, row: arms.rows.len() });
             gap.insert(Arm { frame, factor: Factor::Displacement(displacement) }, free);
         }
         self.vanishes(constraint, gap, arms);
@@ -159,7 +159,7 @@ impl Equations<'_> {
         } else if let Some(row) = row_in_frame(arena, constraint, gap.clone(), (frame, along)) {
             arms.rows.push(row);
         } else {
-            // Across the direction the gap is free: a displacement closes it, and both components hold.
+            // The gap is free across the direction: with a displacement both of its components vanish.
             let free = [arena.negate(along[1]), along[0]];
             self.close(constraint, gap, frame, &[free], arms);
         }

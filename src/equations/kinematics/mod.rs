@@ -37,7 +37,7 @@ pub struct Kinematics {
     placement: Vec<(FrameId, Expr)>,
     /// For each translational node but the datum, the step to it.
     steps: Vec<Option<Step>>,
-    /// What has been asked for of nodes at the end of deep paths.
+    /// Shared sums of nodes at the end of deep paths.
     totals: Vec<Totals>,
 }
 
@@ -122,7 +122,7 @@ impl Kinematics {
         }
     }
 
-    /// Position of any point of the scene: [`Kinematics::place`] without what a drawing does not need.
+    /// Position of any point of the scene: [`Kinematics::place`] without the derivatives.
     pub fn position(&self, system: &mut System, place: Place) -> Vector {
         let sum = |arena: &mut Arena, node: TNode| {
             let mut position = Vector::default();

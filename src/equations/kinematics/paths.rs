@@ -5,7 +5,7 @@ use crate::equations::vector::FrameId;
 use crate::expr::{Arena, Expr};
 use crate::graph::TNode;
 
-/// Paths with more turning frames and displacements are not summed by frames anew for each of their nodes.
+/// Beyond so many turning frames and displacements, sums along a path are shared by its nodes.
 pub(super) const DEEP: usize = 30;
 
 /// The branch between a node and the one before it. Sums along paths are made where they are needed: of a deep tree only
@@ -15,7 +15,7 @@ pub(super) struct Step {
     pub(super) parent: TNode,
     pub(super) depth: usize,
     pub(super) slides: usize,
-    /// How often the path from the datum changes to another turning frame, and the frame it comes in.
+    /// The number of changes to another turning frame on the path from the datum, and the last of these frames.
     pub(super) angles: usize,
     pub(super) frame: FrameId,
     /// Motion of the node relative to the one before it.
@@ -36,7 +36,7 @@ impl Kinematics {
         motion
     }
 
-    /// Across variables of the branches on the way to a node from one that its path to the datum passes.
+    /// Across variables of the branches from a node on the path to the datum to another node.
     pub(super) fn path(&self, base: TNode, node: TNode) -> impl Iterator<Item = &Motion> {
         let mut path = Vec::new();
         let mut at = node;
@@ -47,7 +47,7 @@ impl Kinematics {
         path.into_iter().rev()
     }
 
-    /// Does a path lead from the datum to a node through so many frames that sums along it must be shared?
+    /// Does the path from the datum to a node change frames so often that sums along it must be shared?
     pub fn is_deep(&self, node: TNode) -> bool {
         self.moving(node) > DEEP
     }

@@ -3,7 +3,7 @@
 use super::{Kinematics, Motion, ScalarMotion};
 use crate::component::{Angle, Direction, Element, Known, System, TranslationalRow};
 use crate::equations::form::{Coefficient, Form};
-use crate::equations::vector::{FrameId, Scalar, Vector};
+use crate::equations::vector::{Frame, FrameId, Scalar, Vector};
 use crate::expr::{Arena, Expr};
 use crate::mechanism::BodyId;
 
@@ -75,20 +75,15 @@ impl Kinematics {
         let frame = self.frames.get(frame);
         let across = u.turned(arena);
         let length = s.position.total(arena);
-        let (position, tangent) = (u.scaled(arena, length), across.scaled(arena, length));
-        let mut velocity = s.velocity.map(arena, |arena, &c| u.scaled(arena, c));
-        let turning = frame.rate.map(arena, |arena, &c| tangent.scaled(arena, c));
-        velocity.accumulate(arena, Expr::ONE, &turning);
-        let mut acceleration = s.acceleration.map(arena, |arena, &c| u.scaled(arena, c));
-        let coriolis = s.velocity.times(arena, frame.omega).map(arena, |arena, &c| across.scaled(arena, c));
-        let two = arena.constant(2.0);
-        acceleration.accumulate(arena, two, &coriolis);
-        let tangential = frame.acceleration.map(arena, |arena, &c| tangent.scaled(arena, c));
-        acceleration.accumulate(arena, Expr::ONE, &tangential);
-        let square = arena.square(frame.omega);
-        let centripetal = Form::term(arena, square, &position);
-        let minus = arena.constant(-1.0);
-        acceleration.accumulate(arena, minus, &centripetal);
+        let [position, tangent] = [&u, &across].map(|unit| unit.scaled(arena, length));
+        let (velocity, acceleration) = turning(
+            arena,
+            frame,
+            [&position, &tangent],
+            [&s.velocity, &s.acceleration],
+            |arena, &c| u.scaled(arena, c),
+            |arena, &c| across.scaled(arena, c),
+        );
         Motion { position, velocity, acceleration }
     }
 }
@@ -103,21 +98,43 @@ pub fn project(
 ) -> (Scalar, Form<Scalar>, Form<Scalar>) {
     let frame = kinematics.frames.get(*frame);
     let across = direction.turned(arena);
-    let (along, beside) = (gap.position.dot(arena, direction), gap.position.dot(arena, &across));
-    let mut velocity = gap.velocity.map(arena, |arena, v| v.dot(arena, direction));
-    let turning = frame.rate.map(arena, |arena, &c| beside.scaled(arena, c));
+    let [along, beside] = [direction, &across].map(|direction| gap.position.dot(arena, direction));
+    let (velocity, acceleration) = turning(
+        arena,
+        frame,
+        [&along, &beside],
+        [&gap.velocity, &gap.acceleration],
+        |arena, v| v.dot(arena, direction),
+        |arena, v| v.dot(arena, &across),
+    );
+    (along, velocity, acceleration)
+}
+
+/// First and second derivative of a product x u that is linear in a unit vector u which turns with a frame. Given are x u and x (k x u), the
+/// derivatives of x, and the products of their coefficients with u and with k x u:
+/// x' u + omega x (k x u), x'' u + 2 omega x' (k x u) + alpha x (k x u) - omega^2 x u.
+fn turning<X: Coefficient, C: Coefficient>(
+    arena: &mut Arena,
+    frame: &Frame,
+    [along, across]: [&C; 2],
+    [rate, second]: [&Form<X>; 2],
+    by_unit: impl Fn(&mut Arena, &X) -> C,
+    by_normal: impl Fn(&mut Arena, &X) -> C,
+) -> (Form<C>, Form<C>) {
+    let mut velocity = rate.map(arena, &by_unit);
+    let turning = frame.rate.map(arena, |arena, &c| across.scaled(arena, c));
     velocity.accumulate(arena, Expr::ONE, &turning);
-    let mut acceleration = gap.acceleration.map(arena, |arena, a| a.dot(arena, direction));
-    let coriolis = gap.velocity.times(arena, frame.omega).map(arena, |arena, v| v.dot(arena, &across));
+    let mut acceleration = second.map(arena, &by_unit);
+    let coriolis = rate.times(arena, frame.omega).map(arena, &by_normal);
     let two = arena.constant(2.0);
     acceleration.accumulate(arena, two, &coriolis);
-    let tangential = frame.acceleration.map(arena, |arena, &c| beside.scaled(arena, c));
+    let tangential = frame.acceleration.map(arena, |arena, &c| across.scaled(arena, c));
     acceleration.accumulate(arena, Expr::ONE, &tangential);
     let square = arena.square(frame.omega);
-    let centripetal = Form::term(arena, square, &along);
+    let centripetal = Form::term(arena, square, along);
     let minus = arena.constant(-1.0);
     acceleration.accumulate(arena, minus, &centripetal);
-    (along, velocity, acceleration)
+    (velocity, acceleration)
 }
 
 /// Known part of the angle across an element, or its coordinate.
@@ -129,7 +146,7 @@ pub(super) fn angle_of(arena: &mut Arena, element: &Element, coordinate: Option<
     }
 }
 
-/// The part of an angle across an element that its own equation makes known.
+/// The part of an angle across an element that its terminal equation prescribes.
 pub fn known_angle(arena: &mut Arena, angle: &Angle) -> ScalarMotion {
     match angle {
         Angle::Free(_) => ScalarMotion::default(),

@@ -15,8 +15,8 @@ use crate::mechanism::Place;
 pub(super) struct Totals([Option<[Expr; 2]>; 3]);
 
 impl Kinematics {
-    /// Position, velocity or acceleration of a node in the axes of the world, made from that of the node before it: what the nodes of one path
-    /// share is the same expression, so that all of them together grow with their number and not with its square.
+    /// Position, velocity or acceleration of a node in the axes of the world, from that of the node before it: the nodes of one path share
+    /// subexpressions, so that the cost grows with their number and not with its square.
     pub fn total(&mut self, system: &mut System, node: TNode, order: Order) -> [Expr; 2] {
         let mut pending = Vec::new();
         let mut at = node;

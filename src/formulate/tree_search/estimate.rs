@@ -1,4 +1,4 @@
-//! What trees are likely to cost, from the pattern of zeros of their equations.
+//! An estimate of the cost of trees from the sparsity pattern of their equations.
 
 use std::collections::BTreeSet;
 

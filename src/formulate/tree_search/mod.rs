@@ -24,11 +24,11 @@ use crate::tree::Trees;
 
 mod estimate;
 
-/// So many trees of least weight are compared by the estimate.
+/// Number of trees of least weight that are compared by the estimate.
 const RANKED: usize = 200;
-/// So many of the best by the estimate are formulated.
+/// Number of the best trees by the estimate that are formulated.
 const BEST: usize = 5;
-/// So many exchanges of one branch for one chord are formulated.
+/// Number of exchanges of one branch for one chord that are formulated.
 const EXCHANGES: usize = 12;
 /// A gain that is worth leaving the recommended trees.
 const GAIN: f64 = 0.03;
@@ -83,7 +83,7 @@ impl Effort {
     }
 }
 
-/// What a step by series costs, if that is how the motion is integrated.
+/// The cost of a step by series, if the motion is integrated by series.
 fn series_cost(program: &Program) -> Option<Cost> {
     if program.engine != Engine::Taylor {
         return None;
@@ -125,7 +125,7 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
 
 struct Exploration<'s, 'm> {
     system: &'s System<'m>,
-    /// Where the mechanism starts, whatever the trees.
+    /// The start of the mechanism, the same for all trees.
     first: Start,
     seen: HashSet<Vec<ElementId>>,
     counted: usize,
@@ -133,7 +133,7 @@ struct Exploration<'s, 'm> {
 }
 
 impl Exploration<'_, '_> {
-    /// Formulates the best few of all trees of least weight, if they are not too many to look at.
+    /// Formulates the best of all trees of least weight, unless these are too many to enumerate.
     fn count_ranked(&mut self, start: &Trees) {
         let Some(all) = all_minimal(self.system, start) else { return };
         for trees in self.ranked(all).into_iter().take(BEST) {

@@ -1,4 +1,4 @@
-//! Processor time of the present thread: what other programs do meanwhile does not count.
+//! Processor time of the present thread: independent of other programs.
 
 use std::time::{Duration, Instant};
 
@@ -24,7 +24,7 @@ impl Elapsed {
         self.wall += other.wall;
     }
 
-    /// The share of a processor that the thread had; all of it if nothing was measured.
+    /// The share of a processor that the thread had; 1 if nothing was measured.
     pub fn share(&self) -> f64 {
         if self.wall.is_zero() { 1.0 } else { self.processor.as_secs_f64() / self.wall.as_secs_f64() }
     }

@@ -1,4 +1,4 @@
-//! What counts as exact: a converged run of one method that another method confirms.
+//! The reference: a converged run of one method that another method confirms.
 
 use cotree_fmu::program::Engine;
 use serde::Serialize;

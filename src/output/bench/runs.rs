@@ -1,4 +1,4 @@
-//! Single runs: once for what they find, again for how long they take.
+//! Single runs: one for the results, several for the time.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,7 +20,6 @@ const POINTS_A_STEP: usize = 4;
 const MOST_POINTS: usize = 8192;
 /// Repetitions take so long together, at least.
 const LONG_ENOUGH: Duration = Duration::from_millis(20);
-/// What is wrong with a run that costs more than it may.
 pub(crate) const TOO_LONG: &str = "it takes too long";
 const ENERGY: &str = "energy.total";
 
@@ -80,7 +79,7 @@ impl Subject<'_> {
             instance.step_to(self.experiment.stop).ok()?;
             let elapsed = clock.elapsed();
             fastest = fastest.min(elapsed.processor);
-            // Even a clock that stands still comes to an end.
+            // Terminates even if the clock does not advance.
             total.add(Elapsed { processor: elapsed.processor.max(Duration::from_micros(1)), ..elapsed });
         }
         Some((fastest, total))

@@ -1,4 +1,4 @@
-//! A motion at many times, and how far two motions are apart.
+//! A sampled motion, and the distance of two motions.
 
 /// A variable that stays below this [SI units] is compared by its absolute error.
 const SMALL: f64 = 1e-6;

@@ -47,7 +47,7 @@ pub struct Sizes {
 pub struct Function {
     pub name: String,
     pub about: String,
-    /// Is it given accelerations and reactions, behind the rates?
+    /// Are accelerations and reactions arguments too, after the rates?
     pub knows_motion: bool,
     /// The arrays that it fills, in the order in which it is given them.
     pub outputs: &'static [Output],
@@ -84,7 +84,7 @@ pub enum Step {
     Two(usize, Binary, Operand, Operand),
     /// result = b if a is not zero, else c
     Select(usize, Operand, Operand, Operand),
-    /// Both from one call: sine, cosine. Either may be used by nobody.
+    /// Both from one call: sine, cosine. One of them may be unused.
     SineCosine([usize; 2], Operand),
     /// An entry of an array of results: row, column.
     Store(Output, [usize; 2], Operand),
@@ -194,7 +194,7 @@ fn list(entries: &[Entry]) -> String {
 struct Writer<'a> {
     name: &'a str,
     arena: &'a Arena,
-    /// The loop equations that say something: their reactions are numbered in this order.
+    /// The loop equations that constrain the motion: their reactions are numbered in this order.
     loops: &'a [usize],
     sizes: &'a Sizes,
     language: &'a dyn Language,
@@ -293,7 +293,7 @@ fn steps(arena: &Arena, loops: &[usize], results: &[(Output, [usize; 2], Expr)])
     let mut done = std::collections::HashSet::new();
     let of = |expr: Expr| match arena.node(expr) {
         Node::Constant(bits) => Operand::Number(f64::from_bits(bits)),
-        // Of a loop equation that says nothing there is no reaction.
+        // A trivial loop equation has no reaction.
         Node::Symbol(Symbol::Reaction(index)) => match loops.iter().position(|&row| row == index) {
             Some(number) => Operand::Symbol(Symbol::Reaction(number)),
             None => Operand::Number(0.0),
@@ -307,7 +307,7 @@ fn steps(arena: &Arena, loops: &[usize], results: &[(Output, [usize; 2], Expr)])
             Node::Constant(_) | Node::Symbol(_) => {}
             Node::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
                 let other = if function == Unary::Sin { Unary::Cos } else { Unary::Sin };
-                // A partner that nobody wrote yet has a number beyond all others.
+                // An unused partner has a number beyond all others.
                 let partner = arena.existing(Node::Unary(other, a)).map_or(arena.len() + own, Expr::index);
                 if done.insert(a) {
                     let pair = if function == Unary::Sin { [own, partner] } else { [partner, own] };
@@ -356,7 +356,7 @@ pub fn argument(symbol: Symbol) -> Option<(&'static str, usize)> {
         Symbol::Coordinate(i, Order::Velocity) => Some(("v", i)),
         Symbol::Coordinate(i, Order::Acceleration) => Some(("a", i)),
         Symbol::Reaction(i) => Some(("lambda", i)),
-        // Time is no array; without masses there is nothing that needs them.
+        // Time is a scalar; missing masses are not part of the code.
         Symbol::Time | Symbol::Missing(..) => None,
     }
 }

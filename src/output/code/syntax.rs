@@ -1,4 +1,4 @@
-//! Straight-line code in any of the languages: one walker, and what it must know of each.
+//! Straight-line code in all languages: one walker, and a table of patterns for each language.
 
 use super::{Operand, Output, Sizes, Step, argument};
 use crate::expr::Symbol;

@@ -7,7 +7,7 @@ pub struct Table {
     columns: Vec<Vec<f64>>,
 }
 
-/// What is wrong with a table, and where. Lines and columns count from 1; columns are fields.
+/// A fault of a table and its place. Lines and columns count from 1; columns are fields.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("line {line}, column {column}: {message}")]
 pub struct TableError {

@@ -1,4 +1,4 @@
-//! What couples bodies besides pins and slides: toothed wheels, racks, rolling discs and links of constant length.
+//! Couplings: gears, belts, racks, rolling discs and links of constant length.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,7 +16,7 @@ pub struct Coupling {
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum CouplingKind {
-    /// Two toothed wheels whose pitch circles touch; one of them is a ring if it holds the other's centre.
+    /// Two toothed wheels whose pitch circles touch; one of them is a ring if it contains the other's centre.
     Gears([Wheel; 2]),
     Band {
         wheels: [Wheel; 2],
@@ -232,7 +232,7 @@ fn draw_band(wheels: [Wheel; 2], crossed: bool, view: &View, svg: &mut Svg, labe
     middle
 }
 
-/// How many teeth a wheel gets if a wheel of radius `smallest` gets as many as can be seen, but no less than eight.
+/// The number of teeth of a wheel, if a wheel of radius `smallest` has as many as are visible, at least eight.
 fn teeth(radius: f64, smallest: f64, pin: f64) -> f64 {
     let fewest = (TAU * smallest / (2.6 * pin)).round().clamp(8.0, 24.0);
     (fewest * radius / smallest.max(1.0)).round().clamp(8.0, 240.0)

@@ -34,7 +34,7 @@ impl Labels {
     }
 
     pub fn cover(&mut self, at: Pixel, radius: f64) {
-        let frame = Frame { x: at[0] - radius, y: at[1] - radius, width: 2.0 * radius, height: 2.0 * radius };
+        let frame = Frame::centred(at, 2.0 * radius, 2.0 * radius);
         self.obstacles.push((frame, 3.0));
     }
 
@@ -46,7 +46,7 @@ impl Labels {
             let steps = (norm(side) / (2.0 * pin)).ceil().clamp(1.0, 200.0);
             for step in 0..=steps as usize {
                 let at = along(from, step as f64 / steps, side);
-                let frame = Frame { x: at[0] - pin, y: at[1] - pin, width: 2.0 * pin, height: 2.0 * pin };
+                let frame = Frame::centred(at, 2.0 * pin, 2.0 * pin);
                 self.obstacles.push((frame, 1.5));
             }
         }
@@ -70,11 +70,7 @@ impl Labels {
     }
 
     pub fn frame(&self, margin: f64) -> Frame {
-        let frames = || self.placed.iter().chain(self.obstacles.iter().map(|(frame, _)| frame));
-        let low = |pick: fn(&Frame) -> f64| frames().map(pick).reduce(f64::min).unwrap_or(0.0) - margin;
-        let high = |pick: fn(&Frame) -> f64| frames().map(pick).reduce(f64::max).unwrap_or(0.0) + margin;
-        let (x, y) = (low(|frame| frame.x), low(|frame| frame.y));
-        Frame { x, y, width: high(|f| f.x + f.width) - x, height: high(|f| f.y + f.height) - y }
+        Frame::around(self.placed.iter().chain(self.obstacles.iter().map(|(frame, _)| frame))).widened(margin)
     }
 
     fn add(&mut self, text: &str, anchor: Pixel, clearance: f64, size: f64, style: String) {
@@ -94,8 +90,8 @@ impl Labels {
     }
 
     fn covered(&self, frame: &Frame) -> f64 {
-        let obstacles = self.obstacles.iter().map(|(other, weight)| weight * overlap(frame, other)).sum::<f64>();
-        let names = self.placed.iter().map(|other| 8.0 * overlap(frame, other)).sum::<f64>();
+        let obstacles = self.obstacles.iter().map(|(other, weight)| weight * frame.overlap(other)).sum::<f64>();
+        let names = self.placed.iter().map(|other| 8.0 * frame.overlap(other)).sum::<f64>();
         0.25 * obstacles + names
     }
 }
@@ -108,14 +104,8 @@ impl Label {
         let touching = along(self.anchor, gap, [cos, -sin]);
         let lean = |part: f64| (1.5 * part).clamp(-0.5, 0.5); // sideways texts touch with a side, others with a corner
         let centre = along(touching, 1.0, [lean(cos) * width, -lean(sin) * height]);
-        Frame { x: centre[0] - 0.5 * width, y: centre[1] - 0.5 * height, width, height }
+        Frame::centred(centre, width, height)
     }
-}
-
-/// Common area [px2].
-fn overlap(a: &Frame, b: &Frame) -> f64 {
-    let common = |a: f64, wa: f64, b: f64, wb: f64| ((a + wa).min(b + wb) - a.max(b)).max(0.0);
-    common(a.x, a.width, b.x, b.width) * common(a.y, a.height, b.y, b.height)
 }
 
 #[cfg(test)]
@@ -131,7 +121,7 @@ mod tests {
         labels.place(&mut Svg::default());
         for (i, a) in labels.placed.iter().enumerate() {
             for b in &labels.placed[..i] {
-                assert!(overlap(a, b) < 1e-9, "{a:?} {b:?}");
+                assert!(a.overlap(b) < 1e-9, "{a:?} {b:?}");
             }
         }
     }

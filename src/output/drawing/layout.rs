@@ -1,4 +1,4 @@
-//! Where things are in the picture, and in which order they are drawn.
+//! Places in the picture, and the order of drawing.
 
 use super::coupling::Coupling;
 use super::view::View;
@@ -54,7 +54,7 @@ impl Drawing {
         [shapes::along(ends[0], retreat(0), axis), shapes::along(ends[1], -retreat(1), axis)]
     }
 
-    /// Does a body lead away from a point in about this direction?
+    /// Does a body extend from a point in about this direction?
     pub(super) fn is_crowded(&self, at: Pixel, direction: Pixel, view: &View) -> bool {
         (0..self.bodies.len()).map(|body| self.outline(body, view)).any(|outline| {
             let touches = outline.iter().any(|&corner| shapes::norm(shapes::difference(corner, at)) < view.pin);

@@ -74,7 +74,7 @@ pub struct Force {
     /// Index of the body; `None` is the ground.
     pub on: Option<usize>,
     pub at: [f64; 2],
-    /// Its direction in the world; the length is not looked at.
+    /// Its direction in the world; the length is not used.
     pub direction: [f64; 2],
 }
 
@@ -91,7 +91,7 @@ pub struct Target {
     /// Index of the body; `None` is the ground.
     pub on: Option<usize>,
     pub at: [f64; 2],
-    /// Where it goes from there, if it moves; the length is not looked at.
+    /// The direction of its motion, if it moves; the length is not used.
     pub direction: Option<[f64; 2]>,
 }
 

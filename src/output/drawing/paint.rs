@@ -1,4 +1,4 @@
-//! Each kind of thing with its symbols, and room for its name.
+//! Drawing order: ground, couplings, bodies, loads, joints, targets, each with space for its name.
 
 use super::coupling::Coupling;
 use super::labels::Labels;
@@ -146,7 +146,7 @@ impl Drawing {
         }
     }
 
-    /// Above the pins: a driver often leads one.
+    /// Above the pins: a driven point is often one.
     pub(super) fn draw_targets(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
         for target in self.targets.iter().filter(|target| is_finite(&target.at)) {
             let at = view.pixel(target.at);

@@ -98,7 +98,7 @@ pub fn pedestal(svg: &mut Svg, view: &View, at: Pixel) {
     hatch(svg, view, [x, base], [0.0, -1.0], 4.2 * p);
 }
 
-/// A piece of ground at `at` whose free side looks along `outward`.
+/// A piece of ground at `at` whose free side faces along `outward`.
 pub fn wall(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel) {
     hatch(svg, view, at, outward, 2.6 * view.pin);
 }
@@ -145,7 +145,7 @@ pub fn rod(svg: &mut Svg, view: &View, joint: &Joint) {
     rail(svg, view, first, ends);
 }
 
-/// What a pin slides in: a bar of the first body from its point to beyond the pin, with a channel. Returns its ends.
+/// The slot of a pin: a bar of the first body from its point to beyond the pin, with a channel. Returns its ends.
 pub fn slot(svg: &mut Svg, view: &View, joint: &Joint) -> Option<[Pixel; 2]> {
     let Hold::Slot(axis) = joint.kind else { return None };
     let (axis, [base, at]) = (view.direction(axis), joint.at.map(|point| view.pixel(point)));
@@ -174,7 +174,7 @@ pub fn link(svg: &mut Svg, view: &View, ends: [Pixel; 2]) {
     ends.into_iter().for_each(|end| pin(svg, view, end));
 }
 
-/// What a disc rolls on, on the right of the way from the first end to the second: the ground, or a bar of a body.
+/// The line that a disc rolls on, on the right of the direction from the first end to the second: the ground, or a bar of a body.
 pub fn rolling_line(svg: &mut Svg, view: &View, body: Option<usize>, ends: [Pixel; 2]) {
     let span = difference(ends[1], ends[0]);
     let down = normal(unit(span));
@@ -234,7 +234,7 @@ pub fn turn(svg: &mut Svg, view: &View, at: Pixel) {
     arrow_head(svg, view, along(tip, 1.0 * view.pin, [0.0, 1.0]), [0.0, 1.0]);
 }
 
-/// A point that a driver leads: a ring with cross hairs, around a pin if there is one.
+/// A driven point: a ring with cross hairs, around a pin if there is one.
 pub fn target(svg: &mut Svg, view: &View, at: Pixel) {
     let radius = 1.6 * view.pin;
     svg.circle(at, radius, &format!(r#"fill="none" stroke="{FORCE}" stroke-width="1.8""#));
@@ -244,7 +244,7 @@ pub fn target(svg: &mut Svg, view: &View, at: Pixel) {
     }
 }
 
-/// Where a point goes from here: a dashed arrow, so that nobody takes it for a force. Returns its ends.
+/// The direction of a driven point: a dashed arrow, unlike a force. Returns its ends.
 pub fn departure(svg: &mut Svg, view: &View, at: Pixel, direction: Pixel) -> [Pixel; 2] {
     let [start, tip] = [2.6, 10.5].map(|pins| along(at, pins * view.pin, direction));
     let style = format!(r#"stroke="{FORCE}" stroke-width="1.8" stroke-dasharray="5 3""#);

@@ -1,4 +1,4 @@
-//! Where the nodes of a graph go. Both layouts are deterministic: the same scene gives the same picture.
+//! Layout of a graph: force-directed near given places, or on a circle. Both are deterministic.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ type Point = [f64; 2];
 
 const ROOM: f64 = 1.0;
 const ROUNDS: usize = 600;
-/// Beyond so many nodes a picture is not read node by node, and improving it takes too long.
+/// Beyond so many nodes the local search takes too long.
 const LARGE: usize = 60;
 
 /// Near given places, with room between the nodes; the datum is at the bottom.
@@ -112,7 +112,7 @@ fn pairs(graph: &Graph) -> Vec<[usize; 2]> {
     pairs.filter(|[a, b]| a != b).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
-/// Moves one node after another to the best place around it until nothing gets better.
+/// Local search: moves one node after another to the best of some places around it until the strain no longer decreases.
 fn untangle(graph: &Graph, home: &[Point], now: &mut [Point]) {
     if now.len() > LARGE {
         return;
@@ -142,7 +142,7 @@ fn untangle(graph: &Graph, home: &[Point], now: &mut [Point]) {
     }
 }
 
-/// What is wrong with the place of a node: crossings, nearness to other nodes and edges, long edges, distance from home.
+/// The strain of a node's place: crossings, nearness to other nodes and edges, long edges, distance from home.
 fn strain(pairs: &[[usize; 2]], home: &[Point], now: &[Point], node: usize) -> f64 {
     let at = now[node];
     let mut strain = 0.12 * (square(at, home[node])) + 20.0 * (1.0 + now[0][1] - at[1]).max(0.0);

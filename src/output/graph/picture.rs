@@ -69,15 +69,15 @@ impl<'a> Panel<'a> {
     fn new(title: &'a str, graph: &'a Graph) -> Self {
         let nodes: Vec<Pixel> = graph.places.iter().map(|[x, y]| [SCALE * x, -SCALE * y]).collect();
         let curves = curves(graph, &nodes);
-        let mut covered: Vec<Frame> = nodes.iter().map(|&at| square(at, 1.6 * NODE)).collect();
+        let mut covered: Vec<Frame> = nodes.iter().map(|&at| Frame::centred(at, 3.2 * NODE, 3.2 * NODE)).collect();
         for curve in &curves {
-            covered.extend((1..12).map(|step| square(curve.at(f64::from(step) / 12.0), 2.0)));
+            covered.extend((1..12).map(|step| Frame::centred(curve.at(f64::from(step) / 12.0), 4.0, 4.0)));
         }
         let labels: Vec<Frame> =
             curves.iter().zip(&graph.edges).map(|(curve, edge)| place_label(curve, edge, &mut covered)).collect();
         let names: Vec<Frame> =
             nodes.iter().zip(&graph.nodes).map(|(&at, name)| place_name(at, name, &mut covered)).collect();
-        let frame = around(&covered);
+        let frame = Frame::around(covered.iter());
         let heading = text_width(title, 13.0);
         let frame = Frame { y: frame.y - 26.0, height: frame.height + 26.0, width: frame.width.max(heading), ..frame };
         Panel { title, graph, curves, frame, names, labels }
@@ -159,7 +159,7 @@ impl Curve {
         let (colour, width) = if branch { (BRANCH, 2.8) } else { (CHORD, 1.3) };
         let [from, over, to] = [self.from, self.over, self.to].map(|[x, y]| format!("{} {}", number(x), number(y)));
         svg.path(&format!("M{from}Q{over} {to}"), &format!(r#"fill="none" stroke="{colour}" stroke-width="{width}""#));
-        // The arrowhead stands a little behind the middle, where no node hides it.
+        // The arrowhead is a little behind the middle, where no node covers it.
         let (tip, direction) = (self.at(0.6), self.direction(0.6));
         let size = if branch { 10.0 } else { 8.0 };
         let corner = |across: f64| {
@@ -180,7 +180,7 @@ fn place_label(curve: &Curve, edge: &Edge, covered: &mut Vec<Frame>) -> Frame {
         let reach = 4.0 + 0.5 * (width * direction[1].abs() + height * direction[0].abs());
         [1.0, -1.0].map(move |side| {
             let centre = [at[0] + side * reach * direction[1], at[1] - side * reach * direction[0]];
-            (Frame { x: centre[0] - 0.5 * width, y: centre[1] - 0.5 * height, width, height }, order)
+            (Frame::centred(centre, width, height), order)
         })
     });
     choose(candidates.map(|(frame, order)| (frame, 4.0 * order as f64)), covered)
@@ -196,35 +196,18 @@ fn place_name(at: Pixel, name: &str, covered: &mut Vec<Frame>) -> Frame {
             at[0] + gap * cosine + (1.5 * cosine).clamp(-0.5, 0.5) * width,
             at[1] - gap * sine - (1.5 * sine).clamp(-0.5, 0.5) * height,
         ];
-        let frame = Frame { x: centre[0] - 0.5 * width, y: centre[1] - 0.5 * height, width, height };
-        (frame, 12.0 * f64::from(ring))
+        (Frame::centred(centre, width, height), 12.0 * f64::from(ring))
     });
     choose(candidates, covered)
 }
 
-/// The candidate with the least cost and common area with what is there; from now on it is there too.
+/// The candidate with the least cost and common area with the covered ones; it is covered from now on.
 fn choose(candidates: impl Iterator<Item = (Frame, f64)>, covered: &mut Vec<Frame>) -> Frame {
-    let cost = |(frame, own): &(Frame, f64)| own + covered.iter().map(|other| overlap(frame, other)).sum::<f64>();
+    let cost = |(frame, own): &(Frame, f64)| own + covered.iter().map(|other| frame.overlap(other)).sum::<f64>();
     let best = candidates.min_by(|a, b| cost(a).total_cmp(&cost(b)));
     let frame = best.map_or(Frame { x: 0.0, y: 0.0, width: 0.0, height: 0.0 }, |(frame, _)| frame);
     covered.push(frame);
     frame
-}
-
-fn overlap(a: &Frame, b: &Frame) -> f64 {
-    let common = |a: f64, wa: f64, b: f64, wb: f64| ((a + wa).min(b + wb) - a.max(b)).max(0.0);
-    common(a.x, a.width, b.x, b.width) * common(a.y, a.height, b.y, b.height)
-}
-
-fn square([x, y]: Pixel, radius: f64) -> Frame {
-    Frame { x: x - radius, y: y - radius, width: 2.0 * radius, height: 2.0 * radius }
-}
-
-fn around(frames: &[Frame]) -> Frame {
-    let low = |pick: fn(&Frame) -> f64| frames.iter().map(pick).reduce(f64::min).unwrap_or(0.0);
-    let high = |pick: fn(&Frame) -> f64| frames.iter().map(pick).reduce(f64::max).unwrap_or(0.0);
-    let (x, y) = (low(|frame| frame.x), low(|frame| frame.y));
-    Frame { x, y, width: high(|frame| frame.x + frame.width) - x, height: high(|frame| frame.y + frame.height) - y }
 }
 
 /// Text in the middle of its box, on a white halo.

@@ -67,7 +67,7 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
         Some([low.min(value), high.max(value)])
     });
     let [low, high] = bounds.unwrap_or([0.0, 1.0]);
-    // Values that hardly change are drawn as what they are, a level line: rounding errors are not blown up.
+    // Nearly constant values are drawn as a level line: rounding errors are not magnified.
     let least = FLATTEST * low.abs().max(high.abs());
     if high - low > least {
         [low, high]

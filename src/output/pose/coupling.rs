@@ -1,4 +1,4 @@
-//! Where couplings are drawn: wheels whose radii follow from the ratio and the distance of their centres.
+//! Couplings in the initial pose: the radii of wheels follow from the ratio and the distance of their centres.
 
 use super::Pose;
 use crate::component::{self, Icon};
@@ -6,7 +6,6 @@ use crate::mechanism::{BodyId, Formula, Part, Place};
 use crate::output::drawing::{Coupling, CouplingKind, Wheel};
 
 impl Pose<'_, '_> {
-    /// What couples bodies instead of holding points together.
     pub(super) fn coupling(&mut self, part: &Part, icon: &Icon) -> Option<Coupling> {
         let kind = self.coupling_kind(part, icon)?;
         Some(Coupling { name: part.name.clone(), kind })

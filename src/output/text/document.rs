@@ -1,20 +1,20 @@
 //! Pages of text, formulas and tables in plain text, LaTeX and HTML.
 
-use std::fmt::Write;
-
-use super::notation::lines::printed;
-use super::notation::{latex, mathml, plain, unicode};
+use super::notation::Notation;
+use super::notation::latex::{self, LATEX};
+use super::notation::lines::Part;
+use super::notation::mathml::MATHML;
+use super::notation::plain::PLAIN;
+use super::notation::{Binding, unicode};
 use super::tree::Tree;
 use crate::output::svg::escape;
 
-/// Formulas are broken at about so many characters.
-const WIDTH: f64 = 110.0;
-/// The width of a printed page and of a web page, in digits.
+/// The width of a printed page, in digits.
 const PAGE_WIDTH: f64 = 95.0;
-const SCREEN_WIDTH: f64 = 120.0;
-/// Left sides wider than this part of the page do not stand below each other.
+/// Left sides wider than this part of the page are not aligned.
 const LEFT: f64 = 0.3;
 
+/// Part of a page.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Block {
     Heading(String),
@@ -25,11 +25,109 @@ pub enum Block {
     Table(Vec<String>, Vec<Vec<Piece>>),
 }
 
+/// Part of a line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Piece {
     Words(String),
+    /// A name of the scene.
     Code(String),
     Math(Tree),
+}
+
+/// How a format writes pages.
+struct Format {
+    notation: &'static Notation,
+    /// Formulas are broken at about so many digits.
+    width: f64,
+    words: fn(&str) -> String,
+    code: fn(&str) -> String,
+    math: fn(&str) -> String,
+    heading: fn(&str) -> String,
+    paragraph: fn(&str) -> String,
+    equations: fn(Vec<Row>) -> String,
+    table: fn(&[String], &[Vec<Piece>]) -> String,
+}
+
+const TEXT: Format = Format {
+    notation: &PLAIN,
+    width: 110.0,
+    words: str::to_owned,
+    code: |name| format!("`{name}`"),
+    math: str::to_owned,
+    heading: |heading| format!("\n{heading}\n"),
+    paragraph: |line| format!("  {line}\n"),
+    equations: text_equations,
+    table: text_table,
+};
+
+const DOCUMENT: Format = Format {
+    notation: &LATEX,
+    width: PAGE_WIDTH,
+    words: latex::breakable,
+    code: |name| format!(r"\texttt{{{}}}", latex::breakable(name)),
+    math: |formula| format!("${formula}$"),
+    heading: |heading| format!("\n\\subsection*{{{}}}\n", latex::escape(heading)),
+    paragraph: |line| format!("{line}\n\n"),
+    equations: latex_equations,
+    table: latex_table,
+};
+
+const HTML: Format = Format {
+    notation: &MATHML,
+    width: 120.0,
+    words: escape,
+    code: |name| format!("<code>{}</code>", escape(name)),
+    math: |formula| format!("<math>{formula}</math>"),
+    heading: |heading| format!("<h2>{}</h2>\n", escape(heading)),
+    paragraph: |line| format!("<p>{line}</p>\n"),
+    equations: html_equations,
+    table: html_table,
+};
+
+impl Format {
+    fn body(&self, blocks: &[Block]) -> String {
+        let block = |block: &Block| match block {
+            Block::Heading(heading) => (self.heading)(heading),
+            Block::Text(pieces) => (self.paragraph)(&pieces.iter().map(|piece| self.piece(piece)).collect::<String>()),
+            Block::Equations(equations) => (self.equations)(self.rows(equations)),
+            Block::Table(head, rows) => (self.table)(head, rows),
+        };
+        blocks.iter().map(block).collect()
+    }
+
+    fn piece(&self, piece: &Piece) -> String {
+        match piece {
+            Piece::Words(text) => (self.words)(text),
+            Piece::Code(name) => (self.code)(name),
+            Piece::Math(tree) => (self.math)(&self.notation.formula(tree)),
+        }
+    }
+
+    fn width_of(&self, tree: &Tree) -> f64 {
+        (self.notation.width)(&Part::Whole(tree, Binding::Relation))
+    }
+
+    /// Equations with their left sides below each other; if one of these is wide, all equations are broken as a whole.
+    fn rows(&self, equations: &[(Tree, Tree)]) -> Vec<Row> {
+        let widest = equations.iter().map(|(left, _)| self.width_of(left)).fold(0.0, f64::max);
+        let row = |(left, right): &(Tree, Tree)| match widest <= LEFT * self.width {
+            true => Row {
+                left: Some(self.notation.formula(left)),
+                lines: self.notation.wrapped(right, self.width - widest - 4.0),
+            },
+            false => {
+                let whole = Tree::Relation("=", Box::new([left.clone(), right.clone()]));
+                Row { left: None, lines: self.notation.wrapped(&whole, self.width) }
+            }
+        };
+        equations.iter().map(row).collect()
+    }
+}
+
+/// A row of a display: an aligned left side, and the lines of the rest.
+struct Row {
+    left: Option<String>,
+    lines: Vec<String>,
 }
 
 impl Piece {
@@ -37,163 +135,91 @@ impl Piece {
         Piece::Words(text.into())
     }
 
-    fn plain(&self) -> String {
-        match self {
-            Piece::Words(text) => text.clone(),
-            Piece::Code(name) => format!("`{name}`"),
-            Piece::Math(tree) => plain::plain(tree),
-        }
-    }
-
-    fn latex(&self) -> String {
-        match self {
-            Piece::Words(text) => latex::breakable(text),
-            Piece::Code(name) => format!(r"\texttt{{{}}}", latex::breakable(name)),
-            Piece::Math(tree) => format!("${}$", latex::latex(tree)),
-        }
-    }
-
+    /// In digits, printed.
     fn width(&self) -> f64 {
         match self {
             Piece::Words(text) => text.chars().count() as f64,
             Piece::Code(name) => 1.05 * name.chars().count() as f64,
-            Piece::Math(tree) => printed(tree),
-        }
-    }
-
-    fn html(&self) -> String {
-        match self {
-            Piece::Words(text) => escape(text),
-            Piece::Code(name) => format!("<code>{}</code>", escape(name)),
-            Piece::Math(tree) => format!("<math>{}</math>", mathml::mathml(tree)),
+            Piece::Math(tree) => DOCUMENT.width_of(tree),
         }
     }
 }
 
 pub fn text(title: &str, blocks: &[Block]) -> String {
-    let mut text = format!("{title}\n");
-    for block in blocks {
-        match block {
-            Block::Heading(heading) => add(&mut text, format_args!("\n{heading}\n")),
-            Block::Text(pieces) => {
-                let line: String = pieces.iter().map(Piece::plain).collect();
-                add(&mut text, format_args!("  {line}\n"));
-            }
-            Block::Equations(rows) => text_equations(&mut text, rows),
-            Block::Table(head, rows) => text_table(&mut text, head, rows),
+    format!("{title}\n{}", TEXT.body(blocks))
+}
+
+fn text_equations(rows: Vec<Row>) -> String {
+    let width = rows.iter().flat_map(|row| &row.left).map(|left| left.chars().count()).max().unwrap_or_default();
+    let mut text = String::new();
+    for row in rows {
+        let Some(mut left) = row.left else {
+            row.lines.iter().for_each(|line| text += &format!("  {line}\n"));
+            continue;
+        };
+        let mut sign = "=";
+        for line in row.lines {
+            text += &format!("  {left:width$} {sign} {line}\n");
+            sign = " ";
+            left.clear();
         }
     }
     text
 }
 
-/// A row of a display: a left side that stands before the sign, and the lines of the rest.
-struct Row {
-    left: Option<Tree>,
-    lines: Vec<String>,
-}
-
-/// Equations with their left sides below each other; if one of these is wide, all equations are broken as a whole.
-fn rows(
-    rows: &[(Tree, Tree)],
-    page: f64,
-    width: impl Fn(&Tree) -> f64,
-    wrapped: impl Fn(&Tree, f64) -> Vec<String>,
-) -> Vec<Row> {
-    let widest = rows.iter().map(|(left, _)| width(left)).fold(0.0, f64::max);
-    let row = |(left, right): &(Tree, Tree)| match widest <= LEFT * page {
-        true => Row { left: Some(left.clone()), lines: wrapped(right, page - widest - 4.0) },
-        false => {
-            let whole = Tree::Relation("=", Box::new([left.clone(), right.clone()]));
-            Row { left: None, lines: wrapped(&whole, page) }
-        }
-    };
-    rows.iter().map(row).collect()
-}
-
-fn text_equations(text: &mut String, equations: &[(Tree, Tree)]) {
-    let width = |tree: &Tree| plain::plain(tree).chars().count() as f64;
-    let rows = rows(equations, WIDTH, width, plain::wrapped);
-    let lefts = rows.iter().flat_map(|row| &row.left).map(|left| plain::plain(left).chars().count());
-    let width = lefts.max().unwrap_or_default();
-    for row in rows {
-        let Some(left) = row.left else {
-            row.lines.iter().for_each(|line| add(text, format_args!("  {line}\n")));
-            continue;
-        };
-        let (mut left, mut sign) = (plain::plain(&left), "=");
-        for line in row.lines {
-            add(text, format_args!("  {left:width$} {sign} {line}\n"));
-            sign = " ";
-            left.clear();
-        }
-    }
-}
-
-fn text_table(text: &mut String, head: &[String], rows: &[Vec<Piece>]) {
-    let cells = rows.iter().map(|row| row.iter().map(Piece::plain).collect::<Vec<_>>());
+fn text_table(head: &[String], rows: &[Vec<Piece>]) -> String {
+    let cells = rows.iter().map(|row| row.iter().map(|cell| TEXT.piece(cell)).collect::<Vec<_>>());
     let lines: Vec<Vec<String>> = (!head.is_empty()).then(|| head.to_vec()).into_iter().chain(cells).collect();
     let columns = lines.iter().map(Vec::len).max().unwrap_or_default();
     let width = |column: usize| {
         lines.iter().filter_map(|line| line.get(column)).map(|cell| cell.chars().count()).max().unwrap_or_default()
     };
     let widths: Vec<usize> = (0..columns).map(width).collect();
-    for line in lines {
+    let line = |line: &Vec<String>| {
         let cells: String = line.iter().zip(&widths).map(|(cell, width)| format!("  {cell:width$}")).collect();
-        add(text, format_args!("{}\n", cells.trim_end()));
-    }
+        format!("{}\n", cells.trim_end())
+    };
+    lines.iter().map(line).collect()
 }
 
+/// A page in LaTeX, ready to be compiled.
 pub fn latex(title: &str, blocks: &[Block]) -> String {
-    let mut text = format!("\\begin{{document}}\n\\section*{{\\raggedright {}}}\n", latex::escape(title));
-    for block in blocks {
-        match block {
-            Block::Heading(heading) => add(&mut text, format_args!("\n\\subsection*{{{}}}\n", latex::escape(heading))),
-            Block::Text(pieces) => {
-                let line: String = pieces.iter().map(Piece::latex).collect();
-                add(&mut text, format_args!("{line}\n\n"));
-            }
-            Block::Equations(rows) => latex_equations(&mut text, rows),
-            Block::Table(head, rows) => latex_table(&mut text, head, rows),
-        }
-    }
-    text.push_str("\\end{document}\n");
+    let (title, body) = (latex::escape(title), DOCUMENT.body(blocks));
+    let text = format!("\\begin{{document}}\n\\section*{{\\raggedright {title}}}\n{body}\\end{{document}}\n");
     let preamble = "\\documentclass[a4paper,10pt]{article}\n\\usepackage[margin=20mm]{geometry}\n\
                     \\usepackage{amsmath,array,longtable,lmodern}\n\\usepackage[T1]{fontenc}\n\\allowdisplaybreaks\n\
                     \\setlength{\\parindent}{0pt}\n";
     format!("{preamble}{}{text}", unicode::declarations(&text))
 }
 
-fn latex_equations(text: &mut String, equations: &[(Tree, Tree)]) {
-    text.push_str("\\begin{align*}\n");
-    let rows = rows(equations, PAGE_WIDTH, printed, latex::wrapped);
-    for (index, row) in rows.iter().enumerate() {
+fn latex_equations(rows: Vec<Row>) -> String {
+    let row = |row: &Row| {
         let lines = row.lines.join(" \\\\\n    &\\quad");
-        let end = if index + 1 < rows.len() { r" \\" } else { "" };
         match &row.left {
-            Some(left) => add(text, format_args!("  {} &= {lines}{end}\n", latex::latex(left))),
-            None => add(text, format_args!("  &{lines}{end}\n")),
+            Some(left) => format!("  {left} &= {lines}"),
+            None => format!("  &{lines}"),
         }
-    }
-    text.push_str("\\end{align*}\n");
+    };
+    let rows: Vec<String> = rows.iter().map(row).collect();
+    format!("\\begin{{align*}}\n{}\n\\end{{align*}}\n", rows.join(" \\\\\n"))
 }
 
 /// A table; a matrix that is wider than the page is cut into parts, of other tables the lines are broken within the cells.
-fn latex_table(text: &mut String, head: &[String], rows: &[Vec<Piece>]) {
+fn latex_table(head: &[String], rows: &[Vec<Piece>]) -> String {
     let columns = rows.iter().map(Vec::len).chain([head.len()]).max().unwrap_or_default();
     let widths: Vec<f64> = (0..columns).map(|column| column_width(head, rows, column)).collect();
     let total: f64 = widths.iter().sum();
     let all: Vec<usize> = (0..columns).collect();
     let is_matrix = widths.iter().skip(1).all(|&width| width <= NARROW);
     if total <= PAGE_WIDTH {
-        latex_columns(text, head, rows, &all, &"l".repeat(columns));
+        latex_columns(head, rows, &all, &"l".repeat(columns))
     } else if is_matrix {
-        for part in parts(&widths, !head.is_empty()) {
-            latex_columns(text, head, rows, &part, &"l".repeat(part.len()));
-        }
+        let part = |part: Vec<usize>| latex_columns(head, rows, &part, &"l".repeat(part.len()));
+        parts(&widths, !head.is_empty()).into_iter().map(part).collect()
     } else {
         let cell =
             |width: &f64| format!(">{{\\raggedright\\arraybackslash}}p{{{:.3}\\linewidth}}", 0.87 * width / total);
-        latex_columns(text, head, rows, &all, &widths.iter().map(cell).collect::<String>());
+        latex_columns(head, rows, &all, &widths.iter().map(cell).collect::<String>())
     }
 }
 
@@ -207,7 +233,7 @@ fn column_width(head: &[String], rows: &[Vec<Piece>], column: usize) -> f64 {
     GAP + cells.chain(head).fold(0.0, f64::max)
 }
 
-/// Columns that fit on a page, each time behind the first if that names the rows.
+/// Columns that fit on a page, each time after the first if that names the rows.
 fn parts(widths: &[f64], named: bool) -> Vec<Vec<usize>> {
     let first: Vec<usize> = named.then_some(0).into_iter().collect();
     let mut parts = vec![first.clone()];
@@ -223,18 +249,18 @@ fn parts(widths: &[f64], named: bool) -> Vec<Vec<usize>> {
     parts
 }
 
-fn latex_columns(text: &mut String, head: &[String], rows: &[Vec<Piece>], columns: &[usize], format: &str) {
-    add(text, format_args!("\\begin{{longtable}}[l]{{{format}}}\n"));
+fn latex_columns(head: &[String], rows: &[Vec<Piece>], columns: &[usize], format: &str) -> String {
+    let mut text = format!("\\begin{{longtable}}[l]{{{format}}}\n");
     if !head.is_empty() {
         let cells: Vec<String> =
             columns.iter().filter_map(|&column| head.get(column)).map(|cell| latex::escape(cell)).collect();
-        add(text, format_args!("{} \\\\ \\hline\n", cells.join(" & ")));
+        text += &format!("{} \\\\ \\hline\n", cells.join(" & "));
     }
     for row in rows {
-        let cells: Vec<String> = columns.iter().filter_map(|&column| row.get(column)).map(Piece::latex).collect();
-        add(text, format_args!("{} \\\\\n", cells.join(" & ")));
+        let cells = columns.iter().filter_map(|&column| row.get(column)).map(|cell| DOCUMENT.piece(cell));
+        text += &format!("{} \\\\\n", cells.collect::<Vec<_>>().join(" & "));
     }
-    text.push_str("\\end{longtable}\n");
+    text + "\\end{longtable}\n"
 }
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;color:#1f2933;max-width:72rem;\
@@ -258,54 +284,32 @@ pub fn html(title: &str, blocks: &[Block]) -> String {
 
 /// The same without the frame of a page, to be put into one.
 pub fn fragment(blocks: &[Block]) -> String {
-    let mut text = format!("<style>{MATH_STYLE}</style>\n");
-    for block in blocks {
-        match block {
-            Block::Heading(heading) => add(&mut text, format_args!("<h2>{}</h2>\n", escape(heading))),
-            Block::Text(pieces) => {
-                let line: String = pieces.iter().map(Piece::html).collect();
-                add(&mut text, format_args!("<p>{line}</p>\n"));
-            }
-            Block::Equations(rows) => {
-                text.push_str("<div class=\"equations\"><math display=\"block\"><mtable>\n");
-                html_equations(&mut text, rows);
-                text.push_str("</mtable></math></div>\n");
-            }
-            Block::Table(head, rows) => html_table(&mut text, head, rows),
-        }
-    }
-    text
+    format!("<style>{MATH_STYLE}</style>\n{}", HTML.body(blocks))
 }
 
-fn html_equations(text: &mut String, equations: &[(Tree, Tree)]) {
-    for row in rows(equations, SCREEN_WIDTH, printed, mathml::wrapped) {
-        let (mut left, sign) = match &row.left {
-            Some(left) => (mathml::mathml(left), "<mo>=</mo>"),
-            None => (String::new(), ""),
-        };
-        let mut sign = sign;
+fn html_equations(rows: Vec<Row>) -> String {
+    let mut text = String::from("<div class=\"equations\"><math display=\"block\"><mtable>\n");
+    for row in rows {
+        let mut sign = if row.left.is_some() { "<mo>=</mo>" } else { "" };
+        let mut left = row.left.unwrap_or_default();
         for line in row.lines {
-            add(text, format_args!("<mtr><mtd>{left}</mtd><mtd><mrow>{sign}{line}</mrow></mtd></mtr>\n"));
+            text += &format!("<mtr><mtd>{left}</mtd><mtd><mrow>{sign}{line}</mrow></mtd></mtr>\n");
             left.clear();
             sign = "";
         }
     }
+    text + "</mtable></math></div>\n"
 }
 
-fn html_table(text: &mut String, head: &[String], rows: &[Vec<Piece>]) {
-    text.push_str("<table>\n");
+fn html_table(head: &[String], rows: &[Vec<Piece>]) -> String {
+    let mut text = String::from("<table>\n");
     if !head.is_empty() {
         let cells: String = head.iter().map(|cell| format!("<th>{}</th>", escape(cell))).collect();
-        add(text, format_args!("<tr>{cells}</tr>\n"));
+        text += &format!("<tr>{cells}</tr>\n");
     }
     for row in rows {
-        let cells: String = row.iter().map(|cell| format!("<td>{}</td>", cell.html())).collect();
-        add(text, format_args!("<tr>{cells}</tr>\n"));
+        let cells: String = row.iter().map(|cell| format!("<td>{}</td>", HTML.piece(cell))).collect();
+        text += &format!("<tr>{cells}</tr>\n");
     }
-    text.push_str("</table>\n");
-}
-
-fn add(text: &mut String, line: std::fmt::Arguments) {
-    // Writing to a string cannot fail.
-    let _ = text.write_fmt(line);
+    text + "</table>\n"
 }

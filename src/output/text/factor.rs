@@ -1,5 +1,4 @@
-//! Taking out common factors, as a person would: what the parameters multiply is kept together, and so is what the motion
-//! multiplies.
+//! Factoring: terms with the same parameters are collected, and terms with the same functions of the motion.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +8,7 @@ use super::weight::by_weight;
 pub type Factors = Vec<(Factor, i32)>;
 
 impl Sum {
-    /// The sum in its shortest form that still looks like a sum of loads, inertias or lengths.
+    /// The sum in its shortest form.
     pub fn tidy(self) -> Sum {
         let sum = self.expanded().by_motion().by_parameters();
         match sum.common(|factor| !factor.is_constant()) {
@@ -21,7 +20,7 @@ impl Sum {
         }
     }
 
-    /// The sum as one product: what all terms share, times what is left in parentheses.
+    /// The sum as one product: the common factor of all terms times the rest in parentheses.
     pub fn product(&self) -> Term {
         match self.0.as_slice() {
             [] => Term::number(0.0),
@@ -40,7 +39,7 @@ impl Sum {
         }
     }
 
-    /// Adds up what multiplies the same part of the motion.
+    /// Collects the coefficients of the same function of the motion.
     fn by_motion(self) -> Sum {
         let mut groups: BTreeMap<Factors, Vec<Term>> = BTreeMap::new();
         for term in self.0 {
@@ -72,7 +71,7 @@ impl Sum {
         let mut terms = Vec::new();
         for ((factors, number), rest) in groups {
             let outside = Term { factors, number };
-            // A number alone is worth parentheses only if nothing stays outside.
+            // A number alone is factored out only of the whole sum.
             let worth = !outside.factors.is_empty() || (rest.len() == count && number.0 != 1.0);
             if rest.len() > 1 && worth && rest.iter().all(|term| !term.factors.is_empty()) {
                 terms.push(outside.times(&Sum::collect(rest).product()));
@@ -89,7 +88,7 @@ impl Sum {
         weighed.filter(|sum| sum.leaves() <= plain.leaves()).unwrap_or(plain)
     }
 
-    /// Takes out of sums of parameters whatever saves most, again and again.
+    /// Factors the parameter that shortens the sum most out of it, recursively.
     pub(super) fn shared_parameters(self) -> Sum {
         let mut savings: BTreeMap<&Factor, usize> = BTreeMap::new();
         for (factor, _) in self.0.iter().flat_map(|term| &term.factors).filter(|(_, power)| *power > 0) {

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::matrices::Matrices;
 use super::motion::Motion;
 use super::name::Name;
-use super::notation::plain::plain;
+use super::notation::plain::PLAIN;
 use super::symbol_name;
 use super::tree::{Formulas, Tree};
 use crate::component::Held;
@@ -57,7 +57,7 @@ pub fn json(equations: &mut Equations) -> String {
 
 /// `at` are the places in the matrix, counted from 0.
 fn formula(name: &Name, value: &Tree) -> Value {
-    let mut entry = json!({ "name": name.plain, "text": plain(value), "tree": tree(value) });
+    let mut entry = json!({ "name": name.plain, "text": PLAIN.formula(value), "tree": tree(value) });
     let places: Vec<usize> = name.subscript.split(',').filter_map(|place| place.parse().ok()).collect();
     if name.plain.contains('[') {
         let places: Vec<usize> = places.into_iter().map(|place| place.saturating_sub(1)).collect();

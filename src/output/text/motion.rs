@@ -13,7 +13,7 @@ use crate::equations::{Constraint, Equations};
 use crate::expr::{Arena, Expr, Node, Symbol};
 use crate::mechanism::{BodyId, Coordinates, Dimension, JointId, Owner, Part, Place, Quantity, Variable};
 
-/// A quantity: what it is called, and its expression.
+/// A quantity: its name and its expression.
 pub type Entry = (Name, Expr);
 
 /// The equations, quantity by quantity. Zeros of matrices are left out.
@@ -122,7 +122,7 @@ impl Motion {
 /// More formulas than this need a word about their number.
 const READABLE: usize = 1000;
 
-/// Says how long the page is, and what makes it shorter.
+/// A note on the length of the page and on shorter formulations.
 fn length_note(equations: &Equations, lines: usize) -> String {
     let hint = match equations.system.mechanism.coordinates {
         Coordinates::Recommended => "",
@@ -209,13 +209,13 @@ pub fn slides(equations: &mut Equations) -> Vec<Entry> {
     entries(equations, slides.into_iter().map(slide))
 }
 
-/// What the drivers exert; accelerations and reactions are known by then.
+/// The efforts of the drivers, in terms of accelerations and reactions.
 pub fn efforts(equations: &mut Equations) -> Vec<Entry> {
     let mechanism = equations.system.mechanism;
     entries(equations, mechanism.driver_efforts().into_iter())
 }
 
-/// What every joint holds; accelerations and reactions are known by then.
+/// The reactions of the joints, in terms of accelerations and multipliers.
 pub fn held(equations: &mut Equations) -> Vec<Entry> {
     let mechanism = equations.system.mechanism;
     entries(equations, mechanism.joint_reactions().into_iter())
@@ -229,7 +229,6 @@ fn entries(equations: &mut Equations, variables: impl Iterator<Item = Variable>)
     variables.map(entry).collect()
 }
 
-/// What is known of the quantities for reading formulas.
 pub fn context(equations: &mut Equations) -> Context {
     Context { variables: variables(equations), weights: weights(equations) }
 }

@@ -1,4 +1,4 @@
-//! What quantities are called: in the user's words, and as a letter with a subscript and dots.
+//! Names of quantities: the user's, and a letter with a subscript and dots.
 
 use crate::equations::Equations;
 use crate::expr::{Order, Property, Symbol};
@@ -93,7 +93,7 @@ impl Name {
 pub struct Names<'a, 'm> {
     equations: &'a Equations<'m>,
     pub coordinates: usize,
-    /// Letters for cosines and sines that no name of the user's with a number behind uses, and how many lines stand between letter and number.
+    /// Letters for cosines and sines that no numbered name of the user's begins with, and the number of underscores between letter and number.
     trigonometric: ([&'static str; 2], usize),
     /// The same for shared parts.
     shared: (&'static str, usize),
@@ -113,7 +113,7 @@ impl<'a, 'm> Names<'a, 'm> {
             };
             !own.iter().any(is_numbered)
         };
-        // As many lines as there are names are enough: each name spoils one number of lines.
+        // As many underscores as there are names are enough: each name excludes one number of them.
         let lines = |letters: &[&str]| {
             (1..=own.len() + 1).find(|&lines| letters.iter().all(|letter| is_free(letter, lines))).unwrap_or(1)
         };
@@ -177,7 +177,7 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
             })
         }
         Symbol::Reaction(i) => {
-            // Counted among the loop equations that say something.
+            // Counted among the loop equations that constrain the motion.
             Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < i).count()])
         }
         Symbol::Missing(body, Property::Mass) => Name::variable(&format!("{}.mass", mechanism.bodies[body].name)),

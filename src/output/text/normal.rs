@@ -1,5 +1,4 @@
-//! Expressions as sums of products, for reading: like terms meet, signs and numbers come to the front. Nothing is multiplied out
-//! that the formulation kept together.
+//! Normal form of expressions for printing: sums of products with like terms collected and numbers in front. Products of sums are not expanded.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -22,7 +21,7 @@ pub struct Term {
 #[derive(Clone, Copy, Debug)]
 pub struct Number(pub f64);
 
-/// What is not taken apart.
+/// An irreducible factor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Factor {
     /// A symbol; a weight is a parameter with mass in its unit: a mass, an inertia, a force, a stiffness.
@@ -90,7 +89,7 @@ impl Factor {
         }
     }
 
-    /// Parameters first, then what is given from outside, then the motion, then trigonometry and sums of it.
+    /// Parameters first, then signals, then the motion, then trigonometric functions and sums of it.
     fn rank(&self) -> u8 {
         match self {
             Factor::Symbol(symbol, _) => match symbol {
@@ -228,7 +227,7 @@ impl Sum {
         }
     }
 
-    /// Multiplies numbers into the sums behind them if nothing gets longer by it.
+    /// Multiplies numbers into sums unless the result is longer.
     pub fn expanded(self) -> Sum {
         if !self.0.iter().any(|term| term.only_sum().is_some()) {
             return self;
@@ -245,7 +244,7 @@ impl Sum {
     }
 }
 
-/// Adds a term, and drops what is only the rounding error of two numbers that cancel.
+/// Adds a term; a sum below the rounding error of its terms is zero.
 fn add(numbers: &mut BTreeMap<Vec<(Factor, i32)>, f64>, term: Term) {
     let entry = numbers.entry(term.factors).or_default();
     let sum = *entry + term.number.0;

@@ -1,4 +1,4 @@
-//! Numbers as a person writes them.
+//! Numbers as short decimals, simple fractions and multiples of pi.
 
 use std::f64::consts::PI;
 

@@ -1,21 +1,21 @@
-//! From the arena to sums of products; what is long and used more than once becomes a definition.
+//! From the arena to sums of products; long subexpressions that are used more than once become definitions.
 
 use std::collections::{HashMap, HashSet};
 
 use super::normal::{Factor, Function, Sum, Term};
 use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
 
-/// What is shared and has so many symbols gets a name; a root, such as a length, with fewer.
+/// Shared subexpressions with so many symbols are named; roots, such as lengths, with fewer.
 const LONG: usize = 10;
 const LONG_ROOT: usize = 3;
-/// Beyond so many levels of parentheses nobody can read.
+/// Expressions with more levels of parentheses are split.
 const DEEP: usize = 12;
-/// Beyond so many symbols in one expression neither.
+/// Expressions with more symbols are split.
 const WIDE: usize = 300;
 
 #[derive(Clone, Debug, Default)]
 pub struct Reading {
-    /// What the expressions refer to by [`Factor::Named`], operands first.
+    /// The definitions that [`Factor::Named`] refers to, operands first.
     pub definitions: Vec<Definition>,
     /// The expressions, in the order in which they were given.
     pub roots: Vec<Sum>,
@@ -55,7 +55,7 @@ impl Reading {
     }
 }
 
-/// What is shared and long, or too long or too deep to be read in one piece; and of these what is too long or too deep.
+/// Subexpressions to be named: those that are shared and long, or too long or too deep for one formula; and of these the latter.
 fn candidates(
     arena: &Arena,
     order: &[Expr],
@@ -92,7 +92,7 @@ fn candidates(
     (names, forced)
 }
 
-/// From how many symbols on a shared part gets a name.
+/// The number of symbols from which a shared subexpression is named.
 fn long(arena: &Arena, expr: Expr) -> usize {
     if matches!(arena.node(expr), Node::Unary(Unary::Sqrt, _)) { LONG_ROOT } else { LONG }
 }
@@ -113,7 +113,7 @@ fn level(arena: &Arena, expr: Expr) -> usize {
     }
 }
 
-/// Sums that are nothing but part of one other sum: their terms are collected there, once for the whole sum.
+/// Sums whose only use is another sum: their terms are collected there, once for the whole sum.
 fn parts_of_sums(arena: &Arena, order: &[Expr], roots: &[Expr], is_atom: impl Fn(&Expr) -> bool) -> HashSet<Expr> {
     let mut uses: HashMap<Expr, usize> = roots.iter().map(|&root| (root, 2)).collect();
     let mut within_sums: HashSet<Expr> = HashSet::new();

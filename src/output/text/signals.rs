@@ -1,4 +1,4 @@
-//! What comes into the equations from outside: inputs, and the motions of drivers that integrate an input, with their derivatives.
+//! Signals in the equations: inputs, and the motions of drivers that integrate an input, with their derivatives.
 
 use super::document::Piece;
 use super::name::symbol_name;
@@ -6,7 +6,7 @@ use super::tree::Tree;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 
-/// A row for each of them in some formulas: its name, its unit, and what it is.
+/// A row for each signal in some formulas: its name, its unit, and its origin.
 pub fn signals(equations: &Equations, formulas: &[Expr]) -> Vec<Vec<Piece>> {
     let mut symbols: Vec<Symbol> = equations.system.arena.symbols(formulas.iter().copied()).into_iter().collect();
     symbols.sort_unstable();
@@ -46,7 +46,6 @@ fn follower_words(equations: &Equations, follower: usize, order: Order) -> Vec<P
     ]
 }
 
-/// What differentiating so often makes of an input.
 fn derived(times: i32) -> &'static str {
     match times {
         ..=-2 => "second integral of the input",

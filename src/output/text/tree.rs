@@ -1,4 +1,4 @@
-//! Formulas as they stand on the page, whatever the notation.
+//! Formulas as they are printed, for all notations.
 
 use std::collections::BTreeMap;
 
@@ -129,7 +129,7 @@ fn definition_names(reading: &Reading, names: &Names<'_, '_>) -> Vec<Name> {
 struct Layout<'a, 'm> {
     names: &'a Names<'a, 'm>,
     defined: Vec<Name>,
-    /// Numbers of the definitions that have a name of the user's, behind those of the coordinates.
+    /// Numbers of the definitions that have a name of the user's, after those of the coordinates.
     variables: Vec<Option<usize>>,
     /// Sines and cosines that got a short name: by angle, cosine first.
     angles: BTreeMap<(Factor, bool), (Name, Tree)>,

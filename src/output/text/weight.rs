@@ -1,5 +1,5 @@
-//! Inertias as a person writes them: every mass with the lengths that belong to it, I1 + m1 l5^2 + (m2 + m3)(l5 + l6)^2. What was
-//! nested is multiplied out, sorted by masses, and divided by the sums of lengths that occurred in it.
+//! Augmented inertias: every mass with its lengths, I1 + m1 l5^2 + (m2 + m3)(l5 + l6)^2. Nested sums are expanded, sorted by masses, and divided by
+//! the sums of lengths that occurred in them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -34,7 +34,7 @@ pub fn by_weight(sum: &Sum) -> Option<Sum> {
     Some(if sum.0.len() > 1 { Sum::collect([sum.product()]) } else { sum })
 }
 
-/// Sums of symbols without weights, wherever they stand.
+/// All sums of symbols without weights.
 fn sums_of_symbols(sum: &Sum, found: &mut BTreeSet<Sum>) {
     for (factor, _) in sum.0.iter().flat_map(|term| &term.factors) {
         if let Factor::Sum(inner) = factor {
@@ -84,7 +84,7 @@ fn unrelated(terms: Vec<Term>) -> Vec<Vec<Term>> {
     groups
 }
 
-/// A polynomial as a product: what all terms share, the sums that divide it, and the rest.
+/// A polynomial as a product: the common factor of all terms, the sums that divide it, and the rest.
 fn divided(sum: Sum, divisors: &BTreeSet<Sum>) -> Term {
     let common = sum.common(|_| true);
     let mut outside = Term { factors: common, number: Number(1.0) };

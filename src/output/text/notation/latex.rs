@@ -1,70 +1,36 @@
 //! Formulas as LaTeX.
 
-use super::lines::{Part, Printed, lines};
-use super::{Binding, compound, drawn_binding, greek, relation_binding, shown};
+use super::lines::printed_part;
+use super::{Binding, Notation, compound, greek, shown};
 use crate::expr::Shown;
 use crate::output::text::name::Name;
 use crate::output::text::number::{decimal, rounded};
-use crate::output::text::tree::Tree;
 
-pub fn latex(tree: &Tree) -> String {
-    match tree {
-        Tree::Number(value) => number(*value),
-        Tree::Pi => r"\pi".to_owned(),
-        Tree::Name(name) => self::name(name),
-        Tree::Sum(terms) => sum(terms).concat(),
-        Tree::Product(factors) => {
-            let factors: Vec<String> = factors.iter().map(|factor| bound(factor, Binding::Product)).collect();
-            factors.join(r"\,")
-        }
-        Tree::Quotient(parts) => {
-            let [over, under] = parts.as_ref();
-            format!(r"\frac{{{}}}{{{}}}", latex(over), latex(under))
-        }
-        Tree::Power(parts) => {
-            let [base, exponent] = parts.as_ref();
-            // A dot or a subscript binds more tightly than an exponent, a fraction does not.
-            format!("{}^{{{}}}", bound(base, Binding::Atom), latex(exponent))
-        }
-        Tree::Root(inside) => format!(r"\sqrt{{{}}}", latex(inside)),
-        Tree::Call(function, arguments) => call(function, arguments),
-        Tree::Relation(sign, parts) => {
-            let [left, right] = parts.as_ref();
-            let least = relation_binding(sign);
-            format!("{} {} {}", bound(left, least), relation(sign), bound(right, least))
-        }
-    }
-}
+/// For math mode.
+pub const LATEX: Notation = Notation {
+    pi: r"\pi",
+    comma: ", ",
+    number,
+    name,
+    parenthesised: |inside| format!(r"\left({inside}\right)"),
+    row: |inside| inside,
+    signs: ["-", " - ", " + "],
+    times: [r"\,", r"\,", r"\times "],
+    relation: |sign| format!(" {} ", relation(sign)),
+    quotient: (|over, under| format!(r"\frac{{{over}}}{{{under}}}"), [Binding::Relation; 2]),
+    // A dot or a subscript binds more tightly than an exponent, a fraction does not.
+    power: (|base, exponent| format!("{base}^{{{exponent}}}"), Binding::Relation),
+    root: |inside| format!(r"\sqrt{{{inside}}}"),
+    brackets,
+    call: |name, [open, close], arguments| format!(r"{name}\left{open}{arguments}\right{close}"),
+    open: |name, open| format!(r"{name}\Bigl{open}"),
+    close: |close| format!(r"\Bigr{close}"),
+    over: r"\Big/ ",
+    line: |parts| parts,
+    width: printed_part,
+};
 
-/// A formula on lines of about a width, in digits.
-pub fn wrapped(tree: &Tree, width: f64) -> Vec<String> {
-    let line = |parts: Vec<Part>| parts.iter().enumerate().map(|(index, part)| written(part, index == 0)).collect();
-    lines(tree, width, &Printed).into_iter().map(line).collect()
-}
-
-fn written(part: &Part, begins_line: bool) -> String {
-    match part {
-        Part::Whole(tree, least) => bound(tree, *least),
-        Part::Sign { minus, first: true } => if *minus { "-" } else { "" }.to_owned(),
-        Part::Sign { minus, .. } => if *minus { " - " } else { " + " }.to_owned(),
-        Part::Relation(sign) => format!(" {} ", relation(sign)),
-        Part::Times => if begins_line { r"\times " } else { r"\," }.to_owned(),
-        Part::Comma => ", ".to_owned(),
-        Part::Over => r"\Big/ ".to_owned(),
-        Part::Open(Some("sqrt") | None) => r"\Bigl(".to_owned(),
-        Part::Open(Some(function)) => {
-            let (name, [open, _]) = call_signs(function);
-            format!(r"{name}\Bigl{open}")
-        }
-        Part::Close(Some("sqrt"), _) => r"\Bigr)^{1/2}".to_owned(),
-        Part::Close(function, exponent) => {
-            let close = function.map_or(")", |function| call_signs(function).1[1]);
-            let exponent = exponent.map_or_else(String::new, |exponent| format!("^{{{}}}", latex(exponent)));
-            format!(r"\Bigr{close}{exponent}")
-        }
-    }
-}
-
+/// Text outside math mode.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -74,10 +40,7 @@ pub fn escape(text: &str) -> String {
             '~' => escaped.push_str(r"\textasciitilde{}"),
             '<' => escaped.push_str(r"\textless{}"),
             '>' => escaped.push_str(r"\textgreater{}"),
-            '#' | '$' | '%' | '&' | '_' | '{' | '}' => {
-                escaped.push('\\');
-                escaped.push(c);
-            }
+            '#' | '$' | '%' | '&' | '_' | '{' | '}' => escaped.extend(['\\', c]),
             c if c.is_control() => escaped.push(' '),
             c => escaped.push(c),
         }
@@ -85,19 +48,7 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
-fn sum(terms: &[(bool, Tree)]) -> Vec<String> {
-    let term = |(index, (minus, term)): (usize, &(bool, Tree))| {
-        let sign = match (index, minus) {
-            (0, true) => "-",
-            (0, false) => "",
-            (_, true) => " - ",
-            (_, false) => " + ",
-        };
-        format!("{sign}{}", bound(term, Binding::Product))
-    };
-    terms.iter().enumerate().map(term).collect()
-}
-
+/// The same where long names may be broken.
 pub fn breakable(text: &str) -> String {
     let is_inside = |rest: &str| rest.chars().nth(1).is_some_and(char::is_alphanumeric);
     let mut broken = String::with_capacity(text.len());
@@ -110,36 +61,20 @@ pub fn breakable(text: &str) -> String {
     broken
 }
 
-fn bound(tree: &Tree, least: Binding) -> String {
-    let text = latex(tree);
-    if drawn_binding(tree) < least { format!(r"\left({text}\right)") } else { text }
-}
-
-fn call(function: &str, arguments: &[Tree]) -> String {
-    let inside: Vec<String> = arguments.iter().map(latex).collect();
-    let (name, [open, close]) = call_signs(function);
-    format!(r"{name}\left{open}{}\right{close}", inside.join(", "))
-}
-
-fn call_signs(function: &str) -> (String, [&'static str; 2]) {
+/// A root that is broken into lines has an exponent behind its parenthesis.
+fn brackets(function: &str) -> (String, [&'static str; 2]) {
     let name = match shown(function) {
-        Shown::Between(open, close) => return (String::new(), [bracket(open), bracket(close)]),
+        Shown::Between("⌊", "⌋") => return (String::new(), [r"\lfloor ", r"\rfloor"]),
+        Shown::Between(open, close) => return (String::new(), [open, close]),
         Shown::Command(name) => format!(r"\{name}"),
+        _ if function == "sqrt" => return (String::new(), ["(", ")^{1/2}"]),
         Shown::Word if function.is_empty() => String::new(),
         Shown::Word | Shown::Operator => format!(r"\operatorname{{{function}}}"),
     };
     (name, ["(", ")"])
 }
 
-fn bracket(sign: &'static str) -> &'static str {
-    match sign {
-        "⌊" => r"\lfloor ",
-        "⌋" => r"\rfloor",
-        other => other,
-    }
-}
-
-fn relation(sign: &'static str) -> &'static str {
+fn relation(sign: &str) -> &str {
     match sign {
         "<=" => r"\le",
         "." => r"\cdot",
@@ -149,9 +84,10 @@ fn relation(sign: &'static str) -> &'static str {
 }
 
 fn number(value: f64) -> String {
-    match decimal(rounded(value)).split_once('e') {
+    let digits = decimal(rounded(value));
+    match digits.split_once('e') {
         Some((mantissa, exponent)) => format!(r"{mantissa}\cdot 10^{{{exponent}}}"),
-        None => decimal(rounded(value)),
+        None => digits,
     }
 }
 

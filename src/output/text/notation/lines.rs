@@ -1,6 +1,6 @@
 //! Long formulas on several lines, broken before signs, also within parentheses.
 
-use super::{Binding, compound, drawn_binding, greek, relation_binding};
+use super::{Binding, binding, compound, greek, relation_binding, side_binding};
 use crate::output::text::name::Name;
 use crate::output::text::number::{decimal, rounded};
 use crate::output::text::tree::Tree;
@@ -35,28 +35,23 @@ struct Placed<'t> {
     width: f64,
 }
 
-/// A notation, as far as breaking lines must know it.
-pub trait Measure {
-    fn width(&self, part: &Part) -> f64;
-}
-
 /// The parts of a formula on lines of at most a width, as far as it can be broken.
-pub fn lines<'t>(tree: &'t Tree, limit: f64, measure: &impl Measure) -> Vec<Vec<Part<'t>>> {
-    let mut breaker = Breaker { measure, limit, parts: Vec::new(), depth: 0 };
+pub fn lines<'t>(tree: &'t Tree, limit: f64, width: fn(&Part) -> f64) -> Vec<Vec<Part<'t>>> {
+    let mut breaker = Breaker { width, limit, parts: Vec::new(), depth: 0 };
     breaker.add(tree, Binding::Relation);
     breaker.lines()
 }
 
-struct Breaker<'t, 'm, M> {
-    measure: &'m M,
+struct Breaker<'t> {
+    width: fn(&Part) -> f64,
     limit: f64,
     parts: Vec<Placed<'t>>,
     depth: usize,
 }
 
-impl<'t, M: Measure> Breaker<'t, '_, M> {
+impl<'t> Breaker<'t> {
     fn push(&mut self, part: Part<'t>) {
-        self.parts.push(Placed { part, depth: self.depth, width: self.measure.width(&part) });
+        self.parts.push(Placed { part, depth: self.depth, width: (self.width)(&part) });
     }
 
     fn fits(&self, tree: &'t Tree, least: Binding) -> bool {
@@ -65,10 +60,10 @@ impl<'t, M: Measure> Breaker<'t, '_, M> {
             0 => TERM,
             _ => FACTOR,
         };
-        self.measure.width(&Part::Whole(tree, least)) <= share * self.limit
+        (self.width)(&Part::Whole(tree, least)) <= share * self.limit
     }
 
-    /// A formula that stands where at least a binding is asked for.
+    /// An operand that must bind at least so tightly.
     fn add(&mut self, tree: &'t Tree, least: Binding) {
         if self.fits(tree, least) {
             return self.push(Part::Whole(tree, least));
@@ -106,10 +101,8 @@ impl<'t, M: Measure> Breaker<'t, '_, M> {
                 }
             }),
             Tree::Relation(sign, parts) => {
-                let binding = relation_binding(sign);
-                let side = if binding == Binding::Product { Binding::Product } else { Binding::Sum };
-                let [left, right] = parts.as_ref();
-                self.within(binding < least, |breaker| {
+                let ([left, right], side) = (parts.as_ref(), side_binding(sign));
+                self.within(relation_binding(sign) < least, |breaker| {
                     breaker.add(left, side);
                     breaker.push(Part::Relation(sign));
                     breaker.add(right, side);
@@ -181,7 +174,7 @@ fn line_end(parts: &[Placed], limit: f64) -> Option<usize> {
     None
 }
 
-/// What a break before a part costs, if there may be one.
+/// The cost of a break before a part, if it is permitted.
 fn cost(part: &Part, behind_comma: bool) -> Option<f64> {
     match part {
         Part::Sign { first: false, .. } | Part::Relation(_) => Some(0.0),
@@ -190,26 +183,22 @@ fn cost(part: &Part, behind_comma: bool) -> Option<f64> {
     }
 }
 
-/// How wide formulas are where letters are proportional and subscripts are small.
-pub struct Printed;
-
-impl Measure for Printed {
-    fn width(&self, part: &Part) -> f64 {
-        match part {
-            Part::Whole(tree, least) => bound(tree, *least),
-            Part::Sign { minus: false, first: true } => 0.0,
-            Part::Sign { first: true, .. } => 1.7,
-            Part::Sign { .. } | Part::Relation(_) => 2.6,
-            Part::Times => 0.4,
-            Part::Comma | Part::Over => 1.2,
-            Part::Open(function) => 1.2 + function.map_or(0.0, |name| name.len() as f64),
-            Part::Close(_, exponent) => 1.2 + exponent.map_or(0.0, |tree| 0.75 * printed(tree)),
-        }
+/// How wide parts are where letters are proportional and subscripts are small.
+pub fn printed_part(part: &Part) -> f64 {
+    match part {
+        Part::Whole(tree, least) => bound(tree, *least),
+        Part::Sign { minus: false, first: true } => 0.0,
+        Part::Sign { first: true, .. } => 1.7,
+        Part::Sign { .. } | Part::Relation(_) => 2.6,
+        Part::Times => 0.4,
+        Part::Comma | Part::Over => 1.2,
+        Part::Open(function) => 1.2 + function.map_or(0.0, |name| name.len() as f64),
+        Part::Close(_, exponent) => 1.2 + exponent.map_or(0.0, |tree| 0.75 * printed(tree)),
     }
 }
 
 /// The width of a formula in a serif font, in digits.
-pub fn printed(tree: &Tree) -> f64 {
+fn printed(tree: &Tree) -> f64 {
     let all = |trees: &[Tree]| trees.iter().map(printed).sum::<f64>();
     match tree {
         Tree::Number(value) => decimal(rounded(*value)).len() as f64,
@@ -226,7 +215,7 @@ pub fn printed(tree: &Tree) -> f64 {
 }
 
 fn bound(tree: &Tree, least: Binding) -> f64 {
-    printed(tree) + if drawn_binding(tree) < least { 1.8 } else { 0.0 }
+    printed(tree) + if binding(tree) < least { 1.8 } else { 0.0 }
 }
 
 fn name_width(name: &Name) -> f64 {
@@ -241,7 +230,7 @@ fn name_width(name: &Name) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::text::notation::plain;
+    use crate::output::text::notation::plain::PLAIN;
 
     fn name(word: &str) -> Tree {
         Tree::Name(Name::word(word))
@@ -255,9 +244,9 @@ mod tests {
 
     #[test]
     fn long_parentheses_are_broken_before_signs() {
-        let lines = plain::wrapped(&long(), 22.0);
+        let lines = PLAIN.wrapped(&long(), 22.0);
         assert_eq!(lines, ["a*(b1 - b2 + b3 - b4", "+ b5 - b6 + b7 - b8", "+ b9)"]);
-        assert_eq!(plain::wrapped(&long(), 100.0), [plain::plain(&long())]);
+        assert_eq!(PLAIN.wrapped(&long(), 100.0), [PLAIN.formula(&long())]);
     }
 
     #[test]
@@ -265,16 +254,16 @@ mod tests {
         let root = Tree::Root(Box::new(long()));
         let quotient = Tree::Quotient(Box::new([root, Tree::power(long(), Tree::Number(2.0))]));
         let formula = Tree::Call("min", vec![quotient, name("c")]);
-        let lines = plain::wrapped(&formula, 24.0);
+        let lines = PLAIN.wrapped(&formula, 24.0);
         assert!(lines.iter().all(|line| line.chars().count() <= 24), "{lines:#?}");
         let bare = |text: &str| text.replace(' ', "");
-        let whole = bare(&plain::plain(&formula));
+        let whole = bare(&PLAIN.formula(&formula));
         assert_eq!(bare(&lines.concat()), whole);
     }
 
     #[test]
     fn what_cannot_be_broken_stays_whole() {
-        let lines = plain::wrapped(&name("a_very_long_name_indeed"), 5.0);
+        let lines = PLAIN.wrapped(&name("a_very_long_name_indeed"), 5.0);
         assert_eq!(lines, ["a_very_long_name_indeed"]);
     }
 }

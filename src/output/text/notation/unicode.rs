@@ -1,11 +1,11 @@
-//! Characters that pdfLaTeX does not know by itself: other engines print them, pdfLaTeX something that stands for them.
+//! Characters outside the encodings of pdfLaTeX: other engines print them, pdfLaTeX a replacement.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::GREEK;
 
-/// For the preamble of a document: what pdfLaTeX prints for the characters in it that it does not know.
+/// For the preamble of a document: replacements of its characters that pdfLaTeX does not know.
 pub fn declarations(document: &str) -> String {
     let unknown: BTreeSet<char> = document.chars().filter(|&c| !is_known(c)).collect();
     if unknown.is_empty() {

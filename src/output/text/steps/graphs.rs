@@ -6,7 +6,7 @@ use crate::component::{Angle, Element, Origin};
 use crate::graph::ElementId;
 use crate::output::text::document::{Block, Piece};
 
-/// Wider tables are left out: nobody reads them.
+/// Wider tables are left out.
 const WIDEST: usize = 40;
 
 impl Lesson<'_, '_> {

@@ -1,5 +1,4 @@
-//! In plain text nothing but its letters tells a variable of the lesson, such as `g` or `F_h9`, from a parameter that the user called so:
-//! the lesson's gets an underscore more.
+//! In plain text a variable of the derivation, such as `g` or `F_h9`, could be read as a parameter of the same name: the former gets an underscore.
 
 use std::collections::HashSet;
 
@@ -8,7 +7,7 @@ use crate::output::text::document::{Block, Piece};
 use crate::output::text::name::Name;
 use crate::output::text::tree::Tree;
 
-/// Renames what would be read as a name of the user's.
+/// Renames variables of the derivation that would be read as names of the user's.
 pub fn tell_apart(blocks: &mut [Block], system: &System) {
     let mechanism = system.mechanism;
     let parameters = mechanism.parameters.iter().map(|own| own.name.as_str());
@@ -25,7 +24,7 @@ pub fn tell_apart(blocks: &mut [Block], system: &System) {
     }
 }
 
-/// Is it a letter of the lesson? Those of the user's are neither bold nor joined to what stands below by a line.
+/// Is it a variable of the derivation? Names of the user's are neither bold nor a letter, an underscore and a subscript.
 fn is_own(name: &Name) -> bool {
     name.bold
         || (!name.subscript.is_empty()

@@ -1,4 +1,4 @@
-//! Steps 1 to 3: cutsets on motion spaces, circuits on reaction spaces, and what is eliminated from them.
+//! Steps 1 to 3: cutsets on motion spaces, circuits on reaction spaces, and the elimination of secondary variables.
 
 use super::view::{Edge, Row, View};
 use super::{Lesson, heading, words};
@@ -10,7 +10,7 @@ use crate::output::text::tree::Tree;
 type Rows = Vec<(Tree, Tree)>;
 
 impl Lesson<'_, '_> {
-    /// Step 1: cutsets of branches, projected on what the branch leaves free.
+    /// Step 1: cutsets of branches, projected on their motion spaces.
     pub fn cutset_equations(&self) -> Vec<Block> {
         let letters = self.letters;
         let mut rows = Rows::new();
@@ -59,7 +59,7 @@ impl Lesson<'_, '_> {
         forces.chain(torques).collect()
     }
 
-    /// Step 2: circuits of chords, projected on what the chord holds; and the displacements of slides.
+    /// Step 2: circuits of chords, projected on their reaction spaces; and the displacements of slides.
     pub fn circuit_equations(&self) -> Vec<Block> {
         let mut blocks = vec![heading("Step 2: circuit equations on the reaction spaces")];
         if self.equations.constraints.is_empty() {

@@ -23,7 +23,7 @@ pub fn relation(equations: &mut Equations, letters: Letters, id: ElementId, rows
     }
     terms.push((coupling.offset, None));
     rows.push((across(&equations.system, letters, id, 0, first), Side::Sum(terms)));
-    // The axis of a rolling disc stands among its own rows.
+    // The axis of a rolling disc is among its own rows.
     for term in coupling.terms.iter().filter(|_| element.translation.is_none()) {
         if let Port::Along(_, along @ Direction::Fixed(body, axis)) = term.port {
             rows.push((letters.direction(along, &element, true), turned(equations, letters, body, axis)));

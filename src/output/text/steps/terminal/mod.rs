@@ -103,7 +103,7 @@ fn force_equations(equations: &mut Equations, letters: Letters, element: &Elemen
     let Some(row) = &element.translation else { return };
     let own = letters.force(&element.label);
     match &row.through {
-        // What a rolling disc leaves free is the coupling's.
+        // The free direction of a rolling disc belongs to its coupling.
         Force::None if element.coupling.is_some() => {}
         Force::None => {
             for (along, _) in &row.motion {
@@ -252,7 +252,7 @@ fn own_name(equations: &Equations, body: BodyId, word: &str) -> Name {
     Name::variable(&format!("{}.{word}", equations.system.mechanism.bodies[body.0].name))
 }
 
-/// Puts formulas of the scene where expressions stand; abbreviations go behind.
+/// Replaces expressions by formulas; abbreviations follow.
 fn resolve(equations: &mut Equations, rows: Rows) -> Vec<(Tree, Tree)> {
     let roots: Vec<Expr> = rows.iter().flat_map(|(_, side)| side.formulas()).collect();
     let context = context(equations);
