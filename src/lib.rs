@@ -1,24 +1,70 @@
-//! Planar mechanisms to FMUs, in the branch coordinates of J. J. McPhee, *Mech. Mach. Theory* 33(6), 805-823, 1998.
+//! Planar mechanisms to simulation models: equations of motion in the branch coordinates of J. J. McPhee (*Mech. Mach. Theory* 33(6), 805-823,
+//! 1998), and FMUs that hold them.
 //!
-//! A [`Scene`] is read from a file or built in Rust. [`Scene::simulate`] runs its experiment with the very code that runs in an FMU,
-//! [`Scene::export_fmu`] writes that FMU, [`compile`](compile()) gives what both are made of: the program, the description of its variables, the figures of
-//! the mechanism. Whatever is wrong with a scene is collected and returned at once, as [`Faults`], each with its place and what to do.
+//! A [`Scene`] describes bodies, joints, drivers and loads. It is read from TOML or JSON, or built in Rust. [`Scene::simulate`] runs its
+//! experiment with the code that runs in an FMU; [`Scene::export_fmu`] writes the FMU; [`compile()`] gives what both are made of;
+//! [`equations()`] shows the equations as text, LaTeX, C, Fortran, Rust or Python.
 //!
-//! A slider-crank, simulated and written as an FMU:
+//! # From a text to results
+//!
+//! Results are found by the names of the scene, each with its unit:
 //!
 //! ```
-//! use cotree::{Body, Scene};
+//! use cotree::Scene;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let scene = Scene::from_toml(
+//!     r#"
+//!     name    = "pendulum"
+//!     gravity = [0.0, -9.81]
+//!
+//!     [bodies.bar]
+//!     points = { top = [0.0, 0.0], end = ["500 mm", 0.0] }
+//!     shape  = { rod = ["top", "end"], density = "2 kg/m" }
+//!
+//!     [joints.hinge]
+//!     type    = "revolute"
+//!     between = ["ground", "bar.top"]
+//!
+//!     [initial]
+//!     "bar.angle" = "-60 deg"
+//!
+//!     [outputs]
+//!     variables = ["bar.angle", "hinge.fy", "energy.total"]
+//!
+//!     [experiment]
+//!     stop = "2 s"
+//!     "#,
+//! )?;
+//! let results = scene.simulate()?;
+//! let angle = results.column("bar.angle").ok_or("no such variable")?;
+//! assert_eq!(angle.unit, "rad");
+//! // It hangs at -90 degrees and swings by 30 to either side.
+//! let lowest = angle.values.iter().copied().fold(f64::MAX, f64::min);
+//! assert!((lowest.to_degrees() + 120.0).abs() < 0.01);
+//! assert_eq!(results.times().len(), angle.values.len());
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # From Rust to an FMU
+//!
+//! The words of the builder are those of the file. Where a number is wanted, `0.5`, `"500 mm"` and `"length/2"` will do:
+//!
+//! ```
+//! use cotree::{Body, Scene, Shape};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let bar = |length: f64| {
-//!     let body = Body::new().mass(length).inertia(length.powi(3) / 12.0);
-//!     body.point("a", [-length / 2.0, 0.0]).point("b", [length / 2.0, 0.0])
+//!     let body = Body::new().point("a", [0.0, 0.0]).point("b", [length, 0.0]);
+//!     body.shape(Shape::rod("a", "b").density("1 kg/m"))
 //! };
 //! let scene = Scene::new("slider_crank")
 //!     .gravity([0.0, -9.81])
+//!     .parameter("piston_mass", "3 kg")
 //!     .body("crank", bar(0.5))
 //!     .body("rod", bar(1.5))
-//!     .body("slider", Body::new().mass(3.0))
+//!     .body("slider", Body::new().mass("piston_mass"))
 //!     .revolute("bearing", "ground", "crank.a")
 //!     .revolute("crank_pin", "crank.b", "rod.a")
 //!     .revolute("wrist_pin", "rod.b", "slider")
@@ -32,31 +78,37 @@
 //! let compiled = cotree::compile(&scene)?;
 //! assert_eq!(compiled.program.coordinates.len(), 2);
 //!
-//! let results = scene.simulate()?;
-//! let stroke = results.column("cylinder.s").ok_or("no such variable")?;
-//! assert_eq!(stroke.unit, "m");
-//! assert!(stroke.values.iter().all(|s| (1.0..2.0).contains(s)));
-//!
 //! # let folder = tempfile::tempdir()?;
 //! scene.export_fmu(folder.path().join("slider_crank.fmu"))?;
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! # The way from a scene to an FMU
+//! # Errors
 //!
-//! Data flows one way; each stage is a plain value that can be printed and compared:
+//! Whatever is wrong with a scene is collected and returned at once, as [`Faults`]: each [`Fault`] has a code, a place in the text and what to do.
+//! [`Faults::render`] shows them with the lines they are about, [`Faults::to_json`] gives them to editors. No scene causes a panic.
 //!
-//! 1. `scene`: text, units and expressions; `component`: one file for each kind of joint, load and driver, with its row of Table 1;
-//!    `mechanism`: names and values resolved.
-//! 2. `graph`, `tree`: the translational and the rotational linear graph, and their spanning trees (Tables 2 and 3, a preset, or the user's).
-//! 3. `equations`: cutsets and circuits projected, secondary variables eliminated, M, Q, Phi, Phi_q and gamma assembled over the shared
-//!    expressions of `expr`; `formulate` finds trees and the initial pose.
-//! 4. `lower`: elimination in a safe order, tapes, series: a [`cotree_fmu::program::Program`].
-//! 5. `export`: `modelDescription.xml` and the archive around that program and the runtime (package `cotree-fmu`).
+//! ```
+//! let faults = cotree::Scene::from_toml("name = 'a'\n[bodies.bar]\nmas = 2").unwrap_err();
+//! assert!(faults.render(false, 80).contains("did you mean `mass`?"));
+//! ```
 //!
-//! `simulate` runs it, `analysis` finds equilibria, linear systems and modes, `output` shows and measures, `cli` is the command line. These
-//! rooms are public for the command and the tests of this repository; what others may rely on is listed below.
+//! A run can fail for reasons of its own ([`RunError`], [`SimulateError`]): a singular pose without a way on, laws without a finite value. Export
+//! has [`ExportFailure`].
+//!
+//! # Where things are
+//!
+//! | | |
+//! |---|---|
+//! | what a scene can have | [`Scene`], [`Body`], [`Shape`], [`Joint`], [`Driver`], [`Load`], [`Parameter`], [`Input`] |
+//! | numbers, vectors, places | [`Quantity`], [`Vector`], [`Corner`] |
+//! | faults | [`Faults`], [`Fault`], [`Severity`] |
+//! | results | [`Results`], [`Column`] |
+//! | equations and programs | [`compile()`], [`Compiled`], [`equations()`], [`Notation`] |
+//!
+//! The repository has a reference of the scene (`docs/scene-reference.md`), a page for each method in `docs`, and a map of the sources in
+//! `CONTRIBUTING.md`. The other modules are public for the command and the tests of that repository only.
 
 #![cfg_attr(
     not(test),
@@ -107,7 +159,9 @@ pub mod tree;
 
 pub use compile::{Compiled, ExportFailure, Notation, compile, equations};
 pub use diagnostic::{Fault, Faults, Severity};
-pub use scene::{Body, Driver, Joint, Load, Scene};
+pub use scene::{
+    Body, Corner, Driver, Input, InputAs, Joint, Load, Motion, Parameter, Quantity, Scene, Shape, Side, Solver, Vector,
+};
 pub use simulate::{Column, Results, RunError, SimulateError};
 
 /// The README's Rust code is compiled by the tests.

@@ -243,7 +243,7 @@ fn the_power_of_all_parts_is_the_rate_of_the_energy() {
 /// The models whose `expected.csv` comes from one equation of motion by hand: in closed form, or integrated by a method of order four.
 #[test]
 fn models_agree_with_their_equation_by_hand() {
-    for (model, rows, tolerance) in [("screw_lift", 201, 1e-7), ("gas_strut", 301, 1e-7)] {
+    for (model, rows, tolerance) in [("screw_lift", 201, 1e-7), ("gas_strut", 301, 1e-7), ("metronome", 201, 1e-7)] {
         let text = run::file(&format!("models/{model}/expected.csv"));
         let mut lines = text.lines();
         let names: Vec<&str> = lines.next().unwrap().split(',').collect();

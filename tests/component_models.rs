@@ -1,11 +1,11 @@
-//! `expected.csv` of the models with gears, racks, rolling discs, slots, links and friction, computed again here: in absolute coordinates, or
+//! `expected.csv` of the models with gears, racks, rolling discs, slots, links, friction and shapes, computed again here: in absolute coordinates, or
 //! by Lagrange's equations, with classical Runge-Kutta steps. The other tests compare the FMU with those files.
 //!
 //! `COTREE_WRITE_EXPECTED=1 cargo test --test component_models` writes the files.
 
 mod support;
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -367,4 +367,52 @@ fn friction() {
     let start = DVector::from_vec(vec![0.15, -FRAC_PI_2 * 2.0 / 3.0, 0.0, 0.0]);
     let reference = Reference { start, rate: Box::new(rate), outputs: Box::new(outputs) };
     check("friction", 4.0, &reference);
+}
+
+/// Mass, mass centre from the pivot and moment of inertia about the mass centre of the metronome's parts, by hand.
+fn metronome_parts(slide_height: f64) -> [[f64; 3]; 4] {
+    let [low, high] = [-0.06, 0.20];
+    let (arm, bob, hub) = (0.12 * (high - low), 7850.0 * 0.012 * PI * 0.018 * 0.018, 21.0 * 0.012 * 0.030);
+    // A trapezoid of height d with the sides a below and b above: mass centre d/3 (a + 2 b)/(a + b) from a; its second moments are those of
+    // strips of the width w = a + (b - a) s/d at s: integrals of w s^2 and w^3/12.
+    let (a, b, d) = (0.012, 0.020, 0.016);
+    let area = 0.5 * (a + b) * d;
+    let centre = d / 3.0 * (a + 2.0 * b) / (a + b);
+    let along = d * d * d * (a + 3.0 * b) / 12.0 - area * centre * centre;
+    let across = d * (a + b) * (a * a + b * b) / 48.0;
+    let slide = 8500.0 * 0.010;
+    [
+        [arm, 0.5 * (low + high), arm * (high - low) * (high - low) / 12.0],
+        [bob, low, 0.5 * bob * 0.018 * 0.018],
+        [slide * area, slide_height - 0.5 * d + centre, slide * (along + across)],
+        [hub, 0.0, hub * (0.012 * 0.012 + 0.030 * 0.030) / 12.0],
+    ]
+}
+
+#[test]
+fn metronome() {
+    let parts = metronome_parts(0.08);
+    let mass: f64 = parts.iter().map(|[m, _, _]| m).sum();
+    let first: f64 = parts.iter().map(|[m, x, _]| m * x).sum();
+    let inertia: f64 = parts.iter().map(|[m, x, i]| i + m * x * x).sum();
+    let slide = parts[2][1];
+    let turning = move |angle: f64| -first * G * angle.cos() / inertia;
+    let rate = move |y: &DVector<f64>| DVector::from_vec(vec![y[1], turning(y[0])]);
+    let outputs = move |y: &DVector<f64>| {
+        let ((sine, cosine), omega, alpha) = (y[0].sin_cos(), y[1], turning(y[0]));
+        let fx = -first * (alpha * sine + omega * omega * cosine);
+        let fy = mass * G + first * (alpha * cosine - omega * omega * sine);
+        let energy = 0.5 * inertia * omega * omega + first * G * sine;
+        vec![y[0], omega, slide * cosine, slide * sine, fx, fy, energy]
+    };
+    let start = DVector::from_vec(vec![70.0_f64.to_radians(), 0.0]);
+    let reference = Reference { start, rate: Box::new(rate), outputs: Box::new(outputs) };
+    check("metronome", 4.0, &reference);
+    // The period by the arithmetic-geometric mean, as the model's page gives it.
+    let (mut a, mut b) = (1.0_f64, 10.0_f64.to_radians().cos());
+    for _ in 0..5 {
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+    }
+    let beats = 120.0 * a * (G * first.abs() / inertia).sqrt() / TAU;
+    assert!((beats - 87.62).abs() < 0.005, "{beats}");
 }

@@ -255,7 +255,8 @@ struct Parts {
 
 impl Parts {
     fn new() -> Self {
-        let body = Body { name: "arm".into(), points: vec![[0.0, 0.0], [1.0, 0.5]], centre: [0.5, 0.25] };
+        let body =
+            Body { name: "arm".into(), points: vec![[0.0, 0.0], [1.0, 0.5]], centre: [0.5, 0.25], ..Body::default() };
         let measurement = |tolerance: f64, evaluations| Measurement {
             tolerance,
             error: 3.0 * tolerance,

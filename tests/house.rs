@@ -53,3 +53,90 @@ fn no_other_room_decides_by_the_kind_of_a_component() {
     }
     assert!(named.is_empty(), "a kind is named outside src/component:\n{}", named.join("\n"));
 }
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Texts between backticks that name a file or folder of the project, those with a pattern left out.
+fn paths(text: &str) -> Vec<&str> {
+    let codes = text.split('`').skip(1).step_by(2);
+    let folders = ["src/", "fmu/", "tests/", "docs/", "models", "tools/", "benches", "examples", ".ci/"];
+    let is_path = |code: &&str| {
+        let path = folders.iter().any(|folder| code.starts_with(folder)) || *code == "fmu" || *code == "docs";
+        path && !code.contains(['*', ' ', '='])
+    };
+    codes.filter(is_path).collect()
+}
+
+#[test]
+fn what_the_map_lists_is_there_and_nothing_is_missing() {
+    let text = read(&root().join("CONTRIBUTING.md"));
+    // Blocks of code have backticks of their own.
+    let prose: String = text.split("```").step_by(2).collect();
+    let listed = paths(&prose);
+    assert!(listed.len() > 50, "{listed:?}");
+    let missing: Vec<&&str> = listed.iter().filter(|path| !root().join(path).exists()).collect();
+    assert!(missing.is_empty(), "CONTRIBUTING.md names what is not there: {missing:?}");
+    for folder in ["src", "fmu/src"] {
+        for entry in root().join(folder).read_dir().unwrap() {
+            let entry = entry.unwrap();
+            let name = format!("{folder}/{}", entry.file_name().to_string_lossy());
+            let is_room =
+                entry.path().is_dir() || folder == "src" && !name.ends_with("lib.rs") && !name.ends_with("main.rs");
+            assert!(!is_room || listed.contains(&name.as_str()), "CONTRIBUTING.md does not name {name}");
+        }
+    }
+}
+
+/// The documents for readers: at the top, in `docs`, with the models and the examples.
+fn documents() -> Vec<PathBuf> {
+    let markdown = |folder: PathBuf| {
+        let entries = folder.read_dir().unwrap().map(|entry| entry.unwrap().path());
+        entries.filter(|path| path.extension().is_some_and(|extension| extension == "md")).collect::<Vec<_>>()
+    };
+    let models = root().join("models").read_dir().unwrap().map(|entry| markdown(entry.unwrap().path()));
+    [root(), root().join("docs"), root().join("examples")].map(markdown).into_iter().chain(models).flatten().collect()
+}
+
+/// The anchor that a heading gets.
+fn anchor(heading: &str) -> String {
+    let kept = heading.trim_start_matches('#').trim().to_lowercase();
+    let kept = kept.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+    kept.map(|c| if c == ' ' { '-' } else { c }).collect()
+}
+
+#[test]
+fn links_of_the_documents_lead_somewhere() {
+    let mut broken = Vec::new();
+    for document in documents() {
+        let text = read(&document);
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split_once(')').map(|(link, _)| link)) {
+            if link.contains("://") || link.contains(' ') {
+                continue;
+            }
+            let (path, place) = link.split_once('#').unwrap_or((link, ""));
+            let target = if path.is_empty() { document.clone() } else { document.parent().unwrap().join(path) };
+            let there = target.exists()
+                && (place.is_empty()
+                    || read(&target).lines().any(|line| line.starts_with('#') && anchor(line) == place));
+            if !there {
+                broken.push(format!("{}: {link}", document.display()));
+            }
+        }
+    }
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+#[test]
+fn the_readme_shows_every_model() {
+    let text = read(&root().join("README.md"));
+    for entry in root().join("models").read_dir().unwrap() {
+        let name = entry.unwrap().file_name().to_string_lossy().into_owned();
+        assert!(text.contains(&format!("(models/{name})")), "README.md does not name the model {name}");
+    }
+}

@@ -154,10 +154,7 @@ fn a_light_body_among_many_loops_asks_for_pivots() {
 
 /// Bars that hang from each other, none in line with the one before; some carry another one besides.
 fn hanging(bars: usize, mass: impl Fn(usize) -> f64, branches: &[usize]) -> Mechanism {
-    let mut scene = support::chain::chain(bars);
-    for (bar, body) in scene.bodies.iter_mut().enumerate() {
-        *body = body.clone().mass(mass(bar)).inertia(0.07 * mass(bar));
-    }
+    let mut scene = support::chain::chain_of(bars, |bar| [mass(bar), 0.07 * mass(bar)]);
     for &bar in branches {
         let body = Body::new().mass(0.4).inertia(0.02).point("a", [-0.2, 0.1]);
         let name = format!("side{bar}");

@@ -12,9 +12,18 @@ const FACTS: Facts = Facts {
     about: "turns a revolute joint",
     equations: "theta = theta(t)",
     keys: &[
-        Key::one_of("joint", Form::Joint, "the joint that it turns"),
-        Key::one_of("between", Form::Bodies, "two bodies: it turns the second against the first"),
-        Key::required("angle", Form::Motion([ANGLE, ANGULAR_VELOCITY, ANGULAR_ACCELERATION]), "the motion", ""),
+        Key::one_of("joint", Form::Joint, "`joint = \"pin\"` turns this joint"),
+        Key::one_of(
+            "between",
+            Form::Bodies,
+            "`between = [\"ground\", \"crank\"]` turns the second body against the first",
+        ),
+        Key::required(
+            "angle",
+            Form::Motion([ANGLE, ANGULAR_VELOCITY, ANGULAR_ACCELERATION]),
+            "the motion",
+            "give the motion: `angle = \"0.4 + 4*pi*t\"`",
+        ),
     ],
     variables: &[Q::Torque],
     reactions: &[Q::Torque],

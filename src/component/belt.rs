@@ -1,7 +1,7 @@
 //! Belt or chain (b) over two pulleys: radius_b theta_b = +-radius_a theta_a, both angles relative to the carrier, minus if the belt is
 //! crossed. It neither slips nor stretches. The reaction is the torque on the second pulley.
 
-use super::key::{BETWEEN_BODIES, CARRIER_BODY, Form, Key, Range};
+use super::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key, Range};
 use super::{Component, Facts, Icon, Rows, System, gear};
 use crate::mechanism::measure::{ANGLE, LENGTH};
 use crate::mechanism::{Part, Quantity as Q};
@@ -13,7 +13,7 @@ const FACTS: Facts = Facts {
     about: "a belt or chain over two pulleys on a carrier, without slip",
     equations: "theta_b = +-(first_radius/second_radius) theta_a + angle",
     keys: &[
-        BETWEEN_BODIES,
+        BETWEEN_WHEELS,
         CARRIER_BODY,
         Key::required(
             "first_radius",

@@ -13,8 +13,13 @@ const FACTS: Facts = Facts {
     about: "slides a prismatic joint",
     equations: "r = s(t) u",
     keys: &[
-        Key::one_of("joint", Form::Joint, "the joint that it slides"),
-        Key::required("displacement", Form::Motion([LENGTH, VELOCITY, ACCELERATION]), "the motion", ""),
+        Key::one_of("joint", Form::Joint, "`joint = \"guide\"` slides along this joint"),
+        Key::required(
+            "displacement",
+            Form::Motion([LENGTH, VELOCITY, ACCELERATION]),
+            "the motion",
+            "give the motion: `displacement = \"0.1*sin(2*t)\"`",
+        ),
     ],
     variables: &[Q::Force],
     reactions: &[Q::Force],

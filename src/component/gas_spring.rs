@@ -2,7 +2,7 @@
 //! if air keeps its heat (a polytropic process).
 
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
-use super::{Component, Facts, Icon, Rows, System, actuator, line};
+use super::{Component, Facts, Icon, Rows, Stroke, System, actuator, line};
 use crate::mechanism::measure::{FORCE, LENGTH, NUMBER};
 use crate::mechanism::{Formula, Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
@@ -72,8 +72,17 @@ impl Component for GasSpring {
     }
 
     fn icon(&self, _part: &Part) -> Icon {
-        Icon::Line(actuator::cylinder)
+        Icon::Line(strut)
     }
+}
+
+/// A cylinder with gas below its piston.
+fn strut(length: f64) -> Vec<Stroke> {
+    let mut strokes = actuator::cylinder(length);
+    let gas = |share: f64, y: f64| Stroke::open(vec![[share * length, y], [share * length + 0.1, y]]);
+    strokes
+        .extend([(0.25, 0.6), (0.25, -0.7), (0.31, -0.1), (0.37, 0.7), (0.37, -0.6)].map(|(share, y)| gas(share, y)));
+    strokes
 }
 
 impl Load {

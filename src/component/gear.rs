@@ -1,7 +1,7 @@
 //! Gear pair (g): theta_b = ratio theta_a + angle, both angles relative to the carrier. The reaction is the torque on b; a gets
 //! -ratio times as much and the carrier the rest.
 
-use super::key::{BETWEEN_BODIES, CARRIER_BODY, Form, Key, Range};
+use super::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key, Range};
 use super::{Component, Coupling, Facts, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
 use crate::mechanism::measure::{ANGLE, NUMBER};
@@ -14,7 +14,7 @@ const FACTS: Facts = Facts {
     about: "two wheels on a carrier that turn in a constant ratio",
     equations: "theta_b = ratio theta_a + angle",
     keys: &[
-        BETWEEN_BODIES,
+        BETWEEN_WHEELS,
         CARRIER_BODY,
         Key::required(
             "ratio",

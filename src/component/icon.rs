@@ -29,6 +29,8 @@ pub(crate) enum Icon {
     Arrow { vector: [Formula; 2], in_body: bool },
     /// A round arrow, at a joint between the bodies if there is one.
     Turn,
+    /// Strokes around such a joint.
+    Round(RoundGlyph),
     /// An arrow along the joint that slides between the points.
     Push,
     /// Cross hairs on the second point, and where it goes.
@@ -37,6 +39,9 @@ pub(crate) enum Icon {
 
 /// The strokes of a sign of this length, from (0, 0) to (length, 0). One is the radius of a pin.
 pub(crate) type Glyph = fn(f64) -> Vec<Stroke>;
+
+/// The strokes of a sign around (0, 0), y up. One is the radius of a pin.
+pub(crate) type RoundGlyph = fn() -> Vec<Stroke>;
 
 /// A line of a sign.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +52,18 @@ pub(crate) struct Stroke {
 }
 
 impl Stroke {
+    /// An arc about (0, 0) from one radius and angle \[rad\] to another.
+    pub fn arc(radii: [f64; 2], angles: [f64; 2]) -> Stroke {
+        let steps = 4 + (12.0 * (angles[1] - angles[0]).abs()) as usize;
+        let at = |[from, to]: [f64; 2], share: f64| from + share * (to - from);
+        let point = |step: usize| {
+            let share = step as f64 / steps as f64;
+            let (sine, cosine) = at(angles, share).sin_cos();
+            [at(radii, share) * cosine, at(radii, share) * sine]
+        };
+        Stroke::open((0..=steps).map(point).collect())
+    }
+
     /// A line.
     pub fn open(points: Vec<[f64; 2]>) -> Stroke {
         Stroke { points, closed: false }

@@ -5,7 +5,7 @@ mod actuator;
 mod angle_driver;
 mod arm;
 mod belt;
-mod body;
+pub(crate) mod body;
 mod constant_force;
 mod coupled;
 mod damper;
@@ -26,6 +26,7 @@ mod resistance;
 mod revolute;
 mod rolling;
 mod screw;
+pub(crate) mod shape;
 mod slide;
 mod slot;
 mod spring;
@@ -39,13 +40,13 @@ mod weld;
 
 pub use coupled::CoupledEdge;
 pub use element::*;
-pub(crate) use icon::{Glyph, Icon, Stroke};
-pub(crate) use key::{Form, Key, Need, Range};
-pub use reference::reference;
+pub(crate) use icon::{Glyph, Icon, RoundGlyph, Stroke};
+pub use reference::{examples, reference};
 pub use resistance::Resistance;
 pub use system::System;
 
 use crate::mechanism::{Dimension, Formula, Mechanism, Part, Quantity, Variable};
+use crate::scene::key::Key;
 
 /// Every component that a scene can name.
 pub(crate) const ALL: &[&dyn Component] = &[
@@ -73,6 +74,12 @@ pub(crate) const ALL: &[&dyn Component] = &[
     &constant_force::ConstantForce,
     &torsion_damper::TorsionDamper,
 ];
+
+/// The variables `energy.x`.
+pub(crate) const ENERGIES: &[Quantity] = &[Quantity::KineticEnergy, Quantity::PotentialEnergy, Quantity::TotalEnergy];
+
+/// The variables `constraint.x`.
+pub(crate) const RESIDUALS: &[Quantity] = &[Quantity::PositionResidual, Quantity::VelocityResidual];
 
 /// The section of the scene that a component belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Position driver (R): r = r(t), from the ground to a point.
 
-use super::key::{Form, Key, TWO_COMPONENTS};
+use super::key::{Form, Key};
 use super::{Component, Facts, Icon, Known, Room, Rows, System, TranslationalRow, table2};
 use crate::mechanism::measure::LENGTH;
 use crate::mechanism::{Part, Quantity as Q};
@@ -12,8 +12,13 @@ const FACTS: Facts = Facts {
     about: "moves a point",
     equations: "r = r(t)",
     keys: &[
-        Key::one_of("on", Form::Point, "the point that it moves"),
-        Key::required("position", Form::Vector(LENGTH), "the motion in the world", TWO_COMPONENTS),
+        Key::one_of("on", Form::Point, "`on = \"slider\"` moves this point"),
+        Key::required(
+            "position",
+            Form::Vector(LENGTH),
+            "the motion in the world",
+            "give two components: `position = [\"0.1*sin(t)\", 0.2]`",
+        ),
     ],
     variables: &[Q::Fx, Q::Fy],
     reactions: &[Q::Fx, Q::Fy],

@@ -1,7 +1,7 @@
 //! Rack and pinion (k): s = radius theta + displacement, with s along an axis fixed in the carrier and theta the pinion's angle
 //! relative to the carrier. The reaction is the force on the rack; the pinion gets -radius times as much torque.
 
-use super::key::{AXIS_OF_CARRIER, CARRIER_POINT, DISPLACEMENT, Form, Key, Range, TWO_POINTS};
+use super::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key, Range};
 use super::{Component, Coupling, Direction, Facts, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
 use crate::mechanism::measure::LENGTH;
@@ -14,7 +14,7 @@ const FACTS: Facts = Facts {
     about: "a pinion, the first body, that moves the second point along an axis of the carrier",
     equations: "s = radius theta + displacement",
     keys: &[
-        Key::required("between", Form::BodyAndPoint, "the pinion and a point of the rack", TWO_POINTS),
+        Key::required("between", Form::BodyAndPoint, "the pinion and a point of the rack", BODY_AND_POINT),
         CARRIER_POINT,
         AXIS_OF_CARRIER,
         Key::required(

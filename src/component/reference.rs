@@ -1,38 +1,200 @@
-//! The components as a text: what each is, its terminal equations, its keys with their units, its variables.
+//! The scene as a text, from what the components, the shapes and the tables of a scene say of themselves: every key with its unit and default,
+//! terminal equations, stored energy, variables, and an example of each.
 
 use std::fmt::Write;
 
-use super::{Facts, Form, Key, Need, Section};
+use super::body;
+use super::shape;
+use super::{ALL, Component, ENERGIES, Facts, RESIDUALS, Section};
+use crate::diagnostic::Span;
+use crate::mechanism::{JointId, Owner, Part, Place, Quantity};
+use crate::scene::key::{Form, Key, Need};
+use crate::scene::tables;
 
-/// Every component in Markdown, a chapter for each section of the scene.
+/// The reference of the scene file in Markdown.
 pub fn reference() -> String {
-    let mut text = String::new();
+    let mut text = String::from(
+        "# Scene reference\n\n\
+         Made from what the components say of themselves in `src/component` and `src/scene/tables.rs`; a test compares.\n\
+         [components.md](components.md) explains the components, [expressions.md](expressions.md) the functions of expressions.\n\n\
+         A scene is TOML, or JSON with the same keys. Every number may be a number in SI, a text with a unit (`\"120 mm\"`), or an expression\n\
+         (`\"crank_length/2\"`). Keys in **bold** must be given.\n\n",
+    );
+    table(&mut text, "The top", "", tables::SCENE);
+    let named = "A number, or a table with these keys. The name is the entry's key.";
+    table(&mut text, "`parameters`", named, tables::PARAMETER);
+    table(&mut text, "`inputs`", named, tables::INPUT);
+    table(&mut text, "`ground`", "Its bare name `ground` is its origin.", tables::GROUND);
+    bodies(&mut text);
+    shapes(&mut text);
     for section in [Section::Joints, Section::Drivers, Section::Loads] {
-        // Writing to a text cannot fail.
-        let _ = writeln!(text, "## `[{}s]`\n", section.word());
+        push(&mut text, &format!("## `{}s`\n", section.word()));
         for component in section.components() {
-            chapter(component.facts(), &mut text);
+            chapter(component, &mut text);
         }
     }
+    let initial = "The key is a position or velocity, such as `\"crank.angle\"`; the value a number that is known, or a table with this key.";
+    table(&mut text, "`initial`", initial, tables::GUESS);
+    table(&mut text, "`outputs`", "", tables::OUTPUTS);
+    table(&mut text, "`experiment`", "", tables::EXPERIMENT);
+    table(&mut text, "`solver`", "", tables::SOLVER);
+    table(&mut text, "`coordinates`", "", tables::COORDINATES);
+    variables(&mut text);
     text
 }
 
-fn chapter(facts: &Facts, text: &mut String) {
-    let heading = if facts.section == Section::Drivers { "key" } else { "type" };
-    let _ = writeln!(text, "### {heading} `{}`\n", facts.name);
-    let _ = writeln!(text, "{}: {}\n", capital(facts.about), facts.equations);
-    let _ = writeln!(text, "| key | what it says | unit | default |\n|---|---|---|---|");
-    for key in facts.keys {
-        let unit = unit(key);
-        let unit = if unit.is_empty() { String::new() } else { format!("`{unit}`") };
-        let _ = writeln!(text, "| `{}` | {} | {unit} | {} |", key.name, key.about, default(key));
+/// Each component's section and type with a small example of it in TOML, called `example`. It uses a body `crank` with the points `inner` and
+/// `outer`, bodies `rod` and `slider`, joints `pin` and `guide`, a point `ground.bearing`, and parameters.
+pub fn examples() -> Vec<(&'static str, &'static str, String)> {
+    ALL.iter()
+        .map(|component| (component.facts().section.word(), component.facts().name, example(component.facts())))
+        .collect()
+}
+
+fn push(text: &mut String, line: &str) {
+    // Writing to a text cannot fail.
+    let _ = writeln!(text, "{line}");
+}
+
+fn table(text: &mut String, title: &str, about: &str, keys: &[Key]) {
+    push(text, &format!("## {title}\n"));
+    if !about.is_empty() {
+        push(text, &format!("{about}\n"));
     }
-    let variables: Vec<String> = facts.variables.iter().map(|quantity| format!("`{}`", quantity.word())).collect();
-    let _ = writeln!(
+    rows(text, keys);
+}
+
+fn rows(text: &mut String, keys: &[Key]) {
+    push(text, "| key | what it says | unit | default |\n|---|---|---|---|");
+    for key in keys {
+        let unit = unit(key.form);
+        let unit = if unit.is_empty() { String::new() } else { format!("`{unit}`") };
+        let mark = if matches!(key.need, Need::Required(_)) { "**" } else { "" };
+        push(
+            text,
+            &format!("| {mark}`{}`{mark} | {}{} | {unit} | {} |", key.name, key.about, range(key.form), default(key)),
+        );
+    }
+    push(text, "");
+}
+
+fn bodies(text: &mut String) {
+    let [about, equations] = body::ABOUT;
+    push(text, "## `bodies`\n");
+    push(text, &format!("{}, whose bare name used as a point is its mass centre: `{equations}`\n", capital(about)));
+    rows(text, body::KEYS);
+    push(
         text,
-        "\nVariables: {}\n",
-        variables.into_iter().chain(["`power`".to_string()]).collect::<Vec<_>>().join(", ")
+        &format!("Variables: {}; of a point `p`: {}\n", words(body::VARIABLES, ""), words(body::POINT_VARIABLES, "p.")),
     );
+    push(text, "A body's kinetic energy is in `energy.kinetic`, that of its weight in `energy.potential`.\n");
+    let points = "points  = { inner = [0.0, 0.0], outer = [\"0.3 m\", 0.0] }";
+    push(
+        text,
+        &format!("```toml\n[bodies.crank]\nmass    = 2.0\ninertia = 0.02\ncom     = [0.15, 0.0]\n{points}\n```\n"),
+    );
+}
+
+fn shapes(text: &mut String) {
+    push(text, "## Shapes\n");
+    push(
+        text,
+        "A uniform shape gives a body its mass centre and, with a density, its mass and moment of inertia. Each can be given instead:\n\
+         `mass` in place of the density, `inertia`, and with `inertia` also `com`. A place is the name of a point of the body, or two\n\
+         coordinates in the frame of its points.\n",
+    );
+    for shape in shape::ALL {
+        let facts = shape.facts();
+        push(text, &format!("### `{}`\n", facts.place.name));
+        push(text, &format!("{}: `{}`\n", capital(facts.about), facts.equations));
+        let place = Key { need: Need::Required(""), ..facts.place };
+        let rest = facts.all_keys();
+        rows(text, &[&[place], &rest[1..]].concat());
+        push(text, &format!("```toml\nshape = {}\n```\n", facts.example));
+    }
+}
+
+fn chapter(component: &dyn Component, text: &mut String) {
+    let facts = component.facts();
+    let heading = if facts.section == Section::Drivers { "with the key" } else { "of type" };
+    push(text, &format!("### {} {heading} `{}`\n", capital(facts.section.word()), facts.name));
+    push(text, &format!("{}: `{}`\n", capital(facts.about), facts.equations));
+    rows(text, facts.keys);
+    let variables = facts.variables.iter().copied().chain([Quantity::Power]).collect::<Vec<_>>();
+    push(text, &format!("Variables: {}\n", words(&variables, "")));
+    let stores = match component.energy(&sample(facts)) {
+        Some(energy) => format!("`{}`, in `energy.potential`", energy.replace("own.", "example.")),
+        None => "none".to_string(),
+    };
+    push(text, &format!("Stored energy: {stores}\n"));
+    push(text, &format!("```toml\n{}```\n", example(facts)));
+}
+
+/// A part with no key given, of which a law may be asked.
+fn sample(facts: &Facts) -> Part {
+    Part {
+        name: String::new(),
+        kind: facts.name,
+        owner: Owner::Joint(JointId(0)),
+        between: [Place::Origin; 2],
+        values: Vec::new(),
+        law: None,
+        energy: None,
+        span: Span::default(),
+    }
+}
+
+fn variables(text: &mut String) {
+    push(text, "## Variables\n");
+    push(
+        text,
+        "Their names are `owner.variable`, such as `crank.angle`. `energy` and `constraint` are those of the whole mechanism.\n",
+    );
+    push(text, "| variable | unit | what it is |\n|---|---|---|");
+    let parts = ALL.iter().flat_map(|component| component.facts().variables).copied();
+    let mut seen: Vec<Quantity> = Vec::new();
+    for quantity in body::VARIABLES.iter().copied().chain(parts).chain([Quantity::Power]) {
+        if !seen.contains(&quantity) {
+            seen.push(quantity);
+            variable(text, "", quantity);
+        }
+    }
+    for (owner, quantities) in [("energy.", ENERGIES), ("constraint.", RESIDUALS)] {
+        quantities.iter().for_each(|quantity| variable(text, owner, *quantity));
+    }
+}
+
+fn variable(text: &mut String, owner: &str, quantity: Quantity) {
+    let what = quantity.words().trim_end_matches(" of");
+    push(text, &format!("| `{owner}{}` | `{}` | {what} |", quantity.word(), quantity.measure().si));
+}
+
+/// Names of variables in a row.
+fn words(quantities: &[Quantity], before: &str) -> String {
+    let word = |quantity: &Quantity| format!("`{before}{}` [{}]", quantity.word(), quantity.measure().si);
+    quantities.iter().map(word).collect::<Vec<_>>().join(", ")
+}
+
+/// The entry `example` with the keys that must be given, as the help of each shows it.
+fn example(facts: &Facts) -> String {
+    let mut text = format!("[{}s.example]\n", facts.section.word());
+    if facts.section != Section::Drivers {
+        push(&mut text, &format!("type = \"{}\"", facts.name));
+    }
+    let mut chosen = false;
+    for key in facts.keys {
+        let shown = match key.need {
+            Need::Required(help) => help,
+            Need::OneOf(help) if !std::mem::replace(&mut chosen, true) => help,
+            _ => continue,
+        };
+        let mut codes = shown.split('`').skip(1).step_by(2);
+        let start = format!("{} = ", key.name);
+        let first = codes.clone().next().unwrap_or_default();
+        let value = codes.find_map(|code| code.strip_prefix(&start)).unwrap_or(first);
+        push(&mut text, &format!("{start}{value}"));
+    }
+    text
 }
 
 fn capital(text: &str) -> String {
@@ -40,11 +202,32 @@ fn capital(text: &str) -> String {
     first.to_uppercase() + rest
 }
 
-fn unit(key: &Key) -> String {
-    match key.form {
-        Form::Constant(wanted, _) | Form::Law(wanted) | Form::Vector(wanted) => wanted.si.to_string(),
+fn unit(form: Form) -> String {
+    match form {
+        Form::Constant(wanted, _) | Form::Law(wanted) | Form::Vector(wanted) | Form::ConstantVector(wanted) => {
+            wanted.si.to_string()
+        }
         Form::Motion([motion, ..]) => motion.si.to_string(),
         Form::Friction([level, velocity]) => format!("{}, {}", level.si, velocity.si),
+        Form::NamedPoints | Form::Corner | Form::Corners(..) => "m".to_string(),
+        _ => String::new(),
+    }
+}
+
+fn range(form: Form) -> String {
+    use super::key::Range::{Any, NotNegative, NotZero, Positive};
+    match form {
+        Form::Constant(_, Any) => String::new(),
+        Form::Constant(_, NotNegative) => ", not negative".to_string(),
+        Form::Constant(_, Positive) => ", positive".to_string(),
+        Form::Constant(_, NotZero) => ", not zero".to_string(),
+        Form::Law(_) | Form::Vector(_) => ", an expression".to_string(),
+        Form::Friction(_) => ": `{ coulomb = ..., velocity = ... }`".to_string(),
+        Form::Motion(_) => ", an expression or `{ input = ..., as = ... }`".to_string(),
+        Form::Choice(words, _) => {
+            let words: Vec<String> = words.iter().map(|word| format!("`\"{word}\"`")).collect();
+            format!(": {}", words.join(", "))
+        }
         _ => String::new(),
     }
 }
@@ -52,6 +235,7 @@ fn unit(key: &Key) -> String {
 fn default(key: &Key) -> String {
     match (key.need, key.form) {
         (Need::Required(_), _) => "must be given".to_string(),
+        (Need::Default(otherwise), _) => otherwise.to_string(),
         (Need::OneOf(_), _) => "one of these".to_string(),
         (_, Form::Constant(..)) => "0".to_string(),
         (_, Form::Choice([first, ..], _)) => format!("`\"{first}\"`"),

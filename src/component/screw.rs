@@ -1,7 +1,7 @@
 //! Screw (c): s = lead theta / (2 pi) + displacement, with s along an axis fixed in the carrier and theta the angle that the spindle,
 //! the first body, turns against the carrier. The reaction is the force on the nut; the spindle gets -lead/(2 pi) times as much torque.
 
-use super::key::{AXIS_OF_CARRIER, CARRIER_POINT, DISPLACEMENT, Form, Key, Range, TWO_POINTS};
+use super::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key, Range};
 use super::{Component, Facts, Icon, Rows, Stroke, System, rack};
 use crate::mechanism::measure::LENGTH;
 use crate::mechanism::{Part, Quantity as Q};
@@ -13,7 +13,7 @@ const FACTS: Facts = Facts {
     about: "a spindle, the first body, whose turning moves a nut, the second point, along an axis of the carrier",
     equations: "s = lead theta/(2 pi) + displacement",
     keys: &[
-        Key::required("between", Form::BodyAndPoint, "the spindle and a point of the nut", TWO_POINTS),
+        Key::required("between", Form::BodyAndPoint, "the spindle and a point of the nut", BODY_AND_POINT),
         CARRIER_POINT,
         AXIS_OF_CARRIER,
         Key::required(

@@ -19,7 +19,7 @@ const FACTS: Facts = Facts {
             "stiffness",
             Form::Constant(STIFFNESS, Range::Any),
             "the stiffness",
-            "give the stiffness [N/m]; 0 makes it a damper",
+            "give the stiffness [N/m]: `stiffness = 800`; 0 makes it a damper",
         ),
         Key::optional("length", Form::Constant(LENGTH, Range::Any), "the free length"),
         Key::optional("damping", Form::Constant(DAMPING, Range::Any), "the damping coefficient"),

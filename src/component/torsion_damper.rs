@@ -1,7 +1,9 @@
 //! Rotational damper (T): a torque against the rate of the angle between two bodies.
 
+use std::f64::consts::PI;
+
 use super::key::{BETWEEN_BODIES, Form, Key, Range};
-use super::{Component, Facts, Icon, Room, Rows, System, torsion};
+use super::{Component, Facts, Icon, Room, Rows, Stroke, System, torsion};
 use crate::mechanism::measure::TORSION_DAMPING;
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
@@ -40,8 +42,22 @@ impl Component for TorsionDamper {
     }
 
     fn icon(&self, _part: &Part) -> Icon {
-        Icon::Turn
+        Icon::Round(dashpot)
     }
+}
+
+/// A piston in an open cylinder, bent around the joint.
+fn dashpot() -> Vec<Stroke> {
+    let (closed, open, piston, end) = (1.1 * PI, 1.75 * PI, 1.5 * PI, 2.15 * PI);
+    let radial = |radii: [f64; 2], angle: f64| Stroke::arc(radii, [angle, angle]);
+    vec![
+        Stroke::arc([4.4, 4.4], [closed, open]),
+        Stroke::arc([2.2, 2.2], [closed, open]),
+        radial([2.2, 4.4], closed),
+        Stroke::arc([3.3, 3.3], [0.85 * PI, closed]),
+        radial([2.5, 4.1], piston),
+        Stroke::arc([3.3, 3.3], [piston, end]),
+    ]
 }
 
 impl Load {

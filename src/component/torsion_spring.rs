@@ -1,8 +1,10 @@
 //! Torsion spring and damper (T) between two bodies.
 
+use std::f64::consts::PI;
+
 use super::key::{BETWEEN_BODIES, Form, Key, Range};
 use super::spring::{self, SIDE};
-use super::{Component, Facts, Icon, Room, Rows, System, torsion};
+use super::{Component, Facts, Icon, Room, Rows, Stroke, System, torsion};
 use crate::mechanism::measure::{ANGLE, CUBIC_TORSION_STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS};
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
@@ -18,7 +20,7 @@ const FACTS: Facts = Facts {
             "stiffness",
             Form::Constant(TORSION_STIFFNESS, Range::Any),
             "the stiffness",
-            "give the stiffness [N.m/rad]; 0 makes it a damper",
+            "give the stiffness [N.m/rad]: `stiffness = 4`; 0 makes it a damper",
         ),
         Key::optional("angle", Form::Constant(ANGLE, Range::Any), "the free angle"),
         Key::optional("damping", Form::Constant(TORSION_DAMPING, Range::Any), "the damping coefficient"),
@@ -49,8 +51,13 @@ impl Component for TorsionSpring {
     }
 
     fn icon(&self, _part: &Part) -> Icon {
-        Icon::Turn
+        Icon::Round(coil)
     }
+}
+
+/// A spiral around the joint.
+fn coil() -> Vec<Stroke> {
+    vec![Stroke::arc([1.4, 4.0], [0.0, 5.0 * PI])]
 }
 
 impl Load {

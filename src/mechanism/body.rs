@@ -27,8 +27,29 @@ pub struct Body {
     pub weightless: bool,
     /// Its points.
     pub points: Vec<Point>,
+    /// Its shape, relative to the mass centre.
+    pub outline: Option<Outline>,
     /// Where it stands in the file.
     pub span: Span,
+}
+
+/// The shape of a body in its axes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outline {
+    /// Its corners in order; two are a thin rod.
+    Polygon(Vec<[Formula; 2]>),
+    /// Centre and radius.
+    Disc([Formula; 2], Formula),
+}
+
+impl Outline {
+    /// The same with every place changed.
+    pub fn map(self, mut place: impl FnMut([Formula; 2]) -> [Formula; 2]) -> Outline {
+        match self {
+            Outline::Polygon(corners) => Outline::Polygon(corners.into_iter().map(place).collect()),
+            Outline::Disc(centre, radius) => Outline::Disc(place(centre), radius),
+        }
+    }
 }
 
 /// A point that an element uses.

@@ -13,7 +13,7 @@ pub(crate) mod translate;
 mod unit;
 mod variable;
 
-pub use body::{Body, Place, Point};
+pub use body::{Body, Outline, Place, Point};
 pub use formula::{BinaryOperator, Comparison, Formula};
 pub use name::identifier;
 pub use part::{Friction, Motion, Part, Value};

@@ -41,6 +41,8 @@ pub enum Value {
     Friction(Friction),
     /// One of several words.
     Choice(&'static str),
+    /// True or false.
+    Switch(bool),
 }
 
 /// A scalar motion.

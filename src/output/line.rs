@@ -158,7 +158,7 @@ mod tests {
     use crate::component::Glyph;
 
     fn line(springs: &[[f64; 2]]) -> Drawing {
-        let body = |x: f64| Body { name: "m".into(), points: vec![], centre: [x, 0.0] };
+        let body = |x: f64| Body { name: "m".into(), points: vec![], centre: [x, 0.0], ..Body::default() };
         let body_at = |x: f64| (x > 0.0).then(|| x as usize - 1);
         let glyph: Glyph = |_| Vec::new();
         let spring = |ends: &[f64; 2]| Spring {

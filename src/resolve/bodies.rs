@@ -1,24 +1,37 @@
 //! Gravity, the ground and the bodies.
 
-use super::Resolver;
 use super::lower::Context;
+use super::parts::Reader;
+use super::{Resolver, UNKNOWN};
+use crate::component::body::KEYS;
 use crate::diagnostic::fault::Fault;
-use crate::mechanism::{BinaryOperator, Body, Formula, Point};
-use crate::scene::constant;
-use crate::scene::dimension::{ACCELERATION, INERTIA, LENGTH, MASS};
-use crate::scene::model;
+use crate::diagnostic::span::{Span, Text};
+use crate::mechanism::{Body, Formula, Point, Value};
+use crate::scene::decode::Fields;
+use crate::scene::dimension::{ACCELERATION, LENGTH};
+use crate::scene::key::names;
+use crate::scene::model as written;
+use crate::scene::part::Part;
+
+/// The origin of a body or of the ground.
+const ORIGIN: [Formula; 2] = [Formula::Number(0.0), Formula::Number(0.0)];
 
 impl Resolver<'_> {
     pub(super) fn gravity(&mut self) -> [Formula; 2] {
         match &self.scene.gravity {
             Some(gravity) => self.vector(gravity, "`gravity`", &ACCELERATION, Context::Constant),
-            None => [Formula::Number(0.0), Formula::Number(0.0)],
+            None => ORIGIN,
         }
     }
 
     pub(super) fn ground(&mut self) -> Vec<Point> {
-        let origin = [Formula::Number(0.0), Formula::Number(0.0)];
-        self.points(&self.scene.ground, "ground", &origin)
+        let scene = self.scene;
+        let resolve = |point: &written::Point| {
+            let what = format!("point `ground.{}`", point.name.text);
+            let at = self.vector(&point.at, &what, &LENGTH, Context::Constant);
+            Point { name: point.name.text.clone(), at, span: point.name.span }
+        };
+        scene.ground.iter().map(resolve).collect()
     }
 
     pub(super) fn bodies(&mut self) -> Vec<Body> {
@@ -29,45 +42,77 @@ impl Resolver<'_> {
                     .help("give at least one: `[bodies.crank]` with `mass`, `inertia` and `points`"),
             );
         }
-        scene.bodies.iter().map(|body| self.one_body(body)).collect()
+        scene.bodies.iter().map(|body| self.body_of_part(body)).collect()
     }
 
-    fn one_body(&mut self, body: &model::Body) -> Body {
-        let name = &body.name.text;
-        let mass = body.mass.as_ref().map(|mass| self.not_negative(mass, &format!("`mass` of body `{name}`"), &MASS));
-        let inertia = body
-            .inertia
-            .as_ref()
-            .map(|inertia| self.not_negative(inertia, &format!("`inertia` of body `{name}`"), &INERTIA));
-        if let (true, Some(given)) = (self.one_dimensional(), &body.inertia) {
-            self.faults.push(
-                Fault::warning(
-                    "scene::unused",
-                    format!("`inertia` of body `{name}` has no effect in one dimension"),
-                    given.span,
-                )
-                .label("nothing turns")
-                .help("remove it"),
-            );
-        }
-        let centre = match &body.com {
-            Some(com) => self.vector(com, &format!("`com` of body `{name}`"), &LENGTH, Context::Constant),
-            None => [Formula::Number(0.0), Formula::Number(0.0)],
+    fn body_of_part(&mut self, written: &Part) -> Body {
+        let (name, span) = (written.name.text.clone(), written.name.span);
+        let called = format!("body `{name}`");
+        let mut body = Body {
+            name,
+            mass: None,
+            inertia: None,
+            weightless: false,
+            points: self.points_of(written),
+            outline: None,
+            span,
         };
-        let points = self.points(&body.points, name, &centre);
-        Body { name: name.clone(), mass, inertia, weightless: body.weightless, points, span: body.name.span }
+        let Some(fields) = Fields::open(&written.node, &called, span, &names(KEYS), self.faults) else {
+            body.mass = Some(UNKNOWN);
+            return body;
+        };
+        if let Some(points) = fields.get("points") {
+            self.faults.entries(points, &fields.name_of("points"));
+        }
+        let mut centre = None;
+        let reader = Reader { fields: &fields, user: &called, context: Context::Constant };
+        for key in KEYS {
+            match fields.get(key.name).and_then(|node| self.value_of(key, node, &reader)) {
+                Some(Value::Formula(mass)) if key.name == "mass" => body.mass = Some(mass),
+                Some(Value::Formula(inertia)) => body.inertia = Some(inertia),
+                Some(Value::Vector(at)) => centre = Some(at),
+                Some(Value::Switch(gravity)) => body.weightless = !gravity,
+                _ => {}
+            }
+        }
+        if let (true, Some(given)) = (self.one_dimensional(), fields.get("inertia")) {
+            self.without_effect("`inertia`", &called, "in one dimension", given.span);
+        }
+        let shape = fields.get("shape").and_then(|node| self.shape(node, &fields, &body, centre.is_some()));
+        let solid_centre = shape.as_ref().map(|shape| shape.solid.centre.clone());
+        let centre = centre.or(solid_centre).unwrap_or(ORIGIN);
+        let from_centre = |[x, y]: [Formula; 2]| [x - centre[0].clone(), y - centre[1].clone()];
+        if shape.is_none() && fields.get("shape").is_some() {
+            body.mass = body.mass.or(Some(UNKNOWN));
+        }
+        if let Some(shape) = shape {
+            body.mass = body.mass.or(shape.mass);
+            let turning = body.mass.clone().map(|mass| mass * shape.solid.gyration);
+            body.inertia = body.inertia.or(turning);
+            body.outline = Some(shape.solid.outline.map(from_centre));
+        }
+        for point in &mut body.points {
+            point.at = from_centre(std::mem::replace(&mut point.at, ORIGIN));
+        }
+        body
     }
 
-    fn points(&mut self, points: &[model::Point], owner: &str, centre: &[Formula; 2]) -> Vec<Point> {
-        points
-            .iter()
-            .map(|point| {
-                let what = format!("point `{owner}.{}`", point.name.text);
-                let [x, y] = self.vector(&point.at, &what, &LENGTH, Context::Constant);
-                let from = |at, centre: &Formula| constant::combine(BinaryOperator::Subtract, at, centre.clone());
-                let at = [from(x, &centre[0]), from(y, &centre[1])];
-                Point { name: point.name.text.clone(), at, span: point.name.span }
-            })
-            .collect()
+    /// The points of a body in the frame in which they are written.
+    fn points_of(&mut self, body: &Part) -> Vec<Point> {
+        let entries = body.entries("points");
+        let point = |(name, node): &(Text, _)| {
+            let what = format!("point `{}.{}`", body.name.text, name.text);
+            let written = self.faults.vector(node, &what);
+            let at = written.map(|at| self.vector(&at, &what, &LENGTH, Context::Constant));
+            Point { name: name.text.clone(), at: at.unwrap_or([UNKNOWN, UNKNOWN]), span: name.span }
+        };
+        entries.iter().map(point).collect()
+    }
+
+    /// Warns of a key that changes nothing.
+    pub(super) fn without_effect(&mut self, key: &str, user: &str, why: &str, span: Span) {
+        let message = format!("{key} of {user} has no effect {why}");
+        let label = if why == "in one dimension" { "nothing turns" } else { "not used" };
+        self.faults.push(Fault::warning("scene::unused", message, span).label(label).help("remove it"));
     }
 }

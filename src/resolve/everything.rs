@@ -1,7 +1,8 @@
 //! Every variable of a scene as an output.
 
-use super::variables::{BODY, ENERGIES, POINT, RESIDUALS, of_part};
-use crate::component::Section;
+use super::variables::of_part;
+use crate::component::body::{POINT_VARIABLES as POINT, VARIABLES as BODY};
+use crate::component::{ENERGIES, RESIDUALS, Section};
 use crate::diagnostic::span::Text;
 use crate::mechanism::{Dimension, Quantity};
 use crate::scene::model::Scene;
@@ -26,7 +27,7 @@ impl Scene {
         let mut owners: Vec<(String, Vec<Quantity>)> = Vec::new();
         for body in &self.bodies {
             owners.push((body.name.text.clone(), BODY.to_vec()));
-            let points = body.points.iter().map(|point| format!("{}.{}", body.name.text, point.name.text));
+            let points = body.entries("points").iter().map(|(name, _)| format!("{}.{}", body.name.text, name.text));
             owners.extend(points.map(|point| (point, POINT.to_vec())));
         }
         for (section, parts) in

@@ -54,6 +54,30 @@ impl Resolver<'_> {
         rule: &str,
     ) -> Formula {
         let formula = self.constant(quantity, what, wanted);
+        self.check_where(formula, quantity, what, wanted, permitted, rule)
+    }
+
+    /// A formula that must be more than zero.
+    pub(super) fn check_positive(
+        &mut self,
+        formula: Formula,
+        quantity: &Quantity,
+        what: &str,
+        wanted: &Wanted,
+    ) -> Formula {
+        let formula = self.check_finite(formula, quantity, what);
+        self.check_where(formula, quantity, what, wanted, |value| value > 0.0, "must be positive")
+    }
+
+    fn check_where(
+        &mut self,
+        formula: Formula,
+        quantity: &Quantity,
+        what: &str,
+        wanted: &Wanted,
+        permitted: impl Fn(f64) -> bool,
+        rule: &str,
+    ) -> Formula {
         let value = self.value(&formula);
         if !value.is_nan() && !permitted(value) {
             let by_default = if constant::number(&formula).is_some() { "" } else { " with the default parameters" };

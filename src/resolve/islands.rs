@@ -5,15 +5,14 @@ use super::names::Named;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::scene::model::Body;
-use crate::scene::quantity::Value;
+use crate::mechanism::{Body, Formula};
 
 impl Resolver<'_> {
     /// Joints and position drivers connect bodies to each other and to the ground; an island of bodies that has
     /// neither a way to the ground nor a mass is a fault.
-    pub(super) fn islands(&mut self) {
+    pub(super) fn islands(&mut self, bodies: &[Body]) {
         let scene = self.scene;
-        let ground = scene.bodies.len();
+        let ground = bodies.len();
         let mut islands = Islands::new(ground + 1);
         let mut connect = |a: Option<usize>, b: Option<usize>| {
             // A point that does not exist has its own fault; its body is not to get another.
@@ -31,7 +30,7 @@ impl Resolver<'_> {
             return;
         }
         let mut members: Vec<Vec<&Body>> = vec![Vec::new(); ground + 1];
-        for (index, body) in scene.bodies.iter().enumerate() {
+        for (index, body) in bodies.iter().enumerate() {
             members[islands.root(index)].push(body);
         }
         members[islands.root(ground)].clear();
@@ -45,7 +44,7 @@ impl Resolver<'_> {
     }
 
     fn floating(&mut self, first: &Body, island: &[&Body]) {
-        let names = suggest::list(island.iter().map(|body| body.name.text.as_str()));
+        let names = suggest::list(island.iter().map(|body| body.name.as_str()));
         let help = if island.len() == 1 {
             "give it a mass, or join it to the ground"
         } else {
@@ -56,7 +55,7 @@ impl Resolver<'_> {
             Fault::new(
                 "scene::floating",
                 format!("{whose} {names} {have} no mass and no joint leads to the ground"),
-                first.name.span,
+                first.span,
             )
             .label("nothing says how it moves")
             .help(help),
@@ -72,7 +71,7 @@ impl Resolver<'_> {
 }
 
 fn is_massless(body: &Body) -> bool {
-    body.mass.as_ref().is_none_or(|mass| mass.value == Value::Number(0.0))
+    matches!(body.mass, None | Some(Formula::Number(0.0)))
 }
 
 struct Islands {

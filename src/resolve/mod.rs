@@ -16,6 +16,7 @@ mod parameters;
 mod parts;
 mod places;
 mod settings;
+mod shapes;
 mod variables;
 
 use self::names::Names;
@@ -92,7 +93,7 @@ impl Scene {
             solver: resolver.solver(),
             coordinates: resolver.coordinates(),
         };
-        resolver.islands();
+        resolver.islands(&mechanism.bodies);
         mechanism
     }
 }

@@ -7,7 +7,7 @@ use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::Text;
 use crate::expr::Function;
 use crate::mechanism::{BodyId, DriverId, InputId, JointId, LoadId, ParameterId};
-use crate::scene::model::{Point, Scene};
+use crate::scene::model::Scene;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Named {
@@ -47,13 +47,17 @@ impl<'s> Names<'s> {
         let unknown = parts.into_iter().flat_map(|(section, parts)| {
             parts.iter().filter(move |part| part.component(section).is_none()).map(|part| part.name.text.as_str())
         });
-        let broken = scene.broken.iter().map(String::as_str).chain(unknown).collect();
+        let shapeless = scene.bodies.iter().filter(|body| !body.is_readable()).map(|body| body.name.text.as_str());
+        let broken = scene.broken.iter().map(String::as_str).chain(unknown).chain(shapeless).collect();
         let mut names = Names { named: HashMap::new(), ground: HashMap::new(), points: Vec::new(), broken };
-        names.ground = points(&scene.ground, "the ground", faults);
+        names.ground = points(scene.ground.iter().map(|point| &point.name), "the ground", faults);
         names.points = scene
             .bodies
             .iter()
-            .map(|body| points(&body.points, &format!("body `{}`", body.name.text), faults))
+            .map(|body| {
+                let names = body.entries("points").iter().map(|(name, _)| name);
+                points(names, &format!("body `{}`", body.name.text), faults)
+            })
             .collect();
         let all = (scene.parameters.iter().enumerate().map(|(i, item)| (&item.name, Named::Parameter(ParameterId(i)))))
             .chain(scene.inputs.iter().enumerate().map(|(i, item)| (&item.name, Named::Input(InputId(i)))))
@@ -108,13 +112,13 @@ impl<'s> Names<'s> {
     }
 }
 
-fn points<'s>(points: &'s [Point], owner: &str, faults: &mut Sink) -> HashMap<&'s str, usize> {
-    let mut map = HashMap::with_capacity(points.len());
-    for (index, point) in points.iter().enumerate() {
-        check_word(&point.name, "point", faults);
-        if map.insert(point.name.text.as_str(), index).is_some() {
-            let message = format!("{owner} has two points with the name `{}`", point.name.text);
-            faults.push(Fault::new("scene::duplicate_name", message, point.name.span).label("second time"));
+fn points<'s>(names: impl Iterator<Item = &'s Text>, owner: &str, faults: &mut Sink) -> HashMap<&'s str, usize> {
+    let mut map = HashMap::new();
+    for (index, name) in names.enumerate() {
+        check_word(name, "point", faults);
+        if map.insert(name.text.as_str(), index).is_some() {
+            let message = format!("{owner} has two points with the name `{}`", name.text);
+            faults.push(Fault::new("scene::duplicate_name", message, name.span).label("second time"));
         }
     }
     map

@@ -2,7 +2,7 @@
 
 use super::lower::Context;
 use super::{Resolver, UNKNOWN};
-use crate::component::{Component, Facts, Form, Key, Need, Range, Room, Section};
+use crate::component::{Component, Facts, Room, Section};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
@@ -10,6 +10,7 @@ use crate::mechanism::{BodyId, DriverId, JointId, LoadId, Owner, Part, Place, Va
 use crate::scene::decode::Fields;
 use crate::scene::dimension::ANGLE;
 use crate::scene::document::Node;
+use crate::scene::key::{Form, Key, Need, Range};
 use crate::scene::part as written;
 
 impl written::Part {
@@ -22,6 +23,15 @@ impl written::Part {
         });
         found.next().filter(|_| found.next().is_none())
     }
+}
+
+/// Who reads the values of keys.
+pub(super) struct Reader<'r, 'n> {
+    pub fields: &'r Fields<'n>,
+    /// "joint `pin`"
+    pub user: &'r str,
+    /// What laws may depend on.
+    pub context: Context,
 }
 
 /// A part that is being read: what is known of it and how messages call it.
@@ -186,7 +196,7 @@ impl Resolver<'_> {
     fn key(&mut self, key: &'static Key, reading: &mut Reading<'_>) {
         let node = match key.need {
             Need::Required(help) => reading.fields.required(key.name, help, self.faults),
-            Need::Optional | Need::OneOf(_) => reading.fields.get(key.name),
+            Need::Optional | Need::Default(_) | Need::OneOf(_) => reading.fields.get(key.name),
         };
         let Some(node) = node else {
             reading.complete &= !matches!(key.need, Need::Required(_));
@@ -197,7 +207,14 @@ impl Resolver<'_> {
                 reading.ends = Some(ends);
                 reading.values.extend(value.map(|value| (key.name, value)));
             }),
-            false => self.other(key, node, reading).map(|value| reading.values.push((key.name, value))),
+            false => {
+                let context = match reading.owner {
+                    Owner::Load(load) => Context::Law(load),
+                    _ => Context::Driver,
+                };
+                let reader = Reader { fields: &reading.fields, user: &reading.user, context };
+                self.value_of(key, node, &reader).map(|value| reading.values.push((key.name, value)))
+            }
         };
         reading.complete &= read.is_some();
     }
@@ -247,13 +264,11 @@ impl Resolver<'_> {
         }
     }
 
-    fn other(&mut self, key: &'static Key, node: &Node, reading: &Reading<'_>) -> Option<Value> {
-        let written = reading.fields.name_of(key.name);
-        let what = format!("`{}` of {}", key.name, reading.user);
-        let context = match reading.owner {
-            Owner::Load(load) => Context::Law(load),
-            _ => Context::Driver,
-        };
+    /// The value of a key that says nothing of what a part is between.
+    pub(super) fn value_of(&mut self, key: &'static Key, node: &Node, reader: &Reader<'_, '_>) -> Option<Value> {
+        let &Reader { fields, user, context } = reader;
+        let written = fields.name_of(key.name);
+        let what = format!("`{}` of {user}", key.name);
         match key.form {
             Form::Constant(wanted, range) => {
                 let quantity = self.faults.quantity(node, &written)?;
@@ -262,6 +277,7 @@ impl Resolver<'_> {
                 }
                 let formula = match range {
                     Range::Any => self.constant(&quantity, &what, &wanted),
+                    Range::NotNegative => self.not_negative(&quantity, &what, &wanted),
                     Range::Positive => self.positive_constant(&quantity, &what, &wanted),
                     Range::NotZero => self.nonzero_constant(&quantity, &what, &wanted),
                 };
@@ -275,18 +291,23 @@ impl Resolver<'_> {
                 let vector = self.faults.vector(node, &written)?;
                 Some(Value::Vector(self.vector(&vector, &what, &wanted, context)))
             }
+            Form::ConstantVector(wanted) => {
+                let vector = self.faults.vector(node, &written)?;
+                Some(Value::Vector(self.vector(&vector, &what, &wanted, Context::Constant)))
+            }
+            Form::Switch => self.faults.boolean(node, &written).map(Value::Switch),
             Form::Axis => {
                 let vector = self.faults.vector(node, &written)?;
                 Some(Value::Vector(self.axis(&vector, &what)))
             }
-            Form::Friction(wanted) => self.friction(node, &written, &reading.user, &wanted).map(Value::Friction),
+            Form::Friction(wanted) => self.friction(node, &written, user, &wanted).map(Value::Friction),
             Form::Motion(wanted) => self.motion(node, key.name, &what, &wanted).map(Value::Motion),
-            Form::Choice(words, help) => self.choice(node, &reading.fields, key.name, words, help),
+            Form::Choice(words, help) => self.choice(node, fields, key.name, words, help),
             Form::CarrierBody | Form::CarrierPoint => {
                 let name = self.faults.text(node, &written)?;
                 let place = match key.form {
-                    Form::CarrierBody => self.body(&name, &reading.user)?.map_or(Place::Origin, Place::Centre),
-                    _ => self.place(&name, &reading.user)?,
+                    Form::CarrierBody => self.body(&name, user)?.map_or(Place::Origin, Place::Centre),
+                    _ => self.place(&name, user)?,
                 };
                 Some(Value::Place(place))
             }

@@ -4,26 +4,17 @@ use std::collections::HashMap;
 
 use super::Resolver;
 use super::names::Named;
-use crate::component::Section;
+use crate::component::body::{POINT_VARIABLES as POINT, VARIABLES as BODY};
+use crate::component::{ENERGIES, RESIDUALS, Section};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::mechanism::{Owner, Place, Quantity, Variable};
 use crate::scene::part::Part;
 
-use Quantity::{
-    Alpha, Angle, Ax, Ay, KineticEnergy, Omega, PositionResidual, PotentialEnergy, Power, TotalEnergy,
-    VelocityResidual, Vx, Vy, X, Y,
-};
-
-pub(super) const BODY: &[Quantity] = &[X, Y, Angle, Vx, Vy, Omega, Ax, Ay, Alpha];
-pub(super) const POINT: &[Quantity] = &[X, Y, Vx, Vy, Ax, Ay];
-pub(super) const ENERGIES: &[Quantity] = &[KineticEnergy, PotentialEnergy, TotalEnergy];
-pub(super) const RESIDUALS: &[Quantity] = &[PositionResidual, VelocityResidual];
-
 pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
     let facts = part.component(section)?.facts();
-    Some((facts.words(), facts.variables.iter().copied().chain([Power]).collect()))
+    Some((facts.words(), facts.variables.iter().copied().chain([Quantity::Power]).collect()))
 }
 
 /// An owner of variables, what to call it, and what it has.

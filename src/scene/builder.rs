@@ -1,9 +1,9 @@
 //! Builds scenes in Rust, with the words of the scene file.
 
 use super::model::{
-    Body, Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Solver, Vector,
+    Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Solver, Vector,
 };
-use super::part::{Driver, Joint, Load};
+use super::part::{Body, Driver, Joint, Load};
 use super::quantity::Quantity;
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::mechanism::Dimension;
@@ -78,7 +78,7 @@ impl Scene {
     /// Adds a body.
     #[must_use]
     pub fn body(mut self, name: &str, body: Body) -> Scene {
-        self.bodies.push(Body { name: Text::from(name), ..body });
+        self.bodies.push(body.0.with_name(name));
         self
     }
 
@@ -293,48 +293,6 @@ impl Input {
     #[must_use]
     pub fn max(mut self, max: impl Into<Quantity>) -> Input {
         self.max = Some(max.into());
-        self
-    }
-}
-
-impl Body {
-    /// A body without mass and points.
-    pub fn new() -> Body {
-        Body::default()
-    }
-
-    /// \[kg\]
-    #[must_use]
-    pub fn mass(mut self, mass: impl Into<Quantity>) -> Body {
-        self.mass = Some(mass.into());
-        self
-    }
-
-    /// About the mass centre [kg.m2].
-    #[must_use]
-    pub fn inertia(mut self, inertia: impl Into<Quantity>) -> Body {
-        self.inertia = Some(inertia.into());
-        self
-    }
-
-    /// Mass centre in the frame of the points \[m\].
-    #[must_use]
-    pub fn com(mut self, at: impl Into<Vector>) -> Body {
-        self.com = Some(at.into());
-        self
-    }
-
-    /// Gravity leaves it alone.
-    #[must_use]
-    pub fn weightless(mut self) -> Body {
-        self.weightless = true;
-        self
-    }
-
-    /// Adds a point \[m\].
-    #[must_use]
-    pub fn point(mut self, name: &str, at: impl Into<Vector>) -> Body {
-        self.points.push(Point { name: Text::from(name), at: at.into() });
         self
     }
 }

@@ -64,6 +64,21 @@ pub(crate) fn combine(operator: BinaryOperator, a: Formula, b: Formula) -> Formu
     }
 }
 
+/// Declares an operator of formulas.
+macro_rules! operators {
+    ($($name:ident $method:ident $operator:ident),*) => {$(
+        impl std::ops::$name for Formula {
+            type Output = Formula;
+
+            fn $method(self, other: Formula) -> Formula {
+                combine(BinaryOperator::$operator, self, other)
+            }
+        }
+    )*};
+}
+
+operators!(Add add Add, Sub sub Subtract, Mul mul Multiply, Div div Divide);
+
 /// f(...), a number if all arguments are.
 pub(crate) fn apply(function: Function, arguments: Vec<Formula>) -> Formula {
     let formula = Formula::Call(function, arguments);

@@ -10,16 +10,18 @@ pub(crate) mod dimension;
 pub(crate) mod document;
 pub(crate) mod expression;
 mod json;
+pub(crate) mod key;
 pub(crate) mod model;
 pub(crate) mod part;
 pub(crate) mod quantity;
+pub(crate) mod tables;
 pub(crate) mod unit;
 
 pub use crate::diagnostic::{Fault, Faults, Severity, Source, Span, Text};
 pub use model::{
-    Body, Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Solver, Vector,
+    Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Solver, Vector,
 };
-pub use part::{Driver, Joint, Load, Part, Side};
+pub use part::{Body, Corner, Driver, Joint, Load, Part, Shape, Side};
 pub use quantity::{Quantity, Value};
 pub(crate) use quantity::{Reading, read};
 

@@ -57,7 +57,7 @@ pub struct Scene {
     /// Points of the ground.
     pub ground: Vec<Point>,
     /// Rigid bodies.
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<Part>,
     /// Joints.
     pub joints: Vec<Part>,
     /// Prescribed motions.
@@ -132,23 +132,6 @@ pub struct Point {
     pub name: Text,
     /// Where it is in the body's frame \[m\].
     pub at: Vector,
-}
-
-/// A rigid body.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Body {
-    /// The name.
-    pub name: Text,
-    /// \[kg\]
-    pub mass: Option<Quantity>,
-    /// About the mass centre [kg.m2].
-    pub inertia: Option<Quantity>,
-    /// Mass centre in the frame of the points \[m\]; the origin if absent.
-    pub com: Option<Vector>,
-    /// Does gravity leave it alone?
-    pub weightless: bool,
-    /// Its points.
-    pub points: Vec<Point>,
 }
 
 /// A scalar motion.

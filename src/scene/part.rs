@@ -1,11 +1,11 @@
-//! Joints, drivers and loads as they are written: tables whose keys their components know.
+//! Bodies, joints, drivers and loads as they are written: tables whose keys their components know.
 
 use super::document::{Kind, Node};
 use super::model::{InputAs, Motion, Vector};
 use super::quantity::{Quantity, Value};
 use crate::diagnostic::span::{Span, Text};
 
-/// A joint, driver or load.
+/// A body, joint, driver or load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     /// The name.
@@ -30,6 +30,31 @@ impl Part {
             entries.push((Text::from(key), value.into()));
         }
         self
+    }
+
+    /// Adds an entry to the table that a key has.
+    fn add(mut self, key: &str, name: &str, value: impl Into<Node>) -> Part {
+        if self.get(key).is_none() {
+            self = self.set(key, Node::built(Kind::Table(Vec::new())));
+        }
+        if let Kind::Table(entries) = &mut self.node.kind
+            && let Some((_, Node { kind: Kind::Table(table), .. })) =
+                entries.iter_mut().find(|(own, _)| own.text == key)
+        {
+            table.push((Text::from(name), value.into()));
+        }
+        self
+    }
+
+    /// Is it a table, and so are its points, if it has any? Else nobody knows its points.
+    pub(crate) fn is_readable(&self) -> bool {
+        let is_table = |node: &Node| matches!(node.kind, Kind::Table(_));
+        is_table(&self.node) && self.get("points").is_none_or(is_table)
+    }
+
+    /// The entries of a table with names, if it is one.
+    pub(crate) fn entries(&self, key: &str) -> &[(Text, Node)] {
+        if let Some(Node { kind: Kind::Table(entries), .. }) = self.get(key) { entries } else { &[] }
     }
 
     /// What a key says, if it is there.
@@ -67,6 +92,10 @@ macro_rules! builders {
 }
 
 builders! {
+    /// A rigid body that is built in Rust.
+    Body,
+    /// The shape of a body that is built in Rust.
+    Shape,
     /// A joint that is built in Rust.
     Joint,
     /// A prescribed motion that is built in Rust.
@@ -110,6 +139,102 @@ impl Joint {
     #[must_use]
     pub fn displacement(self, value: impl Into<Quantity>) -> Joint {
         self.set("displacement", value.into())
+    }
+}
+
+impl Body {
+    /// A body without mass and points.
+    pub fn new() -> Body {
+        Body(Part::new())
+    }
+
+    /// \[kg\]
+    #[must_use]
+    pub fn mass(self, mass: impl Into<Quantity>) -> Body {
+        self.set("mass", mass.into())
+    }
+
+    /// About the mass centre [kg.m2].
+    #[must_use]
+    pub fn inertia(self, inertia: impl Into<Quantity>) -> Body {
+        self.set("inertia", inertia.into())
+    }
+
+    /// Mass centre in the frame of the points \[m\].
+    #[must_use]
+    pub fn com(self, at: impl Into<Vector>) -> Body {
+        self.set("com", at.into())
+    }
+
+    /// Gravity leaves it alone.
+    #[must_use]
+    pub fn weightless(self) -> Body {
+        self.set("gravity", Node::built(Kind::Boolean(false)))
+    }
+
+    /// Its shape: gives the mass centre, and with a density the mass and the moment of inertia.
+    #[must_use]
+    pub fn shape(self, shape: Shape) -> Body {
+        self.set("shape", shape.0.node)
+    }
+
+    /// Adds a point \[m\].
+    #[must_use]
+    pub fn point(self, name: &str, at: impl Into<Vector>) -> Body {
+        Body(self.0.add("points", name, at.into()))
+    }
+}
+
+impl Default for Body {
+    fn default() -> Body {
+        Body::new()
+    }
+}
+
+/// A place in a body's frame: two coordinates \[m\], or the name of one of the body's points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Corner(Node);
+
+impl From<&str> for Corner {
+    fn from(point: &str) -> Corner {
+        Corner(point.into())
+    }
+}
+
+impl<T: Into<Vector>> From<T> for Corner {
+    fn from(at: T) -> Corner {
+        Corner(at.into().into())
+    }
+}
+
+impl Shape {
+    /// A shape with these corners.
+    pub(crate) fn new(kind: &str, corners: Vec<Corner>) -> Shape {
+        let corners = corners.into_iter().map(|corner| corner.0).collect();
+        Shape(Part::new()).set(kind, Node::built(Kind::Array(corners)))
+    }
+
+    /// A shape about a place.
+    pub(crate) fn about(kind: &str, at: Corner) -> Shape {
+        Shape(Part::new()).set(kind, at.0)
+    }
+
+    /// Its density: `"7850 kg/m3"`, or per length or area in `kg/m` or `kg/m2`. A number alone is in kg/m3.
+    #[must_use]
+    pub fn density(self, density: impl Into<Quantity>) -> Shape {
+        self.set("density", density.into())
+    }
+
+    /// The thickness of what is flat, with a density in kg/m3 \[m\].
+    #[must_use]
+    pub fn thickness(self, thickness: impl Into<Quantity>) -> Shape {
+        self.set("thickness", thickness.into())
+    }
+
+    /// The cross-section of a rod, with a density in kg/m3 \[m2\].
+    #[must_use]
+    pub fn area(self, area: impl Into<Quantity>) -> Shape {
+        self.set("area", area.into())
     }
 }
 

@@ -32,6 +32,7 @@ LIMITS = {
     "friction": 1e-7,
     "gas_strut": 1e-7,
     "screw_lift": 1e-7,
+    "metronome": 1e-7,
 }
 ANDREWS_BETA = 15.8107711951537071  # rad, at 30 ms
 MODEL_EXCHANGE_LIMIT = 1e-4  # the importer's own solver; the FMU asks for events to close its loops

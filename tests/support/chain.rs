@@ -2,17 +2,22 @@
 
 use cotree::scene::{Body, Scene};
 
-fn bar() -> Body {
-    Body::new().mass(1.3).inertia(0.09).point("a", [-0.5, 0.0]).point("b", [0.45, 0.1])
+fn bar([mass, inertia]: [f64; 2]) -> Body {
+    Body::new().mass(mass).inertia(inertia).point("a", [-0.5, 0.0]).point("b", [0.45, 0.1])
 }
 
 /// `n` bars that hang from each other, none in line with the one before.
 pub fn chain(n: usize) -> Scene {
+    chain_of(n, |_| [1.3, 0.09])
+}
+
+/// The same with the mass and the moment of inertia of each bar.
+pub fn chain_of(n: usize, properties: impl Fn(usize) -> [f64; 2]) -> Scene {
     let mut scene = Scene::new(&format!("chain_{n}")).gravity([0.0, -9.81]).stop(1.0);
     for i in 0..n {
         let before = if i == 0 { "ground".to_string() } else { format!("b{}.b", i - 1) };
         scene = scene
-            .body(&format!("b{i}"), bar())
+            .body(&format!("b{i}"), bar(properties(i)))
             .revolute(&format!("j{i}"), &before, &format!("b{i}.a"))
             .initial(&format!("b{i}.angle"), -1.2 + 0.37 * (i % 7) as f64)
             .initial(&format!("b{i}.omega"), 0.5 - 0.11 * (i % 5) as f64);

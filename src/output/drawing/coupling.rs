@@ -301,7 +301,7 @@ mod tests {
 
     fn picture(kind: CouplingKind) -> (View, String) {
         let coupling = Coupling { name: "mesh".into(), kind };
-        let body = Body { name: String::new(), points: vec![], centre: [0.0; 2] };
+        let body = Body::default();
         let drawing = Drawing { bodies: vec![body.clone(), body], couplings: vec![coupling], ..Drawing::default() };
         (View::fit(&drawing), drawing.svg())
     }

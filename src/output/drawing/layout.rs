@@ -2,7 +2,7 @@
 
 use super::coupling::Coupling;
 use super::view::View;
-use super::{Body, Drawing, Hold, Joint, Spring, is_finite, shapes, symbols};
+use super::{Body, Drawing, Hold, Joint, Shape, Spring, is_finite, shapes, symbols};
 use crate::output::svg::Pixel;
 
 impl Drawing {
@@ -63,9 +63,24 @@ impl Drawing {
         })
     }
 
-    /// The corners of a body in the picture, in order.
+    /// The corners of a body in the picture, in order: of its shape, or of the bar along its points.
     pub(super) fn outline(&self, index: usize, view: &View) -> Vec<Pixel> {
+        match &self.bodies[index].shape {
+            Some(shape) => shape.rim().into_iter().map(|corner| view.pixel(corner)).collect(),
+            None => self.bar(index, view),
+        }
+    }
+
+    /// What joins the points of a body: all there is of one without a shape; of one with a shape none if no point sticks out.
+    pub(super) fn bar(&self, index: usize, view: &View) -> Vec<Pixel> {
         let body = &self.bodies[index];
+        if let Some(shape) = &body.shape {
+            let rim: Vec<Pixel> = shape.rim().into_iter().map(|corner| view.pixel(corner)).collect();
+            let covered = |point: &[f64; 2]| shapes::covers(&rim, view.pixel(*point), 1.5 * view.pin);
+            if body.points.iter().all(covered) {
+                return Vec::new();
+            }
+        }
         let mut points: Vec<_> = body.points.iter().map(|&point| view.pixel(point)).collect();
         let joined =
             |joint: &Joint| (0..2).any(|side| joint.between[side] == Some(index) && joint.at[side] == body.centre);
@@ -93,7 +108,26 @@ impl Drawing {
 
 impl Body {
     pub(super) fn is_finite(&self) -> bool {
-        is_finite(&self.centre) && self.points.iter().all(is_finite)
+        self.extent().iter().all(is_finite)
+    }
+
+    /// Every place that it reaches.
+    pub(super) fn extent(&self) -> Vec<[f64; 2]> {
+        let rim = self.shape.as_ref().map(Shape::rim).unwrap_or_default();
+        self.points.iter().copied().chain([self.centre]).chain(rim).collect()
+    }
+}
+
+impl Shape {
+    /// Points around it, in order.
+    pub(super) fn rim(&self) -> Vec<[f64; 2]> {
+        match self {
+            Shape::Polygon(corners) => corners.clone(),
+            Shape::Disc([x, y], radius) => {
+                let angle = |step: u32| std::f64::consts::TAU * f64::from(step) / 48.0;
+                (0..48).map(|step| [x + radius * angle(step).cos(), y + radius * angle(step).sin()]).collect()
+            }
+        }
     }
 }
 

@@ -11,7 +11,7 @@ mod tests;
 mod view;
 
 use super::svg::{Frame, Svg, number};
-use crate::component::Glyph;
+use crate::component::{Glyph, RoundGlyph};
 pub use coupling::{Coupling, CouplingKind, Wheel};
 use labels::Labels;
 use view::View;
@@ -31,11 +31,22 @@ pub struct Drawing {
     pub targets: Vec<Target>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Body {
     pub name: String,
     pub points: Vec<[f64; 2]>,
     pub centre: [f64; 2],
+    /// Its shape, if it is known; else it is drawn as a bar along its points.
+    pub shape: Option<Shape>,
+}
+
+/// The shape of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// Its corners in order.
+    Polygon(Vec<[f64; 2]>),
+    /// Centre and radius.
+    Disc([f64; 2], f64),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -78,11 +89,13 @@ pub struct Force {
     pub direction: [f64; 2],
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Turn {
     pub name: String,
     /// Where to draw it: the joint, or the mass centre.
     pub at: [f64; 2],
+    /// Its strokes; a round arrow if it has none.
+    pub(crate) glyph: Option<RoundGlyph>,
 }
 
 #[derive(Clone, Debug, PartialEq)]

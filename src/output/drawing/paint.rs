@@ -73,7 +73,10 @@ impl Drawing {
             self.couplings.iter().filter(rolls).for_each(|coupling| self.draw_coupling(coupling, view, svg, labels));
             let outline = self.outline(index, view);
             let block = self.slider(index).map(|(at, axis)| (view.pixel(at), view.direction(axis)));
-            symbols::body(svg, view, index, &outline, block);
+            symbols::body(svg, view, index, &self.bar(index, view), block);
+            if self.bodies[index].shape.is_some() {
+                symbols::plate(svg, index, &outline);
+            }
             self.draw_centre(index, view, svg, labels);
             labels.obstruct(&outline, 1.5 * view.pin);
             if let Some((at, axis)) = block {
@@ -120,7 +123,10 @@ impl Drawing {
         }
         for turn in self.turns.iter().filter(|turn| is_finite(&turn.at)) {
             let at = view.pixel(turn.at);
-            symbols::turn(svg, view, at);
+            match turn.glyph {
+                Some(glyph) => symbols::round_glyph(svg, view, at, glyph),
+                None => symbols::turn(svg, view, at),
+            }
             labels.cover(at, 3.2 * view.pin);
             if named {
                 labels.load(&turn.name, at, 3.8 * view.pin, symbols::FORCE);

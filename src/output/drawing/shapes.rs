@@ -39,6 +39,25 @@ pub fn extent(points: &[Pixel]) -> f64 {
     if points.is_empty() { 0.0 } else { span(0).hypot(span(1)) }
 }
 
+/// Is a point inside a polygon, or nearer to its rim than this?
+pub fn covers(rim: &[Pixel], point: Pixel, margin: f64) -> bool {
+    let sides = || rim.iter().zip(rim.iter().cycle().skip(1));
+    let near = sides().any(|(&a, &b)| {
+        let side = difference(b, a);
+        let share = dot(difference(point, a), side) / dot(side, side).max(f64::MIN_POSITIVE);
+        norm(difference(point, along(a, share.clamp(0.0, 1.0), side))) <= margin
+    });
+    // A ray to the right crosses the rim of what it starts in an odd number of times.
+    let crossed = sides().filter(|(a, b)| {
+        (a[1] > point[1]) != (b[1] > point[1]) && point[0] < a[0] + (point[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+    });
+    near || crossed.count() % 2 == 1
+}
+
+fn dot(a: Pixel, b: Pixel) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
 /// Corners of the convex hull, in order (Andrew's monotone chain).
 pub fn hull(mut points: Vec<Pixel>) -> Vec<Pixel> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));

@@ -3,7 +3,7 @@
 use super::shapes::{along, difference, extent, norm, normal, unit};
 use super::view::View;
 use super::{Hold, Joint};
-use crate::component::Glyph;
+use crate::component::{Glyph, RoundGlyph, Stroke};
 use crate::output::svg::{Pixel, Svg, number, polyline};
 
 pub const SPRING: &str = "#3d7a4a";
@@ -30,7 +30,7 @@ pub fn colour(body: usize) -> (&'static str, &'static str) {
 pub fn body(svg: &mut Svg, view: &View, index: usize, outline: &[Pixel], block: Option<(Pixel, Pixel)>) {
     let (fill, edge) = colour(index);
     let length = extent(outline);
-    if length > 2.0 * view.pin || block.is_none() {
+    if !outline.is_empty() && (length > 2.0 * view.pin || block.is_none()) {
         let width = if length > 2.0 * view.pin { 2.9 * view.pin } else { 5.0 * view.pin };
         let data = match outline {
             [point] => format!("{}l0 0", polyline(&[*point])), // a dot
@@ -48,6 +48,14 @@ pub fn body(svg: &mut Svg, view: &View, index: usize, outline: &[Pixel], block: 
         let style = format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.4" stroke-linejoin="round""#);
         svg.path(&format!("{}Z", polyline(&corners)), &style);
     }
+}
+
+/// A body of which the shape is known: what lies behind it, such as a wheel or a bar of its own, shows through a little.
+pub fn plate(svg: &mut Svg, index: usize, rim: &[Pixel]) {
+    let (fill, edge) = colour(index);
+    let style =
+        format!(r#"fill="{fill}" fill-opacity="0.9" stroke="{edge}" stroke-width="1.3" stroke-linejoin="round""#);
+    svg.path(&format!("{}Z", polyline(rim)), &style);
 }
 
 pub fn block_length(view: &View) -> f64 {
@@ -200,10 +208,18 @@ pub fn glyph(svg: &mut Svg, view: &View, ends: [Pixel; 2], glyph: Glyph) {
     }
     let axis = unit(difference(ends[1], ends[0]));
     let place = |[x, y]: &[f64; 2]| along(along(ends[0], x * view.pin, axis), y * view.pin, normal(axis));
-    let strokes = glyph(length / view.pin);
-    // All halos lie behind all strokes.
+    strokes(svg, &glyph(length / view.pin), &place);
+}
+
+/// A sign around a point.
+pub fn round_glyph(svg: &mut Svg, view: &View, at: Pixel, glyph: RoundGlyph) {
+    strokes(svg, &glyph(), &|[x, y]| [at[0] + x * view.pin, at[1] - y * view.pin]);
+}
+
+/// The strokes of a sign, all halos behind all strokes.
+fn strokes(svg: &mut Svg, strokes: &[Stroke], place: &dyn Fn(&[f64; 2]) -> Pixel) {
     for (colour, width, opacity) in [("#ffffff", 4.0, r#" stroke-opacity="0.8""#), (SPRING, 1.7, "")] {
-        for stroke in &strokes {
+        for stroke in strokes {
             let points: Vec<Pixel> = stroke.points.iter().map(place).collect();
             let close = if stroke.closed { "Z" } else { "" };
             let fill = if stroke.closed && colour != SPRING { "#ffffff" } else { "none" };

@@ -6,7 +6,12 @@ use crate::component::Stroke;
 /// A slider-crank with everything that can be drawn.
 fn slider_crank() -> Drawing {
     let (bearing, pin, wrist, wall) = ([0.0, 0.0], [0.3, 0.4], [1.5, 0.0], [2.5, 0.0]);
-    let body = |name: &str, points: &[[f64; 2]], centre| Body { name: name.into(), points: points.to_vec(), centre };
+    let body = |name: &str, points: &[[f64; 2]], centre| Body {
+        name: name.into(),
+        points: points.to_vec(),
+        centre,
+        ..Body::default()
+    };
     let joint = |name: &str, kind, between, at| Joint { name: name.into(), kind, between, at };
     Drawing {
         title: "slider & crank".into(),
@@ -30,7 +35,7 @@ fn slider_crank() -> Drawing {
             glyph: |length| vec![Stroke::open(vec![[0.0, 0.0], [length, 0.0]])],
         }],
         forces: vec![Force { name: "gas".into(), on: Some(2), at: wrist, direction: [-5.0, 0.0] }],
-        turns: vec![Turn { name: "motor".into(), at: bearing }],
+        turns: vec![Turn { name: "motor".into(), at: bearing, glyph: None }],
         targets: vec![Target { name: "path".into(), on: Some(1), at: wrist, direction: Some([0.0, 1.0]) }],
     }
 }
@@ -74,7 +79,7 @@ fn what_is_not_finite_is_left_out() {
 #[test]
 fn nothing_is_still_a_picture() {
     elements(&Drawing::default().svg());
-    let body = Body { name: "mass".into(), points: vec![], centre: [3.0, 3.0] };
+    let body = Body { name: "mass".into(), points: vec![], centre: [3.0, 3.0], ..Body::default() };
     elements(&Drawing { bodies: vec![body], ..Drawing::default() }.svg());
 }
 
@@ -82,7 +87,12 @@ fn nothing_is_still_a_picture() {
 fn a_crowd_is_drawn_without_names() {
     let body = |index: usize| {
         let x = index as f64;
-        Body { name: format!("body{index}"), points: vec![[x, 0.0], [x + 1.0, 1.0]], centre: [x, 0.5] }
+        Body {
+            name: format!("body{index}"),
+            points: vec![[x, 0.0], [x + 1.0, 1.0]],
+            centre: [x, 0.5],
+            ..Body::default()
+        }
     };
     let svg = Drawing { bodies: (0..1000).map(body).collect(), ..Drawing::default() }.svg();
     assert!(!svg.contains("<text"));

@@ -40,7 +40,7 @@ impl View {
 }
 
 fn points(drawing: &Drawing) -> Vec<[f64; 2]> {
-    let bodies = drawing.bodies.iter().flat_map(|body| body.points.iter().copied().chain([body.centre]));
+    let bodies = drawing.bodies.iter().flat_map(|body| body.extent());
     let joints = drawing.joints.iter().map(|joint| joint.moving().1);
     let couplings = drawing.couplings.iter().flat_map(|coupling| coupling.corners());
     let springs = drawing.springs.iter().flat_map(|spring| spring.ends);

@@ -6,13 +6,13 @@ use std::collections::HashMap;
 
 use cotree_fmu::model::State;
 
-use super::drawing::{Body, Drawing, Force, Hold, Joint, Spring, Target, Turn};
+use super::drawing::{Body, Drawing, Force, Hold, Joint, Shape, Spring, Target, Turn};
 use super::line;
 use crate::component::{self, Icon};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
-use crate::mechanism::{BodyId, Dimension, Formula, Owner, Part, Place, Quantity, Variable};
+use crate::mechanism::{BodyId, Dimension, Formula, Outline, Owner, Part, Place, Quantity, Variable};
 
 pub fn draw(formulated: &mut Formulated) -> Drawing {
     let mechanism = formulated.equations.system.mechanism;
@@ -96,10 +96,32 @@ impl<'a, 'm> Pose<'a, 'm> {
 
     fn body(&mut self, id: BodyId) -> Body {
         let body = &self.equations.system.mechanism.bodies[id.0];
-        Body {
-            name: body.name.clone(),
-            points: (0..body.points.len()).map(|point| self.at(Place::Point(id, point))).collect(),
-            centre: self.at(Place::Centre(id)),
+        let mut points: Vec<[f64; 2]> = (0..body.points.len()).map(|point| self.at(Place::Point(id, point))).collect();
+        let centre = self.at(Place::Centre(id));
+        let shape = body.outline.as_ref().map(|outline| self.shape(outline, id, centre));
+        let shape = match shape {
+            // A rod is drawn as the bar between its ends.
+            Some(Shape::Polygon(ends)) if ends.len() == 2 => {
+                points.extend(ends);
+                None
+            }
+            other => other,
+        };
+        Body { name: body.name.clone(), points, centre, shape }
+    }
+
+    /// The shape of a body in the world.
+    fn shape(&mut self, outline: &Outline, id: BodyId, centre: [f64; 2]) -> Shape {
+        let place = |pose: &mut Self, at: &[Formula; 2]| {
+            let [x, y] = pose.direction(at, Some(id));
+            [centre[0] + x, centre[1] + y]
+        };
+        match outline {
+            Outline::Polygon(corners) => Shape::Polygon(corners.iter().map(|corner| place(self, corner)).collect()),
+            Outline::Disc(at, radius) => {
+                let radius = self.equations.formula(radius);
+                Shape::Disc(place(self, at), self.values(&[radius])[0])
+            }
         }
     }
 
@@ -125,7 +147,12 @@ impl<'a, 'm> Pose<'a, 'm> {
                 let direction = self.arrow(vector, part.between[1].body().filter(|_| *in_body));
                 drawing.forces.push(Force { name, on: between[1], at: self.at(part.between[1]), direction });
             }
-            Icon::Turn => drawing.turns.push(Turn { name, at: self.turning_point(part.bodies()) }),
+            Icon::Turn => {
+                drawing.turns.push(Turn { name, at: self.turning_point(part.bodies()), glyph: None });
+            }
+            Icon::Round(glyph) => {
+                drawing.turns.push(Turn { name, at: self.turning_point(part.bodies()), glyph: Some(*glyph) });
+            }
             Icon::Push => drawing.forces.extend(self.push(part, &drawing.joints)),
             Icon::Target(position) => {
                 let exprs = position.each_ref().map(|component| self.equations.formula(component));

@@ -1,10 +1,12 @@
-//! Parameters, inputs, points and bodies.
+//! Parameters, inputs and points of the ground.
 
 use super::Decoder;
 use super::fields::Fields;
 use crate::diagnostic::span::Text;
 use crate::scene::document::{Kind, Node};
-use crate::scene::model::{Body, Input, Parameter, Point};
+use crate::scene::key::names;
+use crate::scene::model::{Input, Parameter, Point};
+use crate::scene::tables::{GROUND, INPUT, PARAMETER};
 
 impl Decoder {
     pub(super) fn parameter(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Parameter> {
@@ -12,9 +14,8 @@ impl Decoder {
             let value = self.faults.quantity(node, owner)?;
             return Some(Parameter { name: name.clone(), value, ..Parameter::default() });
         }
-        let keys = ["value", "unit", "description", "min", "max", "tunable"];
-        let fields = Fields::open(node, owner, name.span, &keys, &mut self.faults)?;
-        let value = self.faults.required_quantity(&fields, "value", "give its default: `value = \"0.5 m\"`");
+        let fields = Fields::open(node, owner, name.span, &names(PARAMETER), &mut self.faults)?;
+        let value = self.faults.required_quantity(&fields, "value", PARAMETER[0].help());
         let tunable = fields.get("tunable").and_then(|node| self.faults.boolean(node, &fields.name_of("tunable")));
         Some(Parameter {
             name: name.clone(),
@@ -32,8 +33,7 @@ impl Decoder {
             let start = Some(self.faults.quantity(node, owner)?);
             return Some(Input { name: name.clone(), start, ..Input::default() });
         }
-        let keys = ["start", "unit", "description", "min", "max"];
-        let fields = Fields::open(node, owner, name.span, &keys, &mut self.faults)?;
+        let fields = Fields::open(node, owner, name.span, &names(INPUT), &mut self.faults)?;
         Some(Input {
             name: name.clone(),
             start: self.faults.optional_quantity(&fields, "start"),
@@ -48,11 +48,11 @@ impl Decoder {
         let (Some(node), Some(span)) = (top.get("ground"), top.key_span("ground")) else {
             return Vec::new();
         };
-        let fields = Fields::open(node, "the ground", span, &["points"], &mut self.faults);
-        fields.map(|fields| self.points(&fields, "ground")).unwrap_or_default()
+        let fields = Fields::open(node, "the ground", span, &names(GROUND), &mut self.faults);
+        fields.map(|fields| self.ground_points(&fields)).unwrap_or_default()
     }
 
-    fn points(&mut self, fields: &Fields<'_>, body: &str) -> Vec<Point> {
+    fn ground_points(&mut self, fields: &Fields<'_>) -> Vec<Point> {
         let Some(node) = fields.get("points") else {
             return Vec::new();
         };
@@ -61,26 +61,12 @@ impl Decoder {
         };
         let mut points = Vec::new();
         for (name, node) in entries {
-            let what = format!("point `{body}.{}`", name.text);
+            let what = format!("point `ground.{}`", name.text);
             match self.faults.vector(node, &what) {
                 Some(at) => points.push(Point { name: name.clone(), at }),
-                None => self.broken.push(format!("{body}.{}", name.text)),
+                None => self.broken.push(format!("ground.{}", name.text)),
             }
         }
         points
-    }
-
-    pub(super) fn body(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Body> {
-        let keys = ["mass", "inertia", "com", "gravity", "points"];
-        let fields = Fields::open(node, owner, name.span, &keys, &mut self.faults)?;
-        let gravity = fields.get("gravity").and_then(|node| self.faults.boolean(node, &fields.name_of("gravity")));
-        Some(Body {
-            name: name.clone(),
-            mass: self.faults.optional_quantity(&fields, "mass"),
-            inertia: self.faults.optional_quantity(&fields, "inertia"),
-            com: fields.get("com").and_then(|node| self.faults.vector(node, &fields.name_of("com"))),
-            weightless: gravity == Some(false),
-            points: self.points(&fields, &name.text),
-        })
     }
 }

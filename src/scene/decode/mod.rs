@@ -8,33 +8,14 @@ use std::path::Path;
 
 pub(crate) use self::fields::Fields;
 use super::document::{self, Kind, Node};
+use super::key::names;
 use super::model::Scene;
 use super::part::Part;
+use super::tables::SCENE;
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::files;
 use crate::mechanism::Dimension;
-
-/// The keys of a scene.
-const KEYS: [&str; 17] = [
-    "format",
-    "name",
-    "description",
-    "dimension",
-    "gravity",
-    "parameters",
-    "inputs",
-    "ground",
-    "bodies",
-    "joints",
-    "drivers",
-    "loads",
-    "initial",
-    "outputs",
-    "experiment",
-    "solver",
-    "coordinates",
-];
 
 impl Scene {
     /// The largest scene file \[bytes\]: some hundred thousand bodies.
@@ -94,7 +75,7 @@ impl Scene {
         let document = if json {
             document::from_json(text, &mut decoder.faults)
         } else {
-            document::from_toml(text, &KEYS, &mut decoder.faults)
+            document::from_toml(text, &names(SCENE), &mut decoder.faults)
         };
         let Some(document) = document else {
             return Err(decoder.faults.into_faults(source));
@@ -141,7 +122,7 @@ struct Decoder {
 impl Decoder {
     fn scene(&mut self, document: &Node) -> Scene {
         let mut scene = Scene::new("");
-        let Some(top) = Fields::open(document, "the scene", Span::new(0, 0), &KEYS, &mut self.faults) else {
+        let Some(top) = Fields::open(document, "the scene", Span::new(0, 0), &names(SCENE), &mut self.faults) else {
             return scene;
         };
         self.format(&top);
@@ -163,7 +144,7 @@ impl Decoder {
         scene.parameters = self.section(&top, "parameters", "parameter", Decoder::parameter);
         scene.inputs = self.section(&top, "inputs", "input", Decoder::input);
         scene.ground = self.ground(&top);
-        scene.bodies = self.section(&top, "bodies", "body", Decoder::body);
+        scene.bodies = self.parts(&top, "bodies");
         scene.joints = self.parts(&top, "joints");
         scene.drivers = self.parts(&top, "drivers");
         scene.loads = self.parts(&top, "loads");

@@ -4,7 +4,9 @@ use super::Decoder;
 use super::fields::Fields;
 use crate::diagnostic::span::Text;
 use crate::scene::document::{Kind, Node};
+use crate::scene::key::{Key, names};
 use crate::scene::model::{Coordinates, Experiment, Initial, Outputs, Scene, Solver};
+use crate::scene::tables::{COORDINATES, EXPERIMENT, GUESS, OUTPUTS, SOLVER};
 
 impl Decoder {
     pub(super) fn settings(&mut self, top: &Fields<'_>, scene: &mut Scene) {
@@ -18,7 +20,7 @@ impl Decoder {
         if let Some(node) = top.get("outputs") {
             scene.outputs = self.outputs(node);
         }
-        if let Some(fields) = self.table(top, "experiment", &["start", "stop", "step", "tolerance"]) {
+        if let Some(fields) = self.table(top, "experiment", EXPERIMENT) {
             scene.experiment = Experiment {
                 start: self.faults.optional_quantity(&fields, "start"),
                 stop: self.faults.optional_quantity(&fields, "stop"),
@@ -26,7 +28,7 @@ impl Decoder {
                 tolerance: self.faults.optional_quantity(&fields, "tolerance"),
             };
         }
-        if let Some(fields) = self.table(top, "solver", &["method", "rtol", "atol", "max_step"]) {
+        if let Some(fields) = self.table(top, "solver", SOLVER) {
             scene.solver = Solver {
                 method: self.faults.optional_text(&fields, "method"),
                 rtol: self.faults.optional_quantity(&fields, "rtol"),
@@ -34,7 +36,7 @@ impl Decoder {
                 max_step: self.faults.optional_quantity(&fields, "max_step"),
             };
         }
-        if let Some(fields) = self.table(top, "coordinates", &["preset", "translation", "rotation"]) {
+        if let Some(fields) = self.table(top, "coordinates", COORDINATES) {
             let mut tree = |key| fields.get(key).and_then(|node| self.faults.texts(node, &fields.name_of(key)));
             let (translation, rotation) = (tree("translation"), tree("rotation"));
             let preset = self.faults.optional_text(&fields, "preset");
@@ -43,9 +45,9 @@ impl Decoder {
         }
     }
 
-    fn table<'n>(&mut self, top: &Fields<'n>, key: &str, keys: &[&str]) -> Option<Fields<'n>> {
+    fn table<'n>(&mut self, top: &Fields<'n>, key: &str, keys: &[Key]) -> Option<Fields<'n>> {
         let (node, span) = (top.get(key)?, top.key_span(key)?);
-        Fields::open(node, &format!("`[{key}]`"), span, keys, &mut self.faults)
+        Fields::open(node, &format!("`[{key}]`"), span, &names(keys), &mut self.faults)
     }
 
     /// A value, a guess, or a table of them: TOML reads the key `crank.angle` without quotes as `angle` in `crank`.
@@ -64,7 +66,7 @@ impl Decoder {
             }
             return;
         }
-        if let Some(fields) = Fields::open(node, &what, key.span, &["guess"], &mut self.faults)
+        if let Some(fields) = Fields::open(node, &what, key.span, &names(GUESS), &mut self.faults)
             && let Some(value) = self.faults.optional_quantity(&fields, "guess")
         {
             values.push(Initial { variable: key, value, known: false });
@@ -77,7 +79,7 @@ impl Decoder {
             return outputs;
         };
         for (key, node) in entries {
-            if key.text == "variables" {
+            if key.text == OUTPUTS[0].name {
                 outputs.variables = self.faults.texts(node, "`variables` of `[outputs]`").unwrap_or_default();
             } else if let Some(value) = self.faults.quantity(node, &format!("output `{}`", key.text)) {
                 outputs.expressions.push((key.clone(), value));

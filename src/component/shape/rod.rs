@@ -1,0 +1,46 @@
+//! A thin straight rod between two places: I = m l^2/12.
+
+use super::{Facts, Flaw, LONG, Shape, Solid, difference, middle, square};
+use crate::expr::{Function, Unary};
+use crate::mechanism::{Formula, Outline};
+use crate::scene::constant;
+use crate::scene::key::{Form, Key};
+use crate::scene::{Corner, Shape as Built};
+
+pub(super) struct Rod;
+
+const FACTS: Facts = Facts {
+    place: Key::one_of("rod", Form::Corners(2, 2), "its two ends"),
+    about: "a thin straight rod",
+    equations: "m = density length, I = m length^2/12",
+    example: "{ rod = [\"inner\", \"outer\"], density = \"2.1 kg/m\" }",
+    ..LONG
+};
+
+impl Shape for Rod {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn solid(&self, corners: &[[Formula; 2]], _value: &dyn Fn(&str) -> Formula) -> Solid {
+        let ends = [&corners[0], &corners[1]];
+        let square = square(difference(ends));
+        Solid {
+            size: constant::apply(Function::One(Unary::Sqrt), vec![square.clone()]),
+            centre: middle(ends),
+            gyration: square / Formula::Number(12.0),
+            outline: Outline::Polygon(corners.to_vec()),
+        }
+    }
+
+    fn flaw(&self, corners: &[[f64; 2]]) -> Option<Flaw> {
+        (corners[0] == corners[1]).then(|| (1, "has both ends at one place".to_string(), "give two different ends"))
+    }
+}
+
+impl Built {
+    /// A thin straight rod between two places.
+    pub fn rod(first: impl Into<Corner>, second: impl Into<Corner>) -> Built {
+        Built::new("rod", vec![first.into(), second.into()])
+    }
+}

@@ -1,0 +1,132 @@
+//! The keys of a scene: how each is written, in which unit, and what it says.
+
+use crate::mechanism::measure::Wanted;
+
+/// A key of a table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Key {
+    pub name: &'static str,
+    pub form: Form,
+    pub need: Need,
+    /// What it says, for the reference of the scene.
+    pub about: &'static str,
+}
+
+/// Must a key be there?
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Need {
+    /// Yes; the words say what to write.
+    Required(&'static str),
+    /// No; a number is zero then.
+    Optional,
+    /// No; the words say what holds then.
+    Default(&'static str),
+    /// Exactly one of those with this need; the words say what each does.
+    OneOf(&'static str),
+}
+
+/// How the value of a key is written.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Form {
+    /// Two points of different bodies.
+    Points,
+    /// Two different bodies.
+    Bodies,
+    /// A body and a point of another.
+    BodyAndPoint,
+    /// A point that can move.
+    Point,
+    /// A body; it is the second, the ground the first.
+    Body,
+    /// A joint that permits the motion: its bodies are those of this component.
+    Joint,
+    /// A third body, neither of the two; the ground if absent.
+    CarrierBody,
+    /// A point of such a body.
+    CarrierPoint,
+    /// A number of this measure that does not change.
+    Constant(Wanted, Range),
+    /// A law of this measure: whatever a load or a driver may depend on.
+    Law(Wanted),
+    /// A law with two components.
+    Vector(Wanted),
+    /// Two components that do not change.
+    ConstantVector(Wanted),
+    /// A direction.
+    Axis,
+    /// Dry friction with a level and a velocity.
+    Friction([Wanted; 2]),
+    /// A prescribed motion, its rate and its acceleration.
+    Motion([Wanted; 3]),
+    /// One of several words, the first by default; what to say of them, and what one of them is called.
+    Choice(&'static [&'static str], &'static str),
+    /// True or false.
+    Switch,
+    /// A text.
+    Text,
+    /// A list of names.
+    Names,
+    /// A table of names with points.
+    NamedPoints,
+    /// One place in a body: the name of one of its points, or two coordinates.
+    Corner,
+    /// So many places in a body, at least and at most.
+    Corners(usize, usize),
+    /// A shape with a density.
+    Shape,
+    /// A table with keys of its own, or several.
+    Table,
+}
+
+impl Form {
+    /// Does it say what the part is between?
+    pub fn is_end(self) -> bool {
+        use Form::{Bodies, Body, BodyAndPoint, Joint, Point, Points};
+        matches!(self, Points | Bodies | BodyAndPoint | Point | Body | Joint)
+    }
+
+    /// Does it name a third body?
+    pub fn is_carrier(self) -> bool {
+        matches!(self, Form::CarrierBody | Form::CarrierPoint)
+    }
+}
+
+/// Which values a number may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Range {
+    Any,
+    NotNegative,
+    Positive,
+    NotZero,
+}
+
+impl Key {
+    pub const fn required(name: &'static str, form: Form, about: &'static str, help: &'static str) -> Key {
+        Key { name, form, need: Need::Required(help), about }
+    }
+
+    pub const fn optional(name: &'static str, form: Form, about: &'static str) -> Key {
+        Key { name, form, need: Need::Optional, about }
+    }
+
+    /// One that may be left out; `otherwise` is what holds then.
+    pub const fn default(name: &'static str, form: Form, about: &'static str, otherwise: &'static str) -> Key {
+        Key { name, form, need: Need::Default(otherwise), about }
+    }
+
+    pub const fn one_of(name: &'static str, form: Form, about: &'static str) -> Key {
+        Key { name, form, need: Need::OneOf(about), about }
+    }
+}
+
+impl Key {
+    /// What to write if it is missing; empty if it need not be there.
+    pub fn help(&self) -> &'static str {
+        if let Need::Required(help) = self.need { help } else { "" }
+    }
+}
+
+/// The names of some keys.
+pub(crate) fn names(keys: &[Key]) -> Vec<&'static str> {
+    keys.iter().map(|key| key.name).collect()
+}

@@ -1,0 +1,104 @@
+//! The tables of a scene that are no components: every key is written here once, with its unit and what it says.
+
+use super::key::{Form, Key, Range};
+use crate::mechanism::measure::{ACCELERATION, ANYTHING, NUMBER, TIME};
+
+/// The top of a scene.
+pub(crate) const SCENE: &[Key] = &[
+    Key::default("format", Form::Constant(NUMBER, Range::Any), "the version of the format", "1, the only one"),
+    Key::required("name", Form::Text, "the name; the FMU takes its own from it", "`name = \"my_mechanism\"`"),
+    Key::default("description", Form::Text, "one line about the mechanism", "none"),
+    Key::default("dimension", Form::Constant(NUMBER, Range::Any), "2 is the plane; 1 is masses on a line", "2"),
+    Key::default("gravity", Form::ConstantVector(ACCELERATION), "the acceleration of gravity", "none"),
+    Key::default("parameters", Form::Table, "[named constants](#parameters) that become parameters of the FMU", "none"),
+    Key::default("inputs", Form::Table, "[named inputs](#inputs) of the FMU", "none"),
+    Key::default("ground", Form::Table, "[points of the ground](#ground)", "none"),
+    Key::default("bodies", Form::Table, "the [bodies](#bodies)", "none"),
+    Key::default("joints", Form::Table, "the [joints](#joints)", "none"),
+    Key::default("drivers", Form::Table, "[prescribed motions](#drivers)", "none"),
+    Key::default("loads", Form::Table, "[forces, torques, springs and dampers](#loads)", "none"),
+    Key::default("initial", Form::Table, "[initial values](#initial)", "none"),
+    Key::default("outputs", Form::Table, "[what is reported](#outputs)", "none"),
+    Key::default("experiment", Form::Table, "the [default experiment](#experiment)", "its defaults"),
+    Key::default("solver", Form::Table, "[settings of the solver](#solver)", "its defaults"),
+    Key::default("coordinates", Form::Table, "the [choice of trees](#coordinates)", "`preset = \"recommended\"`"),
+];
+
+const UNIT: Key = Key::default("unit", Form::Text, "the unit of numbers without one", "SI, as the value is used");
+const DESCRIPTION: Key = Key::default("description", Form::Text, "one line about it", "none");
+const MIN: Key = Key::default("min", Form::Constant(ANYTHING, Range::Any), "its smallest value", "none");
+const MAX: Key = Key::default("max", Form::Constant(ANYTHING, Range::Any), "its largest value", "none");
+
+/// A parameter that is a table.
+pub(crate) const PARAMETER: &[Key] = &[
+    Key::required(
+        "value",
+        Form::Constant(ANYTHING, Range::Any),
+        "its default; may be an expression of other parameters",
+        "give its default: `value = \"0.5 m\"`",
+    ),
+    UNIT,
+    DESCRIPTION,
+    MIN,
+    MAX,
+    Key::default("tunable", Form::Switch, "whether it may change while the FMU runs", "`false`"),
+];
+
+/// An input that is a table.
+pub(crate) const INPUT: &[Key] = &[
+    Key::optional("start", Form::Constant(ANYTHING, Range::Any), "its value until it is set"),
+    UNIT,
+    DESCRIPTION,
+    MIN,
+    MAX,
+];
+
+/// The ground.
+pub(crate) const GROUND: &[Key] = &[Key::default("points", Form::NamedPoints, "its points", "none")];
+
+/// An initial value that is a table.
+pub(crate) const GUESS: &[Key] = &[Key::default(
+    "guess",
+    Form::Constant(ANYTHING, Range::Any),
+    "about where it is: picks the assembly, while the loops give the exact value",
+    "none",
+)];
+
+/// What is reported.
+pub(crate) const OUTPUTS: &[Key] = &[Key::default(
+    "variables",
+    Form::Names,
+    "names of [variables](#variables); every further key is an output of its own, given by an expression of any of them",
+    "none",
+)];
+
+/// The default experiment.
+pub(crate) const EXPERIMENT: &[Key] = &[
+    Key::optional("start", Form::Constant(TIME, Range::Any), "its start"),
+    Key::default("stop", Form::Constant(TIME, Range::Any), "its end", "10 s after the start"),
+    Key::default("step", Form::Constant(TIME, Range::Positive), "the communication step", "1/1000 of the time"),
+    Key::default("tolerance", Form::Constant(NUMBER, Range::Positive), "relative, on what the user sees", "1e-6"),
+];
+
+/// Settings of the solver.
+pub(crate) const SOLVER: &[Key] = &[
+    Key::optional(
+        "method",
+        Form::Choice(&["auto", "explicit", "implicit"], ""),
+        "the integrator: of both kinds as the motion asks for, or of one",
+    ),
+    Key::default("rtol", Form::Constant(NUMBER, Range::Positive), "relative tolerance of a step", "the solver's"),
+    Key::default("atol", Form::Constant(NUMBER, Range::Positive), "absolute tolerance of a step", "the solver's"),
+    Key::default("max_step", Form::Constant(TIME, Range::Positive), "the longest step", "none"),
+];
+
+/// The choice of trees.
+pub(crate) const COORDINATES: &[Key] = &[
+    Key::optional(
+        "preset",
+        Form::Choice(&["recommended", "absolute", "joint", "cheapest"], ""),
+        "[which trees](trees.md) to take",
+    ),
+    Key::default("translation", Form::Names, "the branches of the translational tree", "the preset's"),
+    Key::default("rotation", Form::Names, "the branches of the rotational tree", "the preset's"),
+];
