@@ -8,7 +8,7 @@ use crate::program::Engine;
 /// How to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Who takes the steps.
+    /// The method that takes the steps.
     pub engine: Engine,
     /// May the run change to the implicit method while the motion is stiff?
     pub automatic: bool,

@@ -356,7 +356,7 @@ impl<V: Version> Component<V> {
     #[inline]
     pub fn glide(&mut self, point: f64, step: f64) -> bool {
         let usual = (point - self.instance.time()).abs() <= OFFSET * step && step > 0.0 && step <= LONGEST;
-        usual && self.mode == Mode::Step && self.instance.glide(point + step)
+        usual && self.mode == Mode::Step && self.instance.interpolate(point + step)
     }
 
     pub fn do_step(&mut self, point: f64, step: f64) -> Outcome {

@@ -42,7 +42,7 @@ impl Instance {
             return Err(InstanceError::NotANumber { name: "time".to_owned(), value: time });
         }
         if time != self.time() {
-            self.touch();
+            self.invalidate();
             self.now.state.registers_mut()[self.model.layout().time()] = time;
         }
         Ok(())
@@ -67,7 +67,7 @@ impl Instance {
     /// The continuous states.
     pub fn states(&mut self, states: &mut [f64]) -> Result<(), InstanceError> {
         self.check_count(states.len())?;
-        self.settle()?;
+        self.reproject()?;
         let state = &self.now.state;
         interleave(state.positions(), state.rates(), states);
         Ok(())
@@ -111,7 +111,7 @@ impl Instance {
     /// # Errors
     /// The step has gone through a pose in which branches of the motion cross: what comes after it means nothing.
     pub fn complete_step(&mut self) -> Result<bool, InstanceError> {
-        self.settle()?;
+        self.reproject()?;
         match self.model.program().motion {
             Motion::Kinematic => {
                 self.adopt();
@@ -129,7 +129,7 @@ impl Instance {
 
     /// At an event: closes the loops. Says whether the states have changed.
     pub fn close_loops(&mut self) -> Result<bool, InstanceError> {
-        self.settle()?;
+        self.reproject()?;
         if self.model.program().motion == Motion::Kinematic {
             self.adopt();
             return Ok(false);
@@ -137,8 +137,8 @@ impl Instance {
         let settings = self.settings();
         let before = if self.now.run.is_changed() { self.now.run.before() } else { &self.now.state };
         self.shown.copy_from(&self.now.state);
-        let settled = self.stepper.settle(&self.model, &mut self.machine, before, &mut self.shown, &settings);
-        settled.map_err(|failure| match failure {
+        let reprojected = self.stepper.reproject(&self.model, &mut self.machine, before, &mut self.shown, &settings);
+        reprojected.map_err(|failure| match failure {
             Failure::LockUp { .. } | Failure::Drift { .. } if !self.now.run.is_changed() => {
                 InstanceError::Apart(failure)
             }

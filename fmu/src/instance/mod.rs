@@ -97,7 +97,7 @@ impl Instance {
 
     /// A copy of the state; consistent once initialised.
     pub fn state(&self) -> State {
-        // Whoever steps in a hurry does not ask for this.
+        // Not on the fast path of a step.
         if self.behind { self.clone().save().state } else { self.now.state.clone() }
     }
 
@@ -106,7 +106,7 @@ impl Instance {
         self.stepper.statistics()
     }
 
-    /// Singular poses that the motion has passed since the last communication point; each is told once.
+    /// Singular poses that the motion has passed since the last communication point; each is reported once.
     pub fn take_passages(&mut self) -> Vec<Passage> {
         let time = self.time();
         self.now.run.take_passages(time)
@@ -136,7 +136,7 @@ impl Instance {
         self.now.tolerance = tolerance.clamp(TOLERANCES[0], TOLERANCES[1]);
         self.now.stop = stop;
         self.now.state.registers_mut()[self.model.layout().time()] = start;
-        self.touch();
+        self.invalidate();
         Ok(())
     }
 
@@ -192,7 +192,7 @@ impl Instance {
         match self.settable(variable)? {
             Settable::Parameter(index) => {
                 if self.now.state.parameters()[index].to_bits() != value.to_bits() {
-                    self.touch();
+                    self.invalidate();
                     if self.is_running() {
                         self.now.run.change(&self.now.state);
                     }
@@ -242,14 +242,14 @@ impl Instance {
 
     fn set_polynomial(&mut self, index: usize, polynomial: [f64; 3]) {
         if self.now.state.input_polynomial(index).map(f64::to_bits) != polynomial.map(f64::to_bits) {
-            self.touch();
+            self.invalidate();
             self.now.state.set_input_polynomial(index, polynomial);
             self.model.follow(self.now.state.registers_mut());
         }
     }
 
     /// To be called before parameters, inputs or the time change.
-    fn touch(&mut self) {
+    fn invalidate(&mut self) {
         self.computed = Computed::default();
         let driven = self.model.program().motion == Motion::Kinematic;
         self.now.at_start &= !self.is_running();
@@ -322,7 +322,7 @@ impl Instance {
             return Err(InstanceError::Stop { to: time, stop });
         }
         self.computed = Computed::default();
-        if self.now.glide(time) {
+        if self.now.interpolate(time) {
             self.behind = true;
         } else {
             let settings = self.settings();
@@ -336,19 +336,19 @@ impl Instance {
         Ok(())
     }
 
-    /// Moves on to a later time along the last step's polynomial, if that is all there is to do and nothing is to be told; the time must be finite.
+    /// Moves on to a later time along the last step's polynomial, if that is all there is to do and nothing is to be reported; the time must be finite.
     /// What most communication points cost: a handful of comparisons, none of which can panic.
     #[inline]
-    pub(crate) fn glide(&mut self, time: f64) -> bool {
+    pub(crate) fn interpolate(&mut self, time: f64) -> bool {
         let allowed = time > self.time() && self.now.stop.is_none_or(|stop| time <= stop);
-        let gliding =
-            allowed && self.now.phase == Phase::Running && self.now.run.has_no_report() && self.now.glide(time);
-        if gliding {
+        let interpolated =
+            allowed && self.now.phase == Phase::Running && self.now.run.has_no_report() && self.now.interpolate(time);
+        if interpolated {
             self.computed = Computed::default();
             self.behind = true;
             self.now.derivatives.fill(false);
         }
-        gliding
+        interpolated
     }
 
     /// Brings the state to its time, if only time has moved on.
@@ -378,7 +378,7 @@ impl Instance {
         let (source, imposed) = (found.source, found.initial.map(|index| index as usize));
         if let Some(parameter) = imposed.filter(|&index| self.now.at_start && self.model.is_imposed(index)) {
             // What the state adds up to may differ from it by rounding errors.
-            self.settle()?;
+            self.reproject()?;
             return Ok(self.now.state.parameters()[parameter]);
         }
         let value = match source {
@@ -411,11 +411,11 @@ impl Instance {
 
     /// The consistent state of the present time.
     fn seen(&mut self) -> Result<&State, InstanceError> {
-        self.settle()?;
+        self.reproject()?;
         Ok(if self.is_shown() { &self.shown } else { &self.now.state })
     }
 
-    fn settle(&mut self) -> Result<(), InstanceError> {
+    fn reproject(&mut self) -> Result<(), InstanceError> {
         if self.computed.state {
             return Ok(());
         }
@@ -425,8 +425,9 @@ impl Instance {
             let settings = self.settings();
             self.shown.copy_from(&self.now.state);
             let before = self.now.run.before();
-            let settled = self.stepper.settle(&self.model, &mut self.machine, before, &mut self.shown, &settings);
-            settled.map_err(|failure| self.explained(failure))?;
+            let reprojected =
+                self.stepper.reproject(&self.model, &mut self.machine, before, &mut self.shown, &settings);
+            reprojected.map_err(|failure| self.explained(failure))?;
         }
         self.computed.state = true;
         Ok(())
@@ -466,7 +467,7 @@ impl Instance {
 
     /// Brings the state that can be seen into the registers. Accelerations and reactions stay there.
     fn load(&mut self) -> Result<(), InstanceError> {
-        self.settle()?;
+        self.reproject()?;
         let seen = if self.is_shown() { &self.shown } else { &self.now.state };
         self.machine.load(&self.model, seen);
         Ok(())

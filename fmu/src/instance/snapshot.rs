@@ -74,7 +74,7 @@ impl Snapshot {
     }
 
     /// Moves time on, if a later state is already known as a polynomial.
-    pub(super) fn glide(&mut self, time: f64) -> bool {
+    pub(super) fn interpolate(&mut self, time: f64) -> bool {
         let known = self.run.interpolates(time);
         if known {
             self.state.set_time(time);

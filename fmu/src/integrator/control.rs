@@ -1,7 +1,12 @@
-//! Lengths of steps, for every method.
+//! The steps of Runge-Kutta methods: proposed, tried, accepted or taken again with another length.
 
+use super::run::Run;
+use crate::context::Context;
+use crate::events::Overlooked;
 use crate::failure::Failure;
 use crate::model::Model;
+use crate::singular::dependence::end_of_reach;
+use crate::singular::detect::Course;
 
 /// A step that would end at most this much further ends at the limit.
 pub(crate) const STRETCH: f64 = 1.01;
@@ -11,6 +16,9 @@ pub(crate) const LONGEST: f64 = 1e4;
 const SHORTEST: f64 = 16.0;
 /// Times nearer to zero than this are spaced as if they were there \[s\].
 const EARLY: f64 = 1e-6;
+
+/// So often a step is taken again because of a singular pose before it is made shorter.
+const REPLANS: u32 = 4;
 
 /// The shortest step at a time.
 pub(crate) fn shortest(time: f64) -> f64 {
@@ -40,8 +48,132 @@ pub(crate) enum Progress {
     Declined,
 }
 
-/// No step is short enough; names the coordinate that accelerates most, judging by the derivative where the step begins.
-pub(crate) fn underflow(model: &Model, time: f64, derivative: &[f64], cause: Option<Failure>) -> Failure {
+/// A step to be tried.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Attempt {
+    pub end: f64,
+    /// The communication point that is wanted.
+    pub target: f64,
+    /// Has an attempt at this step been rejected?
+    pub rejected: bool,
+    /// The length that the error permits, and that for a singular pose ahead.
+    pub natural: f64,
+    pub planned: f64,
+    /// Does the step end at a limit?
+    pub limited: bool,
+}
+
+impl Attempt {
+    /// A step cut short says nothing against the natural length.
+    pub fn is_cut(&self) -> bool {
+        self.limited || self.planned < self.natural
+    }
+}
+
+/// What came of an attempt.
+pub(crate) enum Trial {
+    /// The step is the last one of the run now; the next one is so long.
+    Accepted { next: f64 },
+    /// To be tried with this length.
+    Rejected { shorter: f64, cause: Option<Failure> },
+    /// A law is steep somewhere within the step.
+    Overlooked(Overlooked),
+    /// A singular pose was not where it was expected.
+    Replanned,
+    /// Something like a singular pose is in the step, but cannot be located.
+    Unsteady,
+    /// Another method is to take the step.
+    Declined,
+}
+
+/// A Runge-Kutta method with an estimate of its error. It keeps what it needs for the next step; what a saved state needs besides is in the run.
+pub(crate) trait Integrator {
+    /// How its steps pass singular poses.
+    const COURSE: Course;
+
+    /// Prepares for a step from the end of the last one: its derivative, and a first length. Says if that was a step already, or declines.
+    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<Option<Progress>, Failure>;
+
+    /// Tries a step, judges it, and makes it the last one of the run if it is accepted.
+    fn attempt(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Trial;
+
+    /// What is done about a singular pose that is not where it should be, before a shorter step is tried.
+    fn lose_pose(&mut self, context: &mut Context, run: &mut Run) -> Progress;
+
+    /// The derivative where the step begins.
+    fn first(&self) -> &[f64];
+}
+
+/// One accepted step from the end of the last one, unless the method declines it.
+pub(crate) fn take_step<M: Integrator>(
+    method: &mut M,
+    context: &mut Context,
+    run: &mut Run,
+    horizon: Horizon,
+) -> Result<Progress, Failure> {
+    if let Some(progress) = method.begin(context, run)? {
+        return Ok(progress);
+    }
+    let shortest = shortest(run.last.end_time);
+    // No step ends in the zone of a singular pose, whoever asks for it: the dense output serves what lies there.
+    let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
+    let (mut rejected, mut replans, mut until_steep) = (false, 0, f64::INFINITY);
+    loop {
+        let attempt = propose::<M>(context, run, Horizon { limit, ..horizon }, (rejected, until_steep.is_finite()));
+        let h = attempt.end - run.last.end_time;
+        let trial = method.attempt(context, run, &attempt);
+        let accepted = matches!(trial, Trial::Accepted { .. });
+        *(if accepted { &mut context.statistics.steps } else { &mut context.statistics.rejected }) += 1;
+        match trial {
+            Trial::Accepted { next } => {
+                run.last.natural = next.min(until_steep);
+                return Ok(Progress::Stepped);
+            }
+            Trial::Rejected { shorter, cause } => {
+                (rejected, run.last.natural) = (true, shorter);
+                if shorter < shortest {
+                    return Err(no_step(context, run, method.first(), cause));
+                }
+            }
+            Trial::Overlooked(Overlooked { begin, place }) => {
+                (rejected, run.last.natural, until_steep) = (true, (begin * h).max(shortest), (place - begin) * h);
+            }
+            Trial::Replanned if replans < REPLANS => replans += 1,
+            Trial::Replanned | Trial::Unsteady => {
+                (rejected, replans, run.last.natural) = (true, 0, (0.5 * h).max(shortest));
+                if method.lose_pose(context, run) == Progress::Declined {
+                    return Ok(Progress::Declined);
+                }
+                if 0.5 * h < shortest {
+                    return Err(no_step(context, run, method.first(), None));
+                }
+            }
+            Trial::Declined => return Ok(Progress::Declined),
+        }
+    }
+}
+
+/// The next attempt. A step that ends before a law gets steep is not stretched into it.
+fn propose<M: Integrator>(context: &Context, run: &Run, horizon: Horizon, (rejected, steep): (bool, bool)) -> Attempt {
+    let (time, limit) = (run.last.end_time, horizon.limit);
+    let longest = run.following().unwrap_or(LONGEST).min(context.settings.max_step);
+    let natural = within(run.last.natural, shortest(time), longest);
+    let planned = M::COURSE.planned(run.singular.ahead, natural).max(shortest(time));
+    let stretch = if steep { 1.0 } else { STRETCH };
+    // A step that passes a singular pose ends where nothing is evaluated near it, not where somebody cuts it short.
+    let clears = !run.passes(limit) || M::COURSE.clears(run.singular.ahead, limit - time);
+    let limited = time + stretch * planned >= limit && clears;
+    let end = if limited { limit } else { time + planned };
+    Attempt { end, target: horizon.target, rejected, natural, planned, limited }
+}
+
+/// No step is short enough: the loops are at the end of their reach, or something moves too fast. Names the coordinate that accelerates most, judging
+/// by the derivative where the step begins.
+fn no_step(context: &Context, run: &Run, derivative: &[f64], cause: Option<Failure>) -> Failure {
+    end_of_reach(context, run).unwrap_or_else(|| underflow(context.model, run.last.end_time, derivative, cause))
+}
+
+fn underflow(model: &Model, time: f64, derivative: &[f64], cause: Option<Failure>) -> Failure {
     let n = model.coordinates();
     let coordinates = &model.program().coordinates;
     let speed = |index: usize| {

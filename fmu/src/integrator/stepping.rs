@@ -34,13 +34,13 @@ pub struct Stepper {
     kinematic: Kinematic,
     projection: Projection,
     work: State,
-    settling: Settling,
+    reprojection: Reprojection,
     statistics: Statistics,
 }
 
 /// Storage for closing the loops after a change.
 #[derive(Clone, Debug)]
-struct Settling {
+struct Reprojection {
     reached: State,
     trial: State,
 }
@@ -55,7 +55,7 @@ impl Stepper {
             taylor: Taylor::new(model),
             kinematic: Kinematic::new(model),
             projection: Projection::new(model),
-            settling: Settling { reached: work.clone(), trial: work.clone() },
+            reprojection: Reprojection { reached: work.clone(), trial: work.clone() },
             work,
             statistics: Statistics::default(),
         }
@@ -83,7 +83,7 @@ impl Stepper {
     }
 
     /// Closes the loops at a state whose time, parameters or inputs have changed, but not yet its motion. On failure the state stays as it was.
-    pub fn settle(
+    pub fn reproject(
         &mut self,
         model: &Model,
         machine: &mut Machine,
@@ -91,11 +91,11 @@ impl Stepper {
         state: &mut State,
         settings: &Settings,
     ) -> Result<(), Failure> {
-        let Self { projection, settling, kinematic, statistics, .. } = self;
+        let Self { projection, reprojection, kinematic, statistics, .. } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
         match model.program().motion {
             Motion::Kinematic => kinematic.close(context, before, state),
-            Motion::Dynamic => settling.close(context, before, state),
+            Motion::Dynamic => reprojection.close(context, before, state),
         }
     }
 
@@ -134,9 +134,9 @@ impl Stepper {
         target: f64,
         settings: &Settings,
     ) -> Result<(), Failure> {
-        let Self { explicit, implicit, taylor, kinematic, projection, work, settling, statistics } = self;
+        let Self { explicit, implicit, taylor, kinematic, projection, work, reprojection, statistics } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
-        // What nobody has asked for until now is not told any more.
+        // What nobody has asked for until now is not reported any more.
         run.take_passages(state.time());
         let exact = run.signals.changed && run.signals.changed_before;
         work.copy_from(state);
@@ -148,7 +148,7 @@ impl Stepper {
             if !closed {
                 match model.program().motion {
                     Motion::Kinematic => kinematic.close(context, &run.signals.before, work)?,
-                    Motion::Dynamic => settling.close(context, &run.signals.before, work)?,
+                    Motion::Dynamic => reprojection.close(context, &run.signals.before, work)?,
                 }
             }
             run.restart(model, work);
@@ -177,7 +177,7 @@ impl Stepper {
     }
 }
 
-/// The state at a communication point that the front has reached. `motion` writes (q, v) and says whether it must be projected.
+/// The state at a communication point that the last step has reached. `motion` writes (q, v) and says whether it must be projected.
 fn read(
     context: &mut Context,
     run: &Run,
@@ -198,7 +198,7 @@ fn read(
     Ok(())
 }
 
-impl Settling {
+impl Reprojection {
     /// Closes the loops again after a change of parameters or inputs, in parts small enough to stay on the branch. `state` comes
     /// with the changes and the old motion.
     fn close(&mut self, context: &mut Context, before: &State, state: &mut State) -> Result<(), Failure> {

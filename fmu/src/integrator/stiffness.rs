@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::control::{Horizon, Progress};
+use super::control::{Horizon, Progress, take_step};
 use super::explicit::Explicit;
 use super::implicit::Implicit;
 use super::run::Run;
@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::model::{Model, State};
 use crate::program::Engine;
 use crate::singular::branch;
-use crate::singular::dependence::end_of_reach;
+use crate::singular::dependence::{end_of_reach, singular_ahead};
 
 /// Steps before the first look at the fastest rate. After each look that finds nothing it takes twice as many, after each trial that fails four times.
 const FIRST_LOOK: u32 = 32;
@@ -30,7 +30,7 @@ const AWAY: f64 = 4.0;
 const COARSE: f64 = 1e-5;
 /// So many attempts show at what pace the motion goes.
 const LOOK_AT_PACE: u64 = 4096;
-/// So many steps in a row must speak for the way back.
+/// So many steps in a row must speak for the return.
 const VOTES: u32 = 8;
 /// A step times the fastest rate: what the explicit method may take, and series for each of their orders. From this share on it holds them back.
 const STABLE: f64 = 5.0;
@@ -52,9 +52,9 @@ const MOST_STEPS: u64 = 10_000_000;
 /// What a run remembers of the choice.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Choice {
-    /// Is the implicit method in charge?
+    /// Is the implicit method the current one?
     stiff: bool,
-    /// Steps since the last look, or steps in a row that speak for the way back.
+    /// Steps since the last look, or steps in a row that speak for the return.
     count: u32,
     /// Steps before the next look.
     patience: u32,
@@ -62,7 +62,7 @@ pub(crate) struct Choice {
     suspected: u32,
     /// The step at which the other engine was held back \[s\].
     held_back: f64,
-    /// Has the implicit method been in charge?
+    /// Has it been the current one?
     has_been_stiff: bool,
     /// Does stiffness hold steps back that come to a singular pose?
     passing: bool,
@@ -111,7 +111,7 @@ impl Choice {
         }
     }
 
-    /// Counts an implicit step for or against the way back; says whether that is enough.
+    /// Counts an implicit step for or against the return; says whether that is enough.
     fn returns(&mut self, back: bool) -> bool {
         self.count = if back { self.count + 1 } else { 0 };
         self.stiff = self.count < VOTES;
@@ -142,7 +142,7 @@ impl Pace {
             return Ok(());
         }
         let to_come = (target - run.last.end_time) / (run.last.end_time - self.time) * made as f64;
-        // Written so that a front that stands still is too slow too.
+        // Written so that a run that stands still is too slow too.
         let enough = to_come < self.left as f64;
         if !enough {
             let pace = (run.last.end_time - self.time) / made as f64;
@@ -183,7 +183,7 @@ fn fallback_step(
     (run.last.natural, run.last.order) = (0.0, 0);
     run.taylor = taylor::Memory::default();
     context.machine.load(context.model, &run.signals.origin);
-    explicit.advance(context, run, horizon)?;
+    take_step(explicit, context, run, horizon)?;
     run.taylor.series = None;
     context.statistics.fallbacks += 1;
     taylor.forget();
@@ -203,13 +203,15 @@ pub(crate) struct Engines<'a> {
 }
 
 impl Engines<'_> {
-    /// Takes steps until the front has reached the target.
+    /// Takes steps until the run has reached the target.
     pub fn advance(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
         let mut pace = Pace::new(context, run);
         while run.last.end_time < horizon.target {
             pace.check(context, run, horizon.target)?;
             if context.settings.engine == Engine::Radau {
-                self.implicit.advance(context, run, horizon, false)?;
+                if take_step(self.implicit, context, run, horizon)? == Progress::Declined {
+                    return Err(singular_ahead(context, run));
+                }
             } else if run.stiffness.stiff {
                 self.stiff_step(context, run, horizon)?;
             } else {
@@ -220,7 +222,7 @@ impl Engines<'_> {
         Ok(())
     }
 
-    /// (q, v) at a target that the front has reached; says whether they must be projected.
+    /// (q, v) at a target that the last step has reached; says whether they must be projected.
     pub fn read(&mut self, context: &mut Context, run: &Run, target: f64, motion: &mut [f64]) -> bool {
         match (context.settings.engine, &mut self.taylor) {
             _ if run.radau.is_last() => Implicit::read(run, target, motion),
@@ -241,7 +243,7 @@ impl Engines<'_> {
     }
 
     fn stiff_step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
-        let goes_on = self.implicit.advance(context, run, horizon, true)?;
+        let goes_on = take_step(self.implicit, context, run, horizon)? == Progress::Stepped;
         run.taylor.series = None;
         let possible = run.stiffness.held_back.max(stable(context.settings) / self.implicit.rate(context.model));
         if !goes_on {
@@ -278,7 +280,7 @@ impl Engines<'_> {
             }
             _ => {
                 run.last.order = 0;
-                self.explicit.advance(context, run, horizon)?;
+                take_step(self.explicit, context, run, horizon)?;
             }
         }
         // Without laws of positions and rates nothing is stiff. The implicit method knows nothing of singular poses.

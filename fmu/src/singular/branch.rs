@@ -112,15 +112,15 @@ impl Trail {
     }
 
     /// Adds a state.
-    fn push(&mut self, time: f64, front: &[f64]) {
+    fn push(&mut self, time: f64, start: &[f64]) {
         if self.count == WINDOW {
-            self.states.copy_within(front.len() + 1.., 0);
+            self.states.copy_within(start.len() + 1.., 0);
             self.closeness.copy_within(self.smallest.len().., 0);
             self.count -= 1;
         }
-        let place = self.count * (front.len() + 1);
+        let place = self.count * (start.len() + 1);
         self.states[place] = time;
-        self.states[place + 1..][..front.len()].copy_from_slice(front);
+        self.states[place + 1..][..start.len()].copy_from_slice(start);
         self.count += 1;
     }
 
@@ -140,13 +140,13 @@ fn sizes(model: &Model) -> (usize, usize) {
     (rows, if rows > 0 { 2 * model.coordinates() } else { 0 })
 }
 
-/// How far a state is from the front, in units of the scales.
+/// How far a state is from the start of the step, in units of the scales.
 fn progress(model: &Model, from: &[f64], to: &[f64]) -> f64 {
     let coordinates = model.program().coordinates.iter().zip(from.iter().zip(to));
     coordinates.fold(0.0, |most, (coordinate, (from, to))| math::maximum(most, (to - from).abs() / coordinate.scale))
 }
 
-/// Looks at the front, to which a step has led.
+/// Looks at the end of the last step.
 ///
 /// # Errors
 /// The motion has left its branch.
@@ -186,7 +186,7 @@ pub(crate) fn watch(context: &mut Context, run: &mut Run) -> Result<(), Failure>
     if same { Ok(()) } else { Err(Failure::BranchLost { time: run.singular.trail.state(closest)[0], joints }) }
 }
 
-/// 1 / r^2 at the last state of the trail, which is the front.
+/// 1 / r^2 at the last state of the trail, where the last step ends.
 fn note_closeness(context: &mut Context, run: &mut Run) {
     let Context { model, machine, statistics, .. } = context;
     machine.load_signals(model, &run.signals.origin, run.last.end_time);

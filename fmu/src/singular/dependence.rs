@@ -1,4 +1,4 @@
-//! Loop equations that depend on each other at the front of a run.
+//! Loop equations that depend on each other where a step of a run begins.
 
 use crate::context::Context;
 use crate::failure::Failure;
@@ -15,39 +15,38 @@ const REFUSED: f64 = 1e-3;
 /// The same where there is no step that leads on.
 const AT_THE_END: f64 = 1e-2;
 
-/// Is the front so close to a singular pose that it must be left before anything is evaluated?
+/// Does the last step end so close to a singular pose that it must be left before anything is evaluated?
 pub(crate) fn begins_near(context: &Context, run: &Run) -> bool {
     let first = run.last.natural == 0.0 && run.last.start_time == run.last.end_time;
     if !first || context.model.active().is_empty() {
         return run.in_zone(run.last.end_time);
     }
-    at_the_front(context, run).0 < CLOSE
+    at_the_end(context, run).0 < CLOSE
 }
 
-/// Is the front in a singular pose?
+/// Does the last step end in a singular pose?
 pub(crate) fn is_singular(context: &Context, run: &Run) -> bool {
-    at_the_front(context, run).0 < DEPENDENT
+    at_the_end(context, run).0 < DEPENDENT
 }
 
-/// Why the implicit method goes no further, if it is because the front is close to a singular pose.
-pub(crate) fn singular_ahead(context: &Context, run: &Run) -> Option<Failure> {
-    let (distance, joints) = at_the_front(context, run);
-    (distance < REFUSED).then_some(Failure::SingularAhead { time: run.last.end_time, joints })
+/// Does the last step end so close to a singular pose that the implicit method does not go on?
+pub(crate) fn is_refused(context: &Context, run: &Run) -> bool {
+    at_the_end(context, run).0 < REFUSED
 }
 
-/// The joints whose loop equations depend on each other most at the front.
-pub(crate) fn weakest_joints(context: &Context, run: &Run) -> Vec<String> {
-    at_the_front(context, run).1
+/// Why the implicit method goes no further where no other takes over.
+pub(crate) fn singular_ahead(context: &Context, run: &Run) -> Failure {
+    Failure::SingularAhead { time: run.last.end_time, joints: at_the_end(context, run).1 }
 }
 
 /// What to say where the motion could go on in several ways.
 pub(crate) fn undecided(context: &Context, run: &Run) -> Failure {
-    Failure::Undecided { time: run.last.end_time, joints: at_the_front(context, run).1 }
+    Failure::Undecided { time: run.last.end_time, joints: at_the_end(context, run).1 }
 }
 
-/// Why there is no step from the front, if it is because the loops are at the end of their reach.
+/// Why there is no step from the start of the step, if it is because the loops are at the end of their reach.
 pub(crate) fn end_of_reach(context: &Context, run: &Run) -> Option<Failure> {
-    let (distance, joints) = at_the_front(context, run);
+    let (distance, joints) = at_the_end(context, run);
     let time = run.last.end_time;
     let failure = if is_driven(context, run) {
         Failure::EndOfReach { time, joints }
@@ -58,7 +57,7 @@ pub(crate) fn end_of_reach(context: &Context, run: &Run) -> Option<Failure> {
     (distance < AT_THE_END).then_some(failure)
 }
 
-/// Do drivers move the loops at the front?
+/// Do drivers move the loops where the step begins?
 fn is_driven(context: &Context, run: &Run) -> bool {
     let model = context.model;
     let mut state = run.state_at(model, run.last.end_time, &run.last.end);
@@ -70,7 +69,7 @@ fn is_driven(context: &Context, run: &Run) -> bool {
     tape.results(machine.registers()).any(|rate| rate != 0.0)
 }
 
-/// Which loop equations depend on each other at the front, and how far from it they are.
-fn at_the_front(context: &Context, run: &Run) -> (f64, Vec<String>) {
+/// Which loop equations depend on each other where the step begins, and how far from it they are.
+fn at_the_end(context: &Context, run: &Run) -> (f64, Vec<String>) {
     dependent(context.model, &run.state_at(context.model, run.last.end_time, &run.last.end))
 }

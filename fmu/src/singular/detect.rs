@@ -36,7 +36,7 @@ const MANY: usize = 100;
 /// A start is in the zone of a singular pose if a step along it brings a row so many times further from the others.
 const ESCAPE: f64 = 20.0;
 
-/// The share of the distance at the front that is as good as none.
+/// The share of the distance where the step begins that is as good as none.
 const THERE: f64 = 0.02;
 /// A pose at which this share is left is no singular one.
 const NONE: f64 = 0.15;
@@ -46,10 +46,10 @@ const SECANTS: usize = 4;
 /// Where the time of a pose is made more precise, before and after it, in shares of a step.
 const CLOSER: [f64; 3] = [0.05, 2e-3, 1e-4];
 
-/// How close the loop equations are to depending on each other, at the front and at the end of a step: 1 / r_k^2.
+/// How close the loop equations are to depending on each other, where the step begins and at the end of a step: 1 / r_k^2.
 #[derive(Clone, Debug)]
 pub struct Guard {
-    pub front: Vec<f64>,
+    pub start: Vec<f64>,
     pub next: Vec<f64>,
 }
 
@@ -137,34 +137,34 @@ pub fn refine(at: f64, span: f64, mut share_at: impl FnMut(f64) -> f64) -> f64 {
 impl Guard {
     /// For so many joints.
     pub fn new(joints: usize) -> Self {
-        Self { front: vec![0.0; joints], next: vec![0.0; joints] }
+        Self { start: vec![0.0; joints], next: vec![0.0; joints] }
     }
 
-    /// The end of the step has become the front.
+    /// The end of the step has become the start of the next one.
     pub fn roll(&mut self) {
-        self.front.copy_from_slice(&self.next);
+        self.start.copy_from_slice(&self.next);
     }
 
     /// Is the end of the step in the zone of a singular pose, as seen from its start?
     pub fn ends_near(&self) -> bool {
         let growth = 1.0 / (NEAREST * NEAREST);
-        self.front.iter().zip(&self.next).any(|(front, next)| *next > growth * front && *front > 0.0)
+        self.start.iter().zip(&self.next).any(|(start, next)| *next > growth * start && *start > 0.0)
     }
 
     /// Was the start of the step in the zone of a singular pose, as seen from its end?
     pub fn began_near(&self) -> bool {
-        self.front.iter().zip(&self.next).any(|(front, next)| *front > ESCAPE * ESCAPE * next && *next > 0.0)
+        self.start.iter().zip(&self.next).any(|(start, next)| *start > ESCAPE * ESCAPE * next && *next > 0.0)
     }
 
     /// Does a row come so much closer to the others in the step, or go so much further from them, that it could have gone over to another branch?
     pub fn jumps(&self) -> bool {
-        self.front.iter().zip(&self.next).any(|(front, next)| *front > 0.0 && is_jump(*front, *next))
+        self.start.iter().zip(&self.next).any(|(start, next)| *start > 0.0 && is_jump(*start, *next))
     }
 
     /// The smallest r_k at the end of the step, as a share of that at its start.
     pub fn share(&self) -> f64 {
         let squares =
-            self.front.iter().zip(&self.next).filter(|(front, _)| **front > 0.0).map(|(front, next)| front / next);
+            self.start.iter().zip(&self.next).filter(|(start, _)| **start > 0.0).map(|(start, next)| start / next);
         squares.fold(f64::INFINITY, f64::min).sqrt()
     }
 
@@ -263,13 +263,13 @@ mod tests {
     #[test]
     fn a_row_that_comes_closer_evenly_arrives_when_predicted() {
         let mut guard = Guard::new(2);
-        guard.front = vec![1.0, 4.0];
+        guard.start = vec![1.0, 4.0];
         guard.next = vec![1.0, 16.0];
         assert!((guard.ahead(0.3) - 0.3).abs() < 1e-12);
         assert!(!guard.ends_near() && !guard.began_near());
         guard.next = vec![1.0, 100.0];
         assert!(guard.ends_near());
-        (guard.front, guard.next) = (guard.next.clone(), vec![1.0, 0.2]);
+        (guard.start, guard.next) = (guard.next.clone(), vec![1.0, 0.2]);
         assert!(guard.began_near());
     }
 

@@ -30,12 +30,12 @@ pub(crate) enum Verdict {
     Failed,
 }
 
-/// The search for the state so long after the front.
+/// The search for the state so long after the start of the step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Search {
     /// Length of the step [s].
     pub h: f64,
-    /// The largest rate at the front, in scales.
+    /// The largest rate where the step begins, in scales.
     speed: f64,
     tolerance: f64,
     /// The size of the last correction.
@@ -43,7 +43,7 @@ pub(crate) struct Search {
 }
 
 impl Search {
-    /// Those to be tried at the front, one after the other.
+    /// Those to be tried where the step begins, one after the other.
     pub fn all(context: &Context, run: &Run) -> impl Iterator<Item = Self> + use<> {
         let coordinates = &context.model.program().coordinates;
         let speeds = coordinates.iter().zip(&run.last.end[coordinates.len()..]);
@@ -56,13 +56,13 @@ impl Search {
         lengths.map(move |h| Self { h, speed, tolerance, before: f64::INFINITY })
     }
 
-    /// Corrects the state at the end of the step by what `reached`, the place that the motion comes back to from there, is away from the front; `reached`
+    /// Corrects the state at the end of the step by what `reached`, the place that the motion comes back to from there, is away from the start of the step; `reached`
     /// becomes the new state.
-    pub fn correct(&mut self, model: &Model, front: &[f64], state: &[f64], reached: &mut [f64]) -> Verdict {
+    pub fn correct(&mut self, model: &Model, start: &[f64], state: &[f64], reached: &mut [f64]) -> Verdict {
         let (n, mut left) = (model.coordinates(), [0.0, 0.0]);
         for (index, coordinate) in model.program().coordinates.iter().enumerate() {
-            let dq = front[index] - reached[index];
-            let dv = front[n + index] - reached[n + index];
+            let dq = start[index] - reached[index];
+            let dv = start[n + index] - reached[n + index];
             left[0] = math::maximum(left[0], dq.abs() / coordinate.scale);
             left[1] = math::maximum(left[1], dv.abs() / (coordinate.scale * self.speed));
             reached[index] = state[index] + dq + self.h * dv;

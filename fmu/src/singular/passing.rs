@@ -1,4 +1,4 @@
-//! What is told of a singular pose that the motion has passed.
+//! What is reported of a singular pose that the motion has passed.
 
 use std::collections::BTreeSet;
 use std::fmt;

@@ -10,11 +10,11 @@ use crate::constraints::accelerations::finite;
 use crate::context::Context;
 use crate::events::{Monitor, Overlooked, Span};
 use crate::failure::Failure;
-use crate::integrator::control::{Horizon, LONGEST, STRETCH, shortest, underflow, within};
+use crate::integrator::control::{Attempt, Integrator, Progress, Trial, shortest};
 use crate::math;
 use crate::model::Model;
-use crate::singular::closeness::is_watched;
-use crate::singular::dependence::end_of_reach;
+use crate::singular::closeness::{is_watched, read};
+use crate::singular::detect::Course;
 use crate::singular::supervisor::ZONE;
 use dop853::{Dop853, interpolate, next_step, slope};
 pub(crate) use passage::COURSE;
@@ -26,8 +26,6 @@ const SHARE_OF_TOLERANCE: f64 = 0.01;
 const FINEST: f64 = 1e-14;
 /// Near a singular pose the loops are closed this well.
 const TIGHT: f64 = 1e-10;
-/// So often a step is taken again because of a singular pose before it is made shorter.
-const REPLANS: u32 = 4;
 /// The error of a step near a singular pose, but not across it, is rounding only if it is less than this.
 const ROUGH: f64 = 1e6;
 /// Across a singular pose only rounding errors are left if an error, in units of what one step may be wrong by, is less than this, and this share of what it
@@ -44,25 +42,72 @@ pub struct Explicit {
     method: Dop853,
     next: Vec<f64>,
     tolerances: Vec<f64>,
-    /// Is the derivative at the front known?
+    /// Is the derivative where the step begins known?
     known: bool,
     watch: Watch,
     monitor: Monitor,
 }
 
-/// What came of a trial.
-enum Trial {
-    /// With that error, in units of the tolerance, and a singular pose so far after the end (0 for none).
-    Accepted {
-        error: f64,
-        ahead: f64,
-    },
-    Rejected {
-        error: f64,
-        failure: Option<Failure>,
-    },
+impl Integrator for Explicit {
+    const COURSE: Course = COURSE;
+
+    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<Option<Progress>, Failure> {
+        if self.leave_at_the_start(context, run)? {
+            return Ok(Some(Progress::Stepped));
+        }
+        let time = run.last.end_time;
+        if !self.known {
+            self.method.begin(&mut RightHandSide::new(context, &run.signals.origin), time, &run.last.end);
+            self.known = true;
+            read(context.model, context.machine, &mut self.watch.start);
+        }
+        let n = context.model.coordinates();
+        finite(context.model, time, &self.method.first()[n..])?;
+        if run.last.natural == 0.0 {
+            self.tolerate(context, &run.last.end, false);
+            let mut f = RightHandSide::new(context, &run.signals.origin);
+            run.last.natural = self.method.starting_step(&mut f, time, &run.last.end, &self.tolerances);
+        }
+        Ok(None)
+    }
+
+    fn attempt(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Trial {
+        let (end, h) = (attempt.end, attempt.end - run.last.end_time);
+        let near = Self::is_near(run, end);
+        let (error, ahead) = match self.solve(context, run, end, near).and_then(|error| {
+            let ahead = self.supervise(context, run, attempt, near)?;
+            Ok((error, ahead))
+        }) {
+            Ok(judged) => judged,
+            Err(Unfit::Error(error, cause)) => {
+                return Trial::Rejected { shorter: next_step(h, error, true).min(0.5 * h), cause };
+            }
+            Err(Unfit::Overlooked(overlooked)) => return Trial::Overlooked(overlooked),
+            Err(Unfit::Pose) => return Trial::Replanned,
+        };
+        let proposed = next_step(h, error, attempt.rejected);
+        self.accept(run, end, ahead);
+        Trial::Accepted {
+            next: if attempt.is_cut() && !attempt.rejected { proposed.max(attempt.natural) } else { proposed },
+        }
+    }
+
+    fn lose_pose(&mut self, _: &mut Context, run: &mut Run) -> Progress {
+        (run.singular.ahead, run.singular.pose) = (0.0, None);
+        Progress::Stepped
+    }
+
+    fn first(&self) -> &[f64] {
+        self.method.first()
+    }
+}
+
+/// Why a step is not accepted.
+enum Unfit {
+    /// Its error, in units of the tolerance, and what is behind it.
+    Error(f64, Option<Failure>),
     /// A singular pose was not where it was expected.
-    Replanned,
+    Pose,
     /// A law is steep somewhere within the step.
     Overlooked(Overlooked),
 }
@@ -80,21 +125,12 @@ impl Explicit {
         Dop853::dense_length(2 * model.coordinates())
     }
 
-    /// To be called when the front is not the one that the last step left.
+    /// To be called when the next step does not begin where this method left the last one.
     pub fn forget(&mut self) {
         self.known = false;
     }
 
-    /// Takes one step.
-    pub fn advance(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
-        if self.leave_at_the_start(context, run)? {
-            return Ok(());
-        }
-        self.begin(context, run)?;
-        self.step(context, run, horizon)
-    }
-
-    /// (q, v) at the target, from the front or from the dense output; says whether it was interpolated.
+    /// (q, v) at the target, from the end of the last step or from the dense output; says whether it was interpolated.
     pub fn read(&self, run: &Run, target: f64, motion: &mut [f64]) -> bool {
         if run.last.end_time == target {
             motion.copy_from_slice(&run.last.end);
@@ -107,116 +143,45 @@ impl Explicit {
         run.singular.pose.is_none_or(|pose| (pose - target).abs() > zone)
     }
 
-    /// The derivative at the front, and a first step size if there is none.
-    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<(), Failure> {
-        let time = run.last.end_time;
-        if !self.known {
-            self.method.begin(&mut RightHandSide::new(context, &run.signals.origin), time, &run.last.end);
-            self.known = true;
-            self.look_around(context);
-        }
-        let n = context.model.coordinates();
-        finite(context.model, time, &self.method.first()[n..])?;
-        if run.last.natural == 0.0 {
-            self.tolerate(context, &run.last.end, false);
-            let mut f = RightHandSide::new(context, &run.signals.origin);
-            run.last.natural = self.method.starting_step(&mut f, time, &run.last.end, &self.tolerances);
-        }
-        Ok(())
-    }
-
-    /// One accepted step from the front.
-    fn step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
-        let time = run.last.end_time;
-        let shortest = shortest(time);
-        // No step ends in the zone of a singular pose, whoever asks for it: the dense output serves what lies there.
-        let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
-        let (mut rejected, mut replans) = (false, 0);
-        let mut following = f64::INFINITY;
-        loop {
-            let longest = run.following().unwrap_or(LONGEST).min(context.settings.max_step);
-            let natural = within(run.last.natural, shortest, longest);
-            let planned = COURSE.planned(run.singular.ahead, natural).max(shortest);
-            // A step that ends before a law gets steep is not stretched into it.
-            let stretch = if following.is_finite() { 1.0 } else { STRETCH };
-            let limited = time + stretch * planned >= limit && Self::may_end(run, limit);
-            let end = if limited { limit } else { time + planned };
-            let h = end - time;
-            match self.attempt(context, run, end, horizon.target) {
-                Trial::Accepted { error, ahead } => {
-                    let proposed = next_step(h, error, rejected);
-                    // A step cut short says nothing against the natural length.
-                    let cut = limited || planned < natural;
-                    run.last.natural = if cut && !rejected { proposed.max(natural) } else { proposed };
-                    run.last.natural = run.last.natural.min(following);
-                    self.accept(run, end, ahead);
-                    context.statistics.steps += 1;
-                    return Ok(());
-                }
-                Trial::Rejected { error, failure } => {
-                    rejected = true;
-                    run.last.natural = next_step(h, error, true).min(0.5 * h);
-                    if run.last.natural < shortest {
-                        return Err(end_of_reach(context, run)
-                            .unwrap_or_else(|| underflow(context.model, time, self.method.first(), failure)));
-                    }
-                }
-                Trial::Overlooked(Overlooked { begin, place }) => {
-                    rejected = true;
-                    (run.last.natural, following) = ((begin * h).max(shortest), (place - begin) * h);
-                }
-                Trial::Replanned if replans < REPLANS => replans += 1,
-                Trial::Replanned => {
-                    (rejected, replans) = (true, 0);
-                    (run.last.natural, run.singular.ahead, run.singular.pose) = ((0.5 * h).max(shortest), 0.0, None);
-                }
-            }
-            context.statistics.rejected += 1;
-        }
-    }
-
-    /// Tries a step to `end`.
-    fn attempt(&mut self, context: &mut Context, run: &mut Run, end: f64, target: f64) -> Trial {
-        let near = Self::is_near(run, end);
-        if let Err(failure) = self.try_stages(context, run, end, near) {
-            return Trial::Rejected { error: f64::NAN, failure: Some(failure) };
-        }
+    /// The stages, the error and the end of a step, on the loops; returns the error in units of the tolerance.
+    fn solve(&mut self, context: &mut Context, run: &Run, end: f64, near: bool) -> Result<f64, Unfit> {
+        self.try_stages(context, run, end, near).map_err(|failure| Unfit::Error(f64::NAN, Some(failure)))?;
         let error = self.judge(context, run, end, near);
         // Written so that NaN is rejected too.
         let small = error <= 1.0;
         if !small {
-            return Trial::Rejected { error, failure: None };
+            return Err(Unfit::Error(error, None));
         }
-        if let Err(failure) = self.close(context, run, end, near) {
-            return Trial::Rejected { error, failure: Some(failure) };
-        }
+        self.close(context, run, end, near).map_err(|failure| Unfit::Error(error, Some(failure)))?;
         self.method.finish(&mut RightHandSide::new(context, &run.signals.origin), end, &self.next);
-        let unfit = Trial::Rejected { error: f64::NAN, failure: None };
-        if !self.method.last().iter().all(|value| value.is_finite()) {
-            return unfit;
-        }
+        let finite = self.method.last().iter().all(|value| value.is_finite());
+        if finite { Ok(error) } else { Err(Unfit::Error(f64::NAN, None)) }
+    }
+
+    /// Looks at a step that has been solved for singular poses and laws that it has not seen; returns how far after it the next pose is, 0 for none.
+    fn supervise(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt, near: bool) -> Result<f64, Unfit> {
+        let (end, unfit) = (attempt.end, Err(Unfit::Error(f64::NAN, None)));
         let mut ahead = 0.0;
         if is_watched(context.model) {
-            self.look_ahead(context);
+            read(context.model, context.machine, &mut self.watch.guard.next);
             if run.following().is_none() {
-                let Some(found) = self.survey(context, run, end) else { return Trial::Replanned };
-                ahead = found;
+                ahead = self.survey(context, run, end).ok_or(Unfit::Pose)?;
             } else if self.watch.jumps() {
                 return unfit;
             }
         }
         let passes = run.passes(end);
         let monitored = !self.monitor.is_empty() && end - run.last.end_time > 2.0 * shortest(end);
-        if (end > target || passes || monitored) && !self.interpolate(context, run, end, near) {
+        if (end > attempt.target || passes || monitored) && !self.interpolate(context, run, end, near) {
             return unfit;
         }
         if monitored && let Some(overlooked) = self.overlooked(context, run, end) {
-            return Trial::Overlooked(overlooked);
+            return Err(Unfit::Overlooked(overlooked));
         }
         if passes && !self.note_passage(context, run, end - run.last.end_time) {
-            return Trial::Replanned;
+            return Err(Unfit::Pose);
         }
-        Trial::Accepted { error, ahead }
+        Ok(ahead)
     }
 
     /// The stages of a step.
@@ -310,12 +275,12 @@ impl Explicit {
     }
 
     /// Absolute tolerances of q and v. Rates count relative to themselves, but not below one scale a second.
-    fn tolerate(&mut self, context: &Context, front: &[f64], next: bool) {
+    fn tolerate(&mut self, context: &Context, start: &[f64], next: bool) {
         let n = context.model.coordinates();
         let tolerance = (SHARE_OF_TOLERANCE * context.settings.tolerance).max(FINEST);
         for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
             let after = if next { self.next[n + index].abs() } else { 0.0 };
-            let rate = front[n + index].abs().max(after);
+            let rate = start[n + index].abs().max(after);
             self.tolerances[index] = tolerance * coordinate.scale;
             self.tolerances[n + index] = tolerance * coordinate.scale.max(rate);
         }

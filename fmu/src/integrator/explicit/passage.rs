@@ -10,7 +10,7 @@ use super::stages::{Stages, Watch};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::integrator::run::Run;
-use crate::singular::closeness::{is_watched, read, share_at};
+use crate::singular::closeness::{is_watched, share_at};
 use crate::singular::dependence::{begins_near, is_singular, undecided};
 use crate::singular::detect::{Course, locate, refine};
 use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
@@ -31,11 +31,6 @@ impl Explicit {
         let h = (end - run.last.end_time).abs();
         run.singular.closing
             || run.singular.pose.is_some_and(|pose| pose > run.last.end_time - BEHIND * h && pose < end + h)
-    }
-
-    /// May a step that somebody cuts short end there? Not if it evaluates something near a singular pose.
-    pub(super) fn may_end(run: &Run, end: f64) -> bool {
-        !run.passes(end) || COURSE.clears(run.singular.ahead, end - run.last.end_time)
     }
 
     /// The error of the step just tried, without what the loops take off it.
@@ -64,7 +59,7 @@ impl Explicit {
             self.watch.dip().map(node).or_else(|| self.watch.late_dip()).map(|share| share * h)
         };
         if let Some(guess) = expected {
-            self.watch.reference.copy_from_slice(&self.watch.front);
+            self.watch.reference.copy_from_slice(&self.watch.start);
             let found = locate(guess, |dt| self.share_at(context, run, h, dt));
             let found = found.filter(|ahead| (0.0..h).contains(ahead));
             let known = run.passes(end);
@@ -96,7 +91,7 @@ impl Explicit {
 
     /// Notes that the step of this length passes a singular pose; false if the branches do not meet there.
     pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Run, h: f64) -> bool {
-        self.watch.reference.copy_from_slice(&self.watch.front);
+        self.watch.reference.copy_from_slice(&self.watch.start);
         let ahead = refine(run.singular.ahead, h, |dt| {
             interpolate(&run.last.dense, dt / h, &mut self.watch.point);
             let Watch { point, reference, .. } = &self.watch;
@@ -105,16 +100,6 @@ impl Explicit {
         let time = run.last.end_time + ahead;
         interpolate(&run.last.dense, ahead / h, &mut self.watch.point);
         run.note_passage(context.model, context.settings.tolerance, time, &self.watch.point)
-    }
-
-    /// 1 / r^2 at the front, where the derivative has just been evaluated.
-    pub(super) fn look_around(&mut self, context: &Context) {
-        read(context.model, context.machine, &mut self.watch.front);
-    }
-
-    /// The same at the end of a step.
-    pub(super) fn look_ahead(&mut self, context: &Context) {
-        read(context.model, context.machine, &mut self.watch.guard.next);
     }
 
     /// Leaves a singular pose in which a run begins. Says whether there was one.
@@ -130,7 +115,7 @@ impl Explicit {
         if is_singular(context, run) { Err(undecided(context, run)) } else { Ok(false) }
     }
 
-    /// Finds the state a step later from which the motion comes back to the front.
+    /// Finds the state a step later from which the motion comes back to the start of the step.
     fn leave(&mut self, context: &mut Context, run: &mut Run) -> bool {
         let (time, pose) = (run.last.end_time, run.pose_here());
         for mut search in Search::all(context, run) {
@@ -148,7 +133,7 @@ impl Explicit {
         false
     }
 
-    /// Tries to find the state so long after the front, by steps back from it that have the pose in their gap. The step that leads there is then the
+    /// Tries to find the state so long after the start of the step, by steps back from it that have the pose in their gap. The step that leads there is then the
     /// last one.
     fn shoot(&mut self, context: &mut Context, run: &mut Run, search: &mut Search, pose: f64) -> bool {
         let (n, h) = (context.model.coordinates(), search.h);
@@ -165,14 +150,14 @@ impl Explicit {
             match search.correct(context.model, &run.last.end, &state, &mut reached) {
                 Verdict::Again => std::mem::swap(&mut state, &mut reached),
                 Verdict::Failed => return false,
-                Verdict::Found => return self.come_forth(context, run, end, back),
+                Verdict::Found => return self.accept_departure(context, run, end, back),
             }
         }
         false
     }
 
     /// Takes the step that leads to the state found, from where the last step back has ended.
-    fn come_forth(&mut self, context: &mut Context, run: &mut Run, end: f64, h: f64) -> bool {
+    fn accept_departure(&mut self, context: &mut Context, run: &mut Run, end: f64, h: f64) -> bool {
         let mut state = self.next.clone();
         let there = self.stretch(context, run, end - h, h, &mut state);
         self.tolerate(context, &state, true);

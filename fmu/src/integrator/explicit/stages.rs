@@ -33,13 +33,13 @@ const HORIZON: f64 = 40.0;
 /// What a step sees of the distance from singular poses.
 #[derive(Clone, Debug)]
 pub(super) struct Watch {
-    /// 1 / r^2 at the front.
-    pub front: Vec<f64>,
+    /// 1 / r^2 where the step begins.
+    pub start: Vec<f64>,
     /// The same at whichever of the ends of the step distances are compared with.
     pub reference: Vec<f64>,
     /// The same at a late stage and at the end of the step.
     pub guard: Guard,
-    /// At each stage, the largest growth of one since the front; and of which row.
+    /// At each stage, the largest growth of one since the start of the step; and of which row.
     growths: [(f64, usize); LATE + 2],
     /// The next stage.
     stage: usize,
@@ -53,7 +53,7 @@ impl Watch {
     pub fn new(model: &Model) -> Self {
         let rows = model.program().tapes.closeness.len();
         Self {
-            front: vec![0.0; rows],
+            start: vec![0.0; rows],
             reference: vec![0.0; rows],
             guard: Guard::new(rows),
             growths: [(0.0, 0); LATE + 2],
@@ -70,13 +70,13 @@ impl Watch {
         self.growths.fill((0.0, 0));
     }
 
-    /// The end of the step has become the front. Is a row so close to the others, and the step so long beside the way to where it would depend on them,
+    /// The end of the step has become the start of the next one. Is a row so close to the others, and the step so long beside the way to where it would depend on them,
     /// that the stages of the next one must be on the loops?
     pub fn roll(&mut self, smallest: &mut [f64]) -> bool {
-        let Self { front, guard, .. } = self;
-        front.copy_from_slice(&guard.next);
+        let Self { start, guard, .. } = self;
+        start.copy_from_slice(&guard.next);
         let mut close = false;
-        for ((smallest, next), late) in smallest.iter_mut().zip(&guard.next).zip(&guard.front) {
+        for ((smallest, next), late) in smallest.iter_mut().zip(&guard.next).zip(&guard.start) {
             *smallest = f64::min(*smallest, *next);
             // r passes zero like a straight line: so it has changed by this share since the late stage.
             let change = ((late / next).sqrt() - 1.0).abs();
@@ -85,10 +85,10 @@ impl Watch {
         close
     }
 
-    /// The end of a step of length h that follows a curve has become the front. How long after it would a row depend on the others?
+    /// The end of a step of length h that follows a curve has become the start of the next one. How long after it would a row depend on the others?
     pub fn follow(&mut self, h: f64) -> f64 {
         let arrival = self.whole().arrival(h);
-        self.front.copy_from_slice(&self.guard.next);
+        self.start.copy_from_slice(&self.guard.next);
         arrival
     }
 
@@ -99,7 +99,7 @@ impl Watch {
 
     /// Distances at both ends of the step.
     fn whole(&mut self) -> &Guard {
-        self.guard.front.copy_from_slice(&self.front);
+        self.guard.start.copy_from_slice(&self.start);
         &self.guard
     }
 
@@ -114,21 +114,21 @@ impl Watch {
 
     /// 1 / r^2 after an evaluation.
     fn note(&mut self, model: &Model, machine: &Machine) {
-        let Self { front, guard, growths, stage, .. } = self;
+        let Self { start, guard, growths, stage, .. } = self;
         if *stage >= LOOKS.len() {
             return;
         }
         let rows = &model.program().tapes.closeness;
         if *stage == LATE {
-            read(model, machine, &mut guard.front);
+            read(model, machine, &mut guard.start);
         }
         if !LOOKS[*stage] {
             *stage += 1;
             return;
         }
         let mut largest = (0.0, 0);
-        for (row, (&register, front)) in rows.iter().zip(front.iter()).enumerate() {
-            let growth = machine.registers()[register as usize].abs() / front;
+        for (row, (&register, start)) in rows.iter().zip(start.iter()).enumerate() {
+            let growth = machine.registers()[register as usize].abs() / start;
             if growth > largest.0 {
                 largest = (growth, row);
             }
@@ -139,10 +139,10 @@ impl Watch {
 
     /// Where in the step, between the late stage and the end, a row may have depended on the others.
     pub fn late_dip(&self) -> Option<f64> {
-        let Guard { front: late, next: end } = &self.guard;
-        let rows = self.front.iter().zip(late).zip(end);
+        let Guard { start: late, next: end } = &self.guard;
+        let rows = self.start.iter().zip(late).zip(end);
         let distances =
-            |((front, late), end): ((&f64, &f64), &f64)| [front, late, end].map(|value| value.sqrt().recip());
+            |((start, late), end): ((&f64, &f64), &f64)| [start, late, end].map(|value| value.sqrt().recip());
         rows.map(distances).find_map(turned)
     }
 
@@ -151,17 +151,17 @@ impl Watch {
         let stages = 1..LATE + 1;
         let deepest = stages.max_by(|&a, &b| self.growths[a].0.total_cmp(&self.growths[b].0))?;
         let (growth, row) = self.growths[deepest];
-        let end = self.guard.next[row] / self.front[row];
+        let end = self.guard.next[row] / self.start[row];
         (growth > DIP && growth > DIP * end).then_some(deepest)
     }
 }
 
 /// The place in the last gap of a step at which a row may have depended on the others, with these distances at its start, at the late stage and at its end:
 /// on the way that it went before, it would have arrived there.
-fn turned([front, late, end]: [f64; 3]) -> Option<f64> {
-    let arrival = LATE_NODE * front / (front - late);
+fn turned([start, late, end]: [f64; 3]) -> Option<f64> {
+    let arrival = LATE_NODE * start / (start - late);
     let place = LATE_NODE + (1.0 - LATE_NODE) * late / (late + end);
-    (front > late && arrival < BEYOND).then_some(place)
+    (start > late && arrival < BEYOND).then_some(place)
 }
 
 /// (q, v)' at the stages of a step, on the loops if need be.

@@ -36,21 +36,21 @@ impl Implicit {
     }
 
     /// A step in which a motion that changes as fast as this one, and no faster, is wrong by less than the tolerance.
-    pub(super) fn first_step(&self, context: &Context, front: &[f64]) -> f64 {
-        let n = front.len() / 2;
+    pub(super) fn first_step(&self, context: &Context, start: &[f64]) -> f64 {
+        let n = start.len() / 2;
         let mut frequency = 1.0 / LONGEST_START;
         for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
             let acceleration = self.radau.first()[n + index].abs() / coordinate.scale;
-            frequency = math::maximum(frequency, front[n + index].abs() / coordinate.scale);
+            frequency = math::maximum(frequency, start[n + index].abs() / coordinate.scale);
             frequency = math::maximum(frequency, acceleration.sqrt());
         }
         fourth_root(share(context.settings.tolerance)) / frequency
     }
 
     /// What rounding makes of the stages, in units of the tolerances: rates are differences of positions over the step.
-    pub(super) fn noise(&self, front: &[f64], h: f64) -> f64 {
-        let n = front.len() / 2;
-        let rates = front[..n].iter().zip(&self.tolerances[n..]);
+    pub(super) fn noise(&self, start: &[f64], h: f64) -> f64 {
+        let n = start.len() / 2;
+        let rates = start[..n].iter().zip(&self.tolerances[n..]);
         let largest = rates.fold(0.0, |largest: f64, (q, tolerance)| largest.max((1.0 + q.abs()) / tolerance));
         ROUNDING * largest / h
     }
@@ -78,11 +78,11 @@ impl Implicit {
 
     /// Absolute tolerances of q and v for one step. Rates count relative to themselves, but not below one scale a second, or a step if it is
     /// longer.
-    pub(super) fn tolerate(&mut self, context: &Context, front: &[f64], h: f64, share: f64) {
+    pub(super) fn tolerate(&mut self, context: &Context, start: &[f64], h: f64, share: f64) {
         let n = context.model.coordinates();
         for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
             self.tolerances[index] = share * coordinate.scale;
-            self.tolerances[n + index] = share * (coordinate.scale / h.max(1.0)).max(front[n + index].abs());
+            self.tolerances[n + index] = share * (coordinate.scale / h.max(1.0)).max(start[n + index].abs());
         }
     }
 }

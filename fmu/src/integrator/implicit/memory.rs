@@ -11,7 +11,7 @@ pub struct Memory {
     pub(super) anchor: Vec<f64>,
     /// Is there one?
     pub(super) anchored: bool,
-    /// Does the dense output end at the front, with the same signals?
+    /// Does the dense output end where the step begins, with the same signals?
     pub(super) smooth: bool,
     /// Contraction of the last Newton iterations.
     pub(super) contraction: f64,
@@ -47,7 +47,7 @@ impl Memory {
             && [self.contraction, self.step, self.error].into_iter().all(f64::is_finite)
     }
 
-    /// Is the dense output that of an implicit step which ends at the front?
+    /// Is the dense output that of an implicit step which is the last one?
     pub fn is_last(&self) -> bool {
         self.smooth
     }

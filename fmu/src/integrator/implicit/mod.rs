@@ -5,6 +5,7 @@
 
 mod batched;
 mod control;
+mod jacobian;
 mod memory;
 mod passage;
 mod radau;
@@ -16,12 +17,13 @@ use crate::constraints::accelerations::finite;
 use crate::context::Context;
 use crate::events::{Monitor, Overlooked, Span};
 use crate::failure::Failure;
-use crate::integrator::control::{Horizon, STRETCH, shortest, underflow, within};
+use crate::integrator::control::{Attempt, Integrator, Progress, Trial, shortest};
 use crate::math;
 use crate::model::Model;
 use crate::program::Engine;
 use crate::singular::closeness::read;
-use crate::singular::dependence::singular_ahead;
+use crate::singular::dependence::is_refused;
+use crate::singular::detect::Course;
 use batched::Batched;
 use control::{SAFETY, SHRINK, fourth_root};
 use passage::{COURSE, Survey};
@@ -33,21 +35,15 @@ pub(super) use memory::Memory;
 const NEWTON_SHARE: f64 = 0.1;
 /// A contraction of Newton's iterations for which the Jacobian is kept.
 const FRESH_ENOUGH: f64 = 1e-3;
-/// Where in a step the Jacobian is evaluated, if the motion before says what is there.
-const MIDDLE: f64 = 0.6;
 /// A first step is rejected by this factor.
 const FIRST_REJECTED: f64 = 0.1;
 /// Smallest error that the controller remembers.
 const REMEMBERED: f64 = 1e-2;
 /// Near a singular pose the loops are closed this well.
 const TIGHT: f64 = 1e-10;
-/// So often a step is taken again because of a singular pose before it is made shorter.
-const REPLANS: u32 = 4;
 /// What the accelerations that the polynomial of a step lacks somewhere would change in it, in units of what its error estimate may be: more, and
 /// they are those of a law that no stage has seen.
 const OVERLOOKED: f64 = 100.0;
-/// The motion before is continued over at most so many times its last step for a first guess.
-const EXTRAPOLATED: f64 = 8.0;
 
 /// Storage for implicit steps; by default, none.
 #[derive(Clone, Debug, Default)]
@@ -59,12 +55,12 @@ pub struct Implicit {
     /// One direction, and the derivative of everything along it.
     tangents: Vec<f64>,
     column: Vec<f64>,
-    /// Is the derivative at the front known?
+    /// Is the derivative where the step begins known?
     known: bool,
     /// Is the Jacobian the one of the anchor?
     current: bool,
-    /// 1 / r^2 of each loop equation at the front, where r is how far it is from the others.
-    front: Vec<f64>,
+    /// 1 / r^2 of each loop equation where the step begins, where r is how far it is from the others.
+    start: Vec<f64>,
     /// The same at the stages of the step just tried, and where distances are compared with.
     first: Vec<f64>,
     late: Vec<f64>,
@@ -78,20 +74,68 @@ pub struct Implicit {
     share: [f64; 2],
 }
 
-/// What came of a trial.
-enum Trial {
-    /// With a singular pose so far after the end (0 for none).
-    Accepted { error: f64, iterations: i32, contraction: f64, ahead: f64 },
-    /// To be tried with a step shorter by that factor.
-    Rejected { shorter: f64, failure: Option<Failure> },
-    /// A singular pose was not where it was expected.
-    Replanned,
-    /// A singular pose may be in the step.
-    Unsteady,
-    /// Branches only come close to each other in the step.
-    Avoided,
-    /// A law is steep somewhere within the step.
-    Overlooked(Overlooked),
+impl Integrator for Implicit {
+    const COURSE: Course = COURSE;
+
+    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<Option<Progress>, Failure> {
+        if !self.known {
+            self.radau.begin(&mut RightHandSide::new(context, &run.signals.origin), run.last.end_time, &run.last.end);
+            self.known = true;
+            read(context.model, context.machine, &mut self.start);
+        }
+        finite(context.model, run.last.end_time, &self.radau.first()[context.model.coordinates()..])?;
+        if self.radau.has_each() {
+            // Each attempt has Jacobians of its own.
+        } else if !run.radau.anchored || run.radau.contraction > FRESH_ENOUGH {
+            self.anchor_ahead(context, run);
+        } else if !self.current {
+            self.differentiate(context, run);
+        }
+        if run.last.natural == 0.0 {
+            run.last.natural = self.first_step(context, &run.last.end);
+        }
+        let declines = self.is_close(run) && is_refused(context, run);
+        Ok(declines.then_some(Progress::Declined))
+    }
+
+    fn attempt(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Trial {
+        let h = attempt.end - run.last.end_time;
+        let solved = match self.solve(context, run, attempt) {
+            Ok(solved) => solved,
+            Err(trial) => {
+                if matches!(trial, Trial::Rejected { .. }) && !self.radau.has_each() {
+                    self.anchor_at_the_start(context, run);
+                }
+                return trial;
+            }
+        };
+        let Solved { error, iterations, contraction, ahead } = solved;
+        let proposed = self.propose(&run.radau, h, error, [f64::from(iterations), contraction], attempt.rejected);
+        let passes = run.passes(attempt.end);
+        self.accept(run, attempt.end, error, contraction);
+        run.singular.expect(attempt.end, ahead);
+        let keeps = attempt.is_cut() && (attempt.planned < attempt.natural || !attempt.rejected);
+        let next = if keeps { proposed.max(attempt.natural) } else { proposed };
+        Trial::Accepted { next: if passes { next.min(attempt.natural.max(h)) } else { next } }
+    }
+
+    fn lose_pose(&mut self, context: &mut Context, run: &mut Run) -> Progress {
+        let alone = context.settings.engine == Engine::Radau;
+        let declines = !alone && !self.has_each() || is_refused(context, run);
+        if declines { Progress::Declined } else { Progress::Stepped }
+    }
+
+    fn first(&self) -> &[f64] {
+        self.radau.first()
+    }
+}
+
+/// How a step was solved, and how long after it a singular pose will come; 0 for none.
+struct Solved {
+    error: f64,
+    iterations: i32,
+    contraction: f64,
+    ahead: f64,
 }
 
 impl Implicit {
@@ -120,7 +164,7 @@ impl Implicit {
             column: vec![0.0; n],
             known: false,
             current: false,
-            front: rows(),
+            start: rows(),
             first: rows(),
             late: rows(),
             ends: rows(),
@@ -132,7 +176,7 @@ impl Implicit {
         }
     }
 
-    /// To be called when the front is not the one that the last step left.
+    /// To be called when the next step does not begin where this method left the last one.
     pub fn forget(&mut self) {
         self.known = false;
         self.current = false;
@@ -143,7 +187,7 @@ impl Implicit {
         self.radau.has_each()
     }
 
-    /// (q, v) at the target, from the front or from the dense output; says whether it was interpolated.
+    /// (q, v) at the target, from the end of the last step or from the dense output; says whether it was interpolated.
     pub fn read(run: &Run, target: f64, motion: &mut [f64]) -> bool {
         if run.last.end_time == target {
             motion.copy_from_slice(&run.last.end);
@@ -154,227 +198,72 @@ impl Implicit {
         !Self::is_at_pose(run, target)
     }
 
-    /// The factors of the last step, if they were lost with a saved state.
-    pub fn prepare(&mut self, context: &mut Context, run: &Run) {
-        if !self.current {
-            self.differentiate(context, run);
+    /// Solves a step, closes the loops at its end, and looks at it for singular poses and laws that it has not seen.
+    fn solve(&mut self, context: &mut Context, run: &mut Run, attempt: &Attempt) -> Result<Solved, Trial> {
+        let (end, h) = (attempt.end, attempt.end - run.last.end_time);
+        let reject = |shorter: f64, cause| Trial::Rejected { shorter: shorter * h, cause };
+        let (iterations, contraction) = self.iterate(context, run, h).map_err(|shorter| reject(shorter, None))?;
+        let error = self.estimate(context, run, attempt);
+        let small = error < 1.0;
+        if !small {
+            let first = run.radau.step == 0.0;
+            let shorter = if first { FIRST_REJECTED } else { (SAFETY / fourth_root(error)).clamp(SHRINK, 0.9) };
+            return Err(reject(shorter, None));
         }
-        if self.radau.factored() != run.radau.step {
-            self.radau.factor(run.radau.step);
+        self.radau.end(&run.last.end, &mut self.next);
+        let ahead = self.supervise(context, run, end)?;
+        self.close(context, run, end).map_err(|failure| reject(0.5, Some(failure)))?;
+        if let Some(overlooked) = self.overlooked(context, run, end) {
+            return Err(Trial::Overlooked(overlooked));
         }
+        if run.passes(end) && !self.note_passage(context, run, end) {
+            return Err(Trial::Declined);
+        }
+        Ok(Solved { error, iterations, contraction, ahead })
     }
 
-    /// Puts q, projected between the steps, where stiff springs are as tight as the motion of the step demands: there a small error of the positions
-    /// is a large one of the forces. The state must be in the registers, and
-    /// [`Implicit::prepare`] have been called before.
-    pub fn tighten(&mut self, context: &mut Context, run: &Run, q: &mut [f64]) {
-        let Context { model, machine, .. } = context;
-        let dt = machine.registers()[model.layout().time()] - run.last.start_time;
-        machine.evaluate(&model.program().tapes.acceleration, &mut self.column);
-        for (index, place) in self.column.iter_mut().enumerate() {
-            *place -= second_derivative(&run.last.dense, q.len(), index, dt);
-        }
-        self.radau.correct(&mut self.column);
-        if self.column.iter().all(|value| value.is_finite()) {
-            q.iter_mut().zip(&self.column).for_each(|(q, change)| *q += change);
-        }
-    }
-
-    /// One accepted step from the front; or none, and false, if there may be a singular pose in it and another engine can take over.
-    pub fn advance(
-        &mut self,
-        context: &mut Context,
-        run: &mut Run,
-        horizon: Horizon,
-        handing_over: bool,
-    ) -> Result<bool, Failure> {
-        self.begin(context, run)?;
-        if self.is_close(run)
-            && let Some(failure) = singular_ahead(context, run)
-        {
-            return if handing_over { Ok(false) } else { Err(failure) };
-        }
-        let time = run.last.end_time;
-        let shortest = shortest(time);
-        let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
-        let (mut rejected, mut replans, mut following) = (false, 0, f64::INFINITY);
-        loop {
-            let natural = within(run.last.natural, shortest, context.settings.max_step);
-            let planned = COURSE.planned(run.singular.ahead, natural).max(shortest);
-            // A step that ends before a law gets steep is not stretched into it.
-            let stretch = if following.is_finite() { 1.0 } else { STRETCH };
-            let limited = time + stretch * planned >= limit && Self::may_end(run, limit);
-            let end = if limited { limit } else { time + planned };
-            let h = end - time;
-            match self.attempt(context, run, end, rejected) {
-                Trial::Accepted { error, iterations, contraction, ahead } => {
-                    let proposed = self.propose(&run.radau, h, error, [f64::from(iterations), contraction], rejected);
-                    let passes = run.passes(end);
-                    self.accept(run, end, error, contraction);
-                    run.singular.expect(end, ahead);
-                    // A step cut short by a limit says nothing against the natural length.
-                    let cut = limited || planned < natural;
-                    run.last.natural =
-                        if cut && (planned < natural || !rejected) { proposed.max(natural) } else { proposed };
-                    if passes {
-                        run.last.natural = run.last.natural.min(natural.max(h));
-                    }
-                    run.last.natural = run.last.natural.min(following);
-                    context.statistics.steps += 1;
-                    return Ok(true);
-                }
-                Trial::Replanned if replans < REPLANS => {
-                    replans += 1;
-                    context.statistics.rejected += 1;
-                }
-                Trial::Replanned | Trial::Unsteady => {
-                    (rejected, replans) = (true, 0);
-                    context.statistics.rejected += 1;
-                    run.last.natural = 0.5 * h;
-                    if handing_over && !self.has_each() {
-                        return Ok(false);
-                    }
-                    if let Some(failure) = singular_ahead(context, run) {
-                        return if handing_over { Ok(false) } else { Err(failure) };
-                    }
-                    if run.last.natural < shortest {
-                        return Err(underflow(context.model, time, self.radau.first(), None));
-                    }
-                }
-                Trial::Overlooked(Overlooked { begin, place }) => {
-                    rejected = true;
-                    context.statistics.rejected += 1;
-                    (run.last.natural, following) = ((begin * h).max(shortest), (place - begin) * h);
-                }
-                Trial::Avoided if handing_over => return Ok(false),
-                Trial::Avoided => return Err(Self::avoided(context, run)),
-                Trial::Rejected { shorter, failure } => {
-                    rejected = true;
-                    context.statistics.rejected += 1;
-                    run.last.natural = shorter * h;
-                    if run.last.natural < shortest {
-                        return Err(underflow(context.model, time, self.radau.first(), failure));
-                    }
-                    if !self.radau.has_each() {
-                        self.anchor_at_the_front(context, run);
-                    }
-                }
-            }
-        }
-    }
-
-    /// The derivative at the front, a Jacobian, and a first step size if there is none.
-    fn begin(&mut self, context: &mut Context, run: &mut Run) -> Result<(), Failure> {
-        if !self.known {
-            self.radau.begin(&mut RightHandSide::new(context, &run.signals.origin), run.last.end_time, &run.last.end);
-            self.known = true;
-            read(context.model, context.machine, &mut self.front);
-        }
-        finite(context.model, run.last.end_time, &self.radau.first()[context.model.coordinates()..])?;
-        if self.radau.has_each() {
-            // Each attempt has Jacobians of its own.
-        } else if !run.radau.anchored || run.radau.contraction > FRESH_ENOUGH {
-            self.anchor_ahead(context, run);
-        } else if !self.current {
-            self.differentiate(context, run);
-        }
-        if run.last.natural == 0.0 {
-            run.last.natural = self.first_step(context, &run.last.end);
-        }
-        Ok(())
-    }
-
-    /// Makes a place within the next step, as the motion before promises it, that of the Jacobian: it serves all nodes alike.
-    fn anchor_ahead(&mut self, context: &mut Context, run: &mut Run) {
-        let before = run.last.end_time - run.last.start_time;
-        if !run.radau.smooth || run.last.natural == 0.0 || run.last.natural > EXTRAPOLATED * before {
-            return self.anchor_at_the_front(context, run);
-        }
-        let Memory { anchor, anchored, .. } = &mut run.radau;
-        anchor[0] = run.last.end_time + MIDDLE * run.last.natural;
-        evaluate(&run.last.dense, before + MIDDLE * run.last.natural, &mut anchor[1..]);
-        *anchored = true;
-        self.differentiate(context, run);
-    }
-
-    /// Makes the front the place of the Jacobian, if it is not.
-    fn anchor_at_the_front(&mut self, context: &mut Context, run: &mut Run) {
-        let Memory { anchor, anchored, .. } = &mut run.radau;
-        if *anchored && anchor[0] == run.last.end_time && self.current {
-            return;
-        }
-        anchor[0] = run.last.end_time;
-        anchor[1..].copy_from_slice(&run.last.end);
-        *anchored = true;
-        self.differentiate(context, run);
-    }
-
-    /// The Jacobian at the anchor.
-    fn differentiate(&mut self, context: &mut Context, run: &Run) {
-        let Context { model, machine, .. } = context;
-        let Memory { anchor, .. } = &run.radau;
-        machine.load_signals(model, &run.signals.origin, anchor[0]);
-        machine.load_motion(model, &anchor[1..]);
-        let (by_q, by_v) = self.radau.jacobian_mut();
-        self.batched.differentiate(model, machine, by_q, by_v);
-        self.current = true;
-        context.statistics.jacobians += 1;
-    }
-
-    /// Tries a step to `end`.
-    fn attempt(&mut self, context: &mut Context, run: &mut Run, end: f64, rejected: bool) -> Trial {
-        let (time, h) = (run.last.end_time, end - run.last.end_time);
-        let reject = |shorter: f64| Trial::Rejected { shorter, failure: None };
+    /// Newton's iterations for the stages: how many, and their contraction; or the factor by which a step should be shorter.
+    fn iterate(&mut self, context: &mut Context, run: &mut Run, h: f64) -> Result<(i32, f64), f64> {
         let share = self.share(context.settings.tolerance);
         self.tolerate(context, &run.last.end, h, share);
         self.guess(run, h);
         if !self.linearise(context, run, h) {
-            return reject(0.5);
+            return Err(0.5);
         }
         let noise = self.noise(&run.last.end, h);
         let goal = (NEWTON_SHARE * share.sqrt()).max(noise);
         let Implicit { radau, tolerances, batched, .. } = self;
         let mut f = batched.states(context, &run.signals.origin);
-        let step = (time, run.last.end.as_slice(), h);
-        let (iterations, contraction) = match radau.solve(&mut f, step, tolerances, [goal, noise]) {
-            Newton::Converged { iterations, contraction } => (iterations, contraction),
-            Newton::Failed { shorter } => return reject(shorter),
-        };
-        let first = run.radau.step == 0.0;
-        let error = radau.error(&mut f, step, tolerances, first || rejected);
-        let error = self.judge(context, run, end, error);
-        let small = error < 1.0;
-        if !small {
-            return reject(match error {
-                _ if first => FIRST_REJECTED,
-                error => (SAFETY / fourth_root(error)).clamp(SHRINK, 0.9),
-            });
+        let step = (run.last.end_time, run.last.end.as_slice(), h);
+        match radau.solve(&mut f, step, tolerances, [goal, noise]) {
+            Newton::Converged { iterations, contraction } => Ok((iterations, contraction)),
+            Newton::Failed { shorter } => Err(shorter),
         }
-        self.radau.end(&run.last.end, &mut self.next);
-        let ahead = if self.has_each() {
-            match self.survey(context, run, end) {
-                Survey::Clear(ahead) => ahead,
-                Survey::Elsewhere(ahead) => {
-                    (run.singular.ahead, run.singular.pose) = (ahead, (ahead > 0.0).then_some(time + ahead));
-                    return Trial::Replanned;
-                }
-                Survey::Unsteady => return Trial::Unsteady,
+    }
+
+    /// The error of the step just solved, in units of the tolerances.
+    fn estimate(&mut self, context: &mut Context, run: &Run, attempt: &Attempt) -> f64 {
+        let step = (run.last.end_time, run.last.end.as_slice(), attempt.end - run.last.end_time);
+        let again = run.radau.step == 0.0 || attempt.rejected;
+        let mut f = RightHandSide::new(context, &run.signals.origin);
+        let error = self.radau.error(&mut f, step, &self.tolerances, again);
+        self.judge(context, run, attempt.end, error)
+    }
+
+    /// How long after the step just solved a singular pose will come; 0 for none.
+    fn supervise(&mut self, context: &mut Context, run: &mut Run, end: f64) -> Result<f64, Trial> {
+        if !self.has_each() {
+            return if self.is_steady(context.model) { Ok(0.0) } else { Err(Trial::Unsteady) };
+        }
+        match self.survey(context, run, end) {
+            Survey::Clear(ahead) => Ok(ahead),
+            Survey::Elsewhere(ahead) => {
+                let pose = (ahead > 0.0).then_some(run.last.end_time + ahead);
+                (run.singular.ahead, run.singular.pose) = (ahead, pose);
+                Err(Trial::Replanned)
             }
-        } else if self.is_steady(context.model) {
-            0.0
-        } else {
-            return Trial::Unsteady;
-        };
-        if let Err(failure) = self.close(context, run, end) {
-            return Trial::Rejected { shorter: 0.5, failure: Some(failure) };
+            Survey::Unsteady => Err(Trial::Unsteady),
         }
-        if let Some(overlooked) = self.overlooked(context, run, end) {
-            return Trial::Overlooked(overlooked);
-        }
-        if run.passes(end) && !self.note_passage(context, run, end) {
-            return Trial::Avoided;
-        }
-        Trial::Accepted { error, iterations, contraction, ahead }
     }
 
     /// A law that is steep within the step just solved, where its polynomial does not accelerate as the equations demand. What stiff springs and
@@ -402,35 +291,6 @@ impl Implicit {
             })
         };
         monitor.overlooked(&mut span, settings.tolerance, excess)
-    }
-
-    /// Jacobians, if each stage has its own, and factors for a step of that length; false if there are none.
-    fn linearise(&mut self, context: &mut Context, run: &mut Run, h: f64) -> bool {
-        if !self.radau.has_each() && self.radau.factored() == h {
-            return true;
-        }
-        context.statistics.factorisations += 1;
-        if !self.radau.has_each() {
-            return self.radau.factor(h);
-        }
-        context.statistics.jacobians += 1;
-        let Implicit { radau, batched, .. } = self;
-        let regular =
-            radau.linearise(&mut batched.states(context, &run.signals.origin), (run.last.end_time, &run.last.end, h));
-        radau.last_stage((run.last.end_time, h), &mut run.radau.anchor);
-        (run.radau.anchored, self.current) = (true, true);
-        regular
-    }
-
-    /// A first guess of the stages.
-    fn guess(&mut self, run: &Run, h: f64) {
-        let before = run.last.end_time - run.last.start_time;
-        if !run.radau.smooth || h > EXTRAPOLATED * before {
-            return self.radau.guess_nothing();
-        }
-        self.radau.guess(&run.last.end, |node, motion| {
-            evaluate(&run.last.dense, before + node * h, motion);
-        });
     }
 
     /// Projects the end of the step onto the loop equations.

@@ -6,7 +6,6 @@
 use super::Implicit;
 use super::radau::{NODES, evaluate};
 use crate::context::Context;
-use crate::failure::Failure;
 use crate::integrator::run::Run;
 use crate::singular::closeness::share_at;
 use crate::singular::detect::{Course, locate, refine};
@@ -39,11 +38,6 @@ pub(super) enum Survey {
 }
 
 impl Implicit {
-    /// May a step that somebody cuts short end there? Not if it evaluates something near a singular pose.
-    pub(super) fn may_end(run: &Run, end: f64) -> bool {
-        !run.passes(end) || COURSE.clears(run.singular.ahead, end - run.last.end_time)
-    }
-
     /// Does a time between the last steps lie so close to a pose that nothing may be evaluated there?
     pub(crate) fn is_at_pose(run: &Run, time: f64) -> bool {
         let zone = ZONE * (run.last.end_time - run.last.start_time);
@@ -90,7 +84,7 @@ impl Implicit {
             (first[row], late[row], ends[row]) = (stages[0], stages[1], stages[2]);
         }
         radau.dense(&run.last.end, h, polynomial);
-        self.reference.copy_from_slice(&self.front);
+        self.reference.copy_from_slice(&self.start);
         let passes = run.passes(end);
         let steady = passes || self.is_steady(model);
         if passes || !steady {
@@ -118,10 +112,10 @@ impl Implicit {
     fn nearest(&mut self, context: &mut Context, run: &Run, h: f64) -> f64 {
         let mut best = (f64::INFINITY, 0.0);
         let [c1, c2, _] = NODES;
-        for row in 0..self.front.len() {
-            let [front, first, late, end] =
-                [self.front[row], self.first[row], self.late[row], self.ends[row]].map(|value| value.sqrt().recip());
-            for (from, to, r, next) in [(0.0, c1, front, first), (c1, c2, first, late), (c2, 1.0, late, end)] {
+        for row in 0..self.start.len() {
+            let [start, first, late, end] =
+                [self.start[row], self.first[row], self.late[row], self.ends[row]].map(|value| value.sqrt().recip());
+            for (from, to, r, next) in [(0.0, c1, start, first), (c1, c2, first, late), (c2, 1.0, late, end)] {
                 let place = h * (from + (to - from) * r / (r + next));
                 let share = self.share_at(context, run, place);
                 if share < best.0 {
@@ -142,20 +136,14 @@ impl Implicit {
     /// Notes that the step just solved passes a singular pose; false if the branches do not meet there.
     pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Run, end: f64) -> bool {
         let h = end - run.last.end_time;
-        self.reference.copy_from_slice(&self.front);
+        self.reference.copy_from_slice(&self.start);
         let ahead = refine(run.singular.ahead, h, |dt| self.share_at(context, run, dt));
         evaluate(&self.polynomial, ahead, &mut self.point);
         run.note_passage(context.model, context.settings.tolerance, run.last.end_time + ahead, &self.point)
     }
-
-    /// What to say where branches only come close to each other, which is not for implicit steps.
-    pub(super) fn avoided(context: &Context, run: &Run) -> Failure {
-        let joints = crate::singular::dependence::weakest_joints(context, run);
-        Failure::SingularAhead { time: run.last.end_time, joints }
-    }
 }
 
-/// Is the pose that the last steps have passed so little behind the front that rows go away from the others in a step of this length?
+/// Is the pose that the last steps have passed so little behind the start of the step that rows go away from the others in a step of this length?
 fn is_behind(run: &Run, h: f64) -> bool {
     run.singular.pose.is_some_and(|pose| pose < run.last.end_time && pose > run.last.end_time - BEHIND * h)
 }

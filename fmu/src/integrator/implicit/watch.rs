@@ -18,7 +18,7 @@ impl Implicit {
         self.radau.rate(|index| model.program().coordinates[index].scale)
     }
 
-    /// About how fast anything can change at the front \[1/s\]: a few steps of the power method with the derivatives by q, and by v. The front's
+    /// About how fast anything can change where the step begins \[1/s\]: a few steps of the power method with the derivatives by q, and by v. That state's
     /// signals must have been loaded before.
     pub fn fastest_rate(&mut self, context: &mut Context, run: &Run) -> f64 {
         let Context { model, machine, .. } = context;
@@ -44,22 +44,22 @@ impl Implicit {
         by_q.sqrt().max(by_v)
     }
 
-    /// Is a loop equation at the front much closer to the others than it has been?
+    /// Is a loop equation where the step begins much closer to the others than it has been?
     pub(super) fn is_close(&self, run: &mut Run) -> bool {
-        let rows = run.singular.smallest.iter_mut().zip(&self.front);
-        rows.fold(false, |close, (smallest, front)| {
-            *smallest = math::minimum(*front, *smallest);
-            close || *front > CLOSE * CLOSE * *smallest
+        let rows = run.singular.smallest.iter_mut().zip(&self.start);
+        rows.fold(false, |close, (smallest, start)| {
+            *smallest = math::minimum(*start, *smallest);
+            close || *start > CLOSE * CLOSE * *smallest
         })
     }
 
     /// Does no loop equation come so much closer to the others within the step, or go so much further from them, that there could be a singular pose in
     /// it?
     pub(super) fn is_steady(&self, model: &Model) -> bool {
-        let rows = model.program().tapes.closeness.iter().zip(&self.front);
-        rows.into_iter().all(|(&register, front)| {
+        let rows = model.program().tapes.closeness.iter().zip(&self.start);
+        rows.into_iter().all(|(&register, start)| {
             let stages = self.batched.registers()[register as usize].map(f64::abs);
-            let values = [*front, stages[0], stages[1], stages[2]];
+            let values = [*start, stages[0], stages[1], stages[2]];
             let largest = values.into_iter().fold(0.0, math::maximum);
             !is_jump(values.into_iter().fold(f64::INFINITY, math::minimum), largest)
         })

@@ -145,7 +145,7 @@ impl Taylor {
             self.next.copy_from_slice(&run.last.end);
             self.jet.force(run.taylor.branches);
             // Only what the run remembers counts: what the guard holds may come from another run.
-            self.guard.front.fill(0.0);
+            self.guard.start.fill(0.0);
             self.known = match self.start(context, run, run.last.end_time, run.taylor.series == Some(true)) {
                 Some(_) if run.taylor.series.is_none() && begins_near(context, run) => Start::Near,
                 Some(_) => Start::Regular,

@@ -48,11 +48,11 @@ impl Taylor {
         if let Some(ahead) = found {
             (run.singular.ahead, run.singular.pose) = (ahead, Some(run.last.end_time + ahead));
         }
-        self.come_back(context, run, end);
+        self.restore_end(context, run, end);
         found.is_some()
     }
 
-    /// The smallest distance from a singular pose along the polynomial, as a share of that at the front.
+    /// The smallest distance from a singular pose along the polynomial, as a share of that where the step begins.
     fn share_at(&mut self, context: &mut Context, run: &Run, dt: f64) -> f64 {
         self.jet.evaluate(&run.last.dense, run.last.order as usize, dt, &mut self.next);
         let Context { model, machine, .. } = context;
@@ -93,7 +93,7 @@ impl Taylor {
         Err(undecided(context, run))
     }
 
-    /// Tries to find the state so long after the front; it is then in `closed`, and its series in the run.
+    /// Tries to find the state so long after the start of the step; it is then in `closed`, and its series in the run.
     fn shoot(&mut self, context: &mut Context, run: &mut Run, search: &mut Search) -> bool {
         let (n, h, time) = (context.model.coordinates(), search.h, run.last.end_time);
         self.next.copy_from_slice(&run.last.end);
@@ -119,14 +119,14 @@ impl Taylor {
         false
     }
 
-    /// Notes that the step from the front passes a singular pose; false if the branches do not meet there.
+    /// Notes that the step from the start of the step passes a singular pose; false if the branches do not meet there.
     pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Run, end: f64) -> bool {
         let h = end - run.last.end_time;
         let ahead = refine(run.singular.ahead, h, |dt| self.share_at(context, run, dt));
         self.jet.evaluate(&run.last.dense, run.last.order as usize, ahead, &mut self.next);
         let meets = run.note_passage(context.model, context.settings.tolerance, run.last.end_time + ahead, &self.next);
         if meets {
-            self.come_back(context, run, end);
+            self.restore_end(context, run, end);
         } else {
             self.known = Start::Unknown;
         }
@@ -134,7 +134,7 @@ impl Taylor {
     }
 
     /// Begins the series at the end of the step again, after looking elsewhere.
-    fn come_back(&mut self, context: &mut Context, run: &Run, end: f64) {
+    fn restore_end(&mut self, context: &mut Context, run: &Run, end: f64) {
         self.jet.evaluate(&run.last.dense, run.last.order as usize, end - run.last.end_time, &mut self.next);
         self.start(context, run, end, false);
     }

@@ -1,0 +1,105 @@
+//! Jacobians and factors of an implicit step, and the first guess of its stages.
+
+use super::radau::evaluate;
+use super::{Implicit, Memory, second_derivative};
+use crate::context::Context;
+use crate::integrator::run::Run;
+
+/// Where in a step the Jacobian is evaluated, if the motion before says what is there.
+const MIDDLE: f64 = 0.6;
+/// The motion before is continued over at most so many times its last step for a first guess.
+const EXTRAPOLATED: f64 = 8.0;
+
+impl Implicit {
+    /// The factors of the last step, if they were lost with a saved state.
+    pub fn prepare(&mut self, context: &mut Context, run: &Run) {
+        if !self.current {
+            self.differentiate(context, run);
+        }
+        if self.radau.factored() != run.radau.step {
+            self.radau.factor(run.radau.step);
+        }
+    }
+
+    /// Puts q, projected between the steps, where stiff springs are as tight as the motion of the step demands: there a small error of the positions
+    /// is a large one of the forces. The state must be in the registers, and
+    /// [`Implicit::prepare`] have been called before.
+    pub fn tighten(&mut self, context: &mut Context, run: &Run, q: &mut [f64]) {
+        let Context { model, machine, .. } = context;
+        let dt = machine.registers()[model.layout().time()] - run.last.start_time;
+        machine.evaluate(&model.program().tapes.acceleration, &mut self.column);
+        for (index, place) in self.column.iter_mut().enumerate() {
+            *place -= second_derivative(&run.last.dense, q.len(), index, dt);
+        }
+        self.radau.correct(&mut self.column);
+        if self.column.iter().all(|value| value.is_finite()) {
+            q.iter_mut().zip(&self.column).for_each(|(q, change)| *q += change);
+        }
+    }
+
+    /// Makes a place within the next step, as the motion before promises it, that of the Jacobian: it serves all nodes alike.
+    pub(super) fn anchor_ahead(&mut self, context: &mut Context, run: &mut Run) {
+        let before = run.last.end_time - run.last.start_time;
+        if !run.radau.smooth || run.last.natural == 0.0 || run.last.natural > EXTRAPOLATED * before {
+            return self.anchor_at_the_start(context, run);
+        }
+        let Memory { anchor, anchored, .. } = &mut run.radau;
+        anchor[0] = run.last.end_time + MIDDLE * run.last.natural;
+        evaluate(&run.last.dense, before + MIDDLE * run.last.natural, &mut anchor[1..]);
+        *anchored = true;
+        self.differentiate(context, run);
+    }
+
+    /// Makes the start of the step the place of the Jacobian, if it is not.
+    pub(super) fn anchor_at_the_start(&mut self, context: &mut Context, run: &mut Run) {
+        let Memory { anchor, anchored, .. } = &mut run.radau;
+        if *anchored && anchor[0] == run.last.end_time && self.current {
+            return;
+        }
+        anchor[0] = run.last.end_time;
+        anchor[1..].copy_from_slice(&run.last.end);
+        *anchored = true;
+        self.differentiate(context, run);
+    }
+
+    /// The Jacobian at the anchor.
+    pub(super) fn differentiate(&mut self, context: &mut Context, run: &Run) {
+        let Context { model, machine, .. } = context;
+        let Memory { anchor, .. } = &run.radau;
+        machine.load_signals(model, &run.signals.origin, anchor[0]);
+        machine.load_motion(model, &anchor[1..]);
+        let (by_q, by_v) = self.radau.jacobian_mut();
+        self.batched.differentiate(model, machine, by_q, by_v);
+        self.current = true;
+        context.statistics.jacobians += 1;
+    }
+
+    /// Jacobians, if each stage has its own, and factors for a step of that length; false if there are none.
+    pub(super) fn linearise(&mut self, context: &mut Context, run: &mut Run, h: f64) -> bool {
+        if !self.radau.has_each() && self.radau.factored() == h {
+            return true;
+        }
+        context.statistics.factorisations += 1;
+        if !self.radau.has_each() {
+            return self.radau.factor(h);
+        }
+        context.statistics.jacobians += 1;
+        let Implicit { radau, batched, .. } = self;
+        let regular =
+            radau.linearise(&mut batched.states(context, &run.signals.origin), (run.last.end_time, &run.last.end, h));
+        radau.last_stage((run.last.end_time, h), &mut run.radau.anchor);
+        (run.radau.anchored, self.current) = (true, true);
+        regular
+    }
+
+    /// A first guess of the stages.
+    pub(super) fn guess(&mut self, run: &Run, h: f64) {
+        let before = run.last.end_time - run.last.start_time;
+        if !run.radau.smooth || h > EXTRAPOLATED * before {
+            return self.radau.guess_nothing();
+        }
+        self.radau.guess(&run.last.end, |node, motion| {
+            evaluate(&run.last.dense, before + node * h, motion);
+        });
+    }
+}
