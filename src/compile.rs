@@ -9,12 +9,12 @@ use cotree_fmu::program::Program;
 use cotree_fmu::program::check;
 
 use crate::equations::Equations;
-use crate::export::ExportError;
 use crate::export::archive::{self, Package, SceneText};
 use crate::export::describe::describe;
 use crate::export::description::Description;
 use crate::export::page::Page;
 use crate::export::runtime::Runtime;
+use crate::export::{ExportError, FmiVersion};
 use crate::expr::Property;
 use crate::formulate::limits::check_written;
 use crate::formulate::{Formulated, formulate, lacking};
@@ -266,9 +266,17 @@ impl Scene {
     /// # Errors
     /// Everything that is wrong with the scene, or a file that cannot be written.
     pub fn export_fmu(&self, path: impl AsRef<Path>) -> Result<(), ExportFailure> {
+        self.export_fmu_as(FmiVersion::V2, path)
+    }
+
+    /// The same in a version of FMI.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the scene, or a file that cannot be written.
+    pub fn export_fmu_as(&self, version: FmiVersion, path: impl AsRef<Path>) -> Result<(), ExportFailure> {
         let runtime = Runtime::embedded().map_err(ExportError::from)?;
         let (compiled, front) = compile_with(self, front)?;
-        Ok(compiled.write_fmu(&front, &compiled.accuracy(), &[runtime], path.as_ref())?)
+        Ok(compiled.write_fmu(version, &front, &compiled.accuracy(), &[runtime], path.as_ref())?)
     }
 
     /// The mechanism in figures and names, as `cotree show` prints it.
@@ -305,6 +313,7 @@ impl Compiled {
     /// The file cannot be written.
     pub fn write_fmu(
         &self,
+        version: FmiVersion,
         front: &Front,
         accuracy: &Result<Accuracy, String>,
         runtimes: &[Runtime],
@@ -313,6 +322,7 @@ impl Compiled {
         let is_json = self.source.text.trim_start().starts_with('{');
         let extension = if is_json { "json" } else { "toml" };
         let package = Package {
+            version,
             description: &self.description,
             program: &self.program.to_bytes()?,
             scene: (!self.source.text.is_empty()).then_some(SceneText { extension, text: &self.source.text }),

@@ -11,17 +11,20 @@ mod fixed;
 mod fmi_rs;
 #[path = "conformance/fmu.rs"]
 mod fmu;
+#[path = "support/fresh.rs"]
+mod fresh;
 #[path = "support/python.rs"]
 mod python;
 #[path = "conformance/table.rs"]
 mod table;
 #[path = "conformance/version.rs"]
 mod version;
+#[path = "support/xml.rs"]
+mod xml;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
-use std::{env, fs, thread};
+use std::process::Command;
+use std::{env, fs};
 
 use cotree::scene::Scene;
 use fmu::Fmu;
@@ -30,8 +33,6 @@ use table::{Outcome, Row};
 /// An open chain, closed loops, a stiff one, a mechanism driven by time, and the same driven by an input.
 const MODELS: [&str; 5] = ["cart_pole", "slider_crank", "stiff", "quick_return", DRIVEN];
 const DRIVEN: &str = "driven";
-/// A case that takes longer hangs.
-const PATIENCE: Duration = Duration::from_secs(300);
 const CASE: &str = "COTREE_CONFORMANCE_CASE";
 const FOLDER: &str = "COTREE_CONFORMANCE_FMU";
 /// The shared library of another version.
@@ -68,31 +69,9 @@ fn unpacked(model: &str, work: &Path) -> PathBuf {
 
 /// Runs one case in a process of its own; the reason if it fails.
 fn run(case: &str, folder: &Path, other: &Path) -> Result<Outcome, String> {
-    let mut command = Command::new(env::current_exe().map_err(|error| error.to_string())?);
-    command.args(["one_case", "--exact", "--ignored", "--nocapture"]).env(CASE, case).env(FOLDER, folder);
-    command.env(OTHER, other);
-    let output = folder.join("output.txt");
-    let file = fs::File::create(&output).map_err(|error| error.to_string())?;
-    let copy = file.try_clone().map_err(|error| error.to_string())?;
-    let mut child =
-        command.stdin(Stdio::null()).stdout(file).stderr(copy).spawn().map_err(|error| error.to_string())?;
-    let started = Instant::now();
-    loop {
-        if let Some(status) = child.try_wait().map_err(|error| error.to_string())? {
-            let printed = fs::read_to_string(&output).unwrap_or_default();
-            let nothing = printed.lines().find_map(|line| line.split_once(dynamic::NOTHING));
-            return match nothing {
-                _ if !status.success() || !printed.contains("1 passed") => Err(format!("{status}\n{printed}")),
-                Some((_, reason)) => Ok(Outcome::Nothing(reason.to_owned())),
-                None => Ok(Outcome::Passed),
-            };
-        }
-        if started.elapsed() > PATIENCE {
-            child.kill().map_err(|error| error.to_string())?;
-            return Err("it hangs".to_owned());
-        }
-        thread::sleep(Duration::from_millis(1));
-    }
+    let variables = [(CASE, Path::new(case)), (FOLDER, folder), (OTHER, other)];
+    let nothing = fresh::run(variables, &folder.join("output.txt"))?;
+    Ok(nothing.map_or(Outcome::Passed, Outcome::Nothing))
 }
 
 /// Runs the present case again in a process of its own.

@@ -7,7 +7,8 @@ use cotree::export::archive::{Package, SceneText, pack, write};
 use cotree::export::description::{Causality, Description, ScalarVariable, Start};
 use cotree::export::page::{Page, preformatted};
 use cotree::export::runtime::{LIBRARY, Platform, Runtime};
-use cotree::export::{ExportError, xml};
+use cotree::export::xml::fmi2 as xml;
+use cotree::export::{ExportError, FmiVersion};
 use cotree::mechanism::{DisplayUnit, Experiment, Unit};
 use cotree::output::accuracy::{Accuracy, Measurement};
 use cotree::output::drawing::{Body, Drawing};
@@ -30,6 +31,7 @@ fn variable(name: &str, unit: Unit, causality: Causality) -> ScalarVariable {
         start: None,
         derivative_of: None,
         dependencies: vec![].into(),
+        all_dependencies: vec![].into(),
         state: None,
         initial_dependencies: vec![].into(),
     }
@@ -70,6 +72,8 @@ fn pendulum() -> Description {
         description: "A \"pendulum\" & its <arm>".into(),
         experiment: Experiment { start: 0.0, stop: 10.0, step: 1e-3, tolerance: 1e-6 },
         exchange: Some(2),
+        exchange_with_rates: true,
+        indicators: 2,
         moves_states: false,
         variables: vec![
             variable("time", unit("s", [0, 0, 1, 0], None), Causality::Independent),
@@ -283,7 +287,7 @@ impl Parts {
     fn package(&self) -> Package<'_> {
         let scene = Some(SceneText { extension: "toml", text: "format = 1\n" });
         let Self { description, runtimes, .. } = self;
-        Package { description, program: b"program", scene, page: self.page(), runtimes }
+        Package { version: FmiVersion::V2, description, program: b"program", scene, page: self.page(), runtimes }
     }
 }
 
@@ -363,7 +367,7 @@ fn the_page_says_what_a_user_wants_to_know() {
     let mut description = pendulum();
     description.variables[4].start = Some(Start::Exact(std::f64::consts::FRAC_PI_6));
     description.variables[5].start = Some(Start::Approximate(2.0));
-    let page = Parts::new().page().html(&description);
+    let page = Parts::new().page().html(&description, FmiVersion::V2);
     let initial = ["rad (deg)", "(30.0 deg)</td><td>known", "2.0</td><td>a guess"];
     let parameters = [
         "<code>length</code>",
@@ -395,7 +399,7 @@ fn the_page_says_what_a_user_wants_to_know() {
 #[test]
 fn a_model_that_cannot_be_measured_says_why() {
     let parts = Parts { accuracy: Err("it < sticks".into()), ..Parts::new() };
-    assert!(parts.page().html(&pendulum()).contains("Not measured: it &lt; sticks."));
+    assert!(parts.page().html(&pendulum(), FmiVersion::V2).contains("Not measured: it &lt; sticks."));
 }
 
 #[test]

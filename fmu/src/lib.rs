@@ -8,7 +8,7 @@
 //! * [`constraints`]: consistent initial values, projection, kinematic motion.
 //! * [`integrator`], [`singular`]: from one communication point to the next, also through singular configurations.
 //! * [`instance`]: one simulation, as the command line and the FMI functions use it.
-//! * `fmi`, [`fmi2`]: the functions of FMI 2.0 for Co-Simulation and Model Exchange.
+//! * `fmi`, [`fmi2`], [`fmi3`]: the functions of FMI 2.0 and 3.0 for Co-Simulation and Model Exchange.
 
 #![cfg_attr(
     not(test),
@@ -28,6 +28,7 @@ pub mod events;
 pub mod failure;
 pub(crate) mod fmi;
 pub mod fmi2;
+pub mod fmi3;
 pub mod instance;
 pub mod integrator;
 mod linalg;

@@ -7,15 +7,15 @@ use clap::Args;
 use super::failure::Failure;
 use super::{MessageFormat, output};
 use crate::compile;
-use crate::export::ExportError;
 use crate::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
+use crate::export::{ExportError, FmiVersion};
 
-/// Make an FMU: one file for any tool that reads FMI 2.0
+/// Make an FMU: one file for any tool that reads FMI 2.0, or 3.0 with --fmi 3
 ///
 /// The FMU has its solver inside and needs neither cotree nor anything else. The same scene gives the same file.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  cotree export slider_crank.toml\n  cotree export slider_crank.toml -o fmus/crank.fmu\n  \
+    after_help = "Examples:\n  cotree export slider_crank.toml\n  cotree export slider_crank.toml -o fmus/crank.fmu\n  cotree export slider_crank.toml --fmi 3\n  \
                   cotree export slider_crank.toml --platform linux64,win64 --runtimes target/runtimes"
 )]
 pub struct Export {
@@ -27,6 +27,9 @@ pub struct Export {
     /// Every variable that the mechanism has, not only those that the scene asks for
     #[arg(long)]
     all: bool,
+    /// Version of FMI
+    #[arg(long, value_name = "VERSION", value_enum, default_value_t)]
+    fmi: FmiVersion,
     /// Platforms that the FMU is to run on, such as linux64,win64; `all` for every one that there is a runtime for [default: this one]
     #[arg(long, value_name = "PLATFORMS", value_delimiter = ',')]
     platform: Vec<String>,
@@ -47,7 +50,7 @@ impl Export {
         output::warn_of(&compiled, format);
         let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
         output::apart(&[Some(&self.scene)], &[Some(&path)])?;
-        compiled.write_fmu(&front, &accuracy, &runtimes, &path)?;
+        compiled.write_fmu(self.fmi, &front, &accuracy, &runtimes, &path)?;
         output::print(&format!("{}\n", path.display()))
     }
 

@@ -19,7 +19,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Planar mechanisms to FMUs: describe bodies and joints in a scene file, get equations of motion, a simulation, and an
-/// FMU for any tool that reads FMI 2.0.
+/// FMU for any tool that reads FMI 2.0 or 3.0.
 #[derive(Parser)]
 #[command(
     name = "cotree",

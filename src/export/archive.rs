@@ -12,7 +12,7 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 use super::description::Description;
 use super::page::Page;
 use super::runtime::{PACKED, Platform, Runtime};
-use super::{ExportError, icon, xml};
+use super::{ExportError, FmiVersion, icon, xml};
 use crate::files;
 
 const LICENSE: &str = include_str!("license.txt");
@@ -21,6 +21,8 @@ const APACHE: &str = include_str!("apache-2.0.txt");
 /// What goes into an FMU.
 #[derive(Clone, Debug)]
 pub struct Package<'a> {
+    /// The version of FMI.
+    pub version: FmiVersion,
     /// Its description.
     pub description: &'a Description,
     /// The program as the runtime reads it.
@@ -79,20 +81,20 @@ enum Content<'a> {
 
 /// Every file of the FMU, by name.
 fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, Content<'a>>, ExportError> {
-    let description = xml::model_description(package.description).map_err(ExportError::Description)?;
-    let files: [(&str, Cow<[u8]>); 6] = [
-        ("modelDescription.xml", description.into()),
-        ("model.png", icon::png(package.page.drawing)?.into()),
+    let Package { version, description, page, .. } = package;
+    let files: [(&str, Cow<[u8]>); 4] = [
         ("resources/program.bin", package.program.into()),
-        ("documentation/index.html", package.page.html(package.description).into_bytes().into()),
+        ("documentation/index.html", page.html(description, *version).into_bytes().into()),
         ("documentation/licenses/license.txt", LICENSE.as_bytes().into()),
         ("documentation/licenses/apache-2.0.txt", APACHE.as_bytes().into()),
     ];
     let mut entries: BTreeMap<String, Content> =
         files.into_iter().map(|(name, bytes)| (name.to_owned(), Content::Bytes(bytes))).collect();
+    let described = described(package)?.into_iter();
+    entries.extend(described.map(|(name, bytes)| (name.to_owned(), Content::Bytes(bytes.into()))));
     for runtime in package.runtimes {
-        let Platform { folder, extension, .. } = runtime.platform;
-        let name = format!("binaries/{folder}/{}.{extension}", package.description.identifier);
+        let (folder, Platform { extension, .. }) = (runtime.platform.folder(*version), runtime.platform);
+        let name = format!("binaries/{folder}/{}.{extension}", description.identifier);
         let content = if runtime.is_own() { Content::OwnRuntime } else { Content::Bytes((&*runtime.library).into()) };
         entries.insert(name, content);
     }
@@ -101,4 +103,28 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, Content<'a>>, Ex
         entries.insert(name, Content::Bytes(scene.text.as_bytes().into()));
     }
     Ok(entries)
+}
+
+/// The descriptions and pictures, which each version has its own places for.
+fn described(package: &Package) -> Result<Vec<(&'static str, Vec<u8>)>, ExportError> {
+    let description = package.description;
+    let picture = icon::png(package.page.drawing)?;
+    Ok(match package.version {
+        FmiVersion::V2 => {
+            let text = xml::fmi2::model_description(description).map_err(ExportError::Description)?;
+            vec![("modelDescription.xml", text), ("model.png", picture)]
+        }
+        FmiVersion::V3 => {
+            let text = xml::fmi3::model_description(description).map_err(ExportError::Description)?;
+            let terminals = xml::terminals::terminals(description).map_err(ExportError::Description)?;
+            let mut files = vec![
+                ("modelDescription.xml", text),
+                ("documentation/diagram.png", picture.clone()),
+                ("documentation/diagram.svg", package.page.drawing.svg().into_bytes()),
+                ("terminalsAndIcons/icon.png", picture),
+            ];
+            files.extend(terminals.map(|text| ("terminalsAndIcons/terminalsAndIcons.xml", text)));
+            files
+        }
+    })
 }

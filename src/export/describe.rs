@@ -21,10 +21,11 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         description: mechanism.description.clone(),
         experiment: mechanism.experiment,
         exchange: program.offers_exchange().then_some(program.tapes.indicators.results.len()),
-        moves_states: program.offers_exchange()
-            && program.motion == Motion::Dynamic
+        exchange_with_rates: program.offers_exchange_with_rates(),
+        indicators: program.tapes.indicators.results.len(),
+        moves_states: program.motion == Motion::Dynamic
             && program.constraints.iter().any(|constraint| constraint.active),
-        variables: rows.iter().map(|row| variable(mechanism, row)).collect(),
+        variables: rows.iter().map(|row| variable(mechanism, rows, row)).collect(),
     }
 }
 
@@ -33,7 +34,16 @@ fn is_settable(row: &Row) -> bool {
     matches!(row.source, Source::Parameter(_) | Source::Input(_)) || row.start.is_some_and(|start| start.known)
 }
 
-fn variable(mechanism: &Mechanism, row: &Row) -> ScalarVariable {
+/// The states and inputs among what a variable depends on.
+fn changing(rows: &[Row], places: &Arc<[usize]>) -> Arc<[usize]> {
+    let changes = |place: &usize| rows.get(*place).is_some_and(|row| !matches!(row.source, Source::Parameter(_)));
+    match places.iter().all(changes) {
+        true => places.clone(),
+        false => places.iter().copied().filter(changes).collect(),
+    }
+}
+
+fn variable(mechanism: &Mechanism, rows: &[Row], row: &Row) -> ScalarVariable {
     let causality = match row.source {
         Source::Parameter(index) => {
             let parameter = &mechanism.parameters[index as usize];
@@ -72,7 +82,8 @@ fn variable(mechanism: &Mechanism, row: &Row) -> ScalarVariable {
             Source::Acceleration(index) => Some(2 * index as usize + 1),
             _ => None,
         }),
-        dependencies: row.dependencies.clone(),
+        dependencies: changing(rows, &row.dependencies),
+        all_dependencies: row.dependencies.clone(),
         initial_dependencies: if is_settable(row) { Arc::default() } else { row.initial_dependencies.clone() },
     }
 }

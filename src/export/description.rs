@@ -19,6 +19,10 @@ pub struct Description {
     pub experiment: Experiment,
     /// Number of event indicators, if somebody else can integrate the model: Model Exchange.
     pub exchange: Option<usize>,
+    /// Can somebody else integrate it who also tells the rates of inputs, as FMI 3.0 lets him?
+    pub exchange_with_rates: bool,
+    /// Number of event indicators.
+    pub indicators: usize,
     /// May an event of Model Exchange move the states? It closes the loops.
     pub moves_states: bool,
     /// Every variable; its place is its value reference.
@@ -44,6 +48,8 @@ pub struct ScalarVariable {
     pub state: Option<usize>,
     /// Indices of the inputs and states that it depends on while simulating.
     pub dependencies: Arc<[usize]>,
+    /// The same with the parameters, and [`Description::time`] if it depends on time: what FMI 3.0 counts as known.
+    pub all_dependencies: Arc<[usize]>,
     /// Indices of the parameters, inputs and time that its initial value depends on.
     pub initial_dependencies: Arc<[usize]>,
 }
@@ -124,6 +130,11 @@ impl Description {
         }
         let variables = self.variables.iter().enumerate();
         variables.filter(|(_, variable)| variable.causality == Causality::Local).map(|(index, _)| index).collect()
+    }
+
+    /// Stands for time in lists of dependencies.
+    pub fn time(&self) -> usize {
+        self.variables.len()
     }
 
     /// Indices of the outputs.

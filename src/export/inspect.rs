@@ -21,6 +21,8 @@ pub struct Contents {
     pub name: String,
     /// One line; may be empty.
     pub description: String,
+    /// The version of FMI, such as `2.0`.
+    pub version: String,
     /// The program that made it.
     pub tool: String,
     /// What it must be instantiated with.
@@ -128,6 +130,7 @@ impl Contents {
             guid: program.guid,
             name: header.name,
             description: header.description,
+            version: header.version,
             tool: header.tool,
             interfaces: header.interfaces,
             variables: header.variables,
@@ -180,6 +183,7 @@ fn platforms(archive: &mut Archive) -> Result<Vec<(String, u64)>, InspectError> 
 struct Header {
     name: String,
     description: String,
+    version: String,
     tool: String,
     interfaces: Vec<&'static str>,
     variables: Vec<Variable>,
@@ -210,24 +214,34 @@ impl Header {
             "fmiModelDescription" => {
                 (self.name, self.description, self.tool) =
                     (text("modelName")?, text("description")?, text("generationTool")?);
+                self.version = text("fmiVersion")?;
             }
             "CoSimulation" => self.interfaces.push("Co-Simulation"),
             "ModelExchange" => self.interfaces.push("Model Exchange"),
-            "ScalarVariable" => self.variables.push(Variable {
-                name: text("name")?,
-                causality: get("causality")?.unwrap_or_else(|| "local".into()),
-                description: text("description")?,
-                tunable: text("variability")? == "tunable",
-                guess: text("initial")? == "approx",
-                ..Variable::default()
-            }),
-            "Real" => {
-                if let Some(variable) = self.variables.last_mut() {
-                    (variable.unit, variable.start) = (text("unit")?, get("start")?);
-                    (variable.min, variable.max) = (get("min")?, get("max")?);
-                }
+            "ScalarVariable" | "Float64" => {
+                self.variables.push(Variable {
+                    name: text("name")?,
+                    causality: get("causality")?.unwrap_or_else(|| "local".into()),
+                    description: text("description")?,
+                    tunable: text("variability")? == "tunable",
+                    guess: text("initial")? == "approx",
+                    ..Variable::default()
+                });
+                self.add_values(&get)?;
             }
+            // FMI 2.0 writes the values of a variable in an element of their own.
+            "Real" => self.add_values(&get)?,
             _ => {}
+        }
+        Ok(())
+    }
+}
+
+impl Header {
+    fn add_values<E>(&mut self, get: &impl Fn(&str) -> Result<Option<String>, E>) -> Result<(), E> {
+        if let Some(variable) = self.variables.last_mut() {
+            (variable.unit, variable.start) = (get("unit")?.unwrap_or_default(), get("start")?);
+            (variable.min, variable.max) = (get("min")?, get("max")?);
         }
         Ok(())
     }
@@ -263,7 +277,7 @@ impl fmt::Display for Contents {
         )?;
         writeln!(f, "  made by     {}", self.tool)?;
         writeln!(f, "  guid        {}", self.guid)?;
-        writeln!(f, "  interfaces  FMI 2.0 {}", self.interfaces.join(", "))?;
+        writeln!(f, "  interfaces  FMI {} {}", self.version, self.interfaces.join(", "))?;
         let platforms: Vec<String> =
             self.platforms.iter().map(|(name, size)| format!("{name} ({})", kilobytes(*size))).collect();
         writeln!(f, "  platforms   {}", platforms.join(", "))?;

@@ -9,6 +9,28 @@ pub mod page;
 pub mod runtime;
 pub mod xml;
 
+/// A version of FMI. Both have the same program and the same runtime inside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum FmiVersion {
+    /// FMI 2.0
+    #[default]
+    #[value(name = "2")]
+    V2,
+    /// FMI 3.0
+    #[value(name = "3")]
+    V3,
+}
+
+impl FmiVersion {
+    /// As descriptions spell it.
+    pub fn number(self) -> &'static str {
+        match self {
+            Self::V2 => "2.0",
+            Self::V3 => "3.0",
+        }
+    }
+}
+
 /// Why no FMU could be made.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {

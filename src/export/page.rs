@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use cotree_fmu::context::Statistics;
 
+use super::FmiVersion;
 use super::description::{Causality, Description, ScalarVariable, Start};
 use crate::mechanism::Unit;
 use crate::output::accuracy::{Accuracy, Measurement, REFERENCE};
@@ -31,7 +32,7 @@ pub struct Page<'a> {
 
 impl Page<'_> {
     /// The page.
-    pub fn html(&self, description: &Description) -> String {
+    pub fn html(&self, description: &Description, version: FmiVersion) -> String {
         let name = escape(&description.model_name);
         let mut page = format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -42,7 +43,7 @@ impl Page<'_> {
             add(&mut page, format_args!("<p>{}</p>\n", prose(&description.description)));
         }
         page.push_str(&self.drawing.svg());
-        page.push_str(&about(description));
+        page.push_str(&about(description, version));
         for (title, wanted) in SECTIONS {
             table(&mut page, title, description.variables.iter().filter(|variable| wanted(variable.causality)));
         }
@@ -90,22 +91,33 @@ or the Apache 2.0 licence. The texts, and those of the libraries in it, are in <
 belongs to whoever wrote its scene.</p>\n";
 
 /// How to use it, and what it cannot do.
-fn about(description: &Description) -> String {
+fn about(description: &Description, version: FmiVersion) -> String {
     let experiment = description.experiment;
-    let interfaces = match description.exchange {
-        Some(_) => "for Co-Simulation, with the integrator inside, and for Model Exchange",
-        None => {
+    let exchange = match version {
+        FmiVersion::V2 => description.exchange.is_some(),
+        FmiVersion::V3 => description.exchange_with_rates,
+    };
+    let interfaces = match (exchange, version) {
+        (true, _) => "for Co-Simulation, with the integrator inside, and for Model Exchange",
+        (false, FmiVersion::V2) => {
             "for Co-Simulation, with the integrator inside. No Model Exchange: a driver follows an input, and an importer that \
              integrates does not tell the input's rate"
         }
+        (false, FmiVersion::V3) => {
+            "for Co-Simulation, with the integrator inside. No Model Exchange: a driver integrates an input"
+        }
     };
+    let rates = match version {
+        FmiVersion::V2 => "<code>fmi2SetRealInputDerivatives</code>",
+        FmiVersion::V3 => "the inputs <code>der(...)</code>",
+    };
+    let number = version.number();
     format!(
-        "<h2>Use</h2>\n<p>FMI 2.0 {interfaces}. Default experiment: {:?} s to {:?} s, communication step {:?} s, \
+        "<h2>Use</h2>\n<p>FMI {number} {interfaces}. Default experiment: {:?} s to {:?} s, communication step {:?} s, \
          relative tolerance {:?}. In Python, with fmpy:</p>\n{}\
          <ul>\n<li>All values that are set and read are in SI units. In brackets: the units that tools show them in.</li>\n\
          <li>The solver chooses its own steps within a communication step and keeps the loops closed.</li>\n\
-         <li>Between communication points an input keeps its value, or follows the rate given by \
-         <code>fmi2SetRealInputDerivatives</code>. Two FMUs that exchange values once in a communication step see each \
+         <li>Between communication points an input keeps its value, or follows the rate given by {rates}. Two FMUs that exchange values once in a communication step see each \
          other one step late; this is a property of co-simulation.</li>\n\
          <li>Fixed parameters may be set until initialisation, tunable ones at any communication point.</li>\n\
          <li>The state can be saved, restored and serialised; derivatives along directions, and of outputs by time up to \

@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 
 use cotree_fmu::program::storage::KIND;
 
+use super::FmiVersion;
+
 /// The shared library for the platform that cotree runs on.
 pub static LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/runtime"));
 
@@ -19,11 +21,13 @@ pub(super) static PACKED: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/runt
 /// Name of the folder beside the `cotree` program where runtimes are looked for.
 const FOLDER: &str = "runtimes";
 
-/// What FMI 2.0 calls a platform, and how its shared libraries end.
+/// What FMI calls a platform, and how its shared libraries end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Platform {
-    /// Folder under `binaries/`.
+    /// Folder under `binaries/` in FMI 2.0.
     pub folder: &'static str,
+    /// The same in FMI 3.0 (2.5.1.4.1): processor and system.
+    pub tuple: &'static str,
     /// File name extension.
     pub extension: &'static str,
     /// Operating system and processor in the words of Rust's standard library.
@@ -43,22 +47,22 @@ enum Format {
 /// Every platform that importers have a name for. FMI 2.0 names the x86 platforms; the others go by their FMI 3.0 names,
 /// as importers expect.
 pub static PLATFORMS: [Platform; 7] = [
-    platform("linux64", "so", ["linux", "x86_64"], (Format::Elf, 62)),
-    platform("linux32", "so", ["linux", "x86"], (Format::Elf, 3)),
-    platform("aarch64-linux", "so", ["linux", "aarch64"], (Format::Elf, 183)),
-    platform("win64", "dll", ["windows", "x86_64"], (Format::Pe, 0x8664)),
-    platform("win32", "dll", ["windows", "x86"], (Format::Pe, 0x14c)),
-    platform("darwin64", "dylib", ["macos", "x86_64"], (Format::MachO, 0x0100_0007)),
-    platform("aarch64-darwin", "dylib", ["macos", "aarch64"], (Format::MachO, 0x0100_000c)),
+    platform(["linux64", "x86_64-linux"], "so", ["linux", "x86_64"], (Format::Elf, 62)),
+    platform(["linux32", "x86-linux"], "so", ["linux", "x86"], (Format::Elf, 3)),
+    platform(["aarch64-linux", "aarch64-linux"], "so", ["linux", "aarch64"], (Format::Elf, 183)),
+    platform(["win64", "x86_64-windows"], "dll", ["windows", "x86_64"], (Format::Pe, 0x8664)),
+    platform(["win32", "x86-windows"], "dll", ["windows", "x86"], (Format::Pe, 0x14c)),
+    platform(["darwin64", "x86_64-darwin"], "dylib", ["macos", "x86_64"], (Format::MachO, 0x0100_0007)),
+    platform(["aarch64-darwin", "aarch64-darwin"], "dylib", ["macos", "aarch64"], (Format::MachO, 0x0100_000c)),
 ];
 
 const fn platform(
-    folder: &'static str,
+    [folder, tuple]: [&'static str; 2],
     extension: &'static str,
     host: [&'static str; 2],
     format: (Format, u32),
 ) -> Platform {
-    Platform { folder, extension, host, format }
+    Platform { folder, tuple, extension, host, format }
 }
 
 impl Platform {
@@ -68,12 +72,20 @@ impl Platform {
         PLATFORMS.iter().copied().find(|platform| platform.host == host)
     }
 
+    /// Its folder under `binaries/`.
+    pub fn folder(&self, version: FmiVersion) -> &'static str {
+        match version {
+            FmiVersion::V2 => self.folder,
+            FmiVersion::V3 => self.tuple,
+        }
+    }
+
     /// The platform of that name.
     ///
     /// # Errors
     /// There is no such platform.
     pub fn named(name: &str) -> Result<Self, RuntimeError> {
-        let known = PLATFORMS.iter().copied().find(|platform| platform.folder == name);
+        let known = PLATFORMS.iter().copied().find(|platform| [platform.folder, platform.tuple].contains(&name));
         known.ok_or_else(|| RuntimeError::Unknown { name: name.to_owned() })
     }
 

@@ -1,5 +1,5 @@
-//! What each variable depends on: while the mechanism moves, on the states and inputs that change it at once; at the start, on the parameters,
-//! inputs and known initial values behind it.
+//! What each variable depends on: while the mechanism moves, on the states, inputs and parameters, and on time, if they change it at once; at the
+//! start, on the parameters, inputs and known initial values behind it.
 //!
 //! Both follow from the structure of the expressions, so that no entry is ever missing; one whose effect cancels stays (FMI 2.0, section 2.2.8,
 //! asks for no more). What is solved for comes in stages: each has unknowns and the equations that determine them. Unknowns that share an
@@ -53,7 +53,11 @@ pub(super) struct Beginning<'a> {
 pub(super) fn in_motion(rows: &mut [Row], equations: &mut Equations, moving: &Moving) {
     let driven = moving.solved.is_empty();
     let given = rows.iter().enumerate().filter_map(|(place, row)| Some((place, known(row.source, driven)?)));
-    let mut sources = Sources::new(equations, &given.collect::<Vec<_>>());
+    // Time is beyond all places.
+    let given: Vec<_> = given.chain([(rows.len(), vec![Symbol::Time])]).collect();
+    let mut sources = Sources::new(equations, &given);
+    // FMI 2.0 does not list parameters and time: they are not to make its lists too long.
+    sources.most += 1 + rows.iter().filter(|row| matches!(row.source, Source::Parameter(_))).count();
     let values: Vec<Expr> = rows.iter().map(|row| row.value).collect();
     if driven {
         let reactions = reacts(equations, &values).then(|| reaction_equations(equations, |_| true));
@@ -67,9 +71,10 @@ pub(super) fn in_motion(rows: &mut [Row], equations: &mut Equations, moving: &Mo
     rows.for_each(|(row, places)| row.dependencies = places);
 }
 
-/// The symbols of an input or state; a driven mechanism has no states but those of its drivers.
+/// The symbols of a parameter, input or state; a driven mechanism has no states but those of its drivers.
 fn known(source: Source, driven: bool) -> Option<Vec<Symbol>> {
     match source {
+        Source::Parameter(index) => Some(vec![Symbol::Parameter(index as usize)]),
         // The derivatives of an input are set together with it.
         Source::Input(index) => Some(ORDERS.map(|order| Symbol::Input(index as usize, order)).to_vec()),
         Source::Coordinate(index) if !driven => Some(vec![Symbol::Coordinate(index as usize, Order::Position)]),
@@ -223,6 +228,8 @@ impl Stage {
 struct Sources {
     places: HashMap<Symbol, Places>,
     everything: Places,
+    /// Longer lists are everything.
+    most: usize,
 }
 
 impl Sources {
@@ -237,7 +244,7 @@ impl Sources {
             let taken = ORDERS.into_iter().filter(|taken| *taken >= order).map(|order| Symbol::Follower(index, order));
             places.extend(taken.map(|symbol| (symbol, followed.clone())));
         }
-        Sources { places, everything: given.iter().map(|(place, _)| *place).collect() }
+        Sources { places, everything: given.iter().map(|(place, _)| *place).collect(), most: LISTED }
     }
 
     /// Unknowns that belong together depend on whatever is behind their equations.
@@ -263,7 +270,7 @@ impl Sources {
 
     /// What each of these expressions depends on; everything if that is much.
     fn of(&self, arena: &Arena, values: &[Expr]) -> Vec<Places> {
-        footprints(arena, values, |symbol| self.places.get(&symbol).cloned(), (self.everything.clone(), LISTED))
+        footprints(arena, values, |symbol| self.places.get(&symbol).cloned(), (self.everything.clone(), self.most))
     }
 
     fn behind(&self, known: &BTreeSet<Symbol>) -> Places {
@@ -271,6 +278,6 @@ impl Sources {
         let lists: HashMap<*const usize, &Places> =
             known.iter().filter_map(|known| self.places.get(known)).map(|list| (list.as_ptr(), list)).collect();
         let all: BTreeSet<usize> = lists.values().flat_map(|list| list.iter().copied()).collect();
-        if all.len() > LISTED { self.everything.clone() } else { all.into_iter().collect() }
+        if all.len() > self.most { self.everything.clone() } else { all.into_iter().collect() }
     }
 }

@@ -24,7 +24,7 @@ pub struct Row {
     /// Its initial value, if that can be set.
     pub start: Option<Start>,
     pub value: Expr,
-    /// Places of the inputs and states that it depends on.
+    /// Places of the inputs, states and parameters that it depends on; the number of rows stands for time.
     pub dependencies: Arc<[usize]>,
     /// Places of the parameters, inputs and known initial values that it depends on at the start.
     pub initial_dependencies: Arc<[usize]>,

@@ -1,7 +1,8 @@
 //! The state machines of the standard, for Co-Simulation and for Model Exchange, over one instance.
 
 use super::logging::{Category, Logger, Severity};
-use crate::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot, number};
+pub(crate) use crate::instance::number;
+use crate::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot};
 use crate::program::seal::Mark;
 
 /// How far a communication point may be from the time reached, relative to the step.
@@ -24,8 +25,19 @@ pub enum Mode {
     Event,
     /// Model Exchange only.
     ContinuousTime,
+    /// Co-Simulation since FMI 3.0: within a step, while the importer looks at intermediate values.
+    Intermediate,
 }
 
+pub const MODES: [Mode; 7] = [
+    Mode::Instantiated,
+    Mode::Initialization,
+    Mode::Step,
+    Mode::Terminated,
+    Mode::Event,
+    Mode::ContinuousTime,
+    Mode::Intermediate,
+];
 /// Modes in which the motion can be read.
 pub const READABLE: [Mode; 5] = [Mode::Initialization, Mode::Step, Mode::Event, Mode::ContinuousTime, Mode::Terminated];
 /// Modes in which something can be set.
@@ -118,7 +130,6 @@ pub struct Component<V> {
     pub set_up: bool,
     pub instance: Instance,
     /// What only this version knows.
-    #[allow(dead_code, reason = "the first version knows nothing")]
     pub version: V,
 }
 
@@ -133,7 +144,7 @@ pub struct SavedState {
 }
 
 impl<V: Version> Component<V> {
-    pub fn new(logger: Logger, interface: Interface, instance: Instance, version: V) -> Self {
+    pub fn new(logger: Logger, interface: Interface, version: V, instance: Instance) -> Self {
         Self { logger, call: "", interface, mode: Mode::Instantiated, set_up: false, instance, version }
     }
 
@@ -148,6 +159,7 @@ impl<V: Version> Component<V> {
             Mode::Terminated => "after termination",
             Mode::Event => "in event mode",
             Mode::ContinuousTime => "in continuous-time mode",
+            Mode::Intermediate => "during an intermediate update",
         };
         Err(Refusal::new(format!("{} is not allowed {now}", self.call)))
     }
@@ -191,7 +203,7 @@ impl<V: Version> Component<V> {
                 Mode::Step
             }
             Interface::ModelExchange => {
-                self.instance.initialise_exchange()?;
+                self.instance.initialise_exchange_with_rates()?;
                 Mode::Event
             }
         };
@@ -361,6 +373,14 @@ impl<V: Version> Component<V> {
 
     pub fn do_step(&mut self, point: f64, step: f64) -> Outcome {
         self.allow(&[Mode::Step])?;
+        self.check_step(point, step)?;
+        let done = self.instance.step_to(point + step);
+        self.report_passages();
+        Ok(done?)
+    }
+
+    /// Is this a step from the time reached?
+    pub fn check_step(&self, point: f64, step: f64) -> Outcome {
         if !(point.is_finite() && step > 0.0 && step <= LONGEST) {
             let (step, point, most) = (number(step), number(point), number(LONGEST));
             let why = format!("it must be longer than zero and at most {most} s");
@@ -373,11 +393,14 @@ impl<V: Version> Component<V> {
                 "the step starts at t = {point} s, but the simulation is at t = {time} s"
             )));
         }
-        let done = self.instance.step_to(point + step);
+        Ok(())
+    }
+
+    /// Tells of the singular poses that the last step has passed.
+    pub fn report_passages(&mut self) {
         for passage in self.instance.take_passages() {
             self.logger.log(Severity::Fine, Category::Events, &passage.to_string());
         }
-        Ok(done?)
     }
 
     pub fn save(&mut self) -> SavedState {
@@ -419,8 +442,6 @@ impl<V: Version> Component<V> {
 const MARK: Mark = Mark { magic: *b"cotI", name: "a saved state of a cotree FMU" };
 const FOREIGN: &str = "the state was saved by an instance of another interface or FMI version";
 const INTERFACES: [Interface; 2] = [Interface::ModelExchange, Interface::CoSimulation];
-const MODES: [Mode; 6] =
-    [Mode::Instantiated, Mode::Initialization, Mode::Step, Mode::Terminated, Mode::Event, Mode::ContinuousTime];
 
 impl SavedState {
     /// Does the mode fit the rest?
@@ -434,6 +455,7 @@ impl SavedState {
             Mode::ContinuousTime => running && exchange,
             // A failed start ends here as well.
             Mode::Terminated => true,
+            Mode::Intermediate => false,
         };
         fits && self.snapshot.is_exchange() == (running && exchange) && (self.set_up || !running)
     }

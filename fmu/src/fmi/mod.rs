@@ -1,7 +1,7 @@
 //! What the functions of all versions of FMI share.
 //!
 //! `boundary` is between C and Rust, `environment` the processor's settings, `component` the state machines over an
-//! [`crate::instance::Instance`], `logging` and `resource` are what their names say. What the versions differ in is in [`component::Version`], a few
+//! [`crate::instance::Instance`], `logging`, `resource` and `states` are what their names say. What the versions differ in is in [`component::Version`], a few
 //! methods of the component, and their tables of functions: [`crate::fmi2`], [`crate::fmi3`].
 //!
 //! Value references are places in [`crate::program::Program::variables`]. A change of an input acts from its communication point on.
@@ -11,3 +11,4 @@ pub(crate) mod component;
 mod environment;
 pub(crate) mod logging;
 pub(crate) mod resource;
+pub(crate) mod states;

@@ -57,7 +57,7 @@ pub enum InstanceError {
     },
     /// Model Exchange knows no rates of inputs.
     #[error(
-        "no Model Exchange: a driver follows an input, and the importer does not tell the input's rate; use Co-Simulation"
+        "no Model Exchange: a driver follows an input whose rate the importer does not tell, or which it integrates itself; use Co-Simulation"
     )]
     NoExchange,
     /// An array of the wrong length.

@@ -14,6 +14,14 @@ impl Instance {
         if !self.model.program().offers_exchange() {
             return Err(InstanceError::NoExchange);
         }
+        self.initialise_exchange_with_rates()
+    }
+
+    /// The same for an importer that also tells the rates of inputs.
+    pub fn initialise_exchange_with_rates(&mut self) -> Result<(), InstanceError> {
+        if !self.model.program().offers_exchange_with_rates() {
+            return Err(InstanceError::NoExchange);
+        }
         self.initialise()?;
         self.now.phase = Phase::Exchange;
         if self.model.program().motion == Motion::Kinematic {

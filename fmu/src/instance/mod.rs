@@ -8,6 +8,7 @@ mod crossing;
 mod derivatives;
 mod error;
 mod exchange;
+mod inputs;
 mod snapshot;
 
 use std::sync::Arc;

@@ -64,6 +64,26 @@ impl Run {
         self.signals.changed
     }
 
+    /// Will the next step end at its communication point, because changes come at every one?
+    pub(crate) fn ends_at_communication_points(&self) -> bool {
+        self.signals.changed && self.signals.changed_before
+    }
+
+    /// End of the last step of the integrator.
+    pub(crate) fn step_end(&self) -> f64 {
+        self.last.end_time
+    }
+
+    /// Does a law change over to another piece at the end of the last step?
+    pub(crate) fn switches(&self) -> bool {
+        self.taylor.branches.known != 0
+    }
+
+    /// All that was done since a communication point was one step, before which something had changed or not.
+    pub(crate) fn join(&mut self, changed: bool) {
+        self.signals.changed_before = changed;
+    }
+
     /// The state before the first change.
     pub fn before(&self) -> &State {
         &self.signals.before

@@ -387,6 +387,11 @@ impl Program {
             && !others.into_iter().any(|tape| reads(tape, rates..end))
     }
 
+    /// Can somebody else integrate it who tells the rates of inputs? Not if a driver integrates an input.
+    pub fn offers_exchange_with_rates(&self) -> bool {
+        self.followers.is_empty()
+    }
+
     /// The layout of this program's register file.
     pub fn layout(&self) -> Layout {
         Layout::new(

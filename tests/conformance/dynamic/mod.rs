@@ -12,6 +12,7 @@ mod stepping;
 mod values;
 
 use crate::fmu::*;
+use crate::fresh::NOTHING;
 
 /// A case: what it is called in the catalogue, what it checks, the check.
 pub type Case = (&'static str, &'static str, fn(&Fmu));
@@ -99,9 +100,6 @@ pub const CASES: &[Case] = &[
     ("X09", "an importer that traps and rounds otherwise", process::traps),
     ("X10", "states that events move are declared", exchange::reinitialised),
 ];
-
-/// Comes before the reason why a model has nothing that a case is about.
-pub const NOTHING: &str = "nothing to check: ";
 
 /// Is there nothing that the case is about? Says so.
 fn nothing<T>(found: &[T], what: &str) -> bool {

@@ -59,7 +59,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
         let (callback, environment) = (functions.logger, functions.componentEnvironment);
         let logger = logging::logger(callback, environment, CString::from(name), loggingOn != fmi2False);
         match instantiate(name, fmuType, string(fmuGUID), string(fmuResourceLocation)) {
-            Ok((interface, instance)) => Some(Component::new(logger, interface, instance, Fmi2)),
+            Ok((interface, instance)) => Some(Component::new(logger, interface, Fmi2, instance)),
             Err(refusal) => {
                 logger.log(Severity::Error, Category::Errors, &refusal.reason);
                 None

@@ -1,50 +1,26 @@
 //! Saved states.
 
-use crate::fmi::boundary::{array, array_mut, place, plain};
-use crate::fmi::component::SavedState;
+use crate::fmi::boundary::plain;
+use crate::fmi::states;
 use crate::fmi2::component::Fmi2;
 use crate::fmi2::types::*;
 
 /// Saves the state; into an existing one if there is one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetFMUstate(c: fmi2Component, FMUstate: *mut fmi2FMUstate) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2GetFMUstate", |component| {
-        let place = place(FMUstate)?;
-        let existing = place.cast::<SavedState>();
-        if existing.is_null() {
-            *place = Box::into_raw(Box::new(component.save())).cast();
-        } else {
-            // SAFETY: by the contract a state that is not null was handed out here and has not been freed.
-            component.save_into(unsafe { &mut *existing });
-        }
-        Ok(())
-    })
+    states::save::<Fmi2>(c, "fmi2GetFMUstate", FMUstate)
 }
 
 /// Goes back to a saved state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetFMUstate(c: fmi2Component, FMUstate: fmi2FMUstate) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2SetFMUstate", |component| {
-        let [state] = array(FMUstate.cast::<SavedState>(), 1)? else {
-            return Err("the state is missing".into());
-        };
-        component.restore(state)
-    })
+    plain::<Fmi2>(c, "fmi2SetFMUstate", |component| states::restore(component, FMUstate))
 }
 
 /// Frees a saved state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeFMUstate(c: fmi2Component, FMUstate: *mut fmi2FMUstate) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2FreeFMUstate", |_| {
-        if let Ok(place) = place(FMUstate)
-            && !place.is_null()
-        {
-            // SAFETY: by the contract it came from `Box::into_raw` here; the importer's pointer to it is cleared.
-            drop(unsafe { Box::from_raw(place.cast::<SavedState>()) });
-            *place = std::ptr::null_mut();
-        }
-        Ok(())
-    })
+    states::free::<Fmi2>(c, "fmi2FreeFMUstate", FMUstate)
 }
 
 /// Size of a saved state as bytes.
@@ -54,13 +30,7 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
     FMUstate: fmi2FMUstate,
     size: *mut usize,
 ) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2SerializedFMUstateSize", |_| {
-        let [state] = array(FMUstate.cast::<SavedState>(), 1)? else {
-            return Err("the state is missing".into());
-        };
-        *place(size)? = state.to_bytes()?.len();
-        Ok(())
-    })
+    states::size::<Fmi2>(c, "fmi2SerializedFMUstateSize", FMUstate, size)
 }
 
 /// A saved state as bytes.
@@ -71,16 +41,7 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
     serializedState: *mut fmi2Byte,
     size: usize,
 ) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2SerializeFMUstate", |_| {
-        let [state] = array(FMUstate.cast::<SavedState>(), 1)? else {
-            return Err("the state is missing".into());
-        };
-        let bytes = state.to_bytes()?;
-        let room = array_mut(serializedState.cast::<u8>(), size)?;
-        let room = room.get_mut(..bytes.len()).ok_or("the buffer is too small for the state")?;
-        room.copy_from_slice(&bytes);
-        Ok(())
-    })
+    states::serialize::<Fmi2>(c, "fmi2SerializeFMUstate", FMUstate, serializedState.cast::<u8>(), size)
 }
 
 /// A saved state from bytes.
@@ -91,16 +52,5 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     size: usize,
     FMUstate: *mut fmi2FMUstate,
 ) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2DeSerializeFMUstate", |component| {
-        let place = place(FMUstate)?;
-        let state = component.deserialize(array(serializedState.cast::<u8>(), size)?)?;
-        let existing = place.cast::<SavedState>();
-        if existing.is_null() {
-            *place = Box::into_raw(Box::new(state)).cast();
-        } else {
-            // SAFETY: by the contract a state that is not null was handed out here and has not been freed.
-            unsafe { *existing = state };
-        }
-        Ok(())
-    })
+    states::deserialize::<Fmi2>(c, "fmi2DeSerializeFMUstate", serializedState.cast::<u8>(), size, FMUstate)
 }

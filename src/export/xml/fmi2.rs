@@ -1,16 +1,14 @@
 //! `modelDescription.xml` of FMI 2.0 for Co-Simulation and Model Exchange.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashSet};
 use std::io;
 use std::sync::Arc;
 
 use cotree_fmu::instance::DERIVATIVE_ORDER;
-use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, Event};
 
-use super::description::{Causality, Description, ScalarVariable, Start, is_structured};
+use super::{Attributes, Out, about, document, element, experiment, leaf, log_categories, number, units};
+use crate::export::description::{Causality, Description, ScalarVariable, Start, is_structured};
 use crate::lower::LISTED;
-use crate::mechanism::Unit;
 
 /// Names of the log categories that the runtime uses, and what is logged under them.
 const LOG_CATEGORIES: [(&str, &str); 3] = [
@@ -19,36 +17,25 @@ const LOG_CATEGORIES: [(&str, &str); 3] = [
     ("errors", "why a call failed"),
 ];
 
-type Out = Writer<Vec<u8>>;
-type Attributes = Vec<(&'static str, String)>;
-
 /// The document. The same description gives the same bytes: it has no date.
 pub fn model_description(description: &Description) -> io::Result<Vec<u8>> {
-    let mut out = Writer::new_with_indent(Vec::new(), b' ', 2);
-    out.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    element(&mut out, "fmiModelDescription", header(description), |out| {
+    document("fmiModelDescription", header(description), |out| {
         if description.exchange.is_some() {
             leaf(out, "ModelExchange", common(description))?;
         }
         leaf(out, "CoSimulation", capabilities(description))?;
-        units(out, description)?;
-        element(out, "LogCategories", vec![], |out| {
-            LOG_CATEGORIES.iter().try_for_each(|(name, about)| {
-                leaf(out, "Category", vec![("name", (*name).into()), ("description", (*about).into())])
-            })
-        })?;
+        units(out, description.variables.iter().map(|variable| &variable.unit))?;
+        log_categories(out, LOG_CATEGORIES)?;
         leaf(out, "DefaultExperiment", experiment(description))?;
         element(out, "ModelVariables", vec![], |out| {
             let states = description.variables.iter().filter_map(|variable| variable.derivative_of);
-            let moved: HashSet<usize> = states.filter(|_| description.moves_states).collect();
+            let moves = description.moves_states && description.exchange.is_some();
+            let moved: HashSet<usize> = states.filter(|_| moves).collect();
             let variables = description.variables.iter().enumerate();
             variables.into_iter().try_for_each(|(index, variable)| scalar(out, index, variable, moved.contains(&index)))
         })?;
         structure(out, description)
-    })?;
-    let mut bytes = out.into_inner();
-    bytes.push(b'\n');
-    Ok(bytes)
+    })
 }
 
 fn header(description: &Description) -> Attributes {
@@ -88,46 +75,6 @@ fn common(description: &Description) -> Attributes {
     let mut attributes = vec![("modelIdentifier", description.identifier.clone())];
     attributes.extend(flags.map(|(name, value)| (name, value.to_owned())));
     attributes
-}
-
-fn experiment(description: &Description) -> Attributes {
-    let experiment = description.experiment;
-    vec![
-        ("startTime", number(experiment.start)),
-        ("stopTime", number(experiment.stop)),
-        ("tolerance", number(experiment.tolerance)),
-        ("stepSize", number(experiment.step)),
-    ]
-}
-
-/// Every unit that a variable has, with the display units that any variable asks for. Omitted if empty: the schema
-/// wants at least one.
-fn units(out: &mut Out, description: &Description) -> io::Result<()> {
-    let mut used: BTreeMap<&str, (&Unit, BTreeMap<&str, f64>)> = BTreeMap::new();
-    for unit in description.variables.iter().map(|variable| &variable.unit).filter(|unit| !unit.si.is_empty()) {
-        let (_, displays) = used.entry(&unit.si).or_insert_with(|| (unit, BTreeMap::new()));
-        displays.extend(unit.display.iter().map(|display| (display.name.as_str(), display.factor)));
-    }
-    if used.is_empty() {
-        return Ok(());
-    }
-    element(out, "UnitDefinitions", vec![], |out| {
-        used.values().try_for_each(|(unit, displays)| {
-            element(out, "Unit", vec![("name", unit.si.clone())], |out| {
-                leaf(out, "BaseUnit", exponents(unit))?;
-                displays.iter().try_for_each(|(name, si)| {
-                    // The standard's factor goes the other way: display value = factor * SI value.
-                    leaf(out, "DisplayUnit", vec![("name", (*name).into()), ("factor", number(1.0 / si))])
-                })
-            })
-        })
-    })
-}
-
-fn exponents(unit: &Unit) -> Attributes {
-    let names = ["kg", "m", "s", "rad"];
-    let powers = names.into_iter().zip(unit.exponents).filter(|(_, power)| *power != 0);
-    powers.map(|(name, power)| (name, power.to_string())).collect()
 }
 
 fn scalar(out: &mut Out, index: usize, variable: &ScalarVariable, moved: bool) -> io::Result<()> {
@@ -212,35 +159,4 @@ fn unknowns(
 /// The standard counts variables from 1.
 fn ordinal(index: usize) -> String {
     (index + 1).to_string()
-}
-
-/// The shortest text that reads back as the same number.
-fn number(value: f64) -> String {
-    format!("{value:?}")
-}
-
-fn about(description: &str) -> Option<(&'static str, String)> {
-    (!description.is_empty()).then(|| ("description", description.to_owned()))
-}
-
-/// What XML cannot hold, line breaks among them, becomes a space.
-fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') { ' ' } else { c }).collect()
-}
-
-fn leaf(out: &mut Out, name: &str, attributes: Attributes) -> io::Result<()> {
-    let attributes: Vec<_> = attributes.into_iter().map(|(key, value)| (key, printable(&value))).collect();
-    let attributes = attributes.iter().map(|(key, value)| (*key, value.as_str()));
-    out.create_element(name).with_attributes(attributes).write_empty().map(|_| ())
-}
-
-fn element(
-    out: &mut Out,
-    name: &str,
-    attributes: Attributes,
-    content: impl FnOnce(&mut Out) -> io::Result<()>,
-) -> io::Result<()> {
-    let attributes: Vec<_> = attributes.into_iter().map(|(key, value)| (key, printable(&value))).collect();
-    let attributes = attributes.iter().map(|(key, value)| (*key, value.as_str()));
-    out.create_element(name).with_attributes(attributes).write_inner_content(content).map(|_| ())
 }

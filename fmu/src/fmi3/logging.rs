@@ -1,0 +1,54 @@
+//! Messages in the form of FMI 3.0.
+
+use std::ffi::{CStr, CString};
+
+use super::types::{fmi3InstanceEnvironment, fmi3LogMessageCallback, fmi3Status};
+use crate::fmi::logging::{Category, Logger, Severity, Sink};
+
+/// The standard's names (2.4.5) where it has one.
+fn name(category: Category) -> &'static CStr {
+    match category {
+        Category::Events => c"logEvents",
+        Category::Solver => c"logSolver",
+        Category::Errors => c"logStatusError",
+    }
+}
+
+/// The importer's function, and what it is called with.
+struct Callback {
+    function: fmi3LogMessageCallback,
+    environment: fmi3InstanceEnvironment,
+}
+
+/// Everything is told, or nothing.
+pub fn logger(function: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment, on: bool) -> Logger {
+    Logger::new(Box::new(Callback { function, environment }), [on; 3])
+}
+
+/// The categories of these names.
+pub fn categories(names: &[&CStr]) -> Result<Vec<Category>, String> {
+    let known = |wanted: &&CStr| {
+        let found = Category::ALL.into_iter().find(|category| name(*category) == *wanted);
+        let wanted = wanted.to_string_lossy();
+        found.ok_or_else(|| {
+            format!("`{wanted}` is not a log category; there are logEvents, logSolver and logStatusError")
+        })
+    };
+    names.iter().map(known).collect()
+}
+
+impl Sink for Callback {
+    fn pass(&self, severity: Severity, category: Category, message: &str) {
+        let Some(function) = self.function else { return };
+        let status = match severity {
+            Severity::Fine => fmi3Status::fmi3OK,
+            Severity::Discard => fmi3Status::fmi3Discard,
+            Severity::Error => fmi3Status::fmi3Error,
+        };
+        // A single # begins the name of a variable, and C strings end at a zero byte.
+        let Ok(finished) = CString::new(message.replace('#', "##").replace('\0', " ")) else { return };
+        // SAFETY: the importer gave this function for this purpose and keeps it alive as long as the instance; both strings end with zero and
+        // outlive the call.
+        unsafe { function(self.environment, status, name(category).as_ptr(), finished.as_ptr()) };
+    }
+}
