@@ -181,6 +181,8 @@ fn fallback_step(
     }
     explicit.forget();
     (run.last.natural, run.last.order) = (0.0, 0);
+    // What is no series may hold no numbers, and the dense output of the explicit method is shorter.
+    run.last.dense.fill(0.0);
     run.taylor = taylor::Memory::default();
     context.machine.load(context.model, &run.signals.origin);
     take_step(explicit, context, run, horizon)?;

@@ -7,6 +7,7 @@
 
 use super::columns::Entry;
 use super::lane::{Lane, ZERO, lanes, minus, multiply, plus, splat};
+use crate::math;
 
 /// Products of links and loads are the masses up to rounding errors, relative to their size.
 const ROUNDING: f64 = 1e-14;
@@ -75,6 +76,18 @@ impl Chain {
         });
     }
 
+    /// The smallest share of a frame's mass M_kk that is left as its pivot while the arms lie in line.
+    pub fn share_left(&self, inertia: &[Lane]) -> f64 {
+        let (mut carried, mut least) = (Carried::default(), f64::INFINITY);
+        for (k, own) in inertia.as_flattened().iter().enumerate().take(self.frames).rev() {
+            let c = conjugate(part(&self.links, k));
+            let pivot = carried.pivot(c, *own);
+            least = math::minimum(least, pivot / own);
+            carried.hand_on(c, part(&self.loads, k), 1.0 / pivot);
+        }
+        least
+    }
+
     /// Adds the forces between frames of different lanes: a_k times the sum of m_l (x + i y)_l over those further out, and the conjugate of m_k times that
     /// of the conjugates of a_l over those further in.
     #[inline(always)]
@@ -98,6 +111,38 @@ impl Chain {
             outer_x = minus(plus(outer_x, mx[k], x[k]), my[k], y[k]);
             outer_y = plus(plus(outer_y, mx[k], y[k]), my[k], x[k]);
         }
+    }
+}
+
+/// The symmetric matrix that is handed on from link to link: the sum of g r^T over the frames further out.
+#[derive(Clone, Copy, Debug, Default)]
+struct Carried {
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
+
+impl Carried {
+    #[inline(always)]
+    fn times(&self, [x, y]: Complex) -> Complex {
+        [self.xx * x + self.xy * y, self.xy * x + self.yy * y]
+    }
+
+    /// What is left of a frame's own mass.
+    #[inline(always)]
+    fn pivot(&self, c: Complex, own: f64) -> f64 {
+        let [qx, qy] = self.times(c);
+        own - (c[0] * qx + c[1] * qy)
+    }
+
+    /// Takes a frame with one over its pivot in; returns what is left of d, over the pivot.
+    #[inline(always)]
+    fn hand_on(&mut self, c: Complex, d: Complex, inverse: f64) -> Complex {
+        let [qx, qy] = self.times(c);
+        let (rx, ry) = (d[0] - qx, d[1] - qy);
+        let (gx, gy) = (rx * inverse, ry * inverse);
+        *self = Self { xx: self.xx + gx * rx, xy: self.xy + gx * ry, yy: self.yy + gy * ry };
+        [gx, gy]
     }
 }
 
@@ -143,20 +188,17 @@ impl Recursion {
         let [cx, cy] = [&self.inward[0], &self.inward[1]].map(|lanes| lanes.as_flattened());
         let [dx, dy] = [&self.outward[0], &self.outward[1]].map(|lanes| lanes.as_flattened());
         let own = inertia.as_flattened();
-        let [mut pxx, mut pxy, mut pyy] = [0.0; 3];
+        let mut carried = Carried::default();
         for k in (0..self.joints.len()).rev() {
             let (cx, cy) = (cx[k], cy[k]);
-            let (qx, qy) = (pxx * cx + pxy * cy, pxy * cx + pyy * cy);
-            let pivot = own[k] - (cx * qx + cy * qy);
+            let pivot = carried.pivot([cx, cy], own[k]);
             // Written so that NaN is singular too.
             let regular = pivot > SINGULAR * own[k];
             if !regular {
                 return false;
             }
             let inverse = 1.0 / pivot;
-            let (rx, ry) = (dx[k] - qx, dy[k] - qy);
-            let (gx, gy) = (rx * inverse, ry * inverse);
-            (pxx, pxy, pyy) = (pxx + gx * rx, pxy + gx * ry, pyy + gy * ry);
+            let [gx, gy] = carried.hand_on([cx, cy], [dx[k], dy[k]], inverse);
             let across = [[1.0 - gx * cx, -gx * cy], [-gy * cx, 1.0 - gy * cy]];
             self.joints[k] = Joint { c: [cx, cy], g: [gx, gy], inverse, across, rest: 0.0 };
         }
@@ -303,6 +345,24 @@ mod tests {
         recursion.solve(&right, &mut found);
         assert!(found.iter().zip(&x).all(|(found, x)| (found - x).abs() < 1e-11), "{found:?} {x:?}");
         assert!(!recursion.factor(&chain, [&dx, &dy], &vec![splat(f64::NAN); lanes(count)]));
+    }
+
+    #[test]
+    fn what_is_left_of_masses_in_line_is_that_of_the_factors() {
+        for count in [5, 14] {
+            let (entries, coefficients) = chain(count, None);
+            let mut chain = Chain::new(count, &entries).unwrap();
+            chain.fill(&coefficients);
+            for own in [5.0, 20.0] {
+                let (ones, zeros) = (vec![splat(1.0); lanes(count)], vec![ZERO; lanes(count)]);
+                let inertia = vec![splat(own); lanes(count)];
+                let mut recursion = Recursion::new(count);
+                assert!(recursion.factor(&chain, [&ones, &zeros], &inertia));
+                let shares = recursion.joints.iter().map(|joint| 1.0 / (joint.inverse * own));
+                let least = shares.fold(f64::INFINITY, f64::min);
+                assert!((chain.share_left(&inertia) / least - 1.0).abs() < 1e-12, "{count} {own}");
+            }
+        }
     }
 
     #[test]

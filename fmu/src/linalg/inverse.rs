@@ -2,9 +2,13 @@
 
 use super::lane::{Lane, WIDTH, ZERO, add, lanes, larger, largest, minus, multiply, plus, splat, subtract};
 use super::matrix::{Entries, Places};
+use crate::math;
 
 /// The smallest pivot that counts, relative to the largest entry of its row.
 const SINGULAR: f64 = 1e-13;
+/// The smallest share of a mass that may be left as a pivot where rows are eliminated together: multiplying by the inverse of a block loses digits in
+/// proportion to the square of what one row after the other loses.
+pub(crate) const LEFT: f64 = 1e-3;
 /// Lanes of a product that are found together.
 const GROUP: usize = 4;
 /// An entry of the diagonal that is larger than this, in the same units, is the pivot without looking for a larger one.
@@ -26,6 +30,8 @@ pub(crate) struct Inverse {
     pivots: Vec<usize>,
     /// One over the largest entry that each row began with.
     scales: Vec<f64>,
+    /// The smallest pivot of each place that counts where rows are eliminated together.
+    least: Vec<f64>,
 }
 
 impl Entries for Inverse {
@@ -59,6 +65,7 @@ impl Inverse {
             pivot: vec![ZERO; width],
             pivots: vec![0; places.len()],
             scales: vec![1.0; count],
+            least: vec![0.0; count],
             places,
         }
     }
@@ -161,7 +168,7 @@ impl Inverse {
 
     /// Replaces the matrix by its inverse, four rows and columns at a time without looking for pivots: as good as any other way where the masses
     /// are alike and come before the loop equations, for then every pivot is a mass that is left, or minus the square of a distance between loop
-    /// equations. False if there is none; the matrix is lost then.
+    /// equations. False if there is none, or if too little is left of a mass; the matrix is lost then.
     #[inline(always)]
     pub fn invert_in_order(&mut self) -> bool {
         // The same for every width; small ones are known to the compiler.
@@ -175,7 +182,7 @@ impl Inverse {
 
     #[inline(always)]
     fn eliminate_in_order(&mut self, width: usize) -> bool {
-        self.scale(width);
+        self.bound(width);
         for four in 0..width {
             if !self.eliminate_four(four, width) {
                 return false;
@@ -189,12 +196,12 @@ impl Inverse {
     fn eliminate_four(&mut self, four: usize, width: usize) -> bool {
         let (before, rest) = self.rows.split_at_mut(four * WIDTH * width);
         let (pivots, after) = rest.split_at_mut(WIDTH * width);
-        let (mut block, mut scales) = ([ZERO; WIDTH], ZERO);
+        let (mut block, mut least) = ([ZERO; WIDTH], ZERO);
         for row in 0..WIDTH {
             (block[row], pivots[row * width + four]) = (pivots[row * width + four], UNITS[row]);
-            scales[row] = self.scales[four * WIDTH + row];
+            least[row] = self.least[four * WIDTH + row];
         }
-        let Some(inverse) = invert_four(block, scales) else { return false };
+        let Some(inverse) = invert_four(block, least) else { return false };
         for lane in 0..width {
             let mut old = [ZERO; WIDTH];
             for row in 0..WIDTH {
@@ -263,8 +270,16 @@ impl Inverse {
     #[inline(always)]
     fn scale(&mut self, width: usize) {
         for &place in &self.places {
+            self.scales[place] = 1.0 / largest_entry(&self.rows[place * width..][..width]);
+        }
+    }
+
+    /// A loop equation has no entry on the diagonal.
+    #[inline(always)]
+    fn bound(&mut self, width: usize) {
+        for &place in &self.places {
             let row = &self.rows[place * width..][..width];
-            self.scales[place] = 1.0 / largest(row.iter().fold(ZERO, |largest, entries| larger(largest, *entries)));
+            self.least[place] = math::maximum(SINGULAR * largest_entry(row), LEFT * row.as_flattened()[place]);
         }
     }
 
@@ -323,6 +338,15 @@ impl Inverse {
     }
 }
 
+#[inline(always)]
+fn largest_entry(row: &[Lane]) -> f64 {
+    let mut worst = ZERO;
+    for lane in 0..row.len() {
+        worst = larger(worst, row[lane]);
+    }
+    largest(worst)
+}
+
 /// sum - factors . rows
 #[inline(always)]
 fn less(sum: Lane, factors: Lane, [a, b, c, d]: [Lane; WIDTH]) -> Lane {
@@ -333,13 +357,13 @@ fn less(sum: Lane, factors: Lane, [a, b, c, d]: [Lane; WIDTH]) -> Lane {
 /// Rows of the identity.
 const UNITS: [Lane; WIDTH] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
 
-/// The inverse of a block of the diagonal, by Gauss and Jordan in order.
+/// The inverse of a block of the diagonal, by Gauss and Jordan in order; none if a pivot is less than it must be.
 #[inline(always)]
-fn invert_four(mut block: [Lane; WIDTH], scales: Lane) -> Option<[Lane; WIDTH]> {
+fn invert_four(mut block: [Lane; WIDTH], least: Lane) -> Option<[Lane; WIDTH]> {
     for column in 0..WIDTH {
         let pivot = block[column][column];
         // Written so that NaN is singular too.
-        let regular = pivot.abs() * scales[column] > SINGULAR;
+        let regular = pivot.abs() > least[column];
         if !regular {
             return None;
         }
@@ -427,6 +451,21 @@ mod tests {
             for (a, b) in one.as_flattened().iter().zip(other.as_flattened()) {
                 assert!((a - b).abs() < 1e-9 * a.abs().max(1.0), "{unknowns} {loops}: {a} {b}");
             }
+        }
+    }
+
+    /// Five masses that move almost only together: of each but the first little is left.
+    #[test]
+    fn a_mass_of_which_little_is_left_is_inverted_row_by_row() {
+        for (common, in_order) in [(1e2, true), (1e6, false)] {
+            let entries: Vec<(usize, usize, f64)> =
+                (0..5).flat_map(|i| (i..5).map(move |j| (i, j, common + f64::from(u8::from(i == j))))).collect();
+            let places = [0, 1, 2, 3, 4];
+            assert_eq!(filled(&places, 5, &entries).invert_in_order(), in_order, "{common}");
+            let mut inverse = filled(&places, 5, &entries);
+            assert!(inverse.invert());
+            let expected = 1.0 - common / (1.0 + 5.0 * common);
+            (0..5).for_each(|i| assert!((inverse.diagonal(i) - expected).abs() < 1e-15 * common, "{common} {i}"));
         }
     }
 

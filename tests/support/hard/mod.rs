@@ -16,6 +16,8 @@ pub mod random;
 pub mod reference;
 mod steep;
 mod switching;
+mod twofold;
+mod unlike;
 
 use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};

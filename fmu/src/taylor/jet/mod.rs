@@ -18,6 +18,7 @@ mod terms;
 
 use crate::linalg::chain::Recursion;
 use crate::linalg::columns::{Columns, Entry};
+use crate::linalg::inverse::LEFT;
 use crate::linalg::lane::{Lane, WIDTH, ZERO, lanes, splat};
 use crate::linalg::matrix::{FOUR_AT_ONCE, Matrix};
 use crate::machine::Machine;
@@ -336,12 +337,18 @@ impl Jet {
             *place = c[frame.inertia as usize];
         }
         let alike = self.terms.are_alike(c, self.unknowns.len(), self.shape.lanes[0]);
-        let chained = alike && self.coupling.chain().is_some() && self.is_open() && self.has_only_frames();
+        let chained = self.is_open() && self.has_only_frames() && self.prefers_links();
         let layout = Layout { alike, chained };
         if self.layout != Some(layout) {
             self.layout = Some(layout);
             self.lay_out(layout);
         }
+    }
+
+    /// Is there a chain whose factors are cheaper than the inverse, or better where little is left of a mass?
+    fn prefers_links(&self) -> bool {
+        let chain = self.coupling.chain();
+        chain.is_some_and(|chain| self.coupling.is_long() || chain.share_left(&self.inertia) < LEFT)
     }
 
     /// Storage for the matrix. It allocates: once for a model, and when a changed parameter makes masses alike that were not, or the other way
