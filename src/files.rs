@@ -1,9 +1,9 @@
 //! Files that are whole or not there: written without a name or beside their place, then renamed. And files read with a limit.
 
-use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
@@ -32,14 +32,16 @@ impl Draft {
     /// Starts a file that will replace whatever is at `path`.
     pub fn new(path: &Path) -> io::Result<Self> {
         // A link is followed, so that the file it points to is replaced and not the link.
-        let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        let special = fs::metadata(&place).is_ok_and(|data| !data.is_file() && !data.is_dir());
-        if special {
-            let file = OpenOptions::new().write(true).open(&place)?;
-            return Ok(Self { writer: Some(BufWriter::new(file)), place, stage: Stage::Placed });
-        }
-        if place.is_dir() {
-            return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a directory"));
+        let place = followed(path)?;
+        match fs::metadata(&place) {
+            Ok(data) if data.is_dir() => return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a directory")),
+            // To be replaced it need not be writable, but whoever made it read-only does not expect that.
+            Ok(data) if data.is_file() => drop(OpenOptions::new().write(true).open(&place)?),
+            Ok(_) => {
+                let file = open_patiently(OpenOptions::new().write(true), &place, "nobody reads from")?;
+                return Ok(Self { writer: Some(BufWriter::new(file)), place, stage: Stage::Placed });
+            }
+            Err(_) => {}
         }
         let file = nameless(&place);
         Self::staged(place, file)
@@ -47,10 +49,12 @@ impl Draft {
 
     /// Starts a file in a file without a name, if there is one.
     fn staged(place: PathBuf, nameless: Option<File>) -> io::Result<Self> {
-        let beside = beside(&place)?;
         let (file, stage) = match nameless {
             Some(file) => (file, Stage::Nameless),
-            None => (OpenOptions::new().write(true).create_new(true).open(&beside)?, Stage::Beside(beside)),
+            None => {
+                let (file, beside) = beside(&place, |path| OpenOptions::new().write(true).create_new(true).open(path))?;
+                (file, Stage::Beside(beside))
+            }
         };
         if let Ok(old) = fs::metadata(&place) {
             // Whoever could not read the old file shall not read the new one.
@@ -68,8 +72,7 @@ impl Draft {
         }
         file.sync_all()?;
         if matches!(self.stage, Stage::Nameless) {
-            let beside = beside(&self.place)?;
-            name(&file, &beside)?;
+            let ((), beside) = beside(&self.place, |path| name(&file, path))?;
             self.stage = Stage::Beside(beside);
         }
         if let Stage::Beside(beside) = &self.stage {
@@ -106,13 +109,42 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     draft.commit()
 }
 
-/// A name in the same folder, so that renaming does not copy.
-fn beside(place: &Path) -> io::Result<PathBuf> {
-    let name = place.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "is not a file name"))?;
-    let mut temporary = OsString::from(".");
-    temporary.push(name);
-    temporary.push(format!(".{}.part", std::process::id()));
-    Ok(place.with_file_name(temporary))
+/// Where a file with this name is or will be: at the end of all links, of which the last may lead to nothing yet.
+fn followed(path: &Path) -> io::Result<PathBuf> {
+    /// As many links in a row as Linux follows.
+    const LINKS: usize = 40;
+    let mut place = path.to_path_buf();
+    for _ in 0..LINKS {
+        if let Ok(found) = fs::canonicalize(&place) {
+            return Ok(found);
+        }
+        match fs::read_link(&place) {
+            Ok(target) => place = place.parent().unwrap_or(Path::new("")).join(target),
+            Err(_) => return Ok(place),
+        }
+    }
+    Err(io::Error::other("its links lead in a circle"))
+}
+
+/// Makes something under a free name in the same folder, so that renaming does not copy. The name is short: the place's own may be as long as names
+/// can be.
+fn beside<T>(place: &Path, mut make: impl FnMut(&Path) -> io::Result<T>) -> io::Result<(T, PathBuf)> {
+    /// More than this are not left over.
+    const NAMES: usize = 1000;
+    static NEXT: AtomicUsize = AtomicUsize::new(0);
+    if place.file_name().is_none() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "is not a file name"));
+    }
+    let mut taken = io::Error::from(io::ErrorKind::AlreadyExists);
+    for _ in 0..NAMES {
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let path = place.with_file_name(format!(".cotree-{}-{number}.part", std::process::id()));
+        match make(&path) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => taken = error,
+            made => return Ok((made?, path)),
+        }
+    }
+    Err(taken)
 }
 
 /// A new file without a name in the folder of another, if it can get one later.
@@ -166,17 +198,18 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
         return Err(large());
     }
     let mut bytes = Vec::new();
-    let file = if data.is_file() { File::open(path)? } else { open_patiently(path)? };
+    let reading = || open_patiently(OpenOptions::new().read(true), path, "nobody writes to");
+    let file = if data.is_file() { File::open(path)? } else { reading()? };
     file.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most { Err(large()) } else { Ok(bytes) }
 }
 
-/// Opens a pipe or a device. Opening a pipe waits for a writer, who may never come.
-fn open_patiently(path: &Path) -> io::Result<File> {
+/// Opens a pipe or a device. Opening a pipe waits for the other end, who may never come.
+fn open_patiently(options: &OpenOptions, path: &Path, missing: &str) -> io::Result<File> {
     let (opened, result) = mpsc::channel();
-    let path = path.to_owned();
-    thread::spawn(move || opened.send(File::open(path)));
-    let nobody = || io::Error::new(io::ErrorKind::TimedOut, "it is a pipe that nobody writes to");
+    let (options, path) = (options.clone(), path.to_owned());
+    thread::spawn(move || opened.send(options.open(path)));
+    let nobody = || io::Error::new(io::ErrorKind::TimedOut, format!("it is a pipe that {missing}"));
     result.recv_timeout(PATIENCE).map_err(|_| nobody())?
 }
 
@@ -257,6 +290,66 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         assert!(write(folder.path(), b"").is_err());
         assert!(write(&folder.path().join("missing/out.csv"), b"").is_err());
+    }
+
+    /// What other programs can name, this one can write.
+    #[test]
+    fn a_name_may_be_as_long_as_names_can_be() {
+        let folder = tempfile::tempdir().unwrap();
+        for nameless in [true, false] {
+            let path = folder.path().join("a".repeat(255));
+            let file = if nameless { self::nameless(&path) } else { None };
+            let mut draft = Draft::staged(path.clone(), file).unwrap();
+            draft.write_all(b"new").unwrap();
+            draft.commit().unwrap();
+            assert_eq!(fs::read(&path).unwrap(), b"new");
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+            fs::remove_file(path).unwrap();
+        }
+    }
+
+    #[test]
+    fn what_others_left_over_is_no_obstacle() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().join("out");
+        let mut calls = 0;
+        let (_, path) = beside(&place, |path| {
+            calls += 1;
+            if calls == 1 { Err(io::ErrorKind::AlreadyExists.into()) } else { fs::write(path, b"") }
+        })
+        .unwrap();
+        assert!(calls == 2 && path.exists());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_what_is_not_there_yet_is_followed_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let [first, second, place] = ["first", "second", "out"].map(|name| folder.path().join(name));
+        std::os::unix::fs::symlink("second", &first).unwrap();
+        std::os::unix::fs::symlink("out", &second).unwrap();
+        write(&first, b"new").unwrap();
+        assert!(
+            fs::symlink_metadata(&first).unwrap().is_symlink() && fs::symlink_metadata(&second).unwrap().is_symlink()
+        );
+        assert_eq!(fs::read(&place).unwrap(), b"new");
+        let circle = folder.path().join("circle");
+        std::os::unix::fs::symlink("circle", &circle).unwrap();
+        assert!(write(&circle, b"new").is_err());
+    }
+
+    /// Renaming would replace it all the same. The superuser may write everything.
+    #[cfg(unix)]
+    #[test]
+    fn what_may_not_be_written_is_not_replaced() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out");
+        fs::write(&path, b"old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).unwrap();
+        let may = OpenOptions::new().write(true).open(&path).is_ok();
+        assert_eq!(write(&path, b"new").is_ok(), may);
+        assert_eq!(fs::read(&path).unwrap(), if may { b"new" } else { b"old" });
     }
 
     #[cfg(unix)]

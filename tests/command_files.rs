@@ -2,6 +2,7 @@
 #![cfg(unix)]
 
 use std::fs::{self, File};
+use std::io::{Read, Write};
 use std::path::Path;
 use std::process::Command;
 use std::thread::sleep;
@@ -217,4 +218,123 @@ fn a_dash_is_standard_output_and_never_a_file() {
         assert!(message.contains("cannot write `-`") && message.contains("name a file"), "{message}");
     }
     assert_eq!(names(folder.path()), ["crank.toml"]);
+}
+
+#[test]
+fn a_pipe_that_nobody_reads_is_told() {
+    let folder = with_scene();
+    assert!(Command::new("mkfifo").arg(folder.path().join("pipe")).status().unwrap().success());
+    let message = refused(folder.path(), &["simulate", "crank.toml", "--stop", "0.1", "-o", "pipe"]);
+    assert!(message.contains("nobody reads from"), "{message}");
+}
+
+/// The files of an FMU, each changed as wanted.
+fn repacked(from: &Path, to: &Path, change: impl Fn(&str, Vec<u8>) -> Vec<u8>) {
+    let mut archive = zip::ZipArchive::new(File::open(from).unwrap()).unwrap();
+    let mut zip = zip::ZipWriter::new(File::create(to).unwrap());
+    for index in 0..archive.len() {
+        let mut file = archive.by_index(index).unwrap();
+        let (name, mut content) = (file.name().unwrap().into_owned(), Vec::new());
+        file.read_to_end(&mut content).unwrap();
+        zip.start_file(name.as_str(), zip::write::SimpleFileOptions::default()).unwrap();
+        zip.write_all(&change(&name, content)).unwrap();
+    }
+    zip.finish().unwrap();
+}
+
+fn text_changed(content: Vec<u8>, change: impl Fn(&str) -> String) -> Vec<u8> {
+    change(std::str::from_utf8(&content).unwrap()).into_bytes()
+}
+
+#[test]
+fn an_fmu_whose_parts_do_not_belong_together_is_damaged() {
+    let folder = with_scene();
+    let at = |name: &str| folder.path().join(name);
+    let text = fs::read_to_string(at("crank.toml")).unwrap();
+    fs::write(at("other.toml"), text.replace("crank_length", "throw")).unwrap();
+    for scene in ["crank", "other"] {
+        let output = cotree(folder.path(), &["export", &format!("{scene}.toml"), "-o", &format!("{scene}.fmu")]);
+        assert!(output.status.success(), "{}", stderr(&output));
+    }
+    let mut other = zip::ZipArchive::new(File::open(at("other.fmu")).unwrap()).unwrap();
+    let mut program = Vec::new();
+    other.by_name("resources/program.bin").unwrap().read_to_end(&mut program).unwrap();
+    type Change<'a> = Box<dyn Fn(&str) -> String + 'a>;
+    let guid = text_between(&at("crank.fmu"), "guid=\"", "\"");
+    let descriptions: [(&str, Change); 3] = [
+        ("breaks off", Box::new(|text| text[..text.find("</ModelVariables>").unwrap()].to_owned())),
+        ("GUIDs differ", Box::new(|text| text.replace(&guid, "{0}"))),
+        ("variables differ", Box::new(|text| text.replace("\"crank_length\"", "\"crank_size\""))),
+    ];
+    for (reason, change) in &descriptions {
+        repacked(&at("crank.fmu"), &at("odd.fmu"), |name, content| match name {
+            "modelDescription.xml" => text_changed(content, change),
+            _ => content,
+        });
+        let message = refused(folder.path(), &["info", "odd.fmu"]);
+        assert!(message.contains(reason) && message.contains("damaged"), "{message}");
+    }
+    repacked(&at("crank.fmu"), &at("odd.fmu"), |name, content| match name {
+        "resources/program.bin" => program.clone(),
+        _ => content,
+    });
+    let message = refused(folder.path(), &["info", "odd.fmu"]);
+    assert!(message.contains("GUIDs differ"), "{message}");
+    repacked(&at("crank.fmu"), &at("odd.fmu"), |_, content| content);
+    assert!(cotree(folder.path(), &["info", "odd.fmu"]).status.success());
+}
+
+/// What stands between two texts in a model description.
+fn text_between(fmu: &Path, begin: &str, end: &str) -> String {
+    let mut archive = zip::ZipArchive::new(File::open(fmu).unwrap()).unwrap();
+    let mut text = String::new();
+    archive.by_name("modelDescription.xml").unwrap().read_to_string(&mut text).unwrap();
+    text.split_once(begin).unwrap().1.split_once(end).unwrap().0.to_owned()
+}
+
+/// What others wrote can neither command the terminal nor look like what it is not.
+#[test]
+fn foreign_text_shows_what_is_in_it() {
+    let folder = with_scene();
+    let at = |name: &str| folder.path().join(name);
+    let text = fs::read_to_string(at("crank.toml")).unwrap();
+    let odd = "a\\u001b]0;owned\\u0007\\u009b2Jb\u{202e}\u{9b}31m";
+    let text = text.lines().map(|line| match line.split_once(" = ") {
+        Some(("name", _)) => format!("name = \"{odd}\""),
+        _ => line.to_owned(),
+    });
+    let text = text.collect::<Vec<_>>().join("\n");
+    fs::write(at("odd.toml"), &text).unwrap();
+    fs::write(at("wrong.toml"), text.replace("format = 1", &format!("format = 1\n\"{odd}\" = 2"))).unwrap();
+    fs::write(at("odd.csv"), "time,\u{1b}[31m\u{202e}\n0,1\n").unwrap();
+    assert!(cotree(folder.path(), &["export", "odd.toml", "-o", "odd.fmu"]).status.success());
+    repacked(&at("odd.fmu"), &at("foreign.fmu"), |name, content| match name {
+        "modelDescription.xml" => {
+            text_changed(content, |text| text.replace("\"cotree ", "\"\u{202e}\u{9b}31m&#10;cotree "))
+        }
+        _ => content,
+    });
+    let commands: [&[&str]; 9] = [
+        &["check", "odd.toml"],
+        &["show", "odd.toml"],
+        &["show", "odd.toml", "--json"],
+        &["modes", "odd.toml"],
+        &["modes", "odd.toml", "--json"],
+        &["check", "wrong.toml"],
+        &["info", "odd.fmu"],
+        &["info", "foreign.fmu"],
+        &["simulate", "odd.toml", "--input", "odd.csv"],
+    ];
+    let hidden = |c: char| (c.is_control() && c != '\n') || matches!(c, '\u{202a}'..='\u{202e}');
+    let mut shown = 0;
+    for arguments in commands {
+        let output = cotree(folder.path(), arguments);
+        for text in [String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap()] {
+            assert!(!text.contains(hidden), "{arguments:?}: {text:?}");
+            shown += text.matches("\\u202e").count();
+        }
+    }
+    assert!(shown >= 7, "{shown}");
+    let output = cotree(folder.path(), &["info", "odd.fmu", "--scene"]);
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), text, "a file's own text stays what it is");
 }

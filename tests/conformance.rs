@@ -108,7 +108,10 @@ fn valid(python: &Path, folder: &Path) -> Outcome {
 
 /// The cases of the catalogue that the standard and the users ask for.
 fn expected() -> impl Iterator<Item = String> {
-    (1..=19).map(|number| format!("S{number:02}")).chain((1..=68).map(|number| format!("D{number:02}")))
+    (1..=19)
+        .map(|number| format!("S{number:02}"))
+        .chain((1..=68).map(|number| format!("D{number:02}")))
+        .chain((1..=12).map(|number| format!("X{number:02}")))
 }
 
 #[test]

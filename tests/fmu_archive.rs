@@ -322,6 +322,7 @@ fn the_archive_is_plain_and_complete() {
         "documentation/index.html",
         "documentation/licenses/apache-2.0.txt",
         "documentation/licenses/license.txt",
+        "documentation/licenses/sbom.cdx.json",
         "model.png",
         "modelDescription.xml",
         "resources/program.bin",
@@ -381,13 +382,11 @@ fn the_page_says_what_a_user_wants_to_know() {
     let script = ["&quot;pendulum.fmu&quot;", "stop_time=10.0", "{&quot;length&quot;: 0.5}", "arm.angle"];
     let measured =
         ["from 0.0 s to 2.5 s", "<td class=\"n\">1e-4</td><td class=\"n\">3.0e-4</td><td class=\"n\">20</td>"];
-    for text in parameters
-        .iter()
-        .chain(&initial)
-        .chain(&script)
-        .chain(&measured)
-        .chain(&["a &lt; b\n  Q[2]", "documentation/licenses/"])
-    {
+    for text in parameters.iter().chain(&initial).chain(&script).chain(&measured).chain(&[
+        "a &lt; b\n  Q[2]",
+        "documentation/licenses/",
+        "give it 1e-8 or",
+    ]) {
         assert!(page.contains(text), "{text}\n{page}");
     }
     assert_eq!(page.matches("<svg").count(), 2, "the drawing and the curve");
@@ -412,29 +411,47 @@ fn a_missing_folder_is_named() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
-/// The packages that are compiled into the runtime.
-fn packages_of_the_runtime() -> BTreeSet<String> {
-    let arguments = "tree --locked --package cotree-fmu --edges normal,no-proc-macro --prefix none --format {lib}";
+/// The packages that are compiled into the runtime, with their versions and licences.
+fn packages_of_the_runtime() -> BTreeSet<[String; 3]> {
+    let arguments = "tree --locked --package cotree-fmu --edges normal,no-proc-macro --prefix none --format {p}|{l}";
     let mut cargo = std::process::Command::new(env!("CARGO"));
     let output = cargo.args(arguments.split(' ')).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let lines = String::from_utf8(output.stdout).unwrap();
-    lines.lines().filter_map(|line| line.split_whitespace().next()).map(|name| name.replace('_', "-")).collect()
+    let lines = lines.lines().filter(|line| !line.starts_with("cotree-fmu") && !line.trim().is_empty());
+    let package = |line: &str| {
+        let (name, license) = line.trim_end_matches(" (*)").split_once('|').unwrap();
+        let mut words = name.split_whitespace();
+        let (name, version) = (words.next().unwrap(), words.next().unwrap().trim_start_matches('v'));
+        [name, version, &license.replace('/', " OR ")].map(str::to_owned)
+    };
+    lines.map(package).collect()
 }
 
 #[test]
-fn every_library_inside_the_runtime_is_named_in_the_licences() {
-    let licences =
-        String::from_utf8(content(&mut packed(&Parts::new()), "documentation/licenses/license.txt")).unwrap();
-    let list = &licences[licences.find("under Apache-2.0").unwrap()..licences.find("-----").unwrap()];
-    let words = list.split(|c: char| !(c.is_alphanumeric() || "-_".contains(c))).map(|word| word.replace('_', "-"));
-    let words: BTreeSet<String> = words.collect();
+fn every_library_inside_the_runtime_is_in_the_licences_and_in_the_bill_of_materials() {
+    let mut archive = packed(&Parts::new());
+    let text = |archive: &mut Archive, name: &str| {
+        String::from_utf8(content(archive, &format!("documentation/licenses/{name}"))).unwrap()
+    };
+    let bill: serde_json::Value = serde_json::from_str(&text(&mut archive, "sbom.cdx.json")).unwrap();
+    let string = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
+    let components = bill["components"].as_array().unwrap();
+    let listed = components.iter().map(|own| {
+        assert_eq!(own["purl"], format!("pkg:cargo/{}@{}", string(&own["name"]), string(&own["version"])));
+        [&own["name"], &own["version"], &own["licenses"][0]["expression"]].map(string)
+    });
     let packages = packages_of_the_runtime();
-    assert!(packages.len() > 10, "{packages:?}");
-    for package in packages.iter().filter(|package| *package != "cotree-fmu") {
-        assert!(words.contains(package), "{package} is not named");
+    assert_eq!(listed.collect::<BTreeSet<_>>(), packages);
+    assert_eq!((&bill["bomFormat"], &bill["specVersion"]), (&"CycloneDX".into(), &"1.5".into()));
+    let licences = text(&mut archive, "license.txt");
+    for ([name, version, license], own) in packages.iter().zip(components) {
+        let wanted = format!("  {name} {version}, {license}\n      {}\n", string(&own["copyright"]));
+        assert!(licences.contains(&wanted), "{wanted}");
     }
-    assert!(!words.contains("libc"));
+    for notice in ["Sun Microsystems", "Rich Felker", "Arm Limited", "freely granted"] {
+        assert!(licences.contains(notice), "{notice}");
+    }
 }
 
 /// A variable is shown in the unit that its initial value is written in, whether it is a state, an output or neither.

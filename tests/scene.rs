@@ -126,6 +126,27 @@ fn crank(more: &str) -> String {
 }
 
 #[test]
+fn outputs_have_units_and_descriptions() {
+    let text = crank(
+        "[outputs]\nstroke = { value = \"crank.end.x - block.x\", unit = \"mm\", description = \"how far\" }\n\
+         bare = { value = \"2*crank.x\", unit = \"cm\" }\npower = { value = \"crank.omega*pin.fx*a\" }\nunknown = \"2*crank.x\"\n",
+    );
+    let mechanism = mechanism(&text);
+    let shown = |index: usize| {
+        let output = &mechanism.outputs[index];
+        let display = output.unit.display.as_ref().map(|display| (display.name.as_str(), display.factor));
+        (output.name.as_str(), output.unit.si.as_str(), display, output.description.as_str())
+    };
+    assert_eq!(shown(0), ("stroke", "m", Some(("mm", 1e-3)), "how far"));
+    assert_eq!(shown(1), ("bare", "m", Some(("cm", 1e-2)), "2*crank.x"));
+    assert_eq!(mechanism.outputs[2].unit.exponents, [1, 2, -3, 1], "rad/s N m");
+    assert_eq!(shown(3), ("unknown", "", None, "2*crank.x"));
+    let scene = Scene::from_toml(&text).unwrap();
+    let built = Scene::new("crank").output_expression_in("mm", "stroke", "crank.end.x - block.x", "how far");
+    assert_eq!(built.outputs.expressions[0], scene.outputs.expressions[0]);
+}
+
+#[test]
 fn points_are_relative_to_the_mass_centre() {
     let mechanism = mechanism(&crank(""));
     let crank = &mechanism.bodies[0];

@@ -22,7 +22,14 @@ fn program() -> data::Program {
     data::Program {
         name: "mass".into(),
         guid: "mass".into(),
-        experiment: data::Experiment { start: 0.0, stop: 1.0, step: 0.1, tolerance: 1e-9, max_step: f64::INFINITY },
+        experiment: data::Experiment {
+            start: 0.0,
+            stop: 1.0,
+            step: 0.1,
+            tolerance: 1e-9,
+            max_step: f64::INFINITY,
+            budget: f64::INFINITY,
+        },
         parameters: vec![data::Parameter {
             name: "stiffness".into(),
             start: 1.0,

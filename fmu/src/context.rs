@@ -1,6 +1,9 @@
 //! What the parts of a run work on together: the model, its machine, the settings, the counters.
 
+use std::time::{Duration, Instant};
+
 use crate::constraints::projection::Projection;
+use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::program::Engine;
@@ -18,6 +21,34 @@ pub struct Settings {
     pub max_step: f64,
     /// Nothing is evaluated after this time [s].
     pub stop: Option<f64>,
+    /// When the computer must be done.
+    pub deadline: Option<Deadline>,
+}
+
+/// An end of patience.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deadline {
+    at: Instant,
+    /// How long it was from the beginning [s].
+    budget: f64,
+}
+
+impl Deadline {
+    /// So many seconds from now; none if that is for ever.
+    pub fn after(budget: f64) -> Option<Self> {
+        let patience = Duration::try_from_secs_f64(budget).ok()?;
+        Some(Self { at: Instant::now().checked_add(patience)?, budget })
+    }
+}
+
+impl Settings {
+    /// Fails when the time that the computer may take is over; `time` is that of the motion.
+    pub(crate) fn check_deadline(&self, time: f64) -> Result<(), Failure> {
+        match self.deadline {
+            Some(Deadline { at, budget }) if Instant::now() > at => Err(Failure::OutOfTime { time, budget }),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// What the solver has done so far.

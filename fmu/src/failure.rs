@@ -107,6 +107,16 @@ pub enum Failure {
         /// More steps than this are too many.
         most: u64,
     },
+    /// The computer has taken as long as it may.
+    #[error(
+        "at t = {time} s the {budget} s that the computer may take for one communication step are over (`time_budget` in the scene's `[solver]`); give more, take shorter communication steps, or ask for a larger tolerance"
+    )]
+    OutOfTime {
+        /// When, in the motion [s].
+        time: f64,
+        /// How long it may take [s].
+        budget: f64,
+    },
     /// A law in pieces, each of which leads back into the other at once.
     #[error(
         "at t = {time} s a law in pieces (`sign`, `if`, `abs`, `min`, `max`) switches back and forth without end, and `{coordinate}` with it: each side pushes the motion back to the other; use a smooth law, such as `tanh(v/0.01)` for `sign(v)`, or a friction load"

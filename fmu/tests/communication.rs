@@ -186,3 +186,23 @@ fn impossible_steps_values_and_experiments_are_refused() {
         assert!(matches!(instance.setup(start, stop, tolerance), Err(InstanceError::Experiment { .. })));
     }
 }
+
+/// The step fails, the state stays, and without a limit in reach nothing is different.
+#[test]
+fn the_computer_takes_no_longer_than_it_may() {
+    let programs = [pendulum(), slider_crank(), four_bar(Drive::Time, false)];
+    for program in programs {
+        let limited = |budget: f64| {
+            let mut limited = program.clone();
+            limited.experiment.budget = budget;
+            started(limited)
+        };
+        let mut instance = limited(1e-9);
+        let before = bits(&instance);
+        let error = instance.step_to(1.0).expect_err("no time at all").to_string();
+        assert!(error.contains("time_budget") && error.contains("at t = "), "{error}");
+        assert_eq!(bits(&instance), before);
+        let (free, patient) = (final_state(started(program.clone()), grid(1.0, 10)), limited(1e6));
+        assert_eq!(bits(&free), bits(&final_state(patient, grid(1.0, 10))));
+    }
+}

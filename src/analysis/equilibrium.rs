@@ -3,6 +3,7 @@
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
+use super::decompose::{svd, symmetric_eigen};
 use super::modes::{Mode, modes};
 use super::search::{null_space, scales, search};
 use super::variation::{Column, Row, Variation};
@@ -111,13 +112,13 @@ impl Statics {
         let loops = numbers.block(Row::Loops, Column::Positions);
         let tangent = DMatrix::from_fn(scales.len(), scales.len(), |i, j| tangent[(i, j)] * scales[i] * scales[j]);
         let loops = DMatrix::from_fn(loops.nrows(), scales.len(), |i, j| loops[(i, j)] * scales[j]);
-        let free = null_space(&loops, DETERMINED);
+        let free = null_space(&loops, DETERMINED)?;
         if free.is_empty() {
             return Ok(Statics { stiffness: Vec::new(), softest: 0, has_potential: true });
         }
         let projected = free.transpose() * tangent * &free;
         let has_potential = (&projected - projected.transpose()).amax() <= SYMMETRIC * projected.amax();
-        let eigen = (0.5 * (&projected + projected.transpose())).symmetric_eigen();
+        let eigen = symmetric_eigen(0.5 * (&projected + projected.transpose()))?;
         let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
         let softest = (free * eigen.eigenvectors.column(order[0])).icamax();

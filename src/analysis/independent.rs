@@ -2,6 +2,8 @@
 
 use nalgebra::DMatrix;
 
+use super::decompose::svd;
+
 /// A direction counts as constrained when at least this share of it is independent of the others.
 const NEW: f64 = 1e-9;
 /// A choice that was good elsewhere is kept as long as its smallest pivot is not worse than this.
@@ -50,8 +52,9 @@ impl Partition {
     /// Is this choice still a good one in another pose?
     pub fn serves(&self, jacobian: &DMatrix<f64>) -> bool {
         jacobian.is_empty() || {
-            let chosen = jacobian.select_columns(&self.dependent).singular_values().min();
-            chosen > POOR * jacobian.singular_values().min()
+            let least = |matrix: DMatrix<f64>| svd(matrix, false, false).map(|svd| svd.singular_values.min());
+            let (chosen, all) = (least(jacobian.select_columns(&self.dependent)), least(jacobian.clone()));
+            chosen.is_ok_and(|chosen| all.is_ok_and(|all| chosen > POOR * all))
         }
     }
 }

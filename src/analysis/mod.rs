@@ -1,6 +1,7 @@
 //! Analysis without simulation: equilibria and their stability, linearisation, natural vibrations. All derivatives are exact: the equations are
 //! differentiated symbolically.
 
+mod decompose;
 mod equilibrium;
 mod independent;
 mod modes;
@@ -50,6 +51,11 @@ pub enum Failure {
     /// The eigenvalues did not converge.
     #[error("the eigenvalues cannot be computed: the iteration does not converge")]
     Eigenvalues,
+    /// What is computed here leaves the range of numbers.
+    #[error(
+        "the numbers become too large or too small to compute with; look for a mass, a length, a stiffness or a load that is far from all others"
+    )]
+    Range,
     #[error(transparent)]
     Motion(#[from] InstanceError),
     /// The accelerations at the point of interest do.

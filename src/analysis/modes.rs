@@ -1,9 +1,9 @@
 //! Natural vibrations: the eigenvalues of the independent motion, with shapes in all coordinates.
 
-use nalgebra::linalg::balancing::balance_parlett_reinsch;
-use nalgebra::{Complex, DMatrix, DVector, Schur};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::Failure;
+use super::decompose::{self, svd};
 use super::search::{null_space, scales};
 use super::state_space::StateSpace;
 use crate::formulate::Formulated;
@@ -14,7 +14,6 @@ const FREE: f64 = 1e-12;
 const ZERO: f64 = 1e-9;
 /// Eigenvalues are the same within this share.
 const SAME: f64 = 1e-6;
-const ITERATIONS: usize = 300;
 
 /// One mode; of a conjugate pair the one that turns forward.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,21 +49,21 @@ impl Mode {
 /// The modes of a linear system, slowest first: the independent coordinates z with z'' = K z + C z'.
 ///
 /// # Errors
-/// The eigenvalues do not converge.
+/// The eigenvalues do not converge, or the numbers are too large.
 pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, Failure> {
     let scales = scales(formulated);
     let own: Vec<f64> = system.partition.independent.iter().map(|&index| scales[index]).collect();
     let f = own.len();
     let natural = |first: usize| DMatrix::from_fn(f, f, |i, j| system.a[(f + i, first + j)] * own[j] / own[i]);
     let (stiffness, damping) = (natural(0), natural(f));
-    let free = null_space(&stiffness, FREE);
+    let free = null_space(&stiffness, FREE)?;
     let mut shapes: Vec<(Complex<f64>, DVector<Complex<f64>>)> =
         free.column_iter().map(|motion| (Complex::default(), motion.map(Complex::from))).collect();
     let eigenvalues = eigenvalues(&stiffness, &damping, &free)?;
     for (index, &eigenvalue) in eigenvalues.iter().enumerate() {
         let repeated =
             eigenvalues[..index].iter().filter(|other| (*other - eigenvalue).norm() < SAME * eigenvalue.norm());
-        shapes.push((eigenvalue, vibration(&stiffness, &damping, eigenvalue, repeated.count())));
+        shapes.push((eigenvalue, vibration(&stiffness, &damping, eigenvalue, repeated.count())?));
     }
     let expand = |(eigenvalue, natural): (Complex<f64>, DVector<Complex<f64>>)| {
         let z = DVector::from_fn(f, |row, _| natural[row] * own[row]);
@@ -96,13 +95,8 @@ fn eigenvalues(
     system.view_mut((0, f), (f - p, f - p)).fill_with_identity();
     system.view_mut((f - p, 0), (f, f - p)).copy_from(&stiffness.columns(p, f - p));
     system.view_mut((f - p, f - p), (f, f)).copy_from(&damping);
-    balance_parlett_reinsch(&mut system);
-    let schur = Schur::try_new(system, f64::EPSILON, ITERATIONS * size).ok_or(Failure::Eigenvalues)?;
-    let mut found: Vec<Complex<f64>> = schur.complex_eigenvalues().iter().copied().collect();
+    let mut found = decompose::eigenvalues(system)?;
     let largest = found.iter().map(|value| value.norm()).fold(0.0, f64::max);
-    if !largest.is_finite() {
-        return Err(Failure::Eigenvalues);
-    }
     found.retain(|value| value.norm() > ZERO * largest && value.im >= 0.0);
     found.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
     // Which of two of the same size comes first must not depend on rounding.
@@ -118,17 +112,17 @@ fn vibration(
     damping: &DMatrix<f64>,
     eigenvalue: Complex<f64>,
     repeated: usize,
-) -> DVector<Complex<f64>> {
+) -> Result<DVector<Complex<f64>>, Failure> {
     let f = stiffness.nrows();
     let square = eigenvalue * eigenvalue;
     let matrix = DMatrix::from_fn(f, f, |i, j| {
         let diagonal = if i == j { square } else { Complex::default() };
         diagonal - eigenvalue * damping[(i, j)] - stiffness[(i, j)]
     });
-    match matrix.svd(false, true).v_t {
+    Ok(match svd(matrix, false, true)?.v_t {
         Some(v_t) => v_t.row(f - 1 - repeated.min(f - 1)).adjoint(),
         None => DVector::zeros(f),
-    }
+    })
 }
 
 /// Zero has no sign: adding it takes one away.

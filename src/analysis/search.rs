@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::decompose::svd;
 use super::variation::{Column, Numbers, Row, Variation};
 use super::{Failure, Point};
 use crate::formulate::Formulated;
@@ -56,17 +57,17 @@ pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Poin
 }
 
 /// Accelerations of a point, as if it were at rest and let go.
-fn accelerations(numbers: &Numbers, point: &Point) -> DVector<f64> {
+fn accelerations(numbers: &Numbers, point: &Point) -> Result<DVector<f64>, Failure> {
     let coordinates = point.positions().len();
     let (motion, loops) = (numbers.values(Row::Motion), numbers.values(Row::Accelerations));
     let right = DVector::from_iterator(motion.len() + loops.len(), motion.iter().chain(&loops).map(|value| -value));
     // The solution holds changes of the reactions too. In a singular pose: the solution of least norm.
-    solve(&numbers.system(), &right, 0.0).rows(0, coordinates).into_owned()
+    Ok(solve(&numbers.system(), &right, 0.0)?.rows(0, coordinates).into_owned())
 }
 
 fn accelerating(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<String, Failure> {
     let equations = &formulated.equations;
-    let accelerations = accelerations(&variation.at(equations, point)?, point);
+    let accelerations = accelerations(&variation.at(equations, point)?, point)?;
     let scales = scales(formulated);
     let mut order: Vec<usize> = (0..scales.len()).collect();
     let size = |index: &usize| (accelerations[*index] / scales[*index]).abs();
@@ -85,32 +86,32 @@ pub(super) fn scales(formulated: &Formulated) -> Vec<f64> {
 }
 
 /// x of the damped least-squares problem |A x - b|^2 + damping |x|^2; without damping the smallest of the best.
-pub(super) fn solve(a: &DMatrix<f64>, b: &DVector<f64>, damping: f64) -> DVector<f64> {
+fn solve(a: &DMatrix<f64>, b: &DVector<f64>, damping: f64) -> Result<DVector<f64>, Failure> {
     if a.is_empty() {
-        return DVector::zeros(a.ncols());
+        return Ok(DVector::zeros(a.ncols()));
     }
-    let svd = a.clone().svd(true, true);
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return DVector::zeros(a.ncols()) };
+    let svd = svd(a.clone(), true, true)?;
+    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Ok(DVector::zeros(a.ncols())) };
     let least = 1e-12 * svd.singular_values.max();
     let mut parts = u.tr_mul(b);
     for (part, &s) in parts.iter_mut().zip(&svd.singular_values) {
         *part *= if s > least { s / (s * s + damping) } else { 0.0 };
     }
-    v_t.tr_mul(&parts)
+    Ok(v_t.tr_mul(&parts))
 }
 
 /// Orthonormal basis of the null space of a matrix: its right singular vectors whose singular values are at most a share of the largest.
-pub(super) fn null_space(rows: &DMatrix<f64>, share: f64) -> DMatrix<f64> {
+pub(super) fn null_space(rows: &DMatrix<f64>, share: f64) -> Result<DMatrix<f64>, Failure> {
     let n = rows.ncols();
     if rows.is_empty() {
-        return DMatrix::identity(n, n);
+        return Ok(DMatrix::identity(n, n));
     }
     // The decomposition gives as many directions as there are rows: empty rows make it give all.
     let square = rows.clone().resize_vertically(rows.nrows().max(n), 0.0);
-    let svd = square.svd(false, true);
+    let svd = svd(square, false, true)?;
     let least = share * svd.singular_values.max();
     let free: Vec<usize> = (0..n).filter(|&index| svd.singular_values[index] <= least).collect();
-    svd.v_t.map_or_else(|| DMatrix::zeros(n, 0), |v_t| v_t.select_rows(&free).transpose())
+    Ok(svd.v_t.map_or_else(|| DMatrix::zeros(n, 0), |v_t| v_t.select_rows(&free).transpose()))
 }
 
 struct Search<'a, 'm> {
@@ -136,7 +137,7 @@ impl<'a, 'm> Search<'a, 'm> {
         if largest > 0.0 {
             search.energy = largest;
         }
-        search.carry(&numbers);
+        search.carry(&numbers)?;
         Ok(search)
     }
 
@@ -146,10 +147,11 @@ impl<'a, 'm> Search<'a, 'm> {
     }
 
     /// The reactions that balance the loads best, by least squares.
-    fn carry(&mut self, numbers: &Numbers) {
+    fn carry(&mut self, numbers: &Numbers) -> Result<(), Failure> {
         let reactions = numbers.block(Row::Motion, Column::Reactions);
-        let change = solve(&reactions, &-numbers.values(Row::Motion), 0.0);
+        let change = solve(&reactions, &-numbers.values(Row::Motion), 0.0)?;
         self.change_reactions(change.as_slice());
+        Ok(())
     }
 
     fn change_reactions(&mut self, change: &[f64]) {
@@ -198,7 +200,7 @@ impl<'a, 'm> Search<'a, 'm> {
             let numbers = self.variation.at(&self.formulated.equations, &self.point)?;
             let jacobian = self.jacobian(&numbers);
             loop {
-                let next = self.moved(&solve(&jacobian, &-&residual, damping));
+                let next = self.moved(&solve(&jacobian, &-&residual, damping)?);
                 let rest = self.residual(&next);
                 // Written so that NaN is no progress.
                 if rest.norm() < residual.norm() {
@@ -234,7 +236,7 @@ impl<'a, 'm> Search<'a, 'm> {
     /// A short move in the direction of the accelerations, with the loops closed again.
     fn release(&mut self) -> Result<(), Failure> {
         let equations = &self.formulated.equations;
-        let accelerations = accelerations(&self.variation.at(equations, &self.point)?, &self.point);
+        let accelerations = accelerations(&self.variation.at(equations, &self.point)?, &self.point)?;
         let sizes = accelerations.iter().zip(&self.scales).map(|(acceleration, scale)| (acceleration / scale).abs());
         let largest = sizes.fold(0.0, f64::max);
         if largest > 0.0 {
@@ -243,11 +245,10 @@ impl<'a, 'm> Search<'a, 'm> {
         }
         for _ in 0..MOVES {
             let numbers = self.variation.at(equations, &self.point)?;
-            let step = solve(&numbers.block(Row::Loops, Column::Positions), &-numbers.values(Row::Loops), 0.0);
+            let step = solve(&numbers.block(Row::Loops, Column::Positions), &-numbers.values(Row::Loops), 0.0)?;
             self.point.positions_mut().iter_mut().zip(&step).for_each(|(q, change)| *q += change);
         }
         let numbers = self.variation.at(equations, &self.point)?;
-        self.carry(&numbers);
-        Ok(())
+        self.carry(&numbers)
     }
 }

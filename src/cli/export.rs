@@ -30,7 +30,7 @@ pub struct Export {
     /// Version of FMI
     #[arg(long, value_name = "VERSION", value_enum, default_value_t)]
     fmi: FmiVersion,
-    /// Platforms that the FMU is to run on, such as linux64,win64; `all` for every one that there is a runtime for [default: this one]
+    /// Platforms that the FMU is to run on, such as linux64,win64 [default: all, which is every one that there is a runtime for]
     #[arg(long, value_name = "PLATFORMS", value_delimiter = ',')]
     platform: Vec<String>,
     /// Folder with the runtimes of other platforms, made by tools/build-runtimes.sh [default: `runtimes` beside the program]
@@ -58,10 +58,12 @@ impl Export {
     fn runtimes(&self) -> Result<Vec<Runtime>, RuntimeError> {
         let folder = self.runtimes.clone().unwrap_or_else(runtime::default_folder);
         let platforms = match &self.platform[..] {
-            [] => vec![Platform::host().ok_or(RuntimeError::Host)?],
-            [all] if all == "all" => available(&folder),
+            names if names.is_empty() || names == ["all"] => available(&folder),
             names => names.iter().map(|name| Platform::named(name)).collect::<Result<_, _>>()?,
         };
+        if platforms.is_empty() {
+            return Err(RuntimeError::Host);
+        }
         platforms.into_iter().map(|platform| Runtime::find(platform, &folder)).collect()
     }
 }

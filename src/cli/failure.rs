@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use cotree_fmu::instance::InstanceError;
 
 use super::MessageFormat;
+use crate::diagnostic::visible::visible;
 use crate::export::ExportError;
 use crate::scene::Faults;
 use crate::simulate::RunError;
@@ -110,15 +111,19 @@ impl From<RunError> for Failure {
 /// Shows faults on standard error.
 pub fn warn(faults: &Faults) {
     let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    say(&faults.render(colour, 100));
+    write(&faults.render(colour, 100));
 }
 
-/// Writes to standard error.
+/// Writes to standard error; nothing in the text can make a terminal do or show something else.
 pub fn say(text: &str) {
+    write(&visible(text));
+}
+
+fn write(text: &str) {
     let _ = io::stderr().write_all(text.as_bytes()); // there is no other place to complain
 }
 
 /// Writes to standard output when nothing else can be done about an error.
 fn print(text: &str) {
-    let _ = io::stdout().write_all(text.as_bytes());
+    let _ = io::stdout().write_all(visible(text).as_bytes());
 }

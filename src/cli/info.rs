@@ -30,6 +30,6 @@ impl Info {
         let scene = contents.scene.ok_or_else(|| {
             Failure::file("print the scene of", &self.fmu, "its scene was built in Rust, not read from a file")
         })?;
-        output::print(&scene)
+        output::print_file(&scene)
     }
 }

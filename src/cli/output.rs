@@ -1,11 +1,12 @@
 //! Where results go: standard output, or a file that is whole or not there.
 
-use std::io::{self, BufWriter, StdoutLock, Write};
+use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
 use std::path::Path;
 
 use super::MessageFormat;
 use super::failure::{self, Failure};
 use crate::compile::{self, Compiled};
+use crate::diagnostic::visible::visible;
 use crate::files::{self, Draft};
 use crate::scene::{Faults, Scene};
 
@@ -83,8 +84,17 @@ pub fn apart(read: &[Option<&Path>], written: &[Option<&Path>]) -> Result<(), Fa
     Ok(())
 }
 
-/// Writes to standard output.
+/// Writes to standard output; nothing in the text can make a terminal do or show something else.
 pub fn print(text: &str) -> Result<(), Failure> {
+    print_as_it_is(&visible(text))
+}
+
+/// Writes a file's own text to standard output: to the last byte, unless a terminal would obey it.
+pub fn print_file(text: &str) -> Result<(), Failure> {
+    if io::stdout().is_terminal() { print(text) } else { print_as_it_is(text) }
+}
+
+fn print_as_it_is(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes())?;
     Ok(out.flush()?)

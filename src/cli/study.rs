@@ -1,6 +1,5 @@
 //! What `equilibrium`, `linearize` and `modes` share: the scene with its settings, and where results go.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -10,7 +9,7 @@ use cotree_fmu::model::Model;
 
 use super::MessageFormat;
 use super::failure::Failure;
-use super::output::{self, Output};
+use super::output;
 use crate::analysis::report::{Report, Style};
 use crate::analysis::{self, Equilibrium, Point, Variation, at_rest};
 use crate::compile;
@@ -62,13 +61,10 @@ impl Study {
             _ => Style::Text,
         };
         let text = report.write(style);
-        let file = output::file(self.output.as_deref());
-        let mut out = Output::new(file)?;
-        let written = out.write_all(text.as_bytes()).and_then(|()| out.commit());
-        written.map_err(|error| match file {
-            Some(path) => Failure::file("write", path, error),
-            None => Failure::from(error),
-        })
+        match output::file(self.output.as_deref()) {
+            Some(path) => output::write(path, &text),
+            None => output::print(&text),
+        }
     }
 }
 

@@ -36,6 +36,8 @@ pub fn reference() -> String {
     let initial = "The key is a position or velocity, such as `\"crank.angle\"`; the value a number that is known, or a table with this key.";
     table(&mut text, "`initial`", initial, tables::GUESS);
     table(&mut text, "`outputs`", "", tables::OUTPUTS);
+    push(&mut text, "An output that is a table has these keys:\n");
+    rows(&mut text, tables::OUTPUT);
     table(&mut text, "`experiment`", "", tables::EXPERIMENT);
     table(&mut text, "`solver`", "", tables::SOLVER);
     table(&mut text, "`coordinates`", "", tables::COORDINATES);

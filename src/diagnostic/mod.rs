@@ -4,6 +4,7 @@ pub mod fault;
 pub(crate) mod render;
 pub mod span;
 pub(crate) mod suggest;
+pub(crate) mod visible;
 
 pub use fault::{Fault, Faults, Severity};
 pub use span::{Source, Span, Text};

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::fault::{Fault, Faults, Severity};
 use super::span::{Lines, Source, Span};
+use super::visible::{masked, visible};
 
 /// More than this is not read by anyone.
 const MOST_RENDERED: usize = 50;
@@ -21,12 +22,13 @@ impl Faults {
     pub fn render(&self, colour: bool, width: usize) -> String {
         let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
         let handler = GraphicalReportHandler::new_themed(theme).with_width(width).with_links(false);
+        let source = Source::new(visible(&self.source.name), masked(&self.source.text));
         let mut text = String::new();
         for fault in self.list.iter().take(MOST_RENDERED) {
-            let report = Report { fault, source: &self.source };
+            let report = Report { fault, source: &source };
             if handler.render_report(&mut text, &report).is_err() {
                 // The layout failed: the message alone is better than nothing.
-                text.push_str(&fault.message);
+                text.push_str(&visible(&fault.message));
             }
             text.push('\n');
         }
@@ -72,7 +74,7 @@ struct Report<'a> {
 
 impl fmt::Display for Report<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.fault.message)
+        f.write_str(&visible(&self.fault.message))
     }
 }
 
@@ -91,7 +93,7 @@ impl Diagnostic for Report<'_> {
     }
 
     fn help(&self) -> Option<Box<dyn fmt::Display + '_>> {
-        (!self.fault.help.is_empty()).then(|| Box::new(&self.fault.help) as Box<dyn fmt::Display>)
+        (!self.fault.help.is_empty()).then(|| Box::new(visible(&self.fault.help)) as Box<dyn fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
@@ -103,7 +105,7 @@ impl Diagnostic for Report<'_> {
             return None;
         }
         let label = |text: &str, span: Span, primary: bool| {
-            let text = (!text.is_empty()).then(|| text.to_string());
+            let text = (!text.is_empty()).then(|| visible(text).into_owned());
             let range = SourceSpan::from((span.start, span.end.saturating_sub(span.start)));
             if primary {
                 LabeledSpan::new_primary_with_span(text, range)

@@ -12,7 +12,7 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 use super::description::Description;
 use super::page::Page;
 use super::runtime::{PACKED, Platform, Runtime};
-use super::{ExportError, FmiVersion, icon, xml};
+use super::{ExportError, FmiVersion, icon, libraries, xml};
 use crate::files;
 
 const LICENSE: &str = include_str!("license.txt");
@@ -82,10 +82,14 @@ enum Content<'a> {
 /// Every file of the FMU, by name.
 fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, Content<'a>>, ExportError> {
     let Package { version, description, page, .. } = package;
-    let files: [(&str, Cow<[u8]>); 4] = [
+    let files: [(&str, Cow<[u8]>); 5] = [
         ("resources/program.bin", package.program.into()),
         ("documentation/index.html", page.html(description, *version).into_bytes().into()),
-        ("documentation/licenses/license.txt", LICENSE.as_bytes().into()),
+        (
+            "documentation/licenses/license.txt",
+            LICENSE.replace("{libraries}", &libraries::notices()).into_bytes().into(),
+        ),
+        ("documentation/licenses/sbom.cdx.json", libraries::bill_of_materials().into_bytes().into()),
         ("documentation/licenses/apache-2.0.txt", APACHE.as_bytes().into()),
     ];
     let mut entries: BTreeMap<String, Content> =

@@ -1,15 +1,19 @@
 //! Reads an FMU of cotree back.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
+use cotree_fmu::fmi3::token;
 use cotree_fmu::program::{Experiment, Program};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use zip::ZipArchive;
 use zip::result::ZipError;
+
+use crate::diagnostic::visible::on_one_line;
 
 /// No file inside an FMU of cotree is larger than this [bytes].
 const LARGEST: u64 = 1 << 28;
@@ -82,6 +86,9 @@ pub enum InspectError {
     /// It is an archive, but not of a model.
     #[error("it is no FMU: it has no modelDescription.xml")]
     NoDescription,
+    /// It is a good description of another model, or the program is another's.
+    #[error("it is damaged: its modelDescription.xml and its program are not of the same model ({0}); export it again")]
+    Strangers(&'static str),
     /// The model description is damaged.
     #[error("its modelDescription.xml is damaged: {0}")]
     Description(String),
@@ -120,6 +127,15 @@ impl Contents {
         }
         let program = entry(&mut archive, cotree_fmu::PROGRAM_FILE)?;
         let program = Program::from_bytes(&program.ok_or(InspectError::Incomplete(cotree_fmu::PROGRAM_FILE))?)?;
+        let expected = if header.version.starts_with('2') { program.guid.clone() } else { token(&program.guid) };
+        if header.guid != expected {
+            return Err(InspectError::Strangers("their GUIDs differ"));
+        }
+        // FMI 3.0 has more than the program: the time, derivatives of inputs.
+        let described: HashSet<&str> = header.variables.iter().map(|own| own.name.as_str()).collect();
+        if !program.variables.iter().all(|own| described.contains(own.name.as_str())) {
+            return Err(InspectError::Strangers("their variables differ"));
+        }
         let mut scene = None;
         for name in ["resources/scene.toml", "resources/scene.json"] {
             scene = scene.or(entry(&mut archive, name)?);
@@ -185,6 +201,7 @@ struct Header {
     description: String,
     version: String,
     tool: String,
+    guid: String,
     interfaces: Vec<&'static str>,
     variables: Vec<Variable>,
 }
@@ -193,10 +210,17 @@ impl Header {
     fn parse(document: &[u8]) -> Result<Self, InspectError> {
         let damaged = |error: &dyn fmt::Display| InspectError::Description(error.to_string());
         let mut reader = Reader::from_reader(document);
-        let (mut header, mut buffer) = (Self::default(), Vec::new());
+        let (mut header, mut buffer, mut depth) = (Self::default(), Vec::new(), 0_u32);
         loop {
             match reader.read_event_into(&mut buffer).map_err(|error| damaged(&error))? {
-                Event::Start(tag) | Event::Empty(tag) => header.add(&tag).map_err(|error| damaged(&error))?,
+                Event::Start(tag) => {
+                    depth += 1;
+                    header.add(&tag).map_err(|error| damaged(&error))?;
+                }
+                Event::Empty(tag) => header.add(&tag).map_err(|error| damaged(&error))?,
+                Event::End(_) => depth = depth.saturating_sub(1),
+                // The reader takes an end in the middle of elements for an end.
+                Event::Eof if depth > 0 => return Err(damaged(&"it breaks off")),
                 Event::Eof => return Ok(header),
                 _ => {}
             }
@@ -212,9 +236,9 @@ impl Header {
         let text = |key: &str| get(key).map(Option::unwrap_or_default);
         match tag.name().as_ref() {
             "fmiModelDescription" => {
-                (self.name, self.description, self.tool) =
-                    (text("modelName")?, text("description")?, text("generationTool")?);
-                self.version = text("fmiVersion")?;
+                (self.name, self.description) = (text("modelName")?, text("description")?);
+                (self.tool, self.version) = (text("generationTool")?, text("fmiVersion")?);
+                self.guid = text(if self.version.starts_with('2') { "guid" } else { "instantiationToken" })?;
             }
             "CoSimulation" => self.interfaces.push("Co-Simulation"),
             "ModelExchange" => self.interfaces.push("Model Exchange"),
@@ -269,17 +293,18 @@ impl Variable {
 impl fmt::Display for Contents {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Experiment { start, stop, step, tolerance, .. } = self.experiment;
+        let description = on_one_line(&self.description);
         writeln!(
             f,
             "{}{}",
-            self.name,
-            if self.description.is_empty() { String::new() } else { format!(": {}", self.description) }
+            on_one_line(&self.name),
+            if description.is_empty() { String::new() } else { format!(": {description}") }
         )?;
-        writeln!(f, "  made by     {}", self.tool)?;
-        writeln!(f, "  guid        {}", self.guid)?;
-        writeln!(f, "  interfaces  FMI {} {}", self.version, self.interfaces.join(", "))?;
+        writeln!(f, "  made by     {}", on_one_line(&self.tool))?;
+        writeln!(f, "  guid        {}", on_one_line(&self.guid))?;
+        writeln!(f, "  interfaces  FMI {} {}", on_one_line(&self.version), self.interfaces.join(", "))?;
         let platforms: Vec<String> =
-            self.platforms.iter().map(|(name, size)| format!("{name} ({})", kilobytes(*size))).collect();
+            self.platforms.iter().map(|(name, size)| format!("{} ({})", on_one_line(name), kilobytes(*size))).collect();
         writeln!(f, "  platforms   {}", platforms.join(", "))?;
         writeln!(f, "  experiment  {start:?} s to {stop:?} s, step {step:?} s, tolerance {tolerance:?}")?;
         writeln!(f, "  size        {}", kilobytes(self.size))?;
@@ -299,7 +324,7 @@ impl fmt::Display for Contents {
                 "  {:11} {:name$}  {:unit$}  {value:start$}  {remarks:remark$}  {}",
                 variable.causality, variable.name, variable.unit, variable.description
             );
-            writeln!(f, "{}", line.trim_end())?;
+            writeln!(f, "{}", on_one_line(line.trim_end()))?;
         }
         Ok(())
     }

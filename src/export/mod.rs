@@ -5,6 +5,7 @@ pub mod describe;
 pub mod description;
 pub mod icon;
 pub mod inspect;
+mod libraries;
 pub mod page;
 pub mod runtime;
 pub mod xml;

@@ -117,7 +117,7 @@ fn about(description: &Description, version: FmiVersion) -> String {
          relative tolerance {:?}. In Python, with fmpy:</p>\n{}\
          <ul>\n<li>All values that are set and read are in SI units. In brackets: the units that tools show them in.</li>\n\
          <li>The solver chooses its own steps within a communication step and keeps the loops closed.</li>\n\
-         <li>Between communication points an input keeps its value, or follows the rate given by {rates}. Two FMUs that exchange values once in a communication step see each \
+         {}<li>Between communication points an input keeps its value, or follows the rate given by {rates}. Two FMUs that exchange values once in a communication step see each \
          other one step late; this is a property of co-simulation.</li>\n\
          <li>Fixed parameters may be set until initialisation, tunable ones at any communication point.</li>\n\
          <li>The state can be saved, restored and serialised; derivatives along directions, and of outputs by time up to \
@@ -126,7 +126,19 @@ fn about(description: &Description, version: FmiVersion) -> String {
         experiment.stop,
         experiment.step,
         experiment.tolerance,
-        preformatted(&fmpy(description))
+        preformatted(&fmpy(description)),
+        if exchange { importers_tolerance(experiment.tolerance) } else { String::new() }
+    )
+}
+
+/// What the importer's integrator needs to be told.
+fn importers_tolerance(default: f64) -> String {
+    /// Coarser than this the energy of a pendulum grows visibly within seconds: see docs/fmu.md.
+    const COARSEST: f64 = 1e-8;
+    let tolerance = default.min(COARSEST);
+    format!(
+        "<li>In Model Exchange the importer integrates, and the motion and the loops are as good as its tolerance: give it {tolerance:e} or \
+         less, relative and absolute. It must handle events: there the loops are closed again.</li>\n         "
     )
 }
 

@@ -50,6 +50,7 @@ pub fn explain(equations: &Equations, model: &Model, failure: &Failure) -> Fault
         | Failure::StepUnderflow { .. }
         | Failure::Singular { .. }
         | Failure::TooManySteps { .. }
+        | Failure::OutOfTime { .. }
         | Failure::Chatter { .. } => Fault::new("assembly::not_finite", failure.to_string(), Span::default()),
     }
 }

@@ -372,6 +372,7 @@ fn experiment(equations: &Equations) -> Experiment {
         step: experiment.step,
         tolerance: mechanism.solver.rtol.unwrap_or(experiment.tolerance),
         max_step: mechanism.solver.max_step.unwrap_or(f64::INFINITY),
+        budget: mechanism.solver.time_budget.unwrap_or(f64::INFINITY),
     }
 }
 

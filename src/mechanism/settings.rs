@@ -26,6 +26,8 @@ pub struct Solver {
     pub atol: Option<f64>,
     /// Longest step \[s\].
     pub max_step: Option<f64>,
+    /// Longest time that the computer may take for a communication step \[s\].
+    pub time_budget: Option<f64>,
 }
 
 /// How motion is integrated.

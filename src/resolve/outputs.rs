@@ -9,7 +9,8 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::{Formula, Output, Unit};
 use crate::scene::dimension::ANYTHING;
-use crate::scene::quantity::Quantity;
+use crate::scene::model::OutputExpression;
+use crate::scene::unit;
 
 impl Resolver<'_> {
     pub(super) fn outputs(&mut self) -> Vec<Output> {
@@ -22,7 +23,8 @@ impl Resolver<'_> {
                 self.duplicate_output(format!("output `{}` is listed twice", name.text), name.span);
             }
         }
-        for (name, value) in &scene.outputs.expressions {
+        for output in &scene.outputs.expressions {
+            let name = &output.name;
             check_identifier(name, "output", self.faults);
             if let Some(named) = self.names.get(&name.text) {
                 let problem = format!("output `{}` has the name of a {}", name.text, named.word());
@@ -30,7 +32,7 @@ impl Resolver<'_> {
             } else if !seen.insert(&name.text) {
                 self.duplicate_output(format!("output `{}` is there twice", name.text), name.span);
             }
-            outputs.push(self.expression_output(name, value));
+            outputs.push(self.expression_output(output));
         }
         outputs
     }
@@ -47,13 +49,30 @@ impl Resolver<'_> {
         })
     }
 
-    fn expression_output(&mut self, name: &Text, value: &Quantity) -> Output {
+    fn expression_output(&mut self, output: &OutputExpression) -> Output {
+        let OutputExpression { name, value, unit, description } = output;
         let what = format!("output `{}`", name.text);
-        let (formula, unit) = self.formula_and_unit(value, &what, &ANYTHING, Context::Output);
+        let (formula, own) = self.formula_and_unit(value, &what, &ANYTHING, Context::Output);
+        let declared = self.unit(unit.as_ref());
+        if let (Some(declared), Some(own)) = (&declared, &own)
+            && !unit::compatible(declared.exponents, own.exponents)
+        {
+            let (problem, span) =
+                (format!("{what} is in `{}`", own.shown()), unit.as_ref().map_or(name.span, |unit| unit.span));
+            self.faults.push(
+                Fault::new(
+                    "scene::wrong_unit",
+                    format!("{problem}, which cannot be shown in `{}`", declared.shown()),
+                    span,
+                )
+                .label(format!("not a unit for `{}`", own.shown()))
+                .help("give a unit of the same kind; the expression itself is in SI units"),
+            );
+        }
         Output {
             name: name.text.clone(),
-            description: Resolver::wording(value),
-            unit: unit.unwrap_or_default(),
+            description: description.as_ref().map_or_else(|| Resolver::wording(value), |text| text.text.clone()),
+            unit: declared.or(own).unwrap_or_default(),
             value: formula,
             span: name.span,
         }

@@ -90,7 +90,7 @@ impl Resolver<'_> {
         inputs
     }
 
-    fn unit(&mut self, text: Option<&Text>) -> Option<Unit> {
+    pub(super) fn unit(&mut self, text: Option<&Text>) -> Option<Unit> {
         match unit::parse(text?) {
             Ok(unit) => Some(unit),
             Err(fault) => {

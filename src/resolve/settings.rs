@@ -66,6 +66,7 @@ impl Resolver<'_> {
             rtol: self.positive(given.rtol.as_ref(), "`rtol` of `[solver]`", &NUMBER),
             atol: self.positive(given.atol.as_ref(), "`atol` of `[solver]`", &NUMBER),
             max_step: self.positive(given.max_step.as_ref(), "`max_step` of `[solver]`", &TIME),
+            time_budget: self.positive(given.time_budget.as_ref(), "`time_budget` of `[solver]`", &TIME),
         }
     }
 

@@ -1,7 +1,8 @@
 //! Builds scenes in Rust, with the words of the scene file.
 
 use super::model::{
-    Coordinates, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Scene, Solver, Vector,
+    Coordinates, Experiment, Initial, Input, InputAs, Motion, OutputExpression, Outputs, Parameter, Point, Scene,
+    Solver, Vector,
 };
 use super::part::{Body, Driver, Joint, Load};
 use super::quantity::Quantity;
@@ -127,8 +128,25 @@ impl Scene {
     /// Reports an expression under a name of its own.
     #[must_use]
     pub fn output_expression(mut self, name: &str, expression: impl Into<Quantity>) -> Scene {
-        self.outputs.expressions.push((Text::from(name), expression.into()));
+        let (name, value) = (Text::from(name), expression.into());
+        self.outputs.expressions.push(OutputExpression { name, value, ..OutputExpression::default() });
         self
+    }
+
+    /// Reports an expression with the unit that it is shown in, such as `mm`, and a description. The expression itself is in SI units.
+    #[must_use]
+    pub fn output_expression_in(
+        self,
+        unit: &str,
+        name: &str,
+        expression: impl Into<Quantity>,
+        description: &str,
+    ) -> Scene {
+        let mut scene = self.output_expression(name, expression);
+        if let Some(output) = scene.outputs.expressions.last_mut() {
+            (output.unit, output.description) = (Some(Text::from(unit)), Some(Text::from(description)));
+        }
+        scene
     }
 
     /// Start of the default experiment \[s\].

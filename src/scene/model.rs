@@ -175,8 +175,21 @@ pub struct Initial {
 pub struct Outputs {
     /// Variables of the scene.
     pub variables: Vec<Text>,
-    /// Names with their expressions.
-    pub expressions: Vec<(Text, Quantity)>,
+    /// Expressions of variables.
+    pub expressions: Vec<OutputExpression>,
+}
+
+/// An expression that is reported under a name of its own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OutputExpression {
+    /// Its name.
+    pub name: Text,
+    /// The expression, in SI units.
+    pub value: Quantity,
+    /// The unit that it is shown in; without one what its variables make of it.
+    pub unit: Option<Text>,
+    /// One line; without one the expression.
+    pub description: Option<Text>,
 }
 
 /// Default experiment; what is absent is start 0 s, stop 10 s after the start, a thousand steps, tolerance 1e-6.
@@ -203,6 +216,8 @@ pub struct Solver {
     pub atol: Option<Quantity>,
     /// Longest step \[s\].
     pub max_step: Option<Quantity>,
+    /// Longest time that the computer may take for a communication step \[s\].
+    pub time_budget: Option<Quantity>,
 }
 
 /// Choice of trees.

@@ -68,9 +68,21 @@ pub(crate) const GUESS: &[Key] = &[Key::default(
 pub(crate) const OUTPUTS: &[Key] = &[Key::default(
     "variables",
     Form::Names,
-    "names of [variables](#variables); every further key is an output of its own, given by an expression of any of them",
+    "names of [variables](#variables); every further key is an output of its own, given by an expression of any of them or by a table",
     "none",
 )];
+
+/// An output that is a table.
+pub(crate) const OUTPUT: &[Key] = &[
+    Key::required(
+        "value",
+        Form::Constant(ANYTHING, Range::Any),
+        "an expression of variables, in SI units",
+        "give its expression: `value = \"rod.x - crank.x\"`",
+    ),
+    Key::default("unit", Form::Text, "the unit that it is shown in", "the one that follows from its variables"),
+    DESCRIPTION,
+];
 
 /// The default experiment.
 pub(crate) const EXPERIMENT: &[Key] = &[
@@ -90,6 +102,12 @@ pub(crate) const SOLVER: &[Key] = &[
     Key::default("rtol", Form::Constant(NUMBER, Range::Positive), "relative tolerance of a step", "the solver's"),
     Key::default("atol", Form::Constant(NUMBER, Range::Positive), "absolute tolerance of a step", "the solver's"),
     Key::default("max_step", Form::Constant(TIME, Range::Positive), "the longest step", "none"),
+    Key::default(
+        "time_budget",
+        Form::Constant(TIME, Range::Positive),
+        "how long the computer may take for one communication step; longer is an error",
+        "none",
+    ),
 ];
 
 /// The choice of trees.

@@ -106,3 +106,37 @@ fn modes_are_a_table() {
     );
     assert!(!csv.contains("-0.0,") && !csv.contains("-0.0\n"), "{csv}");
 }
+
+/// Squares of such numbers are none: decompositions of matrices of them must end all the same.
+#[test]
+fn numbers_far_from_one_come_to_an_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = |gravity: &str, mass: &str, inertia: &str, stiffness: &str| {
+        format!(
+            "format = 1\nname = \"far\"\ngravity = [0, {gravity}]\n[ground.points]\no = [0, 0]\n\
+             [bodies.a]\nmass = {mass}\ninertia = {inertia}\npoints = {{ p = [0.5, 0], q = [-0.5, 0.1] }}\n\
+             [bodies.b]\nmass = 1\ninertia = 1\npoints = {{ p = [0.5, 0] }}\n\
+             [joints.j]\ntype = \"revolute\"\nbetween = [\"ground.o\", \"a.p\"]\n\
+             [joints.k]\ntype = \"revolute\"\nbetween = [\"a.q\", \"b.p\"]\n\
+             [loads.s]\ntype = \"torsion_spring\"\nbetween = [\"ground\", \"b\"]\nstiffness = {stiffness}\nangle = 0\n"
+        )
+    };
+    let cases = [
+        scene("-1e300", "1", "1", "1"),
+        scene("0", "1", "1e-160", "1"),
+        scene("-9.81", "1e-300", "1e-300", "1e300"),
+        scene("1e-300", "1e300", "1e300", "1e-300"),
+        scene("-1e155", "1", "1", "1e155"),
+        scene("-9.81", "1", "1e-300", "1e308"),
+    ];
+    for text in cases {
+        std::fs::write(folder.path().join("far.toml"), &text).unwrap();
+        for command in ["equilibrium", "modes", "linearize"] {
+            let output = cotree(folder.path(), &[command, "far.toml"]);
+            let code = output.status.code().unwrap();
+            assert!([0, 1, 3].contains(&code), "{command} {text}: {}", stderr(&output));
+            assert!(code == 0 || stderr(&output).contains("error") || code == 1, "{}", stderr(&output));
+            assert!(!stdout(&output).contains("NaN") && !stdout(&output).contains("inf "), "{}", stdout(&output));
+        }
+    }
+}

@@ -16,7 +16,7 @@ pub struct Client {
 /// Cases of the importers alone.
 pub const OWN: [(&str, &str); 1] = [("X07", "the importer finds no fault in the description")];
 /// Cases of the raw interface alone.
-pub const RAW: [&str; 4] = ["X06", "X08", "X09", "X10"];
+pub const RAW: [&str; 6] = ["X06", "X08", "X09", "X10", "X11", "X12"];
 
 /// Runs all cases in every importer that is at hand.
 pub fn run(folders: &[PathBuf]) -> Vec<Client> {

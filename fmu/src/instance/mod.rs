@@ -23,7 +23,7 @@ use crate::constraints::accelerations::Accelerations;
 use crate::constraints::expansion::Expansion;
 use crate::constraints::initial::solve_initial;
 use crate::constraints::tangent::Tangent;
-use crate::context::{Settings, Statistics};
+use crate::context::{Deadline, Settings, Statistics};
 use crate::failure::Failure;
 use crate::integrator::stepping::Stepper;
 use crate::machine::Machine;
@@ -326,7 +326,8 @@ impl Instance {
         if self.now.interpolate(time) {
             self.behind = true;
         } else {
-            let settings = self.settings();
+            let deadline = Deadline::after(self.model.program().experiment.budget);
+            let settings = Settings { deadline, ..self.settings() };
             let Snapshot { state, run, .. } = &mut self.now;
             let done = self.stepper.step_to(&self.model, &mut self.machine, state, run, time, &settings);
             done.map_err(|failure| self.explained(failure))?;
@@ -368,6 +369,7 @@ impl Instance {
             tolerance: self.now.tolerance,
             max_step: self.model.program().experiment.max_step,
             stop: self.now.stop,
+            deadline: None,
         }
     }
 

@@ -210,6 +210,7 @@ impl Engines<'_> {
         let mut pace = Pace::new(context, run);
         while run.last.end_time < horizon.target {
             pace.check(context, run, horizon.target)?;
+            context.settings.check_deadline(run.last.end_time)?;
             if context.settings.engine == Engine::Radau {
                 if take_step(self.implicit, context, run, horizon)? == Progress::Declined {
                     return Err(singular_ahead(context, run));

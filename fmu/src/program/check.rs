@@ -195,7 +195,10 @@ impl Program {
         let positive = |number: f64| number > 0.0 && number.is_finite();
         let times = &self.experiment;
         value(times.start.is_finite() && times.stop.is_finite() && times.stop >= times.start, "the experiment")?;
-        value(positive(times.step) && positive(times.tolerance) && times.max_step > 0.0, "the experiment")?;
+        value(
+            positive(times.step) && positive(times.tolerance) && times.max_step > 0.0 && times.budget > 0.0,
+            "the experiment",
+        )?;
         value(positive(self.length), "the length of the mechanism")?;
         value(self.constants.iter().all(|constant| constant.is_finite()), "a constant")?;
         for parameter in &self.parameters {

@@ -82,6 +82,8 @@ pub struct Experiment {
     pub tolerance: f64,
     /// Longest step of the solver [s]; infinite if the scene sets none.
     pub max_step: f64,
+    /// Longest time that the computer may take for a communication step [s]; infinite if the scene sets none.
+    pub budget: f64,
 }
 
 /// A parameter of the scene.

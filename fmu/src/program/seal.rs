@@ -1,4 +1,5 @@
-//! The envelope of everything that is stored: a mark, a version, a length and a checksum around a payload.
+//! The envelope of everything that is stored: a mark, a version, a length and a checksum around a payload. It guards against accidents, not against
+//! people: whoever changes the payload on purpose can compute the checksum, so what is read is checked as well.
 
 use thiserror::Error;
 

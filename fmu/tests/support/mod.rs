@@ -50,7 +50,14 @@ fn empty(name: &str, motion: Motion) -> Program {
     Program {
         name: name.into(),
         guid: format!("{{{name}}}"),
-        experiment: Experiment { start: 0.0, stop: 10.0, step: 1e-3, tolerance: 1e-8, max_step: f64::INFINITY },
+        experiment: Experiment {
+            start: 0.0,
+            stop: 10.0,
+            step: 1e-3,
+            tolerance: 1e-8,
+            max_step: f64::INFINITY,
+            budget: f64::INFINITY,
+        },
         parameters: Vec::new(),
         inputs: Vec::new(),
         followers: Vec::new(),

@@ -1,5 +1,6 @@
 //! From the options of the command line to a run.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use super::super::failure::Failure;
@@ -102,8 +103,10 @@ fn permitted(variable: &ScalarVariable, value: f64) -> Result<(), String> {
 /// The variable of each column of the table.
 fn columns(description: &Description, table: &Table) -> Result<Vec<usize>, Failure> {
     let input = |variable: &ScalarVariable| matches!(variable.causality, Causality::Input { .. });
+    let variables = description.variables.iter().enumerate().filter(|(_, variable)| input(variable));
+    let inputs: HashMap<&str, usize> = variables.map(|(index, variable)| (variable.name.as_str(), index)).collect();
     let column = |name: &String| {
-        find(description, name, input)
+        (inputs.get(name.as_str()).copied())
             .ok_or_else(|| Failure::Usage(format!("input table: {}", unknown(description, name, "input", input))))
     };
     table.names().iter().map(column).collect()

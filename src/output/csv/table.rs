@@ -1,5 +1,7 @@
 //! Values over time, read from a file.
 
+use std::collections::HashSet;
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     names: Vec<String>,
@@ -90,11 +92,12 @@ fn names((line, fields): Row) -> Result<Vec<String>, TableError> {
         let hint = if names[0].contains([';', '\t']) { "; separate the columns with commas" } else { "" };
         return Err(fault(line, 1, format!("the first column is `{}`, not `time`{hint}", names[0])));
     }
+    let mut seen = HashSet::new();
     for (index, name) in names.iter().enumerate() {
         if name.is_empty() {
             return Err(fault(line, index + 1, "the column has no name"));
         }
-        if names[..index].contains(name) {
+        if !seen.insert(name) {
             return Err(fault(line, index + 1, format!("there are two columns `{name}`")));
         }
     }
@@ -117,8 +120,10 @@ fn rows(text: &str) -> Result<Vec<Row>, TableError> {
     while let Some((line, first)) = lines.next() {
         let mut record = first.to_owned();
         // A line break inside quotes belongs to the field.
-        while record.matches('"').count() % 2 == 1 {
+        let mut quotes = first.matches('"').count();
+        while quotes % 2 == 1 {
             let (_, next) = lines.next().ok_or_else(|| fault(line, 1, "a quote is not closed"))?;
+            quotes += next.matches('"').count();
             record.push('\n');
             record.push_str(next);
         }
@@ -185,6 +190,15 @@ mod tests {
         let table = Table::parse("\u{feff}time, \"gas, force\"\r\n0, 1e3\r\n\r\n1,\"-2\"\r\n").unwrap();
         assert_eq!(table.names(), ["gas, force"]);
         assert_eq!(table.at(0, 1.0).0, -2.0);
+    }
+
+    #[test]
+    fn a_header_may_be_wide() {
+        let names: Vec<String> = (0..200_000).map(|column| format!("c{column}")).collect();
+        let (header, row) = (names.join(","), vec!["1"; names.len()].join(","));
+        assert_eq!(Table::parse(&format!("time,{header}\n0,{row}\n")).unwrap().names(), names);
+        let fault = Table::parse(&format!("time,{header},c7\n")).unwrap_err();
+        assert_eq!((fault.column, fault.message.as_str()), (names.len() + 2, "there are two columns `c7`"));
     }
 
     #[test]

@@ -91,6 +91,13 @@ mod tests {
     }
 
     #[test]
+    fn what_has_no_known_unit_is_not_called_a_pure_number() {
+        let series = vec![series("a", "", vec![0.0, 1.0]), series("b", "", vec![1.0, 0.0])];
+        let plot = Plot { title: "p".into(), time: vec![0.0, 1.0], series };
+        assert!(!plot.svg().contains("[1]") && !plot.svg().contains("[]"), "{}", plot.svg());
+    }
+
+    #[test]
     fn values_that_are_no_numbers_leave_gaps() {
         let time = (0..6).map(f64::from).collect();
         let values = vec![0.0, f64::NAN, 1.0, 2.0, f64::INFINITY, 3.0];

@@ -55,11 +55,13 @@ impl Panel<'_> {
 
     /// The name if there is one curve, otherwise what they are, and the unit.
     fn title(&self) -> String {
-        let unit = if self.unit.is_empty() { "1" } else { self.unit };
-        match self.series[..] {
-            [only] if text_width(&only.name, 12.5) < 130.0 => format!("{} [{unit}]", only.name),
-            _ => format!("{} [{unit}]", quantity(unit)).trim_start().to_owned(),
-        }
+        // No unit is no unit: it may be a pure number, or not known.
+        let unit = if self.unit.is_empty() { String::new() } else { format!("[{}]", self.unit) };
+        let title = match self.series[..] {
+            [only] if text_width(&only.name, 12.5) < 130.0 => format!("{} {unit}", only.name),
+            _ => format!("{} {unit}", quantity(self.unit)),
+        };
+        title.trim().to_owned()
     }
 
     fn draw_legend(&self, svg: &mut Svg, frame: Frame) {

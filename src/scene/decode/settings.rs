@@ -5,8 +5,8 @@ use super::fields::Fields;
 use crate::diagnostic::span::Text;
 use crate::scene::document::{Kind, Node};
 use crate::scene::key::{Key, names};
-use crate::scene::model::{Coordinates, Experiment, Initial, Outputs, Scene, Solver};
-use crate::scene::tables::{COORDINATES, EXPERIMENT, GUESS, OUTPUTS, SOLVER};
+use crate::scene::model::{Coordinates, Experiment, Initial, OutputExpression, Outputs, Scene, Solver};
+use crate::scene::tables::{COORDINATES, EXPERIMENT, GUESS, OUTPUT, OUTPUTS, SOLVER};
 
 impl Decoder {
     pub(super) fn settings(&mut self, top: &Fields<'_>, scene: &mut Scene) {
@@ -34,6 +34,7 @@ impl Decoder {
                 rtol: self.faults.optional_quantity(&fields, "rtol"),
                 atol: self.faults.optional_quantity(&fields, "atol"),
                 max_step: self.faults.optional_quantity(&fields, "max_step"),
+                time_budget: self.faults.optional_quantity(&fields, "time_budget"),
             };
         }
         if let Some(fields) = self.table(top, "coordinates", COORDINATES) {
@@ -81,10 +82,26 @@ impl Decoder {
         for (key, node) in entries {
             if key.text == OUTPUTS[0].name {
                 outputs.variables = self.faults.texts(node, "`variables` of `[outputs]`").unwrap_or_default();
-            } else if let Some(value) = self.faults.quantity(node, &format!("output `{}`", key.text)) {
-                outputs.expressions.push((key.clone(), value));
+            } else {
+                outputs.expressions.extend(self.output(key, node));
             }
         }
         outputs
+    }
+
+    fn output(&mut self, name: &Text, node: &Node) -> Option<OutputExpression> {
+        let what = format!("output `{}`", name.text);
+        let plain = OutputExpression { name: name.clone(), ..OutputExpression::default() };
+        if !matches!(node.kind, Kind::Table(_)) {
+            return Some(OutputExpression { value: self.faults.quantity(node, &what)?, ..plain });
+        }
+        let fields = Fields::open(node, &what, name.span, &names(OUTPUT), &mut self.faults)?;
+        let value = self.faults.required_quantity(&fields, "value", OUTPUT[0].help());
+        Some(OutputExpression {
+            unit: self.faults.optional_text(&fields, "unit"),
+            description: self.faults.optional_text(&fields, "description"),
+            value: value?,
+            ..plain
+        })
     }
 }

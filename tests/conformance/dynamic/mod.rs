@@ -99,6 +99,8 @@ pub const CASES: &[Case] = &[
     ("X08", "a call while another one is under way", process::busy),
     ("X09", "an importer that traps and rounds otherwise", process::traps),
     ("X10", "states that events move are declared", exchange::reinitialised),
+    ("X11", "a thread with a small stack", process::small_stack),
+    ("X12", "Model Exchange: states beyond all numbers", exchange::beyond),
 ];
 
 /// Is there nothing that the case is about? Says so.

@@ -49,6 +49,27 @@ pub(super) fn threads(fmu: &Fmu) {
     });
 }
 
+/// What docs/fmu.md says that a thread needs.
+const STACK: usize = 128 << 10;
+
+/// Importers whose threads have small stacks.
+pub(super) fn small_stack(fmu: &Fmu) {
+    let expected = fmu.started().run(0..20);
+    let sent = Sent(fmu);
+    std::thread::scope(|scope| {
+        let all = move || {
+            let slave = sent.take().started();
+            let values = slave.run(0..20);
+            let state = slave.save();
+            slave.bytes(state);
+            slave.free(state);
+            values
+        };
+        let run = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, all).expect("a thread");
+        assert!(run.join().expect("no panic") == expected);
+    });
+}
+
 pub(super) fn another_thread(fmu: &Fmu) {
     let expected = fmu.started().run(0..5);
     let slave = Sent(fmu.slave());

@@ -141,6 +141,7 @@ impl Kinematic {
     ) -> Result<(), Failure> {
         let range = motion(context.model.layout());
         while course.s < course.target {
+            context.settings.check_deadline(self.state.time())?;
             self.corrector.begin(context, course.path, &self.state)?;
             let (from, h) = (course.s, self.step(context, course)?);
             begun(from, &self.state.registers()[range.clone()]);

@@ -1,0 +1,100 @@
+//! Decompositions that end whatever the numbers are: those of the library go on for ever, or panic, where one is not finite.
+
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use nalgebra::{Complex, ComplexField, DMatrix, Dyn, SVD, Schur, SymmetricEigen};
+
+use super::Failure;
+
+/// Iterations for each row and column.
+const ITERATIONS: usize = 300;
+
+/// Singular values, in descending order, and vectors.
+///
+/// # Errors
+/// The numbers are too large.
+pub(super) fn svd<T: ComplexField<RealField = f64>>(
+    matrix: DMatrix<T>,
+    left: bool,
+    right: bool,
+) -> Result<SVD<T, Dyn, Dyn>, Failure> {
+    let most = iterations(&matrix)?;
+    let found = SVD::try_new_unordered(matrix, left, right, 5.0 * f64::EPSILON, most);
+    let mut found = found.filter(|svd| !svd.singular_values.iter().any(|value| value.is_nan()));
+    found.iter_mut().for_each(SVD::sort_by_singular_values);
+    found.ok_or(Failure::Range)
+}
+
+/// Eigenvalues and vectors of a symmetric matrix.
+///
+/// # Errors
+/// The numbers are too large.
+pub(super) fn symmetric_eigen(matrix: DMatrix<f64>) -> Result<SymmetricEigen<f64, Dyn>, Failure> {
+    let most = iterations(&matrix)?;
+    SymmetricEigen::try_new(matrix, f64::EPSILON, most).ok_or(Failure::Range)
+}
+
+/// Eigenvalues of a square matrix.
+///
+/// # Errors
+/// The numbers are too large, or the iteration does not converge.
+pub(super) fn eigenvalues(mut matrix: DMatrix<f64>) -> Result<Vec<Complex<f64>>, Failure> {
+    let most = iterations(&matrix)?;
+    // Balancing squares the entries: in units of a power of two near the largest, which rounds nothing, the squares are numbers.
+    let largest = matrix.amax();
+    let unit = if largest > 0.0 { 2.0_f64.powi(libm::ilogb(largest).clamp(-1022, 1022)) } else { 1.0 };
+    matrix /= unit;
+    balance_parlett_reinsch(&mut matrix);
+    let schur = Schur::try_new(matrix, f64::EPSILON, most).ok_or(Failure::Eigenvalues)?;
+    let found: Vec<_> = schur.complex_eigenvalues().iter().map(|value| value * unit).collect();
+    let finite = found.iter().all(|value| value.re.is_finite() && value.im.is_finite());
+    if finite { Ok(found) } else { Err(Failure::Range) }
+}
+
+/// How many iterations a matrix is worth.
+fn iterations<T: ComplexField>(matrix: &DMatrix<T>) -> Result<usize, Failure> {
+    let finite = matrix.iter().all(ComplexField::is_finite);
+    if finite { Ok(ITERATIONS * (matrix.nrows() + matrix.ncols()).max(1)) } else { Err(Failure::Range) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ODD: [f64; 5] = [f64::NAN, f64::INFINITY, f64::MAX, f64::MIN_POSITIVE, 0.0];
+
+    /// Matrices of any size up to 6 in which numbers out of all range stand beside ordinary ones.
+    fn matrices() -> impl Iterator<Item = DMatrix<f64>> {
+        let filled = |size: usize, odd: f64, place: usize| {
+            DMatrix::from_fn(size, size, |i, j| if (i + 2 * j) % 5 == place { odd } else { (1 + i * size + j) as f64 })
+        };
+        (1..=6).flat_map(move |size| {
+            ODD.into_iter().flat_map(move |odd| (0..5).map(move |place| filled(size, odd, place)))
+        })
+    }
+
+    #[test]
+    fn every_decomposition_ends() {
+        for matrix in matrices() {
+            let finite = matrix.iter().all(|value| value.is_finite());
+            let complex = matrix.map(|value| Complex::new(value, -value));
+            let ends = [
+                svd(matrix.clone(), true, true).is_ok(),
+                svd(complex, false, true).is_ok(),
+                symmetric_eigen(&matrix + matrix.transpose()).is_ok(),
+                eigenvalues(matrix.clone()).is_ok(),
+            ];
+            assert!(finite || ends == [false; 4], "{matrix}{ends:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_far_from_one_have_their_eigenvalues() {
+        for size in [1e-300, 1e-160, 1.0, 1e160, 1e300] {
+            let mut found = eigenvalues(DMatrix::from_row_slice(2, 2, &[0.0, 2.0, 8.0, 0.0]) * size).unwrap();
+            found.sort_by(|a, b| a.re.total_cmp(&b.re));
+            for (found, expected) in found.iter().zip([-4.0, 4.0]) {
+                assert!((found.re / size - expected).abs() < 1e-12 && found.im == 0.0, "{found} at {size}");
+            }
+        }
+    }
+}
