@@ -3,7 +3,7 @@
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
-use super::decompose::{svd, symmetric_eigen};
+use super::decompose::symmetric_eigen;
 use super::modes::{Mode, modes};
 use super::search::{null_space, scales, search};
 use super::variation::{Column, Row, Variation};
