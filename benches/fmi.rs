@@ -4,6 +4,8 @@
 
 #[path = "../tests/conformance/fmu.rs"]
 mod fmu;
+#[path = "../tests/support/xml.rs"]
+mod xml;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};

@@ -8,7 +8,7 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use cotree::compile::compile;
-use cotree::export::xml::model_description;
+use cotree::export::xml::fmi2::model_description;
 use cotree::formulate::formulate;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;

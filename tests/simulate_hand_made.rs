@@ -77,6 +77,7 @@ fn description() -> Description {
         start: None,
         derivative_of: None,
         dependencies: vec![].into(),
+        all_dependencies: vec![].into(),
         state: None,
         initial_dependencies: vec![].into(),
     });
@@ -87,6 +88,8 @@ fn description() -> Description {
         description: String::new(),
         experiment: Experiment { start: 0.0, stop: 1.0, step: 0.1, tolerance: 1e-9 },
         exchange: None,
+        exchange_with_rates: false,
+        indicators: 0,
         moves_states: false,
         variables: variables.collect(),
     }
