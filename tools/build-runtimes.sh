@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
-# Builds the runtimes that `cotree export --platform` packs: <folder>/<platform>/cotree_runtime.{so,dll}
+# Builds the runtimes that `cotree export --platform` packs, <folder>/<platform>/cotree_runtime.{so,dll}, and the one that
+# `cotree view` puts into its pages, <folder>/web/cotree_runtime.wasm.
 #
-# usage: tools/build-runtimes.sh [-o FOLDER] [PLATFORM...]     default: -o target/runtimes linux64 aarch64-linux win64
+# usage: tools/build-runtimes.sh [-o FOLDER] [PLATFORM...]     default: -o target/runtimes linux64 aarch64-linux win64 web
 #
-# Needs Rust, Python 3 and PyPI (zig, as a linker that knows old C libraries); for win64 also mingw-w64.
+# Needs Rust, and but for web Python 3 and PyPI (zig, as a linker that knows old C libraries); for win64 also mingw-w64;
+# for web, if the toolchain is Debian's, also lld-19.
 # Rust's standard library for a platform comes from `rustup target add`, or is built from its sources: those of the
 # toolchain (`rustup component add rust-src`) or Debian's (packages rustc-web, cargo-web, rust-web-src). See docs/platforms.md.
 set -euo pipefail
@@ -25,11 +27,12 @@ triple() {
         linux64) echo x86_64-unknown-linux-gnu ;;
         aarch64-linux) echo aarch64-unknown-linux-gnu ;;
         win64) echo x86_64-pc-windows-gnu ;;
-        *) fail "no recipe for platform '$1' (there are linux64, aarch64-linux, win64)" ;;
+        web) echo wasm32-unknown-unknown ;;
+        *) fail "no recipe for platform '$1' (there are linux64, aarch64-linux, win64, web)" ;;
     esac
 }
-built_file() { case $1 in win64) echo cotree_runtime.dll ;; *) echo libcotree_runtime.so ;; esac; }
-file() { case $1 in win64) echo cotree_runtime.dll ;; *) echo cotree_runtime.so ;; esac; }
+built_file() { case $1 in win64) echo cotree_runtime.dll ;; web) echo cotree_page.wasm ;; *) echo libcotree_runtime.so ;; esac; }
+file() { case $1 in win64) echo cotree_runtime.dll ;; web) echo cotree_runtime.wasm ;; *) echo cotree_runtime.so ;; esac; }
 
 # Picks the toolchain: sets CARGO and RUSTC, and `std` to what cargo needs to have a standard library for the triple.
 choose_toolchain() {
@@ -41,7 +44,7 @@ choose_toolchain() {
         if [ -d "$("$rustc" --print target-libdir --target "$1")" ]; then
             std=()
         elif [ -d "$sources" ]; then
-            std=(-Z build-std=std,panic_unwind)
+            std=(-Z "build-std=std,$([ "$1" = wasm32-unknown-unknown ] && echo panic_abort || echo panic_unwind)")
             export RUSTC_BOOTSTRAP=1 # `-Z build-std` is not stable
         else
             continue
@@ -76,10 +79,14 @@ build() {
     say "$platform"
     (
         choose_toolchain "$target"
-        options=(--release --manifest-path tools/runtime/Cargo.toml --target-dir "$work" "${std[@]}")
+        local package=runtime
+        [ "$platform" != web ] || package=page
+        options=(--release --manifest-path "tools/$package/Cargo.toml" --target-dir "$work" "${std[@]}")
         # Paths of this machine are nobody's business, and the same source gives the same bytes anywhere.
         export RUSTFLAGS="--remap-path-prefix=$PWD=cotree --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=cargo"
-        if [ "$platform" = win64 ]; then
+        if [ "$platform" = win64 ] || [ "$platform" = web ]; then
+            # A browser cannot unwind, and what is not needed is not sent.
+            [ "$platform" = win64 ] || options+=(--config 'profile.release.panic="abort"' --config 'profile.release.strip=true')
             "$CARGO" build "${options[@]}" --target "$target"
         else
             install_zig
@@ -88,13 +95,13 @@ build() {
     )
     mkdir -p "$folder/$platform"
     cp "$work/$target/release/$(built_file "$platform")" "$folder/$platform/$(file "$platform")"
-    [ "$platform" = win64 ] || check_glibc "$folder/$platform/$(file "$platform")"
+    [ "$platform" = win64 ] || [ "$platform" = web ] || check_glibc "$folder/$platform/$(file "$platform")"
 }
 
 if [ "${1-}" = -o ]; then
     folder=${2:?-o needs a folder}
     shift 2
 fi
-[ $# -gt 0 ] || set -- linux64 aarch64-linux win64
+[ $# -gt 0 ] || set -- linux64 aarch64-linux win64 web
 for platform; do build "$platform"; done
 say "done: $folder"

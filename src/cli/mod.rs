@@ -13,6 +13,8 @@ mod output;
 mod show;
 mod simulate;
 mod study;
+mod view;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -28,6 +30,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
     after_help = "First steps:\n  cotree new my_mechanism            write a commented scene to start from\n  \
                   cotree check my_mechanism.toml     is it right?\n  \
                   cotree simulate my_mechanism.toml  see it move, as numbers\n  \
+                  cotree view my_mechanism.toml      see it move, in a browser\n  \
                   cotree export my_mechanism.toml    make my_mechanism.fmu\n\n\
                   Exit codes: 0 good, 1 the scene is at fault, 2 usage or files, 3 the numbers do not work out."
 )]
@@ -60,6 +63,8 @@ enum Command {
     Check(check::Check),
     Show(show::Show),
     Simulate(simulate::Simulate),
+    View(view::View),
+    Watch(watch::Watch),
     Equilibrium(equilibrium::Equilibrium),
     Linearize(linearize::Linearize),
     Modes(modes::Modes),
@@ -83,6 +88,8 @@ pub fn run() -> ExitCode {
         Command::Check(command) => command.run(format),
         Command::Show(command) => command.run(format),
         Command::Simulate(command) => command.run(format),
+        Command::View(command) => command.run(format),
+        Command::Watch(command) => command.run(),
         Command::Equilibrium(command) => command.run(format),
         Command::Linearize(command) => command.run(format),
         Command::Modes(command) => command.run(format),

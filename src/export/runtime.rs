@@ -213,6 +213,21 @@ impl Runtime {
     }
 }
 
+/// The runtime for browsers, if the folder has it: `web/cotree_runtime.wasm`.
+///
+/// # Errors
+/// The file cannot be read, is something else, or belongs to another version.
+pub fn for_browsers(runtimes: &Path) -> Result<Option<Vec<u8>>, RuntimeError> {
+    let file = runtimes.join("web").join("cotree_runtime.wasm");
+    match fs::read(&file) {
+        Ok(module) if !module.starts_with(b"\0asm") => Err(RuntimeError::Foreign { platform: "browsers", file }),
+        Ok(module) if !understands(&module) => Err(RuntimeError::Version { file }),
+        Ok(module) => Ok(Some(module)),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(RuntimeError::Read { file, error }),
+    }
+}
+
 /// The folder beside the `cotree` program where runtimes are looked for if no other is named.
 pub fn default_folder() -> PathBuf {
     let program = std::env::current_exe().and_then(|program| program.canonicalize());
@@ -249,6 +264,21 @@ mod tests {
         for bytes in [&b""[..], b"MZ", b"\x7fELF", b"\xcf\xfa\xed\xfe", &far] {
             assert!(PLATFORMS.iter().all(|platform| !platform.accepts(bytes)), "{bytes:?}");
         }
+    }
+
+    #[test]
+    fn the_runtime_for_browsers_is_checked() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(matches!(for_browsers(folder.path()), Ok(None)));
+        let file = folder.path().join("web/cotree_runtime.wasm");
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        fs::write(&file, "text").unwrap();
+        assert!(matches!(for_browsers(folder.path()), Err(RuntimeError::Foreign { .. })));
+        fs::write(&file, b"\0asm of long ago").unwrap();
+        assert!(matches!(for_browsers(folder.path()), Err(RuntimeError::Version { .. })));
+        let module = [b"\0asm", KIND.as_bytes()].concat();
+        fs::write(&file, &module).unwrap();
+        assert_eq!(for_browsers(folder.path()).unwrap(), Some(module));
     }
 
     #[test]

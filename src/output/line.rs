@@ -85,7 +85,7 @@ fn stretch_welds(drawing: &mut Drawing) {
     let stretched = |joint: &Joint| joint.kind == Hold::Fixed && joint.at[0] != joint.at[1];
     let (welds, others) = std::mem::take(&mut drawing.joints).into_iter().partition(stretched);
     drawing.joints = others;
-    let link = |weld: Joint| Coupling { name: weld.name, kind: CouplingKind::Link(weld.at) };
+    let link = |weld: Joint| Coupling { name: weld.name, between: weld.between, kind: CouplingKind::Link(weld.at) };
     drawing.couplings.extend(Vec::into_iter(welds).map(link));
 }
 

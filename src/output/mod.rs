@@ -11,6 +11,7 @@ pub mod drawing;
 pub mod figures;
 pub mod graph;
 pub mod line;
+pub mod page;
 pub mod plot;
 pub mod pose;
 pub mod summary;

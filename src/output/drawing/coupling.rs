@@ -11,6 +11,8 @@ use crate::output::svg::{Pixel, Svg, number, polyline};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupling {
     pub name: String,
+    /// Indices of the bodies; `None` is the ground.
+    pub between: [Option<usize>; 2],
     pub kind: CouplingKind,
 }
 
@@ -117,10 +119,10 @@ impl Coupling {
 }
 
 /// How a circle is toothed: how many teeth, the direction in which one has its middle \[rad\], and are they inside?
-struct Teeth {
-    count: f64,
-    phase: f64,
-    inside: bool,
+pub struct Teeth {
+    pub count: f64,
+    pub phase: f64,
+    pub inside: bool,
 }
 
 impl Wheel {
@@ -182,9 +184,8 @@ fn circle([x, y]: Pixel, radius: f64) -> String {
     format!("M{left} {y}A{r} {r} 0 1 0 {right} {y}A{r} {r} 0 1 0 {left} {y}Z")
 }
 
-/// Teeth of about the same size on both wheels, a gap of the second where the first has a tooth. Returns the pitch point.
-fn draw_gears(wheels: [Wheel; 2], view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
-    let [a, b] = wheels;
+/// Teeth of about the same size on both wheels, a gap of the second where the first has a tooth.
+pub fn toothed([a, b]: &[Wheel; 2], view: &View) -> [Teeth; 2] {
     let away = difference(b.centre, a.centre);
     let towards_b = away[1].atan2(away[0]);
     let inner = a.radius.min(b.radius);
@@ -193,9 +194,23 @@ fn draw_gears(wheels: [Wheel; 2], view: &View, svg: &mut Svg, labels: &mut Label
     // Inside a ring the pitch point lies behind the smaller wheel's centre, seen from the ring's.
     let towards_pitch = if is_inside && b.radius > a.radius { towards_b + PI } else { towards_b };
     let half = |wheel: &Wheel| PI / count(wheel);
-    let of_a = Teeth { count: count(&a), phase: towards_pitch, inside: is_inside && a.radius > b.radius };
+    let of_a = Teeth { count: count(a), phase: towards_pitch, inside: is_inside && a.radius > b.radius };
     let facing = if is_inside { towards_pitch } else { towards_b + PI };
-    let of_b = Teeth { count: count(&b), phase: facing + half(&b), inside: is_inside && b.radius > a.radius };
+    let of_b = Teeth { count: count(b), phase: facing + half(b), inside: is_inside && b.radius > a.radius };
+    [of_a, of_b]
+}
+
+/// The teeth of a wheel on a rack: one where they touch.
+pub fn of_pinion(pinion: &Wheel, foot: [f64; 2], view: &View) -> Teeth {
+    let radius = view.length(pinion.radius).max(1.0);
+    Teeth { count: teeth(radius, radius, view.pin), phase: foot[1].atan2(foot[0]), inside: false }
+}
+
+/// Draws two wheels that mesh. Returns the pitch point.
+fn draw_gears(wheels: [Wheel; 2], view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
+    let [a, b] = wheels;
+    let [of_a, of_b] = toothed(&wheels, view);
+    let towards_pitch = of_a.phase;
     let both = if a.radius > b.radius { [(a, of_a), (b, of_b)] } else { [(b, of_b), (a, of_a)] };
     for (wheel, teeth) in both {
         wheel.draw(view, svg, labels, Some(teeth));
@@ -300,7 +315,7 @@ mod tests {
     }
 
     fn picture(kind: CouplingKind) -> (View, String) {
-        let coupling = Coupling { name: "mesh".into(), kind };
+        let coupling = Coupling { name: "mesh".into(), between: [None; 2], kind };
         let body = Body::default();
         let drawing = Drawing { bodies: vec![body.clone(), body], couplings: vec![coupling], ..Drawing::default() };
         (View::fit(&drawing), drawing.svg())

@@ -82,12 +82,25 @@ impl Drawing {
             }
         }
         let mut points: Vec<_> = body.points.iter().map(|&point| view.pixel(point)).collect();
-        let joined =
-            |joint: &Joint| (0..2).any(|side| joint.between[side] == Some(index) && joint.at[side] == body.centre);
-        if points.len() < 2 || self.joints.iter().any(joined) {
+        if self.is_cornered(index) {
             points.push(view.pixel(body.centre));
         }
         shapes::hull(points)
+    }
+
+    /// Is the mass centre of a body a corner of it? It is where the body is joined, or there is hardly another.
+    pub(super) fn is_cornered(&self, index: usize) -> bool {
+        let body = &self.bodies[index];
+        let joined =
+            |joint: &Joint| (0..2).any(|side| joint.between[side] == Some(index) && joint.at[side] == body.centre);
+        body.points.len() < 2 || self.joints.iter().any(joined)
+    }
+
+    /// Does a joint cover this place?
+    pub(super) fn is_covered(&self, at: [f64; 2], view: &View) -> bool {
+        let near =
+            |joint: [f64; 2]| shapes::norm(shapes::difference(view.pixel(joint), view.pixel(at))) < 1.8 * view.pin;
+        self.joints.iter().flat_map(|joint| joint.at).any(near)
     }
 
     /// Where and along what a body slides, if it does.

@@ -1,6 +1,7 @@
 //! A drawing of the mechanism in one position, as a textbook would draw it.
 
 mod coupling;
+mod geometry;
 mod labels;
 mod layout;
 mod paint;
@@ -13,6 +14,7 @@ mod view;
 use super::svg::{Frame, Svg, number};
 use crate::component::{Glyph, RoundGlyph};
 pub use coupling::{Coupling, CouplingKind, Wheel};
+pub use geometry::Geometry;
 use labels::Labels;
 use view::View;
 
@@ -92,6 +94,8 @@ pub struct Force {
 #[derive(Clone, Debug)]
 pub struct Turn {
     pub name: String,
+    /// Index of the body that carries the place; `None` is the ground.
+    pub on: Option<usize>,
     /// Where to draw it: the joint, or the mass centre.
     pub at: [f64; 2],
     /// Its strokes; a round arrow if it has none.

@@ -93,11 +93,7 @@ impl Drawing {
     /// The mass centre, unless a joint covers it.
     fn draw_centre(&self, index: usize, view: &View, svg: &mut Svg, labels: &mut Labels) {
         let centre = view.pixel(self.bodies[index].centre);
-        let covered = self.joints.iter().flat_map(|joint| joint.at).any(|at| {
-            let away = shapes::norm(shapes::difference(view.pixel(at), centre));
-            away < 1.8 * view.pin
-        });
-        if !covered {
+        if !self.is_covered(self.bodies[index].centre, view) {
             symbols::centre(svg, view, index, centre);
             labels.cover(centre, view.pin);
         }

@@ -35,7 +35,7 @@ fn slider_crank() -> Drawing {
             glyph: |length| vec![Stroke::open(vec![[0.0, 0.0], [length, 0.0]])],
         }],
         forces: vec![Force { name: "gas".into(), on: Some(2), at: wrist, direction: [-5.0, 0.0] }],
-        turns: vec![Turn { name: "motor".into(), at: bearing, glyph: None }],
+        turns: vec![Turn { name: "motor".into(), on: None, at: bearing, glyph: None }],
         targets: vec![Target { name: "path".into(), on: Some(1), at: wrist, direction: Some([0.0, 1.0]) }],
     }
 }

@@ -8,7 +8,8 @@ use crate::output::drawing::{Coupling, CouplingKind, Wheel};
 impl Pose<'_, '_> {
     pub(super) fn coupling(&mut self, part: &Part, icon: &Icon) -> Option<Coupling> {
         let kind = self.coupling_kind(part, icon)?;
-        Some(Coupling { name: part.name.clone(), kind })
+        let between = part.bodies().map(|body| body.map(|body| body.0));
+        Some(Coupling { name: part.name.clone(), between, kind })
     }
 
     fn coupling_kind(&mut self, part: &Part, icon: &Icon) -> Option<CouplingKind> {

@@ -8,7 +8,7 @@ use cotree_fmu::model::State;
 
 use super::drawing::{Body, Drawing, Force, Hold, Joint, Shape, Spring, Target, Turn};
 use super::line;
-use crate::component::{self, Icon};
+use crate::component::{self, Icon, RoundGlyph};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
@@ -46,6 +46,18 @@ pub fn draw(formulated: &mut Formulated) -> Drawing {
         line::lay_out(&mut drawing);
     }
     drawing
+}
+
+/// Where the bodies are at the start, and how they are turned.
+pub fn frames(formulated: &mut Formulated) -> Vec<[f64; 3]> {
+    let mechanism = formulated.equations.system.mechanism;
+    let turns = mechanism.dimension == Dimension::Two;
+    let mut pose = Pose::new(formulated);
+    let mut frame = |body| {
+        let [x, y] = pose.at(Place::Centre(body));
+        [x, y, if turns { pose.angle(Some(body)) } else { 0.0 }]
+    };
+    (0..mechanism.bodies.len()).map(|index| frame(BodyId(index))).collect()
 }
 
 pub fn position(formulated: &mut Formulated, place: Place) -> [f64; 2] {
@@ -148,10 +160,10 @@ impl<'a, 'm> Pose<'a, 'm> {
                 drawing.forces.push(Force { name, on: between[1], at: self.at(part.between[1]), direction });
             }
             Icon::Turn => {
-                drawing.turns.push(Turn { name, at: self.turning_point(part.bodies()), glyph: None });
+                drawing.turns.push(self.turn(part, None));
             }
             Icon::Round(glyph) => {
-                drawing.turns.push(Turn { name, at: self.turning_point(part.bodies()), glyph: Some(*glyph) });
+                drawing.turns.push(self.turn(part, Some(*glyph)));
             }
             Icon::Push => drawing.forces.extend(self.push(part, &drawing.joints)),
             Icon::Target(position) => {
@@ -163,6 +175,11 @@ impl<'a, 'm> Pose<'a, 'm> {
                 drawing.couplings.extend(self.coupling(part, icon));
             }
         }
+    }
+
+    fn turn(&mut self, part: &Part, glyph: Option<RoundGlyph>) -> Turn {
+        let place = self.turning_point(part.bodies());
+        Turn { name: part.name.clone(), on: place.body().map(|body| body.0), at: self.at(place), glyph }
     }
 
     fn joint(&mut self, part: &Part, hold: Hold) -> Joint {
@@ -198,13 +215,12 @@ impl<'a, 'm> Pose<'a, 'm> {
     }
 
     /// Where bodies turn against each other: at a joint between them, or at the second.
-    fn turning_point(&mut self, between: [Option<BodyId>; 2]) -> [f64; 2] {
+    fn turning_point(&self, between: [Option<BodyId>; 2]) -> Place {
         let joint = self.equations.system.mechanism.joints.iter().find(|joint| {
             let bodies = joint.bodies();
             bodies == between || bodies == [between[1], between[0]]
         });
-        let place = joint.map_or_else(|| between[1].map_or(Place::Origin, Place::Centre), |joint| joint.between[1]);
-        self.at(place)
+        joint.map_or_else(|| between[1].map_or(Place::Origin, Place::Centre), |joint| joint.between[1])
     }
 
     /// A direction that is fixed in a body, in the world.

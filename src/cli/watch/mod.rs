@@ -1,0 +1,78 @@
+//! `cotree watch`
+
+mod server;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::Args;
+
+use super::failure::Failure;
+use super::output;
+use super::view::page;
+use crate::export::{ExportError, runtime};
+use crate::output::page::Page;
+use server::{Board, Shown};
+
+/// How often the file is looked at: often enough that nobody waits, and next to no work.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// See it move while you edit: serves the page of `cotree view` on this machine and renews it whenever the file is saved
+///
+/// Only this machine can reach it. The page keeps the time, the zoom and the sliders; faults appear in it with their place.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  cotree watch slider_crank.toml\n  cotree watch slider_crank.toml --port 8000")]
+pub struct Watch {
+    /// Scene file (TOML or JSON)
+    scene: PathBuf,
+    /// Port of the page [default: any that is free]
+    #[arg(long, value_name = "NUMBER", default_value_t = 0, hide_default_value = true)]
+    port: u16,
+    /// Folder with the runtimes, made by tools/build-runtimes.sh [default: `runtimes` beside the program]
+    #[arg(long, value_name = "FOLDER", env = "COTREE_RUNTIMES")]
+    runtimes: Option<PathBuf>,
+}
+
+impl Watch {
+    pub fn run(self) -> Result<(), Failure> {
+        let folder = self.runtimes.unwrap_or_else(runtime::default_folder);
+        let module = runtime::for_browsers(&folder).map_err(ExportError::from)?;
+        match output::load(&self.scene) {
+            Ok(_) | Err(Failure::Scene(_)) => {} // what is wrong may be mended while we watch
+            Err(other) => return Err(other),
+        }
+        let board = Arc::new(Board::default());
+        let address = server::start(self.port, Arc::clone(&board)).map_err(|error| {
+            Failure::Usage(format!("cannot serve a page on port {} of this machine: {error}", self.port))
+        })?;
+        output::print(&format!("{address}\n"))?;
+        let mut last = None;
+        loop {
+            // A file that is just being replaced comes back.
+            let bytes = fs::read(&self.scene).ok();
+            if bytes.is_some() && bytes != last {
+                board.show(shown(&self.scene, module.clone()));
+                last = bytes;
+            }
+            std::thread::sleep(PATIENCE);
+        }
+    }
+}
+
+/// The page of the scene, or why there is none.
+fn shown(path: &Path, module: Option<Vec<u8>>) -> Shown {
+    match made(path, module) {
+        Ok(page) => Shown::Page(page.live_html()),
+        Err(Failure::Scene(faults)) => Shown::Fault(faults.render(false, 100)),
+        Err(Failure::Usage(message) | Failure::Numerical(message)) => Shown::Fault(message),
+        Err(Failure::ClosedPipe) => Shown::Fault(String::new()),
+    }
+}
+
+fn made(path: &Path, module: Option<Vec<u8>>) -> Result<Page, Failure> {
+    let scene = output::load(path)?;
+    let (_, page) = page::page(&scene, module)?;
+    page.map_err(Failure::Numerical)
+}

@@ -1,0 +1,227 @@
+// Sliders, transport, zoom and keys.
+const SPEEDS = [.1, .25, .5, 1, 2];
+const transport = { playing: false, speed: 1, before: 0, frame: 0 };
+
+function play() {
+  if (transport.playing) return;
+  if (state.time >= end()) state.time = START;
+  transport.playing = true;
+  transport.before = performance.now();
+  transport.frame = requestAnimationFrame(tick);
+  showTransport();
+}
+function pause() {
+  transport.playing = false;
+  cancelAnimationFrame(transport.frame);
+  showTransport();
+}
+function showTransport() {
+  $("play-icon").setAttribute("d", transport.playing ? "M7 5h3.4v14H7zM13.6 5H17v14h-3.4z" : "M8 5v14l12-7Z");
+  $("play").setAttribute("aria-label", transport.playing ? "Pause" : "Play");
+}
+const end = () => state.run.times[Math.max(state.run.last, 0)];
+/** The stamp of the first frame may lie before play was called. */
+function tick(now) {
+  if (!transport.playing) return;
+  state.time += Math.max(0, Math.min(now - transport.before, 100)) / 1000 * transport.speed;
+  transport.before = now;
+  if (state.time > end()) state.time = START;
+  paint();
+  transport.frame = requestAnimationFrame(tick);
+}
+function seek(time) {
+  state.time = Math.min(Math.max(time, START), end());
+  paint();
+}
+function setSpeed(speed) {
+  transport.speed = speed;
+  [...$("speeds").children].forEach((button, k) => { button.setAttribute("aria-checked", SPEEDS[k] === speed); button.tabIndex = SPEEDS[k] === speed ? 0 : -1; });
+}
+function makeSpeeds() {
+  for (const speed of SPEEDS) {
+    const button = document.createElement("button");
+    button.type = "button"; button.setAttribute("role", "radio"); button.textContent = `${speed}×`;
+    button.addEventListener("click", () => setSpeed(speed === transport.speed ? SPEEDS[(SPEEDS.indexOf(speed) + 1) % SPEEDS.length] : speed));
+    $("speeds").append(button);
+  }
+}
+
+/** What can be set, and between which values the slider goes. */
+function settable() {
+  const inputs = VARIABLES.filter(v => v.kind === "input"), parameters = VARIABLES.filter(v => v.kind === "parameter"), initial = VARIABLES.filter(v => v.initial);
+  return [...inputs, ...parameters, ...initial].map(variable => ({ variable, index: INDEX.get(variable.name), start: variable.start, range: range(variable) }));
+}
+function range({ start, min, max, unit, initial }) {
+  const size = unit === "rad" && initial ? Math.PI / 2 : Math.abs(start) || ({ N: 10, "N.m": 1, "m/s": 1, "rad/s": 5, "m/s2": 10, rad: Math.PI / 2 }[unit] ?? 1);
+  const around = start === 0 || initial ? [start - size, start + size] : [start - .75 * size, start + size];
+  return [min ?? (max !== null && max < around[1] ? Math.min(around[0], max) : around[0]), max ?? (min !== null && min > around[0] ? Math.max(around[1], min + size) : around[1])].map((v, k) => k === 0 && min !== null ? Math.max(v, min) : v);
+}
+const knobs = [];
+function makeSliders() {
+  for (const { variable, index, start, range: [low, high] } of settable()) {
+    const box = document.createElement("div"), label = document.createElement("label"), output = document.createElement("output"), track = document.createElement("div"), input = document.createElement("input"), tick = document.createElement("i");
+    const { name, factor } = shown(variable), id = `set-${index}`;
+    box.className = "slider"; track.className = "track";
+    input.type = "range"; input.id = label.htmlFor = id; input.min = low; input.max = high; input.step = "any";
+    label.textContent = variable.kind === "output" || variable.initial ? `${variable.name} at the start` : variable.name.replaceAll("_", " ");
+    label.title = variable.text;
+    tick.style.left = `calc(8px + (100% - 16px) * ${(start - low) / (high - low)})`;
+    track.append(input, tick);
+    box.append(label, output, track);
+    $("sliders").append(box);
+    const knob = { index, start, value: start, isInput: variable.kind === "input", moves: [] };
+    knob.show = () => {
+      output.textContent = `${three(knob.value / factor)} ${pretty(name)}`;
+      input.setAttribute("aria-valuetext", output.textContent);
+      input.value = knob.value;
+      input.style.setProperty("--p", `${100 * (knob.value - low) / (high - low)}%`);
+      box.classList.toggle("changed", knob.value !== start || knob.moves.length > 0);
+    };
+    input.addEventListener("input", () => { turn(knob, +input.value); knob.show(); askAgain(); });
+    knob.show();
+    knobs.push(knob);
+  }
+}
+/** An input that is moved while the mechanism runs changes from then on; everything else holds from the start. */
+function turn(knob, value) {
+  knob.value = value;
+  if (!knob.isInput || !transport.playing) { knob.moves = []; return; }
+  knob.moves = knob.moves.filter(move => move.at < state.time);
+  knob.moves.push({ at: state.time, index: knob.index, value });
+}
+let asked = false;
+function askAgain() {
+  if (asked) return;
+  asked = true;
+  requestAnimationFrame(() => { asked = false; solveAgain(); });
+}
+const moves = () => knobs.flatMap(knob => knob.moves).sort((a, b) => a.at - b.at);
+const settings = () => knobs.flatMap(knob => {
+  const value = knob.moves.length ? knob.before ?? knob.start : knob.value;
+  if (!knob.moves.length) knob.before = knob.value;
+  return value === knob.start ? [] : [[knob.index, value]];
+});
+function resetSliders() {
+  for (const knob of knobs) { knob.value = knob.start; knob.before = undefined; knob.moves = []; knob.show(); }
+  solveAgain();
+}
+
+// The part of the world that is seen, in pixels of the drawing.
+let view = [0, 0, 1, 1], fitted = true, size = 1, whole = [0, 0, 1, 1];
+/** The extent of the whole motion. */
+function measure() {
+  let [x0, x1, y0, y1] = [Infinity, -Infinity, Infinity, -Infinity];
+  const see = ([x, y]) => { if (Number.isFinite(x + y)) [x0, x1, y0, y1] = [Math.min(x0, x), Math.max(x1, x), Math.min(y0, y), Math.max(y1, y)]; };
+  const wheels = G.couplings.flatMap(c => [...(c.wheels ?? []), c.pinion, c.disc]).filter(Boolean), anchors = [...G.joints, ...G.springs].flatMap(part => part.ends);
+  eachPose(() => {
+    G.bodies.forEach((body, index) => forms[index].concat([body.centre]).forEach(at => see(pixel(add(pose[index], 1, turned(index, at))))));
+    anchors.forEach(anchor => see(spot(anchor)));
+    for (const wheel of wheels) { const [x, y] = spot(wheel.centre), r = S * wheel.radius; see([x - r, y - r]); see([x + r, y + r]); }
+  });
+  const room = 5 * PIN;
+  if (x1 >= x0) whole = [x0 - room, y0 - room, x1 - x0 + 2 * room, y1 - y0 + 2 * room];
+}
+function fit() {
+  const { width, height } = $("stage").getBoundingClientRect(), top = 54, low = 40;
+  if (!width) return;
+  const k = Math.max(whole[2] / (width - 28), whole[3] / (height - top - low));
+  view = [whole[0] + whole[2] / 2 - k * width / 2, whole[1] + whole[3] / 2 - k * (top + (height - top - low) / 2), k * width, k * height];
+  fitted = true;
+  look();
+}
+function zoom(factor, x = view[0] + view[2] / 2, y = view[1] + view[3] / 2) {
+  const wide = Math.min(Math.max(view[2] * factor, whole[2] / 50), whole[2] * 8), k = wide / view[2];
+  view = [x - (x - view[0]) * k, y - (y - view[1]) * k, wide, view[3] * k];
+  fitted = false;
+  look();
+}
+const nice = value => { const e = 10 ** Math.floor(Math.log10(value)), m = value / e; return (m >= 5 ? 5 : m >= 2 ? 2 : 1) * e; };
+const metres = value => value >= 1 ? `${+value.toPrecision(3)} m` : value >= 1e-3 ? `${+(value * 1e3).toPrecision(3)} mm` : `${+(value * 1e6).toPrecision(3)} µm`;
+function look() {
+  const { width, height } = $("stage").getBoundingClientRect();
+  if (!width || !Number.isFinite(view[2])) return;
+  $("scene").setAttribute("viewBox", view.map(round).join(" "));
+  size = Math.max(view[2] / width, view[3] / height);
+  const long = nice(110 * size / S), cell = nice(70 * size / S) * S, grid = $("grid");
+  $("length-bar").style.width = `${long * S / size}px`; $("length-text").textContent = gain === 1 ? metres(long) : `${metres(long)}, motion × ${gain}`;
+  $("force-scale").classList.toggle("hide", !(scales.newton > 0) || !layers.forces);
+  if (scales.newton > 0) { const force = nice(80 * size / scales.newton); $("force-bar").style.width = `${force * scales.newton / size}px`; $("force-text").textContent = `${+force.toPrecision(3)} N`; }
+  grid.setAttribute("width", cell); grid.setAttribute("height", cell);
+  grid.firstElementChild.setAttribute("d", `M0 0H${cell}M0 0V${cell}`); grid.firstElementChild.setAttribute("stroke-width", 2 * size);
+  const back = $("backdrop");
+  // Larger than what is seen: a resize shows its margins before it is told.
+  ["x", "y", "width", "height"].forEach((name, k) => back.setAttribute(name, k < 2 ? view[k] - view[k + 2] : 3 * view[k]));
+  for (const text of document.querySelectorAll(".name,.value")) { text.style.fontSize = `${(text.classList.contains("name") ? 13 : 11.5) * size}px`; text.style.strokeWidth = `${3.5 * size}px`; }
+  for (const path of document.querySelectorAll(".arrow,.speed")) path.style.strokeWidth = `${1.6 * size}px`;
+  paint();
+}
+function toggle(layer) {
+  layers[layer] = !layers[layer];
+  showLayers();
+  if (layer === "ghosts") renewGhosts(bodies);
+  look();
+}
+function showLayers() {
+  for (const button of document.querySelectorAll("[data-layer]")) button.setAttribute("aria-pressed", layers[button.dataset.layer]);
+  for (const layer of ["traces", "names"]) $(layer).classList.toggle("hide", !layers[layer]);
+}
+
+function listenToStage() {
+  const stage = $("stage"), touches = new Map();
+  const at = event => new DOMPoint(event.clientX, event.clientY).matrixTransform($("scene").getScreenCTM().inverse());
+  stage.addEventListener("wheel", event => { event.preventDefault(); const { x, y } = at(event); zoom(Math.exp(event.deltaY * .0015), x, y); }, { passive: false });
+  stage.addEventListener("pointerdown", event => { if (!event.target.closest("button,.joint")) { touches.set(event.pointerId, event); stage.setPointerCapture(event.pointerId); stage.classList.add("dragging"); } });
+  stage.addEventListener("pointermove", event => {
+    const old = touches.get(event.pointerId);
+    if (!old) return;
+    touches.set(event.pointerId, event);
+    if (touches.size === 2) {
+      const other = [...touches.values()].find(touch => touch.pointerId !== event.pointerId), away = touch => Math.hypot(touch.clientX - other.clientX, touch.clientY - other.clientY);
+      const { x, y } = at({ clientX: (event.clientX + other.clientX) / 2, clientY: (event.clientY + other.clientY) / 2 });
+      if (away(event) > 4) zoom(away(old) / away(event), x, y);
+      return;
+    }
+    view[0] -= (event.clientX - old.clientX) * size; view[1] -= (event.clientY - old.clientY) * size;
+    fitted = false;
+    look();
+  });
+  for (const name of ["pointerup", "pointercancel"]) stage.addEventListener(name, event => { touches.delete(event.pointerId); if (!touches.size) stage.classList.remove("dragging"); });
+  new ResizeObserver(() => requestAnimationFrame(() => fitted ? fit() : look())).observe(stage);
+}
+
+function listenToKeys() {
+  const faster = by => setSpeed(SPEEDS[Math.min(Math.max(SPEEDS.indexOf(transport.speed) + by, 0), SPEEDS.length - 1)]);
+  addEventListener("keydown", event => {
+    if (event.ctrlKey || event.metaKey || event.altKey || $("keys").open || event.target.closest("select")) return;
+    const slider = event.target.matches("input[type=range]") && event.target.id !== "scrub", step = (event.shiftKey ? 10 : 1) * STEP, go = by => () => { pause(); seek(by); };
+    const action = {
+      " ": event.target.closest("button,summary") ? null : () => transport.playing ? pause() : play(),
+      ArrowRight: slider ? null : go(state.time + step), ArrowLeft: slider ? null : go(state.time - step), Home: slider ? null : go(START), End: slider ? null : go(STOP),
+      "[": () => faster(-1), "]": () => faster(1), "+": () => zoom(.8), "=": () => zoom(.8), "-": () => zoom(1.25), 0: fit,
+      t: () => toggle("traces"), f: () => toggle("forces"), v: () => toggle("velocities"), g: () => toggle("ghosts"), n: () => toggle("names"), "?": () => $("keys").showModal(),
+    }[event.key];
+    if (action) { event.preventDefault(); action(); }
+  });
+}
+
+function recolour() { plots.forEach(plot => plot.chart.redraw(false, true)); }
+function listenToButtons() {
+  $("play").addEventListener("click", () => transport.playing ? pause() : play());
+  $("scrub").min = START; $("scrub").max = STOP > START ? STOP : START + 1;
+  $("scrub").addEventListener("input", event => { pause(); seek(+event.target.value); });
+  $("end").textContent = ` / ${+STOP.toFixed(3)}\u202fs`;
+  $("zoom-in").addEventListener("click", () => zoom(.8)); $("zoom-out").addEventListener("click", () => zoom(1.25)); $("zoom-fit").addEventListener("click", fit);
+  $("reset").addEventListener("click", resetSliders);
+  $("help").addEventListener("click", () => $("keys").showModal());
+  for (const button of document.querySelectorAll("[data-layer]")) button.addEventListener("click", () => toggle(button.dataset.layer));
+  $("theme").addEventListener("click", () => {
+    const root = document.documentElement, dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme:dark)").matches;
+    root.dataset.theme = dark ? "light" : "dark";
+    recolour();
+  });
+  matchMedia("(prefers-color-scheme:dark)").addEventListener("change", recolour);
+  const known = state.solver ? VARIABLES.filter(({ kind }) => kind === "output" || kind === "local").map(({ name }) => name) : MODEL.recorded;
+  for (const name of known) for (const list of ["add", "across"]) $(list).append(new Option(name, name));
+  $("add").addEventListener("change", event => { if (event.target.value) { record(event.target.value); addPlot([event.target.value]); renewPlots(); paintLegends(); } event.target.value = ""; });
+  $("across").addEventListener("change", event => { if (event.target.value) record(event.target.value); chooseAcross(event.target.value); });
+}

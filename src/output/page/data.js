@@ -1,0 +1,57 @@
+// What the page carries: the model, a stored run or the solver with its program; and how values between samples are read.
+const $ = id => document.getElementById(id);
+const MODEL = JSON.parse($("model").textContent);
+const G = MODEL.geometry;
+const VARIABLES = MODEL.variables;
+const INDEX = new Map(VARIABLES.map((variable, index) => [variable.name, index]));
+const { start: START, stop: STOP, step: STEP, tolerance: TOLERANCE } = MODEL.experiment;
+
+/** Bytes of a script element: base64 of a zlib stream; null if it is empty. */
+async function unpack(id) {
+  const text = $(id).textContent.trim();
+  if (!text) return null;
+  if (typeof DecompressionStream === "undefined") throw new Error("this browser cannot unpack the page; any browser since 2023 can");
+  const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/** The run that was stored when the page was made: 64-bit numbers, lowest byte first, the times and then one column after another. */
+function storedRun(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const names = MODEL.stored, count = view.byteLength / 8 / (names.length + 1);
+  const column = place => Float64Array.from({ length: count }, (_, k) => view.getFloat64(8 * (place * count + k), true));
+  return { times: column(0), columns: new Map(names.map((name, k) => [name, column(k + 1)])), last: count - 1, error: MODEL.cut };
+}
+
+/** Where a time lies between the samples of a run: index and part. */
+function place(run, time) {
+  const { times, last } = run;
+  if (last <= 0 || time >= times[last]) return [Math.max(last, 0), 0];
+  let low = 0, high = last;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= time) low = middle; else high = middle;
+  }
+  return [low, Math.max(0, (time - times[low]) / (times[low + 1] - times[low]))];
+}
+
+function between(column, [k, part]) {
+  return part > 0 ? column[k] + part * (column[k + 1] - column[k]) : column[k];
+}
+
+/** Three digits that matter, as a reader expects them. */
+function three(value) {
+  if (!Number.isFinite(value)) return "–";
+  value = Number(value.toPrecision(3));
+  const size = Math.abs(value);
+  if (size < 1e-12) return "0";
+  if (size < 1e-3 || size >= 1e5) return value.toExponential(1).replace("-", "−").replace("e−", "e-").replace("e+", "e");
+  return value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3).replace("-", "−");
+}
+
+/** A unit as it is read: N·m, m/s². */
+const pretty = unit => unit.replaceAll(".", "·").replace(/2(?![0-9])/g, "²").replace(/3(?![0-9])/g, "³");
+/** The unit that a variable is shown in, and its SI value. */
+const shown = variable => variable.display ?? { name: variable.unit, factor: 1 };
+const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();

@@ -1,0 +1,275 @@
+// The mechanism: built once from the geometry, moved by transforms in every frame. Lengths of symbols are multiples of a pin.
+const SVG = "http://www.w3.org/2000/svg", DEGREES = 180 / Math.PI, S = G.scale, PIN = G.pin;
+const round = value => Math.round(value * 100) / 100;
+const pixel = ([x, y]) => [S * x, -S * y];
+const add = ([a, b], s, [c, d]) => [a + s * c, b + s * d];
+const minus = ([a, b], [c, d]) => [a - c, b - d];
+const unit = ([a, b]) => { const l = Math.hypot(a, b); return l > 0 ? [a / l, b / l] : [1, 0]; };
+const normal = ([a, b]) => [-b, a];
+const line = points => "M" + points.map(([x, y]) => `${round(x)} ${round(y)}`).join("L");
+
+function element(tag, attributes, parent, text) {
+  const made = document.createElementNS(SVG, tag);
+  for (const name in attributes) made.setAttribute(name, attributes[name]);
+  if (text !== undefined) made.textContent = text;
+  if (parent) parent.append(made);
+  return made;
+}
+
+/** Where the bodies are: x, y and angle of each, at the present time. */
+const pose = G.bodies.map(body => [...body.start]);
+/** Points of the bodies and of the ground: a parameter may move them, so every run gives its own. */
+const forms = G.bodies.map(body => body.points.map(point => [...point]));
+const turned = (body, [x, y]) => {
+  if (body === null) return [x, y];
+  const [sine, cosine] = [Math.sin(pose[body][2]), Math.cos(pose[body][2])];
+  return [cosine * x - sine * y, sine * x + cosine * y];
+};
+const local = anchor => anchor.moved ?? (anchor.point === null ? anchor.at : forms[anchor.body][anchor.point]);
+const world = anchor => anchor.body === null ? local(anchor) : add(pose[anchor.body], 1, turned(anchor.body, local(anchor)));
+const spot = anchor => pixel(world(anchor));
+
+/** How much of the motion is drawn: masses on a line stand where there is room for them, so theirs may have to be made smaller. */
+let gain = 1;
+function chooseGain(run) {
+  if (!MODEL.line) return;
+  const places = G.bodies.map(body => body.start[0] + body.centre[0]), wide = Math.max(...places) - Math.min(...places);
+  const far = Math.max(...G.bodies.map(body => Math.max(...run.columns.get(`${body.name}.x`).subarray(0, run.last + 1).map(x => Math.abs(x - body.start[0])))));
+  const room = .4 * wide / Math.max(places.length - 1, 1);
+  if (wide > 0 && far > room) gain = +(room / far).toPrecision(1);
+}
+
+function takePose(run, at) {
+  G.bodies.forEach((body, index) => ["x", "y", "angle"].forEach((word, axis) => {
+    const column = run.columns.get(`${body.name}.${word}`);
+    pose[index][axis] = column ? body.start[axis] + gain * (between(column, at) - body.start[axis]) : body.start[axis];
+  }));
+}
+
+/** The convex hull, for outlines. */
+function hull(points) {
+  const sorted = points.slice().sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+  const half = list => {
+    const out = [];
+    for (const p of list) {
+      while (out.length > 1 && (out.at(-1)[0] - out.at(-2)[0]) * (p[1] - out.at(-2)[1]) - (out.at(-1)[1] - out.at(-2)[1]) * (p[0] - out.at(-2)[0]) <= 1e-9) out.pop();
+      out.push(p);
+    }
+    return out;
+  };
+  if (sorted.length < 3) return sorted;
+  const ring = [...half(sorted).slice(0, -1), ...half(sorted.reverse()).slice(0, -1)];
+  return ring.length ? ring : sorted.slice(0, 1);
+}
+const extent = points => Math.max(0, ...points.flatMap(a => points.map(b => Math.hypot(a[0] - b[0], a[1] - b[1]))));
+
+/** What joins the points of a body, in its own pixels, and as path data; its outline is that of its shape if it has one. */
+const outline = index => G.bodies[index].rim.length ? G.bodies[index].rim.map(pixel) : bar(index);
+function bar(index) {
+  const corners = forms[index].map(pixel);
+  if (G.bodies[index].cornered) corners.push(pixel(G.bodies[index].centre));
+  return hull(corners);
+}
+const outlineData = points => points.length === 0 ? "" : points.length === 1 ? `${line(points)}l0 0` : points.length === 2 ? line(points) : `${line(points)}Z`;
+
+const colours = body => body === null ? ["var(--ground)", "var(--ink)"] : [`var(--f${body % 8})`, `var(--e${body % 8})`];
+/** What is done in every frame, and what after every run. */
+const frames = [], renewals = [];
+const move = (group, [x, y], angle) => group.setAttribute("transform", `translate(${round(x)} ${round(y)})${angle === undefined ? "" : ` rotate(${round(-angle * DEGREES)})`}`);
+const carried = (group, body) => body !== null && frames.push(() => move(group, pixel(pose[body]), pose[body][2]));
+
+function drawBody(index) {
+  const body = G.bodies[index], [fill, edge] = colours(index), group = element("g", { class: "body" }, $("bodies"));
+  element("title", {}, group, body.name);
+  const outer = element("path", { style: `fill:${edge};stroke:${edge}` }, group), inner = element("path", { style: `fill:${fill};stroke:${fill}` }, group);
+  renewals.push(() => {
+    const points = body.barred ? bar(index) : [], long = extent(points) > 2 * PIN, width = long ? 2.9 * PIN : 5 * PIN;
+    const hidden = !long && body.block;
+    [[outer, width + 2.6], [inner, width]].forEach(([path, stroke]) => { path.setAttribute("d", hidden ? "" : outlineData(points)); path.setAttribute("stroke-width", round(stroke)); });
+  });
+  if (body.rim.length) element("path", { d: outlineData(body.rim.map(pixel)), style: `fill:${fill};fill-opacity:.9;stroke:${edge}`, "stroke-width": 1.3 }, group);
+  if (body.block) drawBlock(body.block, fill, edge, index);
+  if (body.marked) {
+    const [x, y] = pixel(body.centre), r = .72 * PIN, mark = element("g", { transform: `translate(${round(x)} ${round(y)})` }, group);
+    element("circle", { r, style: `fill:var(--card);stroke:${edge}`, "stroke-width": 1.1 }, mark);
+    element("path", { d: `M0 0V${-r}A${r} ${r} 0 0 1 ${r} 0ZM0 0V${r}A${r} ${r} 0 0 1 ${-r} 0Z`, style: `fill:${edge}` }, mark);
+  }
+  carried(group, index);
+  return { group, index, outer };
+}
+
+function drawBlock(block, fill, edge) {
+  const group = element("g", {}, $("bodies")), long = 3.7 * PIN, high = 2.3 * PIN;
+  element("rect", { x: -long, y: -high, width: 2 * long, height: 2 * high, rx: 1.5, style: `fill:${fill};stroke:${edge}`, "stroke-width": 1.4 }, group);
+  frames.push(() => { const axis = turned(block.along, block.axis); move(group, spot(block.at), Math.atan2(axis[1], axis[0])); });
+}
+
+/** The ground: a line with hatching below it, from -half to half. */
+function earth(parent, half) {
+  let data = "";
+  for (let x = -half + .9 * 1.15 * PIN; x < half; x += 1.15 * PIN) data += `M${round(x)} 0l${round(-1.2 * PIN)} ${round(1.2 * PIN)}`;
+  element("path", { class: "hatch", d: data }, parent);
+  element("path", { class: "earth", d: `M${round(-half)} 0H${round(half)}` }, parent);
+}
+
+function drawPedestal(anchor) {
+  const group = element("g", {}, $("ground")), foot = 3.6 * PIN, r = 1.7 * PIN;
+  element("path", { class: "pedestal", d: `M${-2.7 * PIN} ${foot}L${-r} 0A${r} ${r} 0 0 1 ${r} 0L${2.7 * PIN} ${foot}Z` }, group);
+  earth(element("g", { transform: `translate(0 ${foot})` }, group), 4.2 * PIN);
+  renewals.push(() => move(group, spot(anchor)));
+}
+
+/** A piece of ground whose free side looks along a direction of the world. */
+function drawWall(anchor, outward) {
+  const group = element("g", {}, $("ground"));
+  earth(group, 2.6 * PIN);
+  renewals.push(() => { const [x, y] = outward(); move(group, spot(anchor), Math.atan2(y, x) - Math.PI / 2); });
+}
+
+/** What a body slides on: the ground under it, or a bar of the first body; long enough for the whole run. */
+function drawSlide(joint) {
+  const [base, at] = joint.ends, moving = at.body === null ? base : at, slot = joint.hold === "slot";
+  const [fill, edge] = colours(base.body), group = element("g", {}, $("slides"));
+  const reach = () => {
+    let [low, high] = [Infinity, -Infinity];
+    eachPose(() => {
+      const axis = turned(base.body, joint.axis), [x, y] = minus(world(moving), world(moving === at ? base : at));
+      const s = (x * axis[0] + y * axis[1]) * S;
+      [low, high] = [Math.min(low, s), Math.max(high, s)];
+    });
+    return [low, high];
+  };
+  renewals.push(() => {
+    group.replaceChildren();
+    const [low, high] = reach();
+    if (!Number.isFinite(low)) return;
+    if (slot || base.body !== null && at.body !== null) {
+      const wide = slot ? 3.6 * PIN : 1.5 * PIN, ends = [Math.min(0, low) - (slot ? 3 * PIN : 0), Math.max(0, high) + (slot ? 3 : 7) * PIN];
+      for (const [width, colour] of [[wide + 2.6, edge], [wide, fill]]) element("path", { d: `M${round(ends[0])} 0H${round(ends[1])}`, style: `stroke:${colour};stroke-linecap:round`, "stroke-width": round(width) }, group);
+      if (slot) for (const [width, colour] of [[2 * PIN + 2.2, edge], [2 * PIN, "var(--card)"]]) element("path", { d: `M${round(low - 2 * PIN)} 0H${round(high + 2 * PIN)}`, style: `stroke:${colour};stroke-linecap:round`, "stroke-width": round(width) }, group);
+    } else {
+      const middle = (low + high) / 2, half = (high - low) / 2 + 6 * PIN, flip = joint.axis[0] < -1e-9 || (Math.abs(joint.axis[0]) <= 1e-9 && joint.axis[1] < 0);
+      earth(element("g", { transform: `translate(${round(middle)} ${round((flip ? -1 : 1) * (2.3 * PIN + 1.5))})${flip ? " rotate(180)" : ""}` }, group), half);
+    }
+  });
+  const carrier = base.body === null || at.body !== null ? base : at;
+  frames.push(() => { const axis = turned(base.body, joint.axis); move(group, spot(carrier), Math.atan2(axis[1], axis[0])); });
+}
+
+function drawJoint(joint) {
+  const moving = joint.ends[1].body === null ? joint.ends[0] : joint.ends[1], grounded = joint.ends.some(end => end.body === null);
+  if (grounded && joint.hold === "pin") drawPedestal(moving);
+  if (grounded && joint.hold === "fixed") drawWall(moving, () => [0, 1]);
+  if (joint.axis) drawSlide(joint);
+  if (joint.hold === "slider") return;
+  const group = element("g", { class: "joint" }, $("pins"));
+  element("title", {}, group, joint.name);
+  if (joint.hold === "fixed") element("rect", { class: "weld", x: -.8 * PIN, y: -.8 * PIN, width: 1.6 * PIN, height: 1.6 * PIN }, group);
+  else { element("circle", { class: "pin", r: .85 * PIN }, group); element("circle", { class: "dot", r: .2 * PIN }, group); }
+  frames.push(() => move(group, spot(moving)));
+  group.addEventListener("click", () => togglePath(moving));
+}
+
+function drawSpring(spring) {
+  const group = element("g", {}, $("springs")), paths = [];
+  element("title", {}, group, spring.name);
+  for (const kind of ["halo", "spring"]) for (const stroke of spring.strokes) paths.push([element("path", { class: kind + (stroke.closed ? " closed" : "") }, group), stroke]);
+  spring.ends.forEach((end, side) => end.body === null && drawWall(end, () => unit(minus(world(spring.ends[1 - side]), world(end)))));
+  frames.push(() => {
+    const [a, b] = spring.ends.map(spot), axis = unit(minus(b, a)), full = Math.hypot(...minus(b, a));
+    const from = Math.min(S * spring.retreat[0], .3 * full), to = Math.min(S * spring.retreat[1], .3 * full), length = (full - from - to) / PIN;
+    const begin = add(a, from, axis), side = normal(axis);
+    for (const [path, stroke] of paths) {
+      const points = stroke.points.map(([x, y, slope]) => {
+        const along = Math.min(Math.max(x + slope * (length - spring.length), 0), length);
+        return add(add(begin, along * PIN, axis), y * PIN, side);
+      });
+      path.setAttribute("d", line(points) + (stroke.closed ? "Z" : ""));
+    }
+  });
+}
+
+/** A wheel in its body's axes, with teeth if it has any. */
+function drawWheel(wheel, spoke) {
+  const { body } = wheel.centre, [fill, edge] = colours(body), r = S * wheel.radius, style = `fill:${fill};fill-opacity:.75;stroke:${edge};stroke-width:1.3`;
+  const group = element("g", {}, $("couplings")), { teeth } = wheel;
+  if (teeth) {
+    const side = teeth.inside ? -1 : 1, height = 1.8 * r / teeth.count, tip = r + side * height, root = r - 1.1 * side * height, corners = [];
+    for (let k = 0; k < teeth.count; k++) for (const [share, reach] of [[-.33, root], [-.15, tip], [.15, tip], [.33, root]]) {
+      const angle = teeth.phase + 2 * Math.PI * (k + share) / teeth.count;
+      corners.push([reach * Math.cos(angle), -reach * Math.sin(angle)]);
+    }
+    const rim = r + 2.2 * height, ring = teeth.inside ? `M${-rim} 0A${rim} ${rim} 0 1 0 ${rim} 0A${rim} ${rim} 0 1 0 ${-rim} 0Z` : "";
+    element("path", { d: `${line(corners)}Z${ring}`, "fill-rule": "evenodd", "stroke-linejoin": "round", style }, group);
+    element("circle", { class: "pitch", r, style: `stroke:${edge}` }, group);
+  } else element("circle", { r, style }, group);
+  if (spoke) element("path", { d: `M0 0H${r}`, style: `stroke:${edge}`, "stroke-width": 1.6 }, group);
+  frames.push(() => move(group, spot(wheel.centre), body === null ? 0 : pose[body][2]));
+}
+
+function drawBand({ wheels, crossed }) {
+  wheels.forEach(wheel => drawWheel(wheel, true));
+  const lines = [1, -1].map(side => [side, element("path", { class: "band" }, $("couplings"))]);
+  frames.push(() => {
+    const [a, b] = wheels.map(wheel => spot(wheel.centre)), [first, second] = wheels.map(wheel => S * wheel.radius);
+    const opposite = crossed ? -second : second, axis = unit(minus(b, a)), cosine = (first - opposite) / Math.hypot(...minus(b, a));
+    const sine = Math.sqrt(Math.max(0, 1 - cosine * cosine));
+    for (const [side, path] of lines) {
+      const touch = (centre, radius) => add(add(centre, radius * cosine, axis), side * radius * sine, normal(axis));
+      path.setAttribute("d", line([touch(a, first), touch(b, opposite)]));
+    }
+  });
+}
+
+/** A toothed bar in the axes of its body, long enough for the whole run. */
+function drawRack({ pinion, bar, foot }) {
+  const [fill, edge] = colours(bar.body), group = element("g", {}, $("couplings")), path = element("path", { style: `fill:${fill};stroke:${edge}`, "stroke-width": 1.3, "stroke-linejoin": "round" }, group);
+  const height = 1.8 * S * Math.abs(pinion.radius) / pinion.teeth.count, pitch = 2 * Math.PI * S * Math.abs(pinion.radius) / pinion.teeth.count;
+  const down = unit([foot[0], -foot[1]]), axis = normal(down);
+  renewals.push(() => {
+    let [low, high, first] = [0, 0, null], deep = 0;
+    eachPose(() => {
+      const contact = add(world(pinion.centre), 1, turned(bar.body, foot)), away = minus(contact, world(bar));
+      const back = bar.body === null ? away : turnedBack(bar.body, away), [x, y] = pixel(back), s = x * axis[0] + y * axis[1];
+      if (first === null) { first = s; deep = x * down[0] + y * down[1]; }
+      [low, high] = [Math.min(low, s), Math.max(high, s)];
+    });
+    if (first === null) return;
+    const reach = .15 * pinion.teeth.count * pitch, at = (along, below) => add(add(pixel(local(bar)), along, axis), deep + below, down);
+    const from = Math.floor((low - reach - first) / pitch), to = Math.ceil((high + reach - first) / pitch), corners = [at(first + to * pitch, 4 * height), at(first + from * pitch, 4 * height)];
+    for (let gap = from; gap < to; gap++) for (const [share, below] of [[.17, height], [.35, -height], [.65, -height], [.83, height]]) corners.push(at(first + (gap + share) * pitch, below));
+    path.setAttribute("d", `${line(corners)}Z`);
+  });
+  carried(group, bar.body);
+  drawWheel(pinion);
+}
+const turnedBack = (body, [x, y]) => { const [s, c] = [Math.sin(pose[body][2]), Math.cos(pose[body][2])]; return [c * x + s * y, c * y - s * x]; };
+
+function drawRolling({ disc, base, axis }) {
+  const group = element("g", {}, $("couplings")), [fill, edge] = colours(base.body);
+  renewals.push(() => {
+    let [low, high] = [0, 0];
+    eachPose(() => { const u = turned(base.body, axis), [x, y] = minus(world(disc.centre), world(base)), s = S * (x * u[0] + y * u[1]); [low, high] = [Math.min(low, s), Math.max(high, s)]; });
+    group.replaceChildren();
+    const beyond = Math.max(S * disc.radius, 6 * PIN), half = (high - low) / 2 + beyond, middle = (high + low) / 2;
+    if (base.body === null) earth(element("g", { transform: `translate(${round(middle)} 0)` }, group), half);
+    else for (const [width, colour] of [[1.5 * PIN + 2.6, edge], [1.5 * PIN, fill]]) element("path", { d: `M${round(middle - half)} ${.75 * PIN + 1.3}H${round(middle + half)}`, style: `stroke:${colour};stroke-linecap:round`, "stroke-width": round(width) }, group);
+  });
+  frames.push(() => { const u = turned(base.body, axis); move(group, spot(base), Math.atan2(u[1], u[0])); });
+  drawWheel(disc, true);
+}
+
+function drawLink({ ends }) {
+  const bars = [["var(--ink)", .9 * PIN + 2], ["var(--card)", .9 * PIN]].map(([colour, width]) => element("path", { style: `stroke:${colour}`, "stroke-width": width }, $("pins")));
+  const pins = ends.map(end => { if (end.body === null) drawPedestal(end); const group = element("g", {}, $("pins")); element("circle", { class: "pin", r: .85 * PIN }, group); element("circle", { class: "dot", r: .2 * PIN }, group); return group; });
+  frames.push(() => { const spots = ends.map(spot); bars.forEach(bar => bar.setAttribute("d", line(spots))); pins.forEach((pin, side) => move(pin, spots[side])); });
+}
+
+/** Everything, from back to front. */
+function drawMechanism() {
+  for (const coupling of G.couplings) ({ gears: c => [...c.wheels].sort((a, b) => b.radius - a.radius).forEach(wheel => drawWheel(wheel)), band: drawBand, rack: drawRack, rolling: drawRolling, link: drawLink })[coupling.kind](coupling);
+  const bodies = G.order.map(drawBody);
+  G.springs.forEach(drawSpring);
+  G.joints.forEach(drawJoint);
+  return bodies;
+}

@@ -1,0 +1,22 @@
+// While the scene is watched: a new page as soon as the file is saved, with the time, the view and the values of this one.
+(() => {
+  const KEY = "cotree-watch", page = window.cotree;
+  let good = null;
+  const keep = () => page && sessionStorage.setItem(KEY, JSON.stringify(page.keep()));
+  const notice = document.getElementById("notice");
+  new EventSource("/events").onmessage = ({ data }) => {
+    const news = JSON.parse(data);
+    if (good !== null && news.good !== good) { keep(); location.reload(); return; }
+    if (good === null && !page && news.good > 0) { location.reload(); return; }
+    good = news.good;
+    notice.hidden = !news.fault;
+    notice.textContent = news.fault ?? "";
+    notice.style.whiteSpace = "pre";
+    notice.style.fontFamily = "ui-monospace, monospace";
+  };
+  const kept = sessionStorage.getItem(KEY);
+  sessionStorage.removeItem(KEY);
+  if (!kept || !page) return;
+  const wait = () => document.documentElement.dataset.ready ? page.restore(JSON.parse(kept)) : setTimeout(wait, 20);
+  wait();
+})();

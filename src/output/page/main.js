@@ -1,0 +1,139 @@
+// From the data to the first picture, and from a slider to the next run.
+const state = { run: null, first: null, time: START, solver: null };
+
+/** Calls with every sample of the run, the pose taken. */
+function eachSample(call) {
+  for (let k = 0; k <= state.run.last; k++) { takePose(state.run, [k, 0]); call([k, 0]); }
+}
+/** The same with some hundred samples: enough for extents. */
+function eachPose(call) {
+  const { last } = state.run, count = Math.min(last, 300);
+  for (let k = 0; k <= count; k++) { const at = [count ? Math.round(k * last / count) : 0, 0]; takePose(state.run, at); call(at); }
+}
+
+function paint() {
+  const at = place(state.run, state.time);
+  takePose(state.run, at);
+  for (const frame of frames) frame();
+  const taken = paintForces(at, size);
+  paintVelocities(at, size);
+  if (layers.names) paintNames(taken, size);
+  if (layers.traces) paintPaths(at);
+  paintHeads();
+  paintLegends();
+  paintAcross(at);
+  const scrub = $("scrub"), done = (state.time - START) / (STOP - START || 1);
+  scrub.value = state.time;
+  scrub.style.setProperty("--p", `${100 * done}%`);
+  scrub.setAttribute("aria-valuetext", `${state.time.toFixed(3)} seconds`);
+  $("now").textContent = state.time.toFixed(3);
+}
+
+/** Points that a parameter has moved: those of the bodies in their own axes, and those of the ground. */
+function takePoints(run) {
+  const { columns } = run, k = 0, at = name => columns.get(name)?.[k];
+  takePose(run, [0, 0]);
+  G.bodies.forEach((body, index) => MODEL.points[index].forEach((point, place) => {
+    const [x, y] = [at(`${body.name}.${point}.x`), at(`${body.name}.${point}.y`)];
+    if (Number.isFinite(x) && Number.isFinite(y)) forms[index][place] = turnedBack(index, minus([x, y], pose[index]));
+  }));
+  for (const anchor of groundAnchors()) {
+    const name = MODEL.ground.find(point => anchor.at[0] === point.at[0] && anchor.at[1] === point.at[1])?.name;
+    const [x, y] = [at(`ground.${name}.x`), at(`ground.${name}.y`)];
+    if (Number.isFinite(x) && Number.isFinite(y)) anchor.moved = [x, y];
+  }
+}
+const groundAnchors = () => [...G.joints, ...G.springs, ...G.couplings].flatMap(part => part.ends ?? []).filter(anchor => anchor.body === null);
+
+function take(run) {
+  state.run = run;
+  if (state.solver && !MODEL.line) takePoints(run);
+  takePose(run, [0, 0]);
+  renewals.forEach(renew => { takePose(run, [0, 0]); renew(); });
+  G.bodies.forEach((_, index) => { sizes[index] = extent(outline(index)) || 5 * PIN; });
+  renewPaths();
+  renewGhosts(bodies);
+  renewPlots();
+  seek(state.time);
+}
+
+function tell(text, plain) {
+  $("notice").hidden = !text;
+  $("notice").textContent = text ?? "";
+  $("notice").classList.toggle("plain", Boolean(plain));
+}
+
+function solveAgain() {
+  const set = settings(), list = moves(), changed = set.length > 0 || list.length > 0;
+  const run = state.solver.solve(set, list, MODEL.recorded);
+  $("reset").disabled = !changed;
+  tell(run.error);
+  $("status").textContent = `${changed ? "dashed: before · " : ""}solved in ${run.ms.toFixed(run.ms < 10 ? 1 : 0)}\u202fms`;
+  if (run.last >= 0) take(changed ? run : state.first);
+}
+
+/** A variable that no run has recorded so far. */
+function record(name) {
+  if (MODEL.recorded.includes(name)) return;
+  MODEL.recorded.push(name);
+  state.first = state.solver.solve([], [], MODEL.recorded);
+  solveAgain();
+}
+
+async function begin() {
+  const [program, code, stored] = await Promise.all([unpack("program"), unpack("solver"), unpack("run")]);
+  if (code && program) {
+    state.solver = await Solver.load(code, program);
+    state.first = state.solver.solve([], [], MODEL.recorded);
+    $("status").textContent = `solved in ${state.first.ms.toFixed(0)}\u202fms`;
+  } else {
+    state.first = storedRun(stored);
+    $("status").textContent = "a stored run: this page has no solver";
+  }
+  state.run = state.first;
+  if (state.first.last < 0) throw new Error(state.first.error);
+  tell(state.first.error);
+}
+
+let bodies = [];
+function open() {
+  chooseGain(state.first);
+  bodies = drawMechanism();
+  reportedPaths();
+  makeSpeeds();
+  listenToButtons();
+  if (state.solver) makeSliders();
+  if (MODEL.recorded.length) firstPlots();
+  const span = STOP - START;
+  setSpeed(span <= 1 ? .25 : span <= 3 ? .5 : span >= 20 ? 2 : 1);
+  measure();
+  chooseScales(whole);
+  take(state.first);
+  showLayers();
+  fit();
+  listenToStage();
+  listenToKeys();
+  document.documentElement.dataset.ready = "yes";
+  const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);
+  if (Number.isFinite(asked)) seek(asked);
+  else if (!matchMedia("(prefers-reduced-motion:reduce)").matches) play();
+}
+
+/** What a reader has chosen, for the next page of a scene that is watched. */
+function keep() {
+  const values = knobs.filter(knob => knob.value !== knob.start).map(knob => [VARIABLES[knob.index].name, knob.value]);
+  return { time: state.time, playing: transport.playing, speed: transport.speed, view: fitted ? null : view, scale: S, layers, values };
+}
+/** Values of what is still there; the view in metres, for the new drawing may have another scale. */
+function restore(kept) {
+  for (const [name, value] of kept.values) {
+    const knob = knobs.find(knob => knob.index === INDEX.get(name));
+    if (knob) { knob.value = value; knob.show(); }
+  }
+  if (knobs.some(knob => knob.value !== knob.start)) solveAgain();
+  for (const layer in layers) if (kept.layers[layer] !== layers[layer]) toggle(layer);
+  if (kept.view) { view = kept.view.map(length => length * S / kept.scale); fitted = false; look(); }
+  setSpeed(kept.speed);
+  seek(kept.time);
+  if (kept.playing) play(); else pause();
+}

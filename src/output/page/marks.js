@@ -1,0 +1,166 @@
+// What is drawn over the mechanism: paths, poses, forces, torques, velocities and names.
+const layers = { traces: true, forces: true, velocities: false, ghosts: false, names: true };
+
+/** An arrow as a filled outline: shaft and notched head, in screen pixels times `unitSize`. */
+function arrowData([x, y], [dx, dy], size) {
+  const length = Math.hypot(dx, dy);
+  if (!(length >= 5 * size)) return "";
+  const [u, v] = [dx / length, dy / length], shaft = 1.5 * size, head = Math.min(11 * size, .6 * length), wide = .46 * head;
+  const at = (s, o) => [x + u * s - v * o, y + v * s + u * o];
+  return line([at(0, shaft), at(length - .8 * head, shaft), at(length - head, wide), at(length, 0), at(length - head, -wide), at(length - .8 * head, -shaft), at(0, -shaft)]) + "Z";
+}
+
+const column = name => INDEX.has(name) && state.run.columns.get(name);
+/** Where forces act, and which columns they are: force(run, at) gives newtons in the world at the present pose. */
+function forceSources() {
+  const value = (name, at) => { const c = column(name); return c ? between(c, at) : 0; };
+  const has = name => MODEL.recorded.includes(name), out = [];
+  const pair = (name, anchor) => out.push({ name, anchor, force: at => [value(`${name}.fx`, at), value(`${name}.fy`, at)] });
+  for (const joint of G.joints) {
+    const moving = joint.ends[1].body === null ? joint.ends[0] : joint.ends[1];
+    if (has(`${joint.name}.fx`)) pair(joint.name, moving);
+    else if (joint.axis && has(`${joint.name}.fn`)) out.push({ name: joint.name, anchor: moving, force: at => { const n = value(`${joint.name}.fn`, at), [u, v] = normal(turned(joint.ends[0].body, joint.axis)); return [n * u, n * v]; } });
+  }
+  for (const spring of G.springs) if (has(`${spring.name}.force`)) {
+    const end = spring.ends[1].body === null ? 0 : 1;
+    out.push({ name: spring.name, anchor: spring.ends[end], force: at => { const f = value(`${spring.name}.force`, at), [u, v] = unit(minus(world(spring.ends[end]), world(spring.ends[1 - end]))); return [f * u, f * v]; } });
+  }
+  for (const mark of [...G.forces, ...G.targets]) {
+    if (has(`${mark.name}.fx`)) pair(mark.name, mark.at);
+    else if (has(`${mark.name}.force`) && mark.direction) out.push({ name: mark.name, anchor: mark.at, force: at => { const f = value(`${mark.name}.force`, at), [u, v] = unit(mark.direction); return [f * u, f * v]; } });
+  }
+  return out;
+}
+
+/** The size that nearly all values stay below: a single peak does not shrink all arrows. */
+function typicalPeak(read) {
+  const sizes = [];
+  eachPose(at => sizes.push(...read(at)));
+  const finite = sizes.filter(Number.isFinite).sort((a, b) => a - b);
+  return finite.length ? finite[Math.min(finite.length - 1, Math.floor(.985 * finite.length))] || finite.at(-1) : 0;
+}
+
+const forces = forceSources().map(source => ({ ...source, path: element("path", { class: "arrow" }, $("forces")), text: element("text", { class: "value" }, $("forces")) }));
+for (const turn of G.turns.filter(turn => turn.strokes.length)) {
+  const group = element("g", {}, $("turns"));
+  element("title", {}, group, turn.name);
+  for (const kind of ["halo", "spring"]) for (const stroke of turn.strokes) element("path", { class: kind, d: line(stroke.map(([x, y]) => [x * PIN, -y * PIN])) }, group);
+  frames.push(() => move(group, spot(turn.at)));
+}
+const turns = G.turns.filter(turn => MODEL.recorded.includes(`${turn.name}.torque`)).map(turn => {
+  const group = element("g", {}, $("turns"));
+  element("title", {}, group, turn.name);
+  return { ...turn, group, arc: element("path", { class: "turn", "stroke-width": 1.8 }, group), head: element("path", { class: "turn-head" }, group) };
+});
+const velocities = G.bodies.flatMap((body, index) => MODEL.recorded.includes(`${body.name}.vx`) ? [{ body, index, path: element("path", { class: "speed" }, $("velocities")) }] : []);
+const names = G.bodies.map((body, index) => ({ index, name: body.name, text: element("text", { class: "name", style: `fill:color-mix(in oklab,var(--e${index % 8}),var(--text) 35%)` }, $("names"), body.name) }));
+const scales = { newton: 0, torque: 0, speed: 0 };
+
+/** One scale for all runs, from the first. */
+function chooseScales(fit) {
+  const room = .33 * Math.min(fit[2], fit[3]);
+  const force = typicalPeak(at => forces.map(f => Math.hypot(...f.force(at)))), speed = typicalPeak(at => velocities.map(v => Math.hypot(...velocity(v.body, at))));
+  scales.newton = force > 0 ? room / force : 0;
+  scales.speed = speed > 0 ? room / speed : 0;
+  scales.torque = typicalPeak(at => turns.map(turn => Math.abs(between(column(`${turn.name}.torque`), at))));
+}
+function velocity(body, at) {
+  return ["vx", "vy"].map(word => { const c = column(`${body.name}.${word}`); return c ? between(c, at) : 0; });
+}
+
+function paintForces(at, size) {
+  const taken = [];
+  for (const { anchor, force, path, text } of forces) {
+    const [fx, fy] = force(at), strength = Math.hypot(fx, fy), tip = [fx * scales.newton, -fy * scales.newton], length = Math.hypot(...tip), from = spot(anchor);
+    path.setAttribute("d", layers.forces && Number.isFinite(length) ? arrowData(from, tip, size) : "");
+    const place = length > 0 ? add(from, (length + 15 * size) / length, tip) : from;
+    const told = layers.forces && length > 24 * size && taken.every(([x, y]) => Math.abs(x - place[0]) > 50 * size || Math.abs(y - place[1]) > 15 * size);
+    text.textContent = told ? `${three(strength >= 1e3 ? strength / 1e3 : strength)}\u202f${strength >= 1e3 ? "kN" : "N"}` : "";
+    if (told) { text.setAttribute("x", round(place[0])); text.setAttribute("y", round(place[1])); taken.push(place); }
+  }
+  for (const turn of turns) paintTurn(turn, at);
+  return taken;
+}
+
+/** A torque: an arc that is longer the larger it is, and turns as it does. */
+function paintTurn({ name, at: anchor, group, arc, head }, at) {
+  const torque = between(column(`${name}.torque`), at), share = scales.torque > 0 ? Math.min(Math.abs(torque) / scales.torque, 1) : 0, r = 2.9 * PIN;
+  const sweep = share * 4.7, sign = torque < 0 ? -1 : 1, point = (angle, radius) => [radius * Math.cos(angle), -radius * Math.sin(angle)];
+  move(group, spot(anchor));
+  if (!layers.forces || sweep < .15) { arc.setAttribute("d", ""); head.setAttribute("d", ""); return; }
+  const begin = -Math.PI / 2, end = begin + sign * sweep, [a, b] = [point(begin, r), point(end, r)];
+  arc.setAttribute("d", `M${a.map(round).join(" ")}A${r} ${r} 0 ${sweep > Math.PI ? 1 : 0} ${sign > 0 ? 0 : 1} ${b.map(round).join(" ")}`);
+  const tip = point(end + sign * 2 * PIN / r, r);
+  head.setAttribute("d", line([tip, point(end, r + .8 * PIN), point(end, r - .8 * PIN)]) + "Z");
+}
+
+function paintVelocities(at, size) {
+  for (const { body, index, path } of velocities) {
+    const [vx, vy] = velocity(body, at);
+    path.setAttribute("d", layers.velocities ? arrowData(pixel(pose[index]), [vx * scales.speed, -vy * scales.speed], size) : "");
+  }
+}
+
+/** Names above the mass centres; below if a value is there, and none where it would cover another. */
+function paintNames(taken, size) {
+  const placed = [...taken];
+  for (const { index, name, text } of names) {
+    const [x, y] = spot({ body: index, at: G.bodies[index].centre, point: null }), wide = (4 + 3.6 * name.length) * size;
+    const free = ([px, py]) => placed.every(([qx, qy]) => Math.abs(px - qx) > wide + 20 * size || Math.abs(py - qy) > 15 * size);
+    const place = [[x, y - PIN - 10 * size], [x, y + PIN + 10 * size]].find(free);
+    text.classList.toggle("hide", !place || sizes[index] / size < 40);
+    if (!place) continue;
+    placed.push(place);
+    text.setAttribute("x", round(place[0])); text.setAttribute("y", round(place[1]));
+  }
+}
+const sizes = G.bodies.map(() => 0);
+
+/** Paths: of the points that the scene reports, and of every joint that is clicked. */
+const paths = [];
+function addPath(key, read) {
+  const all = element("path", { class: "path all" }, $("traces")), tail = element("path", { class: "path tail" }, $("traces")), dot = element("circle", { class: "tracer", r: .72 * PIN }, $("traces"));
+  paths.push({ key, read, all, tail, dot, points: [] });
+}
+function togglePath(anchor) {
+  const key = JSON.stringify([anchor.body, anchor.at]), found = paths.findIndex(path => path.key === key);
+  if (found < 0) addPath(key, () => world(anchor));
+  else for (const part of ["all", "tail", "dot"]) paths[found][part].remove();
+  if (found >= 0) paths.splice(found, 1);
+  renewPaths(); paint();
+}
+function reportedPaths() {
+  for (const name of MODEL.outputs.filter(name => name.endsWith(".x"))) {
+    const [x, y] = [name, `${name.slice(0, -1)}y`];
+    if (!MODEL.line && MODEL.recorded.includes(y)) addPath(name, at => [between(column(x), at), between(column(y), at)]);
+  }
+}
+function renewPaths() {
+  for (const path of paths) path.points = [];
+  eachSample(at => paths.forEach(path => path.points.push(pixel(path.read(at)))));
+  for (const { all, points } of paths) all.setAttribute("d", points.length > 1 ? line(points) : "");
+}
+function paintPaths(at) {
+  const [k] = at;
+  for (const { read, tail, dot, points } of paths) {
+    const here = pixel(read(at)), back = state.run.times[k] - .35 * Math.min(1, STOP - START);
+    let from = k;
+    while (from > 0 && state.run.times[from - 1] > back) from--;
+    tail.setAttribute("d", line([...points.slice(from, k + 1), here]));
+    dot.setAttribute("cx", round(here[0])); dot.setAttribute("cy", round(here[1]));
+  }
+}
+
+/** Poses on the way: outlines at seven times, faint. */
+function renewGhosts(bodies) {
+  $("ghosts").replaceChildren();
+  if (!layers.ghosts) return;
+  const { run } = state, count = 6;
+  for (let ghost = 0; ghost <= count; ghost++) {
+    takePose(run, [Math.round(run.last * ghost / count), 0]);
+    for (const { index } of bodies) {
+      const path = element("path", { d: outlineData(outline(index)), style: `fill:none;stroke:var(--e${index % 8});stroke-width:${2.4 * PIN};stroke-linejoin:round;stroke-linecap:round`, opacity: .16 }, $("ghosts"));
+      move(path, pixel(pose[index]), pose[index][2]);
+    }
+  }
+}
