@@ -15,7 +15,7 @@ pub(super) fn steep(arena: &mut Arena, results: &[Expr]) -> Vec<(Steep, Expr)> {
     found.into_iter().filter(|(_, argument)| moves(arena, *argument)).chain(switches).collect()
 }
 
-/// Roots and poles are left to the control of the step: a motion may begin in one.
+/// Roots and poles are left to the control of the step, which sees them coming: they have no sides on which nothing tells of them.
 fn argument(arena: &Arena, expr: Expr) -> Option<(Steep, Expr)> {
     let found = match arena.node(expr) {
         Node::Unary(Unary::Tanh, a) => (Steep::Saturating, a),

@@ -32,8 +32,8 @@ const GOLDEN: f64 = 0.618_033_988_749_894_8;
 const HALVINGS: usize = 30;
 /// An exponential that grows by no more than exp of this to its largest value shows before or after.
 const RISEN: f64 = 2.0;
-/// What falls below this share of what it is at both ends of a step may be steep in between.
-const FALLEN: f64 = 0.3;
+/// Where a layer is looked at that a step passes from one side to the other: not in its middle, where odd functions vanish.
+const ASIDE: f64 = 0.5;
 
 /// A place within a step where a law may be steep although its ends do not tell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,26 +54,18 @@ pub(super) trait Course {
 }
 
 impl Steep {
-    /// Where a law with this argument may be steep, while it is not at the ends of the step. `layer` is [`super::half_width`].
-    pub(super) fn suspect(self, law: usize, course: &mut impl Course, layer: f64) -> Option<Suspect> {
-        let (start, end) = (course.sample(0), course.sample(PLACES.len() - 1));
-        let found = |(place, extreme): (f64, f64)| Suspect { law, place, start, extreme };
-        match self {
-            Self::Growing => above(course, 1.0, |deepest| deepest + RISEN).map(found),
-            Self::Singular if start == 0.0 => None,
-            Self::Singular => {
-                let side = start.signum();
-                let level = FALLEN * f64::min(side * start, (side * end).abs());
-                above(course, -side, |_| -level).map(found)
-            }
-            Self::Saturating | Self::Switching => {
-                let width = if self == Self::Saturating { layer } else { 0.0 };
-                // Below both ends, or above both.
-                let [lowest, highest] = [f64::min(start, end), f64::max(start, end)];
-                let below = edge_below(lowest, width).and_then(|edge| above(course, -1.0, |_| -edge));
-                below.or_else(|| edge_below(-highest, width).and_then(|edge| above(course, 1.0, |_| -edge))).map(found)
-            }
-        }
+    /// The first place after another one where a law with this argument may be steep, while it is not at the ends of the step. `layer` is
+    /// [`super::half_width`].
+    pub(super) fn suspect(self, law: usize, course: &mut impl Course, layer: f64, after: f64) -> Option<Suspect> {
+        let start = course.sample(0);
+        let turn = match self {
+            Self::Growing => above(course, 1.0, |deepest| deepest + RISEN, after),
+            Self::Saturating => turn(course, layer, after),
+            Self::Switching => turn(course, 0.0, after),
+        };
+        let through = if self == Self::Switching { None } else { passage(course, layer, after) };
+        let first = turn.into_iter().chain(through).min_by(|a, b| a.0.total_cmp(&b.0));
+        first.map(|(place, extreme)| Suspect { law, place, start, extreme })
     }
 
     /// Where the effect of a suspect begins that is so many times what may be overlooked, in steps.
@@ -81,8 +73,7 @@ impl Steep {
         let Suspect { start, extreme, place, .. } = *suspect;
         let side = if extreme > start { 1.0 } else { -1.0 };
         let level = match self {
-            Self::Growing => extreme - libm::log(excess) - 1.0,
-            Self::Singular => FALLEN * start,
+            Self::Growing => extreme - side * (libm::log(excess) + 1.0),
             Self::Saturating => -side * edge_below(-side * start, layer).unwrap_or(0.0),
             Self::Switching => 0.0,
         };
@@ -102,6 +93,35 @@ impl Steep {
     }
 }
 
+/// Where an argument comes to a layer, or behind it, that it is below or above at both ends of a step.
+fn turn(course: &mut impl Course, width: f64, after: f64) -> Option<(f64, f64)> {
+    let (start, end) = (course.sample(0), course.sample(PLACES.len() - 1));
+    let [lowest, highest] = [f64::min(start, end), f64::max(start, end)];
+    let below = edge_below(lowest, width).and_then(|edge| above(course, -1.0, |_| -edge, after));
+    below.or_else(|| edge_below(-highest, width).and_then(|edge| above(course, 1.0, |_| -edge, after)))
+}
+
+/// Where an argument passes a layer that it has been outside of, and will be again. Both sides may look alike: those of sech^2 = 1 - tanh^2 do, and
+/// those of the slope of a logistic law.
+fn passage(course: &mut impl Course, width: f64, after: f64) -> Option<(f64, f64)> {
+    let outside = |index: &usize| course.sample(*index).abs() > width;
+    let (first, last) = ((0..PLACES.len()).find(outside)?, (0..PLACES.len()).rev().find(outside)?);
+    let passes = |index: &usize| course.sample(index - 1) * course.sample(*index) < 0.0;
+    let index = (first + 1..=last).filter(|index| PLACES[index - 1] >= after).find(passes)?;
+    let level = ASIDE * course.sample(index - 1).signum();
+    let below = course.sample(index) < level;
+    let (mut before, mut behind) = (PLACES[index - 1], PLACES[index]);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (before + behind);
+        if (course.value(middle) < level) == below {
+            behind = middle;
+        } else {
+            before = middle;
+        }
+    }
+    Some((behind, course.value(behind)))
+}
+
 /// The next edge of a layer below a value.
 fn edge_below(value: f64, width: f64) -> Option<f64> {
     if value > width {
@@ -113,30 +133,23 @@ fn edge_below(value: f64, width: f64) -> Option<f64> {
     }
 }
 
-/// The highest of the peaks within the step that the argument times a sign has, and where, if it is above a level that the deepest values on both sides
-/// of it say.
-fn above(course: &mut impl Course, sign: f64, level: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
+/// The first peak that the argument times a sign has within the step after a place, and where, if it is above a level that the deepest values on both
+/// sides of it say.
+fn above(course: &mut impl Course, sign: f64, level: impl Fn(f64) -> f64, after: f64) -> Option<(f64, f64)> {
     let points = std::array::from_fn::<_, { PLACES.len() }, _>(|index| (PLACES[index], sign * course.sample(index)));
-    let mut best: Option<(usize, f64)> = None;
-    for index in 1..PLACES.len() - 1 {
-        let [before, at, after] = [points[index - 1], points[index], points[index + 1]];
-        if at.1 >= before.1 && at.1 > after.1 {
-            // Where the parabola through three places is far below, so is the argument.
-            let most = 2.0 * peak([before, at, after]) - at.1;
-            if best.is_none_or(|(_, highest)| most > highest) {
-                best = Some((index, most));
-            }
-        }
-    }
-    let (index, most) = best?;
     let deepest = |points: &[(f64, f64)]| points.iter().fold(f64::INFINITY, |least, point| least.min(point.1));
-    let level = level(deepest(&points[..index]).max(deepest(&points[index + 1..])));
-    if most <= level {
-        return None;
-    }
-    let (place, value) = largest(points[index - 1].0, points[index + 1].0, |place| sign * course.value(place));
-    let (place, value) = if value > points[index].1 { (place, value) } else { points[index] };
-    (value > level).then_some((place, sign * value))
+    (1..PLACES.len() - 1).filter(|index| PLACES[index - 1] >= after).find_map(|index| {
+        let [before, at, behind] = [points[index - 1], points[index], points[index + 1]];
+        let level = level(deepest(&points[..index]).max(deepest(&points[index + 1..])));
+        // Where the parabola through three places is far below, so is the argument.
+        let peaks = at.1 >= before.1 && at.1 > behind.1 && 2.0 * peak([before, at, behind]) - at.1 > level;
+        if !peaks {
+            return None;
+        }
+        let (place, value) = largest(before.0, behind.0, |place| sign * course.value(place));
+        let (place, value) = if value > at.1 { (place, value) } else { at };
+        (value > level).then_some((place, sign * value))
+    })
 }
 
 /// The largest value of the parabola through three points whose middle one is the highest.
@@ -184,7 +197,7 @@ mod tests {
     }
 
     fn find(kind: Steep, argument: impl Fn(f64) -> f64) -> Option<Suspect> {
-        kind.suspect(0, &mut Known(argument), LAYER)
+        kind.suspect(0, &mut Known(argument), LAYER, 0.0)
     }
 
     #[test]
@@ -207,27 +220,54 @@ mod tests {
     }
 
     #[test]
-    fn a_divisor_is_suspected_where_it_is_small() {
-        let found = find(Steep::Singular, |at| -(at - 0.4) * (at - 0.4) - 1e-6).expect("nearly zero");
-        assert!((found.place - 0.4).abs() < 1e-6);
-        assert!(find(Steep::Singular, |at| 1.0 + (at - 0.4) * (at - 0.4)).is_none());
-        assert!(find(Steep::Singular, |at| 1.0 - 0.9 * at).is_none());
-    }
-
-    #[test]
     fn a_layer_is_suspected_where_the_argument_turns_round_in_it_or_behind_it() {
         let turning = |least: f64| move |at: f64| least + 4000.0 * (at - 0.4) * (at - 0.4);
         assert!(find(Steep::Saturating, turning(LAYER + 1.0)).is_none());
-        for least in [LAYER - 1.0, 0.0, -LAYER - 1.0] {
+        // Where it goes through the layer, that comes first.
+        let through = 0.4 - ((LAYER + 1.0 + ASIDE) / 4000.0).sqrt();
+        for (least, place) in [(LAYER - 1.0, 0.4), (0.0, 0.4), (-LAYER - 1.0, through)] {
             let found = find(Steep::Saturating, turning(least)).expect("in the layer");
-            assert!((found.place - 0.4).abs() < 1e-6);
+            assert!((found.place - place).abs() < 1e-6);
             let begin = Steep::Saturating.begin(&found, &mut Known(turning(least)), LAYER, 1.0);
             assert!((turning(least)(begin) - LAYER).abs() < 1e-3, "{least}: {begin}");
             assert!(find(Steep::Saturating, |at| -turning(least)(at)).is_some());
         }
         // Both sides are seen from the ends.
-        assert!(find(Steep::Saturating, |at| 1000.0 - 3000.0 * at).is_none());
         assert!(find(Steep::Switching, |at| 1.0 - 3.0 * at).is_none());
         assert!(find(Steep::Switching, |at| (at - 0.4) * (at - 0.4) - 1e-4).is_some());
+    }
+
+    #[test]
+    fn a_layer_is_suspected_where_a_step_passes_it() {
+        for kind in [Steep::Saturating, Steep::Growing] {
+            for (slope, from) in [(-3e3, 1e3), (3e5, -1e5)] {
+                let argument = |at: f64| from + slope * at;
+                let found = find(kind, argument).expect("both sides may look alike");
+                assert!((argument(found.place).abs() - ASIDE).abs() < 1e-3, "{kind:?} {slope}: {found:?}");
+                let begin = kind.begin(&found, &mut Known(argument), LAYER, 1e4);
+                assert!(begin < found.place && argument(begin).abs() > 5.0, "{kind:?} {slope}: {begin}");
+            }
+            assert!(find(kind, |at| 2.0 - 30.0 * at).is_none(), "seen from where it begins");
+        }
+    }
+
+    #[test]
+    fn one_bump_after_the_other_is_found() {
+        // exp(-(sin/w)^2) has three within the step, sech^2 of a sine five.
+        let train = |at: f64| -((3.0 * std::f64::consts::PI * (at + 0.11)).sin() / 0.02).powi(2);
+        let waves = |at: f64| 300.0 * (5.0 * std::f64::consts::PI * (at + 0.11)).sin();
+        for (kind, argument, count) in
+            [(Steep::Growing, &train as &dyn Fn(f64) -> f64, 3), (Steep::Saturating, &waves, 5)]
+        {
+            let (mut places, mut after) = (Vec::new(), 0.0);
+            while let Some(suspect) = kind.suspect(0, &mut Known(argument), LAYER, after) {
+                after = suspect.place;
+                if argument(after).abs() < 1.0 {
+                    places.push(after);
+                }
+            }
+            assert_eq!(places.len(), count, "{kind:?}: {places:?}");
+            assert!(places.is_sorted(), "{places:?}");
+        }
     }
 }

@@ -72,23 +72,21 @@ impl Layers {
         first
     }
 
-    /// The first law from this one on that may be steep within a step of length h.
-    pub fn suspect(&mut self, from: usize, h: f64) -> Option<Suspect> {
+    /// The first place that may be steep within a step of length h, of the laws from this one on: of this one only places after another one.
+    pub fn suspect(&mut self, from: usize, h: f64, after: f64) -> Option<Suspect> {
         (from..self.laws.len()).find_map(|law| {
             let (kind, _) = self.laws[law];
             let argument = &self.polynomials[law * ROOM..][..self.length];
-            let steady = match kind {
-                Steep::Saturating | Steep::Switching | Steep::Singular => true,
-                Steep::Growing => majorant(argument, h) < STEADY,
-            };
-            if steady {
+            if kind != Steep::Growing || majorant(argument, h) < STEADY {
                 return None;
             }
             let samples = &mut self.samples;
             for (sample, place) in samples.iter_mut().zip(PLACES) {
                 *sample = horner(argument, place * h);
             }
-            kind.suspect(law, &mut Polynomial { argument, h, samples }, 0.0)
+            let after = if law == from { after } else { 0.0 };
+            // No step is so long that it passes a layer whole: see `known`.
+            kind.suspect(law, &mut Polynomial { argument, h, samples }, f64::INFINITY, after)
         })
     }
 
@@ -180,11 +178,13 @@ mod tests {
         let laws = [(Steep::Growing, bump); 6];
         let mut layers = layers(&laws);
         for law in 0..6 {
-            let suspect = layers.suspect(law, 1.0).expect("a bump");
+            let suspect = layers.suspect(law, 1.0, 0.0).expect("a bump");
             assert!(suspect.law == law && (suspect.place - 0.5).abs() < 1e-6);
         }
-        assert_eq!(layers.suspect(6, 1.0), None);
+        // This one has no other bump, and the laws after it come next.
+        assert_eq!(layers.suspect(0, 1.0, 0.5).map(|suspect| suspect.law), Some(1));
+        assert_eq!(layers.suspect(5, 1.0, 0.5), None);
         // Before the bump there is nothing.
-        assert_eq!(layers.suspect(0, 0.45), None);
+        assert_eq!(layers.suspect(0, 0.45, 0.0), None);
     }
 }

@@ -26,8 +26,6 @@ pub enum Steep {
     Saturating,
     /// Where its argument is large: exp.
     Growing,
-    /// Where its argument is small: quotients by it, its roots, powers and logarithms.
-    Singular,
     /// Where its argument changes sign: `if`, `min`, `max`, `abs`, `sign`, `floor`.
     Switching,
 }

@@ -76,14 +76,17 @@ impl Monitor {
         let program = span.model.program();
         for (law, kind) in program.tapes.laws.kinds.iter().enumerate() {
             let course = &mut Sampled { span: &mut *span, law, laws: *laws, samples, motion };
-            let Some(suspect) = kind.suspect(law, course, layer) else { continue };
-            course.span.load(suspect.place, course.motion);
-            course.span.machine.evaluate(&program.tapes.acceleration, accelerations);
-            let finite = accelerations.iter().all(|acceleration| acceleration.is_finite());
-            let excess = if finite { excess(suspect.place, accelerations) } else { f64::INFINITY };
-            if excess > 1.0 {
-                let begin = kind.begin(&suspect, course, layer, excess);
-                return Some(Overlooked { begin, place: suspect.place });
+            let mut after = 0.0;
+            while let Some(suspect) = kind.suspect(law, course, layer, after) {
+                course.span.load(suspect.place, course.motion);
+                course.span.machine.evaluate(&program.tapes.acceleration, accelerations);
+                let finite = accelerations.iter().all(|acceleration| acceleration.is_finite());
+                let excess = if finite { excess(suspect.place, accelerations) } else { f64::INFINITY };
+                if excess > 1.0 {
+                    let begin = kind.begin(&suspect, course, layer, excess);
+                    return Some(Overlooked { begin, place: suspect.place });
+                }
+                after = suspect.place;
             }
         }
         None

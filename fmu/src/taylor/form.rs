@@ -187,13 +187,10 @@ pub struct SeriesTape {
 impl SeriesTape {
     /// How laws are steep, and their arguments, each once. (Steps end where switching functions change sign.)
     pub fn steep_laws(&self) -> Vec<(Steep, Slot)> {
-        let steps = || self.signals.iter().chain(&self.positions).chain(&self.rates);
-        let is_root =
-            |slot| steps().any(|step| step.target == slot && matches!(step.operation, Operation::SquareRoot(_)));
+        let steps = self.signals.iter().chain(&self.positions).chain(&self.rates);
         let mut laws = Vec::new();
-        for law in steps().filter_map(Step::steep_law) {
-            // A root is small where its square is.
-            if !(laws.contains(&law) || law.0 == Steep::Singular && is_root(law.1)) {
+        for law in steps.filter_map(Step::steep_law) {
+            if !laws.contains(&law) {
                 laws.push(law);
             }
         }
@@ -206,11 +203,6 @@ impl Step {
         match self.operation {
             Operation::HyperbolicTangent(a, _) => Some((Steep::Saturating, a)),
             Operation::Exponential(a) => Some((Steep::Growing, a)),
-            Operation::Divide(_, a)
-            | Operation::Power(a, _)
-            | Operation::SquareRoot(a)
-            | Operation::Logarithm(a)
-            | Operation::ArcTangent(_, _, a) => Some((Steep::Singular, a)),
             _ => None,
         }
     }

@@ -114,6 +114,10 @@ impl Nodes for States<'_> {
         let tape = &model.program().tapes.acceleration;
         let Batched { registers, several, directions, .. } = &mut **batched;
         jacobians.fill(ZERO);
+        if directions.is_empty() {
+            // What depends on time alone has slopes all the same.
+            tape.run_lanes(registers);
+        }
         for some in directions.chunks(DIRECTIONS) {
             let seeds = || some.iter().enumerate();
             seeds().for_each(|(place, direction)| several[first + direction][place] = splat(1.0));

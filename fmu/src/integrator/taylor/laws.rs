@@ -24,8 +24,8 @@ impl Taylor {
     /// are not what the equations demand.
     pub(super) fn overlooked(&mut self, context: &mut Context, run: &Run, h: f64, goal: f64) -> Option<f64> {
         let order = run.last.order as usize;
-        let mut law = 0;
-        while let Some(suspect) = self.layers.suspect(law, h) {
+        let (mut law, mut after) = (0, 0.0);
+        while let Some(suspect) = self.layers.suspect(law, h, after) {
             let place = suspect.place * h;
             self.jet.evaluate(&run.last.dense, order, place, &mut self.next);
             let begun = self.start(context, run, run.last.end_time + place, false).is_some();
@@ -36,7 +36,7 @@ impl Taylor {
             if !met {
                 return Some(self.layers.begin(&suspect, h, excess));
             }
-            law = suspect.law + 1;
+            (law, after) = (suspect.law, suspect.place);
         }
         None
     }
