@@ -144,6 +144,16 @@ fn outputs_have_units_and_descriptions() {
     let scene = Scene::from_toml(&text).unwrap();
     let built = Scene::new("crank").output_expression_in("mm", "stroke", "crank.end.x - block.x", "how far");
     assert_eq!(built.outputs.expressions[0], scene.outputs.expressions[0]);
+    for (entry, told) in [
+        ("wrong = { value = \"crank.x\", unit = \"s\" }", "is in `m`, which cannot be shown in `s`"),
+        ("wrong = { value = \"crank.x\", unit = \"mn\" }", "mn"),
+        ("wrong = { unit = \"mm\" }", "value"),
+        ("wrong = { value = \"crank.x\", units = \"mm\" }", "units"),
+    ] {
+        let faults = Scene::from_toml(&crank(&format!("[outputs]\n{entry}\n"))).and_then(|scene| scene.resolve());
+        let message = faults.unwrap_err().list[0].message.clone();
+        assert!(message.contains(told), "{message}");
+    }
 }
 
 #[test]
