@@ -35,7 +35,7 @@ use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, 
 pub struct Compiled {
     /// What the runtime runs.
     pub program: Program,
-    /// What an importer is told; the same variables in the same order as in the program.
+    /// The description for importers; the same variables in the same order as in the program.
     pub description: Description,
     /// What is odd but no error.
     pub warnings: Option<Faults>,
@@ -69,7 +69,7 @@ pub enum Notation {
 pub struct Front {
     /// The mechanism at its start.
     pub drawing: Drawing,
-    /// The equations of motion, as HTML; empty if nobody could read them.
+    /// The equations of motion, as HTML; empty if there are too many.
     pub equations: String,
 }
 
@@ -144,7 +144,7 @@ fn listed(names: &[&str]) -> String {
     }
 }
 
-/// More equations than this nobody reads on a page.
+/// Pages have no more equations than this.
 const MOST_EQUATIONS: usize = 40;
 
 /// The equations of motion as MathML, if they are few enough to be read.

@@ -48,7 +48,6 @@ pub enum Failure {
         time: f64,
         what: String,
     },
-    /// The eigenvalues did not converge.
     #[error("the eigenvalues cannot be computed: the iteration does not converge")]
     Eigenvalues,
     /// What is computed here leaves the range of numbers.

@@ -133,7 +133,7 @@ fn unsigned(value: Complex<f64>) -> Complex<f64> {
 /// Scaled so that its largest part, in natural units, is 1.
 fn normalised(shape: DVector<Complex<f64>>, scales: &[f64]) -> Vec<Complex<f64>> {
     let sizes = shape.iter().zip(scales).map(|(value, scale)| (value.norm() / scale, *value));
-    // Of equal parts the first, whatever rounding says.
+    // Of equal parts the first, independently of rounding.
     let largest =
         sizes.fold((0.0, Complex::from(1.0)), |most, part| if part.0 > most.0 * (1.0 + SAME) { part } else { most });
     shape.iter().map(|value| value / largest.1).collect()

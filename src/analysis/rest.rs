@@ -4,7 +4,7 @@ use crate::expr::Order;
 use crate::lower::order_of;
 use crate::mechanism::{Formula, Mechanism, Motion, Value};
 
-/// The same mechanism with its drivers held where they start, and without initial velocities.
+/// The same mechanism with its drivers constant at their start values, and without initial velocities.
 pub fn at_rest(mechanism: &Mechanism) -> Mechanism {
     let mut resting = mechanism.clone();
     let start = mechanism.experiment.start;

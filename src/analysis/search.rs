@@ -56,7 +56,7 @@ pub(super) fn search(formulated: &Formulated, variation: &Variation, guess: Poin
     Err(Failure::NoEquilibrium { accelerating: accelerating(formulated, variation, &point)? })
 }
 
-/// Accelerations of a point, as if it were at rest and let go.
+/// Accelerations of a point when it is released from rest.
 fn accelerations(numbers: &Numbers, point: &Point) -> Result<DVector<f64>, Failure> {
     let coordinates = point.positions().len();
     let (motion, loops) = (numbers.values(Row::Motion), numbers.values(Row::Accelerations));

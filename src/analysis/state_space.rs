@@ -239,7 +239,6 @@ fn source(formulated: &Formulated, symbol: Symbol) -> Symbol {
     }
 }
 
-/// The description of a state or an input.
 fn signal(formulated: &Formulated, point: &Point, symbol: Symbol) -> Signal {
     let equations = &formulated.equations;
     let mechanism = equations.system.mechanism;

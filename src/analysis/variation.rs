@@ -34,7 +34,6 @@ pub(super) enum Column {
     Signals,
 }
 
-/// The equations of one mechanism with their derivatives.
 #[derive(Clone, Debug)]
 pub struct Variation {
     roots: Vec<Expr>,
@@ -188,7 +187,6 @@ fn acceleration(equations: &mut Equations, row: usize) -> Expr {
     arena.sum(terms)
 }
 
-/// The equations and their derivatives at one point.
 #[derive(Clone, Debug)]
 pub(super) struct Numbers<'v> {
     variation: &'v Variation,

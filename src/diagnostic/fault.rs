@@ -52,14 +52,14 @@ impl Fault {
         Fault { severity: Severity::Warning, ..Fault::new(code, message, span) }
     }
 
-    /// Says something at the place.
+    /// Sets the label of the place.
     #[must_use]
     pub fn label(mut self, label: impl Into<String>) -> Fault {
         self.label = label.into().into_boxed_str();
         self
     }
 
-    /// Says what to do.
+    /// Sets the remedy.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Fault {
         self.help = help.into().into_boxed_str();
@@ -144,7 +144,7 @@ impl Sink {
         self.push(fault);
     }
 
-    /// Notes one more place of the fault about `subject`, if there is one. Says true as well when no further fault would
+    /// Notes one more place of the fault about `subject`, if there is one. True as well when no further fault would
     /// be kept, to spare the work of finding out what may have been meant.
     pub fn again(&mut self, subject: &str, span: Span) -> bool {
         if let Some(first) = self.about.get(subject).and_then(|index| self.list.get_mut(*index)) {

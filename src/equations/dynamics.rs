@@ -73,15 +73,14 @@ impl Sums {
 
 impl Dynamics {
     /// Evaluates both cotrees, then both trees, then the rows.
-    pub fn new(
+    pub(super) fn new(
         system: &mut System,
         kinematics: &Kinematics,
-        (t_tree, t_topology): (&Tree<Translation>, &Topology<Translation>),
-        (r_tree, r_topology): (&Tree<Rotation>, &Topology<Rotation>),
+        trees: Rooted,
         constraints: &[Constraint],
         laws: &Laws,
     ) -> Self {
-        let trees = ((t_tree, t_topology), (r_tree, r_topology));
+        let ((t_tree, _), (r_tree, _)) = trees;
         let (mut dynamics, moments) = Dynamics::through(system, kinematics, trees, constraints, laws, Sums::ByKey);
         for &branch in &t_tree.branches {
             dynamics.translational_rows(system, kinematics, laws, branch);

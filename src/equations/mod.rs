@@ -27,7 +27,7 @@ pub use vibration::Vibration;
 
 use crate::component::{Angle, CoordinateName, System};
 use crate::expr::{Expr, Order, Symbol};
-use crate::graph::{ElementId, TNode, Topology};
+use crate::graph::{ElementId, Rotation, TNode, Topology, Translation};
 use crate::mechanism::{BodyId, Place, Variable};
 use crate::tree::Trees;
 
@@ -39,7 +39,6 @@ pub struct Coordinate {
     pub angular: bool,
 }
 
-/// The equations of one mechanism for one pair of trees.
 #[derive(Clone, Debug)]
 pub struct Equations<'m> {
     /// Elements, graphs and the arena of all expressions.
@@ -90,19 +89,17 @@ impl<'m> Equations<'m> {
         let dynamics = match self.dynamics.take() {
             Some(dynamics) => dynamics,
             None => {
-                let translation = Topology::new(&self.system.translation, &self.trees.translation);
-                let rotation = Topology::new(&self.system.rotation, &self.trees.rotation);
-                Dynamics::new(
-                    &mut self.system,
-                    &self.kinematics,
-                    (&self.trees.translation, &translation),
-                    (&self.trees.rotation, &rotation),
-                    &self.constraints,
-                    &self.laws,
-                )
+                let (translation, rotation) = self.topologies();
+                let trees = ((&self.trees.translation, &translation), (&self.trees.rotation, &rotation));
+                Dynamics::new(&mut self.system, &self.kinematics, trees, &self.constraints, &self.laws)
             }
         };
         self.dynamics.insert(dynamics)
+    }
+
+    fn topologies(&self) -> (Topology<Translation>, Topology<Rotation>) {
+        let translation = Topology::new(&self.system.translation, &self.trees.translation);
+        (translation, Topology::new(&self.system.rotation, &self.trees.rotation))
     }
 
     /// Forces and torques of all elements: with deep paths, without \[M\] and {Q}, which would grow with the square of the depth.
@@ -119,8 +116,7 @@ impl<'m> Equations<'m> {
                 for node in nodes {
                     self.kinematics.total(&mut self.system, node, Order::Acceleration);
                 }
-                let translation = Topology::new(&self.system.translation, &self.trees.translation);
-                let rotation = Topology::new(&self.system.rotation, &self.trees.rotation);
+                let (translation, rotation) = self.topologies();
                 let trees = ((&self.trees.translation, &translation), (&self.trees.rotation, &rotation));
                 let Equations { system, kinematics, constraints, laws, .. } = self;
                 Dynamics::through(system, kinematics, trees, constraints, laws, Sums::InWorld).0

@@ -64,28 +64,17 @@ impl Equations<'_> {
 
     /// A component of the motion of a place at the end of a deep path.
     fn total_of(&mut self, place: Place, quantity: Quantity) -> Option<Expr> {
-        let (order, axis) = match quantity {
-            Quantity::X => (Order::Position, 0),
-            Quantity::Y => (Order::Position, 1),
-            Quantity::Vx => (Order::Velocity, 0),
-            Quantity::Vy => (Order::Velocity, 1),
-            Quantity::Ax => (Order::Acceleration, 0),
-            Quantity::Ay => (Order::Acceleration, 1),
-            _ => return None,
-        };
+        let (order, axis) = component(quantity)?;
         Some(self.kinematics.total_of_place(&mut self.system, place, order)?[axis])
     }
 
     fn of_motion(&mut self, motion: &Motion, quantity: Quantity) -> Expr {
-        let (x, y) = (Vector::x(), Vector::y());
-        match quantity {
-            Quantity::X => self.dot(&motion.position, &x),
-            Quantity::Y => self.dot(&motion.position, &y),
-            Quantity::Vx => self.component(&motion.velocity, &x),
-            Quantity::Vy => self.component(&motion.velocity, &y),
-            Quantity::Ax => self.component(&motion.acceleration, &x),
-            Quantity::Ay => self.component(&motion.acceleration, &y),
-            _ => Expr::ZERO,
+        let Some((order, axis)) = component(quantity) else { return Expr::ZERO };
+        let axis = if axis == 0 { Vector::x() } else { Vector::y() };
+        match order {
+            Order::Position => self.dot(&motion.position, &axis),
+            Order::Velocity => self.component(&motion.velocity, &axis),
+            Order::Acceleration => self.component(&motion.acceleration, &axis),
         }
     }
 
@@ -359,6 +348,19 @@ impl Equations<'_> {
         let arena = &mut self.system.arena;
         let frames = &self.kinematics.frames;
         torque.map(arena, |arena, scalar| scalar.total(arena, frames)).total(arena)
+    }
+}
+
+/// A component of the motion of a point: its order, and 0 for x or 1 for y.
+fn component(quantity: Quantity) -> Option<(Order, usize)> {
+    match quantity {
+        Quantity::X => Some((Order::Position, 0)),
+        Quantity::Y => Some((Order::Position, 1)),
+        Quantity::Vx => Some((Order::Velocity, 0)),
+        Quantity::Vy => Some((Order::Velocity, 1)),
+        Quantity::Ax => Some((Order::Acceleration, 0)),
+        Quantity::Ay => Some((Order::Acceleration, 1)),
+        _ => None,
     }
 }
 

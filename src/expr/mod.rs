@@ -72,7 +72,6 @@ pub enum Symbol {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Node {
     Constant(u64),
-    /// A quantity without an expression.
     Symbol(Symbol),
     Unary(Unary, Expr),
     Binary(Binary, Expr, Expr),
@@ -136,7 +135,6 @@ impl Arena {
         self.intern(Node::Constant(value.to_bits()))
     }
 
-    /// A quantity without an expression.
     pub fn symbol(&mut self, symbol: Symbol) -> Expr {
         self.intern(Node::Symbol(symbol))
     }

@@ -10,7 +10,7 @@ use cotree_fmu::model::Model;
 use cotree_fmu::program::{Condition, Program};
 
 use crate::component::{Held, Origin};
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, suggest};
 use crate::equations::{Constraint, CoupledChord, Equations};
 use crate::graph::{ElementId, SignedRow, Topology};
 
@@ -73,12 +73,12 @@ fn locked(equations: &Equations, time: f64, gap: &Gap) -> Fault {
     let speed = Kind { angular: gap.angular, rate: true }.show(gap.size);
     let drivers = drivers(equations);
     let message = format!(
-        "the mechanism cannot move as {} demands: at t = {time} s `{}` would come apart at {speed}",
+        "the mechanism cannot move as {} demands: at t = {time} s the gap at `{}` grows at {speed}",
         list(&drivers),
         gap.owner
     );
     Fault::new("assembly::conflict", message, owner_span(equations, &gap.owner))
-        .label("would come apart")
+        .label("the gap would grow")
         .help("the joints alone hold this part, or another driver does: remove a driver, or a joint of this loop")
 }
 
@@ -100,7 +100,7 @@ fn contradiction(equations: &Equations, model: &Model, names: &[String], velocit
     };
     let last = spans.last().copied().unwrap_or_default();
     let also = spans.iter().rev().skip(1).rev().copied().collect();
-    let fault = Fault::new("assembly::contradiction", message, last).label("cannot hold together with the others");
+    let fault = Fault::new("assembly::contradiction", message, last).label("contradicts the others");
     Fault { also, ..fault.help(help) }
 }
 
@@ -177,8 +177,8 @@ fn drivers(equations: &Equations) -> Vec<String> {
     equations.system.mechanism.drivers.iter().map(|driver| driver.name.clone()).collect()
 }
 
-fn list(names: &[String]) -> String {
-    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+pub fn list(names: &[String]) -> String {
+    suggest::list(names.iter().map(String::as_str))
 }
 
 #[derive(Clone, Copy)]

@@ -15,7 +15,7 @@ use crate::component::{Held, Origin, System};
 use crate::diagnostic::{Fault, Span};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
-use crate::formulate::assembly::{circuit_names, explain, span_of};
+use crate::formulate::assembly::{circuit_names, explain, list, span_of};
 use crate::formulate::start::Start;
 use crate::formulate::tree_search::Search;
 use crate::graph::ElementId;
@@ -141,7 +141,7 @@ fn active_rows(equations: &Equations, model: &Model, state: &State, closed: bool
     let independent: BTreeSet<usize> = if closed {
         redundancy(model, state, POSES).independent.into_iter().collect()
     } else {
-        // No pose closes the loops: at least so many are needed to tell which masses are.
+        // No pose closes the loops: at least so many are needed to find missing masses.
         equations.loops().map(|(index, _)| index).take(equations.coordinates.len()).collect()
     };
     (0..equations.constraints.len()).map(|index| independent.contains(&index)).collect()
@@ -195,7 +195,7 @@ fn check_trivial(equations: &Equations) -> Vec<Fault> {
 fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64) -> Fault {
     let own = &equations.system.element(constraint.element).name;
     let others = circuit_names(equations, constraint);
-    let with = others.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let with = list(&others);
     let amount = if constraint.held == Held::Angle { format!("{gap:.4} rad") } else { format!("{:.4} mm", 1e3 * gap) };
     Fault::new(
         "scene::conflict",
@@ -305,11 +305,10 @@ fn redundancy_warning(equations: &Equations, sharing: &[Owner]) -> Option<Fault>
     let elements: Vec<ElementId> =
         sharing.iter().filter_map(origin).filter_map(|origin| equations.system.find(origin)).collect();
     let first = *elements.first()?;
-    let names: Vec<String> =
-        elements.iter().map(|&element| format!("`{}`", equations.system.element(element).name)).collect();
-    let message = format!("redundant: {} share loads that are not unique", names.join(", "));
+    let names: Vec<String> = elements.iter().map(|&element| equations.system.element(element).name.clone()).collect();
+    let message = format!("redundant: {} share loads that are not unique", list(&names));
     let fault = Fault::warning("scene::redundant", message, span_of(equations, first))
-        .label("part of what it holds is held by others already")
+        .label("part of its constraint is redundant")
         .help(
             "the motion is right, whatever the trees; of the loads that fit it those of least norm are reported: the least sum of the \
              squares of their forces, and of their torques divided by the longest arm",

@@ -13,7 +13,7 @@ pub struct Topology<D> {
     ends: HashMap<ElementId, [Node<D>; 2]>,
     /// For each node but the datum: the branch towards the datum, and +1 if that branch points away from the datum.
     up: Vec<Option<(Node<D>, ElementId, i8)>>,
-    /// Nodes from the datum outwards: a node comes after the one that its branch leads to.
+    /// Nodes from the datum outwards: a node comes after its parent.
     outward: Vec<Node<D>>,
 }
 

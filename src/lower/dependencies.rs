@@ -11,7 +11,7 @@ use std::sync::Arc;
 use cotree_fmu::program::{Block, Source};
 use petgraph::unionfind::UnionFind;
 
-use super::footprints::footprints;
+use super::dependency_sets::dependency_sets;
 use super::initial::Conditions;
 use super::program::inverse;
 use super::table::Row;
@@ -26,7 +26,6 @@ const MOST_DRIVEN: usize = 1000;
 
 const ORDERS: [Order; 3] = [Order::Position, Order::Velocity, Order::Acceleration];
 
-/// Places in the table of variables.
 type Places = Arc<[usize]>;
 
 #[derive(Clone, Copy, Debug)]
@@ -153,7 +152,6 @@ fn driven_stages(equations: &Equations, blocks: &[Block], reactions: Option<Vec<
     motion.chain(efforts).collect()
 }
 
-/// What a loop equation or its derivative of an order consists of.
 fn terms(arena: &Arena, row: &Constraint, order: Order) -> Vec<Symbol> {
     let coefficients = row.jacobian.iter().map(|&(_, entry)| entry).filter(|_| order != Order::Position);
     let rest = match order {
@@ -247,7 +245,6 @@ impl Sources {
         Sources { places, everything: given.iter().map(|(place, _)| *place).collect(), most: LISTED }
     }
 
-    /// Unknowns that belong together depend on whatever is behind their equations.
     fn add_stage(&mut self, stage: &Stage) {
         for (unknowns, known) in stage.groups() {
             let behind = self.behind(&known);
@@ -270,7 +267,7 @@ impl Sources {
 
     /// What each of these expressions depends on; everything if that is much.
     fn of(&self, arena: &Arena, values: &[Expr]) -> Vec<Places> {
-        footprints(arena, values, |symbol| self.places.get(&symbol).cloned(), (self.everything.clone(), self.most))
+        dependency_sets(arena, values, |symbol| self.places.get(&symbol).cloned(), (self.everything.clone(), self.most))
     }
 
     fn behind(&self, known: &BTreeSet<Symbol>) -> Places {

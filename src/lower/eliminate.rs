@@ -2,12 +2,12 @@
 //!
 //! First, each light coordinate forms a 2 x 2 pivot with a multiplier whose entry for it is a constant, if there is one: the determinant is minus the
 //! square of that constant, in every pose and for any mass. Then loop equations are added to the mass matrix until it is positive
-//! definite ([`super::strengthen`]). After that every pivot is safe that is (a) a coordinate, or (b) a multiplier whose coordinates have all been eliminated. Among
+//! definite ([`super::augment`]). After that every pivot is safe that is (a) a coordinate, or (b) a multiplier whose coordinates have all been eliminated. Among
 //! those the cheapest (least fill) goes first.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::strengthen::{LIGHT, Row, additions};
+use super::augment::{LIGHT, Row, additions};
 use crate::expr::{Arena, Expr, Symbol};
 
 /// Rows of a symmetric matrix, both triangles stored.
@@ -36,7 +36,6 @@ pub struct Undetermined(pub usize);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
-    /// A coordinate moves no mass and is not constrained.
     Undetermined(usize),
     TooLarge,
 }
@@ -72,7 +71,7 @@ impl Factor {
         let size = coordinates + system.jacobian.len();
         let mut elimination = Elimination::new(system);
         elimination.eliminate_pairs(arena, system);
-        elimination.strengthen(arena, system)?;
+        elimination.augment(arena, system)?;
         elimination.find_safe();
         while elimination.left > 0 {
             let index = elimination.choose().ok_or_else(|| Undetermined(elimination.stuck()))?;
@@ -213,7 +212,7 @@ impl Elimination {
     }
 
     /// Adds loop equations until the mass matrix is positive definite.
-    fn strengthen(&mut self, arena: &mut Arena, system: &System) -> Result<(), Undetermined> {
+    fn augment(&mut self, arena: &mut Arena, system: &System) -> Result<(), Undetermined> {
         let mut places: Vec<(usize, usize)> = Vec::new();
         for index in (0..self.rows.len()).filter(|&index| !self.gone[index]) {
             places.extend(self.rows[index].range(..self.coordinates).map(|(&column, _)| (index, column)));

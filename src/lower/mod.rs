@@ -4,11 +4,12 @@
 //! equations are found. Then, with the independent loop equations known, the whole program (`program`).
 
 mod arms;
+mod augment;
 mod blocks;
 mod cost;
 mod dependencies;
+mod dependency_sets;
 mod eliminate;
-mod footprints;
 mod indicators;
 mod initial;
 mod least_norm;
@@ -17,7 +18,6 @@ mod program;
 mod series;
 mod solve_tree;
 mod steep;
-mod strengthen;
 mod table;
 mod tape;
 

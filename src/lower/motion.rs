@@ -34,7 +34,6 @@ pub struct LoopRow {
 pub struct Branch {
     /// (coordinate of the system, coefficient)
     pub terms: Vec<(usize, Expr)>,
-    /// What does not depend on accelerations.
     pub rest: Expr,
 }
 

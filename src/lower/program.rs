@@ -34,7 +34,6 @@ const MOST_IMPLICIT: usize = 500;
 pub struct Lowered {
     /// Its GUID is still to be set.
     pub program: Program,
-    /// The description of each variable.
     pub table: Table,
     /// Accelerations and reactions as expressions; empty for a kinematic model.
     pub solved: Vec<Expr>,
@@ -55,7 +54,6 @@ pub struct Pose {
     pub followers: Vec<f64>,
 }
 
-/// The results of all kernels that positions and velocities need.
 #[derive(Clone, Debug, Default)]
 struct PositionKernels {
     constraint: Vec<Expr>,
@@ -66,7 +64,6 @@ struct PositionKernels {
     velocities: Conditions,
 }
 
-/// The results of the kernels that the motion needs.
 #[derive(Clone, Debug, Default)]
 struct MotionKernels {
     acceleration: Vec<Expr>,
@@ -243,7 +240,6 @@ fn layout(equations: &Equations, starts: usize) -> Layout {
     )
 }
 
-/// The cost of a kernel with these results, without the parameter stage.
 pub fn kernel_cost(equations: &Equations, results: &[Expr]) -> Cost {
     let mut assembler = Assembler::new(&equations.system.arena, layout(equations, 0), &[results]);
     Cost::of(&assembler.tape(results))

@@ -113,7 +113,6 @@ fn with_stride(
     Ok((solver, SolveTree { trees, cost, branch_cost: None }))
 }
 
-/// What the acceleration kernel of a factorised system costs.
 fn cost_of(equations: &mut Equations, solver: &Solver, constraints: usize) -> Cost {
     let results = solver.motion(&mut equations.system.arena, constraints);
     kernel_cost(equations, &results)
@@ -157,7 +156,6 @@ fn active_rows(equations: &Equations, other: &Equations, active: &[bool]) -> Vec
     rows
 }
 
-/// Brings all expressions of a system from the other equations' arena to these equations'.
 fn move_to(equations: &mut Equations, other: &Equations, system: &mut MotionSystem) {
     let mut places: Vec<&mut Expr> = system.mass.iter_mut().flatten().map(|(_, entry)| entry).collect();
     places.extend(&mut system.load);

@@ -11,7 +11,6 @@ use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::mechanism::{DisplayUnit, Mechanism, Quantity, Unit};
 
-/// A variable with its description.
 #[derive(Clone, Debug)]
 pub struct Row {
     pub name: String,

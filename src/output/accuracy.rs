@@ -13,7 +13,6 @@ use super::bench::trajectory::Trajectory;
 use super::curve::Curve;
 use crate::mechanism::Experiment;
 
-/// The tolerances that are measured.
 const TOLERANCES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
 /// The tolerance of the run that counts as exact.
 pub const REFERENCE: f64 = 1e-12;
@@ -36,14 +35,11 @@ pub struct Accuracy {
     /// Did the work grow faster and faster until the measurement had to end?
     pub growing: bool,
     pub engine: Engine,
-    /// One for each tolerance.
     pub measurements: Vec<Measurement>,
 }
 
-/// What one tolerance gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
-    /// Relative tolerance.
     pub tolerance: f64,
     /// Largest error of any variable at any time, relative to the variable's largest value.
     pub error: f64,

@@ -80,7 +80,7 @@ fn spread(drawing: &mut Drawing) {
     }
 }
 
-/// Draws a weld between masses that stand apart as a rigid link.
+/// Draws a weld between separate masses as a rigid link.
 fn stretch_welds(drawing: &mut Drawing) {
     let stretched = |joint: &Joint| joint.kind == Hold::Fixed && joint.at[0] != joint.at[1];
     let (welds, others) = std::mem::take(&mut drawing.joints).into_iter().partition(stretched);

@@ -371,14 +371,4 @@ mod tests {
         let text = "  cheapest: not searched with more than 40 bodies; these are the recommended trees";
         assert_eq!(reported(None, Some(large)), text);
     }
-
-    #[test]
-    fn scripts_find_the_counts() {
-        let json = serde_json::to_value(slider_crank()).unwrap();
-        assert_eq!(json["counts"]["absolute"]["constraints"], 8);
-        assert_eq!(json["mobility"], 1);
-        assert_eq!(json["bodies"][1], "rod");
-        assert_eq!(json["joints"][1]["type"], "prismatic");
-        assert_eq!(json["coordinates"][0]["tree"], "rotation");
-    }
 }

@@ -78,7 +78,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Sets the inputs and their rates to the table's. They hold until the next row, so this is done at the rows only
+    /// Sets the inputs and their rates to the table's. They are constant until the next row, so this is done at the rows only
     /// and the result does not depend on how often it is reported.
     fn set_inputs(&self, instance: &mut Instance, time: f64) -> Result<(), RunError> {
         let Some((table, variables)) = &self.inputs else {

@@ -171,16 +171,16 @@ impl Stability {
 
     fn sentence(&self) -> String {
         match self {
-            Stability::Held => "joints and drivers hold everything: nothing can move".to_owned(),
-            Stability::Stable => "stable: every disturbance is pushed back, and none grows".to_owned(),
+            Stability::Held => "joints and drivers constrain every coordinate: nothing can move".to_owned(),
+            Stability::Stable => "stable: every displacement meets a restoring force, and no mode grows".to_owned(),
             Stability::Neutral(most) => {
-                format!("neutral: a motion meets no stiffness; in it `{most}` moves most")
+                format!("neutral: a mode has no stiffness; in it `{most}` moves most")
             }
             Stability::Undecided(most) => {
-                format!("undecided: to first order a motion neither grows nor decays; in it `{most}` moves most")
+                format!("undecided: to first order a mode neither grows nor decays; in it `{most}` moves most")
             }
             Stability::Unstable(most) => {
-                format!("unstable: a motion goes on by itself; in it `{most}` moves most")
+                format!("unstable: a mode grows; in it `{most}` moves most")
             }
         }
     }

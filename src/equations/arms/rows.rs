@@ -83,11 +83,7 @@ impl Equations<'_> {
         let (frame, line) = self.along(direction);
         let arena = &mut self.system.arena;
         let along = line.map(|component| arena.multiply(factor, component));
-        let part = match frame == FrameId::WORLD {
-            true => Some(projected_row(arena, row.constraint, gap.clone(), along)),
-            false => row_in_frame(arena, row.constraint, gap.clone(), (frame, along)),
-        };
-        let Some(part) = part else {
+        let Some(part) = linear_row(arena, row.constraint, &gap, (frame, along)) else {
             // With displacements along the line and across it both components of the gap vanish.
             let across = [arena.negate(line[1]), line[0]];
             let first = self.close(row.constraint, gap, frame, &[line, across], arms);
@@ -154,14 +150,13 @@ impl Equations<'_> {
         arms: &mut ArmEquations,
     ) {
         let arena = &mut self.system.arena;
-        if frame == FrameId::WORLD {
-            arms.rows.push(projected_row(arena, constraint, gap, along));
-        } else if let Some(row) = row_in_frame(arena, constraint, gap.clone(), (frame, along)) {
-            arms.rows.push(row);
-        } else {
-            // The gap is free across the direction: with a displacement both of its components vanish.
-            let free = [arena.negate(along[1]), along[0]];
-            self.close(constraint, gap, frame, &[free], arms);
+        match linear_row(arena, constraint, &gap, (frame, along)) {
+            Some(row) => arms.rows.push(row),
+            None => {
+                // The gap is free across the direction: with a displacement both of its components vanish.
+                let free = [arena.negate(along[1]), along[0]];
+                self.close(constraint, gap, frame, &[free], arms);
+            }
         }
     }
 
@@ -195,6 +190,14 @@ impl Equations<'_> {
         }
         arms.rows.push(row);
         Ok(())
+    }
+}
+
+/// direction . gap, where it is linear in the arms: the direction is fixed in the world, or in the frame of the gap.
+fn linear_row(arena: &mut Arena, constraint: usize, gap: &Arms, (frame, along): (FrameId, [Expr; 2])) -> Option<Row> {
+    match frame == FrameId::WORLD {
+        true => Some(projected_row(arena, constraint, gap.clone(), along)),
+        false => row_in_frame(arena, constraint, gap.clone(), (frame, along)),
     }
 }
 

@@ -18,7 +18,6 @@ use clock::Elapsed;
 pub use reference::{Comparison, Reference};
 use runs::{Budget, Found, Subject, TOO_LONG};
 
-/// The tolerances that are measured.
 const TOLERANCES: [f64; 10] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12];
 /// An error that is not above so many times that of the reference may be the reference's own.
 const RESOLVED: f64 = 3.0;
@@ -36,7 +35,7 @@ pub struct Bench {
     pub span: [f64; 2],
     pub reference: Reference,
     pub points: usize,
-    /// What the clock measures: processor time of the thread, or wall time where the platform does not tell.
+    /// What the clock measures: processor time of the thread, or wall time where the platform does not measure it.
     pub clock: &'static str,
     /// The share of a processor that the measured thread had.
     pub share: f64,
@@ -45,12 +44,10 @@ pub struct Bench {
     pub runs: Vec<Run>,
 }
 
-/// What a method does at a tolerance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Run {
     /// `auto`, `taylor`, `explicit`, `implicit`, or `loops` if the drivers determine the motion.
     pub method: &'static str,
-    /// Relative tolerance.
     pub tolerance: f64,
     #[serde(flatten, serialize_with = "flat")]
     pub result: Result<Measured, String>,

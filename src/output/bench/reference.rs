@@ -11,11 +11,9 @@ const TOLERANCES: [f64; 4] = [1e-13, 1e-11, 1e-9, 1e-7];
 /// Results of methods that differ by more than this [relative] confirm nothing.
 const CONFIRMED: f64 = 1e-6;
 
-/// A converged run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reference {
     pub method: &'static str,
-    /// Its tolerance.
     pub tolerance: f64,
     /// How far it is from a run at ten times the tolerance, or from the run of the other method if that is more.
     pub error: f64,
@@ -28,7 +26,6 @@ pub struct Reference {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     pub method: &'static str,
-    /// Its tolerance.
     pub tolerance: f64,
     pub distance: f64,
 }
@@ -94,7 +91,7 @@ fn finest(subject: &Subject, &(method, engine): &Method, times: &[f64]) -> Resul
     Err(format!("there is no reference to compare with: {problem}"))
 }
 
-/// The two whose results are closest, and how far they are apart.
+/// The two whose results are closest, and their distance.
 fn closest(converged: &[Converged]) -> Option<(usize, usize, f64)> {
     let pairs = (0..converged.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
     let apart = |(a, b): (usize, usize)| (a, b, converged[a].found.trajectory.distance(&converged[b].found.trajectory));

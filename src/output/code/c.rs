@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::syntax::Syntax;
-use super::{Function, Kinematics, Language, Output, Sizes, Step, wrapped};
+use super::{Function, Kinematics, Language, Output, Sizes, Step};
 
 /// Sine and cosine as the runtime computes them, and the small functions that C lacks.
 const PRELUDE: &str = include_str!("prelude.c");
@@ -32,9 +32,7 @@ impl Language for C {
              Matrices are stored by rows. The same bits as the kernels; only tan, exp, pow and their kin are those of the\n   \
              C library.\n"
         );
-        for line in legend.iter().flat_map(|line| wrapped(line, 110)) {
-            let _ = writeln!(text, "   {line}"); // writing to a string cannot fail
-        }
+        legend.iter().for_each(|line| text += &format!("   {line}\n"));
         text + "*/\n" + PRELUDE
     }
 
@@ -64,9 +62,5 @@ impl Language for C {
 
     fn kinematics(&self, model: &Kinematics) -> String {
         model.fill(include_str!("kinematics.c"), model.name, 0)
-    }
-
-    fn end(&self, _name: &str) -> String {
-        String::new()
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::syntax::Syntax;
-use super::{Function, Kinematics, Language, Sizes, Step, wrapped};
+use super::{Function, Kinematics, Language, Sizes, Step};
 
 const HELPERS: &str = "
   pure subroutine sine_cosine(x, sine, cosine)
@@ -87,9 +87,7 @@ pub struct Fortran;
 impl Language for Fortran {
     fn prelude(&self, name: &str, legend: &[String]) -> String {
         let mut text = format!("! Equations of motion of `{name}`, Fortran 2008.\n");
-        for line in legend.iter().flat_map(|line| wrapped(line, 110)) {
-            let _ = writeln!(text, "! {line}"); // writing to a string cannot fail
-        }
+        legend.iter().for_each(|line| text += &format!("! {line}\n"));
         let module = identifier(name);
         text + &format!(
             "module {module}_model\n  use, intrinsic :: iso_fortran_env, only: real64\n  \
@@ -152,7 +150,7 @@ fn identifier(name: &str) -> String {
     if name.len() <= 56 {
         return name;
     }
-    // The end says which function it is.
+    // The end identifies the function.
     let tails = ["_equations", "_velocities", "_accelerations", "_slides", "_efforts"];
     let tail = tails.into_iter().find(|tail| name.ends_with(tail)).unwrap_or("");
     format!("{}{tail}", &name[..40])

@@ -1,5 +1,5 @@
 //! The equations as functions of other languages: straight-line code in the order of the arena, one operation on a line, so that it
-//! rounds exactly as the kernels do. A [`Language`] says how things are written; what is written is the same for all.
+//! rounds exactly as the kernels do. A [`Language`] defines the syntax; the content is the same for all.
 
 mod c;
 mod fortran;
@@ -21,13 +21,15 @@ pub use rust::Rust;
 
 /// How a programming language writes the equations.
 pub trait Language {
-    /// What comes first; `legend` says what the arguments are.
+    /// The beginning of the file; `legend` describes the arguments.
     fn prelude(&self, name: &str, legend: &[String]) -> String;
     /// A function from its first line to its last; `steps` are the lines between.
     fn function(&self, function: &Function, sizes: &Sizes, steps: &[Step]) -> String;
     /// The velocities and accelerations of a model whose motion the drivers prescribe.
     fn kinematics(&self, model: &Kinematics) -> String;
-    fn end(&self, name: &str) -> String;
+    fn end(&self, _name: &str) -> String {
+        String::new()
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -163,7 +165,8 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
         slides: slides.len(),
         efforts: efforts.len(),
     };
-    let mut text = language.prelude(&name, &legend(equations));
+    let legend: Vec<String> = legend(equations).iter().flat_map(|line| wrapped(line, 110)).collect();
+    let mut text = language.prelude(&name, &legend);
     let writer = Writer { name: &name, arena: &equations.system.arena, loops: &loops, sizes: &sizes, language };
     text.push_str(&writer.equations(&matrices, masses));
     let rows: Vec<usize> = (0..sizes.constraints).filter(|&row| !redundant.contains(&loops[row])).collect();
@@ -190,7 +193,6 @@ fn list(entries: &[Entry]) -> String {
     entries.iter().map(|(name, _)| name.plain.as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// Writes functions of one model in one language.
 struct Writer<'a> {
     name: &'a str,
     arena: &'a Arena,
@@ -203,60 +205,50 @@ struct Writer<'a> {
 impl Writer<'_> {
     fn equations(&self, matrices: &[(Output, [usize; 2], Expr)], masses: bool) -> String {
         let without = if masses { "" } else { "\nThe scene gives no masses: M and Q are zero." };
-        let function = Function {
-            name: format!("{}_equations", self.name),
-            about: format!(
-                "Equations of motion: M a + Phi_q^T lambda = Q, Phi = 0, Phi_q v = -Phi_t, Phi_q a = gamma.{without}"
-            ),
-            knows_motion: false,
-            outputs: EQUATIONS,
-        };
-        self.function(&function, matrices)
+        let about = format!(
+            "Equations of motion: M a + Phi_q^T lambda = Q, Phi = 0, Phi_q v = -Phi_t, Phi_q a = gamma.{without}"
+        );
+        self.function("equations", about, EQUATIONS, matrices)
     }
 
     fn accelerations(&self, solved: &[Expr]) -> String {
         let (accelerations, reactions) = solved.split_at(self.sizes.coordinates.min(solved.len()));
         let reactions = self.loops.iter().filter_map(|&index| reactions.get(index));
         let results = [column(Output::Acceleration, accelerations), column(Output::Reaction, reactions)].concat();
-        let function = Function {
-            name: format!("{}_accelerations", self.name),
-            about: "Accelerations a and reactions lambda, from the equations of motion.".to_owned(),
-            knows_motion: false,
-            outputs: SOLUTION,
-        };
-        self.function(&function, &results)
+        let about = "Accelerations a and reactions lambda, from the equations of motion.".to_owned();
+        self.function("accelerations", about, SOLUTION, &results)
     }
 
     fn slides(&self, slides: &[Entry]) -> String {
-        let function = Function {
-            name: format!("{}_slides", self.name),
-            about: format!("Displacements s of the slides that are no coordinates: {}.", list(slides)),
-            knows_motion: false,
-            outputs: &[Output::Slide],
-        };
-        self.function(&function, &column(Output::Slide, slides.iter().map(|(_, expr)| expr)))
+        let about = format!("Displacements s of the slides that are no coordinates: {}.", list(slides));
+        let results = column(Output::Slide, slides.iter().map(|(_, expr)| expr));
+        self.function("slides", about, &[Output::Slide], &results)
     }
 
     fn efforts(&self, efforts: &[Entry]) -> String {
-        let function = Function {
-            name: format!("{}_efforts", self.name),
-            about: format!(
-                "What joints hold and drivers exert, on their second side, from accelerations a and reactions lambda:\n{}.",
-                list(efforts)
-            ),
-            knows_motion: true,
-            outputs: &[Output::Effort],
-        };
-        self.function(&function, &column(Output::Effort, efforts.iter().map(|(_, expr)| expr)))
+        let about = format!(
+            "Reactions of joints and efforts of drivers, on their second side, from accelerations a and reactions lambda:\n{}.",
+            list(efforts)
+        );
+        let results = column(Output::Effort, efforts.iter().map(|(_, expr)| expr));
+        self.function("efforts", about, &[Output::Effort], &results)
     }
 
-    fn function(&self, function: &Function, results: &[(Output, [usize; 2], Expr)]) -> String {
+    fn function(
+        &self,
+        suffix: &str,
+        about: String,
+        outputs: &'static [Output],
+        results: &[(Output, [usize; 2], Expr)],
+    ) -> String {
+        let name = format!("{}_{suffix}", self.name);
+        let function = Function { name, about, knows_motion: outputs == [Output::Effort], outputs };
         let roots: Vec<Expr> = results.iter().map(|(.., expr)| *expr).collect();
         let (arena, expansions) = self.arena.runnable(&roots);
         let places = results.iter().map(|(output, place, _)| (*output, *place));
         let results: Vec<_> =
             places.zip(expansions.of(&roots)).map(|((output, place), expr)| (output, place, expr)).collect();
-        self.language.function(function, self.sizes, &steps(&arena, self.loops, &results))
+        self.language.function(&function, self.sizes, &steps(&arena, self.loops, &results))
     }
 }
 

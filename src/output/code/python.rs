@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::syntax::Syntax;
-use super::{Function, Kinematics, Language, Sizes, Step, wrapped};
+use super::{Function, Kinematics, Language, Sizes, Step};
 
 const PRELUDE: &str = "import numpy as np
 
@@ -36,9 +36,7 @@ pub struct Python;
 impl Language for Python {
     fn prelude(&self, name: &str, legend: &[String]) -> String {
         let mut text = format!("\"\"\"Equations of motion of `{name}`.\n\n");
-        for line in legend.iter().flat_map(|line| wrapped(line, 110)) {
-            let _ = writeln!(text, "{line}"); // writing to a string cannot fail
-        }
+        legend.iter().for_each(|line| text += &format!("{line}\n"));
         text + "\"\"\"\n\n" + PRELUDE
     }
 
@@ -64,9 +62,5 @@ impl Language for Python {
 
     fn kinematics(&self, model: &Kinematics) -> String {
         model.fill(include_str!("kinematics.py"), model.name, 0)
-    }
-
-    fn end(&self, _name: &str) -> String {
-        String::new()
     }
 }

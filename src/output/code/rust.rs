@@ -1,9 +1,7 @@
 //! Rust.
 
-use std::fmt::Write;
-
 use super::syntax::Syntax;
-use super::{Function, Kinematics, Language, Sizes, Step, wrapped};
+use super::{Function, Kinematics, Language, Sizes, Step};
 
 /// Sine and cosine as the runtime computes them, and the small functions that Rust lacks.
 const PRELUDE: &str = include_str!("prelude.rs.txt");
@@ -35,9 +33,7 @@ impl Language for Rust {
             "//! Equations of motion of `{name}`. Matrices are arrays of rows. The same bits as the kernels; only tan, exp, powf\n\
              //! and their kin are those of the standard library.\n//!\n"
         );
-        for line in legend.iter().flat_map(|line| wrapped(line, 110)) {
-            let _ = writeln!(text, "//! {line}"); // writing to a string cannot fail
-        }
+        legend.iter().for_each(|line| text += &format!("//! {line}\n"));
         text + PRELUDE
     }
 
@@ -76,9 +72,5 @@ impl Language for Rust {
 
     fn kinematics(&self, model: &Kinematics) -> String {
         model.fill(include_str!("kinematics.rs.txt"), model.name, 0)
-    }
-
-    fn end(&self, _name: &str) -> String {
-        String::new()
     }
 }

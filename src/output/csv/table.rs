@@ -48,7 +48,7 @@ impl Table {
         &self.time
     }
 
-    /// Value and rate of a column just after a time. Before the first row and after the last the value is held.
+    /// Value and rate of a column just after a time. Before the first row and after the last the value is constant.
     pub fn at(&self, column: usize, time: f64) -> (f64, f64) {
         let Some(values) = self.columns.get(column) else {
             return (f64::NAN, f64::NAN);

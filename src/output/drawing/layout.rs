@@ -34,7 +34,7 @@ impl Drawing {
         order.into_iter().map(|(_, _, body)| body).collect()
     }
 
-    /// The ends of a spring in the picture; at a slider the face of its block that looks along the spring.
+    /// The ends of a spring in the picture; at a slider the face of its block along the spring.
     pub(super) fn spring_ends(&self, spring: &Spring, view: &View) -> [Pixel; 2] {
         let ends = spring.ends.map(|end| view.pixel(end));
         let axis = shapes::unit(shapes::difference(ends[1], ends[0]));

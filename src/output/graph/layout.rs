@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn nodes_in_one_place_come_apart_and_the_datum_is_at_the_bottom() {
+    fn nodes_in_one_place_are_separated_and_the_datum_is_at_the_bottom() {
         for count in [2, 3, 8, 20] {
             let graph = ring(count);
             let crowded: Vec<Point> = (0..count).map(|index| [(index / 2) as f64, 0.0]).collect();

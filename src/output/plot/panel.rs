@@ -9,7 +9,7 @@ pub struct Panel<'a> {
     pub series: Vec<&'a Series>,
 }
 
-/// Colours that stay apart on white, also for most of the colour-blind.
+/// Colours that are distinct on white, also with most colour vision deficiencies.
 const COLOURS: [&str; 8] = ["#2f6cab", "#d1701f", "#3f8f45", "#b8473f", "#7d55a8", "#2b8a84", "#9c8214", "#6b7280"];
 const GRID: &str = r##"stroke="#e6eaef" stroke-width="1""##;
 const AXIS: &str = r##"stroke="#9aa5b1" stroke-width="1""##;
@@ -117,7 +117,7 @@ fn place(frame: Frame, right: f64, up: f64) -> Pixel {
 }
 
 /// Path data of a curve. Of all points in one half pixel of time only the first, lowest, highest and last are kept:
-/// they look the same, however many there are. A gap starts a new line.
+/// the picture is the same for any number of points. A gap starts a new line.
 fn curve(pixels: impl Iterator<Item = Option<Pixel>>) -> String {
     let mut data = String::new();
     let mut line: Vec<Pixel> = Vec::new();

@@ -14,7 +14,6 @@ const PAGE_WIDTH: f64 = 95.0;
 /// Left sides wider than this part of the page are not aligned.
 const LEFT: f64 = 0.3;
 
-/// Part of a page.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Block {
     Heading(String),
@@ -25,7 +24,6 @@ pub enum Block {
     Table(Vec<String>, Vec<Vec<Piece>>),
 }
 
-/// Part of a line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Piece {
     Words(String),
@@ -34,7 +32,6 @@ pub enum Piece {
     Math(Tree),
 }
 
-/// How a format writes pages.
 struct Format {
     notation: &'static Notation,
     /// Formulas are broken at about so many digits.

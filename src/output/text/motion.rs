@@ -296,12 +296,12 @@ fn reactions(equations: &Equations) -> Vec<Vec<Piece>> {
     let row = |(index, constraint): (usize, &Constraint)| {
         let along = match constraint.held {
             Held::Along(Direction::Fixed(..)) if !constraint.coupled.is_empty() => {
-                "N, force along the direction that it couples"
+                "N, force along its coupled direction"
             }
             Held::Along(Direction::X) => "N, force along x",
             Held::Along(Direction::Y) => "N, force along y",
-            Held::Along(Direction::Fixed(..)) => "N, force along the direction that it holds",
-            Held::Length => "N, force along the line that it holds",
+            Held::Along(Direction::Fixed(..)) => "N, force along its constrained direction",
+            Held::Length => "N, force along its line",
             Held::Angle => "N.m, torque",
         };
         let name = Tree::Name(super::name::symbol_name(equations, Symbol::Reaction(index)));

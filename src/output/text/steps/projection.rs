@@ -63,7 +63,7 @@ impl Lesson<'_, '_> {
     pub fn circuit_equations(&self) -> Vec<Block> {
         let mut blocks = vec![heading("Step 2: circuit equations on the reaction spaces")];
         if self.equations.constraints.is_empty() {
-            blocks.push(words("No chord holds anything: there are no loop equations."));
+            blocks.push(words("No chord has a reaction space: there are no loop equations."));
         }
         let mut section = |text: &str, rows: Rows, said_anyway: bool| {
             if said_anyway || !rows.is_empty() {
@@ -74,7 +74,7 @@ impl Lesson<'_, '_> {
             }
         };
         section(
-            "For each direction that a chord holds, its circuit projected on that direction (15); the reaction in that direction is its \
+            "For each direction of a chord's reaction space, its circuit projected on that direction (15); the reaction in that direction is its \
              multiplier:",
             self.held(),
             false,

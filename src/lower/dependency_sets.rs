@@ -17,7 +17,7 @@ const NONE: usize = 0;
 const EVERYTHING: usize = 1;
 
 /// The dependency set of each root; for a root with more than `most` places, `everything`.
-pub(super) fn footprints(
+pub(super) fn dependency_sets(
     arena: &Arena,
     roots: &[Expr],
     places: impl Fn(Symbol) -> Option<Arc<[usize]>>,
@@ -91,7 +91,7 @@ mod tests {
         let places =
             |symbol| if let Symbol::Coordinate(index, _) = symbol { Some(Arc::from([10 * index])) } else { None };
         let everything: Arc<[usize]> = Arc::new([0, 10, 20, 30, 40, 50]);
-        let found = footprints(&arena, &[product, time, all, symbols[2]], places, (everything.clone(), 4));
+        let found = dependency_sets(&arena, &[product, time, all, symbols[2]], places, (everything.clone(), 4));
         assert_eq!(found, [Arc::from([10, 30]), Arc::default(), everything, Arc::from([20])]);
     }
 }

@@ -18,7 +18,7 @@ const POOR: f64 = 1e-6;
 /// A pivot that keeps less than this share is zero but for rounding.
 const ZERO: f64 = 1e-12;
 /// A loop equation constrains a motion if this share of its terms does not cancel.
-const HOLDS: f64 = 1e-6;
+const CONSTRAINS: f64 = 1e-6;
 
 /// Loop equations by index, each with its weight. `mass` may have empty rows for coordinates that are not wanted.
 ///
@@ -41,8 +41,8 @@ pub(super) fn additions(mut mass: Vec<Row>, loops: &BTreeMap<usize, Row>) -> Res
                 motion.keys().filter_map(|column| by_column.get(column)).flatten().copied().collect();
             let fresh = touched.into_iter().filter(|index| !taken.contains(index));
             let best = fresh
-                .map(|index| (index, &loops[&index], hold(&loops[&index], &motion)))
-                .filter(|(.., hold)| *hold > 0.0)
+                .map(|index| (index, &loops[&index], rate(&loops[&index], &motion)))
+                .filter(|(.., rate)| *rate > 0.0)
                 .max_by(|(.., a), (.., b)| a.total_cmp(b));
             match best {
                 Some((index, row, _)) => {
@@ -136,11 +136,11 @@ fn motion(index: usize, steps: &[(usize, Row)], followers: &[Vec<usize>]) -> Row
 }
 
 /// How fast a loop equation of unit length opens with a motion; 0 if it stays closed.
-fn hold(row: &Row, motion: &Row) -> f64 {
+fn rate(row: &Row, motion: &Row) -> f64 {
     let terms = || row.iter().map(|(index, entry)| entry * motion.get(index).copied().unwrap_or_default());
     let (sum, size) = (terms().sum::<f64>().abs(), terms().map(f64::abs).sum::<f64>());
     let length = row.values().map(|entry| entry * entry).sum::<f64>().sqrt();
-    if sum > HOLDS * size { sum / length } else { 0.0 }
+    if sum > CONSTRAINS * size { sum / length } else { 0.0 }
 }
 
 /// A power of two that makes the row's share of the mass as large as the largest mass.
@@ -184,19 +184,19 @@ mod tests {
 
     /// Only the sum of both rates moves mass; the first equation does not constrain their difference.
     #[test]
-    fn the_equation_that_holds_the_massless_motion_is_added() {
+    fn the_equation_that_constrains_the_massless_motion_is_added() {
         let mass = rows(&[&[1.0, 1.0], &[1.0, 1.0]]);
         assert_eq!(additions(mass, &loops(&[&[3.0, 3.0], &[2.0, 0.0]])), Ok(vec![(1, 0.25)]));
     }
 
     #[test]
-    fn a_massless_motion_that_nothing_holds_is_undetermined() {
+    fn a_massless_motion_that_is_not_constrained_is_undetermined() {
         let mass = rows(&[&[4.0, 2.0], &[2.0, 1.0]]);
         assert_eq!(additions(mass, &loops(&[&[6.0, 3.0]])), Err(Undetermined(1)));
     }
 
     #[test]
-    fn light_coordinates_stay_if_nothing_holds_them() {
+    fn light_coordinates_stay_if_they_are_not_constrained() {
         assert_eq!(additions(rows(&[&[1.0, 0.0], &[0.0, 1e-9]]), &loops(&[&[1.0, 0.0]])), Ok(vec![]));
         assert_eq!(additions(rows(&[&[1.0, 0.0], &[0.0, 1e-9]]), &loops(&[&[1.0, 1.0]])), Ok(vec![(0, 1.0)]));
     }
