@@ -15,7 +15,7 @@ use crate::integrator::run::Run;
 use crate::linalg::sparse::Row;
 use crate::math;
 use crate::model::{Model, State};
-use crate::singular::detect::weakest_combination;
+use crate::singular::detect::{dependent, weakest_combination};
 
 /// States that are looked at together.
 const WINDOW: usize = 4;
@@ -30,6 +30,9 @@ const LEAP: f64 = 0.05;
 const CLOSE: f64 = 50.0;
 /// What l (J_q v) w may be of the product of its factors if v and w belong to the same branch.
 const SAME: f64 = 0.01;
+/// At a pose between them, loop equations are closer to depending on each other than this share of what they are at the outer states. Closeness in the
+/// metric of the masses alone may change while they come no closer: very different masses do that.
+const NEARER: f64 = 0.8;
 /// Steps of Newton's method to the pose.
 const CORRECTIONS: usize = 8;
 /// It has found the pose where the last step was smaller, in units of the scales.
@@ -178,6 +181,10 @@ pub(crate) fn watch(context: &mut Context, run: &mut Run) -> Result<(), Failure>
         run.state_at(model, state[0], &state[1..])
     };
     if followed {
+        return Ok(());
+    }
+    let distances = [0, closest, WINDOW - 1].map(|place| dependent(model, &at(place)).0);
+    if distances[1] > NEARER * math::minimum(distances[0], distances[2]) {
         return Ok(());
     }
     let (angle, joints) = turn(model, [&at(0), &at(closest), &at(WINDOW - 1)]);
