@@ -35,6 +35,7 @@ mod linalg;
 pub mod machine;
 pub mod math;
 pub mod model;
+mod pace;
 pub mod program;
 pub mod singular;
 pub mod tape;

@@ -15,6 +15,7 @@ use crate::context::Context;
 use crate::context::Settings;
 use crate::failure::Failure;
 use crate::model::{Model, State};
+use crate::pace::Pace;
 use crate::program::Engine;
 use crate::singular::branch;
 use crate::singular::dependence::{end_of_reach, singular_ahead};
@@ -28,8 +29,6 @@ const LOOKS: u32 = 4;
 const AWAY: f64 = 4.0;
 /// Steps that stiffness holds back pass a singular pose at this tolerance or a larger one.
 const COARSE: f64 = 1e-5;
-/// So many attempts show at what pace the motion goes.
-const LOOK_AT_PACE: u64 = 4096;
 /// So many steps in a row must speak for the return.
 const VOTES: u32 = 8;
 /// A step times the fastest rate: what the explicit method may take, and series for each of their orders. From this share on it holds them back.
@@ -45,9 +44,6 @@ const IMPLICIT_RUNS_EACH: f64 = 7.0;
 const JACOBIANS: f64 = 0.5;
 /// Evaluations of an explicit step.
 const EXPLICIT_EVALUATIONS: f64 = 13.0;
-
-/// Most attempts at steps between two communication points.
-const MOST_STEPS: u64 = 10_000_000;
 
 /// What a run remembers of the choice.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -122,39 +118,6 @@ impl Choice {
     }
 }
 
-/// Whether a target will be reached in reasonable time.
-struct Pace {
-    /// Attempts and time at the last look, and how many attempts may still be made.
-    attempts: u64,
-    time: f64,
-    left: u64,
-}
-
-impl Pace {
-    fn new(context: &Context, run: &Run) -> Self {
-        Self { attempts: attempts(context), time: run.last.end_time, left: MOST_STEPS }
-    }
-
-    /// Now and then a look: fails if so many steps as would be too many are still to come at the pace since the last one.
-    fn check(&mut self, context: &Context, run: &Run, target: f64) -> Result<(), Failure> {
-        let made = attempts(context) - self.attempts;
-        if made < LOOK_AT_PACE {
-            return Ok(());
-        }
-        let to_come = (target - run.last.end_time) / (run.last.end_time - self.time) * made as f64;
-        // Written so that a run that stands still is too slow too.
-        let enough = to_come < self.left as f64;
-        if !enough {
-            let pace = (run.last.end_time - self.time) / made as f64;
-            let too_many = Failure::TooManySteps { time: run.last.end_time, pace, target, most: MOST_STEPS };
-            return Err(end_of_reach(context, run).unwrap_or(too_many));
-        }
-        self.left = self.left.saturating_sub(made);
-        (self.attempts, self.time) = (attempts(context), run.last.end_time);
-        Ok(())
-    }
-}
-
 /// Is no singular pose near, as far as is known?
 fn is_regular(run: &Run) -> bool {
     run.singular.ahead == 0.0 && run.singular.pose.is_none_or(|pose| pose < run.last.end_time - AWAY * run.last.natural)
@@ -192,11 +155,6 @@ fn fallback_step(
     Ok(())
 }
 
-/// Steps tried.
-fn attempts(context: &Context) -> u64 {
-    context.statistics.steps + context.statistics.rejected
-}
-
 /// The engines of a model, side by side.
 pub(crate) struct Engines<'a> {
     pub taylor: Option<&'a mut Taylor>,
@@ -207,9 +165,10 @@ pub(crate) struct Engines<'a> {
 impl Engines<'_> {
     /// Takes steps until the run has reached the target.
     pub fn advance(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
-        let mut pace = Pace::new(context, run);
+        let mut pace = Pace::new(context, run.last.end_time);
         while run.last.end_time < horizon.target {
-            pace.check(context, run, horizon.target)?;
+            pace.check(context, run.last.end_time, horizon.target)
+                .map_err(|too_many| end_of_reach(context, run).unwrap_or(too_many))?;
             context.settings.check_deadline(run.last.end_time)?;
             if context.settings.engine == Engine::Radau {
                 if take_step(self.implicit, context, run, horizon)? == Progress::Declined {

@@ -12,6 +12,7 @@ use super::projection::largest_gap;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::model::{Model, State, motion};
+use crate::pace::Pace;
 use correction::{Corrector, Rejection};
 use path::Path;
 
@@ -56,6 +57,18 @@ struct Course<'a> {
     /// No further than that.
     limit: f64,
     path: Path<'a>,
+}
+
+impl Course<'_> {
+    /// The failure at a time of the motion, which a change of inputs and parameters does not move.
+    fn too_slow(&self, failure: Failure, time: f64) -> Failure {
+        match (self.path, failure) {
+            (Path::Change(..), Failure::TooManySteps { pace, most, .. }) => {
+                Failure::TooManySteps { time, pace, target: time, most }
+            }
+            (_, failure) => failure,
+        }
+    }
 }
 
 impl Kinematic {
@@ -140,7 +153,9 @@ impl Kinematic {
         mut begun: impl FnMut(f64, &[f64]),
     ) -> Result<(), Failure> {
         let range = motion(context.model.layout());
+        let mut pace = Pace::new(context, course.s);
         while course.s < course.target {
+            pace.check(context, course.s, course.target).map_err(|slow| course.too_slow(slow, self.state.time()))?;
             context.settings.check_deadline(self.state.time())?;
             self.corrector.begin(context, course.path, &self.state)?;
             let (from, h) = (course.s, self.step(context, course)?);
