@@ -4,7 +4,7 @@
 use std::fs;
 
 /// Where the stored types and their meaning are.
-const DEFINITIONS: [&str; 15] = [
+const DEFINITIONS: [&str; 17] = [
     "src/program/mod.rs",
     "src/tape/mod.rs",
     "src/tape/operations.rs",
@@ -16,6 +16,8 @@ const DEFINITIONS: [&str; 15] = [
     "src/integrator/signals.rs",
     "src/integrator/last_step.rs",
     "src/integrator/taylor/memory.rs",
+    "src/singular/branch.rs",
+    "src/singular/passing.rs",
     "src/singular/supervisor.rs",
     "src/integrator/stiffness.rs",
     "src/integrator/implicit/memory.rs",

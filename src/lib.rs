@@ -90,8 +90,12 @@
 //! [`Faults::render`] shows them with the lines they are about, [`Faults::to_json`] gives them to editors. No scene causes a panic.
 //!
 //! ```
-//! let faults = cotree::Scene::from_toml("name = 'a'\n[bodies.bar]\nmas = 2").unwrap_err();
+//! # fn main() -> Result<(), cotree::Faults> {
+//! let scene = cotree::Scene::from_toml("name = 'a'\n[bodies.bar]\nmas = 2")?;
+//! let faults = cotree::compile(&scene).map(|_| ()).unwrap_err();
 //! assert!(faults.render(false, 80).contains("did you mean `mass`?"));
+//! # Ok(())
+//! # }
 //! ```
 //!
 //! A run can fail for reasons of its own ([`RunError`], [`SimulateError`]): a singular pose without a way on, laws without a finite value. Export

@@ -299,13 +299,13 @@ fn foreign_text_shows_what_is_in_it() {
     let at = |name: &str| folder.path().join(name);
     let text = fs::read_to_string(at("crank.toml")).unwrap();
     let odd = "a\\u001b]0;owned\\u0007\\u009b2Jb\u{202e}\u{9b}31m";
-    let text = text.lines().map(|line| match line.split_once(" = ") {
-        Some(("name", _)) => format!("name = \"{odd}\""),
+    let text = text.lines().map(|line| match line.split_once('=') {
+        Some((key, _)) if key.trim_end() == "name" => format!("name = \"{odd}\""),
         _ => line.to_owned(),
     });
     let text = text.collect::<Vec<_>>().join("\n");
     fs::write(at("odd.toml"), &text).unwrap();
-    fs::write(at("wrong.toml"), text.replace("format = 1", &format!("format = 1\n\"{odd}\" = 2"))).unwrap();
+    fs::write(at("wrong.toml"), format!("\"{odd}\" = 2\n{text}")).unwrap();
     fs::write(at("odd.csv"), "time,\u{1b}[31m\u{202e}\n0,1\n").unwrap();
     assert!(cotree(folder.path(), &["export", "odd.toml", "-o", "odd.fmu"]).status.success());
     repacked(&at("odd.fmu"), &at("foreign.fmu"), |name, content| match name {

@@ -7,6 +7,8 @@ mod clients;
 mod dynamic;
 #[path = "conformance/fixed.rs"]
 mod fixed;
+#[path = "support/fmi3_functions.rs"]
+mod fmi3_functions;
 #[path = "support/fmi_rs.rs"]
 mod fmi_rs;
 #[path = "conformance/fmu.rs"]

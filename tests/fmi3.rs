@@ -9,6 +9,8 @@ mod cases;
 mod derivatives;
 #[path = "fmi3/exchange.rs"]
 mod exchange;
+#[path = "support/fmi3_functions.rs"]
+mod fmi3_functions;
 #[path = "fmi3/fmu.rs"]
 mod fmu;
 #[path = "support/fresh.rs"]

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::fmi3_functions;
 use crate::fmu::*;
 
 /// Name, what it checks, and the check: a list of complaints.
@@ -270,7 +271,11 @@ fn exported(archive: &Archive) -> Vec<String> {
 }
 
 fn only_exported(archive: &Archive) -> Vec<String> {
-    symbols(archive).into_iter().filter(|symbol| !FUNCTIONS.contains(&symbol.as_str())).collect()
+    // The runtime is the same for both versions of FMI.
+    let permitted = |symbol: &String| {
+        FUNCTIONS.contains(&symbol.as_str()) || fmi3_functions::FUNCTIONS.split_whitespace().any(|name| name == symbol)
+    };
+    symbols(archive).into_iter().filter(|symbol| !permitted(symbol)).collect()
 }
 
 fn needed(archive: &Archive) -> Vec<String> {
