@@ -62,7 +62,7 @@ pub struct Program {
 pub enum Engine {
     /// Taylor series of the motion (`solver::taylor`); needs [`Program::arms`].
     Taylor,
-    /// Explicit Runge-Kutta method of order 8 with dense output of order 7 ([`crate::integrator::explicit`]).
+    /// Explicit Runge-Kutta method of order 8 with dense output of order 7.
     #[default]
     Dop853,
     /// Implicit Runge-Kutta method Radau IIA of order 5 (`solver::implicit`), for stiff motion.

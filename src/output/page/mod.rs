@@ -114,7 +114,7 @@ pub struct Display {
     factor: f64,
 }
 
-/// Times of a run [s] and its tolerance.
+/// Times of a run \[s\] and its tolerance.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Times {
     start: f64,
