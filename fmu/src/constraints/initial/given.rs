@@ -1,7 +1,6 @@
 //! What of the start is known without a search: coordinates that conditions name, and conditions that are linear.
 
 use std::collections::HashSet;
-use std::ops::Range;
 
 use super::column_scale;
 use crate::machine::Machine;
@@ -25,7 +24,7 @@ impl Given {
         model: &Model,
         machine: &mut Machine,
         (conditions, tape, jacobian): (&[Condition], &Tape, &SparseTape),
-        unknowns: [Range<usize>; 2],
+        unknowns: impl Iterator<Item = usize>,
     ) -> Self {
         machine.run(tape);
         let [values, demands] = [0, conditions.len()].map(|first| &tape.results[first..first + conditions.len()]);
@@ -34,7 +33,7 @@ impl Given {
             let is_it = |&index: &usize| conditions[index].known && values[index] as usize == unknown;
             (0..conditions.len()).find(is_it)
         };
-        let conditions = unknowns.into_iter().flatten().map(names).collect();
+        let conditions = unknowns.map(names).collect();
         Self { conditions, targets, linear: linear(model, jacobian, values.len()) }
     }
 

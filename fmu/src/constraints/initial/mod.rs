@@ -6,6 +6,7 @@
 //! the smallest that serve.
 
 mod given;
+mod level;
 mod positions;
 mod rates;
 pub(crate) mod tangent;

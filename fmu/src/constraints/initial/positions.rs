@@ -2,12 +2,12 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::given::Given;
+use super::level::Level;
 use super::{Family, Wanted, column_scale, first, fulfilled};
 use crate::constraints::poses::Random;
 use crate::constraints::projection::largest_gap;
 use crate::failure::{Failure, Gap};
-use crate::linalg::least_squares::{Entry, Equations, solve};
+use crate::linalg::least_squares::{Equations, solve};
 use crate::machine::Machine;
 use crate::model::{Model, State};
 use crate::program::Condition;
@@ -21,72 +21,35 @@ const TRIES: usize = 6;
 /// A mechanism that turned over has moved at least this much [rad].
 const TURNED: f64 = 0.5;
 
-/// Positions as unknowns.
-pub(super) struct Positions<'a> {
-    model: &'a Model,
-    machine: &'a mut Machine,
-    state: &'a mut State,
-    given: Given,
-    wanted: Wanted,
-}
-
-impl Equations for Positions<'_> {
-    fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>) {
-        self.load(x);
-        self.family().residuals(self.model, self.machine, (self.wanted, &self.given), r);
-    }
-
-    fn jacobian(&mut self, x: &[f64], entries: &mut Vec<Entry>) {
-        self.load(x);
-        self.family().jacobian(self.model, self.machine, (self.wanted, &self.given), entries);
-    }
-}
+/// Positions as unknowns: those of the coordinates and of the integrated inputs.
+pub(super) struct Positions<'a>(Level<'a>);
 
 impl<'a> Positions<'a> {
     pub fn new(model: &'a Model, machine: &'a mut Machine, state: &'a mut State) -> Self {
-        let (layout, initial) = (model.layout(), &model.program().initial);
-        machine.load(model, state);
-        let conditions = (&initial.positions[..], &initial.position, &initial.position_jacobian);
-        let unknowns = [layout.positions()..layout.rates(), layout.followers()..layout.follower_rates()];
-        let given = Given::new(model, machine, conditions, unknowns);
-        Self { model, machine, state, given, wanted: Wanted::ALL }
-    }
-
-    fn family(&self) -> Family<'a> {
-        let (tapes, initial) = (&self.model.program().tapes, &self.model.program().initial);
-        Family {
+        let (layout, tapes, initial) = (model.layout(), &model.program().tapes, &model.program().initial);
+        let family = Family {
             loops: (&tapes.constraint, &tapes.jacobian),
             conditions: (&initial.positions, &initial.position, &initial.position_jacobian),
-        }
-    }
-
-    fn load(&mut self, x: &[f64]) {
-        let n = self.model.coordinates();
-        let value = |unknown: usize| {
-            let known = self.wanted.substitute(unknown, &self.given);
-            known.unwrap_or_else(|| x[unknown] * column_scale(self.model, unknown))
         };
-        self.state.positions_mut().iter_mut().enumerate().for_each(|(index, place)| *place = value(index));
-        let followers = self.state.follower_positions_mut().iter_mut().enumerate();
-        followers.for_each(|(index, place)| *place = value(n + index));
-        self.machine.load(self.model, self.state);
+        let columns = (layout.positions()..layout.rates()).chain(layout.followers()..layout.follower_rates());
+        Self(Level::new(model, machine, state, family, columns, |_| true))
     }
 
     fn attempt(&mut self, wanted: Wanted, x: &mut Vec<f64>) -> Vec<f64> {
-        self.wanted = wanted;
-        solve(self, x, REACH)
+        self.0.wanted = wanted;
+        solve(&mut self.0, x, REACH)
     }
 
     /// Leaves a consistent pose in the state.
     pub fn assemble(mut self) -> Result<(), Failure> {
-        let mut guess = first(self.model, &self.model.program().initial.first_positions);
+        let mut guess = first(self.0.model, &self.0.model.program().initial.first_positions);
         if self.is_given(&guess) {
             return Ok(());
         }
-        self.given.substitute(self.model, &mut guess);
+        self.0.given.substitute(self.0.model, &mut guess);
         // What is linear may be far away: there is only one solution to jump to.
-        self.wanted = Wanted::LINEAR;
-        solve(&mut self, &mut guess, f64::INFINITY);
+        self.0.wanted = Wanted::LINEAR;
+        solve(&mut self.0, &mut guess, f64::INFINITY);
         self.attempt(Wanted::CONDITIONS, &mut guess);
         let mut known = guess.clone();
         let r = self.attempt(Wanted::KNOWN, &mut known);
@@ -101,20 +64,20 @@ impl<'a> Positions<'a> {
         }
         self.turn_back(&guess, &mut x);
         self.same_branch(&guess, &x)?;
-        self.load(&x);
+        self.0.load(&x);
         Ok(())
     }
 
     /// Is nothing set that the program was not made for, and does its own start fit? Leaves it in the state.
     fn is_given(&mut self, x: &[f64]) -> bool {
-        let program = self.model.program();
+        let program = self.0.model.program();
         let own = program.parameters.iter().map(|parameter| parameter.start);
-        if program.initial.first_positions.is_empty() || !own.eq(self.state.parameters().iter().copied()) {
+        if program.initial.first_positions.is_empty() || !own.eq(self.0.state.parameters().iter().copied()) {
             return false;
         }
         let mut r = Vec::new();
-        self.wanted = Wanted::ALL;
-        self.residuals(x, &mut r);
+        self.0.wanted = Wanted::ALL;
+        self.0.residuals(x, &mut r);
         fulfilled(&r)
     }
 
@@ -162,7 +125,7 @@ impl<'a> Positions<'a> {
     }
 
     fn conditions(&self) -> &'a [Condition] {
-        &self.model.program().initial.positions
+        &self.0.model.program().initial.positions
     }
 
     fn contradiction(&self, r: &[f64]) -> Failure {
@@ -170,27 +133,27 @@ impl<'a> Positions<'a> {
     }
 
     fn contradicting(&self, conditions: Vec<String>) -> Failure {
-        Failure::Contradiction { conditions, velocity: false, loops: !self.model.program().constraints.is_empty() }
+        Failure::Contradiction { conditions, velocity: false, loops: !self.0.model.program().constraints.is_empty() }
     }
 
     fn gap(&mut self, x: &[f64]) -> Gap {
-        self.load(x);
-        let mut residuals = vec![0.0; self.model.program().constraints.len()];
-        self.machine.evaluate(&self.model.program().tapes.constraint, &mut residuals);
+        self.0.load(x);
+        let mut residuals = vec![0.0; self.0.model.program().constraints.len()];
+        self.0.machine.evaluate(&self.0.model.program().tapes.constraint, &mut residuals);
         let rows: Vec<usize> = (0..residuals.len()).collect();
-        largest_gap(self.model, &rows, &residuals)
+        largest_gap(self.0.model, &rows, &residuals)
     }
 
     /// Takes back whole turns of angles.
     fn turn_back(&mut self, guess: &[f64], x: &mut [f64]) {
-        self.wanted = Wanted::ALL;
+        self.0.wanted = Wanted::ALL;
         let mut r = Vec::new();
-        for index in 0..self.model.coordinates() {
+        for index in 0..self.0.model.coordinates() {
             let found = x[index];
             let turns = ((found - guess[index]) / TAU).round();
-            if turns != 0.0 && column_scale(self.model, index) == 1.0 {
+            if turns != 0.0 && column_scale(self.0.model, index) == 1.0 {
                 x[index] = found - turns * TAU;
-                self.residuals(x, &mut r);
+                self.0.residuals(x, &mut r);
                 if !fulfilled(&r) {
                     x[index] = found;
                 }
@@ -218,24 +181,24 @@ impl<'a> Positions<'a> {
 
     /// Values and targets of all conditions.
     fn values(&mut self, x: &[f64]) -> Vec<f64> {
-        self.load(x);
-        let tape = &self.model.program().initial.position;
-        self.machine.run(tape);
-        tape.results(self.machine.registers()).collect()
+        self.0.load(x);
+        let tape = &self.0.model.program().initial.position;
+        self.0.machine.run(tape);
+        tape.results(self.0.machine.registers()).collect()
     }
 
     /// Sign of the determinant of the active loop equations and known conditions; 0 if it has none.
     fn orientation(&mut self, x: &[f64]) -> f64 {
         let inactive: Vec<bool> =
-            self.model.program().constraints.iter().map(|constraint| !constraint.active).collect();
+            self.0.model.program().constraints.iter().map(|constraint| !constraint.active).collect();
         let known = self.conditions().iter().filter(|condition| condition.known).count();
         let size = x.len();
-        if self.model.active().len() + known != size || size > 500 || known == size {
+        if self.0.model.active().len() + known != size || size > 500 || known == size {
             return 0.0;
         }
         let mut entries = Vec::new();
-        self.wanted = Wanted { substituted: false, ..Wanted::ALL };
-        self.jacobian(x, &mut entries);
+        self.0.wanted = Wanted { substituted: false, ..Wanted::ALL };
+        self.0.jacobian(x, &mut entries);
         let mut matrix = nalgebra::DMatrix::zeros(inactive.len() + known, size);
         entries.iter().for_each(|&(row, column, value)| matrix[(row, column)] += value);
         let rows: Vec<usize> = (0..inactive.len()).filter(|&row| inactive[row]).collect();

@@ -1,0 +1,62 @@
+//! The equations of one level, positions or rates, with their unknowns: what both searches have in common.
+
+use super::given::Given;
+use super::{Family, Wanted, column_scale};
+use crate::linalg::least_squares::{Entry, Equations};
+use crate::machine::Machine;
+use crate::model::{Model, State};
+
+/// One level of a state that is sought.
+pub(super) struct Level<'a> {
+    pub model: &'a Model,
+    pub machine: &'a mut Machine,
+    pub state: &'a mut State,
+    pub given: Given,
+    /// Which equations are imposed now.
+    pub wanted: Wanted,
+    family: Family<'a>,
+    /// By column: where the unknown stands in the state; none for what is prescribed.
+    unknowns: Vec<Option<usize>>,
+}
+
+impl<'a> Level<'a> {
+    /// `columns`: the registers of the coordinates and of the integrated inputs at this level, of which `free` says whether one is an unknown.
+    pub fn new(
+        model: &'a Model,
+        machine: &'a mut Machine,
+        state: &'a mut State,
+        family: Family<'a>,
+        columns: impl Iterator<Item = usize> + Clone,
+        free: impl Fn(usize) -> bool,
+    ) -> Self {
+        machine.load(model, state);
+        let given = Given::new(model, machine, family.conditions, columns.clone());
+        let unknowns = columns.enumerate().map(|(column, register)| free(column).then_some(register)).collect();
+        Self { model, machine, state, given, wanted: Wanted::ALL, family, unknowns }
+    }
+
+    /// Writes the unknowns, in units of their scales, and what is substituted into the state and the registers.
+    pub fn load(&mut self, x: &[f64]) {
+        for (column, register) in self.unknowns.iter().enumerate() {
+            if let Some(register) = *register {
+                let known = self.wanted.substitute(column, &self.given);
+                let value = known.unwrap_or_else(|| x[column] * column_scale(self.model, column));
+                self.state.registers_mut()[register] = value;
+            }
+        }
+        self.machine.load(self.model, self.state);
+    }
+}
+
+impl Equations for Level<'_> {
+    fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>) {
+        self.load(x);
+        self.family.residuals(self.model, self.machine, (self.wanted, &self.given), r);
+    }
+
+    fn jacobian(&mut self, x: &[f64], entries: &mut Vec<Entry>) {
+        self.load(x);
+        self.family.jacobian(self.model, self.machine, (self.wanted, &self.given), entries);
+        entries.retain(|&(_, column, _)| self.unknowns[column].is_some());
+    }
+}
