@@ -9,7 +9,7 @@ use crate::formulate::Formulated;
 use crate::lower::Row;
 use crate::mechanism::{Mechanism, identifier};
 
-/// What an importer is told.
+/// The description of a formulated scene.
 pub fn describe(formulated: &Formulated, guid: &str) -> Description {
     let mechanism = formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;

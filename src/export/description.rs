@@ -1,4 +1,4 @@
-//! What the world is told about an FMU: plain data, written as `modelDescription.xml` by [`super::xml`].
+//! The description of an FMU: plain data, written as `modelDescription.xml` by [`super::xml`].
 
 use std::sync::Arc;
 

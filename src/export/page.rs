@@ -131,7 +131,7 @@ fn about(description: &Description, version: FmiVersion) -> String {
     )
 }
 
-/// What the importer's integrator needs to be told.
+/// The tolerance recommended for the integrator of an importer.
 fn importers_tolerance(default: f64) -> String {
     /// Coarser than this the energy of a pendulum grows visibly within seconds: see docs/fmu.md.
     const COARSEST: f64 = 1e-8;

@@ -89,7 +89,7 @@ thread_local! {
     static CONTAINED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What panics are told to outside of calls. It stays in the library's own memory, and a function that captures nothing needs none: unloading
+/// The hook for panics outside of calls. It stays in the library's own memory, and a function that captures nothing needs none: unloading
 /// the library loses nothing.
 static PREVIOUS: OnceLock<Hook> = OnceLock::new();
 type Hook = Box<dyn Fn(&PanicHookInfo<'_>) + Sync + Send>;

@@ -20,7 +20,7 @@ struct Callback {
     instance: CString,
 }
 
-/// Errors are told from the beginning, the rest when the importer asks for it.
+/// Errors are logged from the beginning, the rest when the importer asks for it.
 pub fn logger(
     function: fmi2CallbackLogger,
     environment: fmi2ComponentEnvironment,

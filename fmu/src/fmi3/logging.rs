@@ -20,7 +20,7 @@ struct Callback {
     environment: fmi3InstanceEnvironment,
 }
 
-/// Everything is told, or nothing.
+/// Either all categories are logged or none.
 pub fn logger(function: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment, on: bool) -> Logger {
     Logger::new(Box::new(Callback { function, environment }), [on; 3])
 }
