@@ -2,7 +2,7 @@
 
 use cotree::mechanism::{
     BinaryOperator, BodyId, Coordinates, Dimension, Formula, InputId, JointId, LoadId, Mechanism, Motion, Owner,
-    ParameterId, Place, Quantity, Variable,
+    ParameterId, Place, Quantity, Unit, Variable,
 };
 use cotree::scene::{Body, Driver, InputAs, Joint, Load, Parameter, Scene};
 
@@ -303,6 +303,120 @@ fn units_are_checked_only_where_both_sides_are_known() {
         let scene = format!("{text}[loads.push]\ntype = \"force\"\non = \"block\"\nvector = [\"{law}\", 0]\n");
         let faults = Scene::from_toml(&scene).unwrap().resolve().unwrap_err();
         assert!(faults.list.iter().any(|fault| fault.code == "scene::wrong_unit"), "{law}");
+    }
+}
+
+/// A number as a factor is a pure number; before what moves it may be a coefficient with a unit.
+#[test]
+fn a_number_as_a_factor_does_not_switch_the_check_off() {
+    let force = |law: &str| {
+        let text = crank("").replace("ratio = 0.5", "ratio = 0.5\nk = \"3 N/m\"\nf = \"2 N\"");
+        let scene = format!("{text}[loads.push]\ntype = \"force\"\non = \"block\"\nvector = [\"{law}\", 0]\n");
+        let faults = Scene::from_toml(&scene).unwrap().resolve().err().into_iter().flat_map(|faults| faults.list);
+        faults.filter(|fault| fault.code == "scene::wrong_unit").count()
+    };
+    let right = [
+        "2*k*a",
+        "0.5*f",
+        "f/2",
+        "f*sin(2*t)",
+        "3",
+        "2*pi",
+        "-0.5*crank.omega",
+        "1e3*t^2",
+        "2*(crank.x - 0.1)",
+        "f*tanh(crank.omega/0.01)",
+        "ratio*a",
+        "sqrt(2*f*f)",
+        "f + 3",
+        "u*a",
+        "min(2*f, 3)",
+        "if(2*a < b, f, 0)",
+    ];
+    right.into_iter().for_each(|law| assert_eq!(force(law), 0, "{law}"));
+    let wrong = [
+        "2*a",
+        "a*2",
+        "a/2",
+        "f + 2*a",
+        "2*f*a",
+        "sin(1)*a",
+        "(2*a)^2",
+        "sqrt(2*a*a)",
+        "max(2*a, b)",
+        "if(2*a < f, f, 0)",
+        "f*sin(2*a)",
+        "2*(a + b)",
+        "abs(3*a)",
+        "a*sin(t)",
+    ];
+    wrong.into_iter().for_each(|law| assert_eq!(force(law), 1, "{law}"));
+    for (mass, right) in [("2*a", false), ("sin(0.5)*a", false), ("2*f*a^0", false), ("2*3", true), ("2*ratio", true)] {
+        let text =
+            crank("").replacen("mass = 1", &format!("mass = \"{mass}\""), 1).replace("ratio =", "f = \"2 N\"\nratio =");
+        assert_eq!(Scene::from_toml(&text).unwrap().resolve().is_ok(), right, "{mass}");
+    }
+}
+
+#[test]
+fn t_and_time_are_the_time() {
+    let law = |name: &str| {
+        mechanism(&crank(&format!(
+            "[drivers.path]\non = \"block\"\nposition = [\"0.1*sin(2*{name}) + 0.2*{name}^2\", 0]\n"
+        )))
+    };
+    assert_eq!(law("t").drivers[0].values, law("time").drivers[0].values);
+}
+
+#[test]
+fn every_branch_coordinate_is_a_variable() {
+    let text = "[loads.gas]\ntype = \"force\"\non = \"crank.end\"\nvector = [1, 0]\n\
+                [loads.coil]\ntype = \"spring\"\nbetween = [\"crank\", \"block\"]\nstiffness = 3\n\
+                [loads.turn]\ntype = \"torsion_spring\"\nbetween = [\"crank\", \"block\"]\nstiffness = 3\n";
+    let plane = ["gas.x", "gas.vy", "gas.ax", "coil.x", "coil.y", "coil.ay", "turn.angle", "turn.omega", "turn.alpha"];
+    let names: Vec<String> = plane.iter().map(|name| format!("\"{name}\"")).collect();
+    let mechanism = mechanism(&crank(&format!("{text}[outputs]\nvariables = [{}]\n", names.join(", "))));
+    assert_eq!(mechanism.outputs.len(), plane.len());
+    let line = "name = \"line\"\ndimension = 1\n[bodies.m]\nmass = 1\n[loads.k13]\ntype = \"spring\"\n\
+                between = [\"ground\", \"m\"]\nstiffness = 3\n[outputs]\nvariables = [\"k13.length\", \"k13.rate\", \"k13.acceleration\"]\n";
+    assert!(Scene::from_toml(line).unwrap().resolve().is_ok());
+}
+
+/// The coordinates of loads are differences of the motion of their ends, whether the load is a branch or not.
+#[test]
+fn branch_coordinates_of_loads_are_what_they_are_called() {
+    let text = "[loads.coil]\ntype = \"spring\"\nbetween = [\"crank.end\", \"block\"]\nstiffness = 3\nlength = 0.1\n\
+                [loads.gas]\ntype = \"force\"\non = \"block\"\nvector = [1, 0.3]\n[initial]\n\"block.x\" = 0.4\n\
+                [experiment]\nstop = 0.5\nstep = 0.1\n[outputs]\nvariables = [\"coil.x\", \"coil.vy\", \"coil.ay\", \"gas.ax\"]\n\
+                x = \"block.x - crank.end.x\"\nvy = \"block.vy - crank.end.vy\"\nay = \"block.ay - crank.end.ay\"\nax = \"block.ax\"\n";
+    for trees in
+        ["", "[coordinates]\ntranslation = [\"pin\", \"coil\"]\n", "[coordinates]\ntranslation = [\"pin\", \"gas\"]\n"]
+    {
+        let results = Scene::from_toml(&crank(&format!("{text}{trees}"))).unwrap().simulate().unwrap();
+        for (coordinate, difference) in [("coil.x", "x"), ("coil.vy", "vy"), ("coil.ay", "ay"), ("gas.ax", "ax")] {
+            let pairs = results.get(coordinate).unwrap().iter().zip(results.get(difference).unwrap());
+            let (mut moved, mut apart) = (0.0, 0.0);
+            pairs.for_each(|(a, b): (&f64, &f64)| {
+                (moved, apart) = (f64::max(moved, a.abs()), f64::max(apart, (a - b).abs()))
+            });
+            assert!(apart < 1e-12 && moved > 1e-3, "{coordinate} {trees}: {moved} {apart}");
+        }
+    }
+}
+
+#[test]
+fn results_can_be_shown_in_other_units() {
+    let length = |text: &str| {
+        let mechanism = mechanism(&crank(text));
+        [Unit::length(), Unit::length().per_second(), Unit::angle(), Unit::time()]
+            .map(|unit| mechanism.units.of(&unit).name)
+    };
+    // The scene is written in millimetres.
+    assert_eq!(length(""), ["mm", "mm/s", "rad", "s"]);
+    assert_eq!(length("[display]\nunits = [\"cm\", \"deg\"]\ntime = \"ms\"\n"), ["cm", "cm/s", "deg", "ms"]);
+    for wrong in ["length = \"deg\"", "units = [\"Nm\"]", "lenght = \"mm\"", "force = 3"] {
+        let scene = Scene::from_toml(&crank(&format!("[display]\n{wrong}\n")));
+        assert!(scene.and_then(|scene| scene.resolve()).is_err(), "{wrong}");
     }
 }
 

@@ -23,8 +23,9 @@ pub struct Check {
 
 impl Check {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        let scene = output::load(&self.scene)?;
         let (compiled, (summary, assumptions)) =
-            compile_with(&output::load(&self.scene)?, |formulated| (summarise(formulated), assumptions(formulated)))?;
+            compile_with(&scene, |formulated| (summarise(formulated), assumptions(formulated, &scene)))?;
         match format {
             MessageFormat::Human => {
                 if let Some(warnings) = &compiled.warnings {

@@ -189,6 +189,17 @@ impl Facts {
         }
     }
 
+    /// The coordinates that it brings as a branch of a tree, with their rates and accelerations, beside its variables.
+    pub fn coordinates(&self, dimension: Dimension) -> &'static [Quantity] {
+        use Quantity::{Acceleration, Alpha, Angle, Ax, Ay, Length, Omega, Rate, Vx, Vy, X, Y};
+        match (self.section, self.room, dimension) {
+            (Section::Loads, Room::Turning, _) => &[Angle, Omega, Alpha],
+            (Section::Loads, _, Dimension::One) => &[Length, Rate, Acceleration],
+            (Section::Loads, _, Dimension::Two) => &[X, Y, Vx, Vy, Ax, Ay],
+            _ => &[],
+        }
+    }
+
     /// Its reactions in a scene of this dimension.
     pub fn reactions(&self, dimension: Dimension) -> impl Iterator<Item = Quantity> {
         let is_there = move |quantity: &Quantity| dimension == Dimension::Two || quantity.is_on_a_line();

@@ -7,7 +7,7 @@ use super::body;
 use super::shape;
 use super::{ALL, Component, ENERGIES, Facts, RESIDUALS, Section};
 use crate::diagnostic::Span;
-use crate::mechanism::{JointId, Owner, Part, Place, Quantity};
+use crate::mechanism::{Dimension, JointId, Owner, Part, Place, Quantity};
 use crate::scene::key::{Form, Key, Need};
 use crate::scene::tables;
 
@@ -39,6 +39,8 @@ pub fn reference() -> String {
     push(&mut text, "An output that is a table has these keys:\n");
     rows(&mut text, tables::OUTPUT);
     table(&mut text, "`experiment`", "", tables::EXPERIMENT);
+    let display = "Results are SI unless a unit is given for their kind, here or with `--units`.";
+    table(&mut text, "`display`", display, tables::DISPLAY);
     table(&mut text, "`solver`", "", tables::SOLVER);
     table(&mut text, "`coordinates`", "", tables::COORDINATES);
     variables(&mut text);
@@ -124,6 +126,11 @@ fn chapter(component: &dyn Component, text: &mut String) {
     rows(text, facts.keys);
     let variables = facts.variables.iter().copied().chain([Quantity::Power]).collect::<Vec<_>>();
     push(text, &format!("Variables: {}\n", words(&variables, "")));
+    let coordinates = facts.coordinates(Dimension::Two).iter().copied();
+    let coordinates: Vec<Quantity> = coordinates.filter(|quantity| !variables.contains(quantity)).collect();
+    if !coordinates.is_empty() {
+        push(text, &format!("From its first end to its second: {}\n", words(&coordinates, "")));
+    }
     let stores = match component.energy(&sample(facts)) {
         Some(energy) => format!("`{}`, in `energy.potential`", energy.replace("own.", "example.")),
         None => "none".to_string(),
@@ -153,7 +160,10 @@ fn variables(text: &mut String) {
         "Their names are `owner.variable`, such as `crank.angle`. `energy` and `constraint` are those of the whole mechanism.\n",
     );
     push(text, "| variable | unit | what it is |\n|---|---|---|");
-    let parts = ALL.iter().flat_map(|component| component.facts().variables).copied();
+    let all = ALL.iter().map(|component| component.facts());
+    let both = |facts: &'static Facts| [Dimension::Two, Dimension::One].map(|dimension| facts.coordinates(dimension));
+    let coordinates = all.clone().flat_map(both).flatten();
+    let parts = all.flat_map(|facts| facts.variables).chain(coordinates).copied();
     let mut seen: Vec<Quantity> = Vec::new();
     for quantity in body::VARIABLES.iter().copied().chain(parts).chain([Quantity::Power]) {
         if !seen.contains(&quantity) {
@@ -209,6 +219,7 @@ fn unit(form: Form) -> String {
         Form::Constant(wanted, _) | Form::Law(wanted) | Form::Vector(wanted) | Form::ConstantVector(wanted) => {
             wanted.si.to_string()
         }
+        Form::UnitOf(wanted) => wanted.si.to_string(),
         Form::Motion([motion, ..]) => motion.si.to_string(),
         Form::Friction([level, velocity]) => format!("{}, {}", level.si, velocity.si),
         Form::NamedPoints | Form::Corner | Form::Corners(..) => "m".to_string(),

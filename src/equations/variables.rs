@@ -211,7 +211,7 @@ impl Equations<'_> {
     fn of_load(&mut self, load: LoadId, quantity: Quantity) -> Expr {
         let Some(id) = self.system.find(Origin::Load(load)) else { return Expr::ZERO };
         match quantity {
-            Quantity::Angle | Quantity::Omega => self.angle_across(id, quantity),
+            Quantity::Angle | Quantity::Omega | Quantity::Alpha => self.angle_across(id, quantity),
             Quantity::Torque => self.laws.torques.get(&id).copied().unwrap_or(Expr::ZERO),
             Quantity::Length | Quantity::Rate => {
                 let Some(ends) = self.system.element(id).translation.as_ref().map(|row| row.ends) else {
@@ -219,10 +219,19 @@ impl Equations<'_> {
                 };
                 self.line(ends, quantity)
             }
+            Quantity::Acceleration => self.spanned(id, Quantity::Ax),
+            _ if component(quantity).is_some() => self.spanned(id, quantity),
             Quantity::Force => self.line_law(load, id),
             Quantity::Power => self.power(id),
             _ => Expr::ZERO,
         }
+    }
+
+    /// A component of the motion of a load's second point against its first.
+    fn spanned(&mut self, id: ElementId, quantity: Quantity) -> Expr {
+        let Some(ends) = self.system.element(id).translation.as_ref().map(|row| row.ends) else { return Expr::ZERO };
+        let across = self.kinematics.across(&mut self.system.arena, ends);
+        self.of_motion(&across, quantity)
     }
 
     /// |d| and d|d|/dt in the plane; x_b - x_a and its rate on a line.

@@ -9,15 +9,17 @@ use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{Condition, Program};
 
+use super::suspect::{suspect, too_many_drivers};
 use crate::component::{Held, Origin};
 use crate::diagnostic::{Fault, Span, suggest};
 use crate::equations::{Constraint, CoupledChord, Equations};
+use crate::expr::Symbol;
 use crate::graph::{ElementId, SignedRow, Topology};
 
 /// The fault behind a failure of the first assembly.
-pub fn explain(equations: &Equations, model: &Model, failure: &Failure) -> Fault {
+pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, length: f64) -> Fault {
     match failure {
-        Failure::LoopsOpen { gap } => open_loop(equations, gap),
+        Failure::LoopsOpen { gap } => open_loop(equations, gap, length),
         Failure::LockUp { time, gap } => locked(equations, *time, gap),
         Failure::Contradiction { conditions, velocity, .. } => contradiction(equations, model, conditions, *velocity),
         Failure::OtherBranch { condition: name, guess, found, angular } => {
@@ -55,18 +57,23 @@ pub fn explain(equations: &Equations, model: &Model, failure: &Failure) -> Fault
     }
 }
 
-fn open_loop(equations: &Equations, gap: &Gap) -> Fault {
-    let missing = Kind { angular: gap.angular, rate: false }.show(gap.size);
+fn open_loop(equations: &Equations, gap: &Gap, length: f64) -> Fault {
+    let missing = show(gap.size, gap.angular);
     let message = format!("the loops cannot be closed: at best, {missing} are missing at `{}`", gap.owner);
-    let others = loop_of(equations, gap);
+    if let Some(suspect) = suspect(equations, length) {
+        return suspect.fault("assembly::open_loop", &message);
+    }
+    let mut others = loop_of(equations, gap);
+    others.retain(|name| !drivers(equations).contains(name));
     let check = match drivers(equations).as_slice() {
         [] => "check the lengths".to_string(),
         drivers => format!("check the lengths and the prescribed motion ({})", list(drivers)),
     };
     let within = if others.is_empty() { String::new() } else { format!(" of its loop with {}", list(&others)) };
+    let too_many = too_many_drivers(equations).map(|why| format!("{why}; or ")).unwrap_or_default();
     Fault::new("assembly::open_loop", message, owner_span(equations, &gap.owner))
         .label("does not meet")
-        .help(format!("{check}{within}, or give a better guess of the initial pose"))
+        .help(format!("{too_many}{check}{within}, or give a better guess of the initial pose"))
 }
 
 fn locked(equations: &Equations, time: f64, gap: &Gap) -> Fault {
@@ -82,26 +89,56 @@ fn locked(equations: &Equations, time: f64, gap: &Gap) -> Fault {
         .help("the joints alone hold this part, or another driver does: remove a driver, or a joint of this loop")
 }
 
-fn contradiction(equations: &Equations, model: &Model, names: &[String], velocity: bool) -> Fault {
+fn contradiction(equations: &mut Equations, model: &Model, names: &[String], velocity: bool) -> Fault {
     let level = if velocity { "velocities" } else { "positions" };
-    let loops = !model.program().constraints.is_empty();
     let spans: Vec<Span> = names.iter().map(|name| condition_span(equations, name)).collect();
+    let causes = causes(equations, model, names, velocity);
     let message = match names.last().and_then(|name| Some((name, needed(model, name, velocity)?))) {
-        Some((name, [given, needed])) => {
-            let others = if loops { "the loops and the other" } else { "the other" };
-            format!("`{name}` cannot be {given}: {others} initial {level} make it {needed}")
-        }
-        None if loops => format!("the initial {level} contradict each other or the loops: {}", list(names)),
-        None => format!("the initial {level} contradict each other: {}", list(names)),
+        Some((name, [given, needed])) => format!("`{name}` cannot be {given}: {causes} it {needed}"),
+        None => format!("the initial {level} {} cannot be: {causes} them impossible", list(names)),
     };
     let help = match names {
         [name] => format!("leave `{name}` out, or make it a guess"),
         _ => format!("leave out one of {}, or make it a guess", list(names)),
     };
     let last = spans.last().copied().unwrap_or_default();
-    let also = spans.iter().rev().skip(1).rev().copied().collect();
+    let mut also: Vec<Span> = spans.iter().rev().skip(1).rev().copied().collect();
+    also.extend(equations.system.mechanism.drivers.iter().map(|driver| driver.span));
     let fault = Fault::new("assembly::contradiction", message, last).label("contradicts the others");
     Fault { also, ..fault.help(help) }
+}
+
+/// What an initial value contradicts, as the subject of a sentence with its verb: drivers, loops, other initial values.
+fn causes(equations: &mut Equations, model: &Model, names: &[String], velocity: bool) -> String {
+    let drivers = drivers(equations);
+    let mut causes = Vec::new();
+    if !drivers.is_empty() {
+        let word = if drivers.len() == 1 { "driver" } else { "drivers" };
+        causes.push(format!("the {word} {}", list(&drivers)));
+    }
+    let driven_alone = !drivers.is_empty() && names.iter().all(|name| is_prescribed(equations, name));
+    if !driven_alone {
+        if !model.program().constraints.is_empty() {
+            causes.push("the loops".to_string());
+        }
+        let known = conditions(model.program(), velocity).iter().filter(|condition| condition.known);
+        if known.count() > 1 || causes.is_empty() {
+            causes.push(format!("the other initial {}", if velocity { "velocities" } else { "positions" }));
+        }
+    }
+    let verb = if driven_alone && drivers.len() == 1 { "makes" } else { "make" };
+    format!("{} {verb}", causes.join(" and "))
+}
+
+/// Is a variable given by drivers alone, without any coordinate?
+fn is_prescribed(equations: &mut Equations, name: &str) -> bool {
+    let mechanism = equations.system.mechanism;
+    let variable = mechanism.initial.iter().map(|initial| initial.variable);
+    let Some(variable) = variable.into_iter().find(|variable| mechanism.variable_name(*variable) == name) else {
+        return false;
+    };
+    let value = equations.variable(variable);
+    !equations.system.arena.symbols([value]).iter().any(|symbol| matches!(symbol, Symbol::Coordinate(..)))
 }
 
 /// The value of a condition in the scene, and the one that follows from all others.
@@ -110,6 +147,9 @@ fn needed(model: &Model, name: &str, velocity: bool) -> Option<[String; 2]> {
     let index = conditions(&program, velocity).iter().position(|condition| condition.name == name)?;
     let list = if velocity { &mut program.initial.velocities } else { &mut program.initial.positions };
     list[index].known = false;
+    if !velocity {
+        program.initial.velocities.iter_mut().for_each(|condition| condition.known = false);
+    }
     let free = Model::of_positions(program).ok()?;
     let mut state = free.default_state(free.program().experiment.start);
     solve_initial(&free, &mut state).ok()?;
@@ -141,7 +181,13 @@ pub fn circuit_names(equations: &Equations, constraint: &Constraint) -> Vec<Stri
         Held::Angle => rotation.circuit(constraint.element),
         Held::Along(_) | Held::Length => translation.circuit(constraint.element),
     };
-    let named = row.into_iter().map(|(element, _)| system.element(element));
+    // Arms and axes of the circuit turn as the rotational tree says.
+    let carriers = row.iter().filter_map(|(element, _)| system.element(*element).translation.as_ref()?.carrier());
+    let ground = system.r_node(None);
+    let turned: Vec<_> =
+        carriers.flat_map(|body| rotation.circuit_between([ground, system.r_node(Some(body))])).collect();
+    let turned = turned.into_iter().filter(|(element, _)| !matches!(system.element(*element).origin, Origin::Body(_)));
+    let named = row.into_iter().chain(turned).map(|(element, _)| system.element(element));
     let mut names: Vec<String> = named
         .filter(|element| !matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)))
         .map(|element| element.name.clone())
@@ -162,7 +208,7 @@ fn loop_of(equations: &Equations, gap: &Gap) -> Vec<String> {
     equations.constraints.iter().find(is_owner).map_or_else(Vec::new, |row| circuit_names(equations, row))
 }
 
-fn owner_span(equations: &Equations, name: &str) -> Span {
+pub fn owner_span(equations: &Equations, name: &str) -> Span {
     let element = equations.system.elements.iter().position(|element| element.name == name);
     element.map_or_else(Span::default, |index| span_of(equations, ElementId(index)))
 }
@@ -175,6 +221,11 @@ fn condition_span(equations: &Equations, name: &str) -> Span {
 
 fn drivers(equations: &Equations) -> Vec<String> {
     equations.system.mechanism.drivers.iter().map(|driver| driver.name.clone()).collect()
+}
+
+/// A gap in millimetres or degrees, without its sign.
+pub fn show(size: f64, angular: bool) -> String {
+    Kind { angular, rate: false }.show(size.abs())
 }
 
 pub fn list(names: &[String]) -> String {

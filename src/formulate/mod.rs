@@ -3,6 +3,7 @@
 pub(crate) mod assembly;
 pub(crate) mod limits;
 pub(crate) mod start;
+mod suspect;
 pub mod tree_search;
 
 use std::collections::BTreeSet;
@@ -15,8 +16,9 @@ use crate::component::{Held, Origin, System};
 use crate::diagnostic::{Fault, Span};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
-use crate::formulate::assembly::{circuit_names, explain, list, span_of};
+use crate::formulate::assembly::{circuit_names, explain, list, show, span_of};
 use crate::formulate::start::Start;
+use crate::formulate::suspect::suspect;
 use crate::formulate::tree_search::Search;
 use crate::graph::ElementId;
 use crate::lower::{self, Lowered, Obstacle, Pose};
@@ -72,8 +74,8 @@ pub(crate) fn formulate_written(mechanism: &Mechanism) -> Result<Formulated<'_>,
 /// # Errors
 /// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
 pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -> Result<Formulated<'m>, Vec<Fault>> {
-    let mut faults = check_trivial(&equations);
     let length = typical_length(&mut equations);
+    let mut faults = check_trivial(&equations, length);
     let start = start.cloned().or_else(|| own_start(&equations, length));
     let (model, state) = first_state(&mut equations, length, start.as_ref(), &mut faults)?;
     let active = active_rows(&equations, &model, &state, faults.is_empty());
@@ -131,7 +133,7 @@ fn first_state(
     if let Err(failure) = solve_initial(&model, &mut state)
         && faults.is_empty()
     {
-        faults.push(explain(equations, &model, &failure));
+        faults.push(explain(equations, &model, &failure, length));
     }
     Ok((model, state))
 }
@@ -174,7 +176,7 @@ fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
 }
 
 /// Loop equations without coordinates must be satisfied: two drivers of the same angle must agree.
-fn check_trivial(equations: &Equations) -> Vec<Fault> {
+fn check_trivial(equations: &Equations, length: f64) -> Vec<Fault> {
     let mechanism = equations.system.mechanism;
     let experiment = mechanism.experiment;
     let mut faults = Vec::new();
@@ -184,7 +186,7 @@ fn check_trivial(equations: &Equations) -> Vec<Fault> {
             let at = |symbol: Symbol| if symbol == Symbol::Time { time } else { default_value(mechanism, symbol) };
             let gap = equations.system.arena.evaluate(&[constraint.value], &at)[0];
             if gap.abs() > 1e-9 {
-                faults.push(conflict(equations, constraint, time, gap));
+                faults.push(conflict(equations, constraint, time, gap, length));
                 break;
             }
         }
@@ -192,18 +194,25 @@ fn check_trivial(equations: &Equations) -> Vec<Fault> {
     faults
 }
 
-fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64) -> Fault {
+fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64, length: f64) -> Fault {
     let own = &equations.system.element(constraint.element).name;
-    let others = circuit_names(equations, constraint);
-    let with = list(&others);
-    let amount = if constraint.held == Held::Angle { format!("{gap:.4} rad") } else { format!("{:.4} mm", 1e3 * gap) };
-    Fault::new(
-        "scene::conflict",
-        format!("`{own}` conflicts with {with}: at t = {time} s they differ by {amount}"),
-        span_of(equations, constraint.element),
-    )
-    .label("prescribes what is prescribed already")
-    .help(format!("remove `{own}` or one of the others, or make them agree"))
+    let mut others = circuit_names(equations, constraint);
+    others.retain(|name| name != own);
+    let amount = show(gap, constraint.held == Held::Angle);
+    let mechanism = equations.system.mechanism;
+    let driven = mechanism.drivers.iter().any(|driver| driver.name == *own || others.contains(&driver.name));
+    let when = if driven { format!("at t = {time} s ") } else { String::new() };
+    let message = format!("`{own}` conflicts with {}: {when}they differ by {amount}", list(&others));
+    if let Some(suspect) = suspect(equations, length).filter(|suspect| suspect.name() != own) {
+        return suspect.fault("scene::conflict", &message);
+    }
+    let label = match driven {
+        true => "prescribes what is prescribed already",
+        false => "holds what is held already",
+    };
+    Fault::new("scene::conflict", message, span_of(equations, constraint.element))
+        .label(label)
+        .help(format!("remove `{own}` or one of the others, or make them agree"))
 }
 
 /// Masses that the kernels and the outputs need must be given.

@@ -4,6 +4,7 @@
 //! found without formulating equations.
 
 mod body;
+mod display;
 mod formula;
 pub(crate) mod measure;
 mod name;
@@ -14,6 +15,7 @@ mod unit;
 mod variable;
 
 pub use body::{Body, Outline, Place, Point};
+pub use display::Units;
 pub use formula::{BinaryOperator, Comparison, Formula};
 pub use name::identifier;
 pub use part::{Friction, Motion, Part, Value};
@@ -82,6 +84,10 @@ pub struct Mechanism {
     pub solver: Solver,
     /// Choice of trees.
     pub coordinates: Coordinates,
+    /// The units to show values in: those that the scene asks for, then those that it is written in.
+    pub units: Units,
+    /// The units that the scene asks for.
+    pub display: Units,
 }
 
 impl Mechanism {

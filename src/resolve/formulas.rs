@@ -1,12 +1,16 @@
 //! Quantities to formulas: numbers and units to SI, and checks of the values.
 
+use std::f64::consts::TAU;
+
 use super::lower::Context;
 use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::{Formula, Unit};
 use crate::scene::constant;
-use crate::scene::dimension::{ANGULAR_VELOCITY, Known, SECOND, Wanted};
+use crate::scene::dimension::{
+    ANGLE, ANGULAR_VELOCITY, DAMPING, Known, SECOND, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS, Wanted,
+};
 use crate::scene::expression::shortened;
 use crate::scene::model::Vector;
 use crate::scene::quantity::{Quantity, Reading, Value, read};
@@ -112,7 +116,10 @@ impl Resolver<'_> {
         context: Context,
     ) -> (Formula, Option<Unit>) {
         let text = match &quantity.value {
-            Value::Number(number) => return (self.finite(*number, what, quantity.span), None),
+            Value::Number(number) => {
+                self.suspect_degrees(*number, what, wanted, quantity.span);
+                return (self.finite(*number, what, quantity.span), None);
+            }
             Value::Text(text) => Text::new(text.as_str(), quantity.span),
         };
         if text.text.trim().is_empty() {
@@ -127,9 +134,13 @@ impl Resolver<'_> {
                 self.faults.push(fault);
                 (UNKNOWN, None)
             }
-            Ok(Reading::Number(number)) => (self.finite(number, what, quantity.span), None),
+            Ok(Reading::Number(number)) => {
+                self.suspect_degrees(number, what, wanted, quantity.span);
+                (self.finite(number, what, quantity.span), None)
+            }
             Ok(Reading::Measure(value, unit)) => {
                 self.check_measure(&unit, &text, what, wanted);
+                self.written_in.add(unit.clone());
                 (self.finite(value, what, quantity.span), Some(unit))
             }
             Ok(Reading::Expression) => {
@@ -141,8 +152,42 @@ impl Resolver<'_> {
                     Some(number) => self.finite(number, what, quantity.span),
                     None => formula,
                 };
-                (formula, known.map(from_exponents))
+                if let (Formula::Parameter(_), Known::Nothing) = (&formula, known) {
+                    self.suspect_degrees(self.value(&formula), what, wanted, quantity.span);
+                }
+                (formula, known.unit().map(from_exponents))
             }
+        }
+    }
+
+    /// Warns of a bare angle that is a usual number of degrees: as radians it would be many turns.
+    fn suspect_degrees(&mut self, number: f64, what: &str, wanted: &Wanted, span: Span) {
+        let usual = number.abs() >= 10.0 && (number % 5.0 == 0.0 || number % 22.5 == 0.0);
+        if usual && wanted.exponents == ANGLE.exponents {
+            let message = format!("{what} is {number} radians, {:.1} turns", number / TAU);
+            let fault = Fault::warning("scene::degrees", message, span).label("degrees?");
+            self.faults.push(
+                fault.help(format!("write `\"{number} deg\"` for degrees, `\"{number} rad\"` if radians are meant")),
+            );
+        }
+    }
+
+    /// Warns of a stiffness or damping below zero: the motion then grows by itself.
+    pub(super) fn suspect_growth(&mut self, formula: &Formula, what: &str, wanted: &Wanted, span: Span) {
+        let value = self.value(formula);
+        let effect = match wanted.exponents {
+            known if [STIFFNESS, TORSION_STIFFNESS].iter().any(|stiffness| stiffness.exponents == known) => {
+                "it drives away from rest instead of back"
+            }
+            known if [DAMPING, TORSION_DAMPING].iter().any(|damping| damping.exponents == known) => {
+                "it feeds the motion instead of braking it"
+            }
+            _ => return,
+        };
+        if value < 0.0 {
+            let message = format!("{what} is negative, {value} {}: {effect}", wanted.si);
+            let fault = Fault::warning("scene::negative", message, span).label("below zero");
+            self.faults.push(fault.help("remove the sign, unless the motion is meant to grow"));
         }
     }
 
@@ -202,7 +247,7 @@ impl Resolver<'_> {
 
     /// The unit of an expression against the wanted one. Where the time may occur, seconds pass: an angle of `t`.
     pub(super) fn check_unit(&mut self, known: Known, what: &str, wanted: &Wanted, span: Span, context: Context) {
-        let (Some(exponents), Some(unit)) = (wanted.exponents, known) else {
+        let (Some(exponents), Some(unit)) = (wanted.exponents, known.unit()) else {
             return;
         };
         let is_time = unit == SECOND && context != Context::Constant;

@@ -50,16 +50,12 @@ impl Resolver<'_> {
         } else {
             "give one of them a mass, or join one of them to the ground"
         };
-        let (whose, have) = if island.len() == 1 { ("body", "has") } else { ("bodies", "have") };
-        self.faults.push(
-            Fault::new(
-                "scene::floating",
-                format!("{whose} {names} {have} no mass and no joint leads to the ground"),
-                first.span,
-            )
-            .label("nothing says how it moves")
-            .help(help),
-        );
+        let message = match island {
+            [_] => format!("body {names} is connected to nothing and has no mass"),
+            _ => format!("bodies {names} are connected to each other only, and have no mass"),
+        };
+        self.faults
+            .push(Fault::new("scene::floating", message, first.span).label("nothing says how it moves").help(help));
     }
 
     fn owner_index(&self, point: &Text) -> Option<usize> {

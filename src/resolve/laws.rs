@@ -44,6 +44,16 @@ impl Resolver<'_> {
         user: &str,
         [level, speed]: &[Wanted; 2],
     ) -> Option<Friction> {
+        if matches!(node.kind, Kind::Number(_) | Kind::Text(_)) {
+            let message = format!("{what} is a number, but needs a level and a velocity");
+            let fault = Fault::new("scene::friction", message, node.span).label("not a table");
+            self.faults.push(fault.help(format!(
+                "write `friction = {{ coulomb = ..., velocity = 0.01 }}`: a constant level [{}], and the velocity [{}] below which it fades \
+                 to zero; a coefficient in proportion to the load is not available",
+                level.si, speed.si
+            )));
+            return None;
+        }
         let keys = ["coulomb", "velocity", "viscous", "coefficient"];
         let fields = Fields::open(node, what, node.span, &keys, self.faults)?;
         self.refuse_friction_key(

@@ -66,7 +66,7 @@ impl Resolver<'_> {
 
     fn lower(&mut self, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
         match &tree.kind {
-            TreeKind::Number(number) => Some((Formula::Number(*number), None)),
+            TreeKind::Number(number) => Some((Formula::Number(*number), Known::Number)),
             TreeKind::Name(name) => self.lower_name(name, tree, site),
             TreeKind::Negate(inner) => self.lower(inner, site).map(|(inner, known)| (constant::negate(inner), known)),
             TreeKind::Binary(operator, sides) => self.lower_binary(*operator, sides, tree, site),
@@ -119,12 +119,12 @@ impl Resolver<'_> {
         let lowered: Vec<Option<(Formula, Known)>> =
             arguments.iter().map(|argument| self.lower(argument, site)).collect();
         let lowered: Vec<(Formula, Known)> = lowered.into_iter().collect::<Option<_>>()?;
-        let mut known = None;
+        let mut known = Known::Number;
         for (_, unit) in &lowered {
             known = self.join(known, *unit, "used together with", tree, site);
         }
         if !dimension::accepts(function, known) {
-            let (name, unit) = (function.name(), known.map(unit_name).unwrap_or_default());
+            let (name, unit) = (function.name(), known.unit().map(unit_name).unwrap_or_default());
             self.faults.push(
                 Fault::new(
                     "scene::wrong_unit",
@@ -157,13 +157,13 @@ impl Resolver<'_> {
                 .label(format!("{} and {}", unit_name(a), unit_name(b)))
                 .help("check the units of the parameters and the places of the parentheses"),
             );
-            None
+            Known::Nothing
         })
     }
 
     fn lower_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
         if let Some(part) = site.law_of {
-            return Some((name_in_law(name, part), None));
+            return Some((name_in_law(name, part), Known::Nothing));
         }
         let own = self.own_variable(name, site.context);
         match self.names.get(name) {
@@ -174,16 +174,22 @@ impl Resolver<'_> {
                 (tree, site),
             ),
             Some(Named::Parameter(id)) => {
-                Some((Formula::Parameter(id), self.parameter_units.get(id.0).copied().flatten()))
+                let unit = self.parameter_units.get(id.0).copied().flatten();
+                Some((Formula::Parameter(id), Known::constant(unit)))
             }
             Some(Named::Input(_)) if site.context == Context::Constant => {
                 self.not_constant(&format!("the input `{name}`"), tree, site)
             }
-            Some(Named::Input(id)) => Some((Formula::Input(id), self.input_units.get(id.0).copied().flatten())),
+            Some(Named::Input(id)) => {
+                let unit = self.input_units.get(id.0).copied().flatten();
+                Some((Formula::Input(id), Known::moving(unit)))
+            }
             _ => match (name, own) {
-                ("pi", _) => Some((Formula::Number(PI), None)),
-                ("t", _) if site.context == Context::Constant => self.not_constant("the time `t`", tree, site),
-                ("t", _) => Some((Formula::Time, Some(SECOND))),
+                ("pi", _) => Some((Formula::Number(PI), Known::Number)),
+                ("t" | "time", _) if site.context == Context::Constant => {
+                    self.not_constant(&format!("the time `{name}`"), tree, site)
+                }
+                ("t" | "time", _) => Some((Formula::Time, Known::moving(Some(SECOND)))),
                 (_, Some(own)) => Some(formula_of(own)),
                 _ if name.contains('.') => self.lower_variable(name, tree, site),
                 _ => self.unknown_name(name, tree, site),
@@ -287,7 +293,7 @@ impl Resolver<'_> {
         }
         let mut known = self.names.all(|named| matches!(named, Named::Parameter(_) | Named::Input(_)));
         let given = suggest::list(known.iter().copied());
-        known.extend(["pi", "t"]);
+        known.extend(["pi", "t", "time"]);
         known.extend(
             [Quantity::Length, Quantity::Rate, Quantity::Angle, Quantity::Omega]
                 .map(Quantity::word)
@@ -316,7 +322,7 @@ fn name_in_law(name: &str, part: &Part) -> Formula {
 }
 
 fn formula_of(variable: Variable) -> (Formula, Known) {
-    (Formula::Variable(variable), variable.quantity.measure().exponents)
+    (Formula::Variable(variable), Known::moving(variable.quantity.measure().exponents))
 }
 
 fn unit_name(exponents: Exponents) -> String {
@@ -338,6 +344,7 @@ pub(crate) fn formula_of_numbers(text: &str) -> Option<Formula> {
         incomplete: false,
         parameter_units: Vec::new(),
         input_units: Vec::new(),
+        written_in: crate::mechanism::Units::default(),
     };
     resolver.expression(&Text::from(text), "test", Context::Constant).map(|(formula, _)| formula)
 }

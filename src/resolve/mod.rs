@@ -24,7 +24,7 @@ use crate::component::{ALL, Room};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::mechanism::{Dimension, Formula, Mechanism};
+use crate::mechanism::{Dimension, Formula, Mechanism, Units};
 use crate::scene::unit::Exponents;
 use crate::scene::{Resolved, Scene};
 
@@ -71,11 +71,13 @@ impl Scene {
             values: Vec::new(),
             parameter_units: Vec::new(),
             input_units: Vec::new(),
+            written_in: Units::default(),
         };
         resolver.name();
+        let display = resolver.display();
         let parameters = resolver.parameters();
         let inputs = resolver.inputs();
-        let mechanism = Mechanism {
+        let mut mechanism = Mechanism {
             name: self.name.text.clone(),
             description: self.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
             dimension: self.dimension,
@@ -92,7 +94,10 @@ impl Scene {
             experiment: resolver.experiment(),
             solver: resolver.solver(),
             coordinates: resolver.coordinates(),
+            units: Units::default(),
+            display,
         };
+        mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
         mechanism
     }
@@ -107,6 +112,8 @@ struct Resolver<'s> {
     values: Vec<f64>,
     parameter_units: Vec<Option<Exponents>>,
     input_units: Vec<Option<Exponents>>,
+    /// The first unit of each kind of value in the scene.
+    written_in: Units,
 }
 
 const UNKNOWN: Formula = Formula::Number(f64::NAN);

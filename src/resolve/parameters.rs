@@ -226,6 +226,7 @@ impl Resolver<'_> {
         let Some((formula, known)) = self.constant_tree(&pending.tree, &pending.text, &what) else {
             return;
         };
+        let known = known.unit();
         let found = known.map(unit::from_exponents);
         if let (Some(declared), Some(found)) = (&units[index], &found)
             && !unit::compatible(declared.exponents, found.exponents)

@@ -276,7 +276,11 @@ impl Resolver<'_> {
                     self.must_not_turn(&what, quantity.span);
                 }
                 let formula = match range {
-                    Range::Any => self.constant(&quantity, &what, &wanted),
+                    Range::Any => {
+                        let formula = self.constant(&quantity, &what, &wanted);
+                        self.suspect_growth(&formula, &what, &wanted, quantity.span);
+                        formula
+                    }
                     Range::NotNegative => self.not_negative(&quantity, &what, &wanted),
                     Range::Positive => self.positive_constant(&quantity, &what, &wanted),
                     Range::NotZero => self.nonzero_constant(&quantity, &what, &wanted),

@@ -7,15 +7,20 @@ use super::names::Named;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
-use crate::mechanism::{Coordinates, Experiment, Method, Solver};
+use crate::mechanism::{Coordinates, Experiment, Method, Solver, Units};
 use crate::scene::dimension::{NUMBER, TIME, Wanted};
+use crate::scene::key::Form;
 use crate::scene::quantity::Quantity;
+use crate::scene::tables::DISPLAY;
 
 /// Defaults.
 const START: f64 = 0.0;
 const DURATION: f64 = 10.0;
 const STEPS: f64 = 1000.0;
 const TOLERANCE: f64 = 1e-6;
+
+/// More rows than this of an experiment are hardly meant.
+const MOST_ROWS: f64 = 1e7;
 
 impl Resolver<'_> {
     pub(super) fn experiment(&mut self) -> Experiment {
@@ -36,12 +41,35 @@ impl Resolver<'_> {
         }
         let step = self.positive(given.step.as_ref(), "`step` of `[experiment]`", &TIME);
         let tolerance = self.positive(given.tolerance.as_ref(), "`tolerance` of `[experiment]`", &NUMBER);
-        Experiment {
-            start,
-            stop,
-            step: step.unwrap_or((stop - start) / STEPS),
-            tolerance: tolerance.unwrap_or(TOLERANCE),
+        let step = step.unwrap_or((stop - start) / STEPS);
+        let rows = (stop - start) / step;
+        if rows > MOST_ROWS && step > 0.0 {
+            let span = given.step.as_ref().or(given.stop.as_ref()).map_or(Span::default(), |step| step.span);
+            let message =
+                format!("the experiment reports {rows:.0e} rows: from {start} s to {stop} s in steps of {step} s");
+            let fault = Fault::warning("scene::experiment", message, span).label("so many rows");
+            self.faults
+                .push(fault.help("make `step` longer or `stop` earlier; the solver takes shorter steps by itself"));
         }
+        Experiment { start, stop, step, tolerance: tolerance.unwrap_or(TOLERANCE) }
+    }
+
+    /// The units of `[display]`.
+    pub(super) fn display(&mut self) -> Units {
+        let mut units = Units::default();
+        for (key, name) in &self.scene.display {
+            let Some(unit) = self.unit(Some(name)) else { continue };
+            let form = DISPLAY.iter().find(|known| known.name == key.text).map(|key| key.form);
+            if let Some(Form::UnitOf(wanted)) = form
+                && wanted.exponents != Some(unit.exponents)
+            {
+                let message = format!("`{}` of `[display]` is `{}`, no unit of {}", key.text, name.text, wanted.what);
+                let fault = Fault::new("scene::wrong_unit", message, name.span).label(format!("not {}", wanted.what));
+                self.faults.push(fault.help(format!("give a unit such as `{}`", wanted.si)));
+            }
+            units.add(unit);
+        }
+        units
     }
 
     fn setting(&mut self, quantity: Option<&Quantity>, what: &str, wanted: &Wanted) -> Option<f64> {

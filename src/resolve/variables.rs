@@ -77,8 +77,15 @@ impl Resolver<'_> {
         }
         let system =
             |has: &[Quantity]| Some(Found { owner: Owner::System, called: format!("`{owner}`"), has: has.to_vec() });
-        let part = |id, part, section| {
-            let (words, has) = of_part(part, section)?;
+        let dimension = self.scene.dimension;
+        let part = |id, part: &Part, section| {
+            let (words, mut has) = of_part(part, section)?;
+            let coordinates = part.component(section)?.facts().coordinates(dimension).iter().copied();
+            coordinates.for_each(|quantity| {
+                if !has.contains(&quantity) {
+                    has.push(quantity)
+                }
+            });
             Some(Found { owner: id, called: format!("{words} `{owner}`"), has })
         };
         match owner {

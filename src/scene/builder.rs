@@ -29,6 +29,7 @@ impl Scene {
             experiment: Experiment::default(),
             solver: Solver::default(),
             coordinates: Coordinates::default(),
+            display: Vec::new(),
             source: Source::default(),
             broken: Vec::new(),
         }
@@ -38,6 +39,13 @@ impl Scene {
     #[must_use]
     pub fn description(mut self, text: &str) -> Scene {
         self.description = Some(Text::from(text));
+        self
+    }
+
+    /// Shows results in this unit, such as `deg`, `mm` or `kN`; one for each kind of value.
+    #[must_use]
+    pub fn show_in(mut self, unit: &str) -> Scene {
+        self.display.push((Text::from("units"), Text::from(unit)));
         self
     }
 

@@ -1,71 +1,128 @@
 //! Units of expressions, checked where both sides are known.
 //!
-//! A bare number has no known unit and is compatible with everything; so is every product with one, and what `sin`,
-//! `exp` and the like return. The radian counts as a pure number.
+//! A number alone is compatible with everything, and so is what `sin`, `exp` and the like return; as a factor it is a pure number. Only
+//! where it multiplies something that moves, an input or the time it may be a coefficient with a unit of its own, as in `-0.5*crank.omega`: such a
+//! product is open. What a parameter without a unit is made of is not known. The radian counts as a pure number.
 
 use super::unit::{Exponents, compatible};
 use crate::expr::{Function, Units};
 pub(crate) use crate::mechanism::measure::*;
 use crate::mechanism::{BinaryOperator, Formula};
 
-/// The unit of an expression if it is known.
-pub(crate) type Known = Option<Exponents>;
+/// What is known of the unit of an expression.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Known {
+    Nothing,
+    /// It is made of numbers alone.
+    Number,
+    Unit(Measured),
+}
+
+/// A unit, and what it is the unit of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Measured {
+    exponents: Exponents,
+    /// Has it a number as a factor?
+    scaled: bool,
+    /// Does it depend on the time or the motion?
+    moving: bool,
+}
 
 pub(crate) const PURE: Exponents = [0; 4];
 pub(crate) const SECOND: Exponents = [0, 0, 1, 0];
 const RADIAN: Exponents = [0, 0, 0, 1];
 
+impl Known {
+    /// The unit of a parameter, if it has one.
+    pub fn constant(unit: Option<Exponents>) -> Known {
+        unit.map_or(Known::Nothing, |exponents| Known::Unit(Measured { exponents, scaled: false, moving: false }))
+    }
+
+    /// The unit of the time, of an input or of a variable.
+    pub fn moving(unit: Option<Exponents>) -> Known {
+        unit.map_or(Known::Nothing, |exponents| Known::Unit(Measured { exponents, scaled: false, moving: true }))
+    }
+
+    /// The unit, unless a coefficient may have changed it.
+    pub fn unit(self) -> Option<Exponents> {
+        match self {
+            Known::Unit(unit) if !(unit.scaled && unit.moving) => Some(unit.exponents),
+            _ => None,
+        }
+    }
+
+    fn measured(self) -> Option<Measured> {
+        match self {
+            Known::Nothing => None,
+            Known::Number => Some(Measured { exponents: PURE, scaled: true, moving: false }),
+            Known::Unit(unit) => Some(unit),
+        }
+    }
+}
+
 /// The unit of a sum, a comparison, or of either of two values; the two units if they cannot be combined.
 pub(crate) fn join(a: Known, b: Known) -> Result<Known, (Exponents, Exponents)> {
-    match (a, b) {
+    let moving = [a, b].into_iter().filter_map(Known::measured).any(|unit| unit.moving);
+    // A sum with a certain unit is certain, whatever factors its terms have.
+    let certain = |exponents| Ok(Known::Unit(Measured { exponents, scaled: false, moving }));
+    match (a.unit(), b.unit()) {
         (Some(a), Some(b)) if !compatible(a, b) => Err((a, b)),
-        (Some(a), Some(b)) => Ok(Some(if a[3] == 0 { b } else { a })),
-        (known, None) | (None, known) => Ok(known),
+        (Some(a), Some(b)) => certain(if a[3] == 0 { b } else { a }),
+        (Some(unit), None) | (None, Some(unit)) => certain(unit),
+        (None, None) if a == Known::Nothing || b == Known::Number => Ok(a),
+        (None, None) => Ok(b),
     }
 }
 
 /// The unit of a product, quotient or power; `exponent` is the formula of the right side.
 pub(crate) fn multiply(operator: BinaryOperator, a: Known, b: Known, exponent: &Formula) -> Known {
-    let sign = match operator {
-        BinaryOperator::Power => return power(a?, exponent),
-        BinaryOperator::Divide => -1,
-        _ => 1,
-    };
-    let (a, b) = (a?, b?);
-    let mut product = a;
-    for (sum, other) in product.iter_mut().zip(b) {
-        *sum = sum.checked_add(other.checked_mul(sign)?)?;
+    if operator == BinaryOperator::Power {
+        return power(a, b, exponent);
     }
-    Some(product)
+    if (a, b) == (Known::Number, Known::Number) {
+        return Known::Number;
+    }
+    let sign = if operator == BinaryOperator::Divide { -1 } else { 1 };
+    let (Some(a), Some(b)) = (a.measured(), b.measured()) else {
+        return Known::Nothing;
+    };
+    let mut exponents = a.exponents;
+    for (sum, other) in exponents.iter_mut().zip(b.exponents) {
+        let Some(product) = other.checked_mul(sign).and_then(|other| sum.checked_add(other)) else {
+            return Known::Nothing;
+        };
+        *sum = product;
+    }
+    Known::Unit(Measured { exponents, scaled: a.scaled || b.scaled, moving: a.moving || b.moving })
 }
 
-fn power(base: Exponents, exponent: &Formula) -> Known {
-    let Formula::Number(exponent) = exponent else {
-        return None;
+fn power(base: Known, right: Known, exponent: &Formula) -> Known {
+    let Known::Unit(unit) = base else {
+        return if (base, right) == (Known::Number, Known::Number) { Known::Number } else { Known::Nothing };
     };
-    if exponent.fract() != 0.0 || exponent.abs() > 9.0 {
-        return None;
+    let Formula::Number(exponent) = exponent else {
+        return if unit.exponents == PURE { base } else { Known::Nothing };
+    };
+    let scaled = unit.exponents.map(|e| f64::from(e) * exponent);
+    if scaled.iter().any(|e| e.fract() != 0.0 || e.abs() > f64::from(i8::MAX)) {
+        return Known::Nothing;
     }
-    let mut result = base;
-    for e in &mut result {
-        // At most 9 in size: see above.
-        *e = e.checked_mul(*exponent as i8)?;
-    }
-    Some(result)
+    Known::Unit(Measured { exponents: scaled.map(|e| e as i8), ..unit })
 }
 
 /// The unit that a function returns, given the joined unit of its arguments.
 pub(crate) fn returned(function: Function, argument: Known) -> Known {
+    let moving = argument.measured().is_some_and(|unit| unit.moving);
     match function.units() {
         Units::Kept => argument,
-        Units::Halved => argument.filter(|e| e.iter().all(|e| e % 2 == 0)).map(|e| e.map(|e| e / 2)),
-        Units::Bearing | Units::Angle => Some(RADIAN),
-        Units::Dropped | Units::Pure => None,
+        Units::Halved => power(argument, Known::Number, &Formula::Number(0.5)),
+        Units::Bearing | Units::Angle => Known::Unit(Measured { exponents: RADIAN, scaled: false, moving }),
+        Units::Dropped | Units::Pure => Known::Number,
     }
 }
 
 /// Must the argument be a pure number or an angle? Seconds pass as well: `sin(t)` is what everyone writes.
 pub(crate) fn accepts(function: Function, argument: Known) -> bool {
     let takes_any = !matches!(function.units(), Units::Angle | Units::Pure);
-    takes_any || argument.is_none_or(|unit| compatible(unit, PURE) || unit == SECOND)
+    takes_any || argument.unit().is_none_or(|unit| compatible(unit, PURE) || unit == SECOND)
 }

@@ -47,6 +47,12 @@ impl Kind {
 /// `keys` at its top, or that is wrong in most lines, is something else: that is said once.
 pub(crate) fn from_toml(text: &str, keys: &[&str], faults: &mut Sink) -> Option<Node> {
     let (table, errors) = DeTable::parse_recoverable(text);
+    if !errors.is_empty()
+        && let Some(fault) = super::brackets::unclosed(text, keys)
+    {
+        faults.push(fault);
+        return None;
+    }
     let strange = |error: &&toml::de::Error| !error.message().starts_with("duplicate key");
     if let Some(first) = errors.iter().find(strange)
         && (!keys.iter().any(|key| table.get_ref().contains_key(*key)) || mostly_wrong(text, &errors))
@@ -64,7 +70,7 @@ pub(crate) fn from_toml(text: &str, keys: &[&str], faults: &mut Sink) -> Option<
             usable = false;
             // What follows on the same line comes from the first error.
             if last_line != Some(line) {
-                faults.push(syntax(error.message().trim_end_matches(", expected nothing"), span));
+                faults.push(toml_syntax(text, error.message().trim_end_matches(", expected nothing"), span));
             }
             last_line = Some(line);
         } else if span.start >= repeated_table {
@@ -102,6 +108,25 @@ fn something_else(first: &toml::de::Error, text: &str) -> Fault {
     Fault::new("scene::not_a_scene", "this is not a scene: it is neither TOML nor JSON", span)
         .label(label)
         .help("`cotree new NAME` writes a scene to start from")
+}
+
+/// A fault of TOML's syntax; what is usually meant there.
+fn toml_syntax(text: &str, message: &str, span: Span) -> Fault {
+    let fault = syntax(message, span);
+    let start = text.get(..span.start).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
+    let line = text.get(start..).unwrap_or_default().lines().next().unwrap_or_default();
+    let line = line.split('#').next().unwrap_or_default();
+    let Some((_, value)) = line.split_once('=') else { return fault };
+    let value = value.trim();
+    let is_plain = !value.is_empty() && !value.contains(['"', '\'', '[', '{', '=']);
+    let decimal = value.replacen(',', ".", 1);
+    match is_plain {
+        true if value.contains(',') && decimal.parse::<f64>().is_ok() => {
+            fault.help(format!("the decimal sign is a point: `{decimal}`"))
+        }
+        true => fault.help(format!("texts, numbers with a unit and expressions stand in quotes: `\"{value}\"`")),
+        false => fault,
+    }
 }
 
 /// A fault of the file's syntax.

@@ -199,6 +199,11 @@ impl<'t> Parser<'t> {
                 (inner.start, inner.end) = (start, self.close()?);
                 Ok(inner)
             }
+            Token::Operator(BinaryOperator::Multiply) if self.follows(Token::Operator(BinaryOperator::Multiply)) => {
+                let span = self.text.part(self.tokens[self.at - 1].1, end);
+                let fault = Fault::new("scene::bad_expression", "`**` is no operator", span).label("not understood");
+                Err(fault.help("a power is written with `^`: `x^2`"))
+            }
             _ => Err(self.expected("a number, a name or `(`")),
         }
     }
@@ -321,6 +326,10 @@ impl<'t> Parser<'t> {
         self.at > 0 && matches!(self.tokens[self.at - 1].0, Token::Number(_))
     }
 
+    fn follows(&self, token: Token<'_>) -> bool {
+        self.at > 0 && self.tokens[self.at - 1].0 == token && self.tokens[self.at - 1].2 == self.place().0
+    }
+
     fn fault(&self, message: &str) -> Fault {
         let (start, end) = self.place();
         Fault::new("scene::bad_expression", message, self.text.part(start, end))
@@ -390,6 +399,7 @@ mod tests {
             ("x + 3 mm", "scene::unit_in_expression", (6, 8)),
             ("2 & 3", "scene::bad_expression", (2, 3)),
             ("(1 + 2", "scene::bad_expression", (6, 6)),
+            ("x**2", "scene::bad_expression", (1, 3)),
         ];
         for (text, code, (start, end)) in cases {
             let fault = parse(&Text::new(text, crate::scene::Span::new(0, text.len()))).unwrap_err();

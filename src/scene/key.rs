@@ -64,6 +64,8 @@ pub(crate) enum Form {
     Switch,
     /// A text.
     Text,
+    /// A unit of this measure.
+    UnitOf(Wanted),
     /// A list of names.
     Names,
     /// A table of names with points.

@@ -3,6 +3,7 @@
 //! A [`Scene`] is read from TOML or JSON, or built in Rust; [`Scene::resolve`] turns it into a
 //! [`Mechanism`](crate::mechanism::Mechanism). Whatever is wrong is collected and reported at once, as [`Faults`].
 
+mod brackets;
 mod builder;
 pub(crate) mod constant;
 pub(crate) mod decode;

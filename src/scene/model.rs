@@ -74,6 +74,8 @@ pub struct Scene {
     pub solver: Solver,
     /// Choice of trees.
     pub coordinates: Coordinates,
+    /// Units that results are shown in, such as `deg`, `mm`, `kN`, each with the key that names it.
+    pub display: Vec<(Text, Text)>,
     /// The text that it was read from.
     pub source: Source,
     /// Names of what could not be read: they exist, so that their uses are no further faults.

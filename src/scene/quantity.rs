@@ -73,16 +73,39 @@ pub(crate) fn read(text: &Text) -> Result<Reading, Fault> {
     if rest.is_empty() {
         return Ok(Reading::Number(number));
     }
+    if let Some(fault) = decimal_comma(text, at) {
+        return Err(fault);
+    }
     if !rest.starts_with(|c: char| c.is_alphabetic() || c == '°' || c == '%') && !rest.starts_with("1/") {
         return Ok(Reading::Expression);
     }
     let begin = at + (text.text[at..].len() - text.text[at..].trim_start().len());
     let unit_text = Text::new(rest, text.part(begin, begin + rest.len()));
     if unit_text.text.contains(|c: char| "+-() ,<>".contains(c) && !unit_text.text.contains("^-")) {
-        return Err(unit_in_expression(unit_text.span));
+        let known = unit::separated(&unit_text.text).is_some();
+        return Err(unit::parse(&unit_text)
+            .err()
+            .filter(|_| known)
+            .unwrap_or_else(|| unit_in_expression(unit_text.span)));
     }
     let unit = unit::parse(&unit_text)?;
     Ok(Reading::Measure(number * unit.display.as_ref().map_or(1.0, |display| display.factor), unit))
+}
+
+/// `"0,5 m"`
+fn decimal_comma(text: &Text, at: usize) -> Option<Fault> {
+    let decimals = text.text[at..].strip_prefix(',')?;
+    let digits = decimals.bytes().take_while(u8::is_ascii_digit).count();
+    let meant = format!("{}.{decimals}", &text.text[..at]);
+    (digits > 0).then(|| {
+        Fault::new(
+            "scene::decimal_comma",
+            format!("`{}` has a comma for its decimal point", text.text),
+            text.part(at, at + 1),
+        )
+        .label("a comma")
+        .help(format!("write `{}`", meant.trim()))
+    })
 }
 
 /// `"2 m + x"` and the like.

@@ -1,7 +1,10 @@
 //! The tables of a scene that are no components: every key is written here once, with its unit and what it says.
 
 use super::key::{Form, Key, Range};
-use crate::mechanism::measure::{ACCELERATION, ANYTHING, NUMBER, TIME};
+use crate::mechanism::measure::{
+    ACCELERATION, ANGLE, ANGULAR_VELOCITY, ANYTHING, ENERGY, FORCE, LENGTH, NUMBER, POWER, TIME, TORQUE, VELOCITY,
+    Wanted,
+};
 
 /// The top of a scene.
 pub(crate) const SCENE: &[Key] = &[
@@ -20,6 +23,7 @@ pub(crate) const SCENE: &[Key] = &[
     Key::default("initial", Form::Table, "[initial values](#initial)", "none"),
     Key::default("outputs", Form::Table, "[what is reported](#outputs)", "none"),
     Key::default("experiment", Form::Table, "the [default experiment](#experiment)", "its defaults"),
+    Key::default("display", Form::Table, "the [units that results are shown in](#display)", "SI"),
     Key::default("solver", Form::Table, "[settings of the solver](#solver)", "its defaults"),
     Key::default("coordinates", Form::Table, "the [choice of trees](#coordinates)", "`preset = \"recommended\"`"),
 ];
@@ -90,6 +94,24 @@ pub(crate) const EXPERIMENT: &[Key] = &[
     Key::default("stop", Form::Constant(TIME, Range::Any), "its end", "10 s after the start"),
     Key::default("step", Form::Constant(TIME, Range::Positive), "the communication step", "1/1000 of the time"),
     Key::default("tolerance", Form::Constant(NUMBER, Range::Positive), "relative, on what the user sees", "1e-6"),
+];
+
+const fn unit_of(name: &'static str, wanted: Wanted, about: &'static str) -> Key {
+    Key::default(name, Form::UnitOf(wanted), about, "SI")
+}
+
+/// The units that results are shown in.
+pub(crate) const DISPLAY: &[Key] = &[
+    Key::default("units", Form::Names, "units, one for each kind of value: `[\"deg\", \"mm\", \"kN\"]`", "none"),
+    unit_of("length", LENGTH, "the unit of lengths; velocities and accelerations follow it"),
+    unit_of("angle", ANGLE, "the unit of angles; angular velocities and accelerations follow it"),
+    unit_of("time", TIME, "the unit of the time"),
+    unit_of("velocity", VELOCITY, "the unit of velocities"),
+    unit_of("angular_velocity", ANGULAR_VELOCITY, "the unit of angular velocities"),
+    unit_of("force", FORCE, "the unit of forces"),
+    unit_of("torque", TORQUE, "the unit of torques"),
+    unit_of("energy", ENERGY, "the unit of energies"),
+    unit_of("power", POWER, "the unit of powers"),
 ];
 
 /// Settings of the solver.

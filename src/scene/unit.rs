@@ -120,6 +120,11 @@ fn find(word: &str) -> Option<(&'static Symbol, f64)> {
 }
 
 fn unknown(text: &Text, start: usize, end: usize) -> Fault {
+    if let Some(separated) = separated(&text.text) {
+        let fault =
+            Fault::new("scene::unknown_unit", format!("`{}` is not a unit that cotree knows", text.text), text.span);
+        return fault.label("no such unit").help(format!("write `{separated}`: units are multiplied with a point"));
+    }
     let word = text.text[start..end].trim();
     let known = SYMBOLS.iter().map(|symbol| symbol.name).filter(|name| *name != "1").chain(USUAL);
     let help = match word {
@@ -134,6 +139,45 @@ fn unknown(text: &Text, start: usize, end: usize) -> Fault {
     Fault::new("scene::unknown_unit", format!("`{}` is not a unit that cotree knows", text.text), text.part(start, end))
         .label("no such unit")
         .help(help)
+}
+
+/// The unit that is meant where its factors are not separated by points: `Nm`, `kg m2`, `m/s²`.
+pub(crate) fn separated(text: &str) -> Option<String> {
+    let mut meant = text.replace('²', "2").replace('³', "3").replace("**", "^").replace(['·', '×', '⋅', '-', ' '], ".");
+    while let Some(shorter) =
+        Some(meant.replace("..", ".").replace("./", "/").replace("/.", "/")).filter(|s| *s != meant)
+    {
+        meant = shorter;
+    }
+    let factors: Option<Vec<String>> = meant.split_inclusive(['.', '/', '*']).map(split).collect();
+    let meant = factors?.concat();
+    (meant != text && parse(&Text::from(meant.as_str())).is_ok()).then_some(meant)
+}
+
+/// One factor with the operator behind it; several factors if it is none by itself: `N.m` for `Nm`.
+fn split(factor: &str) -> Option<String> {
+    let word = factor.trim_end_matches(['.', '/', '*']);
+    let letters = word.find(|c: char| !c.is_alphabetic()).unwrap_or(word.len());
+    if word.starts_with('1') || find(&word[..letters]).is_some() {
+        return Some(factor.to_string());
+    }
+    let bare = |word: &str| SYMBOLS.iter().any(|symbol| symbol.name == word);
+    let factors = factors(&word[..letters], &bare).or_else(|| factors(&word[..letters], &|word| find(word).is_some()));
+    Some(factors?.join(".") + &factor[letters..])
+}
+
+/// The fewest symbols that a word can be written with.
+fn factors<'w>(word: &'w str, known: &dyn Fn(&str) -> bool) -> Option<Vec<&'w str>> {
+    const LONGEST: usize = 12;
+    if word.is_empty() || word.len() > LONGEST {
+        return None;
+    }
+    if known(word) {
+        return Some(vec![word]);
+    }
+    let cuts = word.char_indices().skip(1).map(|(at, _)| at).filter(|&at| known(&word[..at]));
+    let rest = cuts.filter_map(|at| Some([vec![&word[..at]], factors(&word[at..], known)?].concat()));
+    rest.min_by_key(Vec::len)
 }
 
 fn add(parts: &mut Vec<(&'static str, i32)>, name: &'static str, exponent: i32) {

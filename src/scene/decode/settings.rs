@@ -4,9 +4,9 @@ use super::Decoder;
 use super::fields::Fields;
 use crate::diagnostic::span::Text;
 use crate::scene::document::{Kind, Node};
-use crate::scene::key::{Key, names};
+use crate::scene::key::{Form, Key, names};
 use crate::scene::model::{Coordinates, Experiment, Initial, OutputExpression, Outputs, Scene, Solver};
-use crate::scene::tables::{COORDINATES, EXPERIMENT, GUESS, OUTPUT, OUTPUTS, SOLVER};
+use crate::scene::tables::{COORDINATES, DISPLAY, EXPERIMENT, GUESS, OUTPUT, OUTPUTS, SOLVER};
 
 impl Decoder {
     pub(super) fn settings(&mut self, top: &Fields<'_>, scene: &mut Scene) {
@@ -28,6 +28,9 @@ impl Decoder {
                 tolerance: self.faults.optional_quantity(&fields, "tolerance"),
             };
         }
+        if let Some(fields) = self.table(top, "display", DISPLAY) {
+            scene.display = self.display(&fields);
+        }
         if let Some(fields) = self.table(top, "solver", SOLVER) {
             scene.solver = Solver {
                 method: self.faults.optional_text(&fields, "method"),
@@ -44,6 +47,21 @@ impl Decoder {
             let spans = ["translation", "rotation"].map(|key| fields.key_span(key).unwrap_or_default());
             scene.coordinates = Coordinates { preset, translation, rotation, spans };
         }
+    }
+
+    /// The units of `[display]`, each with its key.
+    fn display(&mut self, fields: &Fields<'_>) -> Vec<(Text, Text)> {
+        let mut units = Vec::new();
+        for key in DISPLAY {
+            let Some((node, span)) = fields.get(key.name).zip(fields.key_span(key.name)) else { continue };
+            let what = fields.name_of(key.name);
+            let named = match key.form {
+                Form::Names => self.faults.texts(node, &what).unwrap_or_default(),
+                _ => self.faults.text(node, &what).into_iter().collect(),
+            };
+            units.extend(named.into_iter().map(|unit| (Text::new(key.name, span), unit)));
+        }
+        units
     }
 
     fn table<'n>(&mut self, top: &Fields<'n>, key: &str, keys: &[Key]) -> Option<Fields<'n>> {
