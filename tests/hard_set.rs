@@ -155,6 +155,49 @@ fn a_bump_that_is_saturated_on_both_sides_is_not_leapt_over() {
     }
 }
 
+/// Between narrow pushes nothing moves faster or slower, and a few orders of the motion suffice; those of the law's argument do not.
+#[test]
+fn every_push_of_a_train_is_felt_up_to_the_last_one() {
+    for family in FAMILIES.iter().filter(|family| family.name.starts_with("steep: train")) {
+        for case in (900..908).map(family.member) {
+            let model = case.model().unwrap_or_else(|fault| panic!("{}: {fault}", case.scene.name.text));
+            for (tolerance, step) in [(1e-4, 1.0), (1e-6, 0.0713), (1e-8, 0.006), (1e-12, 0.3)] {
+                let outcome = case.run(&model, None, tolerance, Points::Every(step));
+                let run = format!("{} at {tolerance:e}, {step} s", case.scene.name.text);
+                assert!(matches!(outcome, Outcome::Passed(_)), "{run}: {outcome:?}");
+            }
+        }
+    }
+}
+
+/// A pose is passed once, and reported once.
+#[test]
+fn as_many_passages_are_reported_as_bars_come_in_line() {
+    let mut reported = 0;
+    for (seed, tolerance) in (700..712).flat_map(|seed| [1e-4, 1e-7, 1e-10].map(|tolerance| (seed, tolerance))) {
+        let bars = neutral(seed);
+        let scene = bars.scene("neutral").output("crank.angle").output("coupler.angle").output("rocker.angle");
+        let mut instance = started(program(&scene.stop(8.0)), Engine::Taylor, 8.0, tolerance);
+        let (mut sides, mut crossings, mut passages) = (None, Vec::new(), Vec::new());
+        for step in 1..=800 {
+            let time = 0.01 * f64::from(step);
+            instance.step_to(time).unwrap_or_else(|error| panic!("{seed} at {tolerance:e}: {error}"));
+            passages.extend(instance.take_passages().into_iter().map(|passage| passage.time));
+            // In line with the base all three sines vanish at once, and change their signs.
+            let coupler = get_variable(&mut instance, "coupler.angle") - get_variable(&mut instance, "crank.angle");
+            let rocker = get_variable(&mut instance, "rocker.angle") - get_variable(&mut instance, "coupler.angle");
+            let now = [coupler.sin() > 0.0, rocker.sin() > 0.0];
+            if sides.is_some_and(|before: [bool; 2]| before[0] != now[0] && before[1] != now[1]) {
+                crossings.push(time);
+            }
+            sides = Some(now);
+        }
+        assert_eq!(passages.len(), crossings.len(), "{seed} at {tolerance:e}: {passages:?} {crossings:?}");
+        reported += passages.len();
+    }
+    assert!(reported > 30, "{reported}");
+}
+
 /// Where nothing depends on the motion there is no Jacobian, but there are slopes.
 #[test]
 fn a_bump_in_time_alone_is_right_by_the_implicit_method() {

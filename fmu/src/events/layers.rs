@@ -16,9 +16,6 @@ const STEADY: f64 = 1.0;
 /// The last terms of an argument are no larger where it is known well enough to say where its law is steep.
 const UNKNOWN: f64 = 0.1;
 
-/// Coefficients of an argument whose last ones tell how far it is known.
-const LEAST: usize = 6;
-
 /// The arguments of steep laws as polynomials of time since the start of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Layers {
@@ -51,6 +48,11 @@ impl Layers {
 
     fn polynomial(&self, law: usize) -> &[f64] {
         &self.polynomials[law * ROOM..][..self.length]
+    }
+
+    /// Are the arguments known all along a step of length h by their terms up to an order?
+    pub fn are_known<'a>(&self, order: usize, h: f64, series: impl Fn(u32) -> &'a [f64]) -> bool {
+        self.laws.iter().all(|(_, number)| known(&series(*number)[..=order], h) == f64::INFINITY)
     }
 
     /// Where a step of length h must end: the first saturated law comes into its layer of that half width, or an argument is not known any further.
@@ -127,11 +129,7 @@ fn entry(argument: &[f64], h: f64, edge: f64) -> f64 {
 /// How far the last terms of an argument are small; infinity if they are at the end of h.
 fn known(argument: &[f64], h: f64) -> f64 {
     let mut known = f64::INFINITY;
-    // A series that ends early does so because the step is short.
-    if argument.len() < LEAST {
-        return known;
-    }
-    let last = argument.len() - 2;
+    let last = argument.len().saturating_sub(2).max(1);
     for (k, coefficient) in argument.iter().enumerate().skip(last) {
         let within = libm::pow(UNKNOWN / coefficient.abs(), 1.0 / k as f64);
         if within < h {
@@ -162,8 +160,10 @@ mod tests {
 
     #[test]
     fn a_step_ends_at_the_first_layer() {
-        let laws: &[(Steep, &[f64])] =
-            &[(Steep::Saturating, &[100.0, -200.0, 0.0]), (Steep::Saturating, &[-40.0, 0.0, 100.0])];
+        let laws: &[(Steep, &[f64])] = &[
+            (Steep::Saturating, &[100.0, -200.0, 0.0, 0.0, 0.0]),
+            (Steep::Saturating, &[-40.0, 0.0, 100.0, 0.0, 0.0]),
+        ];
         // At 9.5 and at -9.5.
         assert!((layers(laws).first_cut(1.0, 10.0) - 0.4525).abs() < 1e-12);
         assert!((layers(&laws[1..]).first_cut(1.0, 10.0) - 0.305_f64.sqrt()).abs() < 1e-12);

@@ -29,6 +29,8 @@ pub const FAMILIES: &[Family] = &[
     Family { name: "steep: bump in time", member: steep::bump_in_time },
     Family { name: "steep: bump in position", member: steep::bump_in_position },
     Family { name: "steep: train of bumps", member: steep::train },
+    Family { name: "steep: train of bumps in position", member: steep::train_in_position },
+    Family { name: "steep: train of pulses", member: steep::pulses },
     Family { name: "steep: logistic", member: steep::logistic },
     Family { name: "steep: stop", member: steep::stop },
     Family { name: "steep: if and min", member: steep::pieces },

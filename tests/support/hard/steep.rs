@@ -178,6 +178,70 @@ pub fn train(seed: u64) -> Case {
     case("steep: train of bumps", scene, (BLOCK, 3.0), [0.0, 0.0], law)
 }
 
+/// Narrow bumps on the way of a block, one after the other.
+pub fn train_in_position(seed: u64) -> Case {
+    let mut random = Random(7300 + seed);
+    let (period, width) = (random.between(0.1, 0.4), size(&mut random, 3e-3, 5e-2));
+    let (force, v) = (random.between(1.0, 3.0), random.between(1.0, 2.0));
+    let scene = push(smooth_guide("washboard", seed), &format!("{force}*exp(-(sin({PI}*block.x/{period})/{width})^2)"));
+    let law = move |_: f64, x: f64, _: f64| force * (-((PI * x / period).sin() / width).powi(2)).exp();
+    case("steep: train of bumps in position", scene, (BLOCK, 3.0), [0.0, v], law)
+}
+
+/// Short pushes in pieces, by time or by the place of a second block that moves like time: nothing acts between them.
+pub fn pulses(seed: u64) -> Case {
+    let mut random = Random(7400 + seed);
+    let (rate, level, shift) = (random.between(8.0, 80.0), random.between(0.5, 0.99), random.between(0.0, 3.0));
+    let (force, v) = (random.between(1.0, 5.0) / (1.0 - level), random.between(1.0, 2.0));
+    let by_time = seed.is_multiple_of(2);
+    let variable = if by_time { "t" } else { "clock.x" };
+    let scene = smooth_guide("pulses", seed).initial("block.x", 0.0).initial("block.vx", v);
+    let scene = push(scene, &format!("{force}*max(0, sin({rate}*{variable}+{shift})-{level})"));
+    let clock = |scene: Scene| {
+        let scene = scene.body("clock", Body::new().mass(1.0)).prismatic("hand", "ground", "clock", [1.0, 0.0]);
+        scene.initial("clock.x", 0.0).initial("clock.vx", 1.0)
+    };
+    let pulses = Pulses { rate, level, shift };
+    let times: Vec<f64> = (1..=TIMES).map(|k| 0.3 * f64::from(k)).collect();
+    let motion = |&time: &f64| {
+        let [x, rate] = pulses.integrals(time);
+        vec![v * time + force * x, v + force * rate]
+    };
+    let reference =
+        Reference { names: BLOCK.map(String::from).into(), values: times.iter().map(motion).collect(), times };
+    let scene = if by_time { scene } else { clock(scene) };
+    // Each of some 70 corners costs a Runge-Kutta step some tolerances; a pulse is more than 1e-3.
+    Case::new("steep: train of pulses", scene, 3.0, vec![]).driven().against(reference).within(1e4, 1e-6)
+}
+
+/// max(0, sin(rate t + shift) - level)
+struct Pulses {
+    rate: f64,
+    level: f64,
+    shift: f64,
+}
+
+impl Pulses {
+    /// The second and the first integral from zero.
+    fn integrals(&self, time: f64) -> [f64; 2] {
+        let Self { rate, level, shift } = *self;
+        let (rise, fall) = (level.asin(), PI - level.asin());
+        let once = |t: f64| -(rate * t + shift).cos() / rate - level * t;
+        let twice = |t: f64| -(rate * t + shift).sin() / (rate * rate) - level * t * t / 2.0;
+        let (mut sums, mut turn) = ([0.0; 2], -1.0);
+        loop {
+            let [from, to] = [rise, fall].map(|angle| ((angle + 2.0 * PI * turn - shift) / rate).clamp(0.0, time));
+            if from >= time {
+                return sums;
+            }
+            let gained = once(to) - once(from);
+            sums[0] += twice(to) - twice(from) - once(from) * (to - from) + gained * (time - to);
+            sums[1] += gained;
+            turn += 1.0;
+        }
+    }
+}
+
 /// A force that changes by a logistic law, in position or in time; far from the change the exponential is beyond all numbers.
 pub fn logistic(seed: u64) -> Case {
     let mut random = Random(seed);

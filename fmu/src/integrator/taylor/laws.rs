@@ -8,6 +8,8 @@ use crate::integrator::control::Progress;
 use crate::integrator::run::Run;
 use crate::model::Model;
 
+/// Fewer orders do not tell how far an argument is known: two in a row may vanish.
+const LEAST: usize = 6;
 /// A smooth branch that is no longer than so many shortest steps is one of several that begin together.
 const FLEETING: f64 = 64.0;
 
@@ -18,6 +20,19 @@ impl Taylor {
             self.jet.complete(order);
             self.layers.take(order - 1, |slot| self.jet.scalar(slot));
         }
+    }
+
+    /// Are the arguments of laws known so far by their terms below an order? Where a law is constant the motion needs few orders, however fast its
+    /// argument changes.
+    pub(super) fn knows_laws(&mut self, order: usize, h: f64) -> bool {
+        if self.layers.is_empty() && !self.jet.has_switches() {
+            return true;
+        }
+        if order < LEAST {
+            return false;
+        }
+        self.jet.complete(order);
+        self.layers.are_known(order - 1, h, |slot| self.jet.scalar(slot)) && self.jet.sighted(order, h) == h
     }
 
     /// Where the effect of a law begins that the polynomial of a step of length h overlooks: at a place where the law may be steep the accelerations

@@ -69,9 +69,10 @@ pub(super) struct Step {
     pub branches: Choices,
     /// Is a curve followed where branches of the motion come close to each other?
     pub follows: bool,
-    /// Was a singular pose predicted, and has one been located along the polynomial?
+    /// Was a singular pose predicted, has one been located along the polynomial, and was one located wrongly?
     pub predicted: bool,
     pub located: bool,
+    pub missed: bool,
 }
 
 impl Step {
@@ -107,11 +108,13 @@ impl Taylor {
         let longest = growing.min(LONGEST).min(context.settings.max_step).min(following.unwrap_or(LONGEST));
         let natural = self.natural_length(order, tolerance).min(longest);
         self.follow_laws(order);
-        let switch = self.jet.end_of_piece(order, room.min(REACH * natural));
+        let sighted = self.jet.sighted(order, room.min(REACH * natural));
+        let switch = self.jet.end_of_piece(order, sighted);
         if let Some((_, branches)) = switch.filter(|(length, _)| *length < shortest) {
             return Proposal::Switch(branches);
         }
-        let most = self.layers.first_cut(natural.min(room), half_width(tolerance));
+        let cut = self.layers.first_cut(natural.min(room), half_width(tolerance));
+        let most = if sighted < natural.min(room) { math::minimum(cut, sighted) } else { cut };
         // At a root of a law the series knows nothing, however its coefficients come out.
         let known = most >= shortest;
         if !known {
@@ -139,6 +142,7 @@ impl Taylor {
             follows,
             predicted,
             located,
+            missed: false,
         };
         Proposal::Step(Step { h: step.planned(run.singular.ahead), ..step })
     }
@@ -180,7 +184,7 @@ impl Taylor {
             let rate = last as f64 * power;
             let size = self.jet.size(last);
             small = if rate * size <= goal { small + 1 } else { 0 };
-            if small == 2 && rate * room * size <= goal {
+            if small == 2 && rate * room * size <= goal && self.knows_laws(last, room) {
                 return last;
             }
             power *= room;

@@ -94,10 +94,10 @@ impl Taylor {
             return None;
         }
         run.singular.ahead = 0.0;
-        if step.located {
-            return Some(SHORTER * h);
-        }
-        let Some(ahead) = self.locate(context, run, h) else { return Some(SHORTER * h) };
+        // The one that was located is none, or not there.
+        step.missed |= std::mem::replace(&mut step.located, false);
+        let found = if step.missed { None } else { self.locate(context, run, h) };
+        let Some(ahead) = found else { return Some(SHORTER * h) };
         (run.singular.ahead, run.singular.pose, step.located) = (ahead, Some(run.last.end_time + ahead), true);
         Some(step.planned(ahead))
     }

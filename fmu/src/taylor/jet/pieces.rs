@@ -1,7 +1,7 @@
 //! Laws in pieces along a step.
 
 use super::{Jet, vectors};
-use crate::events::switch::{Choices, first_fall};
+use crate::events::switch::{Choices, first_fall, known};
 use crate::taylor::form::Slot;
 
 /// A switching function that is zero within this share of a step after the end of a piece changes there too.
@@ -34,6 +34,11 @@ impl Jet {
     /// Has any law switching functions?
     pub fn has_switches(&self) -> bool {
         self.scalars.switches(0).next().is_some()
+    }
+
+    /// How far within h all switching functions are known. To be called after [`Jet::complete`].
+    pub fn sighted(&self, order: usize, h: f64) -> f64 {
+        self.scalars.switches(order - 1).fold(h, |h, (_, series)| known(series, h))
     }
 
     /// Where the first piece of a step of length h ends, and the choices after it. To be called after [`Jet::complete`].
