@@ -373,12 +373,24 @@ fn platforms_come_from_a_folder_of_runtimes() {
 
 #[cfg(unix)]
 #[test]
-fn a_reader_that_has_seen_enough_is_no_error() {
+fn what_is_not_written_to_the_end_is_no_success() {
     let folder = with_scene();
-    let command = format!("{} simulate crank.toml --step '0.1 ms' | head -n 1", env!("CARGO_BIN_EXE_cotree"));
-    let output = Command::new("sh").args(["-c", &command]).current_dir(folder.path()).output().unwrap();
+    let program = env!("CARGO_BIN_EXE_cotree");
+    let run = |command: &str| {
+        let command = command.replace("cotree", program);
+        Command::new("bash").args(["-c", &command]).current_dir(folder.path()).output().unwrap()
+    };
+    // A reader that has seen enough: nobody is told, but a script can ask.
+    let output = run("cotree simulate crank.toml --step '0.1 ms' | head -n 1; exit ${PIPESTATUS[0]}");
     assert!(stdout(&output).starts_with("time,"));
-    assert_eq!(stderr(&output), "");
+    assert_eq!((code(&output), stderr(&output)), (1, String::new()));
+    for command in ["check crank.toml", "simulate crank.toml", "export crank.toml", "--help", "help check"] {
+        let output = run(&format!("cotree {command} >&-"));
+        assert_eq!((code(&output), stderr(&output)), (1, String::new()), "{command}");
+        assert_eq!(code(&run(&format!("cotree {command} >/dev/null"))), 0, "{command}");
+    }
+    // Nothing goes to standard output here.
+    assert_eq!(code(&run("cotree simulate crank.toml -o table.csv >&-")), 0);
 }
 
 #[cfg(unix)]

@@ -17,6 +17,8 @@ const SCENE: u8 = 1;
 /// Exit code for wrong usage and for files that cannot be read or written.
 pub const USAGE: u8 = 2;
 const NUMERICAL: u8 = 3;
+/// Exit code where standard output is closed before everything is written.
+pub const UNREAD: u8 = 1;
 
 /// Why a command failed.
 #[derive(Debug)]
@@ -27,7 +29,7 @@ pub enum Failure {
     Usage(String),
     /// The solver could not go on.
     Numerical(String),
-    /// Whoever reads the output has seen enough.
+    /// Whoever reads the output has seen enough, or standard output is closed: nothing more is said.
     ClosedPipe,
 }
 
@@ -64,7 +66,7 @@ impl Failure {
                 say(&format!("error: {message}\n"));
                 NUMERICAL
             }
-            Failure::ClosedPipe => 0,
+            Failure::ClosedPipe => UNREAD,
         }
         .into()
     }

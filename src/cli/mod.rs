@@ -32,7 +32,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
                   cotree simulate my_mechanism.toml  see it move, as numbers\n  \
                   cotree view my_mechanism.toml      see it move, in a browser\n  \
                   cotree export my_mechanism.toml    make my_mechanism.fmu\n\n\
-                  Exit codes: 0 good, 1 the scene is at fault, 2 usage or files, 3 the numbers do not work out."
+                  Exit codes: 0 good, 1 the scene is at fault, 2 usage or files, 3 the numbers do not work out.\n            \
+                  Also 1, without a word, if standard output is closed before everything is written."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -78,8 +79,12 @@ pub fn run() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            let _ = error.print(); // a closed pipe is no error
-            return ExitCode::from(if error.use_stderr() { failure::USAGE } else { 0 });
+            let printed = error.print();
+            return ExitCode::from(match (error.use_stderr(), printed) {
+                (true, _) => failure::USAGE,
+                (false, Ok(())) => 0,
+                (false, Err(_)) => failure::UNREAD,
+            });
         }
     };
     let format = cli.global.message_format;
