@@ -1,9 +1,11 @@
 //! What the calls of an importer cost, through the C interface of exported FMUs: `cargo bench --bench fmi`.
 #![allow(missing_docs, reason = "a program, not a library")]
-#![allow(dead_code, reason = "the conformance tests use the rest of the module")]
+#![allow(dead_code, unused_imports, reason = "the conformance tests use the rest of the modules")]
 
 #[path = "../tests/conformance/fmu.rs"]
 mod fmu;
+#[path = "../tests/support/fmu_description.rs"]
+mod fmu_description;
 #[path = "../tests/support/xml.rs"]
 mod xml;
 
@@ -44,8 +46,8 @@ fn measure(model: &str, work: &Path) {
     let experiment = fmu.below("/DefaultExperiment")[0];
     let h: f64 = fmu::attribute(experiment, "stepSize").and_then(|text| text.parse().ok()).expect("a step");
     let slave = fmu.slave();
-    let outputs = fmu.outputs();
-    let settable = fmu.inputs().into_iter().chain(fmu.tunable()).next();
+    let outputs = fmu.of_causality("output");
+    let settable = fmu.inputs().into_iter().chain(fmu.parameters("tunable")).next();
     // Longer than the experiment, some mechanisms spin up for ever.
     let stop: f64 = fmu::attribute(experiment, "stopTime").and_then(|text| text.parse().ok()).expect("a stop");
     let millisecond = (stop > 1.0).then(|| stepping(&slave, 1e-3, |_| {}));

@@ -1,6 +1,8 @@
 //! The catalogue of what an FMU must do, on real FMUs: rules for the archive and the description, and calls through the C interface
 //! alone, each case in a fresh process. Prints a table; with COTREE_CONFORMANCE_TABLE=FILE also writes it there (see tools/conformance.sh).
 
+#[path = "support/archive_rules.rs"]
+mod archive_rules;
 #[path = "conformance/clients.rs"]
 mod clients;
 #[path = "conformance/dynamic/mod.rs"]
@@ -13,8 +15,12 @@ mod fmi3_functions;
 mod fmi_rs;
 #[path = "conformance/fmu.rs"]
 mod fmu;
+#[path = "support/fmu_description.rs"]
+mod fmu_description;
 #[path = "support/fresh.rs"]
 mod fresh;
+#[path = "support/process.rs"]
+mod process;
 #[path = "support/python.rs"]
 mod python;
 #[path = "conformance/table.rs"]
@@ -142,7 +148,8 @@ fn every_case_of_the_catalogue() {
     }
     println!("{}", table::plain(&MODELS, &rows));
     if let Some(file) = env::var_os(TABLE) {
-        fs::write(file, table::markdown(&MODELS, &rows, &archives[0].glibc())).expect("the table can be written");
+        fs::write(file, table::markdown(&MODELS, &rows, &archive_rules::glibc(&archives[0].library)))
+            .expect("the table can be written");
     }
     let known: Vec<&str> = rows.iter().map(|row| row.case).collect();
     let missing: Vec<String> = expected().filter(|case| !known.contains(&case.as_str())).collect();

@@ -3,20 +3,30 @@
 
 #[path = "fmi3/archive.rs"]
 mod archive;
+#[path = "support/archive_rules.rs"]
+mod archive_rules;
 #[path = "fmi3/cases.rs"]
 mod cases;
 #[path = "fmi3/derivatives.rs"]
 mod derivatives;
+#[path = "fmi3/description.rs"]
+mod description;
 #[path = "fmi3/exchange.rs"]
 mod exchange;
 #[path = "support/fmi3_functions.rs"]
 mod fmi3_functions;
 #[path = "fmi3/fmu.rs"]
 mod fmu;
+#[path = "support/fmu_description.rs"]
+mod fmu_description;
 #[path = "support/fresh.rs"]
 mod fresh;
+#[path = "support/process.rs"]
+mod process;
 #[path = "support/python.rs"]
 mod python;
+#[path = "fmi3/surroundings.rs"]
+mod surroundings;
 #[path = "support/xml.rs"]
 mod xml;
 
@@ -51,7 +61,7 @@ fn nothing<T>(found: &[T], what: &str) -> bool {
 }
 
 fn cases() -> impl Iterator<Item = &'static Case> {
-    cases::CASES.iter().chain(derivatives::CASES).chain(exchange::CASES)
+    [cases::CASES, surroundings::CASES, derivatives::CASES, exchange::CASES].into_iter().flatten()
 }
 
 fn scene(model: &str) -> Scene {
@@ -90,6 +100,20 @@ fn one_case() {
     check(&Fmu::open(Path::new(&folder)));
 }
 
+/// Which documents have an official schema.
+const SCHEMAS: [(&str, &str, &str); 2] = [
+    ("3S01", "the description is valid by the official schema", "modelDescription.xml"),
+    ("3S29", "terminals are valid by the official schema", "terminalsAndIcons/terminalsAndIcons.xml"),
+];
+
+fn valid(document: &Path) -> Result<Option<String>, String> {
+    let Some((_, python)) = python::python("fmpy", REQUIREMENTS) else {
+        return Ok(Some("COTREE_SKIP_FMPY=1 is set".to_owned()));
+    };
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fmpy/schema.py");
+    python::run(Command::new(python).arg(script).arg(document)).map(|_| None)
+}
+
 #[test]
 fn every_case_of_the_catalogue() {
     let work = tempfile::tempdir().expect("a folder");
@@ -104,14 +128,19 @@ fn every_case_of_the_catalogue() {
         outcomes.iter().for_each(|outcome| counts[word(outcome)] += 1);
         let words: Vec<&str> = outcomes.iter().map(|outcome| ["pass", "-", "FAIL"][word(outcome)]).collect();
         table.push_str(&format!("| {case} | {what} | {} |\n", words.join(" | ")));
-        if outcomes.iter().all(|outcome| matches!(outcome, Ok(Some(_)))) {
+        // The schemas are left out when the user asks for that.
+        let skipped = SCHEMAS.iter().any(|schema| schema.0 == case);
+        if !skipped && outcomes.iter().all(|outcome| matches!(outcome, Ok(Some(_)))) {
             failures.push(format!("{case}: no model shows: {what}"));
         }
         for (outcome, model) in outcomes.into_iter().zip(MODELS) {
             failures.extend(outcome.err().map(|reason| format!("{case} {model}: {what}\n{reason}")));
         }
     };
-    for &(case, what, check) in archive::RULES {
+    for (case, what, file) in SCHEMAS {
+        note(case, what, folders.iter().map(|folder| valid(&folder.join(file))).collect());
+    }
+    for &(case, what, check) in archive::RULES.iter().chain(description::RULES) {
         let checked = folders.iter().map(|folder| match check(&Fmu::open(folder)) {
             complaints if complaints.is_empty() => Ok(None),
             complaints => Err(complaints.join("\n")),
@@ -181,4 +210,32 @@ fn an_fmu_of_either_version_says_what_it_is() {
         assert_eq!((mass.start.as_deref(), mass.min.as_deref(), &*mass.unit), (Some("1.0"), Some("0.001"), "kg"));
         assert!(contents.to_string().contains(&format!("FMI {} ", version.number())));
     }
+}
+
+/// The members of a terminal: what they are called there, which variables they are, how they are connected.
+fn members(fmu: &Fmu, terminal: &str) -> Vec<[String; 3]> {
+    let (tags, mut found, mut within) = (fmu.terminals(), Vec::new(), false);
+    for tag in tags {
+        let text = |key| xml::attribute(&tag, key).unwrap_or_default().to_owned();
+        match tag.0.ends_with("/TerminalMemberVariable") {
+            true if within => found.push([text("memberName"), text("variableName"), text("variableKind")]),
+            true => {}
+            false => within = text("name") == terminal,
+        }
+    }
+    found
+}
+
+#[test]
+fn a_terminal_has_the_motions_and_forces_of_its_part() {
+    let work = tempfile::tempdir().expect("a folder");
+    let at = |model: &str, terminal: &str| {
+        let fmu = Fmu::open(&unpacked(model, FmiVersion::V3, work.path()));
+        members(&fmu, terminal).into_iter().map(|member| member.join(" ")).collect::<Vec<_>>()
+    };
+    assert_eq!(at("cart_pole", "cart"), ["drive_x push inflow"]);
+    assert_eq!(at("cart_pole", "hinge"), ["fx hinge.fx outflow", "fy hinge.fy outflow"]);
+    assert_eq!(at("cart_pole", "rail")[..3], ["s rail.s signal", "v rail.v signal", "fn rail.fn outflow"]);
+    assert_eq!(at("cart_pole", "energy"), [""; 0]);
+    assert!(at(DRIVEN, "crank_pivot").contains(&"motor turn signal".to_owned()));
 }

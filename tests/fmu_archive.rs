@@ -84,6 +84,7 @@ fn pendulum() -> Description {
             omega,
             alpha,
         ],
+        terminals: vec![],
     }
 }
 

@@ -92,6 +92,7 @@ fn description() -> Description {
         indicators: 0,
         moves_states: false,
         variables: variables.collect(),
+        terminals: vec![],
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use cotree_fmu::program::{Motion, Source};
 
 use super::description::{Causality, Description, ScalarVariable, Start};
+use super::terminals::terminals;
 use crate::formulate::Formulated;
 use crate::lower::Row;
 use crate::mechanism::{Mechanism, identifier};
@@ -26,6 +27,7 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         moves_states: program.motion == Motion::Dynamic
             && program.constraints.iter().any(|constraint| constraint.active),
         variables: rows.iter().map(|row| variable(mechanism, rows, row)).collect(),
+        terminals: terminals(mechanism, rows),
     }
 }
 

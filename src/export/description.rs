@@ -27,6 +27,39 @@ pub struct Description {
     pub moves_states: bool,
     /// Every variable; its place is its value reference.
     pub variables: Vec<ScalarVariable>,
+    /// What can be connected together.
+    pub terminals: Vec<Terminal>,
+}
+
+/// Variables that belong to one part of the mechanism.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Terminal {
+    /// The part's name; unique.
+    pub name: String,
+    /// Its variables.
+    pub members: Vec<Member>,
+}
+
+/// A variable of a terminal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Member {
+    /// What it is called there; unique.
+    pub name: String,
+    /// Its place among the variables.
+    pub variable: usize,
+    /// Does it add up to zero with others where it is connected?
+    pub flow: Flow,
+}
+
+/// How a variable of a terminal is connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flow {
+    /// It is the same at all ends.
+    None,
+    /// A force or torque on the mechanism.
+    In,
+    /// A force or torque of the mechanism.
+    Out,
 }
 
 /// A variable of type Real.

@@ -8,6 +8,7 @@ pub mod inspect;
 mod libraries;
 pub mod page;
 pub mod runtime;
+mod terminals;
 pub mod xml;
 
 /// A version of FMI. Both have the same program and the same runtime inside.

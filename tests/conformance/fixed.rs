@@ -3,8 +3,8 @@
 use std::collections::{BTreeSet, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
+use crate::archive_rules::{entries, needs_little, plain_zip, symbols};
 use crate::fmi3_functions;
 use crate::fmu::*;
 
@@ -12,7 +12,7 @@ use crate::fmu::*;
 pub type Case = (&'static str, &'static str, fn(&Archive) -> Vec<String>);
 
 pub const CASES: &[Case] = &[
-    ("S02", "a plain zip archive", plain_zip),
+    ("S02", "a plain zip archive", |archive| plain_zip(&archive.bytes)),
     ("S03", "version, GUID, identifier, library", identity),
     ("S04", "variable names", names),
     ("S05", "causality, variability, initial", combinations),
@@ -27,7 +27,7 @@ pub const CASES: &[Case] = &[
     ("S14", "default experiment and date", experiment),
     ("S15", "every function is exported", exported),
     ("S16", "nothing else is exported", only_exported),
-    ("S17", "the library needs the C library only", needed),
+    ("S17", "the library needs the C library only", |archive| needs_little(&archive.library)),
     ("S18", "documentation and licence", documentation),
     ("S19", "descriptions and units", described),
 ];
@@ -36,23 +36,13 @@ pub const CASES: &[Case] = &[
 pub struct Archive {
     bytes: Vec<u8>,
     fmu: Fmu,
-    library: PathBuf,
+    pub library: PathBuf,
 }
 
 impl Archive {
     pub fn open(archive: &Path, folder: &Path) -> Self {
         let fmu = Fmu::open(folder);
-        let library = Fmu::library_path(folder, &fmu.identifier);
-        Self { bytes: fs::read(archive).expect("a file"), fmu, library }
-    }
-
-    /// The newest version of the C library that the shared library asks for.
-    pub fn glibc(&self) -> String {
-        let symbols = printed("objdump", &["-T"], &self.library);
-        let versions = symbols.split(|c: char| c.is_whitespace() || "()".contains(c));
-        let versions = versions.filter(|word| word.starts_with("GLIBC_") && !word.ends_with("PRIVATE"));
-        let newest = versions.reduce(|newest, version| if newer(version, newest) { version } else { newest });
-        newest.expect("it uses the C library").to_owned()
+        Self { bytes: fs::read(archive).expect("a file"), library: fmu.library_path(), fmu }
     }
 
     fn text<'a>(&'a self, end: &str, key: &str) -> Vec<&'a str> {
@@ -78,6 +68,11 @@ impl Archive {
     }
 }
 
+/// The index from 1 of what a variable is the derivative of.
+fn state(variable: &Variable) -> Option<usize> {
+    variable.derivative.map(|index| index as usize)
+}
+
 fn complain(holds: bool, complaint: impl Into<String>) -> Vec<String> {
     if holds { vec![] } else { vec![complaint.into()] }
 }
@@ -87,36 +82,8 @@ fn each(archive: &Archive, rule: impl Fn(&Variable) -> bool) -> Vec<String> {
     archive.fmu.variables.iter().filter(|variable| !rule(variable)).map(|variable| format!("{variable:?}")).collect()
 }
 
-/// Headers of the central directory: version needed, flags, method, mode, name.
-fn entries(bytes: &[u8]) -> Vec<(u16, u16, u16, u32, String)> {
-    let short = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
-    let long = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
-    let end = bytes.len() - 22;
-    assert_eq!(long(end), 0x0605_4b50, "no comment at the end");
-    let mut at = long(end + 16) as usize;
-    let mut entries = Vec::new();
-    for _ in 0..short(end + 10) {
-        assert_eq!(long(at), 0x0201_4b50);
-        let [name, extra, comment] = [28, 30, 32].map(|field| short(at + field) as usize);
-        let text = String::from_utf8_lossy(&bytes[at + 46..at + 46 + name]).into_owned();
-        entries.push((short(at + 6), short(at + 8), short(at + 10), long(at + 38) >> 16, text));
-        at += 46 + name + extra + comment;
-    }
-    entries
-}
-
-fn plain_zip(archive: &Archive) -> Vec<String> {
-    let mut seen = HashSet::new();
-    let bad = entries(&archive.bytes).into_iter().filter(|(version, flags, method, mode, name)| {
-        let link = mode & 0o170_000 == 0o120_000;
-        let path = name.contains('\\') || name.starts_with('/') || name.split('/').any(|part| part == "..");
-        *version & 0xff > 20 || flags & 1 != 0 || ![0, 8].contains(method) || link || path || !seen.insert(name.clone())
-    });
-    bad.map(|entry| format!("{entry:?}")).collect()
-}
-
 fn identity(archive: &Archive) -> Vec<String> {
-    let identifier = &archive.fmu.identifier;
+    let identifier = archive.fmu.identifier();
     let c_name = identifier.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
         && !identifier.starts_with(|c: char| c.is_ascii_digit());
     let all = c_name
@@ -167,7 +134,7 @@ fn outputs(archive: &Archive) -> Vec<String> {
 fn derivatives(archive: &Archive) -> Vec<String> {
     let mut listed: Vec<usize> = archive.unknowns("Derivatives").into_iter().map(|unknown| unknown.0).collect();
     listed.sort_unstable();
-    let states: Vec<usize> = archive.fmu.variables.iter().filter_map(|variable| variable.derivative).collect();
+    let states: Vec<usize> = archive.fmu.variables.iter().filter_map(state).collect();
     let unique: BTreeSet<usize> = states.iter().copied().collect();
     let continuous = states.iter().all(|&state| archive.fmu.variables[state - 1].variability == "continuous");
     let same = listed == archive.indices(|variable| variable.derivative.is_some());
@@ -176,7 +143,7 @@ fn derivatives(archive: &Archive) -> Vec<String> {
 
 fn initial_unknowns(archive: &Archive) -> Vec<String> {
     let listed: Vec<usize> = archive.unknowns("InitialUnknowns").into_iter().map(|unknown| unknown.0).collect();
-    let states: BTreeSet<usize> = archive.fmu.variables.iter().filter_map(|variable| variable.derivative).collect();
+    let states: BTreeSet<usize> = archive.fmu.variables.iter().filter_map(state).collect();
     let variables = archive.fmu.variables.iter().enumerate();
     let wanted: Vec<usize> = variables
         .filter(|(index, variable)| {
@@ -191,7 +158,7 @@ fn initial_unknowns(archive: &Archive) -> Vec<String> {
 
 fn dependencies(archive: &Archive) -> Vec<String> {
     let count = archive.fmu.variables.len();
-    let states: BTreeSet<usize> = archive.fmu.variables.iter().filter_map(|variable| variable.derivative).collect();
+    let states: BTreeSet<usize> = archive.fmu.variables.iter().filter_map(state).collect();
     let mut complaints = Vec::new();
     for list in ["Outputs", "Derivatives", "InitialUnknowns"] {
         for (index, on) in archive.unknowns(list) {
@@ -251,21 +218,8 @@ fn experiment(archive: &Archive) -> Vec<String> {
     complain(sound && dates.iter().all(|date| date.len() == 20 && date.ends_with('Z')), format!("{dates:?}"))
 }
 
-/// What a tool prints about the library.
-fn printed(tool: &str, arguments: &[&str], library: &Path) -> String {
-    let output = Command::new(tool).args(arguments).arg(library).output();
-    let output = output.unwrap_or_else(|error| panic!("{tool} (package binutils): {error}"));
-    assert!(output.status.success(), "{tool}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
-fn symbols(archive: &Archive) -> Vec<String> {
-    let text = printed("nm", &["-D", "--defined-only"], &archive.library);
-    text.lines().filter_map(|line| line.split_whitespace().next_back()).map(str::to_owned).collect()
-}
-
 fn exported(archive: &Archive) -> Vec<String> {
-    let symbols = symbols(archive);
+    let symbols = symbols(&archive.library);
     let missing = FUNCTIONS.iter().filter(|name| !symbols.iter().any(|symbol| symbol == *name));
     missing.map(|name| (*name).to_owned()).collect()
 }
@@ -275,37 +229,11 @@ fn only_exported(archive: &Archive) -> Vec<String> {
     let permitted = |symbol: &String| {
         FUNCTIONS.contains(&symbol.as_str()) || fmi3_functions::FUNCTIONS.split_whitespace().any(|name| name == symbol)
     };
-    symbols(archive).into_iter().filter(|symbol| !permitted(symbol)).collect()
-}
-
-fn needed(archive: &Archive) -> Vec<String> {
-    const PERMITTED: [&str; 6] = ["libc.so", "libm.so", "libdl.so", "libpthread.so", "libgcc_s.so", "ld-linux"];
-    let dynamic = printed("readelf", &["-dW"], &archive.library);
-    let libraries = dynamic.lines().filter(|line| line.contains("(NEEDED)"));
-    let foreign = libraries.filter(|line| !PERMITTED.iter().any(|name| line.contains(name)));
-    let mut complaints: Vec<String> = foreign.map(str::to_owned).collect();
-    complaints.extend(dynamic.lines().filter(|line| line.contains("PATH)")).map(str::to_owned));
-    complaints.extend(complain(!newer(&archive.glibc(), NEWEST_GLIBC), format!("needs {}", archive.glibc())));
-    let segments = printed("readelf", &["-lW"], &archive.library);
-    let stack = segments.lines().find(|line| line.contains("GNU_STACK"));
-    complaints.extend(stack.filter(|line| line.contains("RWE")).map(str::to_owned));
-    complaints
-}
-
-/// The C library of Debian 10 and RHEL 8.
-const NEWEST_GLIBC: &str = "GLIBC_2.28";
-
-/// Is the first version newer than the second?
-fn newer(version: &str, other: &str) -> bool {
-    let numbers = |text: &str| -> Vec<u32> {
-        let number = |part: &str| part.parse().expect("a number");
-        text.trim_start_matches("GLIBC_").split('.').map(number).collect()
-    };
-    numbers(version) > numbers(other)
+    symbols(&archive.library).into_iter().filter(|symbol| !permitted(symbol)).collect()
 }
 
 fn documentation(archive: &Archive) -> Vec<String> {
-    let names: Vec<String> = entries(&archive.bytes).into_iter().map(|entry| entry.4).collect();
+    let names: Vec<String> = entries(&archive.bytes).into_iter().map(|entry| entry.name).collect();
     let wanted = ["documentation/index.html", "documentation/licenses/license.txt", "model.png"];
     wanted.into_iter().filter(|name| !names.iter().any(|known| known == name)).map(str::to_owned).collect()
 }

@@ -1,116 +1,40 @@
 //! An unpacked FMU as an importer sees it: its description, and its library through the C interface alone.
 
 use std::ffi::{CStr, CString, c_void};
-use std::path::{Path, PathBuf};
+use std::ops::Deref;
+use std::path::Path;
 use std::ptr::{null, null_mut};
 use std::sync::Mutex;
 
 use cotree_fmu::fmi2::types::fmi2Status::{self, fmi2OK};
 use cotree_fmu::fmi2::types::*;
 
-pub use crate::xml::{Tag, attribute, tags};
-
-/// A variable of the description.
-#[derive(Clone, Debug)]
-pub struct Variable {
-    pub name: String,
-    pub reference: u32,
-    pub causality: String,
-    pub variability: String,
-    pub initial: Option<String>,
-    pub start: Option<f64>,
-    pub min: Option<f64>,
-    pub max: Option<f64>,
-    pub derivative: Option<usize>,
-}
+pub use crate::fmu_description::{Description, Variable};
+pub use crate::xml::attribute;
 
 /// An unpacked FMU.
 pub struct Fmu {
-    pub folder: PathBuf,
-    pub tags: Vec<Tag>,
+    pub about: Description,
     pub guid: String,
-    pub identifier: String,
-    pub variables: Vec<Variable>,
     pub library: Library,
+}
+
+impl Deref for Fmu {
+    type Target = Description;
+
+    fn deref(&self) -> &Description {
+        &self.about
+    }
 }
 
 impl Fmu {
     pub fn open(folder: &Path) -> Self {
-        let document = std::fs::read(folder.join("modelDescription.xml")).expect("a description");
-        let tags = tags(&document);
-        let below = |end: &str| tags.iter().filter(|tag| tag.0.ends_with(end)).collect::<Vec<_>>();
-        let number = |tag: &Tag, key| attribute(tag, key).map(|text| text.parse::<f64>().expect("a number"));
-        let variables = below("/ScalarVariable")
-            .into_iter()
-            .zip(below("/ScalarVariable/Real"))
-            .map(|(scalar, real)| Variable {
-                name: attribute(scalar, "name").expect("required").to_owned(),
-                reference: attribute(scalar, "valueReference").expect("required").parse().expect("a number"),
-                causality: attribute(scalar, "causality").unwrap_or("local").to_owned(),
-                variability: attribute(scalar, "variability").unwrap_or("continuous").to_owned(),
-                initial: attribute(scalar, "initial").map(str::to_owned),
-                start: number(real, "start"),
-                min: number(real, "min"),
-                max: number(real, "max"),
-                derivative: attribute(real, "derivative").map(|text| text.parse().expect("a number")),
-            })
-            .collect();
-        let guid = attribute(&tags[0], "guid").expect("required").to_owned();
-        let identifier = attribute(below("/CoSimulation")[0], "modelIdentifier").expect("required").to_owned();
-        let library = Library::load(&Self::library_path(folder, &identifier));
-        Self { folder: folder.to_owned(), guid, identifier, variables, library, tags }
-    }
-
-    pub fn library_path(folder: &Path, identifier: &str) -> PathBuf {
-        let platform = cotree::export::runtime::Platform::host().expect("a platform with a name");
-        folder.join(format!("binaries/{}/{identifier}.{}", platform.folder, platform.extension))
-    }
-
-    pub fn below(&self, end: &str) -> Vec<&Tag> {
-        self.tags.iter().filter(|tag| tag.0.ends_with(end)).collect()
-    }
-
-    pub fn flag(&self, interface: &str, name: &str) -> bool {
-        let tags = self.below(&format!("fmiModelDescription/{interface}"));
-        tags.first().is_some_and(|tag| attribute(tag, name) == Some("true"))
+        let about = Description::read(folder);
+        Self { guid: about.head("guid").to_owned(), library: Library::load(&about.library_path()), about }
     }
 
     pub fn resources(&self) -> String {
         format!("file://{}/resources", self.folder.display())
-    }
-
-    pub fn references(&self, wanted: impl Fn(&Variable) -> bool) -> Vec<u32> {
-        self.variables.iter().filter(|variable| wanted(variable)).map(|variable| variable.reference).collect()
-    }
-
-    pub fn inputs(&self) -> Vec<u32> {
-        self.references(|variable| variable.causality == "input")
-    }
-
-    pub fn outputs(&self) -> Vec<u32> {
-        self.references(|variable| variable.causality == "output")
-    }
-
-    pub fn tunable(&self) -> Vec<u32> {
-        self.references(|variable| variable.variability == "tunable")
-    }
-
-    pub fn fixed(&self) -> Vec<u32> {
-        self.references(|variable| variable.causality == "parameter" && variable.variability == "fixed")
-    }
-
-    pub fn variable(&self, reference: u32) -> &Variable {
-        self.variables.iter().find(|variable| variable.reference == reference).expect("known")
-    }
-
-    pub fn default(&self, reference: u32) -> f64 {
-        self.variable(reference).start.expect("has a start value")
-    }
-
-    /// Another permitted value than the default: small, so that loops still close.
-    pub fn other(&self, reference: u32) -> f64 {
-        let start = self.default(reference);
-        if start == 0.0 { 0.5 } else { start * 1.01 }
     }
 
     pub fn instantiate(&self, kind: fmi2Type, location: &str, logging: bool) -> Option<Slave<'_>> {
@@ -178,34 +102,11 @@ pub fn callbacks(messages: &Messages) -> fmi2CallbackFunctions {
     }
 }
 
-macro_rules! library {
-    ($($field:ident = $symbol:literal ($($argument:ty),*) $(-> $result:ty)?;)*) => {
-        /// The functions of the interface.
-        pub struct Library {
-            $(pub $field: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
-            _handle: libloading::Library,
-        }
-
-        impl Library {
-            pub fn load(path: &Path) -> Self {
-                // SAFETY: loading runs no code but that of the Rust runtime; the signatures are those of the standard.
-                unsafe {
-                    let handle = libloading::Library::new(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-                    Self { $($field: *handle.get($symbol.as_bytes()).expect($symbol),)* _handle: handle }
-                }
-            }
-        }
-
-        /// Names of all functions of the standard.
-        pub const FUNCTIONS: &[&str] = &[$($symbol),*];
-    };
-}
-
 type C = fmi2Component;
 type S = fmi2Status;
 type References = *const fmi2ValueReference;
 
-library! {
+crate::library! {
     types_platform = "fmi2GetTypesPlatform"() -> fmi2String;
     version = "fmi2GetVersion"() -> fmi2String;
     set_debug_logging = "fmi2SetDebugLogging"(C, fmi2Boolean, usize, *const fmi2String) -> S;

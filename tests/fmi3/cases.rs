@@ -127,7 +127,7 @@ pub const CASES: &[Case] = &[
         let instance = fmu.made();
         settable.iter().for_each(|&reference| assert_eq!(instance.put(reference, fmu.other(reference)), fmi3OK));
         assert_eq!(instance.reset(), fmi3OK);
-        settable.iter().for_each(|&reference| assert_eq!(instance.get(reference), Ok(fmu.start(reference))));
+        settable.iter().for_each(|&reference| assert_eq!(instance.get(reference), Ok(fmu.default(reference))));
     }),
     ("3D21", "no configuration mode", |fmu| {
         refused(fmu, |_| (), &[("configuration", |i| i.call(i.fmi().enter_configuration))]);
@@ -217,8 +217,8 @@ pub const CASES: &[Case] = &[
             assert_eq!(instance.put(reference, fmu.other(reference)), fmi3OK);
             assert_eq!(instance.enter(), fmi3OK);
             assert_eq!(instance.get(reference), Ok(fmu.other(reference)));
-            assert_eq!(instance.put(reference, fmu.start(reference)), fmi3OK);
-            assert_eq!((instance.exit(), instance.get(reference)), (fmi3OK, Ok(fmu.start(reference))));
+            assert_eq!(instance.put(reference, fmu.default(reference)), fmi3OK);
+            assert_eq!((instance.exit(), instance.get(reference)), (fmi3OK, Ok(fmu.default(reference))));
         }
     }),
     ("3D32", "start values when instantiated", |fmu| {
@@ -427,7 +427,7 @@ pub const CASES: &[Case] = &[
             |i: &Instance| i.start(),
             &[
                 ("evaluate", |i| i.call(i.fmi().evaluate)),
-                ("dependencies", |i| unsafe { (i.fmi().dependencies)(i.c, 0, &mut 0) }),
+                ("dependencies", |i| unsafe { (i.fmi().dependency_count)(i.c, 0, &mut 0) }),
                 ("partitions", |i| unsafe { (i.fmi().activate)(i.c, 0, 0.0) }),
             ],
         );
@@ -525,7 +525,7 @@ fn event_mode(instance: &Instance) -> cotree_fmu::fmi3::types::fmi3Status {
 pub type Call = (&'static str, fn(&Instance) -> cotree_fmu::fmi3::types::fmi3Status);
 
 /// Each call is an error in this state, and only a reset helps then.
-fn refused(fmu: &Fmu, prepare: impl Fn(&Instance), calls: &[Call]) {
+pub fn refused(fmu: &Fmu, prepare: impl Fn(&Instance), calls: &[Call]) {
     for (name, call) in calls {
         let instance = fmu.make(&logged()).expect("instantiates");
         prepare(&instance);

@@ -97,7 +97,7 @@ pub const CASES: &[Case] = &[
         for input in fmu.inputs() {
             let listed = watched.iter().filter(|&&reference| depends(fmu, reference, input)).count();
             let before = instance.read(&watched);
-            assert_eq!(instance.put(input, fmu.start(input) + 0.3), fmi3OK);
+            assert_eq!(instance.put(input, fmu.default(input) + 0.3), fmi3OK);
             let moved = instance.read(&watched).iter().zip(before).filter(|(now, before)| *now != before).count();
             assert!(moved > 0 || listed == 0, "{}", fmu.variable(input).name);
         }
@@ -205,6 +205,24 @@ pub const CASES: &[Case] = &[
         {
             let error = (exchanged - simulated).abs() / simulated.abs().max(1.0);
             assert!(error < 2e-4, "{}: {exchanged} {simulated}", fmu.variable(*reference).name);
+        }
+    }),
+    ("3M15", "a tunable parameter that is not listed moves nothing", |fmu| {
+        let Some(instance) = fmu.exchanged() else { return };
+        let tunable = fmu.parameters("tunable");
+        if nothing(&tunable, "tunable parameters") {
+            return;
+        }
+        let unknowns: Vec<u32> =
+            ["Output", "ContinuousStateDerivative"].into_iter().flat_map(|element| fmu.structure(element)).collect();
+        for parameter in tunable {
+            let before = instance.read(&unknowns);
+            assert_eq!(instance.put(parameter, fmu.other(parameter)), fmi3OK);
+            let after = instance.read(&unknowns);
+            let moved = (0..unknowns.len()).filter(|&place| after[place].to_bits() != before[place].to_bits());
+            let moved: Vec<u32> = moved.map(|place| unknowns[place]).collect();
+            assert!(moved.iter().all(|&unknown| depends(fmu, unknown, parameter)), "{moved:?}");
+            assert!(!moved.is_empty(), "{} has no effect", fmu.variable(parameter).name);
         }
     }),
 ];

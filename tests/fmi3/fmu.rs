@@ -1,6 +1,7 @@
 //! An unpacked FMU of FMI 3.0 as an importer sees it: its description, and its library through the C interface alone.
 
-use std::ffi::{CStr, CString};
+use std::ffi::CStr;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::ptr::{null, null_mut};
 use std::sync::Mutex;
@@ -8,80 +9,48 @@ use std::sync::Mutex;
 use cotree_fmu::fmi3::types::fmi3Status::{self, fmi3OK};
 use cotree_fmu::fmi3::types::*;
 
+pub use crate::fmu_description::{Description, Variable};
 use crate::xml::{Tag, attribute, tags};
-
-/// A variable of the description.
-#[derive(Clone, Debug)]
-pub struct Variable {
-    pub name: String,
-    pub reference: u32,
-    pub causality: String,
-    pub variability: String,
-    pub initial: Option<String>,
-    pub start: Option<f64>,
-    pub derivative: Option<u32>,
-    pub intermediate: bool,
-}
 
 /// An unpacked FMU.
 pub struct Fmu {
-    pub folder: PathBuf,
-    pub tags: Vec<Tag>,
+    pub about: Description,
     pub token: String,
-    pub variables: Vec<Variable>,
     pub library: Library,
+}
+
+impl Deref for Fmu {
+    type Target = Description;
+
+    fn deref(&self) -> &Description {
+        &self.about
+    }
 }
 
 impl Fmu {
     pub fn open(folder: &Path) -> Self {
-        let document = std::fs::read(folder.join("modelDescription.xml")).expect("a description");
-        let tags = tags(&document);
-        let variables = tags.iter().filter(|tag| tag.0.ends_with("ModelVariables/Float64")).map(variable).collect();
-        let token = attribute(&tags[0], "instantiationToken").expect("required").to_owned();
-        let platform = cotree::export::runtime::Platform::host().expect("a platform with a name");
-        let interface = tags.iter().find(|tag| tag.0.ends_with("/CoSimulation")).expect("offered");
-        let name = attribute(interface, "modelIdentifier").expect("required");
-        let library = Library::load(&folder.join(format!("binaries/{}/{name}.{}", platform.tuple, platform.extension)));
-        Self { folder: folder.to_owned(), token, variables, library, tags }
-    }
-
-    pub fn below(&self, end: &str) -> Vec<&Tag> {
-        self.tags.iter().filter(|tag| tag.0.ends_with(end)).collect()
+        let about = Description::read(folder);
+        Self {
+            token: about.head("instantiationToken").to_owned(),
+            library: Library::load(&about.library_path()),
+            about,
+        }
     }
 
     pub fn resources(&self) -> String {
         format!("{}/resources/", self.folder.display())
     }
 
-    pub fn references(&self, wanted: impl Fn(&Variable) -> bool) -> Vec<u32> {
-        self.variables.iter().filter(|variable| wanted(variable)).map(|variable| variable.reference).collect()
+    /// The file that it was unpacked from.
+    pub fn archive(&self) -> PathBuf {
+        let mut name = self.folder.clone().into_os_string();
+        name.push(".fmu");
+        name.into()
     }
 
-    pub fn of_causality(&self, causality: &str) -> Vec<u32> {
-        self.references(|variable| variable.causality == causality)
-    }
-
-    /// Inputs that are no derivatives of others.
-    pub fn inputs(&self) -> Vec<u32> {
-        self.references(|variable| variable.causality == "input" && variable.derivative.is_none())
-    }
-
-    pub fn parameters(&self, variability: &str) -> Vec<u32> {
-        self.references(|variable| variable.causality == "parameter" && variable.variability == variability)
-    }
-
-    pub fn variable(&self, reference: u32) -> &Variable {
-        self.variables.iter().find(|variable| variable.reference == reference).expect("known")
-    }
-
-    pub fn start(&self, reference: u32) -> f64 {
-        self.variable(reference).start.expect("has a start value")
-    }
-
-    /// Another permitted value than the default: small, so that loops still close.
-    pub fn other(&self, reference: u32) -> f64 {
-        let start = self.start(reference);
-        if start == 0.0 { 0.5 } else { start * 1.01 }
+    /// The tags of `terminalsAndIcons.xml`, if there is one.
+    pub fn terminals(&self) -> Vec<Tag> {
+        std::fs::read(self.folder.join("terminalsAndIcons/terminalsAndIcons.xml")).map_or(vec![], |file| tags(&file))
     }
 
     /// The value references of a list in the model structure.
@@ -103,9 +72,9 @@ impl Fmu {
         let environment = std::ptr::from_ref(&*messages).cast_mut().cast();
         let token = how.token.clone().unwrap_or_else(|| self.token.clone());
         let resources = how.resources.clone().unwrap_or_else(|| self.resources());
-        let [name, token, resources] =
-            ["it's 100% # mine", &token, &resources].map(|text| CString::new(text).expect("no zero"));
-        let (name, token, resources) = (name.as_ptr(), token.as_ptr(), resources.as_ptr());
+        let mut texts = ["it's 100% # mine".to_owned(), token, resources].map(|text| text.into_bytes());
+        texts.iter_mut().for_each(|text| text.push(0));
+        let [name, token, resources] = texts.each_ref().map(|text| text.as_ptr().cast());
         let logger: fmi3LogMessageCallback = if how.logging.is_some() { Some(record) } else { None };
         let logging = how.logging.unwrap_or(false).into();
         // SAFETY: all pointers are valid during the call.
@@ -128,6 +97,9 @@ impl Fmu {
                 ),
             }
         };
+        // The importer may use the places of its strings for something else now (3D11).
+        texts.iter_mut().for_each(|text| text.fill(b'?'));
+        std::hint::black_box(&texts);
         (!c.is_null()).then_some(Instance { fmu: self, c, messages })
     }
 
@@ -150,20 +122,6 @@ impl Fmu {
         let instance = self.make(&Making { exchange: true, logging: Some(true), ..Making::default() })?;
         instance.start();
         Some(instance)
-    }
-}
-
-fn variable(tag: &Tag) -> Variable {
-    let text = |key| attribute(tag, key).map(str::to_owned);
-    Variable {
-        name: text("name").expect("required"),
-        reference: text("valueReference").expect("required").parse().expect("a number"),
-        causality: text("causality").expect("always written"),
-        variability: text("variability").expect("always written"),
-        initial: text("initial"),
-        start: text("start").map(|text| text.parse().expect("a number")),
-        derivative: text("derivative").map(|text| text.parse().expect("a number")),
-        intermediate: attribute(tag, "intermediateUpdate") == Some("true"),
     }
 }
 
@@ -242,31 +200,6 @@ pub unsafe extern "C" fn interrupt(
     }
 }
 
-macro_rules! library {
-    ($($field:ident = $symbol:literal ($($argument:ty),*) $(-> $result:ty)?;)*) => {
-        /// The functions that the cases call.
-        pub struct Library {
-            $(pub $field: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
-            handle: libloading::Library,
-        }
-
-        impl Library {
-            pub fn load(path: &Path) -> Self {
-                // SAFETY: loading runs no code but that of the Rust runtime; the signatures are those of the standard.
-                unsafe {
-                    let handle = libloading::Library::new(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-                    Self { $($field: *handle.get($symbol.as_bytes()).expect($symbol),)* handle }
-                }
-            }
-
-            pub fn has(&self, symbol: &str) -> bool {
-                // SAFETY: only its existence is asked for.
-                unsafe { self.handle.get::<*const ()>(symbol.as_bytes()).is_ok() }
-            }
-        }
-    };
-}
-
 type C = fmi3Instance;
 type S = fmi3Status;
 type V = *const fmi3ValueReference;
@@ -274,12 +207,16 @@ type B = *mut fmi3Boolean;
 type Log = fmi3LogMessageCallback;
 type Text = fmi3String;
 
-library! {
+crate::library! {
     version = "fmi3GetVersion"() -> Text;
     set_debug_logging = "fmi3SetDebugLogging"(C, fmi3Boolean, usize, *const Text) -> S;
     instantiate_exchange = "fmi3InstantiateModelExchange"(Text, Text, Text, fmi3Boolean, fmi3Boolean, C, Log) -> C;
     instantiate_cosimulation = "fmi3InstantiateCoSimulation"(
         Text, Text, Text, fmi3Boolean, fmi3Boolean, fmi3Boolean, fmi3Boolean, V, usize, C, Log, fmi3IntermediateUpdateCallback
+    ) -> C;
+    instantiate_scheduled = "fmi3InstantiateScheduledExecution"(
+        Text, Text, Text, fmi3Boolean, fmi3Boolean, C, Log, fmi3ClockUpdateCallback, fmi3LockPreemptionCallback,
+        fmi3UnlockPreemptionCallback
     ) -> C;
     free = "fmi3FreeInstance"(C);
     enter_initialization = "fmi3EnterInitializationMode"(C, fmi3Boolean, f64, f64, fmi3Boolean, f64) -> S;
@@ -305,7 +242,8 @@ library! {
     output_derivatives = "fmi3GetOutputDerivatives"(C, V, usize, *const i32, *mut f64, usize) -> S;
     enter_configuration = "fmi3EnterConfigurationMode"(C) -> S;
     evaluate = "fmi3EvaluateDiscreteStates"(C) -> S;
-    dependencies = "fmi3GetNumberOfVariableDependencies"(C, u32, *mut usize) -> S;
+    dependency_count = "fmi3GetNumberOfVariableDependencies"(C, u32, *mut usize) -> S;
+    dependencies = "fmi3GetVariableDependencies"(C, u32, *mut usize, V, *mut usize, *mut fmi3DependencyKind, usize) -> S;
     activate = "fmi3ActivateModelPartition"(C, u32, f64) -> S;
     update = "fmi3UpdateDiscreteStates"(C, B, B, B, B, B, *mut f64) -> S;
     enter_step = "fmi3EnterStepMode"(C) -> S;

@@ -1,6 +1,6 @@
-"""Validates model descriptions against the official FMI 2.0 schema, which comes with fmpy.
+"""Validates descriptions of models, terminals and icons against the official schemas of their version of FMI, which come with fmpy.
 
-usage: schema.py MODEL_DESCRIPTION...
+usage: schema.py DESCRIPTION...
 """
 
 import sys
@@ -11,10 +11,14 @@ from lxml import etree
 
 
 def main(files):
-    schema = etree.XMLSchema(etree.parse(Path(fmpy.__file__).parent / "schema/fmi2/fmi2ModelDescription.xsd"))
     valid = True
     for file in files:
-        if not schema.validate(etree.parse(file)):
+        document = etree.parse(file)
+        root = document.getroot()
+        fmi = "fmi" + root.get("fmiVersion")[0]
+        name = root.tag.replace("fmi", fmi, 1)
+        schema = etree.XMLSchema(etree.parse(Path(fmpy.__file__).parent / f"schema/{fmi}/{name}.xsd"))
+        if not schema.validate(document):
             valid = False
             print(f"{file}: {schema.error_log}")
     return 0 if valid else 1

@@ -31,12 +31,12 @@ pub enum fmi2Status {
 }
 
 /// `fmi2Type`, an enumeration in C: any number may arrive.
-pub type fmi2Type = c_int;
+pub type fmi2Type = c_uint;
 pub const fmi2ModelExchange: fmi2Type = 0;
 pub const fmi2CoSimulation: fmi2Type = 1;
 
 /// `fmi2StatusKind`, an enumeration in C: any number may arrive.
-pub type fmi2StatusKind = c_int;
+pub type fmi2StatusKind = c_uint;
 pub const fmi2DoStepStatus: fmi2StatusKind = 0;
 pub const fmi2PendingStatus: fmi2StatusKind = 1;
 pub const fmi2LastSuccessfulTime: fmi2StatusKind = 2;

@@ -2,7 +2,7 @@
 #![allow(non_camel_case_types, non_snake_case, non_upper_case_globals, reason = "the names of the standard")]
 #![allow(missing_docs, reason = "documented by the standard")]
 
-use core::ffi::{c_char, c_int, c_void};
+use core::ffi::{c_char, c_uint, c_void};
 
 pub type fmi3Instance = *mut c_void;
 pub type fmi3InstanceEnvironment = *mut c_void;
@@ -41,9 +41,9 @@ pub enum fmi3Status {
 }
 
 /// An enumeration in C.
-pub type fmi3DependencyKind = c_int;
+pub type fmi3DependencyKind = c_uint;
 /// An enumeration in C.
-pub type fmi3IntervalQualifier = c_int;
+pub type fmi3IntervalQualifier = c_uint;
 
 pub type fmi3LogMessageCallback =
     Option<unsafe extern "C" fn(fmi3InstanceEnvironment, fmi3Status, fmi3String, fmi3String)>;

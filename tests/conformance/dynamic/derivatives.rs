@@ -37,13 +37,13 @@ pub(super) fn agree(fmu: &Fmu, unknowns: &[u32], exact: &[f64], found: &[f64], l
 }
 
 pub(super) fn directional(fmu: &Fmu) {
-    if nothing(&[fmu.inputs(), fmu.tunable()].concat(), "input and no tunable parameter") {
+    if nothing(&[fmu.inputs(), fmu.parameters("tunable")].concat(), "input and no tunable parameter") {
         return;
     }
     let unknowns = fmu.references(|variable| matches!(variable.causality.as_str(), "output" | "local"));
     let slave = fmu.started();
     slave.run(0..7);
-    for known in fmu.inputs().into_iter().chain(fmu.tunable()) {
+    for known in fmu.inputs().into_iter().chain(fmu.parameters("tunable")) {
         let exact = slave.derivatives(&unknowns, known);
         let before = slave.get(known).expect("readable");
         let at = |change: f64| {
@@ -69,7 +69,7 @@ pub(super) fn input_derivatives(fmu: &Fmu) {
     let set = |reference: u32, order: i32| unsafe {
         (slave.fmi().set_input_derivatives)(slave.c, &reference, 1, &order, &1.0)
     };
-    assert_eq!([set(UNKNOWN, 1), set(fmu.outputs()[0], 1)], [fmi2Error; 2]);
+    assert_eq!([set(UNKNOWN, 1), set(fmu.of_causality("output")[0], 1)], [fmi2Error; 2]);
     for input in fmu.inputs() {
         assert_eq!([set(input, 1), set(input, 0), set(input, 3)], [fmi2OK, fmi2Error, fmi2Error]);
         let before = slave.get(input).expect("readable");
@@ -80,7 +80,7 @@ pub(super) fn input_derivatives(fmu: &Fmu) {
 
 /// Outputs of a run that ends at a time, or their derivatives by time; the status if they are refused.
 fn outputs_at(slave: &Slave, start: fmi2FMUstate, time: f64, order: i32) -> Result<Vec<f64>, fmi2Status> {
-    let outputs = slave.fmu.outputs();
+    let outputs = slave.fmu.of_causality("output");
     assert_eq!([slave.restore(start), slave.step(0.0, time)], [fmi2OK; 2]);
     let (orders, mut values) = (vec![order; outputs.len()], vec![f64::NAN; outputs.len()]);
     let (references, count) = (outputs.as_ptr(), outputs.len());
@@ -115,7 +115,7 @@ pub(super) fn output_derivatives(fmu: &Fmu) {
         let exact = [0, 1, 2].map(|run| at(&runs[run], 0.1, order));
         let lower = [0, 1, 2].map(|run| at(&runs[run], 0.1, order - 1));
         let found = difference(|change| at(&runs[0], 0.1 + change, order - 1), H);
-        for (index, &output) in fmu.outputs().iter().enumerate() {
+        for (index, &output) in fmu.of_causality("output").iter().enumerate() {
             let unknown = unknown(&exact, index) + unknown(&lower, index) / H;
             let (exact, lower, found) = (exact[0][index], lower[0][index], found[index]);
             let limit = 1e-5 * exact.abs().max(lower.abs()).max(1.0) + 10.0 * unknown;
@@ -127,7 +127,7 @@ pub(super) fn output_derivatives(fmu: &Fmu) {
     for order in [-1, highest + 1] {
         assert_eq!(outputs_at(&fine.1, fine.0, 0.1, order), Err(fmi2Error));
     }
-    let (output, mut value) = (fmu.outputs()[0], 0.0);
+    let (output, mut value) = (fmu.of_causality("output")[0], 0.0);
     let zero = unsafe { (fmu.library.get_output_derivatives)(fine.1.c, &output, 1, &0, &mut value) };
     assert_eq!(zero, fmi2Error);
     runs.into_iter().for_each(|(state, slave)| slave.free(state));

@@ -97,11 +97,11 @@ pub(super) fn exchange_order(fmu: &Fmu) {
         [fmi2OK, fmi2OK, fmi2Error]
     );
     slave.all();
-    for tunable in fmu.tunable() {
+    for tunable in fmu.parameters("tunable") {
         assert_eq!(slave.put(tunable, fmu.other(tunable)), fmi2Error, "in event mode only");
     }
     assert_eq!(unsafe { (fmi.enter_event_mode)(c) }, fmi2OK);
-    for tunable in fmu.tunable() {
+    for tunable in fmu.parameters("tunable") {
         assert_eq!(slave.put(tunable, fmu.other(tunable)), fmi2OK);
     }
     assert_eq!([event(&slave), continuous(), slave.terminate(), continuous()], [fmi2OK, fmi2OK, fmi2OK, fmi2Error]);
@@ -157,7 +157,7 @@ pub(super) fn exchange_derivatives(fmu: &Fmu) {
         assert_eq!((fmi.get_derivatives)(c, rates.as_mut_ptr(), count), fmi2OK);
     }
     for (place, derivative) in derivatives.iter().enumerate() {
-        let state = &fmu.variables[derivative.derivative.expect("a derivative") - 1];
+        let state = &fmu.variables[derivative.derivative.expect("a derivative") as usize - 1];
         assert_eq!(
             (slave.get(state.reference), slave.get(derivative.reference)),
             (Ok(values[place]), Ok(rates[place]))
@@ -167,7 +167,7 @@ pub(super) fn exchange_derivatives(fmu: &Fmu) {
     let unknowns: Vec<u32> = derivatives.iter().map(|variable| variable.reference).collect();
     assert_eq!([event(&slave), unsafe { (fmi.enter_continuous_time_mode)(c) }], [fmi2OK; 2]);
     for (place, derivative) in derivatives.iter().enumerate() {
-        let state = &fmu.variables[derivative.derivative.expect("a derivative") - 1];
+        let state = &fmu.variables[derivative.derivative.expect("a derivative") as usize - 1];
         let exact = slave.derivatives(&unknowns, state.reference);
         let at = |change: f64| {
             let mut moved = values.clone();

@@ -11,7 +11,7 @@ use crate::version;
 
 pub(super) fn second_library(fmu: &Fmu) {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = Fmu::library_path(&fmu.folder, &fmu.identifier);
+    let path = fmu.library_path();
     let copy = folder.path().join("another.so");
     std::fs::copy(path, &copy).expect("a copy");
     let mut second = Fmu::open(&fmu.folder);
@@ -76,7 +76,7 @@ pub(super) fn another_model(fmu: &Fmu) {
 fn of_another_version(fmu: &Fmu, folder: &Path) -> Fmu {
     let path = std::env::var(crate::OTHER).expect("set by the first process");
     let format = version::format(Path::new(&path));
-    assert_ne!(format, version::format(&Fmu::library_path(&fmu.folder, &fmu.identifier)));
+    assert_ne!(format, version::format(&fmu.library_path()));
     copy(&fmu.folder.join("resources"), &folder.join("resources"));
     let program = folder.join("resources/program.bin");
     let mut bytes = std::fs::read(&program).expect("a program");
@@ -84,7 +84,7 @@ fn of_another_version(fmu: &Fmu, folder: &Path) -> Fmu {
     bytes[4..8].copy_from_slice(&format.to_le_bytes());
     std::fs::write(&program, bytes).expect("a file");
     let mut other = Fmu::open(&fmu.folder);
-    (other.folder, other.library) = (folder.to_owned(), Library::load(Path::new(&path)));
+    (other.about.folder, other.library) = (folder.to_owned(), Library::load(Path::new(&path)));
     other
 }
 

@@ -7,7 +7,7 @@ use crate::fmu::*;
 pub(super) fn before_initialization(fmu: &Fmu) {
     let slave = fmu.slave();
     assert_eq!([slave.step(0.0, 0.1), slave.exit(), slave.terminate()], [fmi2Error; 3]);
-    assert_eq!(slave.get(fmu.outputs()[0]), Err(fmi2Error));
+    assert_eq!(slave.get(fmu.of_causality("output")[0]), Err(fmi2Error));
 }
 
 pub(super) fn no_experiment(fmu: &Fmu) {
@@ -32,7 +32,7 @@ pub(super) fn after_termination(fmu: &Fmu) {
     slave.run(0..2);
     assert_eq!(slave.terminate(), fmi2OK);
     assert_eq!([slave.step(0.02, 0.01), slave.terminate()], [fmi2Error; 2]);
-    for settable in fmu.inputs().into_iter().chain(fmu.tunable()) {
+    for settable in fmu.inputs().into_iter().chain(fmu.parameters("tunable")) {
         assert_eq!(slave.put(settable, 1.0), fmi2Error);
     }
 }
@@ -62,7 +62,7 @@ pub(super) fn reset_is_fresh(fmu: &Fmu) {
 
 pub(super) fn reset_restores(fmu: &Fmu) {
     let slave = fmu.slave();
-    let settable = || fmu.inputs().into_iter().chain(fmu.tunable()).chain(fmu.fixed());
+    let settable = || fmu.inputs().into_iter().chain(fmu.parameters("tunable")).chain(fmu.parameters("fixed"));
     settable().for_each(|reference| assert_eq!(slave.put(reference, fmu.other(reference)), fmi2OK));
     assert_eq!([slave.reset(), slave.enter()], [fmi2OK, fmi2Error]);
     slave.start();

@@ -40,7 +40,7 @@ pub(super) fn reused_state(fmu: &Fmu) {
 }
 
 pub(super) fn whole_state(fmu: &Fmu) {
-    let settable: Vec<u32> = fmu.inputs().into_iter().chain(fmu.tunable()).collect();
+    let settable: Vec<u32> = fmu.inputs().into_iter().chain(fmu.parameters("tunable")).collect();
     let slave = fmu.slave();
     assert_eq!([slave.setup(0.0, None, None), slave.enter()], [fmi2OK; 2]);
     let early = slave.save();

@@ -65,7 +65,7 @@ pub(super) fn empty_arrays(fmu: &Fmu) {
 
 pub(super) fn missing_arrays(fmu: &Fmu) {
     let slave = fmu.started();
-    let (fmi, c, reference, mut value) = (slave.fmi(), slave.c, fmu.outputs()[0], 0.0);
+    let (fmi, c, reference, mut value) = (slave.fmi(), slave.c, fmu.of_causality("output")[0], 0.0);
     let found = unsafe {
         [
             (fmi.get_real)(c, null(), 1, &mut value),
@@ -104,11 +104,11 @@ pub(super) fn set_calculated(fmu: &Fmu) {
 }
 
 pub(super) fn fixed_late(fmu: &Fmu) {
-    if nothing(&fmu.fixed(), "fixed parameter") {
+    if nothing(&fmu.parameters("fixed"), "fixed parameter") {
         return;
     }
     let slave = fmu.started();
-    for fixed in fmu.fixed() {
+    for fixed in fmu.parameters("fixed") {
         assert_eq!(slave.put(fixed, fmu.other(fixed)), fmi2Error);
         assert_eq!(slave.get(fixed), Ok(fmu.default(fixed)));
     }
@@ -124,12 +124,12 @@ pub(super) fn initial_late(fmu: &Fmu) {
 }
 
 pub(super) fn tunable(fmu: &Fmu) {
-    if nothing(&fmu.tunable(), "tunable parameter") {
+    if nothing(&fmu.parameters("tunable"), "tunable parameter") {
         return;
     }
     let slave = fmu.started();
     slave.run(0..2);
-    for tunable in fmu.tunable() {
+    for tunable in fmu.parameters("tunable") {
         let value = fmu.other(tunable);
         assert_eq!((slave.put(tunable, value), slave.get(tunable)), (fmi2OK, Ok(value)));
     }
@@ -137,18 +137,22 @@ pub(super) fn tunable(fmu: &Fmu) {
 }
 
 pub(super) fn fixed_early(fmu: &Fmu) {
-    if nothing(&fmu.fixed(), "fixed parameter") {
+    if nothing(&fmu.parameters("fixed"), "fixed parameter") {
         return;
     }
     let slave = fmu.slave();
-    for fixed in fmu.fixed() {
+    for fixed in fmu.parameters("fixed") {
         assert_eq!(slave.put(fixed, fmu.other(fixed)), fmi2OK);
     }
     slave.start();
-    for fixed in fmu.fixed() {
+    for fixed in fmu.parameters("fixed") {
         assert_eq!(slave.get(fixed), Ok(fmu.other(fixed)));
     }
-    assert_ne!(slave.read(&fmu.outputs()), fmu.started().read(&fmu.outputs()), "parameters count");
+    assert_ne!(
+        slave.read(&fmu.of_causality("output")),
+        fmu.started().read(&fmu.of_causality("output")),
+        "parameters count"
+    );
 }
 
 pub(super) fn start_values(fmu: &Fmu) {
@@ -203,9 +207,9 @@ pub(super) fn inputs(fmu: &Fmu) {
 pub(super) fn outputs_early(fmu: &Fmu) {
     let slave = fmu.slave();
     assert_eq!([slave.setup(0.0, None, None), slave.enter()], [fmi2OK; 2]);
-    let before = slave.read(&fmu.outputs());
+    let before = slave.read(&fmu.of_causality("output"));
     assert_eq!(slave.exit(), fmi2OK);
-    assert_eq!(before, slave.read(&fmu.outputs()));
+    assert_eq!(before, slave.read(&fmu.of_causality("output")));
 }
 
 pub(super) fn read_all(fmu: &Fmu) {
@@ -219,11 +223,11 @@ pub(super) fn read_all(fmu: &Fmu) {
 }
 
 pub(super) fn nan_values(fmu: &Fmu) {
-    if nothing(&[fmu.inputs(), fmu.tunable()].concat(), "input and no tunable parameter") {
+    if nothing(&[fmu.inputs(), fmu.parameters("tunable")].concat(), "input and no tunable parameter") {
         return;
     }
     let slave = fmu.started();
-    for reference in fmu.inputs().into_iter().chain(fmu.tunable()) {
+    for reference in fmu.inputs().into_iter().chain(fmu.parameters("tunable")) {
         let before = slave.get(reference);
         for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert_eq!((slave.put(reference, value), slave.get(reference)), (fmi2Error, before));

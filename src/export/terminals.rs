@@ -1,0 +1,83 @@
+//! Terminals of FMI 3.0 (2.4.9.2): what belongs to one body, point, joint, driver or load and can be connected, motions and forces.
+
+use std::collections::{HashMap, HashSet};
+
+use super::description::{Flow, Member, Terminal};
+use crate::lower::Row;
+use crate::mechanism::{Formula, Mechanism, Motion, Owner, Part, Unit, Value};
+
+/// The terminals of a mechanism, in the order of its outputs, then of the inputs.
+pub(super) fn terminals(mechanism: &Mechanism, rows: &[Row]) -> Vec<Terminal> {
+    let places: HashMap<&str, usize> = rows.iter().enumerate().map(|(place, row)| (row.name.as_str(), place)).collect();
+    let mut found = Found::default();
+    for output in &mechanism.outputs {
+        let Formula::Variable(variable) = output.value else { continue };
+        let (Some(&place), Some((owner, member))) = (places.get(output.name.as_str()), output.name.rsplit_once('.'))
+        else {
+            continue;
+        };
+        // The energy of the whole mechanism is nobody's.
+        if variable.owner != Owner::System {
+            let kind = if is_effort(&output.unit) { Flow::Out } else { Flow::None };
+            found.add(owner, member.to_owned(), place, kind);
+        }
+    }
+    for part in mechanism.drivers.iter().chain(&mechanism.loads) {
+        // A force acts on the second point.
+        let joint = part.joint().map(|joint| mechanism.joints[joint.0].name.clone());
+        let owner = joint.unwrap_or_else(|| mechanism.place_name(part.between[1]));
+        for (member, input) in inputs(part) {
+            let input = &mechanism.inputs[input];
+            if let Some(&place) = places.get(input.name.as_str()) {
+                let kind = if is_effort(&input.unit) { Flow::In } else { Flow::None };
+                found.add(&owner, member, place, kind);
+            }
+        }
+    }
+    found.terminals
+}
+
+/// Is it a force or a torque: what adds up to zero where things are connected?
+fn is_effort(unit: &Unit) -> bool {
+    ["N", "N.m"].contains(&unit.si.as_str())
+}
+
+/// The inputs that a part takes as they are, and what they are called as members.
+fn inputs(part: &Part) -> Vec<(String, usize)> {
+    let input = |formula: &Formula| if let Formula::Input(input) = formula { Some(input.0) } else { None };
+    let found = part.values.iter().flat_map(|(_, value)| match value {
+        Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => vec![("", input(formula))],
+        Value::Motion(Motion::Velocity(own) | Motion::Acceleration(own)) => vec![("", Some(own.0))],
+        Value::Vector([x, y]) => vec![("_x", input(x)), ("_y", input(y))],
+        _ => vec![],
+    });
+    found.filter_map(|(end, input)| Some((format!("{}{end}", part.name), input?))).collect()
+}
+
+/// Terminals under way.
+#[derive(Default)]
+struct Found {
+    terminals: Vec<Terminal>,
+    /// By their names.
+    places: HashMap<String, usize>,
+    /// Variables that are members of one.
+    taken: HashSet<usize>,
+}
+
+impl Found {
+    /// A variable becomes a member, once; names within a terminal differ.
+    fn add(&mut self, owner: &str, mut member: String, variable: usize, flow: Flow) {
+        if !self.taken.insert(variable) {
+            return;
+        }
+        let place = *self.places.entry(owner.to_owned()).or_insert_with(|| {
+            self.terminals.push(Terminal { name: owner.to_owned(), members: Vec::new() });
+            self.terminals.len() - 1
+        });
+        let members = &mut self.terminals[place].members;
+        while members.iter().any(|own| own.name == member) {
+            member.push('_');
+        }
+        members.push(Member { name: member, variable, flow });
+    }
+}
