@@ -10,6 +10,7 @@ pub mod report;
 mod rest;
 mod search;
 mod state_space;
+mod study;
 mod variation;
 
 pub use equilibrium::{Equilibrium, Stability};
@@ -17,6 +18,7 @@ pub use modes::{Mode, modes};
 pub use point::Point;
 pub use rest::at_rest;
 pub use state_space::{Signal, StateSpace};
+pub use study::{At, Study, StudyError};
 pub use variation::Variation;
 
 use cotree_fmu::failure;

@@ -4,8 +4,7 @@ use clap::Args;
 
 use super::MessageFormat;
 use super::failure::Failure;
-use super::study::{self, Study};
-use crate::analysis::report::Statics;
+use super::study::Asked;
 
 /// Find where a mechanism rests: its pose, the reactions of all joints and drivers, and whether it is stable
 ///
@@ -16,15 +15,13 @@ use crate::analysis::report::Statics;
                   cotree equilibrium four_bar.toml --set stall_torque=\"2 N.m\" --json -o rest.json")]
 pub struct Equilibrium {
     #[command(flatten)]
-    study: Study,
+    asked: Asked,
 }
 
 impl Equilibrium {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        let (scene, mechanism) = self.study.open(format)?;
-        let report = study::rest(&scene, &mechanism, format, |formulated, _, equilibrium| {
-            Ok(Statics::new(formulated, equilibrium))
-        })?;
-        self.study.write(&report)
+        let mut study = self.asked.open()?;
+        let found = study.equilibrium();
+        self.asked.write(study, format, found)
     }
 }

@@ -3,7 +3,6 @@
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
-use std::process::ExitCode;
 
 use cotree_fmu::instance::InstanceError;
 
@@ -49,7 +48,7 @@ impl Failure {
     }
 
     /// Tells why, and gives the exit code.
-    pub fn report(self, format: MessageFormat) -> ExitCode {
+    pub fn report(self, format: MessageFormat) -> u8 {
         match self {
             Failure::Scene(faults) => {
                 match format {
@@ -68,7 +67,6 @@ impl Failure {
             }
             Failure::ClosedPipe => UNREAD,
         }
-        .into()
     }
 }
 

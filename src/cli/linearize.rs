@@ -4,10 +4,9 @@ use clap::Args;
 
 use super::MessageFormat;
 use super::failure::Failure;
-use super::study::{self, Motion, Study};
-use crate::analysis::report::Linearization;
-use crate::analysis::{StateSpace, Variation};
-use crate::formulate::Formulated;
+use super::study::{self, Asked};
+use crate::analysis::At;
+use crate::mechanism::Experiment;
 use crate::simulate;
 
 /// More points than this are a mistake in `--step` or `--stop`.
@@ -24,7 +23,7 @@ const MOST_POINTS: u64 = 1_000_000;
                   cotree linearize four_bar.toml --along --step \"50 ms\" --csv -o matrices.csv")]
 pub struct Linearize {
     #[command(flatten)]
-    study: Study,
+    asked: Asked,
     /// At this time of the motion [default: at its start]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, conflicts_with_all = ["equilibrium", "along"])]
     at: Option<String>,
@@ -44,20 +43,13 @@ pub struct Linearize {
 
 impl Linearize {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        let (scene, mechanism) = self.study.open(format)?;
-        let name = mechanism.name.clone();
-        let points = if self.equilibrium {
-            study::rest(&scene, &mechanism, format, |formulated, variation, equilibrium| {
-                Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?])
-            })?
-        } else {
-            let mut formulated = study::equations(&scene, &mechanism, format)?;
-            along(&mut formulated, &self.times(mechanism.experiment)?)?
-        };
-        self.study.write(&Linearization { name, points })
+        let mut study = self.asked.open()?;
+        let at = if self.equilibrium { At::Equilibrium } else { At::Times(self.times(study.experiment())?) };
+        let found = study.linearize(&at);
+        self.asked.write(study, format, found)
     }
 
-    fn times(&self, mut experiment: crate::mechanism::Experiment) -> Result<Vec<f64>, Failure> {
+    fn times(&self, mut experiment: Experiment) -> Result<Vec<f64>, Failure> {
         let start = experiment.start;
         if !self.along {
             return Ok(vec![self.at.as_deref().map_or(Ok(start), |at| study::time("at", at, start))?]);
@@ -74,15 +66,4 @@ impl Linearize {
         }
         Ok(simulate::points(experiment).collect())
     }
-}
-
-/// The linear systems at these times of the motion.
-fn along(formulated: &mut Formulated, times: &[f64]) -> Result<Vec<StateSpace>, Failure> {
-    let variation = Variation::new(formulated);
-    let mut motion = Motion::new(formulated)?;
-    let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
-    for &time in times {
-        systems.push(StateSpace::new(formulated, &variation, &motion.point(time)?, systems.last())?);
-    }
-    Ok(systems)
 }

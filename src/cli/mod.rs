@@ -16,6 +16,9 @@ mod study;
 mod view;
 mod watch;
 
+pub use view::page::page;
+
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -76,15 +79,20 @@ enum Command {
 
 /// Runs the command that the process was started with.
 pub fn run() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    run_with(std::env::args_os()).into()
+}
+
+/// Runs a command, and gives its exit code; the first argument is the program's name.
+pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
             let printed = error.print();
-            return ExitCode::from(match (error.use_stderr(), printed) {
+            return match (error.use_stderr(), printed) {
                 (true, _) => failure::USAGE,
                 (false, Ok(())) => 0,
                 (false, Err(_)) => failure::UNREAD,
-            });
+            };
         }
     };
     let format = cli.global.message_format;
@@ -103,7 +111,7 @@ pub fn run() -> ExitCode {
         Command::Info(command) => command.run(),
     };
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(failure) => failure.report(format),
     }
 }

@@ -4,10 +4,7 @@ use clap::Args;
 
 use super::MessageFormat;
 use super::failure::Failure;
-use super::study::{self, Motion, Study};
-use crate::analysis::report::Vibration;
-use crate::analysis::{Point, StateSpace, Variation, modes};
-use crate::formulate::Formulated;
+use super::study::{self, Asked};
 
 /// Find how a mechanism vibrates: natural frequencies, damping ratios and mode shapes
 ///
@@ -19,7 +16,7 @@ use crate::formulate::Formulated;
                   cotree modes governor.toml --at \"20 s\"")]
 pub struct Modes {
     #[command(flatten)]
-    study: Study,
+    asked: Asked,
     /// At this time of the motion [default: at the equilibrium next to its start]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     at: Option<String>,
@@ -27,35 +24,10 @@ pub struct Modes {
 
 impl Modes {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        let (scene, mechanism) = self.study.open(format)?;
-        let report = match &self.at {
-            None => study::rest(&scene, &mechanism, format, |formulated, variation, equilibrium| {
-                vibration(formulated, variation, &equilibrium.point, true)
-            })?,
-            Some(at) => {
-                let time = study::time("at", at, mechanism.experiment.start)?;
-                let mut formulated = study::equations(&scene, &mechanism, format)?;
-                let variation = Variation::new(&mut formulated);
-                let point = Motion::new(&formulated)?.point(time)?;
-                vibration(&formulated, &variation, &point, false)?
-            }
-        };
-        self.study.write(&report)
+        let mut study = self.asked.open()?;
+        let start = study.experiment().start;
+        let at = self.at.as_deref().map(|at| study::time("at", at, start)).transpose()?;
+        let found = study.modes(at);
+        self.asked.write(study, format, found)
     }
-}
-
-fn vibration(
-    formulated: &Formulated,
-    variation: &Variation,
-    point: &Point,
-    resting: bool,
-) -> Result<Vibration, Failure> {
-    let system = StateSpace::new(formulated, variation, point, None)?;
-    Ok(Vibration {
-        name: formulated.equations.system.mechanism.name.clone(),
-        time: point.time(),
-        resting,
-        coordinates: formulated.equations.coordinates.iter().map(|q| q.name.position.clone()).collect(),
-        modes: modes(formulated, &system)?,
-    })
 }

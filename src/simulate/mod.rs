@@ -1,6 +1,9 @@
 //! A simulation from the outside: parameters, inputs over time, results at regular times.
 
+mod many;
+mod measure;
 mod results;
+pub mod settings;
 
 use std::sync::Arc;
 
@@ -11,6 +14,8 @@ use cotree_fmu::program::check::Fault;
 use crate::export::description::Description;
 use crate::mechanism::Experiment;
 use crate::output::csv::Table;
+pub use many::{Ensemble, Settings};
+pub use measure::{Measure, Statistics};
 pub use results::{Column, Results, SimulateError};
 
 /// What to simulate.

@@ -1,17 +1,15 @@
 //! From the options of the command line to a run.
 
-use std::collections::HashMap;
 use std::path::Path;
 
 use super::super::failure::Failure;
 use super::Simulate;
 use crate::compile;
-use crate::diagnostic::suggest;
-use crate::export::description::{Causality, Description, ScalarVariable};
+use crate::export::description::Description;
 use crate::files;
 use crate::mechanism::{Experiment, Unit};
 use crate::output::csv::Table;
-use crate::simulate::{self, Run};
+use crate::simulate::{self, Run, settings};
 
 /// The largest input table [bytes].
 const LARGEST_TABLE: u64 = 256 << 20;
@@ -76,49 +74,16 @@ fn set(description: &Description, setting: &str) -> Result<(usize, f64), Failure
     let wrong = |message: String| Failure::Usage(format!("--set {setting}: {message}"));
     let (name, value) = setting.split_once('=').ok_or_else(|| wrong("write name=value".to_owned()))?;
     let (name, value) = (name.trim(), value.trim());
-    let settable = |variable: &ScalarVariable| {
-        matches!(variable.causality, Causality::Parameter { .. } | Causality::Input { .. }) || variable.start.is_some()
-    };
-    let index = find(description, name, settable)
-        .ok_or_else(|| wrong(unknown(description, name, "parameter or input", settable)))?;
+    let index = settings::settable(description, name).map_err(wrong)?;
     let variable = &description.variables[index];
     let value = compile::quantity(value, &variable.unit).map_err(wrong)?;
-    permitted(variable, value).map_err(wrong)?;
+    settings::permitted(variable, value).map_err(wrong)?;
     Ok((index, value))
-}
-
-fn permitted(variable: &ScalarVariable, value: f64) -> Result<(), String> {
-    let (Causality::Parameter { min, max, .. } | Causality::Input { min, max, .. }) = variable.causality else {
-        return Ok(());
-    };
-    let unit = &variable.unit.si;
-    match (min, max) {
-        _ if !value.is_finite() => Err("is not a finite number".to_owned()),
-        (Some(min), _) if value < min => Err(format!("must be at least {min:?} {unit}")),
-        (_, Some(max)) if value > max => Err(format!("must be at most {max:?} {unit}")),
-        _ => Ok(()),
-    }
 }
 
 /// The variable of each column of the table.
 fn columns(description: &Description, table: &Table) -> Result<Vec<usize>, Failure> {
-    let input = |variable: &ScalarVariable| matches!(variable.causality, Causality::Input { .. });
-    let variables = description.variables.iter().enumerate().filter(|(_, variable)| input(variable));
-    let inputs: HashMap<&str, usize> = variables.map(|(index, variable)| (variable.name.as_str(), index)).collect();
-    let column = |name: &String| {
-        (inputs.get(name.as_str()).copied())
-            .ok_or_else(|| Failure::Usage(format!("input table: {}", unknown(description, name, "input", input))))
-    };
+    let inputs = settings::Inputs::new(description);
+    let column = |name: &String| inputs.find(name).map_err(|message| Failure::Usage(format!("input table: {message}")));
     table.names().iter().map(column).collect()
-}
-
-fn find(description: &Description, name: &str, wanted: impl Fn(&ScalarVariable) -> bool) -> Option<usize> {
-    description.variables.iter().position(|variable| variable.name == name && wanted(variable))
-}
-
-/// No such name; which one may be meant.
-fn unknown(description: &Description, name: &str, kind: &str, wanted: impl Fn(&ScalarVariable) -> bool) -> String {
-    let variables = description.variables.iter().filter(|variable| wanted(variable));
-    let names: Vec<&str> = variables.map(|variable| variable.name.as_str()).collect();
-    format!("the scene has no {kind} `{name}`; {}", suggest::known(name, names))
 }

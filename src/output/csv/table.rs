@@ -39,6 +39,32 @@ impl Table {
         Ok(table)
     }
 
+    /// A table of these columns.
+    ///
+    /// # Errors
+    /// Columns of other lengths than `time`, no rows, numbers that are not finite, times that decrease.
+    pub fn new(names: Vec<String>, time: Vec<f64>, columns: Vec<Vec<f64>>) -> Result<Self, String> {
+        if time.is_empty() {
+            return Err("the table has no rows".to_owned());
+        }
+        if names.len() != columns.len() {
+            return Err(format!("{} names for {} columns", names.len(), columns.len()));
+        }
+        for (name, column) in names.iter().zip(&columns) {
+            if column.len() != time.len() {
+                return Err(format!("`{name}` has {} values at {} times", column.len(), time.len()));
+            }
+        }
+        let finite = |column: &Vec<f64>| column.iter().all(|value| value.is_finite());
+        if let Some(name) = names.iter().zip(&columns).find(|(_, column)| !finite(column)).map(|(name, _)| name) {
+            return Err(format!("`{name}` has a value that is not finite"));
+        }
+        if !finite(&time) || time.windows(2).any(|pair| pair[1] < pair[0]) {
+            return Err("the times are not finite and ascending".to_owned());
+        }
+        Ok(Self { names, time, columns })
+    }
+
     /// The columns' names, without `time`.
     pub fn names(&self) -> &[String] {
         &self.names

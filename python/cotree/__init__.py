@@ -1,0 +1,57 @@
+"""Planar mechanisms: equations of motion in branch coordinates (McPhee 1998), simulation, sweeps, FMUs.
+
+>>> import cotree
+>>> model = cotree.loads('''
+... name = "pendulum"
+... gravity = [0.0, -9.81]
+... [parameters]
+... length = "1 m"
+... [bodies.bob]
+... mass = 1.0
+... inertia = 0.0
+... points = { top = [0.0, "length"] }
+... [joints.hinge]
+... type = "revolute"
+... between = ["ground", "bob.top"]
+... [initial]
+... "bob.angle" = "10 deg"
+... [outputs]
+... variables = ["bob.angle"]
+... [experiment]
+... stop = "2 s"
+... ''')
+>>> results = model.simulate(set={"length": "500 mm"})
+>>> results.units["bob.angle"]
+'rad'
+
+Numbers are in SI units, angles in radians; wherever a number is given, a text with a unit will do. Whatever is wrong with a scene is raised at once as
+:class:`SceneError`; a motion that cannot be continued is a :class:`RunError`.
+"""
+
+from ._build import Builder
+from ._cotree import __version__
+from ._faults import Fault, Place, RunError, SceneError
+from ._model import Model, Variable, from_dict, load, loads
+from ._results import Results, ResultsList, Table
+from ._studies import Equilibrium, Mode, Modes, StateSpace
+
+__all__ = [
+    "Builder",
+    "Equilibrium",
+    "Fault",
+    "Mode",
+    "Model",
+    "Modes",
+    "Place",
+    "Results",
+    "ResultsList",
+    "RunError",
+    "SceneError",
+    "StateSpace",
+    "Table",
+    "Variable",
+    "__version__",
+    "from_dict",
+    "load",
+    "loads",
+]

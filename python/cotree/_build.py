@@ -1,0 +1,158 @@
+"""Builds scenes in Python, with the words of the scene file."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from ._model import Model, Value, from_dict
+
+Vector = Sequence[Value]
+
+
+class Builder:
+    """A scene in the making. Each method adds something and returns the builder; `model()` reads what was built.
+
+    >>> model = (
+    ...     Builder("pendulum")
+    ...     .gravity([0, -9.81])
+    ...     .body("bob", mass=1, inertia=0, points={"top": [0, 1]})
+    ...     .revolute("hinge", "ground", "bob.top")
+    ...     .initial("bob.angle", "10 deg")
+    ...     .output("bob.angle")
+    ...     .stop("2 s")
+    ...     .model()
+    ... )
+    """
+
+    def __init__(self, name: str, *, dimension: int = 2, description: str | None = None) -> None:
+        self._scene: dict[str, Any] = {"name": name}
+        if dimension != 2:
+            self._scene["dimension"] = dimension
+        if description is not None:
+            self._scene["description"] = description
+
+    def _table(self, name: str) -> dict[str, Any]:
+        return self._scene.setdefault(name, {})
+
+    def _add(self, table: str, name: str, value: Any) -> Builder:
+        entries = self._table(table)
+        if name in entries:
+            raise ValueError(f"{table}: there is a {name!r} already")
+        entries[name] = value
+        return self
+
+    def gravity(self, gravity: Vector) -> Builder:
+        """Acceleration of gravity [m/s2]."""
+        self._scene["gravity"] = list(gravity)
+        return self
+
+    def parameter(self, name: str, value: Value, **keys: Any) -> Builder:
+        """A parameter; keys are unit, description, min, max, tunable."""
+        return self._add("parameters", name, {"value": value, **keys} if keys else value)
+
+    def input(self, name: str, start: Value = 0.0, **keys: Any) -> Builder:
+        """An input with its start value; keys are unit, description, min, max."""
+        return self._add("inputs", name, {"start": start, **keys})
+
+    def ground_point(self, name: str, at: Vector) -> Builder:
+        """A point of the ground [m]."""
+        points = self._table("ground").setdefault("points", {})
+        if name in points:
+            raise ValueError(f"ground: there is a point {name!r} already")
+        points[name] = list(at)
+        return self
+
+    def body(self, name: str, **keys: Any) -> Builder:
+        """A body; keys are those of the scene file, such as mass, inertia, com, points, shape."""
+        return self._add("bodies", name, keys)
+
+    def joint(self, name: str, type: str, between: Sequence[str], **keys: Any) -> Builder:
+        """A joint between two points."""
+        return self._add("joints", name, {"type": type, "between": list(between), **keys})
+
+    def revolute(self, name: str, first: str, second: str, **keys: Any) -> Builder:
+        """A pin that joins two points."""
+        return self.joint(name, "revolute", (first, second), **keys)
+
+    def prismatic(self, name: str, first: str, second: str, axis: Vector, **keys: Any) -> Builder:
+        """A guide along an axis in the frame of the first body."""
+        return self.joint(name, "prismatic", (first, second), axis=list(axis), **keys)
+
+    def weld(self, name: str, first: str, second: str, **keys: Any) -> Builder:
+        """Two bodies made one."""
+        return self.joint(name, "weld", (first, second), **keys)
+
+    def driver(self, name: str, **keys: Any) -> Builder:
+        """A prescribed motion."""
+        return self._add("drivers", name, keys)
+
+    def load(self, name: str, type: str, **keys: Any) -> Builder:
+        """A load."""
+        return self._add("loads", name, {"type": type, **keys})
+
+    def initial(self, variable: str, value: Value) -> Builder:
+        """A position or velocity that is known at the start."""
+        return self._add("initial", variable, value)
+
+    def guess(self, variable: str, value: Value) -> Builder:
+        """A guess that picks the assembly."""
+        return self._add("initial", variable, {"guess": value})
+
+    def output(self, *variables: str) -> Builder:
+        """Variables to report."""
+        self._table("outputs").setdefault("variables", []).extend(variables)
+        return self
+
+    def output_expression(self, name: str, value: Value, **keys: Any) -> Builder:
+        """An expression to report; keys are unit, description."""
+        return self._add("outputs", name, {"value": value, **keys} if keys else value)
+
+    def start(self, time: Value) -> Builder:
+        """Start of the run [s]."""
+        self._table("experiment")["start"] = time
+        return self
+
+    def stop(self, time: Value) -> Builder:
+        """End of the run [s]."""
+        self._table("experiment")["stop"] = time
+        return self
+
+    def step(self, time: Value) -> Builder:
+        """Time between reported values [s]."""
+        self._table("experiment")["step"] = time
+        return self
+
+    def tolerance(self, tolerance: float) -> Builder:
+        """Relative tolerance of the solver."""
+        self._table("experiment")["tolerance"] = tolerance
+        return self
+
+    def solver(self, **keys: Any) -> Builder:
+        """Settings of the solver."""
+        self._table("solver").update(keys)
+        return self
+
+    def preset(self, preset: str) -> Builder:
+        """Chooses the trees: recommended, absolute or joint."""
+        self._table("coordinates")["preset"] = preset
+        return self
+
+    def translation(self, branches: Iterable[str]) -> Builder:
+        """Names the branches of the translational tree."""
+        self._table("coordinates")["translation"] = list(branches)
+        return self
+
+    def rotation(self, branches: Iterable[str]) -> Builder:
+        """Names the branches of the rotational tree."""
+        self._table("coordinates")["rotation"] = list(branches)
+        return self
+
+    def to_dict(self) -> dict[str, Any]:
+        """The scene so far, with the keys of the scene file."""
+        return copy.deepcopy(self._scene)
+
+    def model(self) -> Model:
+        """Reads the scene. Raises SceneError with everything that is wrong with its form."""
+        return from_dict(self._scene)

@@ -1,0 +1,199 @@
+"""Variables over time, by name."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
+
+
+def _columns(results: Results) -> dict[str, np.ndarray]:
+    return {"time": results.time, **results}
+
+
+class Results(Mapping[str, np.ndarray]):
+    """The reported variables of a run: `results["rod.angle"]` is an array with a value for each of `results.time`.
+
+    `units` has their SI units ("" where there is none or none is known). `parameters` is what the run was given beyond the scene's values.
+    `failure` says why the run ended early, if it did; the values are those before.
+    """
+
+    def __init__(
+        self,
+        time: np.ndarray,
+        names: Sequence[str],
+        units: Sequence[str],
+        values: np.ndarray,
+        failure: str | None = None,
+        parameters: Mapping[str, float] | None = None,
+    ) -> None:
+        self.time = time
+        self._values = values
+        self._places = {name: place for place, name in enumerate(names)}
+        self.units: dict[str, str] = dict(zip(names, units, strict=True))
+        self.failure = failure
+        self.parameters: dict[str, float] = dict(parameters or {})
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name == "time" and name not in self._places:
+            return self.time
+        try:
+            return self._values[:, self._places[name]]
+        except KeyError:
+            known = ", ".join(self._places) or "nothing"
+            raise KeyError(f"{name!r} was not reported; there is {known}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def to_numpy(self) -> np.ndarray:
+        """All values: a row for each time, a column for each variable."""
+        return self._values
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A data frame with `time` [s] as its index; `attrs["units"]` has the units."""
+        import pandas
+
+        frame = pandas.DataFrame(self._values, index=pandas.Index(self.time, name="time"), columns=list(self))
+        frame.attrs["units"] = dict(self.units)
+        return frame
+
+    def to_polars(self) -> polars.DataFrame:
+        """A data frame whose first column is `time` [s]."""
+        import polars
+
+        return polars.DataFrame(_columns(self))
+
+    def __repr__(self) -> str:
+        ended = f", ended early: {self.failure}" if self.failure else ""
+        span = f"{self.time[0]:g} s to {self.time[-1]:g} s" if len(self.time) else "no time"
+        return f"<Results of {len(self)} variables at {len(self.time)} times, {span}{ended}>"
+
+
+class ResultsList(Sequence[Results]):
+    """The results of many runs, in the order that they were asked for."""
+
+    def __init__(self, members: Sequence[Results]) -> None:
+        self._members = list(members)
+
+    @overload
+    def __getitem__(self, index: int) -> Results: ...
+    @overload
+    def __getitem__(self, index: slice) -> ResultsList: ...
+    def __getitem__(self, index: int | slice) -> Results | ResultsList:
+        if isinstance(index, slice):
+            return ResultsList(self._members[index])
+        return self._members[index]
+
+    def __len__(self) -> int:
+        return len(self._members)
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """Which runs ended early, and why."""
+        return {index: run.failure for index, run in enumerate(self._members) if run.failure}
+
+    def to_numpy(self) -> np.ndarray:
+        """All values: run, time, variable. Runs that ended early have no numbers (nan) from there on."""
+        longest = max((len(run.time) for run in self._members), default=0)
+        width = len(self._members[0]) if self._members else 0
+        values = np.full((len(self), longest, width), np.nan)
+        for index, run in enumerate(self._members):
+            values[index, : len(run.time)] = run.to_numpy()
+        return values
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """One long data frame with the index (run, time)."""
+        import pandas
+
+        return pandas.concat([run.to_pandas() for run in self._members], keys=range(len(self)), names=["run"])
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} runs, {len(self.failures)} of them ended early>"
+
+
+class Table(Mapping[str, np.ndarray]):
+    """A number for each run and measure: `table["max(rod.angle)"]`, and the parameters of the runs by their names."""
+
+    def __init__(
+        self,
+        parameters: Mapping[str, np.ndarray],
+        columns: Sequence[tuple[str, str]],
+        values: np.ndarray,
+        failures: Sequence[str | None],
+    ) -> None:
+        measured = {name: values[:, place] for place, (name, _) in enumerate(columns)}
+        self._columns = {**parameters, **measured}
+        self.units: dict[str, str] = dict(columns)
+        #: Which runs ended early, and why; their measures are nan.
+        self.failures: dict[int, str] = {index: failure for index, failure in enumerate(failures) if failure}
+        self._length = len(failures)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A data frame with a row for each run."""
+        import pandas
+
+        frame = pandas.DataFrame(self._columns, index=pandas.RangeIndex(self._length, name="run"))
+        frame.attrs["units"] = dict(self.units)
+        return frame
+
+    def to_polars(self) -> polars.DataFrame:
+        """A data frame with a row for each run."""
+        import polars
+
+        return polars.DataFrame(self._columns)
+
+    def __repr__(self) -> str:
+        return f"<Table of {self._length} runs: {', '.join(self)}>"
+
+
+def frame(page: str, height: int) -> str:
+    """A page inside a notebook, with nothing of the notebook inside the page."""
+    return (
+        f'<iframe srcdoc="{html.escape(page)}" style="width:100%;height:{height}px;border:0" '
+        'sandbox="allow-scripts" title="mechanism"></iframe>'
+    )
+
+
+def parameters(given: Any) -> tuple[list[str], np.ndarray]:
+    """Names and a row of numbers for each run, from a data frame, a mapping of arrays, or a sequence of mappings."""
+    if hasattr(given, "columns") and hasattr(given, "to_numpy"):
+        names = [str(name) for name in given.columns]
+        return names, np.ascontiguousarray(given.to_numpy(), dtype=float).reshape(-1, len(names))
+    if isinstance(given, Mapping):
+        names = [str(name) for name in given]
+        columns = [np.atleast_1d(np.asarray(values, dtype=float)) for values in given.values()]
+        if any(column.ndim != 1 for column in columns):
+            raise ValueError("parameters: each is to be one number or a list of numbers")
+        rows = max((len(column) for column in columns), default=0)
+        for name, column in zip(names, columns, strict=True):
+            if len(column) not in (1, rows):
+                raise ValueError(f"parameters: {name!r} has {len(column)} values, others {rows}")
+        full = [np.broadcast_to(column, rows) for column in columns]
+        return names, np.ascontiguousarray(np.stack(full, axis=1) if full else np.zeros((0, 0)))
+    runs = list(given)
+    if not all(isinstance(run, Mapping) for run in runs):
+        raise TypeError("parameters: give a data frame, a mapping of names to arrays, or a list of mappings")
+    names = list(dict.fromkeys(name for run in runs for name in run))
+    missing = {name for name in names if any(name not in run for run in runs)}
+    if missing:
+        raise ValueError(f"parameters: {', '.join(sorted(missing))} not given in every run")
+    return names, np.array([[float(run[name]) for name in names] for run in runs]).reshape(len(runs), len(names))

@@ -1,0 +1,78 @@
+"""Equilibria, linear systems, vibrations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Where a mechanism rests: poses, reactions and loads by name [SI], and what a small disturbance does.
+
+    `stability` is "held", "stable", "neutral", "undecided" or "unstable"; `moves_most` names the coordinate of the mode that decides.
+    """
+
+    time: float
+    stability: str
+    moves_most: str | None
+    values: dict[str, float]
+    groups: dict[str, dict[str, float]] = field(repr=False)
+
+    def __getitem__(self, name: str) -> float:
+        return self.values[name]
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """dx/dt = A x + B u, y = C x + D u for small changes about a point of the motion."""
+
+    time: float
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    units: dict[str, str]
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+
+    def poles(self) -> np.ndarray:
+        """Eigenvalues of A [1/s]."""
+        return np.linalg.eigvals(self.A) if len(self.A) else np.zeros(0, complex)
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A vibration: `shape` is the complex amplitude of every branch coordinate, the largest 1."""
+
+    eigenvalue: complex
+    frequency: float
+    natural_frequency: float
+    damping_ratio: float | None
+    free: bool
+    shape: dict[str, complex]
+
+
+class Modes(Sequence[Mode]):
+    """The vibrations about a pose, slowest first."""
+
+    def __init__(self, time: float, modes: Sequence[Mode]) -> None:
+        self.time = time
+        self._modes = tuple(modes)
+
+    def __getitem__(self, index):
+        return self._modes[index]
+
+    def __len__(self) -> int:
+        return len(self._modes)
+
+    def frequencies(self) -> np.ndarray:
+        """Oscillations a second [Hz]."""
+        return np.array([mode.frequency for mode in self._modes])
+
+    def __repr__(self) -> str:
+        listed = ", ".join(f"{mode.frequency:.4g} Hz" for mode in self._modes)
+        return f"<{len(self)} modes: {listed}>"

@@ -1,0 +1,373 @@
+//! A scene and everything that can be asked of it.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::time::Duration;
+
+use cotree::analysis::report::{Report, Style};
+use cotree::analysis::{At, Study};
+use cotree::export::FmiVersion;
+use cotree::export::description::Causality;
+use cotree::output::bench;
+use cotree::output::text::Prose;
+use cotree::scene::Text;
+use cotree::simulate::{Ensemble, Measure, Run, Statistics, points};
+use cotree::{Compiled, Notation, Scene};
+use cotree_fmu::model::Model;
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use serde_json::json;
+
+use crate::outcome::{RunError, file_error, interrupted, run_error, scene_error, study_error, wrong};
+use crate::request::{self, Columns, Times, Value};
+
+/// How often a running call asks whether the user has pressed Ctrl-C.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// A scene, with its text: that is what is pickled.
+#[pyclass(frozen, module = "cotree._cotree")]
+pub struct Core {
+    scene: Scene,
+    /// What was compiled last, for these additional outputs.
+    compiled: Mutex<Option<(Vec<String>, Arc<Ready>)>>,
+}
+
+/// A scene that can run.
+struct Ready {
+    compiled: Compiled,
+    model: Arc<Model>,
+}
+
+/// A member's values: a row for each time, and why there are no more.
+type Rows<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Option<String>);
+
+#[pymethods]
+impl Core {
+    /// Reads a scene from a text in TOML or JSON; `name` is that of its file.
+    #[new]
+    fn new(py: Python<'_>, text: Vec<u8>, name: &str) -> PyResult<Self> {
+        let scene = py.detach(|| Scene::from_bytes(Path::new(name), text));
+        Ok(Core { scene: scene.map_err(|faults| scene_error(&faults))?, compiled: Mutex::default() })
+    }
+
+    fn name(&self) -> String {
+        self.scene.name.text.clone()
+    }
+
+    /// Warnings as JSON; the scene's faults are raised.
+    fn check(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        let ready = self.ready(py, None)?;
+        Ok(ready.compiled.warnings.as_ref().map(|faults| faults.to_json().to_string()))
+    }
+
+    /// Every variable as JSON.
+    fn variables(&self, py: Python<'_>) -> PyResult<String> {
+        let ready = self.ready(py, None)?;
+        let variable = |variable: &cotree::export::description::ScalarVariable| {
+            let (start, min, max) = match variable.causality {
+                Causality::Parameter { start, min, max, .. } | Causality::Input { start, min, max } => {
+                    (Some(start), min, max)
+                }
+                _ => (None, None, None),
+            };
+            json!({ "name": variable.name, "description": variable.description, "unit": variable.unit.si,
+                    "causality": variable.causality.name(), "start": start, "min": min, "max": max })
+        };
+        Ok(json!(ready.compiled.description.variables.iter().map(variable).collect::<Vec<_>>()).to_string())
+    }
+
+    /// Names and units of the outputs.
+    fn outputs(&self, py: Python<'_>, outputs: Option<Vec<String>>) -> PyResult<Vec<(String, String)>> {
+        let ready = self.ready(py, outputs)?;
+        let variables = &ready.compiled.description.variables;
+        let named = |index: usize| (variables[index].name.clone(), variables[index].unit.si.clone());
+        Ok(ready.compiled.reported().into_iter().map(named).collect())
+    }
+
+    /// Runs all members: `names` are set to the rows of `values`, after `settings`. Times and values of each, and why it ended early.
+    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn simulate<'py>(
+        &self,
+        py: Python<'py>,
+        times: Times,
+        settings: Vec<(String, Value)>,
+        outputs: Option<Vec<String>>,
+        inputs: Option<Columns>,
+        names: Vec<String>,
+        values: PyReadonlyArray2<'py, f64>,
+        threads: usize,
+    ) -> PyResult<Vec<Rows<'py>>> {
+        let ready = self.ready(py, outputs)?;
+        let reported = ready.compiled.reported();
+        let width = reported.len();
+        let all: Vec<f64> = points(times.experiment(ready.compiled.description.experiment)?).collect();
+        let ended = self.members(
+            py,
+            (&ready, &times, &settings, reported, inputs),
+            (names, values, threads),
+            || Vec::with_capacity(all.len() * width),
+            |rows: &mut Vec<f64>, _, values| rows.extend_from_slice(values),
+        )?;
+        let rows = |(values, failure): (Vec<f64>, Option<String>)| {
+            let count = if width == 0 { all.len() } else { values.len() / width };
+            let matrix = PyArray1::from_vec(py, values).reshape([count, width])?;
+            Ok((PyArray1::from_slice(py, &all[..count]), matrix, failure))
+        };
+        ended.into_iter().map(rows).collect()
+    }
+
+    /// The same, keeping only these measures of each member, such as `max(rod.angle)`: a row of numbers a member, not a number where a run ended early.
+    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn measure<'py>(
+        &self,
+        py: Python<'py>,
+        times: Times,
+        settings: Vec<(String, Value)>,
+        measures: Vec<String>,
+        inputs: Option<Columns>,
+        names: Vec<String>,
+        values: PyReadonlyArray2<'py, f64>,
+        threads: usize,
+    ) -> PyResult<(Vec<(String, String)>, Bound<'py, PyArray2<f64>>, Vec<Option<String>>)> {
+        let measures: Result<Vec<Measure>, String> = measures.iter().map(|text| text.parse()).collect();
+        let measures = measures.map_err(wrong)?;
+        let ready = self.ready(py, Some(measures.iter().map(|measure| measure.variable.clone()).collect()))?;
+        let variables = &ready.compiled.description.variables;
+        let place = |name: &String| variables.iter().position(|variable| variable.name == *name);
+        let reported: Option<Vec<usize>> = measures.iter().map(|measure| place(&measure.variable)).collect();
+        let reported = reported.ok_or_else(|| wrong("a variable that was asked for is not computed"))?;
+        let columns = measures.iter().zip(&reported);
+        let columns = columns.map(|(own, &index)| (own.to_string(), own.unit(&variables[index].unit.si).to_owned()));
+        let columns = columns.collect();
+        let ended = self.members(
+            py,
+            (&ready, &times, &settings, reported, inputs),
+            (names, values, threads),
+            Vec::new,
+            |kept: &mut Vec<Statistics>, time, values| {
+                if kept.is_empty() {
+                    kept.extend(values.iter().map(|&value| Statistics::new(time, value)));
+                } else {
+                    kept.iter_mut().zip(values).for_each(|(kept, &value)| kept.add(time, value));
+                }
+            },
+        )?;
+        let (mut table, mut failures) = (Vec::with_capacity(ended.len() * measures.len()), Vec::new());
+        for (kept, failure) in ended {
+            let number = |(index, own): (usize, &Measure)| match kept.get(index) {
+                Some(kept) if failure.is_none() => own.of(kept),
+                _ => f64::NAN,
+            };
+            table.extend(measures.iter().enumerate().map(number));
+            failures.push(failure);
+        }
+        let table = PyArray1::from_vec(py, table).reshape([failures.len(), measures.len()])?;
+        Ok((columns, table, failures))
+    }
+
+    /// Writes the FMU.
+    fn export(&self, py: Python<'_>, path: PathBuf, fmi: &str) -> PyResult<()> {
+        let version = match fmi {
+            "2" => FmiVersion::V2,
+            "3" => FmiVersion::V3,
+            other => return Err(wrong(format!("fmi: `{other}` is neither 2 nor 3"))),
+        };
+        py.detach(|| self.scene.export_fmu_as(version, path)).map_err(|error| match error {
+            cotree::ExportFailure::Scene(faults) => scene_error(&faults),
+            cotree::ExportFailure::File(error) => file_error(error),
+        })
+    }
+
+    /// The equations of motion in a notation.
+    fn equations(&self, py: Python<'_>, notation: &str) -> PyResult<String> {
+        let notation = match notation {
+            "text" => Notation::Text,
+            "latex" => Notation::Latex,
+            "html" => Notation::Html,
+            "c" => Notation::C,
+            "fortran" => Notation::Fortran,
+            "rust" => Notation::Rust,
+            "python" => Notation::Python,
+            "json" => Notation::Json,
+            other => {
+                let known = "text, latex, html, c, fortran, rust, python, json";
+                return Err(wrong(format!("notation: `{other}` is none of {known}")));
+            }
+        };
+        py.detach(|| cotree::equations(&self.scene, notation)).map_err(|faults| scene_error(&faults))
+    }
+
+    /// The derivation of the equations.
+    fn steps(&self, py: Python<'_>, notation: &str) -> PyResult<String> {
+        let prose = match notation {
+            "text" => Prose::Text,
+            "latex" => Prose::Latex,
+            "html" => Prose::Html,
+            other => return Err(wrong(format!("notation: `{other}` is none of text, latex, html"))),
+        };
+        py.detach(|| cotree::compile::steps(&self.scene, prose)).map_err(|faults| scene_error(&faults))
+    }
+
+    /// The mechanism in figures and names.
+    fn summary(&self, py: Python<'_>) -> PyResult<String> {
+        let summary = py.detach(|| self.scene.summary()).map_err(|faults| scene_error(&faults))?;
+        Ok(summary.to_string())
+    }
+
+    /// The drawing at the start, as SVG.
+    fn drawing(&self, py: Python<'_>) -> PyResult<String> {
+        let (_, drawing) = py.detach(|| cotree::compile::graph(&self.scene)).map_err(|faults| scene_error(&faults))?;
+        Ok(drawing.svg())
+    }
+
+    /// The page that shows the mechanism in motion.
+    fn page(&self, py: Python<'_>, runtime: Option<Vec<u8>>) -> PyResult<String> {
+        let made = py.detach(|| cotree::cli::page(&self.scene, runtime).map(|(_, page)| page.map(|page| page.html())));
+        made.map_err(|faults| scene_error(&faults))?.map_err(RunError::new_err)
+    }
+
+    /// Where the mechanism rests, as JSON.
+    fn equilibrium(&self, py: Python<'_>, settings: Vec<(String, Value)>) -> PyResult<String> {
+        let mut study = self.study(&settings)?;
+        let found = py.detach(|| study.equilibrium()).map_err(study_error)?;
+        Ok(found.write(Style::Json))
+    }
+
+    /// Linear systems as JSON: at the equilibrium, or at these times.
+    fn linearize(&self, py: Python<'_>, times: Option<Vec<f64>>, settings: Vec<(String, Value)>) -> PyResult<String> {
+        let mut study = self.study(&settings)?;
+        let start = study.experiment().start;
+        let at = match times {
+            None => At::Equilibrium,
+            Some(times) if times.is_empty() => At::Times(vec![start]),
+            Some(times) => {
+                if times.iter().any(|time| !time.is_finite() || *time < start) || !times.is_sorted() {
+                    return Err(wrong(format!("times are to be ascending, from the start, {start:?} s, on")));
+                }
+                At::Times(times)
+            }
+        };
+        let found = py.detach(|| study.linearize(&at)).map_err(study_error)?;
+        Ok(found.write(Style::Json))
+    }
+
+    /// Vibrations as JSON.
+    fn modes(&self, py: Python<'_>, at: Option<f64>, settings: Vec<(String, Value)>) -> PyResult<String> {
+        let mut study = self.study(&settings)?;
+        let start = study.experiment().start;
+        if at.is_some_and(|at| !at.is_finite() || at < start) {
+            return Err(wrong(format!("at: is before the start, {start:?} s")));
+        }
+        let found = py.detach(|| study.modes(at)).map_err(study_error)?;
+        Ok(found.write(Style::Json))
+    }
+
+    /// Speed against error, as JSON.
+    fn bench(&self, py: Python<'_>) -> PyResult<String> {
+        let ready = self.ready(py, None)?;
+        let measured = py
+            .detach(|| bench::measure(&ready.model, &ready.compiled.reported(), ready.compiled.description.experiment));
+        let measured = measured.map_err(RunError::new_err)?;
+        serde_json::to_string(&measured).map_err(file_error)
+    }
+}
+
+impl Core {
+    /// The compiled scene; with these outputs in place of its own, if any are given.
+    fn ready(&self, py: Python<'_>, outputs: Option<Vec<String>>) -> PyResult<Arc<Ready>> {
+        let key = outputs.clone().unwrap_or_default();
+        if let Some((known, ready)) = &*self.compiled.lock().unwrap_or_else(PoisonError::into_inner)
+            && *known == key
+        {
+            return Ok(Arc::clone(ready));
+        }
+        let ready = Arc::new(py.detach(|| self.compile(outputs))?);
+        *self.compiled.lock().unwrap_or_else(PoisonError::into_inner) = Some((key, Arc::clone(&ready)));
+        Ok(ready)
+    }
+
+    fn compile(&self, outputs: Option<Vec<String>>) -> PyResult<Ready> {
+        let mut scene = self.scene.clone();
+        if let Some(mut names) = outputs.filter(|names| !names.is_empty()) {
+            let mut seen = std::collections::HashSet::new();
+            names.retain(|name| seen.insert(name.clone()));
+            let own = |name: &String| scene.outputs.expressions.iter().any(|output| output.name.text == *name);
+            let (expressions, variables): (Vec<String>, Vec<String>) = names.into_iter().partition(own);
+            scene.outputs.expressions.retain(|output| expressions.contains(&output.name.text));
+            scene.outputs.variables = variables.iter().map(|name| Text::from(name.as_str())).collect();
+        }
+        let compiled = cotree::compile(&scene).map_err(|faults| scene_error(&faults))?;
+        let model = Model::new(compiled.program.clone()).map_err(|error| RunError::new_err(error.to_string()))?;
+        Ok(Ready { compiled, model: Arc::new(model) })
+    }
+
+    fn study(&self, settings: &[(String, Value)]) -> PyResult<Study> {
+        let mut study = Study::new(&self.scene).map_err(|faults| scene_error(&faults))?;
+        for (name, value) in settings {
+            study.set(name, |unit| value.read(unit)).map_err(|message| wrong(format!("{name}: {message}")))?;
+        }
+        Ok(study)
+    }
+
+    /// Runs members in threads, while this one listens for Ctrl-C.
+    fn members<C: Send>(
+        &self,
+        py: Python<'_>,
+        (ready, times, settings, reported, inputs): (&Ready, &Times, &[(String, Value)], Vec<usize>, Option<Columns>),
+        (names, values, threads): (Vec<String>, PyReadonlyArray2<'_, f64>, usize),
+        begin: impl Fn() -> C + Send + Sync,
+        point: impl Fn(&mut C, f64, &[f64]) + Send + Sync,
+    ) -> PyResult<Vec<(C, Option<String>)>> {
+        let description = &ready.compiled.description;
+        let experiment = times.experiment(description.experiment)?;
+        let settings = request::settings(description, settings)?;
+        let inputs = request::inputs(description, inputs)?;
+        let members = members(description, &names, &values)?;
+        let stop = AtomicBool::new(false);
+        let table = inputs.as_ref().map(|(table, variables)| (table, variables.clone()));
+        let run = Run { description, experiment, settings, inputs: table, reported };
+        let ensemble = Ensemble::new(run, Arc::clone(&ready.model), threads, &stop).map_err(file_error)?;
+        let ended = py.detach(|| {
+            std::thread::scope(|scope| {
+                let (send, receive) = mpsc::channel();
+                scope.spawn(move || send.send(ensemble.run(&members, begin, point)));
+                loop {
+                    match receive.recv_timeout(PATIENCE) {
+                        Ok(ended) => return Ok(ended),
+                        Err(mpsc::RecvTimeoutError::Disconnected) => return Err(wrong("a run has panicked")),
+                        Err(mpsc::RecvTimeoutError::Timeout) => {
+                            if let Err(signal) = Python::attach(|py| py.check_signals()) {
+                                stop.store(true, Ordering::Relaxed);
+                                return Err(signal);
+                            }
+                        }
+                    }
+                }
+            })
+        })?;
+        let outcome = |(collected, ended): (C, Result<(), cotree::RunError>)| match ended {
+            Ok(()) => Ok((collected, None)),
+            Err(error) => Ok((collected, Some(run_error(error).ok_or_else(interrupted)?))),
+        };
+        ended.into_iter().map(outcome).collect()
+    }
+}
+
+/// The settings of each member: a row of values for these names.
+fn members(
+    description: &cotree::export::description::Description,
+    names: &[String],
+    values: &PyReadonlyArray2<'_, f64>,
+) -> PyResult<Vec<cotree::simulate::Settings>> {
+    let [rows, columns] = [values.shape()[0], values.shape()[1]];
+    if columns != names.len() {
+        return Err(wrong(format!("{} parameters with {columns} columns of values", names.len())));
+    }
+    let array = values.as_array();
+    let row = |row: usize| {
+        let named = names.iter().enumerate().map(|(column, name)| (name.clone(), Value::Number(array[[row, column]])));
+        request::settings(description, &named.collect::<Vec<_>>())
+    };
+    (0..rows).map(row).collect()
+}

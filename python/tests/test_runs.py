@@ -1,0 +1,192 @@
+"""Runs: numbers, units, settings, inputs, many at once."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import cotree
+
+
+def test_a_pendulum_swings_as_in_closed_form(pendulum):
+    results = pendulum.simulate()
+    assert results.units == {"bob.angle": "rad", "energy.total": "J"}
+    # Small, but not infinitely: the period grows by a^2/16.
+    amplitude = np.radians(1)
+    rate = np.sqrt(9.81) / (1 + amplitude**2 / 16)
+    assert np.allclose(results["bob.angle"], amplitude * np.cos(rate * results.time), atol=1e-8)
+    assert np.ptp(results["energy.total"]) < 1e-9
+    assert results["time"] is results.time and len(results) == 2
+    with pytest.raises(KeyError, match=r"bob\.angle"):
+        results["bob.angel"]
+
+
+def test_the_numbers_are_those_of_the_command(tmp_path, root, slider_crank):
+    scene = root / "models/slider_crank/scene.toml"
+    table = tmp_path / "out.csv"
+    subprocess.run([sys.executable, "-m", "cotree._command", "simulate", scene, "-o", table], check=True)
+    lines = table.read_text().splitlines()
+    rows = np.array([[float(value) for value in line.split(",")] for line in lines[1:]])
+    results = slider_crank.simulate()
+    assert np.array_equal(rows[:, 0], results.time)
+    assert np.array_equal(rows[:, 1:], results.to_numpy())
+
+
+def test_settings_are_numbers_or_texts_with_units(pendulum):
+    in_metres = pendulum.simulate(set={"length": 0.5})
+    assert np.array_equal(in_metres["bob.angle"], pendulum.simulate(set={"length": "500 mm"})["bob.angle"])
+    assert pendulum.simulate(set={"bob.angle": "2 deg"})["bob.angle"][0] == np.radians(2.0)
+    assert len(pendulum.simulate(stop="20 ms", step="5 ms").time) == 5
+    for wrong, message in [
+        ({"lenght": 1}, "length"),
+        ({"length": "1 kg"}, "kg"),
+        ({"length": 0}, "at least"),
+        ({"length": np.nan}, "finite"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            pendulum.simulate(set=wrong)
+    for times in [{"stop": -1}, {"step": 0}, {"tolerance": 2}, {"step": 1e-12}]:
+        with pytest.raises(ValueError):
+            pendulum.simulate(**times)
+
+
+def test_other_outputs_are_computed_on_request(pendulum):
+    results = pendulum.simulate(outputs=["hinge.fy", "bob.x", "bob.x"], stop=0.1)
+    assert list(results) == ["hinge.fy", "bob.x"]
+    assert results["hinge.fy"][0] == pytest.approx(9.81, rel=1e-3)
+    with pytest.raises(cotree.SceneError, match="hinge"):
+        pendulum.simulate(outputs=["hinge.fz"])
+
+
+@pytest.fixture
+def cart():
+    """A mass of 2 kg, pushed by an input."""
+    return cotree.loads(
+        "name='cart'\ndimension=1\n[inputs]\nforce={start=0.0,unit='N'}\n[bodies.cart]\nmass=2.0\n"
+        "[loads.push]\ntype='force'\non='cart'\nvector=['force']\n[outputs]\nvariables=['cart.x']\n[experiment]\nstop=2.0\nstep=0.5\n"
+    )
+
+
+def test_inputs_over_time_move_a_mass(cart):
+    pandas = pytest.importorskip("pandas")
+    # F = 4 t: x = t^3/3.
+    ramp = {"time": [0.0, 2.0], "force": [0.0, 8.0]}
+    exact = np.array([0.0, 0.5, 1.0, 1.5, 2.0]) ** 3 / 3
+    frames = [ramp, pandas.DataFrame(ramp), pandas.DataFrame(ramp).set_index("time")]
+    for inputs in frames:
+        assert np.allclose(cart.simulate(inputs=inputs)["cart.x"], exact, atol=1e-9)
+    for wrong, message in [
+        ({"force": [1]}, "time"),
+        ({"time": [0], "froce": [1]}, "force"),
+        ({"time": [1, 0], "force": [1, 1]}, "ascending"),
+        ({"time": [0, 1], "force": [1]}, "values"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            cart.simulate(inputs=wrong)
+
+
+def test_a_run_that_cannot_go_on_keeps_what_comes_before():
+    scene = "name='a'\ndimension=1\n[bodies.b]\nmass=1.0\n[loads.f]\ntype='force'\non='b'\nvector=['1/(1 - t) * 1 N*1 s']\n[outputs]\nvariables=['b.x']\n[experiment]\nstop=2.0\nstep=0.1\n"
+    scene = scene.replace("1/(1 - t) * 1 N*1 s", "sqrt(1 - t)")
+    with pytest.raises(cotree.RunError) as caught:
+        cotree.loads(scene).simulate()
+    kept = caught.value.results
+    assert 0.5 < kept.time[-1] <= 1.0 and len(kept["b.x"]) == len(kept.time)
+    assert kept.failure == str(caught.value)
+    runs = cotree.loads(scene).simulate_many([{}, {}])
+    assert set(runs.failures) == {0, 1}
+
+
+def test_many_runs_are_single_runs_bit_for_bit(slider_crank):
+    lengths = np.linspace(0.9, 1.6, 7)
+    one = slider_crank.simulate_many({"rod_length": lengths}, stop=0.5, threads=1)
+    two = slider_crank.simulate_many({"rod_length": lengths}, stop=0.5, threads=3)
+    for length, first, second in zip(lengths, one, two, strict=True):
+        alone = slider_crank.simulate(set={"rod_length": length}, stop=0.5)
+        assert np.array_equal(first.to_numpy(), alone.to_numpy())
+        assert np.array_equal(first.to_numpy(), second.to_numpy())
+        assert first.parameters == {"rod_length": length}
+    assert one.to_numpy().shape == (7, len(alone.time), len(alone))
+
+
+def test_parameters_come_in_any_shape(pendulum):
+    pandas = pytest.importorskip("pandas")
+    polars = pytest.importorskip("polars")
+    table = {"length": [0.5, 1.0], "bob.angle": [0.1, 0.1]}
+    rows = [{"length": 0.5, "bob.angle": 0.1}, {"length": 1.0, "bob.angle": 0.1}]
+    shapes = [table, rows, pandas.DataFrame(table), polars.DataFrame(table), {"length": np.array([0.5, 1]), "bob.angle": 0.1}]
+    first = [run.to_numpy() for run in pendulum.simulate_many(shapes[0], stop=0.1)]
+    for shape in shapes[1:]:
+        again = pendulum.simulate_many(shape, stop=0.1)
+        assert all(np.array_equal(a, b.to_numpy()) for a, b in zip(first, again, strict=True))
+    for wrong in [{"length": [1, 2], "bob.angle": [1, 2, 3]}, [{"length": 1}, {}], {"length": [[1]]}, {"length": [-1]}]:
+        with pytest.raises(ValueError):
+            pendulum.simulate_many(wrong)
+    assert len(pendulum.simulate_many({"length": []})) == 0
+
+
+def test_measures_are_those_of_the_whole_run(pendulum):
+    lengths = [0.5, 1.0, 2.0]
+    asked = ["max(bob.angle)", "min(bob.angle)", "when_min(bob.angle)", "mean(energy.total)", "hinge.fy"]
+    table = pendulum.measure(asked, {"length": lengths})
+    runs = pendulum.simulate_many({"length": lengths}, outputs=["bob.angle", "energy.total", "hinge.fy"])
+    for index, run in enumerate(runs):
+        assert table["max(bob.angle)"][index] == run["bob.angle"].max()
+        assert table["min(bob.angle)"][index] == run["bob.angle"].min()
+        assert table["when_min(bob.angle)"][index] == run.time[run["bob.angle"].argmin()]
+        assert table["mean(energy.total)"][index] == pytest.approx(np.trapezoid(run["energy.total"], run.time) / 2)
+        assert table["last(hinge.fy)"][index] == run["hinge.fy"][-1]
+    assert table.units["when_min(bob.angle)"] == "s" and table.units["max(bob.angle)"] == "rad"
+    assert list(table.to_pandas().columns)[0] == "length"
+    with pytest.raises(ValueError, match="none of max"):
+        pendulum.measure("largest(bob.angle)", {"length": lengths})
+
+
+def test_frames_have_the_numbers_and_the_units(pendulum):
+    pytest.importorskip("pandas")
+    pytest.importorskip("polars")
+    results = pendulum.simulate(stop=0.1)
+    frame = results.to_pandas()
+    assert frame.index.name == "time" and frame.attrs["units"]["bob.angle"] == "rad"
+    assert np.array_equal(frame["bob.angle"], results["bob.angle"])
+    assert results.to_polars().columns == ["time", "bob.angle", "energy.total"]
+    assert pendulum.simulate_many({"length": [1, 2]}, stop=0.1).to_pandas().index.names == ["run", "time"]
+
+
+def test_runs_let_other_threads_work(pendulum):
+    beats, done = [], threading.Event()
+
+    def beat():
+        while not done.is_set():
+            beats.append(time.monotonic())
+            time.sleep(0.001)
+
+    other = threading.Thread(target=beat)
+    other.start()
+    pendulum.simulate_many({"length": np.linspace(0.5, 2, 300)}, stop=20, threads=1)
+    done.set()
+    other.join()
+    assert len(beats) > 10
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_ctrl_c_ends_a_long_call(root):
+    code = (
+        "import cotree, sys, numpy as np\n"
+        f"model = cotree.load({str(root / 'models/slider_crank/scene.toml')!r})\n"
+        "print('ready', flush=True)\n"
+        "try:\n"
+        "    model.measure('cylinder.s', {'rod_length': np.linspace(1.2, 1.6, 1_000_000)}, threads=1)\n"
+        "except KeyboardInterrupt:\n"
+        "    print('interrupted', flush=True)\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "ready\n"
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    assert process.communicate(timeout=60)[0] == "interrupted\n"

@@ -1,0 +1,79 @@
+"""Scenes: read, built, wrong, pickled."""
+
+import json
+import pickle
+import tomllib
+
+import numpy as np
+import pytest
+
+import cotree
+
+
+def test_a_scene_is_the_same_from_file_text_and_dictionary(root, slider_crank):
+    path = root / "models/slider_crank/scene.toml"
+    others = [cotree.loads(path.read_text()), cotree.from_dict(tomllib.loads(path.read_text()))]
+    first = slider_crank.simulate(stop=0.5)
+    for other in others:
+        again = other.simulate(stop=0.5)
+        assert list(again) == list(first)
+        assert np.array_equal(again.to_numpy(), first.to_numpy())
+
+
+def test_every_model_is_read(root):
+    scenes = sorted(root.glob("models/*/scene.toml"))
+    assert len(scenes) > 15
+    for scene in scenes:
+        model = cotree.load(scene)
+        model.check()
+        assert model.variables and model.name in repr(model)
+        assert len(str(model)) > 100
+
+
+def test_all_faults_come_at_once_with_their_places():
+    text = "name = 'a'\n[bodies.bar]\nmas = 2\npoints = { end = [1, 0] }\n[joints.hinge]\ntype = 'revolut'\nbetween = ['ground', 'bar.ende']\n"
+    with pytest.raises(cotree.SceneError) as caught:
+        cotree.loads(text, "bar.toml").check()
+    faults = caught.value.faults
+    assert len(faults) >= 2 and caught.value.file == "bar.toml"
+    key = next(fault for fault in faults if "mas" in fault.message)
+    assert key.severity == "error" and (key.place.line, key.place.column) == (3, 1)
+    assert "did you mean" in str(caught.value)
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert again.faults == faults and str(again) == str(caught.value)
+
+
+def test_warnings_are_objects():
+    scene = "name = 'a'\n[bodies.bar]\nmass = 1\ninertia = 1\n[joints.hinge]\ntype = 'revolute'\nbetween = ['ground', 'bar']\n[joints.again]\ntype = 'revolute'\nbetween = ['ground', 'bar']\n"
+    warnings = cotree.loads(scene).check()
+    assert warnings and all(fault.severity == "warning" for fault in warnings)
+
+
+def test_models_are_pickled(slider_crank):
+    again = pickle.loads(pickle.dumps(slider_crank))
+    assert again.text == slider_crank.text
+    assert np.array_equal(again.simulate(stop=0.1).to_numpy(), slider_crank.simulate(stop=0.1).to_numpy())
+
+
+def test_a_file_that_is_no_text_is_a_fault_and_a_missing_one_an_error(tmp_path):
+    (tmp_path / "odd.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(cotree.SceneError):
+        cotree.load(tmp_path / "odd.toml")
+    with pytest.raises(FileNotFoundError):
+        cotree.load(tmp_path / "none.toml")
+
+
+def test_the_builder_gives_the_scene_that_was_meant(pendulum):
+    scene = json.loads(pendulum.text)
+    assert scene["joints"]["hinge"] == {"type": "revolute", "between": ["ground", "bob.top"]}
+    with pytest.raises(ValueError, match="already"):
+        cotree.Builder("a").body("b", mass=1).body("b", mass=2)
+    with pytest.raises(TypeError, match="object"):
+        cotree.from_dict({"name": object()})
+    numbers = cotree.from_dict({"name": "a", "gravity": np.array([0.0, -9.81]), "bodies": {"b": {"mass": np.float64(1)}}})
+    assert "9.81" in numbers.text
+
+
+def test_variables_have_units_and_bounds(pendulum):
+    length = pendulum.variables["length"]
+    assert (length.unit, length.start, length.min, length.causality) == ("m", 1.0, 1e-3, "parameter")

@@ -1,0 +1,208 @@
+//! From a scene with its settings to the analyses of it.
+
+use std::sync::Arc;
+
+use cotree_fmu::instance::Instance;
+use cotree_fmu::model::Model;
+use thiserror::Error;
+
+use super::report::{Linearization, Statics, Vibration};
+use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
+use crate::diagnostic::suggest;
+use crate::formulate::{Formulated, formulate_written};
+use crate::mechanism::{Experiment, Mechanism, Unit};
+use crate::scene::{Fault, Faults, Scene, Source};
+
+/// A scene to be analysed: its mechanism, with the parameters and inputs that were set.
+#[derive(Clone, Debug)]
+pub struct Study {
+    mechanism: Mechanism,
+    source: Source,
+    warnings: Vec<Fault>,
+}
+
+/// Why there is no result.
+#[derive(Debug, Error)]
+pub enum StudyError {
+    /// The scene is at fault.
+    #[error(transparent)]
+    Scene(#[from] Faults),
+    /// The numbers do not work out.
+    #[error(transparent)]
+    Analysis(#[from] Failure),
+}
+
+/// Where a mechanism is linearised.
+#[derive(Clone, Debug, PartialEq)]
+pub enum At {
+    /// At the equilibrium next to the start.
+    Equilibrium,
+    /// At these times of the motion, ascending \[s\].
+    Times(Vec<f64>),
+}
+
+impl Study {
+    /// Resolves a scene.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn new(scene: &Scene) -> Result<Self, Faults> {
+        let resolved = scene.resolve()?;
+        Ok(Study { mechanism: resolved.mechanism, source: scene.source.clone(), warnings: resolved.warnings })
+    }
+
+    /// Times and tolerance of the scene.
+    pub fn experiment(&self) -> Experiment {
+        self.mechanism.experiment
+    }
+
+    /// What is odd but no error, so far; each is given once.
+    pub fn take_warnings(&mut self) -> Option<Faults> {
+        let warnings = std::mem::take(&mut self.warnings);
+        (!warnings.is_empty()).then(|| Faults::new(self.source.clone(), warnings))
+    }
+
+    /// Sets a parameter or an input: `read` gives the value [SI] for its unit.
+    ///
+    /// # Errors
+    /// There is no such parameter or input, `read` fails, or the value is out of bounds.
+    pub fn set(&mut self, name: &str, read: impl FnOnce(&Unit) -> Result<f64, String>) -> Result<(), String> {
+        let mechanism = &mut self.mechanism;
+        let parameters =
+            mechanism.parameters.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.value));
+        let inputs = mechanism.inputs.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.start));
+        let Some((_, unit, bounds, place)) = parameters.chain(inputs).find(|(known, ..)| *known == name) else {
+            return Err(self.unknown(name));
+        };
+        let value = read(unit)?;
+        match bounds {
+            _ if !value.is_finite() => return Err("is not a finite number".to_owned()),
+            [Some(min), _] if value < min => return Err(format!("must be at least {min:?} {}", unit.si)),
+            [_, Some(max)] if value > max => return Err(format!("must be at most {max:?} {}", unit.si)),
+            _ => *place = value,
+        }
+        Ok(())
+    }
+
+    fn unknown(&self, name: &str) -> String {
+        let parameters = self.mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
+        let known = suggest::known(name, parameters.chain(self.mechanism.inputs.iter().map(|own| own.name.as_str())));
+        format!("the scene has no parameter or input `{name}`; {known}")
+    }
+
+    /// Where the mechanism rests: its pose, the reactions of all joints and drivers, and whether it is stable.
+    ///
+    /// # Errors
+    /// The equations cannot be formulated, or no equilibrium is found.
+    pub fn equilibrium(&mut self) -> Result<Statics, StudyError> {
+        self.rest(|formulated, _, equilibrium| Ok(Statics::new(formulated, equilibrium)))
+    }
+
+    /// A, B, C, D from the inputs of the scene to its outputs.
+    ///
+    /// # Errors
+    /// The equations cannot be formulated, the motion cannot be continued, or a pose is singular.
+    pub fn linearize(&mut self, at: &At) -> Result<Linearization, StudyError> {
+        let name = self.mechanism.name.clone();
+        let points = match at {
+            At::Equilibrium => self.rest(|formulated, variation, equilibrium| {
+                Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?])
+            })?,
+            At::Times(times) => self.formulated(&self.mechanism.clone(), |formulated| along(formulated, times))?,
+        };
+        Ok(Linearization { name, points })
+    }
+
+    /// Natural frequencies, damping ratios and shapes, about the equilibrium next to the start or about the pose at a time \[s\].
+    ///
+    /// # Errors
+    /// The equations cannot be formulated, there is no equilibrium, or the motion cannot be continued.
+    pub fn modes(&mut self, at: Option<f64>) -> Result<Vibration, StudyError> {
+        let Some(time) = at else {
+            return self
+                .rest(|formulated, variation, equilibrium| vibration(formulated, variation, &equilibrium.point, true));
+        };
+        self.formulated(&self.mechanism.clone(), |formulated| {
+            let variation = Variation::new(formulated);
+            let point = Motion::new(formulated)?.point(time)?;
+            vibration(formulated, &variation, &point, false)
+        })
+    }
+
+    /// Hands over the equations of the mechanism.
+    fn formulated<T>(
+        &mut self,
+        mechanism: &Mechanism,
+        then: impl FnOnce(&mut Formulated) -> Result<T, Failure>,
+    ) -> Result<T, StudyError> {
+        let mut formulated = formulate_written(mechanism).map_err(|list| Faults::new(self.source.clone(), list))?;
+        self.warnings.append(&mut formulated.warnings);
+        Ok(then(&mut formulated)?)
+    }
+
+    /// Hands over the equations of the mechanism at rest with its equilibrium.
+    fn rest<T>(
+        &mut self,
+        then: impl FnOnce(&mut Formulated, &Variation, &Equilibrium) -> Result<T, Failure>,
+    ) -> Result<T, StudyError> {
+        self.formulated(&at_rest(&self.mechanism), |formulated| {
+            let variation = Variation::new(formulated);
+            let equilibrium = Equilibrium::find(formulated, &variation)?;
+            then(formulated, &variation, &equilibrium)
+        })
+    }
+}
+
+/// The linear systems at these times of the motion.
+fn along(formulated: &mut Formulated, times: &[f64]) -> Result<Vec<StateSpace>, Failure> {
+    let variation = Variation::new(formulated);
+    let mut motion = Motion::new(formulated)?;
+    let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
+    for &time in times {
+        systems.push(StateSpace::new(formulated, &variation, &motion.point(time)?, systems.last())?);
+    }
+    Ok(systems)
+}
+
+fn vibration(
+    formulated: &Formulated,
+    variation: &Variation,
+    point: &Point,
+    resting: bool,
+) -> Result<Vibration, Failure> {
+    let system = StateSpace::new(formulated, variation, point, None)?;
+    Ok(Vibration {
+        name: formulated.equations.system.mechanism.name.clone(),
+        time: point.time(),
+        resting,
+        coordinates: formulated.equations.coordinates.iter().map(|q| q.name.position.clone()).collect(),
+        modes: modes(formulated, &system)?,
+    })
+}
+
+/// A motion from its start on.
+struct Motion {
+    model: Arc<Model>,
+    instance: Instance,
+}
+
+impl Motion {
+    /// Assembles the mechanism at the start of its experiment.
+    fn new(formulated: &Formulated) -> Result<Self, Failure> {
+        let program = formulated.lowered.program.clone();
+        let experiment = program.experiment;
+        let model = Arc::new(Model::new(program)?);
+        let mut instance = Instance::new(Arc::clone(&model));
+        instance.setup(experiment.start, None, Some(experiment.tolerance))?;
+        instance.initialise()?;
+        Ok(Motion { model, instance })
+    }
+
+    /// Moves on to a time, not before the last one.
+    fn point(&mut self, time: f64) -> Result<Point, Failure> {
+        if time > self.instance.time() {
+            self.instance.step_to(time)?;
+        }
+        Point::moving(&self.model, &self.instance.state())
+    }
+}

@@ -1,0 +1,180 @@
+//! One number of a run: the largest value of a variable, its mean, when it is least.
+
+use std::str::FromStr;
+
+/// What is made of a variable over time, and its word.
+const KINDS: [(&str, Kind); 10] = [
+    ("max", Kind::Max),
+    ("min", Kind::Min),
+    ("peak", Kind::Peak),
+    ("range", Kind::Range),
+    ("mean", Kind::Mean),
+    ("rms", Kind::RootMeanSquare),
+    ("first", Kind::First),
+    ("last", Kind::Last),
+    ("when_max", Kind::WhenMax),
+    ("when_min", Kind::WhenMin),
+];
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Max,
+    Min,
+    /// Of the magnitude.
+    Peak,
+    /// Largest less smallest.
+    Range,
+    /// Over time.
+    Mean,
+    RootMeanSquare,
+    First,
+    Last,
+    WhenMax,
+    WhenMin,
+}
+
+/// A number of a run, written as `max(rod.angle)`. Extremes are those of the values at communication points; means are integrals over time
+/// by the trapezoidal rule.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Measure {
+    kind: Kind,
+    /// The variable's name.
+    pub variable: String,
+}
+
+impl FromStr for Measure {
+    type Err = String;
+
+    /// A variable alone stands for its last value.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        let Some((word, rest)) = text.split_once('(') else {
+            return Ok(Measure { kind: Kind::Last, variable: text.to_owned() });
+        };
+        let known = KINDS.iter().find(|(known, _)| *known == word.trim());
+        let variable =
+            rest.strip_suffix(')').map(str::trim).filter(|name| !name.is_empty() && !name.contains(['(', ')']));
+        match (known, variable) {
+            (Some(&(_, kind)), Some(variable)) => Ok(Measure { kind, variable: variable.to_owned() }),
+            (None, Some(_)) => {
+                let words: Vec<&str> = KINDS.iter().map(|(word, _)| *word).collect();
+                Err(format!("`{}` is none of {}", word.trim(), words.join(", ")))
+            }
+            (_, None) => Err(format!("`{text}` is not written as `max(variable)`")),
+        }
+    }
+}
+
+impl std::fmt::Display for Measure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let word = KINDS.iter().find(|(_, kind)| *kind == self.kind).map_or("", |(word, _)| word);
+        write!(f, "{word}({})", self.variable)
+    }
+}
+
+impl Measure {
+    /// Its unit, given that of the variable.
+    pub fn unit<'u>(&self, unit: &'u str) -> &'u str {
+        if matches!(self.kind, Kind::WhenMax | Kind::WhenMin) { "s" } else { unit }
+    }
+
+    /// The number, once the run has ended.
+    pub fn of(&self, statistics: &Statistics) -> f64 {
+        let over_time =
+            |integral: f64, point: f64| if statistics.duration > 0.0 { integral / statistics.duration } else { point };
+        match self.kind {
+            Kind::Max => statistics.max.1,
+            Kind::Min => statistics.min.1,
+            Kind::Peak => statistics.max.1.abs().max(statistics.min.1.abs()),
+            Kind::Range => statistics.max.1 - statistics.min.1,
+            Kind::Mean => over_time(statistics.integral, statistics.last.1),
+            Kind::RootMeanSquare => over_time(statistics.square, statistics.last.1 * statistics.last.1).sqrt(),
+            Kind::First => statistics.first,
+            Kind::Last => statistics.last.1,
+            Kind::WhenMax => statistics.max.0,
+            Kind::WhenMin => statistics.min.0,
+        }
+    }
+}
+
+/// What is kept of a variable while it runs: a few numbers, however long the run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Statistics {
+    first: f64,
+    /// Time and value.
+    last: (f64, f64),
+    max: (f64, f64),
+    min: (f64, f64),
+    duration: f64,
+    /// Of the value, and of its square, over time.
+    integral: f64,
+    square: f64,
+}
+
+impl Statistics {
+    /// Begins with the first value.
+    pub fn new(time: f64, value: f64) -> Self {
+        let here = (time, value);
+        Statistics { first: value, last: here, max: here, min: here, duration: 0.0, integral: 0.0, square: 0.0 }
+    }
+
+    /// Adds the next value.
+    pub fn add(&mut self, time: f64, value: f64) {
+        let (before, old) = self.last;
+        let step = time - before;
+        self.duration += step;
+        self.integral += 0.5 * step * (old + value);
+        // Exact where the value is linear between the points.
+        self.square += step * (old * old + old * value + value * value) / 3.0;
+        self.last = (time, value);
+        if value > self.max.1 {
+            self.max = self.last;
+        }
+        if value < self.min.1 {
+            self.min = self.last;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn measured(text: &str, points: &[(f64, f64)]) -> f64 {
+        let mut statistics = Statistics::new(points[0].0, points[0].1);
+        points[1..].iter().for_each(|&(time, value)| statistics.add(time, value));
+        text.parse::<Measure>().unwrap().of(&statistics)
+    }
+
+    #[test]
+    fn a_sine_has_its_known_measures() {
+        let points: Vec<(f64, f64)> =
+            (0..=100_000).map(|i| i as f64 * 1e-4).map(|t| (t, (0.2 * std::f64::consts::PI * t).sin())).collect();
+        for (text, exact) in [
+            ("max(x)", 1.0),
+            ("min(x)", -1.0),
+            ("range(x)", 2.0),
+            ("mean(x)", 0.0),
+            ("rms(x)", 0.5f64.sqrt()),
+            ("when_max(x)", 2.5),
+            ("when_min(x)", 7.5),
+            ("peak(x)", 1.0),
+            ("first(x)", 0.0),
+            ("x", 0.0),
+        ] {
+            assert!((measured(text, &points) - exact).abs() < 1e-8, "{text}");
+        }
+        // One point has no duration.
+        assert_eq!(["mean(x)", "rms(x)", "range(x)"].map(|text| measured(text, &[(1.0, -3.0)])), [-3.0, 3.0, 0.0]);
+    }
+
+    #[test]
+    fn what_is_not_a_measure_is_refused() {
+        let message = |text: &str| text.parse::<Measure>().unwrap_err();
+        assert!(message("maximum(x)").contains("none of max, min"), "{}", message("maximum(x)"));
+        for text in ["max(x", "max()", "max(min(x))", "("] {
+            assert!(text.parse::<Measure>().is_err(), "{text}");
+        }
+        assert_eq!(" max( rod.angle ) ".parse::<Measure>().unwrap().to_string(), "max(rod.angle)");
+    }
+}

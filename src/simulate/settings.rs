@@ -1,0 +1,64 @@
+//! Values given by name: of parameters, constant inputs and initial values.
+
+use std::collections::HashMap;
+
+use crate::diagnostic::suggest;
+use crate::export::description::{Causality, Description, ScalarVariable};
+
+/// The inputs of a scene by name: tables may have thousands of columns.
+pub struct Inputs<'a> {
+    places: HashMap<&'a str, usize>,
+}
+
+impl<'a> Inputs<'a> {
+    pub fn new(description: &'a Description) -> Self {
+        let variables = description.variables.iter().enumerate();
+        let inputs = variables.filter(|(_, variable)| matches!(variable.causality, Causality::Input { .. }));
+        Inputs { places: inputs.map(|(index, variable)| (variable.name.as_str(), index)).collect() }
+    }
+
+    /// The input of that name.
+    ///
+    /// # Errors
+    /// There is none; what may have been meant.
+    pub fn find(&self, name: &str) -> Result<usize, String> {
+        let mut names: Vec<&str> = self.places.keys().copied().collect();
+        names.sort_by_key(|name| self.places[name]);
+        let unknown = || format!("the scene has no input `{name}`; {}", suggest::known(name, names));
+        self.places.get(name).copied().ok_or_else(unknown)
+    }
+}
+
+/// The variable of that name that can be set before a run.
+///
+/// # Errors
+/// There is none; what may have been meant.
+pub fn settable(description: &Description, name: &str) -> Result<usize, String> {
+    let can_be_set = |variable: &&ScalarVariable| {
+        matches!(variable.causality, Causality::Parameter { .. } | Causality::Input { .. }) || variable.start.is_some()
+    };
+    let found = description.variables.iter().position(|variable| variable.name == name && can_be_set(&variable));
+    found.ok_or_else(|| {
+        let variables = description.variables.iter().filter(can_be_set);
+        let names: Vec<&str> = variables.map(|variable| variable.name.as_str()).collect();
+        format!("the scene has no parameter or input `{name}`; {}", suggest::known(name, names))
+    })
+}
+
+/// May the variable have that value [SI]?
+///
+/// # Errors
+/// Why not.
+pub fn permitted(variable: &ScalarVariable, value: f64) -> Result<(), String> {
+    let unit = &variable.unit.si;
+    let (min, max) = match variable.causality {
+        Causality::Parameter { min, max, .. } | Causality::Input { min, max, .. } => (min, max),
+        _ => (None, None),
+    };
+    match (min, max) {
+        _ if !value.is_finite() => Err("is not a finite number".to_owned()),
+        (Some(min), _) if value < min => Err(format!("must be at least {min:?} {unit}")),
+        (_, Some(max)) if value > max => Err(format!("must be at most {max:?} {unit}")),
+        _ => Ok(()),
+    }
+}
