@@ -159,6 +159,8 @@ pub mod scene;
 #[doc(hidden)]
 pub mod simulate;
 #[doc(hidden)]
+pub mod sweep;
+#[doc(hidden)]
 pub mod tree;
 
 pub use compile::{Compiled, ExportFailure, Notation, compile, equations};

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folders and files of `src`, each after all that it uses.
-const ROOMS: [&str; 18] = [
+const ROOMS: [&str; 19] = [
     "diagnostic",
     "files",
     "graph",
@@ -23,6 +23,7 @@ const ROOMS: [&str; 18] = [
     "export",
     "compile",
     "simulate",
+    "sweep",
     "cli",
 ];
 

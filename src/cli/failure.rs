@@ -18,6 +18,8 @@ pub const USAGE: u8 = 2;
 const NUMERICAL: u8 = 3;
 /// Exit code where standard output is closed before everything is written.
 pub const UNREAD: u8 = 1;
+/// What shells give for SIGINT.
+const STOPPED: u8 = 130;
 
 /// Why a command failed.
 #[derive(Debug)]
@@ -28,6 +30,8 @@ pub enum Failure {
     Usage(String),
     /// The solver could not go on.
     Numerical(String),
+    /// The user pressed Ctrl-C; what was kept.
+    Stopped(String),
     /// Whoever reads the output has seen enough, or standard output is closed: nothing more is said.
     ClosedPipe,
 }
@@ -64,6 +68,10 @@ impl Failure {
             Failure::Numerical(message) => {
                 say(&format!("error: {message}\n"));
                 NUMERICAL
+            }
+            Failure::Stopped(message) => {
+                say(&format!("{message}\n"));
+                STOPPED
             }
             Failure::ClosedPipe => UNREAD,
         }

@@ -13,6 +13,8 @@ mod output;
 mod show;
 mod simulate;
 mod study;
+mod sweep;
+mod times;
 mod view;
 mod watch;
 
@@ -35,8 +37,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
                   cotree simulate my_mechanism.toml  see it move, as numbers\n  \
                   cotree view my_mechanism.toml      see it move, in a browser\n  \
                   cotree export my_mechanism.toml    make my_mechanism.fmu\n\n\
-                  Exit codes: 0 good, 1 the scene is at fault, 2 usage or files, 3 the numbers do not work out.\n            \
-                  Also 1, without a word, if standard output is closed before everything is written."
+                  Exit codes: 0 good, 1 the scene is at fault, 2 usage or files, 3 the numbers do not work out, 130 stopped by\n            \
+                  Ctrl-C. Also 1, without a word, if standard output is closed before everything is written."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -67,6 +69,7 @@ enum Command {
     Check(check::Check),
     Show(show::Show),
     Simulate(simulate::Simulate),
+    Sweep(sweep::Sweep),
     View(view::View),
     Watch(watch::Watch),
     Equilibrium(equilibrium::Equilibrium),
@@ -101,6 +104,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Check(command) => command.run(format),
         Command::Show(command) => command.run(format),
         Command::Simulate(command) => command.run(format),
+        Command::Sweep(command) => command.run(format),
         Command::View(command) => command.run(format),
         Command::Watch(command) => command.run(),
         Command::Equilibrium(command) => command.run(format),

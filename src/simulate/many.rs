@@ -37,6 +37,11 @@ impl<'a> Ensemble<'a> {
         Ok(Self { run, model, threads: ThreadPoolBuilder::new().num_threads(threads).build()?, stop })
     }
 
+    /// How many members run at a time.
+    pub fn threads(&self) -> usize {
+        self.threads.current_num_threads()
+    }
+
     /// Is the ensemble to end?
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)

@@ -49,7 +49,7 @@ impl FromStr for Measure {
     fn from_str(text: &str) -> Result<Self, String> {
         let text = text.trim();
         let Some((word, rest)) = text.split_once('(') else {
-            return Ok(Measure { kind: Kind::Last, variable: text.to_owned() });
+            return Ok(Measure::last(text));
         };
         let known = KINDS.iter().find(|(known, _)| *known == word.trim());
         let variable =
@@ -73,6 +73,11 @@ impl std::fmt::Display for Measure {
 }
 
 impl Measure {
+    /// The last value of a variable.
+    pub fn last(variable: &str) -> Self {
+        Measure { kind: Kind::Last, variable: variable.to_owned() }
+    }
+
     /// Its unit, given that of the variable.
     pub fn unit<'u>(&self, unit: &'u str) -> &'u str {
         if matches!(self.kind, Kind::WhenMax | Kind::WhenMin) { "s" } else { unit }

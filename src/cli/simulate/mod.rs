@@ -13,6 +13,7 @@ use cotree_fmu::model::Model;
 use super::MessageFormat;
 use super::failure::Failure;
 use super::output::{self, Output};
+use super::times::Times;
 use crate::export::description::Description;
 use crate::output::csv::Writer;
 use crate::output::plot::{Plot, Series};
@@ -43,15 +44,8 @@ pub struct Simulate {
     /// Set a parameter or a constant input, such as rod_length="1.2 m"; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
-    /// End of the simulation, such as 10 or "10 s" [default: the scene's]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    stop: Option<String>,
-    /// Time between reported values [default: the scene's]
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    step: Option<String>,
-    /// Relative tolerance of the solver [default: the scene's]
-    #[arg(long, value_name = "NUMBER")]
-    tolerance: Option<f64>,
+    #[command(flatten)]
+    times: Times,
 }
 
 impl Simulate {

@@ -7,14 +7,11 @@ use super::Simulate;
 use crate::compile;
 use crate::export::description::Description;
 use crate::files;
-use crate::mechanism::{Experiment, Unit};
 use crate::output::csv::Table;
-use crate::simulate::{self, Run, settings};
+use crate::simulate::{Run, settings};
 
 /// The largest input table [bytes].
 const LARGEST_TABLE: u64 = 256 << 20;
-/// More reported values than this are a mistake in `--step` or `--stop`.
-const MOST_POINTS: u64 = 100_000_000;
 
 /// Reads an input table.
 pub fn table(path: &Path) -> Result<Table, Failure> {
@@ -39,34 +36,8 @@ pub fn run<'a>(options: &Simulate, description: &'a Description, table: Option<&
         let name = &description.variables[*index].name;
         return Err(Failure::Usage(format!("`{name}` is given by --set and by the input table")));
     }
-    let experiment = experiment(options, description.experiment)?;
+    let experiment = options.times.experiment(description.experiment)?;
     Ok(Run { description, experiment, settings, inputs, reported: description.reported() })
-}
-
-fn experiment(options: &Simulate, scene: Experiment) -> Result<Experiment, Failure> {
-    let second = Unit::time();
-    let time = |name: &str, text: &Option<String>, default: f64| match text {
-        Some(text) => {
-            compile::quantity(text, &second).map_err(|message| Failure::Usage(format!("--{name}: {message}")))
-        }
-        None => Ok(default),
-    };
-    let stop = time("stop", &options.stop, scene.stop)?;
-    let step = time("step", &options.step, scene.step)?;
-    let tolerance = options.tolerance.unwrap_or(scene.tolerance);
-    let experiment = Experiment { stop, step, tolerance, ..scene };
-    let wrong = if !stop.is_finite() || stop < scene.start {
-        format!("--stop: {stop:?} s is before the start, {:?} s", scene.start)
-    } else if !(step > 0.0 && step.is_finite()) {
-        format!("--step: {step:?} s is not above zero")
-    } else if simulate::count(experiment) > MOST_POINTS {
-        format!("--step: {step:?} s up to {stop:?} s gives more than {MOST_POINTS} rows")
-    } else if !(tolerance > 0.0 && tolerance < 1.0) {
-        format!("--tolerance: {tolerance:?} is not between 0 and 1")
-    } else {
-        return Ok(experiment);
-    };
-    Err(Failure::Usage(wrong))
 }
 
 /// `name=value` as variable and SI value.

@@ -66,7 +66,7 @@ fn shown(path: &Path, module: Option<Vec<u8>>) -> Shown {
     match made(path, module) {
         Ok(page) => Shown::Page(page.live_html()),
         Err(Failure::Scene(faults)) => Shown::Fault(faults.render(false, 100)),
-        Err(Failure::Usage(message) | Failure::Numerical(message)) => Shown::Fault(message),
+        Err(Failure::Usage(message) | Failure::Numerical(message) | Failure::Stopped(message)) => Shown::Fault(message),
         Err(Failure::ClosedPipe) => Shown::Fault(String::new()),
     }
 }

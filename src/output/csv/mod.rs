@@ -2,7 +2,7 @@
 
 mod table;
 
-pub use table::{Table, TableError};
+pub use table::{Table, TableError, records};
 
 use std::io::{self, Write};
 
@@ -39,7 +39,7 @@ impl<W: Write> Writer<W> {
 }
 
 /// A text as a field: quoted if it must be.
-fn field(text: &str) -> String {
+pub fn field(text: &str) -> String {
     if text.contains(['"', ',', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 

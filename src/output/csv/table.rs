@@ -139,6 +139,14 @@ fn fault(line: usize, column: usize, message: impl Into<String>) -> TableError {
     TableError { line, column, message: message.into() }
 }
 
+/// The rows of a text as fields, each with the line it begins on; empty lines are skipped.
+///
+/// # Errors
+/// A quote that is not closed or stands in the middle of a field.
+pub fn records(text: &str) -> Result<Vec<Row>, TableError> {
+    rows(text.strip_prefix('\u{feff}').unwrap_or(text))
+}
+
 /// The rows of a text, each with the line it begins on; empty lines are skipped.
 fn rows(text: &str) -> Result<Vec<Row>, TableError> {
     let mut rows = Vec::new();

@@ -1,0 +1,54 @@
+//! The times of a run and its tolerance, as options.
+
+use clap::Args;
+
+use super::failure::Failure;
+use crate::compile;
+use crate::mechanism::{Experiment, Unit};
+use crate::simulate;
+
+/// More reported values than this are a mistake in `--step` or `--stop`.
+const MOST_POINTS: u64 = 100_000_000;
+
+/// Times and tolerance; what is not given is the scene's.
+#[derive(Args)]
+pub struct Times {
+    /// End of the simulation, such as 10 or "10 s" [default: the scene's]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    stop: Option<String>,
+    /// Time between reported values [default: the scene's]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    step: Option<String>,
+    /// Relative tolerance of the solver [default: the scene's]
+    #[arg(long, value_name = "NUMBER")]
+    tolerance: Option<f64>,
+}
+
+impl Times {
+    /// Together with those of the scene.
+    pub fn experiment(&self, scene: Experiment) -> Result<Experiment, Failure> {
+        let second = Unit::time();
+        let time = |name: &str, text: &Option<String>, default: f64| match text {
+            Some(text) => {
+                compile::quantity(text, &second).map_err(|message| Failure::Usage(format!("--{name}: {message}")))
+            }
+            None => Ok(default),
+        };
+        let stop = time("stop", &self.stop, scene.stop)?;
+        let step = time("step", &self.step, scene.step)?;
+        let tolerance = self.tolerance.unwrap_or(scene.tolerance);
+        let experiment = Experiment { stop, step, tolerance, ..scene };
+        let wrong = if !stop.is_finite() || stop < scene.start {
+            format!("--stop: {stop:?} s is before the start, {:?} s", scene.start)
+        } else if !(step > 0.0 && step.is_finite()) {
+            format!("--step: {step:?} s is not above zero")
+        } else if simulate::count(experiment) > MOST_POINTS {
+            format!("--step: {step:?} s up to {stop:?} s gives more than {MOST_POINTS} rows")
+        } else if !(tolerance > 0.0 && tolerance < 1.0) {
+            format!("--tolerance: {tolerance:?} is not between 0 and 1")
+        } else {
+            return Ok(experiment);
+        };
+        Err(Failure::Usage(wrong))
+    }
+}

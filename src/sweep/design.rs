@@ -1,0 +1,160 @@
+//! Which runs are made: all combinations of levels, random ones, or those of a table.
+
+use super::factor::{Factor, Values};
+use super::sample::{Kind, drawn};
+use crate::compile::quantity;
+use crate::export::description::Description;
+use crate::output::csv::records;
+use crate::simulate::{Settings, settings};
+
+/// The runs of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    factors: Vec<Factor>,
+    runs: Runs,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Runs {
+    /// All combinations of the levels, the last factor fastest; so many.
+    Grid(usize),
+    /// A column for each factor.
+    Columns(Vec<Vec<f64>>, usize),
+}
+
+/// More runs than this are a mistake.
+const MOST_RUNS: usize = 100_000_000;
+
+impl Design {
+    /// All combinations.
+    ///
+    /// # Errors
+    /// A factor has no levels but a range, is there twice, or there are too many combinations.
+    pub fn grid(factors: Vec<Factor>) -> Result<Self, String> {
+        different(&factors)?;
+        let mut count: usize = 1;
+        for Factor { name, values, .. } in &factors {
+            let Values::Levels(levels) = values else {
+                let help = "give a count, as in 0.4..0.6:21, or draw runs at random";
+                return Err(format!("`{name}` has a range but no values: {help}"));
+            };
+            count = count.checked_mul(levels.len()).filter(|count| *count <= MOST_RUNS).ok_or_else(too_many)?;
+        }
+        Ok(Design { factors, runs: Runs::Grid(count) })
+    }
+
+    /// So many random combinations.
+    ///
+    /// # Errors
+    /// A factor is there twice, or there are too many runs.
+    pub fn random(factors: Vec<Factor>, kind: Kind, count: usize, seed: u64) -> Result<Self, String> {
+        different(&factors)?;
+        if count > MOST_RUNS {
+            return Err(too_many());
+        }
+        let columns = factors.iter().enumerate().map(|(place, factor)| drawn(kind, &factor.values, count, seed, place));
+        let columns = columns.collect();
+        Ok(Design { factors, runs: Runs::Columns(columns, count) })
+    }
+
+    /// The rows of a CSV table whose first line names the factors; values may have units. `constant` factors have one level each.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with the table, with its line.
+    pub fn table(description: &Description, text: &str, constant: Vec<Factor>) -> Result<Self, String> {
+        let mut rows = records(text).map_err(|error| error.to_string())?.into_iter();
+        let (_, names) = rows.next().ok_or("the table is empty; begin with a line of names")?;
+        let mut factors = names.iter().map(|name| column(description, name)).collect::<Result<Vec<_>, _>>()?;
+        let mut columns = vec![Vec::new(); factors.len()];
+        for (line, fields) in rows {
+            if fields.len() != factors.len() {
+                return Err(format!("line {line}: {} fields, but the header has {}", fields.len(), factors.len()));
+            }
+            for ((field, factor), column) in fields.iter().zip(&factors).zip(&mut columns) {
+                let variable = &description.variables[factor.variable];
+                let value = quantity(field.trim(), &variable.unit)
+                    .and_then(|value| settings::permitted(variable, value).map(|()| value));
+                column.push(value.map_err(|error| format!("line {line}, `{}`: {error}", factor.name))?);
+            }
+        }
+        let count = columns.first().map_or(0, Vec::len);
+        for factor in constant {
+            match &factor.values {
+                Values::Levels(levels) if levels.len() == 1 => columns.push(vec![levels[0]; count]),
+                _ => return Err(format!("beside a table `{}` can have one value only", factor.name)),
+            }
+            factors.push(factor);
+        }
+        different(&factors)?;
+        Ok(Design { factors, runs: Runs::Columns(columns, count) })
+    }
+
+    /// What is varied.
+    pub fn factors(&self) -> &[Factor] {
+        &self.factors
+    }
+
+    /// How many runs there are.
+    #[expect(clippy::len_without_is_empty, reason = "a design without runs is one like any other")]
+    pub fn len(&self) -> usize {
+        match self.runs {
+            Runs::Grid(count) | Runs::Columns(_, count) => count,
+        }
+    }
+
+    /// Are all combinations of its levels made?
+    pub fn is_grid(&self) -> bool {
+        matches!(self.runs, Runs::Grid(_))
+    }
+
+    /// The values of a run, one for each factor, SI.
+    pub fn values(&self, run: usize) -> Vec<f64> {
+        if let Runs::Columns(columns, _) = &self.runs {
+            return columns.iter().map(|column| column[run]).collect();
+        }
+        let mut rest = run;
+        let mut values: Vec<f64> = Vec::with_capacity(self.factors.len());
+        for factor in self.factors.iter().rev() {
+            let Values::Levels(levels) = &factor.values else { continue };
+            values.push(levels[rest % levels.len()]);
+            rest /= levels.len();
+        }
+        values.reverse();
+        values
+    }
+
+    /// The same as settings of a run.
+    pub fn settings(&self, run: usize) -> Settings {
+        self.factors.iter().map(|factor| factor.variable).zip(self.values(run)).collect()
+    }
+}
+
+/// The factor of a column, called `name` or `name [unit]`.
+fn column(description: &Description, heading: &str) -> Result<Factor, String> {
+    let name = heading.split_once('[').map_or(heading, |(name, _)| name).trim();
+    let variable = settings::settable(description, name)?;
+    let known = &description.variables[variable];
+    if let Some((_, unit)) = heading.split_once('[')
+        && unit.trim_end().strip_suffix(']').map(str::trim) != Some(&known.unit.si)
+    {
+        return Err(format!(
+            "the column `{}` is not in {}; write units beside the values",
+            heading.trim(),
+            known.unit.si
+        ));
+    }
+    Ok(Factor { variable, name: known.name.clone(), unit: known.unit.si.clone(), values: Values::Levels(Vec::new()) })
+}
+
+fn different(factors: &[Factor]) -> Result<(), String> {
+    let again =
+        |(index, factor): (usize, &Factor)| factors[..index].iter().any(|other| other.variable == factor.variable);
+    match factors.iter().enumerate().find(|&place| again(place)) {
+        Some((_, factor)) => Err(format!("`{}` is given twice", factor.name)),
+        None => Ok(()),
+    }
+}
+
+fn too_many() -> String {
+    format!("there are more than {MOST_RUNS} runs")
+}

@@ -1,0 +1,130 @@
+//! Sweeps: many runs of one scene with other parameters, constant inputs or initial values, and a few numbers of each.
+
+mod design;
+mod factor;
+mod record;
+mod sample;
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use cotree_fmu::model::Model;
+
+pub use design::Design;
+pub use factor::{Factor, Values};
+pub use record::{Record, RecordError, Rows};
+pub use sample::Kind;
+
+use crate::compile::{Compiled, compile};
+use crate::mechanism::Experiment;
+use crate::scene::{Faults, Scene, Text};
+use crate::simulate::{Ensemble, Measure, Run, RunError, Settings, Statistics};
+
+/// Rows are handed over about as often.
+const PACE: Duration = Duration::from_millis(250);
+/// At most so many runs between two of them.
+const MOST: usize = 1 << 14;
+
+/// A scene that computes what is measured, and the design.
+#[derive(Debug)]
+pub struct Sweep {
+    pub compiled: Compiled,
+    pub experiment: Experiment,
+    pub measures: Vec<Measure>,
+    pub design: Design,
+}
+
+/// The numbers of a run, one for each measure; or why there are none.
+pub type Outcome = Result<Vec<f64>, String>;
+
+/// The scene, computing these variables instead of its own outputs.
+///
+/// # Errors
+/// Everything that is wrong with it; variables that it does not have.
+pub fn measured(scene: &Scene, measures: &[Measure]) -> Result<Compiled, Faults> {
+    let mut scene = scene.clone();
+    let wanted = |name: &str| measures.iter().any(|measure| measure.variable == name);
+    scene.outputs.expressions.retain(|own| wanted(&own.name.text));
+    let mut variables: Vec<&str> = Vec::new();
+    for Measure { variable, .. } in measures {
+        let own = scene.outputs.expressions.iter().any(|own| own.name.text == *variable);
+        if !own && !variables.contains(&variable.as_str()) {
+            variables.push(variable);
+        }
+    }
+    // Where the scene names a variable, a fault is shown there.
+    let known = std::mem::take(&mut scene.outputs.variables);
+    let named = |name: &str| known.iter().find(|text| text.text == name).cloned().unwrap_or_else(|| Text::from(name));
+    scene.outputs.variables = variables.into_iter().map(named).collect();
+    compile(&scene)
+}
+
+impl Sweep {
+    /// The heading of each column: parameters, measures, with their units.
+    pub fn columns(&self) -> Vec<String> {
+        let headed =
+            |name: &str, unit: &str| if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") };
+        let factors = self.design.factors().iter().map(|factor| headed(&factor.name, &factor.unit));
+        let measures =
+            self.measures.iter().map(|measure| headed(&measure.to_string(), measure.unit(self.unit(measure))));
+        factors.chain(measures).collect()
+    }
+
+    /// The unit of the measured variable.
+    pub fn unit(&self, measure: &Measure) -> &str {
+        let variable = self.place(measure).map(|index| &self.compiled.description.variables[index]);
+        variable.map_or("", |variable| &variable.unit.si)
+    }
+
+    fn place(&self, measure: &Measure) -> Option<usize> {
+        self.compiled.description.variables.iter().position(|variable| variable.name == measure.variable)
+    }
+
+    /// Runs the members from `first` on and hands their outcomes over in their order, some at a time, until all are done or `stop` is set.
+    ///
+    /// # Errors
+    /// The program is refused, there are no threads, or `report` fails.
+    pub fn run(
+        &self,
+        first: usize,
+        threads: usize,
+        stop: &AtomicBool,
+        mut report: impl FnMut(usize, Vec<Outcome>) -> io::Result<()>,
+    ) -> Result<(), RunError> {
+        let model = Arc::new(Model::new(self.compiled.program.clone())?);
+        let reported: Vec<usize> = self.measures.iter().filter_map(|measure| self.place(measure)).collect();
+        let description = &self.compiled.description;
+        let run = Run { description, experiment: self.experiment, settings: Vec::new(), inputs: None, reported };
+        let ensemble = Ensemble::new(run, model, threads, stop).map_err(io::Error::other)?;
+        let (mut next, mut size) = (first, ensemble.threads());
+        while next < self.design.len() && !ensemble.is_stopped() {
+            let begin = Instant::now();
+            let end = self.design.len().min(next + size);
+            let members: Vec<Settings> = (next..end).map(|index| self.design.settings(index)).collect();
+            let outcomes = self.outcomes(&ensemble, &members);
+            if ensemble.is_stopped() {
+                break; // some of them were cut short
+            }
+            report(next, outcomes)?;
+            next = end;
+            if begin.elapsed() < PACE {
+                size = (2 * size).min(MOST);
+            }
+        }
+        Ok(())
+    }
+
+    fn outcomes(&self, ensemble: &Ensemble, members: &[Settings]) -> Vec<Outcome> {
+        let point = |kept: &mut Vec<Statistics>, time: f64, values: &[f64]| match kept.is_empty() {
+            true => kept.extend(values.iter().map(|&value| Statistics::new(time, value))),
+            false => kept.iter_mut().zip(values).for_each(|(kept, &value)| kept.add(time, value)),
+        };
+        let outcome = |(kept, ended): (Vec<Statistics>, Result<(), RunError>)| match ended {
+            Ok(()) => Ok(self.measures.iter().zip(&kept).map(|(measure, kept)| measure.of(kept)).collect()),
+            Err(error) => Err(error.to_string()),
+        };
+        ensemble.run(members, Vec::new, point).into_iter().map(outcome).collect()
+    }
+}

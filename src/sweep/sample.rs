@@ -1,0 +1,174 @@
+//! Random numbers that depend on nothing but the seed and their place, so that runs may be made in any order.
+
+use super::Values;
+
+/// How random values are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Each by itself.
+    Random,
+    /// One in each of as many equally likely strata as there are runs: Latin hypercube (McKay, Beckman and Conover 1979).
+    Latin,
+}
+
+/// The values of one factor for all runs.
+pub fn drawn(kind: Kind, values: &Values, count: usize, seed: u64, factor: usize) -> Vec<f64> {
+    // Streams of different factors and seeds have nothing to do with each other: their starts are mixed.
+    let mut stream = Stream(mixed(mixed(seed).wrapping_add(factor as u64)));
+    let strata: Vec<usize> = match kind {
+        Kind::Random => Vec::new(),
+        Kind::Latin => stream.permutation(count),
+    };
+    let share = |run: usize, within: f64| match kind {
+        Kind::Random => within,
+        Kind::Latin => (strata[run] as f64 + within) / count as f64,
+    };
+    (0..count).map(|run| values.at(share(run, stream.uniform()))).collect()
+}
+
+impl Values {
+    /// The value below which this share of all values lies; of levels the one at that share.
+    fn at(&self, share: f64) -> f64 {
+        match self {
+            Values::Levels(levels) => levels[((share * levels.len() as f64) as usize).min(levels.len() - 1)],
+            Values::Uniform(low, high) => low + (high - low) * share,
+            Values::Normal(mean, deviation) => mean + deviation * normal_quantile(share),
+        }
+    }
+}
+
+/// SplitMix64 (Steele, Lea and Flood 2014).
+struct Stream(u64);
+
+/// The odd integer closest to 2^64 over the golden ratio.
+const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+
+fn mixed(state: u64) -> u64 {
+    let z = state.wrapping_add(GOLDEN);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+impl Stream {
+    fn next(&mut self) -> u64 {
+        let value = mixed(self.0);
+        self.0 = self.0.wrapping_add(GOLDEN);
+        value
+    }
+
+    /// Between 0 and 1, neither of them.
+    fn uniform(&mut self) -> f64 {
+        ((self.next() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+
+    /// Fisher and Yates' shuffle.
+    fn permutation(&mut self, count: usize) -> Vec<usize> {
+        let mut places: Vec<usize> = (0..count).collect();
+        for last in (1..count).rev() {
+            // The upper half of a product of 64 bits each: nearly uniform, off by less than count / 2^64.
+            let place = (u128::from(self.next()) * (last as u128 + 1)) >> 64;
+            places.swap(last, place as usize);
+        }
+        places
+    }
+}
+
+/// Inverse of the standard normal distribution: Acklam's rational approximation (relative error 1.2e-9), refined by one step of Halley's method.
+fn normal_quantile(share: f64) -> f64 {
+    const TAIL: f64 = 0.02425;
+    const A: [f64; 6] = [
+        -3.969683028665376e1,
+        2.209460984245205e2,
+        -2.759285104469687e2,
+        1.38357751867269e2,
+        -3.066479806614716e1,
+        2.506628277459239,
+    ];
+    const B: [f64; 6] = [
+        -5.447609879822406e1,
+        1.615858368580409e2,
+        -1.556989798598866e2,
+        6.680131188771972e1,
+        -1.328068155288572e1,
+        1.0,
+    ];
+    const C: [f64; 6] = [
+        -7.784894002430293e-3,
+        -3.223964580411365e-1,
+        -2.400758277161838,
+        -2.549732539343734,
+        4.374664141464968,
+        2.938163982698783,
+    ];
+    const D: [f64; 5] = [7.784695709041462e-3, 3.224671290700398e-1, 2.445134137142996, 3.754408661907416, 1.0];
+    let polynomial = |c: &[f64], x: f64| c.iter().fold(0.0, |sum, c| sum * x + c);
+    let tail = |q: f64| polynomial(&C, q) / polynomial(&D, q);
+    let start = match share {
+        low if low < TAIL => tail((-2.0 * libm::log(low)).sqrt()),
+        high if high > 1.0 - TAIL => -tail((-2.0 * libm::log(1.0 - high)).sqrt()),
+        _ => {
+            let (q, r) = (share - 0.5, (share - 0.5) * (share - 0.5));
+            polynomial(&A, r) * q / polynomial(&B, r)
+        }
+    };
+    let error = 0.5 * libm::erfc(-start / std::f64::consts::SQRT_2) - share;
+    let step = error * (2.0 * std::f64::consts::PI).sqrt() * libm::exp(0.5 * start * start);
+    start - step / (1.0 + 0.5 * start * step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_invert_the_distribution() {
+        // Abramowitz and Stegun, table 26.5, and symmetry.
+        for (share, value) in [(0.5, 0.0), (0.975, 1.959_963_984_540_054), (0.999, 3.090_232_306_167_813_5)] {
+            assert!((normal_quantile(share) - value).abs() < 1e-14, "{share}: {}", normal_quantile(share));
+        }
+        for index in 1..1000 {
+            let share = f64::from(index) / 1000.0;
+            let back = 0.5 * libm::erfc(-normal_quantile(share) / std::f64::consts::SQRT_2);
+            assert!((back - share).abs() < 1e-15, "{share}");
+        }
+    }
+
+    #[test]
+    fn a_latin_hypercube_has_one_value_in_each_stratum() {
+        for factor in 0..3 {
+            let mut values = drawn(Kind::Latin, &Values::Uniform(2.0, 5.0), 1000, 7, factor);
+            values.sort_by(f64::total_cmp);
+            for (index, value) in values.iter().enumerate() {
+                let stratum = 2.0 + 3.0 * index as f64 / 1000.0;
+                assert!((stratum..=stratum + 0.003).contains(value));
+            }
+        }
+    }
+
+    #[test]
+    fn random_values_have_the_moments_of_their_distribution() {
+        let moments = |values: &[f64]| {
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            (mean, values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64)
+        };
+        let count = 100_000;
+        for seed in 0..4 {
+            let (mean, variance) = moments(&drawn(Kind::Random, &Values::Uniform(-1.0, 1.0), count, seed, 0));
+            assert!(mean.abs() < 0.01 && (variance - 1.0 / 3.0).abs() < 0.01, "{mean}, {variance}");
+            let (mean, variance) = moments(&drawn(Kind::Random, &Values::Normal(3.0, 0.5), count, seed, 1));
+            assert!((mean - 3.0).abs() < 0.01 && (variance - 0.25).abs() < 0.01, "{mean}, {variance}");
+        }
+    }
+
+    #[test]
+    fn streams_differ_by_seed_and_factor_and_repeat() {
+        let first = |seed, factor| drawn(Kind::Random, &Values::Uniform(0.0, 1.0), 4, seed, factor);
+        assert_eq!(first(1, 0), first(1, 0));
+        assert_ne!(first(1, 0), first(1, 1));
+        assert_ne!(first(1, 0), first(2, 0));
+        // Levels are each as likely.
+        let levels = drawn(Kind::Latin, &Values::Levels(vec![1.0, 2.0]), 10, 0, 0);
+        assert_eq!(levels.iter().filter(|value| **value == 1.0).count(), 5);
+    }
+}

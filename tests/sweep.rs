@@ -1,0 +1,161 @@
+//! `cotree sweep` as it is used: its table against single runs, threads, stopped and resumed.
+
+#[path = "support/command.rs"]
+mod command;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use command::{code, cotree, stderr, stdout};
+
+const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/models/slider_crank/scene.toml");
+
+/// The rows of a table without quotes, the heading apart.
+fn rows(text: &str) -> (Vec<String>, Vec<Vec<String>>) {
+    let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+    (lines.next().unwrap(), lines.collect())
+}
+
+fn swept(folder: &Path, arguments: &[&str]) -> String {
+    let output = cotree(folder, &[&["sweep", SCENE, "--stop", "0.5"], arguments].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    stdout(&output)
+}
+
+/// A column of `cotree simulate`.
+fn simulated(folder: &Path, variable: &str, settings: &[&str]) -> Vec<f64> {
+    let sets = settings.iter().flat_map(|setting| ["--set", setting]);
+    let arguments: Vec<&str> = ["simulate", SCENE, "--stop", "0.5"].into_iter().chain(sets).collect();
+    let (names, rows) = rows(&stdout(&cotree(folder, &arguments)));
+    let column = names.iter().position(|name| name.split(' ').next() == Some(variable)).unwrap();
+    rows.iter().map(|row| row[column].parse().unwrap()).collect()
+}
+
+#[test]
+fn every_row_is_a_run_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let sets = ["--set", "crank_length=0.4,0.45", "--set", "rod_length=1.25..150 cm:3"];
+    let measures = ["--output", "max(cylinder.s)", "--output", "when_min(cylinder.s)", "--output", "crank.angle"];
+    let (names, found) = rows(&swept(folder.path(), &[&sets[..], &measures].concat()));
+    let heading = "run,crank_length [m],rod_length [m],max(cylinder.s) [m],when_min(cylinder.s) [s],last(crank.angle) [rad],failure";
+    assert_eq!(names.join(","), heading);
+    assert_eq!(found.len(), 6);
+    let pairs: Vec<String> = found.iter().map(|row| row[1..3].join(" ")).collect();
+    assert_eq!(pairs, ["0.4 1.25", "0.4 1.375", "0.4 1.5", "0.45 1.25", "0.45 1.375", "0.45 1.5"]);
+    for row in &found {
+        let settings = [format!("crank_length={}", row[1]), format!("rod_length={}", row[2])];
+        let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+        let s = simulated(folder.path(), "cylinder.s", &settings);
+        let angle = simulated(folder.path(), "crank.angle", &settings);
+        let times = simulated(folder.path(), "time", &settings);
+        let least = (0..s.len()).fold(0, |least, index| if s[index] < s[least] { index } else { least });
+        let wanted = [s.iter().copied().fold(f64::MIN, f64::max), times[least], angle[angle.len() - 1]];
+        assert_eq!(row[3..6], wanted.map(|value| format!("{value:?}")), "{row:?}");
+    }
+}
+
+#[test]
+fn the_numbers_do_not_depend_on_the_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let design = ["--latin", "40", "--seed", "3", "--set", "rod_length=1.5~5 mm", "--set", "crank_length=0.5+-0.01"];
+    let measure = ["--output", "mean(energy.total)"];
+    let [one, three] =
+        ["1", "3"].map(|count| swept(folder.path(), &[&design[..], &measure, &["--threads", count]].concat()));
+    assert_eq!(one, three);
+    let (_, found) = rows(&one);
+    assert_eq!(found.len(), 40);
+    let other = swept(folder.path(), &[&["--latin", "40", "--seed", "4"], &design[4..], &measure].concat());
+    assert_ne!(one, other);
+}
+
+#[test]
+fn a_table_of_runs_may_have_units_and_failing_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("runs.csv");
+    fs::write(&table, "rod_length [m],crank.angle\n1.5,30 deg\n60 cm,0.1\n\"1.4\",0.2\n").unwrap();
+    let text = swept(folder.path(), &["--table", "runs.csv", "--set", "crank_length=0.7", "--output", "crank.angle"]);
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines[1].starts_with("0,1.5,0.5235987755982988,0.7,") && lines[1].ends_with(','), "{text}");
+    // A rod shorter than the crank cannot follow it all the way round, but from here it can start.
+    assert!(lines[2].starts_with("1,0.6,0.1,0.7,"), "{text}");
+    fs::write(&table, "rod_length\n1.5\n1 kg\n").unwrap();
+    let output = cotree(folder.path(), &["sweep", SCENE, "--table", "runs.csv"]);
+    assert!(
+        code(&output) == 2 && stderr(&output).contains("line 3") && stderr(&output).contains("kg"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn a_run_that_fails_does_not_end_the_sweep() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--set", "rod_length=1.5,0.61,1.4", "--set", "crank_length=2.9", "--set", "crank.angle=90 deg"];
+    let text = swept(folder.path(), &[&arguments[..], &["--output", "cylinder.s"]].concat());
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 4, "{text}");
+    assert!(lines[1..].iter().all(|line| line.contains("there is no start")), "{text}");
+}
+
+#[test]
+fn a_stopped_sweep_goes_on_and_ends_as_an_undisturbed_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let design = ["--set", "rod_length=1.2..1.6:400", "--output", "max(cylinder.s)"];
+    let long = ["--stop", "20"];
+    let arguments = [&["sweep", SCENE][..], &design, &long].concat();
+    let whole = cotree(folder.path(), &[&arguments[..], &["-o", "whole.csv"]].concat());
+    assert_eq!(code(&whole), 0, "{}", stderr(&whole));
+    let stopped = [&arguments[..], &["-o", "out.csv"]].concat();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_cotree"))
+        .current_dir(folder.path())
+        .args(&stopped)
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let part = folder.path().join("out.csv.part");
+    let some = || fs::read_to_string(&part).is_ok_and(|text| text.lines().count() > 5);
+    while !some() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    if part.exists() {
+        // Cut off in the middle of a line, as a crash may leave it.
+        let text = fs::read(&part).unwrap();
+        fs::write(&part, &text[..text.len() - 3]).unwrap();
+        let again = cotree(folder.path(), &stopped);
+        assert!(code(&again) == 2 && stderr(&again).contains("--resume"), "{}", stderr(&again));
+        let other = [
+            &arguments[..2],
+            &["--set", "rod_length=1.2..1.5:400", "--output", "max(cylinder.s)", "-o", "out.csv", "--resume"],
+        ];
+        let other = cotree(folder.path(), &other.concat());
+        assert!(code(&other) == 2 && stderr(&other).contains("another sweep"), "{}", stderr(&other));
+    }
+    let resumed = cotree(folder.path(), &[&stopped[..], &["--resume"]].concat());
+    assert_eq!(code(&resumed), 0, "{}", stderr(&resumed));
+    assert!(!part.exists());
+    let [whole, out] = ["whole.csv", "out.csv"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    assert!(whole == out);
+}
+
+#[test]
+fn what_is_wrong_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, exit, message) in [
+        (&["--set", "rod_lenght=1..2:3"][..], 2, "did you mean `rod_length`"),
+        (&["--set", "rod_length=1..2"], 2, "give a count"),
+        (&["--set", "rod_length=1..2:3", "--set", "rod_length=1"], 2, "twice"),
+        (&["--set", "rod_length=1..2 kg:3"], 2, "kg"),
+        (&["--output", "largest(cylinder.s)"], 2, "none of max"),
+        (&["--output", "max(cylinder.z)"], 1, "cylinder"),
+        (&["--random", "10", "--latin", "3"], 2, "cannot be used with"),
+        (&["--resume"], 2, "--csv"),
+        (&["--stop", "-1"], 2, "before the start"),
+    ] {
+        let output = cotree(folder.path(), &[&["sweep", SCENE], arguments].concat());
+        assert!(code(&output) == exit && stderr(&output).contains(message), "{arguments:?}: {}", stderr(&output));
+    }
+}
