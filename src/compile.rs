@@ -260,6 +260,14 @@ pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
     }
 }
 
+/// A unit that is given on the command line.
+///
+/// # Errors
+/// It is none, in words.
+pub fn unit(text: &str) -> Result<Unit, String> {
+    crate::scene::unit::parse(&Text::from(text)).map_err(|fault| format!("{}; {}", fault.message, fault.help))
+}
+
 impl Scene {
     /// Writes the scene as a self-contained FMU for the platform that this program runs on.
     ///

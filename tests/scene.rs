@@ -359,6 +359,16 @@ fn a_number_as_a_factor_does_not_switch_the_check_off() {
 }
 
 #[test]
+fn the_mass_in_a_moment_of_inertia_may_be_a_number() {
+    for (inertia, right) in
+        [("0.5*2.0*a^2", true), ("3*a*b/12", true), ("a^2", false), ("2*a", false), ("2*a^3", false)]
+    {
+        let text = crank("").replacen("inertia = 1", &format!("inertia = \"{inertia}\""), 1);
+        assert_eq!(Scene::from_toml(&text).unwrap().resolve().is_ok(), right, "{inertia}");
+    }
+}
+
+#[test]
 fn t_and_time_are_the_time() {
     let law = |name: &str| {
         mechanism(&crank(&format!(

@@ -8,6 +8,7 @@ mod modes;
 mod point;
 pub mod report;
 mod rest;
+mod resting;
 mod search;
 mod state_space;
 mod study;

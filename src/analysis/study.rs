@@ -51,6 +51,10 @@ impl Study {
         Ok(Study { mechanism: resolved.mechanism, source: scene.source.clone(), warnings: resolved.warnings })
     }
 
+    pub(super) fn mechanism(&self) -> &Mechanism {
+        &self.mechanism
+    }
+
     /// Times and tolerance of the scene.
     pub fn experiment(&self) -> Experiment {
         self.mechanism.experiment
@@ -141,7 +145,7 @@ impl Study {
     }
 
     /// Hands over the equations of the mechanism at rest with its equilibrium.
-    fn rest<T>(
+    pub(super) fn rest<T>(
         &mut self,
         then: impl FnOnce(&mut Formulated, &Variation, &Equilibrium) -> Result<T, Failure>,
     ) -> Result<T, StudyError> {

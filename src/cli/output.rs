@@ -8,6 +8,7 @@ use super::failure::{self, Failure};
 use crate::compile::{self, Compiled};
 use crate::diagnostic::visible::visible;
 use crate::files::{self, Draft};
+use crate::output::png::{self, Size};
 use crate::scene::{Faults, Scene};
 
 /// Where a table goes.
@@ -103,6 +104,38 @@ fn print_as_it_is(text: &str) -> Result<(), Failure> {
 /// Writes a text file.
 pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
     files::write(path, text.as_bytes()).map_err(|error| Failure::file("write", path, error))
+}
+
+/// Writes a picture in the format that the end of its name says: SVG or PNG.
+pub fn picture(path: &Path, svg: &str) -> Result<(), Failure> {
+    is_picture(path, &["svg", "png"])?;
+    if !has_extension(path, "png") {
+        return write(path, svg);
+    }
+    let png = png::png(svg, Size::Times(2.0)).map_err(|error| Failure::file("draw", path, error))?;
+    files::write(path, &png).map_err(|error| Failure::file("write", path, error))
+}
+
+/// Pictures are written in the format that the end of the name says, never in another.
+pub fn is_picture(path: &Path, kinds: &[&str]) -> Result<(), Failure> {
+    if kinds.iter().any(|kind| has_extension(path, kind)) {
+        return Ok(());
+    }
+    let names: Vec<String> = kinds.iter().map(|kind| format!("`.{kind}`")).collect();
+    let name = path.display();
+    Err(Failure::Usage(format!("cannot write `{name}`: the name of the picture must end with {}", names.join(" or "))))
+}
+
+/// Does a name end with this, in any case?
+pub fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension))
+}
+
+/// Says on standard error what has been written.
+pub fn wrote(path: &Path, what: &str, format: MessageFormat) {
+    if format == MessageFormat::Human {
+        failure::say(&format!("wrote {}: {what}\n", path.display()));
+    }
 }
 
 /// Reads a scene file.

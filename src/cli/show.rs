@@ -40,10 +40,10 @@ pub struct Show {
     /// What other choices of trees would cost: equations, operations, time, condition
     #[arg(long, conflicts_with_all = ["equations", "steps"])]
     compare: bool,
-    /// Draw the mechanism at its start, as an SVG file
+    /// Draw the mechanism at its start: an SVG or a PNG file
     #[arg(long, value_name = "FILE")]
     drawing: Option<PathBuf>,
-    /// Draw the mechanism and its two linear graphs: an SVG file, or Graphviz if the name ends with .dot
+    /// Draw the mechanism and its two linear graphs: an SVG or a PNG file, or Graphviz if the name ends with .dot
     #[arg(long, value_name = "FILE")]
     graph: Option<PathBuf>,
 }
@@ -60,8 +60,8 @@ struct Figures {
 impl Show {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.graph.as_deref(), self.drawing.as_deref()])?;
-        for (path, kinds) in [(&self.drawing, ["svg"].as_slice()), (&self.graph, &["svg", "dot"])] {
-            path.as_deref().map_or(Ok(()), |path| is_of(path, kinds))?;
+        for (path, kinds) in [(&self.drawing, ["svg", "png"].as_slice()), (&self.graph, &["svg", "png", "dot"])] {
+            path.as_deref().map_or(Ok(()), |path| output::is_picture(path, kinds))?;
         }
         let scene = output::load(&self.scene)?;
         let (compiled, shown) = compile::compile_with(&scene, |formulated| self.shown(formulated))?;
@@ -69,8 +69,15 @@ impl Show {
         if let Some(text) = &shown.text {
             output::print(text)?;
         }
-        for (path, picture) in [(&self.graph, &shown.graph), (&self.drawing, &shown.drawing)] {
-            path.as_ref().zip(picture.as_ref()).map_or(Ok(()), |(path, picture)| output::write(path, picture))?;
+        for (path, picture, what) in
+            [(&self.graph, &shown.graph, "the linear graphs"), (&self.drawing, &shown.drawing, "the drawing")]
+        {
+            let Some((path, picture)) = path.as_ref().zip(picture.as_ref()) else { continue };
+            match output::has_extension(path, "dot") {
+                true => output::write(path, picture)?,
+                false => output::picture(path, picture)?,
+            }
+            output::wrote(path, what, format);
         }
         if shown.text.is_none() || shown.drawing.is_some() {
             output::warn_of(&compiled, format);
@@ -116,19 +123,7 @@ impl Figures {
     }
 }
 
-/// Pictures are written in the format that the end of the name says, never in another.
-fn is_of(path: &Path, kinds: &[&str]) -> Result<(), Failure> {
-    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
-    if kinds.iter().any(|kind| extension.eq_ignore_ascii_case(kind)) {
-        return Ok(());
-    }
-    let names: Vec<String> = kinds.iter().map(|kind| format!("`.{kind}`")).collect();
-    let name = path.display();
-    Err(Failure::Usage(format!("cannot write `{name}`: the name of the picture must end with {}", names.join(" or "))))
-}
-
 fn graph(formulated: &mut Formulated, path: &Path) -> String {
     let graphs = GraphDrawing::new(formulated);
-    let is_dot = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("dot"));
-    if is_dot { graphs.dot() } else { graphs.svg(&draw(formulated)) }
+    if output::has_extension(path, "dot") { graphs.dot() } else { graphs.svg(&draw(formulated)) }
 }

@@ -11,6 +11,7 @@ use crate::analysis::report::{Report, Style};
 use crate::analysis::{Study, StudyError};
 use crate::compile;
 use crate::mechanism::Unit;
+use crate::scene::Scene;
 
 /// The scene, its settings, and the form of the result.
 #[derive(Args)]
@@ -35,11 +36,7 @@ impl Asked {
     /// Reads the scene, applies the settings.
     pub fn open(&self) -> Result<Study, Failure> {
         output::apart(&[Some(&self.scene)], &[output::file(self.output.as_deref())])?;
-        let mut study = Study::new(&output::load(&self.scene)?)?;
-        for setting in &self.settings {
-            set(&mut study, setting).map_err(|message| Failure::Usage(format!("--set {setting}: {message}")))?;
-        }
-        Ok(study)
+        with_settings(&output::load(&self.scene)?, &self.settings)
     }
 
     /// Writes a result and the warnings of the study.
@@ -73,6 +70,15 @@ pub fn time(option: &str, text: &str, start: f64) -> Result<f64, Failure> {
         true => Ok(time),
         false => Err(wrong(format!("{time:?} s is before the start, {start:?} s"))),
     }
+}
+
+/// A study of a scene with `name=value` of parameters and inputs.
+pub fn with_settings(scene: &Scene, settings: &[String]) -> Result<Study, Failure> {
+    let mut study = Study::new(scene)?;
+    for setting in settings {
+        set(&mut study, setting).map_err(|message| Failure::Usage(format!("--set {setting}: {message}")))?;
+    }
+    Ok(study)
 }
 
 /// `name=value` for a parameter or an input.

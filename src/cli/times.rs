@@ -38,17 +38,24 @@ impl Times {
         let step = time("step", &self.step, scene.step)?;
         let tolerance = self.tolerance.unwrap_or(scene.tolerance);
         let experiment = Experiment { stop, step, tolerance, ..scene };
-        let wrong = if !stop.is_finite() || stop < scene.start {
-            format!("--stop: {stop:?} s is before the start, {:?} s", scene.start)
-        } else if !(step > 0.0 && step.is_finite()) {
-            format!("--step: {step:?} s is not above zero")
-        } else if simulate::count(experiment) > MOST_POINTS {
-            format!("--step: {step:?} s up to {stop:?} s gives more than {MOST_POINTS} rows")
-        } else if !(tolerance > 0.0 && tolerance < 1.0) {
-            format!("--tolerance: {tolerance:?} is not between 0 and 1")
-        } else {
-            return Ok(experiment);
-        };
-        Err(Failure::Usage(wrong))
+        check(experiment)?;
+        Ok(experiment)
     }
+}
+
+/// Can a run have these times and this tolerance?
+pub fn check(experiment: Experiment) -> Result<(), Failure> {
+    let Experiment { start, stop, step, tolerance } = experiment;
+    let wrong = if !stop.is_finite() || stop < start {
+        format!("--stop: {stop:?} s is before the start, {start:?} s")
+    } else if !(step > 0.0 && step.is_finite()) {
+        format!("--step: {step:?} s is not above zero")
+    } else if simulate::count(experiment) > MOST_POINTS {
+        format!("--step: {step:?} s up to {stop:?} s gives more than {MOST_POINTS} rows")
+    } else if !(tolerance > 0.0 && tolerance < 1.0) {
+        format!("--tolerance: {tolerance:?} is not between 0 and 1")
+    } else {
+        return Ok(());
+    };
+    Err(Failure::Usage(wrong))
 }

@@ -29,6 +29,11 @@ impl Unit {
         Unit { exponents: [0, 1, 0, 0], si: "m".to_string(), display: None }
     }
 
+    /// May the two stand for the same kind of value? The radian counts as a pure number.
+    pub fn is_compatible(&self, other: &Unit) -> bool {
+        self.exponents[..3] == other.exponents[..3]
+    }
+
     /// This unit divided by the second: rad/s, m/s2.
     pub fn per_second(&self) -> Unit {
         let [kg, m, s, rad] = self.exponents;

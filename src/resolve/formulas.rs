@@ -9,7 +9,7 @@ use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::{Formula, Unit};
 use crate::scene::constant;
 use crate::scene::dimension::{
-    ANGLE, ANGULAR_VELOCITY, DAMPING, Known, SECOND, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS, Wanted,
+    ANGLE, ANGULAR_VELOCITY, DAMPING, INERTIA, Known, SECOND, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS, Wanted,
 };
 use crate::scene::expression::shortened;
 use crate::scene::model::Vector;
@@ -251,7 +251,8 @@ impl Resolver<'_> {
             return;
         };
         let is_time = unit == SECOND && context != Context::Constant;
-        if !compatible(unit, exponents) && !is_time {
+        let is_mass_written_out = known.is_area_times_number() && Some(exponents) == INERTIA.exponents;
+        if !compatible(unit, exponents) && !is_time && !is_mass_written_out {
             self.wrong_unit(&from_exponents(unit).si, what, wanted, span);
         }
     }

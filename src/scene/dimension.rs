@@ -51,6 +51,11 @@ impl Known {
         }
     }
 
+    /// Is it in square metres with a number as a factor? As a moment of inertia the number is the mass, as in `0.5*2.0*radius^2`.
+    pub fn is_area_times_number(self) -> bool {
+        matches!(self, Known::Unit(unit) if unit.scaled && Some(unit.exponents) == AREA.exponents)
+    }
+
     fn measured(self) -> Option<Measured> {
         match self {
             Known::Nothing => None,

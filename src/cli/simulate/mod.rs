@@ -1,6 +1,8 @@
 //! `cotree simulate`
 
+mod asked;
 mod progress;
+mod record;
 mod request;
 
 use std::path::{Path, PathBuf};
@@ -13,34 +15,70 @@ use cotree_fmu::model::Model;
 use super::MessageFormat;
 use super::failure::Failure;
 use super::output::{self, Output};
+use super::study;
 use super::times::Times;
-use crate::export::description::Description;
-use crate::output::csv::Writer;
-use crate::output::plot::{Plot, Series};
-use crate::simulate::{self, RunError};
+use crate::compile::compile_with;
+use crate::output::csv::{Table, Writer};
+use crate::simulate::{self, Run, RunError};
+use asked::Shown;
 use progress::Progress;
+use record::Record;
 
-/// Simulate a scene: its outputs over time, as a table and as a plot
+/// Simulate a scene: its outputs over time, as a table, as a plot, and in figures
 ///
-/// Runs exactly the code that the FMU runs. The table is CSV: `time` [s] first, then the outputs of the scene in SI
-/// units. If the solver cannot go on, table and plot hold what comes before, and the exit code is 3.
+/// Runs exactly the code that the FMU runs. The table is CSV: `time` first, then the outputs of the scene. All is SI; with `--units` or
+/// `[display]` in the scene it is in those units, and the header says which. If the solver cannot go on, table and plot hold what comes
+/// before, and the exit code is 3.
 #[derive(Args)]
-#[command(after_help = "Examples:\n  cotree simulate slider_crank.toml -o result.csv --plot result.svg\n  \
+#[command(after_help = "Examples:\n  cotree simulate slider_crank.toml -o result.csv --plot result.png\n  \
                   cotree simulate slider_crank.toml --set rod_length=\"1.2 m\" --stop \"2 s\" --step \"1 ms\"\n  \
+                  cotree simulate slider_crank.toml --summary --units deg,mm,kN\n  \
+                  cotree simulate four_bar.toml --x coupler.tip.x --y coupler.tip.y --plot curve.svg -o curve.csv\n  \
                   cotree simulate slider_crank.toml --input gas.csv | head\n\n\
-                  An input table begins with a line such as `time,gas_force`; values between its rows are interpolated.")]
+                  An input table begins with a line such as `time,gas_force` or `time [ms]; gas_force [kN]`; values between its rows are \
+                  interpolated.")]
 pub struct Simulate {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// Where the table goes; `-` is standard output [default: -]
+    /// Where the table goes; `-` is standard output [default: -, unless there is a summary]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Draw the outputs over time, as an SVG file
+    /// Draw the outputs over time: an SVG or a PNG file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Print each variable's smallest and largest value and when, its mean, effective and last value, instead of the table
+    #[arg(long)]
+    summary: bool,
+    /// The summary as JSON, for scripts
+    #[arg(long, requires = "summary")]
+    json: bool,
+    /// Variables to report instead of the scene's outputs, such as crank.angle,pin.fx
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    variables: Vec<String>,
+    /// Units to show results in, such as deg,mm,kN; `si` for SI with units in the header
+    #[arg(long, value_name = "UNITS", value_delimiter = ',')]
+    units: Vec<String>,
+    /// Report every so many rows only, such as 10, or one every so much time, such as "10 ms"
+    #[arg(long, value_name = "NUMBER|TIME", conflicts_with = "step")]
+    every: Option<String>,
+    /// Show angles between -180 and 180 degrees, however often they have turned
+    #[arg(long)]
+    wrap: bool,
+    /// What is along the axis of the plot instead of the time, such as coupler.tip.x; lengths are drawn true to scale
+    #[arg(long, value_name = "NAME", requires = "y", requires = "plot")]
+    x: Option<String>,
+    /// Which variables are drawn, such as coupler.tip.y
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "plot")]
+    y: Vec<String>,
+    /// Measured values, a CSV file with the columns `time` and variables: drawn as dots, with their distance from the simulated ones
+    #[arg(long, value_name = "FILE", conflicts_with = "x")]
+    overlay: Option<PathBuf>,
     /// Inputs over time: a CSV file with the columns `time` and inputs of the scene
     #[arg(long, value_name = "FILE")]
     input: Option<PathBuf>,
+    /// Begin where the mechanism rests, as `cotree equilibrium` finds it, instead of where `[initial]` says
+    #[arg(long)]
+    from_equilibrium: bool,
     /// Set a parameter or a constant input, such as rod_length="1.2 m"; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
@@ -50,24 +88,62 @@ pub struct Simulate {
 
 impl Simulate {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        let written = [self.file(), self.plot.as_deref()];
-        output::apart(&[Some(&self.scene), self.input.as_deref()], &written)?;
-        let compiled = output::compile(&self.scene, format)?;
-        let table = self.input.as_deref().map(request::table).transpose()?;
-        let run = request::run(&self, &compiled.description, table.as_ref())?;
+        let read = [Some(self.scene.as_path()), self.input.as_deref(), self.overlay.as_deref()];
+        output::apart(&read, &[self.file(), self.plot.as_deref()])?;
+        self.plot.as_deref().map_or(Ok(()), |path| output::is_picture(path, &["svg", "png"]))?;
+        let mut scene = output::load(&self.scene)?;
+        if self.from_equilibrium {
+            scene = study::with_settings(&scene, &self.settings)?.resting(scene)?;
+        }
+        let scene = asked::with_outputs(&self, scene);
+        let (compiled, display) =
+            compile_with(&scene, |formulated| formulated.equations.system.mechanism.display.clone())
+                .map_err(asked::unknown)?;
+        output::warn_of(&compiled, format);
+        let shown = Shown::new(&self, &display)?;
+        let [input, overlay] = [&self.input, &self.overlay].map(|file| file.as_deref().map(request::table).transpose());
+        let (input, overlay) = (input?, overlay?);
+        let reported = asked::reported(&self, &compiled)?;
+        let mut record = Record::new(&compiled, &reported, &shown);
+        let run = request::run(&self, &compiled.description, input.as_ref(), reported)?;
         let model = Model::new(compiled.program.clone()).map_err(|error| Failure::Numerical(error.to_string()))?;
-        let columns = run.reported.iter().map(|&index| compiled.description.variables[index].name.as_str());
-        let mut writer = Writer::new(Output::new(self.file())?, columns)?;
-        let mut plot = self.plot.is_some().then(|| empty_plot(&compiled.description, &run.reported));
+        let (rows, failure) = self.table(&run, Arc::new(model), &mut record, &shown)?;
+        self.draw(&run, &record, overlay.as_ref(), &shown, format)?;
+        self.conclude(&record, rows, format)?;
+        failure.map_or(Ok(()), Err)
+    }
+
+    /// Runs, and writes the table as it comes; how many rows it has, and why it ends before its time.
+    fn table(
+        &self,
+        run: &Run,
+        model: Arc<Model>,
+        record: &mut Record,
+        shown: &Shown,
+    ) -> Result<(u64, Option<Failure>), Failure> {
+        let header = record.header(shown);
+        let header = header.iter().map(String::as_str);
+        let is_wanted = self.output.is_some() || !self.summary;
+        let mut writer = match is_wanted {
+            true => Some(Writer::with_header(Output::new(self.file())?, header)?),
+            false => None,
+        };
+        let is_kept = self.plot.is_some() || self.summary || self.overlay.is_some();
+        let every = request::thinning(self)?;
         let mut progress = Progress::new(simulate::count(run.experiment));
-        let mut rows = 0;
-        let ended = run.start(Arc::new(model), |time, values| {
+        let (mut points, mut rows, mut row) = (0, 0, Vec::new());
+        let ended = run.start(model, |time, values| {
             progress.step(time);
-            if let Some(plot) = &mut plot {
-                extend(plot, time, values);
+            points += 1;
+            if (points - 1) % every != 0 {
+                return Ok(());
+            }
+            let time = record.shown(time, values, self.wrap, &mut row);
+            if is_kept {
+                record.push(time, &row);
             }
             rows += 1;
-            writer.row(time, values)
+            writer.as_mut().map_or(Ok(()), |writer| writer.row(time, &row))
         });
         progress.end();
         let failure = match ended {
@@ -78,15 +154,60 @@ impl Simulate {
                 None
             }
         };
-        if let (Some(plot), Some(path)) = (plot, &self.plot) {
-            output::write(path, &plot.svg())?;
-        }
         let named = |error| match self.file() {
             Some(path) => Failure::file("write", path, error),
             None => Failure::from(error),
         };
-        writer.finish().map_err(named)?.commit().map_err(named)?;
-        failure.map_or(Ok(()), Err)
+        if let Some(writer) = writer {
+            writer.finish().map_err(named)?.commit().map_err(named)?;
+        }
+        Ok((rows, failure))
+    }
+
+    /// Draws the plot, and says how far it is from what was measured.
+    fn draw(
+        &self,
+        run: &Run,
+        record: &Record,
+        overlay: Option<&Table>,
+        shown: &Shown,
+        format: MessageFormat,
+    ) -> Result<(), Failure> {
+        let file = self.overlay.as_deref().map(|path| path.display().to_string()).unwrap_or_default();
+        let measured = overlay.map(|table| record.overlay(table, &file)).transpose()?;
+        if let Some(path) = &self.plot {
+            let mut plot = record.plot(self, run, shown)?;
+            plot.series.extend(measured.iter().flat_map(|(series, _)| series.clone()));
+            output::picture(path, &plot.svg())?;
+            output::wrote(path, &format!("{} curves", plot.series.len()), format);
+        }
+        measured.map_or(Ok(()), |(_, report)| match self.summary {
+            true => output::print(&report),
+            false => {
+                super::failure::say(&report);
+                Ok(())
+            }
+        })
+    }
+
+    /// Prints the figures; says what was written and what can be done next.
+    fn conclude(&self, record: &Record, rows: u64, format: MessageFormat) -> Result<(), Failure> {
+        if self.summary && self.json {
+            let json = serde_json::to_string_pretty(&record.statistics()).map_err(std::io::Error::from)?;
+            output::print(&format!("{json}\n"))?;
+        } else if self.summary {
+            output::print(&record.statistics().to_string())?;
+        }
+        if let Some(path) = self.file() {
+            output::wrote(path, &format!("{rows} rows"), format);
+        }
+        if (self.file().is_some() || self.plot.is_some()) && format == MessageFormat::Human {
+            let scene = self.scene.display();
+            super::failure::say(&format!(
+                "next: `cotree view {scene}` shows the motion, `cotree export {scene}` makes the FMU\n"
+            ));
+        }
+        Ok(())
     }
 
     fn file(&self) -> Option<&Path> {
@@ -98,22 +219,5 @@ impl Simulate {
         let place = self.file().map_or("the table".to_owned(), |path| format!("`{}`", path.display()));
         let note = format!("{place} has the {rows} row{} before that", if rows == 1 { "" } else { "s" });
         Failure::from(RunError::Instance(error)).with_note(&note)
-    }
-}
-
-fn empty_plot(description: &Description, reported: &[usize]) -> Plot {
-    let variables = reported.iter().map(|&index| &description.variables[index]);
-    let series = variables.map(|variable| Series {
-        name: variable.name.clone(),
-        unit: variable.unit.si.clone(),
-        values: Vec::new(),
-    });
-    Plot { title: description.model_name.clone(), time: Vec::new(), series: series.collect() }
-}
-
-fn extend(plot: &mut Plot, time: f64, values: &[f64]) {
-    plot.time.push(time);
-    for (series, &value) in plot.series.iter_mut().zip(values) {
-        series.values.push(value);
     }
 }

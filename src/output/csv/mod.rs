@@ -14,12 +14,14 @@ pub struct Writer<W> {
 }
 
 impl<W: Write> Writer<W> {
-    pub fn new<'a>(mut out: W, names: impl IntoIterator<Item = &'a str>) -> io::Result<Self> {
-        write!(out, "time")?;
-        for name in names {
-            write!(out, ",{}", field(name))?;
-        }
-        writeln!(out)?;
+    pub fn new<'a>(out: W, names: impl IntoIterator<Item = &'a str>) -> io::Result<Self> {
+        Self::with_header(out, std::iter::once("time").chain(names))
+    }
+
+    /// The same with a header of one's own, such as `time [ms]`, `crank.angle [deg]`.
+    pub fn with_header<'a>(mut out: W, header: impl IntoIterator<Item = &'a str>) -> io::Result<Self> {
+        let fields: Vec<String> = header.into_iter().map(field).collect();
+        writeln!(out, "{}", fields.join(","))?;
         Ok(Self { out })
     }
 

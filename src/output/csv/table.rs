@@ -2,11 +2,29 @@
 
 use std::collections::HashSet;
 
+use crate::diagnostic::span::Text;
+use crate::mechanism::Unit;
+use crate::scene::unit;
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     names: Vec<String>,
+    /// The units that the header names.
+    units: Vec<Option<Unit>>,
     time: Vec<f64>,
     columns: Vec<Vec<f64>>,
+    layout: Layout,
+}
+
+/// How the rows are to be read.
+#[derive(Clone, Debug, PartialEq)]
+struct Layout {
+    /// Between columns.
+    separator: char,
+    /// The place of the time.
+    time: usize,
+    /// SI value of one in each column, that of the time too.
+    factors: Vec<f64>,
 }
 
 /// A fault of a table and its place. Lines and columns count from 1; columns are fields.
@@ -21,15 +39,18 @@ pub struct TableError {
 type Row = (usize, Vec<String>);
 
 impl Table {
-    /// Reads `time,name,...` and rows of numbers whose times do not decrease. Two rows with the same time are a jump.
+    /// Reads `time,name,...` and rows of numbers whose times do not decrease. Two rows with the same time are a jump. The columns may be
+    /// in any order, and have units, as in `gas_force [kN]`: the values of the table are SI. Between the columns there are commas,
+    /// semicolons (then the decimal sign may be a comma) or tabs.
     ///
     /// # Errors
     /// The first thing that is wrong, with its place.
     pub fn parse(text: &str) -> Result<Self, TableError> {
-        let mut rows = rows(text.strip_prefix('\u{feff}').unwrap_or(text))?.into_iter();
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let separator = separator(text);
+        let mut rows = rows(text, separator)?.into_iter();
         let header = rows.next().ok_or_else(|| fault(1, 1, "the table is empty; begin with `time,name`"))?;
-        let names = names(header)?;
-        let mut table = Self { columns: vec![Vec::new(); names.len()], names, time: Vec::new() };
+        let mut table = Self::of_header(header, separator)?;
         for row in rows {
             table.push(row)?;
         }
@@ -62,12 +83,53 @@ impl Table {
         if !finite(&time) || time.windows(2).any(|pair| pair[1] < pair[0]) {
             return Err("the times are not finite and ascending".to_owned());
         }
-        Ok(Self { names, time, columns })
+        let layout = Layout { separator: ',', time: 0, factors: vec![1.0; names.len() + 1] };
+        Ok(Self { units: vec![None; names.len()], names, time, columns, layout })
+    }
+
+    /// An empty table.
+    fn of_header((line, fields): Row, separator: char) -> Result<Self, TableError> {
+        let named = fields.iter().enumerate().map(|(index, field)| name_and_unit(line, index + 1, field));
+        let mut named: Vec<(String, Option<Unit>)> = named.collect::<Result<_, _>>()?;
+        let factor =
+            |unit: &Option<Unit>| unit.as_ref().and_then(|unit| unit.display.as_ref()).map_or(1.0, |d| d.factor);
+        let factors = named.iter().map(|(_, unit)| factor(unit)).collect();
+        let is_time = |name: &str| name == "time" || name == "t";
+        let Some(time) = named.iter().position(|(name, _)| is_time(name)) else {
+            return Err(fault(line, 1, format!("no column is `time`; the first is `{}`", named[0].0)));
+        };
+        let (_, unit) = named.remove(time);
+        if let Some(unit) = unit.filter(|unit| unit.exponents != Unit::time().exponents) {
+            return Err(fault(line, time + 1, format!("the time is in `{}`, which is no unit of time", unit.shown())));
+        }
+        let mut seen = HashSet::new();
+        for (index, (name, _)) in named.iter().enumerate() {
+            let column = index + 1 + usize::from(index >= time);
+            if name.is_empty() {
+                return Err(fault(line, column, "the column has no name"));
+            }
+            if !seen.insert(name) || is_time(name) {
+                return Err(fault(line, column, format!("there are two columns `{name}`")));
+            }
+        }
+        let columns = vec![Vec::new(); named.len()];
+        let (names, units) = named.into_iter().unzip();
+        Ok(Self { names, units, time: Vec::new(), columns, layout: Layout { separator, time, factors } })
     }
 
     /// The columns' names, without `time`.
     pub fn names(&self) -> &[String] {
         &self.names
+    }
+
+    /// The units that the header names, without that of the time.
+    pub fn units(&self) -> &[Option<Unit>] {
+        &self.units
+    }
+
+    /// The values of a column, one for each time, in SI if the header names a unit.
+    pub fn column(&self, column: usize) -> &[f64] {
+        &self.columns[column]
     }
 
     pub fn times(&self) -> &[f64] {
@@ -93,46 +155,54 @@ impl Table {
     }
 
     fn push(&mut self, (line, fields): Row) -> Result<(), TableError> {
-        if fields.len() != self.names.len() + 1 {
-            let (found, wanted) = (fields.len(), self.names.len() + 1);
+        let Layout { separator, time, ref factors } = self.layout;
+        if fields.len() != factors.len() {
+            let (found, wanted) = (fields.len(), factors.len());
             return Err(fault(line, found.min(wanted), format!("{found} fields, but the header has {wanted}")));
         }
-        for (index, field) in fields.iter().enumerate() {
-            let value = number(line, index + 1, field)?;
-            match index.checked_sub(1) {
-                Some(column) => self.columns[column].push(value),
-                None if self.time.last().is_some_and(|&last| value < last) => {
-                    return Err(fault(line, 1, format!("time {value:?} is earlier than in the row before")));
-                }
-                None => self.time.push(value),
+        for (index, (field, factor)) in fields.iter().zip(factors).enumerate() {
+            let value = number(line, index + 1, field, separator)? * factor;
+            if index != time {
+                self.columns[index - usize::from(index > time)].push(value);
+            } else if self.time.last().is_some_and(|&last| value < last) {
+                return Err(fault(line, index + 1, format!("time {value:?} is earlier than in the row before")));
+            } else {
+                self.time.push(value);
             }
         }
         Ok(())
     }
 }
 
-/// The header without `time`.
-fn names((line, fields): Row) -> Result<Vec<String>, TableError> {
-    let names: Vec<String> = fields.iter().map(|field| field.trim().to_owned()).collect();
-    if names[0] != "time" {
-        let hint = if names[0].contains([';', '\t']) { "; separate the columns with commas" } else { "" };
-        return Err(fault(line, 1, format!("the first column is `{}`, not `time`{hint}", names[0])));
-    }
-    let mut seen = HashSet::new();
-    for (index, name) in names.iter().enumerate() {
-        if name.is_empty() {
-            return Err(fault(line, index + 1, "the column has no name"));
-        }
-        if !seen.insert(name) {
-            return Err(fault(line, index + 1, format!("there are two columns `{name}`")));
-        }
-    }
-    Ok(names[1..].to_vec())
+/// What is between the columns of a table: the first of `;`, tab and `,` that its header has outside of quotes.
+fn separator(text: &str) -> char {
+    let header = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+    let outside: String = header.split('"').step_by(2).collect();
+    [';', '\t'].into_iter().find(|separator| outside.contains(*separator)).unwrap_or(',')
 }
 
-fn number(line: usize, column: usize, field: &str) -> Result<f64, TableError> {
-    let value = field.trim().parse::<f64>().ok().filter(|value| value.is_finite());
-    value.ok_or_else(|| fault(line, column, format!("`{}` is not a finite number", field.trim())))
+/// `gas_force [kN]`
+fn name_and_unit(line: usize, column: usize, field: &str) -> Result<(String, Option<Unit>), TableError> {
+    let field = field.trim();
+    let Some((name, unit)) = field.strip_suffix(']').and_then(|field| field.rsplit_once('[')) else {
+        return Ok((field.to_owned(), None));
+    };
+    // A pure number may be said to have the unit 1, or none.
+    let name = name.trim().to_owned();
+    if matches!(unit.trim(), "" | "1" | "-") {
+        return Ok((name, None));
+    }
+    match unit::parse(&Text::from(unit.trim())) {
+        Ok(unit) => Ok((name, Some(unit))),
+        Err(wrong) => Err(fault(line, column, format!("{}; {}", wrong.message, wrong.help))),
+    }
+}
+
+fn number(line: usize, column: usize, field: &str, separator: char) -> Result<f64, TableError> {
+    let field = field.trim();
+    let decimal = if separator == ';' { field.replacen(',', ".", 1) } else { field.to_owned() };
+    let value = decimal.parse::<f64>().ok().filter(|value| value.is_finite());
+    value.ok_or_else(|| fault(line, column, format!("`{field}` is not a finite number")))
 }
 
 fn fault(line: usize, column: usize, message: impl Into<String>) -> TableError {
@@ -144,11 +214,11 @@ fn fault(line: usize, column: usize, message: impl Into<String>) -> TableError {
 /// # Errors
 /// A quote that is not closed or stands in the middle of a field.
 pub fn records(text: &str) -> Result<Vec<Row>, TableError> {
-    rows(text.strip_prefix('\u{feff}').unwrap_or(text))
+    rows(text.strip_prefix('\u{feff}').unwrap_or(text), ',')
 }
 
 /// The rows of a text, each with the line it begins on; empty lines are skipped.
-fn rows(text: &str) -> Result<Vec<Row>, TableError> {
+fn rows(text: &str, separator: char) -> Result<Vec<Row>, TableError> {
     let mut rows = Vec::new();
     let mut lines = text.split('\n').enumerate().map(|(index, line)| (index + 1, line));
     while let Some((line, first)) = lines.next() {
@@ -163,14 +233,14 @@ fn rows(text: &str) -> Result<Vec<Row>, TableError> {
         }
         let record = record.strip_suffix('\r').unwrap_or(&record);
         if !record.trim().is_empty() {
-            rows.push((line, fields(record, line)?));
+            rows.push((line, fields(record, line, separator)?));
         }
     }
     Ok(rows)
 }
 
 /// The fields of a record, without their quotes.
-fn fields(record: &str, line: usize) -> Result<Vec<String>, TableError> {
+fn fields(record: &str, line: usize, separator: char) -> Result<Vec<String>, TableError> {
     let mut fields = vec![String::new()];
     let mut quoted = false;
     let mut characters = record.chars().peekable();
@@ -190,7 +260,7 @@ fn fields(record: &str, line: usize) -> Result<Vec<String>, TableError> {
                 quoted = true;
             }
             '"' => return Err(fault(line, column, "a quote in the middle of a field")),
-            ',' if !quoted => fields.push(String::new()),
+            c if c == separator && !quoted => fields.push(String::new()),
             c => field.push(c),
         }
     }
@@ -227,6 +297,18 @@ mod tests {
     }
 
     #[test]
+    fn columns_have_units_and_stand_in_any_order() {
+        let table = Table::parse("gas_force [kN]; time [ms]; share\n1,5; 0; 2\n-2; 500; 3\n").unwrap();
+        assert_eq!(
+            (table.names(), table.times()),
+            (&["gas_force".to_owned(), "share".to_owned()][..], &[0.0, 0.5][..])
+        );
+        assert_eq!(table.at(0, 0.0), (1500.0, -7000.0));
+        assert_eq!((table.at(1, 0.5).0, table.units()[0].as_ref().unwrap().si.as_str()), (3.0, "N"));
+        assert_eq!(Table::parse("a\tt [s]\n7\t1\n").unwrap().at(0, 1.0).0, 7.0);
+    }
+
+    #[test]
     fn a_header_may_be_wide() {
         let names: Vec<String> = (0..200_000).map(|column| format!("c{column}")).collect();
         let (header, row) = (names.join(","), vec!["1"; names.len()].join(","));
@@ -239,8 +321,11 @@ mod tests {
     fn faults_say_where() {
         let cases = [
             ("", 1, 1, "empty"),
-            ("t,a\n", 1, 1, "`t`, not `time`"),
-            ("time;a\n0;1\n", 1, 1, "commas"),
+            ("x,a\n", 1, 1, "no column is `time`"),
+            ("time,t\n0,1\n", 1, 2, "two columns"),
+            ("time [mm],a\n0,1\n", 1, 1, "no unit of time"),
+            ("time,a [furlong]\n0,1\n", 1, 2, "not a unit"),
+            ("time;a\n0;1,2,3\n", 2, 2, "not a finite number"),
             ("time,a,a\n0,1,2\n", 1, 3, "two columns `a`"),
             ("time,a,\n", 1, 3, "no name"),
             ("time,a\n", 2, 1, "no rows"),

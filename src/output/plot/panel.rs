@@ -7,6 +7,8 @@ use crate::output::svg::{Frame, Pixel, Svg, polyline, text_width};
 pub struct Panel<'a> {
     pub unit: &'a str,
     pub series: Vec<&'a Series>,
+    /// Measured values of some of them.
+    pub measured: Vec<&'a Series>,
 }
 
 /// Colours that are distinct on white, also with most colour vision deficiencies.
@@ -15,25 +17,63 @@ const GRID: &str = r##"stroke="#e6eaef" stroke-width="1""##;
 const AXIS: &str = r##"stroke="#9aa5b1" stroke-width="1""##;
 const TICK: &str = r##"font-size="12" fill="#4b5563""##;
 const TITLE: &str = r##"font-size="12.5" fill="#1f2933""##;
+/// More dots than this are a band.
+const MOST_DOTS: usize = 5000;
 /// More curves than this have no room in the legend.
 const LEGEND: usize = 9;
 
 impl Panel<'_> {
-    pub fn draw(&self, svg: &mut Svg, frame: Frame, time: &[f64], times: &Ticks) {
-        let values = Ticks::around(self.series.iter().flat_map(|series| series.values.iter().copied()), 5);
-        self.draw_axis(svg, frame, &values, times);
-        for (index, series) in self.series.iter().enumerate() {
-            let pixels = time.iter().zip(&series.values).map(|(&t, &value)| {
+    /// The axis upwards.
+    pub fn values(&self) -> Ticks {
+        let all = self.series.iter().chain(&self.measured);
+        Ticks::around(all.flat_map(|series| series.values.iter().copied()), 5)
+    }
+
+    pub fn draw(&self, svg: &mut Svg, frame: Frame, time: &[f64], times: &Ticks, values: &Ticks) {
+        self.draw_axis(svg, frame, values, times);
+        let pixels = |series: &Series| -> Vec<Option<Pixel>> {
+            let at = series.at.as_deref().unwrap_or(time);
+            let pixel = |(&t, &value): (&f64, &f64)| {
                 let pixel = place(frame, times.part(t), values.part(value));
                 pixel.iter().all(|x| x.is_finite()).then_some(pixel)
-            });
+            };
+            at.iter().zip(&series.values).map(pixel).collect()
+        };
+        let dashes: Vec<&str> = (0..self.series.len()).map(|index| self.dashes(index, values)).collect();
+        for (index, series) in self.series.iter().enumerate() {
             let style = format!(
-                r#"fill="none" stroke="{}" stroke-width="1.8" stroke-linejoin="round" stroke-linecap="round""#,
-                colour(index)
+                r#"fill="none" stroke="{}" stroke-width="1.8" stroke-linejoin="round" stroke-linecap="round"{}"#,
+                colour(index),
+                dashes[index]
             );
-            svg.path(&curve(pixels), &style);
+            svg.path(&curve(pixels(series).into_iter()), &style);
         }
-        self.draw_legend(svg, frame);
+        for measured in &self.measured {
+            let style = self.dots(measured);
+            pixels(measured).into_iter().flatten().take(MOST_DOTS).for_each(|pixel| svg.circle(pixel, 2.2, &style));
+        }
+        self.draw_legend(svg, frame, &dashes);
+    }
+
+    /// Dashes for a curve that lies on an earlier one, which is seen between them.
+    fn dashes(&self, index: usize, values: &Ticks) -> &'static str {
+        let own = self.series[index];
+        let near = 0.004 * (values.range[1] - values.range[0]);
+        let is_same = |other: &&&Series| {
+            let apart = |(a, b): (&f64, &f64)| (a - b).abs() > near;
+            own.at == other.at && !own.values.is_empty() && !own.values.iter().zip(&other.values).any(apart)
+        };
+        match self.series[..index].iter().filter(is_same).count() {
+            0 => "",
+            1 => r#" stroke-dasharray="7 7""#,
+            _ => r#" stroke-dasharray="2 9""#,
+        }
+    }
+
+    /// Dots in the colour of the curve that they were measured for.
+    fn dots(&self, measured: &Series) -> String {
+        let of = self.series.iter().position(|series| Some(&series.name) == measured.measured.as_ref());
+        format!(r##"fill="#ffffff" stroke="{}" stroke-width="1.3""##, colour(of.unwrap_or(0)))
     }
 
     fn draw_axis(&self, svg: &mut Svg, frame: Frame, values: &Ticks, times: &Ticks) {
@@ -64,22 +104,31 @@ impl Panel<'_> {
         title.trim().to_owned()
     }
 
-    fn draw_legend(&self, svg: &mut Svg, frame: Frame) {
+    fn draw_legend(&self, svg: &mut Svg, frame: Frame, dashes: &[&str]) {
         let x = frame.x + frame.width + 14.0;
         for (index, series) in self.series.iter().take(LEGEND).enumerate() {
             let y = frame.y + 12.0 + 19.0 * index as f64;
-            let style = format!(r#"stroke="{}" stroke-width="3" stroke-linecap="round""#, colour(index));
+            let dash = if dashes[index].is_empty() { "" } else { r#" stroke-dasharray="4 6""# };
+            let style = format!(r#"stroke="{}" stroke-width="3" stroke-linecap="round"{dash}"#, colour(index));
             svg.line([x, y - 4.0], [x + 16.0, y - 4.0], &style);
             svg.text([x + 24.0, y], TICK, &shortened(&series.name, 19));
         }
+        let mut next = self.series.len().min(LEGEND);
         if self.series.len() > LEGEND {
-            let y = frame.y + 12.0 + 19.0 * LEGEND as f64;
+            let y = frame.y + 12.0 + 19.0 * next as f64;
             svg.text([x + 24.0, y], TICK, &format!("and {} more", self.series.len() - LEGEND));
+            next += 1;
+        }
+        for (row, measured) in self.measured.iter().take((LEGEND + 1).saturating_sub(next)).enumerate() {
+            let y = frame.y + 12.0 + 19.0 * (next + row) as f64;
+            svg.circle([x + 8.0, y - 4.0], 2.6, &self.dots(measured));
+            svg.text([x + 24.0, y], TICK, &shortened(&measured.name, 19));
         }
     }
 }
 
-pub fn time_axis(svg: &mut Svg, frame: Frame, times: &Ticks) {
+/// The axis below.
+pub fn along(svg: &mut Svg, frame: Frame, times: &Ticks, title: &str) {
     let bottom = frame.y + frame.height;
     for &at in &times.at {
         let [x, _] = place(frame, times.part(at), 0.0);
@@ -87,22 +136,22 @@ pub fn time_axis(svg: &mut Svg, frame: Frame, times: &Ticks) {
         svg.text([x, bottom + 18.0], &format!(r#"{TICK} text-anchor="middle""#), &times.label(at));
     }
     let middle = [frame.x + 0.5 * frame.width, bottom + 39.0];
-    svg.text(middle, &format!(r#"{TITLE} text-anchor="middle""#), "time [s]");
+    svg.text(middle, &format!(r#"{TITLE} text-anchor="middle""#), title);
 }
 
 /// What is measured in a unit; nothing if that is not clear.
 fn quantity(unit: &str) -> &'static str {
     match unit {
-        "rad" => "angle",
-        "rad/s" => "angular velocity",
-        "rad/s2" => "angular acceleration",
-        "m" => "displacement",
-        "m/s" => "velocity",
-        "m/s2" => "acceleration",
-        "N" => "force",
-        "N.m" => "torque",
-        "J" => "energy",
-        "W" => "power",
+        "rad" | "deg" | "rev" => "angle",
+        "rad/s" | "deg/s" | "rpm" => "angular velocity",
+        "rad/s2" | "deg/s2" => "angular acceleration",
+        "m" | "mm" | "cm" | "in" => "displacement",
+        "m/s" | "mm/s" | "cm/s" | "in/s" => "velocity",
+        "m/s2" | "mm/s2" | "cm/s2" | "in/s2" => "acceleration",
+        "N" | "kN" | "mN" | "lbf" => "force",
+        "N.m" | "kN.m" | "N.mm" => "torque",
+        "J" | "kJ" | "mJ" => "energy",
+        "W" | "kW" | "mW" => "power",
         _ => "",
     }
 }

@@ -24,6 +24,12 @@ impl Ticks {
         Self::between([low - space, high + space], count)
     }
 
+    /// The same middle with another length.
+    pub fn widened(&self, length: f64, count: usize) -> Self {
+        let middle = 0.5 * (self.range[0] + self.range[1]);
+        Self::between([middle - 0.5 * length, middle + 0.5 * length], count)
+    }
+
     fn between([low, high]: [f64; 2], count: usize) -> Self {
         let rough = (high - low) / count.max(1) as f64;
         let mut exponent = rough.log10().floor() as i32;

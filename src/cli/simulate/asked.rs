@@ -1,0 +1,99 @@
+//! Which variables are reported, and in which units.
+
+use super::super::failure::Failure;
+use super::Simulate;
+use crate::compile::{self, Compiled};
+use crate::diagnostic::{Fault, Faults, Text, suggest};
+use crate::mechanism::{DisplayUnit, Unit, Units};
+use crate::scene::Scene;
+
+/// The scene with the variables that are asked for among its outputs.
+pub fn with_outputs(options: &Simulate, mut scene: Scene) -> Scene {
+    let named = |scene: &Scene, name: &str| {
+        scene.outputs.variables.iter().any(|known| known.text == name)
+            || scene.outputs.expressions.iter().any(|known| known.name.text == name)
+            || scene.parameters.iter().any(|known| known.name.text == name)
+            || scene.inputs.iter().any(|known| known.name.text == name)
+    };
+    for name in options.variables.iter().chain(&options.x).chain(&options.y) {
+        if name != "time" && !named(&scene, name) {
+            scene.outputs.variables.push(Text::from(name.as_str()));
+        }
+    }
+    scene
+}
+
+/// A variable that was asked for on the command line and does not exist is no fault of the scene.
+pub fn unknown(faults: Faults) -> Failure {
+    let is_asked = |fault: &&Fault| fault.code == "scene::unknown_output" && fault.span.is_nowhere();
+    match faults.list.iter().find(is_asked) {
+        Some(fault) => {
+            let message = fault.message.replace("`[outputs]` names", "the command line names");
+            Failure::Usage(format!("{message}; {}", fault.help))
+        }
+        None => Failure::Scene(faults),
+    }
+}
+
+/// What is reported: indices of variables of the description.
+pub fn reported(options: &Simulate, compiled: &Compiled) -> Result<Vec<usize>, Failure> {
+    if options.variables.is_empty() {
+        return Ok(compiled.reported());
+    }
+    let mut found = Vec::new();
+    for name in options.variables.iter().chain(&options.x).chain(&options.y).filter(|name| *name != "time") {
+        let index = index(compiled, name)?;
+        if !found.contains(&index) {
+            found.push(index);
+        }
+    }
+    Ok(found)
+}
+
+fn index(compiled: &Compiled, name: &str) -> Result<usize, Failure> {
+    let variables = &compiled.description.variables;
+    variables.iter().position(|variable| variable.name == *name).ok_or_else(|| {
+        let known = suggest::known(name, variables.iter().map(|variable| variable.name.as_str()).collect::<Vec<_>>());
+        Failure::Usage(format!("there is no variable `{name}`; {known}"))
+    })
+}
+
+/// The units of results.
+pub struct Shown {
+    units: Units,
+    /// Are units written into the header of the table?
+    in_header: bool,
+}
+
+impl Shown {
+    /// Those of the command line, then those of the scene.
+    pub fn new(options: &Simulate, display: &Units) -> Result<Shown, Failure> {
+        let mut asked = Units::default();
+        for name in options.units.iter().filter(|name| !is_si(name)) {
+            let unit = compile::unit(name).map_err(|message| Failure::Usage(format!("--units {name}: {message}")))?;
+            asked.add(unit);
+        }
+        let si = options.units.iter().any(|name| is_si(name));
+        let units = if si { asked } else { asked.before(display) };
+        Ok(Shown { in_header: si || units != Units::default(), units })
+    }
+
+    /// How values of a unit are shown.
+    pub fn of(&self, unit: &Unit) -> DisplayUnit {
+        self.units.of(unit)
+    }
+
+    /// A name in the header of the table.
+    pub fn header(&self, name: &str, unit: &Unit) -> String {
+        if self.in_header { titled(name, &self.of(unit).name) } else { name.to_string() }
+    }
+}
+
+fn is_si(name: &str) -> bool {
+    name.eq_ignore_ascii_case("si")
+}
+
+/// `time [s]`
+pub fn titled(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.to_string() } else { format!("{name} [{unit}]") }
+}

@@ -1,0 +1,128 @@
+//! What a run amounts to: the extremes of each variable and when they are, its mean and its effective value.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// A run in figures.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Statistics {
+    /// The unit of the times.
+    pub time_unit: String,
+    /// First and last time.
+    pub span: [f64; 2],
+    /// A line for each variable.
+    pub variables: Vec<Figures>,
+}
+
+/// A variable in figures.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Figures {
+    /// The variable.
+    pub name: String,
+    /// Its unit; empty if it has none.
+    pub unit: String,
+    /// The smallest value and when it is first reached.
+    pub min: [f64; 2],
+    /// The largest value and when it is first reached.
+    pub max: [f64; 2],
+    /// The mean over time.
+    pub mean: f64,
+    /// The root of the mean square over time.
+    pub rms: f64,
+    /// The last value.
+    pub end: f64,
+}
+
+impl Figures {
+    /// The figures of a variable; none of nothing. Between its values it is taken as straight.
+    pub fn of(name: &str, unit: &str, times: &[f64], values: &[f64]) -> Option<Figures> {
+        let first = [*values.first()?, *times.first()?];
+        let (mut min, mut max) = (first, first);
+        for (&time, &value) in times.iter().zip(values) {
+            if value < min[0] {
+                min = [value, time];
+            }
+            if value > max[0] {
+                max = [value, time];
+            }
+        }
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for (time, value) in times.windows(2).zip(values.windows(2)) {
+            let step = time[1] - time[0];
+            sum += 0.5 * step * (value[0] + value[1]);
+            squares += step / 3.0 * (value[0] * value[0] + value[0] * value[1] + value[1] * value[1]);
+        }
+        let duration = times.last()? - times.first()?;
+        let (mean, rms) = match duration > 0.0 {
+            true => (sum / duration, (squares / duration).max(0.0).sqrt()),
+            false => (first[0], first[0].abs()),
+        };
+        Some(Figures { name: name.into(), unit: unit.into(), min, max, mean, rms, end: *values.last()? })
+    }
+}
+
+impl fmt::Display for Statistics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let at = format!("at [{}]", self.time_unit);
+        let heads = ["variable", "unit", "min", &at, "max", &at, "mean", "RMS", "end"].map(str::to_string);
+        let row = |line: &Figures| {
+            let [min, max] = [line.min, line.max].map(|[value, at]| [number(value), number(at)]);
+            let [low, low_at, high, high_at] = [min, max].concat().try_into().unwrap_or_default();
+            let rest = [line.mean, line.rms, line.end].map(number);
+            let [mean, rms, end] = rest;
+            [line.name.clone(), line.unit.clone(), low, low_at, high, high_at, mean, rms, end]
+        };
+        let rows: Vec<[String; 9]> = std::iter::once(heads).chain(self.variables.iter().map(row)).collect();
+        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..9).map(width).collect();
+        for row in &rows {
+            let cell = |(column, text): (usize, &String)| match column {
+                0 | 1 => format!("{text:<0$}", widths[column]),
+                _ => format!("{text:>0$}", widths[column]),
+            };
+            let cells: Vec<String> = row.iter().enumerate().map(cell).collect();
+            writeln!(f, "{}", cells.join("  ").trim_end())?;
+        }
+        Ok(())
+    }
+}
+
+/// Six digits.
+fn number(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 { "0".to_string() } else { value.to_string() };
+    }
+    if !(1e-4..1e7).contains(&value.abs()) {
+        return format!("{value:.5e}");
+    }
+    let decimals = (5 - value.abs().log10().floor() as i32).max(0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{PI, SQRT_2};
+
+    #[test]
+    fn a_sine_has_its_known_figures() {
+        let times: Vec<f64> = (0..=4000).map(|index| f64::from(index) * 2.0 * PI / 4000.0).collect();
+        let values: Vec<f64> = times.iter().map(|time| 1.0 + 2.0 * time.sin()).collect();
+        let figures = Figures::of("x", "m", &times, &values).unwrap();
+        assert!((figures.max[0] - 3.0).abs() < 1e-12 && (figures.max[1] - 0.5 * PI).abs() < 1e-12, "{figures:?}");
+        assert!((figures.min[0] + 1.0).abs() < 1e-12 && (figures.min[1] - 1.5 * PI).abs() < 1e-12, "{figures:?}");
+        assert!((figures.mean - 1.0).abs() < 1e-12);
+        assert!((figures.rms - (1.0f64 + 4.0 / (SQRT_2 * SQRT_2)).sqrt()).abs() < 1e-5, "{}", figures.rms);
+    }
+
+    #[test]
+    fn steps_of_any_length_count_by_their_length() {
+        let figures = Figures::of("x", "", &[0.0, 1.0, 4.0], &[0.0, 2.0, 2.0]).unwrap();
+        assert_eq!((figures.mean, figures.rms, figures.end), (7.0 / 4.0, ((4.0 / 3.0 + 12.0) / 4.0f64).sqrt(), 2.0));
+        let one = Figures::of("x", "", &[3.0], &[-2.0]).unwrap();
+        assert_eq!((one.mean, one.rms, one.min), (-2.0, 2.0, [-2.0, 3.0]));
+        assert_eq!(Figures::of("x", "", &[], &[]), None);
+    }
+}
