@@ -2,14 +2,17 @@
 
 mod bench;
 mod check;
+mod completions;
 mod equilibrium;
 mod export;
 mod failure;
 mod info;
 mod linearize;
+mod man;
 mod modes;
 mod new;
 mod output;
+mod schema;
 mod show;
 mod simulate;
 mod study;
@@ -23,7 +26,7 @@ pub use view::page::page;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 
 /// Planar mechanisms to FMUs: describe bodies and joints in a scene file, get equations of motion, a simulation, and an
 /// FMU for any tool that reads FMI 2.0 or 3.0.
@@ -78,6 +81,9 @@ enum Command {
     Export(export::Export),
     Bench(bench::Bench),
     Info(info::Info),
+    Schema(schema::Schema),
+    Completions(completions::Completions),
+    Man(man::Manual),
 }
 
 /// Runs the command that the process was started with.
@@ -113,6 +119,9 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Export(command) => command.run(format),
         Command::Bench(command) => command.run(format),
         Command::Info(command) => command.run(),
+        Command::Schema(command) => command.run(),
+        Command::Completions(command) => command.run(Cli::command()),
+        Command::Man(command) => command.run(Cli::command()),
     };
     match result {
         Ok(()) => 0,

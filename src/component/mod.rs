@@ -25,6 +25,7 @@ mod reference;
 mod resistance;
 mod revolute;
 mod rolling;
+mod schema;
 mod screw;
 pub(crate) mod shape;
 mod slide;
@@ -43,6 +44,7 @@ pub use element::*;
 pub(crate) use icon::{Glyph, Icon, RoundGlyph, Stroke};
 pub use reference::{examples, reference};
 pub use resistance::Resistance;
+pub use schema::schema;
 pub use system::System;
 
 use crate::mechanism::{Dimension, Formula, Mechanism, Part, Quantity, Variable};

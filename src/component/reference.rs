@@ -214,7 +214,7 @@ fn capital(text: &str) -> String {
     first.to_uppercase() + rest
 }
 
-fn unit(form: Form) -> String {
+pub(super) fn unit(form: Form) -> String {
     match form {
         Form::Constant(wanted, _) | Form::Law(wanted) | Form::Vector(wanted) | Form::ConstantVector(wanted) => {
             wanted.si.to_string()
