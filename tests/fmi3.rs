@@ -175,25 +175,29 @@ fn markdown(table: &str, [passed, nothing, failed]: [usize; 3]) -> String {
     )
 }
 
+/// The names of all models.
+fn every_model() -> Vec<String> {
+    let folders = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("models")).expect("the models");
+    let folders =
+        folders.map(|folder| folder.expect("readable")).filter(|folder| folder.path().join("scene.toml").exists());
+    folders.map(|folder| folder.file_name().into_string().expect("UTF-8")).collect()
+}
+
 /// Both versions of an FMU hold the same program: all outputs of FMI 2.0 take the same values in FMI 3.0. fmpy finds no fault in its description, and
 /// Model Exchange gives the same motion.
 #[test]
 fn both_versions_of_every_model_give_the_same_bits() {
     let Some((work, python)) = python::python("fmpy", REQUIREMENTS) else { return };
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fmpy/versions.py");
-    let folders = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("models")).expect("the models");
-    let names = folders.map(|folder| folder.expect("readable").file_name().into_string().expect("UTF-8"));
-    let has_scene =
-        |name: &String| Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name).join("scene.toml").exists();
-    let others: Vec<String> = names.filter(|name| has_scene(name) && !MODELS.contains(&name.as_str())).collect();
-    for model in MODELS.into_iter().chain(others.iter().map(String::as_str)) {
+    let others = every_model().into_iter().filter(|name| !MODELS.contains(&name.as_str()));
+    for model in MODELS.into_iter().map(str::to_owned).chain(others) {
         let files = [FmiVersion::V2, FmiVersion::V3].map(|version| {
             let file = work.join(format!("{model}{}.fmu", version.number()));
-            scene(model).export_fmu_as(version, &file).expect("an FMU");
+            scene(&model).export_fmu_as(version, &file).expect("an FMU");
             file
         });
         let mut command = Command::new(&python);
-        command.arg(&script).args(&files).args(MODELS.contains(&model).then_some("exchange"));
+        command.arg(&script).args(&files).args(MODELS.contains(&model.as_str()).then_some("exchange"));
         python::run(&mut command).unwrap_or_else(|report| panic!("{model}: {report}"));
     }
 }
@@ -237,5 +241,9 @@ fn a_terminal_has_the_motions_and_forces_of_its_part() {
     assert_eq!(at("cart_pole", "hinge"), ["fx hinge.fx outflow", "fy hinge.fy outflow"]);
     assert_eq!(at("cart_pole", "rail")[..3], ["s rail.s signal", "v rail.v signal", "fn rail.fn outflow"]);
     assert_eq!(at("cart_pole", "energy"), [""; 0]);
+    for model in every_model() {
+        let terminals = Fmu::open(&unpacked(&model, FmiVersion::V3, work.path())).terminals();
+        assert!(terminals.iter().any(|tag| tag.0.ends_with("/TerminalMemberVariable")), "{model} has none");
+    }
     assert!(at(DRIVEN, "crank_pivot").contains(&"motor turn signal".to_owned()));
 }

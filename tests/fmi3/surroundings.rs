@@ -1,14 +1,16 @@
 //! What an importer may do around the calls, and what the FMU may do to the process: one function for each case, run in a process of its own.
 
+use std::cell::{Cell, RefCell};
 use std::ffi::CString;
 use std::ptr::{null, null_mut};
 
 use cotree_fmu::fmi3::types::fmi3Status::{fmi3Error, fmi3OK};
+use cotree_fmu::fmi3::types::*;
 
 use crate::Case;
 use crate::cases::{logged, refused};
 use crate::fmu::*;
-use crate::process::{keeps_its_memory, leaves_no_trace};
+use crate::process::{keeps_its_memory, leaves_no_trace, on_a_small_stack, under_traps};
 use crate::xml::attribute;
 
 // SAFETY of all calls: the instance is alive, and arrays are as long as announced.
@@ -153,4 +155,71 @@ pub const CASES: &[Case] = &[
         let (_, _, text) = instance.log().pop().expect("a message");
         assert!(text.contains("100% ##1 %s %n"), "{text}");
     }),
+    ("3X03", "a call while another one is under way", busy),
+    ("3X04", "an importer that traps and rounds otherwise", traps),
+    ("3X05", "a thread with a small stack", |fmu| {
+        let expected = fmu.started().run(0..20);
+        let found = on_a_small_stack(|| {
+            let instance = fmu.started();
+            let values = instance.run(0..20);
+            let state = instance.save();
+            instance.bytes(state);
+            instance.free_state(state);
+            values
+        });
+        assert!(found == expected);
+    }),
 ];
+
+/// What the importer's logger needs to call back.
+struct Caller<'a> {
+    library: &'a Library,
+    instance: Cell<fmi3Instance>,
+    answers: RefCell<Vec<fmi3Status>>,
+}
+
+unsafe extern "C" fn call_back(environment: fmi3InstanceEnvironment, _: fmi3Status, _: fmi3String, _: fmi3String) {
+    // SAFETY: the environment is the `Caller` below, which outlives its instance.
+    let caller = unsafe { &*environment.cast::<Caller>() };
+    let (c, library, mut value) = (caller.instance.get(), caller.library, 0.0);
+    if !c.is_null() {
+        let answers = unsafe { [(library.get)(c, &0, 1, &mut value, 1), (library.terminate)(c)] };
+        caller.answers.borrow_mut().extend(answers);
+    }
+}
+
+/// A call while another one is under way is refused, whoever makes it.
+fn busy(fmu: &Fmu) {
+    let library = &fmu.library;
+    let caller = Caller { library, instance: Cell::new(null_mut()), answers: RefCell::default() };
+    let environment = std::ptr::from_ref(&caller).cast_mut().cast();
+    let texts = ["name", &fmu.token, &fmu.resources()].map(|text| CString::new(text).expect("no zero"));
+    let [name, token, path] = texts.each_ref().map(|text| text.as_ptr());
+    unsafe {
+        let make = library.instantiate_cosimulation;
+        let c = make(name, token, path, 0, 1, 0, 0, null(), 0, environment, Some(call_back), None);
+        caller.instance.set(c);
+        assert_eq!((library.set)(c, &u32::MAX, 1, &0.0, 1), fmi3Error);
+        assert_eq!(*caller.answers.borrow(), [fmi3Error; 2]);
+        caller.instance.set(null_mut());
+        assert_eq!((library.reset)(c), fmi3OK, "idle again");
+        (library.free)(c);
+    }
+}
+
+/// Nothing traps, and results have the same bits.
+fn traps(fmu: &Fmu) {
+    let expected = fmu.started().run(0..20);
+    let instance = under_traps(|| fmu.made());
+    assert_eq!([under_traps(|| instance.enter()), under_traps(|| instance.exit())], [fmi3OK; 2]);
+    let references = fmu.references(|_| true);
+    for (step, expected) in (0..20_u32).zip(&expected) {
+        let (time, value) = (f64::from(step) * 0.01, 0.1 * f64::from(step % 7));
+        for input in fmu.inputs().into_iter().filter(|_| step % 5 == 0) {
+            assert_eq!(under_traps(|| instance.put(input, value)), fmi3OK);
+        }
+        assert_eq!(under_traps(|| instance.step(time, 0.01)).status, fmi3OK);
+        let values = under_traps(|| instance.read(&references));
+        assert!(values.iter().map(|value| value.to_bits()).eq(expected.iter().copied()), "step {step}");
+    }
+}

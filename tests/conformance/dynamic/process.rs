@@ -10,7 +10,7 @@ use cotree_fmu::fmi2::types::*;
 use super::instantiation::{good, make};
 use super::values::UNKNOWN;
 use crate::fmu::*;
-use crate::process::{keeps_its_memory, leaves_no_trace};
+use crate::process::{Sent, keeps_its_memory, leaves_no_trace, on_a_small_stack, under_traps};
 
 // SAFETY of all calls: the component is alive, and arrays are as long as announced.
 
@@ -20,17 +20,6 @@ pub(super) fn two_instances(fmu: &Fmu) {
     for step in 0..20 {
         let wanted = &expected[step as usize..=step as usize];
         assert!(first.run(step..step + 1) == wanted && second.run(step..step + 1) == wanted);
-    }
-}
-
-/// A pointer that may go to another thread: one thread at a time uses it.
-struct Sent<T>(T);
-// SAFETY: see above.
-unsafe impl<T> Send for Sent<T> {}
-
-impl<T> Sent<T> {
-    fn take(self) -> T {
-        self.0
     }
 }
 
@@ -49,25 +38,18 @@ pub(super) fn threads(fmu: &Fmu) {
     });
 }
 
-/// What docs/fmu.md says that a thread needs.
-const STACK: usize = 128 << 10;
-
 /// Importers whose threads have small stacks.
 pub(super) fn small_stack(fmu: &Fmu) {
     let expected = fmu.started().run(0..20);
-    let sent = Sent(fmu);
-    std::thread::scope(|scope| {
-        let all = move || {
-            let slave = sent.take().started();
-            let values = slave.run(0..20);
-            let state = slave.save();
-            slave.bytes(state);
-            slave.free(state);
-            values
-        };
-        let run = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, all).expect("a thread");
-        assert!(run.join().expect("no panic") == expected);
+    let found = on_a_small_stack(|| {
+        let slave = fmu.started();
+        let values = slave.run(0..20);
+        let state = slave.save();
+        slave.bytes(state);
+        slave.free(state);
+        values
     });
+    assert!(found == expected);
 }
 
 pub(super) fn another_thread(fmu: &Fmu) {
@@ -149,29 +131,6 @@ pub(super) fn busy(fmu: &Fmu) {
         assert_eq!((library.reset)(c), fmi2OK, "idle again");
         (library.free_instance)(c);
     }
-}
-
-/// Runs a call where division by zero and invalid operations trap and results are rounded up; it leaves that as it is, flags included.
-#[cfg(target_arch = "x86_64")]
-fn under_traps<T>(call: impl FnOnce() -> T) -> T {
-    use std::arch::asm;
-    // Unmasked: invalid (bit 7) and division by zero (bit 9); rounding up (bit 14); the flag of precision (bit 5).
-    const ODD: u32 = 0x1F80 & !(1 << 7) & !(1 << 9) | 1 << 14 | 1 << 5;
-    let (mut usual, mut after) = (0_u32, 0_u32);
-    // SAFETY: the register is as before at the end, and nothing is computed under the odd one but by the call.
-    let result = unsafe {
-        asm!("stmxcsr [{}]", "ldmxcsr [{}]", in(reg) &mut usual, in(reg) &ODD);
-        let result = call();
-        asm!("stmxcsr [{}]", "ldmxcsr [{}]", in(reg) &mut after, in(reg) &usual);
-        result
-    };
-    assert_eq!(after, ODD, "the floating-point environment is not as before");
-    result
-}
-
-#[cfg(not(target_arch = "x86_64"))]
-fn under_traps<T>(call: impl FnOnce() -> T) -> T {
-    call()
 }
 
 /// Nothing traps, and results have the same bits.
