@@ -12,6 +12,7 @@ use cotree::export::{ExportError, FmiVersion};
 use cotree::mechanism::{DisplayUnit, Experiment, Unit};
 use cotree::output::accuracy::{Accuracy, Measurement};
 use cotree::output::drawing::{Body, Drawing};
+use cotree::output::page::{Facts, Live};
 use cotree_fmu::context::Statistics;
 use cotree_fmu::program::Engine;
 use quick_xml::Reader;
@@ -253,7 +254,8 @@ fn names_outside_the_structured_convention_are_called_flat() {
 struct Parts {
     description: Description,
     drawing: Drawing,
-    equations: String,
+    facts: Facts,
+    live: Result<Live, String>,
     accuracy: Result<Accuracy, String>,
     runtimes: Vec<Runtime>,
 }
@@ -270,7 +272,12 @@ impl Parts {
         Self {
             description: pendulum(),
             drawing: Drawing { bodies: vec![body], ..Drawing::default() },
-            equations: preformatted("Q[1] = a < b\n  Q[2] = 0\n"),
+            facts: Facts {
+                summary: "freedoms 1".into(),
+                graphs: String::new(),
+                equations: preformatted("Q[1] = a < b\n  Q[2] = 0\n"),
+            },
+            live: Err("it is < too large".into()),
             accuracy: Ok(Accuracy {
                 span: [0.0, 2.5],
                 growing: false,
@@ -282,7 +289,7 @@ impl Parts {
     }
 
     fn page(&self) -> Page<'_> {
-        Page { drawing: &self.drawing, equations: &self.equations, accuracy: &self.accuracy }
+        Page { drawing: &self.drawing, facts: &self.facts, accuracy: &self.accuracy, live: &self.live }
     }
 
     fn package(&self) -> Package<'_> {
@@ -387,6 +394,8 @@ fn the_page_says_what_a_user_wants_to_know() {
         "a &lt; b\n  Q[2]",
         "documentation/licenses/",
         "give it 1e-8 or",
+        "stands still: it is &lt; too large.",
+        "freedoms 1",
     ]) {
         assert!(page.contains(text), "{text}\n{page}");
     }

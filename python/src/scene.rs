@@ -223,7 +223,7 @@ impl Core {
 
     /// The page that shows the mechanism in motion.
     fn page(&self, py: Python<'_>, runtime: Option<Vec<u8>>) -> PyResult<String> {
-        let made = py.detach(|| cotree::cli::page(&self.scene, runtime).map(|(_, page)| page.map(|page| page.html())));
+        let made = py.detach(|| cotree::compile::page::page(&self.scene, runtime).map(|(_, page)| page.map(|page| page.html())));
         made.map_err(|faults| scene_error(&faults))?.map_err(RunError::new_err)
     }
 

@@ -19,7 +19,7 @@ pub use modes::{Mode, modes};
 pub use point::Point;
 pub use rest::at_rest;
 pub use state_space::{Signal, StateSpace};
-pub use study::{At, Study, StudyError};
+pub use study::{At, Study, StudyError, state_at};
 pub use variation::Variation;
 
 use cotree_fmu::failure;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cotree_fmu::instance::Instance;
-use cotree_fmu::model::Model;
+use cotree_fmu::model::{Model, State};
 use thiserror::Error;
 
 use super::report::{Linearization, Statics, Vibration};
@@ -184,6 +184,14 @@ fn vibration(
     })
 }
 
+/// The state of a mechanism at a time of its motion.
+///
+/// # Errors
+/// The motion cannot be continued until then.
+pub fn state_at(formulated: &Formulated, time: f64) -> Result<State, Failure> {
+    Motion::new(formulated)?.state(time)
+}
+
 /// A motion from its start on.
 struct Motion {
     model: Arc<Model>,
@@ -203,10 +211,15 @@ impl Motion {
     }
 
     /// Moves on to a time, not before the last one.
-    fn point(&mut self, time: f64) -> Result<Point, Failure> {
+    fn state(&mut self, time: f64) -> Result<State, Failure> {
         if time > self.instance.time() {
             self.instance.step_to(time)?;
         }
-        Point::moving(&self.model, &self.instance.state())
+        Ok(self.instance.state())
+    }
+
+    fn point(&mut self, time: f64) -> Result<Point, Failure> {
+        let state = self.state(time)?;
+        Point::moving(&self.model, &state)
     }
 }

@@ -6,7 +6,8 @@ use clap::Args;
 
 use super::failure::Failure;
 use super::{MessageFormat, output};
-use crate::compile;
+use crate::compile::page::{self, Origin};
+use crate::compile::{self, Documents};
 use crate::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
 use crate::export::{ExportError, FmiVersion};
 
@@ -33,6 +34,9 @@ pub struct Export {
     /// Platforms that the FMU is to run on, such as linux64,win64 [default: all, which is every one that there is a runtime for]
     #[arg(long, value_name = "PLATFORMS", value_delimiter = ',')]
     platform: Vec<String>,
+    /// A smaller file: the page in its documentation plays a stored run instead of carrying the runtime for browsers (400 kB)
+    #[arg(long)]
+    lean: bool,
     /// Folder with the runtimes of other platforms, made by tools/build-runtimes.sh [default: `runtimes` beside the program]
     #[arg(long, value_name = "FOLDER", env = "COTREE_RUNTIMES")]
     runtimes: Option<PathBuf>,
@@ -48,15 +52,28 @@ impl Export {
         let accuracy = compiled.accuracy();
         compiled.warn_of_growth(&accuracy);
         output::warn_of(&compiled, format);
+        let origin = self.origin(compiled.affordable(&accuracy))?;
+        let live = page::documentation(&scene, &compiled, origin);
         let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
         output::apart(&[Some(&self.scene)], &[Some(&path)])?;
-        compiled.write_fmu(self.fmi, &front, &accuracy, &runtimes, &path)?;
+        let documents = Documents { front: &front, accuracy: &accuracy, live: &live };
+        compiled.write_fmu(self.fmi, documents, &runtimes, &path)?;
         output::print(&format!("{}\n", path.display()))
+    }
+
+    fn folder(&self) -> PathBuf {
+        self.runtimes.clone().unwrap_or_else(runtime::default_folder)
+    }
+
+    /// Where the motion in the documentation comes from: a stored run may cost as much as the measurement of accuracy.
+    fn origin(&self, affordable: f64) -> Result<Origin, ExportError> {
+        let module = if self.lean { None } else { runtime::for_browsers(&self.folder())? };
+        Ok(module.map_or(Origin::Stored(affordable), Origin::Solver))
     }
 
     /// The runtimes for the platforms asked for.
     fn runtimes(&self) -> Result<Vec<Runtime>, RuntimeError> {
-        let folder = self.runtimes.clone().unwrap_or_else(runtime::default_folder);
+        let folder = self.folder();
         let platforms = match &self.platform[..] {
             names if names.is_empty() || names == ["all"] => available(&folder),
             names => names.iter().map(|name| Platform::named(name)).collect::<Result<_, _>>()?,

@@ -18,10 +18,9 @@ mod simulate;
 mod study;
 mod sweep;
 mod times;
+mod trace;
 mod view;
 mod watch;
-
-pub use view::page::page;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -75,6 +74,7 @@ enum Command {
     Sweep(sweep::Sweep),
     View(view::View),
     Watch(watch::Watch),
+    Trace(trace::Trace),
     Equilibrium(equilibrium::Equilibrium),
     Linearize(linearize::Linearize),
     Modes(modes::Modes),
@@ -113,6 +113,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Sweep(command) => command.run(format),
         Command::View(command) => command.run(format),
         Command::Watch(command) => command.run(),
+        Command::Trace(command) => command.run(format),
         Command::Equilibrium(command) => command.run(format),
         Command::Linearize(command) => command.run(format),
         Command::Modes(command) => command.run(format),

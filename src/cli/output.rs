@@ -103,7 +103,12 @@ fn print_as_it_is(text: &str) -> Result<(), Failure> {
 
 /// Writes a text file.
 pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    files::write(path, text.as_bytes()).map_err(|error| Failure::file("write", path, error))
+    write_bytes(path, text.as_bytes())
+}
+
+/// Writes a file.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    files::write(path, bytes).map_err(|error| Failure::file("write", path, error))
 }
 
 /// Writes a picture in the format that the end of its name says: SVG or PNG.

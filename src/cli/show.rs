@@ -6,16 +6,19 @@ use clap::Args;
 use serde::Serialize;
 
 use super::failure::Failure;
+use super::study;
 use super::{MessageFormat, output};
+use crate::analysis::state_at;
 use crate::compile::{self, Notation};
 use crate::diagnostic::{Fault, Faults};
 use crate::formulate::Formulated;
 use crate::output::compare::{Comparison, compare};
 use crate::output::figures::summarise;
 use crate::output::graph::GraphDrawing;
-use crate::output::pose::draw;
+use crate::output::pose::{draw, draw_at};
 use crate::output::summary::Summary;
 use crate::output::text::Prose;
+use crate::scene::Scene;
 
 /// Show a mechanism: its parts, degrees of freedom, coordinates, equations, graphs, and a drawing
 #[derive(Args)]
@@ -23,7 +26,8 @@ use crate::output::text::Prose;
     after_help = "Examples:\n  cotree show slider_crank.toml\n  cotree show slider_crank.toml --equations text\n  \
                   cotree show slider_crank.toml --steps html > slider_crank.html\n  \
                   cotree show slider_crank.toml --compare\n  \
-                  cotree show slider_crank.toml --drawing slider_crank.svg --graph graphs.svg"
+                  cotree show slider_crank.toml --drawing slider_crank.svg --graph graphs.svg\n  \
+                  cotree show slider_crank.toml --drawing pose.png --at \"0.3 s\""
 )]
 pub struct Show {
     /// Scene file (TOML or JSON)
@@ -40,9 +44,12 @@ pub struct Show {
     /// What other choices of trees would cost: equations, operations, time, condition
     #[arg(long, conflicts_with_all = ["equations", "steps"])]
     compare: bool,
-    /// Draw the mechanism at its start: an SVG or a PNG file
+    /// Draw the mechanism at its start: an SVG, PNG or DXF file
     #[arg(long, value_name = "FILE")]
     drawing: Option<PathBuf>,
+    /// Draw it at this time of its motion instead, such as "0.3 s"
+    #[arg(long, value_name = "TIME", requires = "drawing", allow_hyphen_values = true)]
+    at: Option<String>,
     /// Draw the mechanism and its two linear graphs: an SVG or a PNG file, or Graphviz if the name ends with .dot
     #[arg(long, value_name = "FILE")]
     graph: Option<PathBuf>,
@@ -60,12 +67,13 @@ struct Figures {
 impl Show {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.graph.as_deref(), self.drawing.as_deref()])?;
-        for (path, kinds) in [(&self.drawing, ["svg", "png"].as_slice()), (&self.graph, &["svg", "png", "dot"])] {
+        for (path, kinds) in [(&self.drawing, ["svg", "png", "dxf"].as_slice()), (&self.graph, &["svg", "png", "dot"])]
+        {
             path.as_deref().map_or(Ok(()), |path| output::is_picture(path, kinds))?;
         }
         let scene = output::load(&self.scene)?;
-        let (compiled, shown) = compile::compile_with(&scene, |formulated| self.shown(formulated))?;
-        let shown = shown.map_err(|list| Faults::new(scene.source.clone(), list))?;
+        let (compiled, shown) = compile::compile_with(&scene, |formulated| self.shown(&scene, formulated))?;
+        let shown = shown?;
         if let Some(text) = &shown.text {
             output::print(text)?;
         }
@@ -73,7 +81,7 @@ impl Show {
             [(&self.graph, &shown.graph, "the linear graphs"), (&self.drawing, &shown.drawing, "the drawing")]
         {
             let Some((path, picture)) = path.as_ref().zip(picture.as_ref()) else { continue };
-            match output::has_extension(path, "dot") {
+            match ["dot", "dxf"].iter().any(|kind| output::has_extension(path, kind)) {
                 true => output::write(path, picture)?,
                 false => output::picture(path, picture)?,
             }
@@ -86,19 +94,33 @@ impl Show {
     }
 
     /// Everything that is asked for, of one set of equations.
-    fn shown(&self, formulated: &mut Formulated) -> Result<Shown, Vec<Fault>> {
+    fn shown(&self, scene: &Scene, formulated: &mut Formulated) -> Result<Shown, Failure> {
+        let faults = |list: Vec<Fault>| Faults::new(scene.source.clone(), list);
         let text = match (self.equations, self.steps) {
-            (Some(notation), _) => Some(compile::written(formulated, notation)?),
-            (None, Some(prose)) => Some(compile::derived(formulated, prose)?),
+            (Some(notation), _) => Some(compile::written(formulated, notation).map_err(faults)?),
+            (None, Some(prose)) => Some(compile::derived(formulated, prose).map_err(faults)?),
             (None, None) => None,
         };
         let graph = self.graph.as_deref().map(|path| graph(formulated, path));
-        let drawing = self.drawing.is_some().then(|| draw(formulated).svg());
+        let drawing = self.drawing.as_deref().map(|path| self.drawn(formulated, path)).transpose()?;
         let figures = text.is_none().then(|| Figures {
             summary: summarise(formulated),
             comparison: self.compare.then(|| compare(formulated.equations.system.mechanism)),
         });
         Ok(Shown { text, graph, drawing, figures })
+    }
+
+    /// The drawing at the start or at another time: for CAD, or as a picture.
+    fn drawn(&self, formulated: &mut Formulated, path: &Path) -> Result<String, Failure> {
+        let drawing = match &self.at {
+            Some(text) => {
+                let time = study::time("at", text, formulated.lowered.program.experiment.start)?;
+                let state = state_at(formulated, time).map_err(|error| Failure::Numerical(error.to_string()))?;
+                draw_at(formulated, &state)
+            }
+            None => draw(formulated),
+        };
+        Ok(if output::has_extension(path, "dxf") { drawing.dxf() } else { drawing.svg() })
     }
 }
 

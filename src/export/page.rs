@@ -1,4 +1,4 @@
-//! `documentation/index.html`: what a user of the FMU wants to know, in one file without scripts or links.
+//! `documentation/index.html`: what a user of the FMU wants to know, in one file without links: the page of `cotree view`, with more to read.
 
 use std::fmt::Write;
 
@@ -9,6 +9,7 @@ use super::description::{Causality, Description, ScalarVariable, Start};
 use crate::mechanism::Unit;
 use crate::output::accuracy::{Accuracy, Measurement, REFERENCE};
 use crate::output::drawing::Drawing;
+use crate::output::page::{Facts, Live, Page as LivePage, prose};
 use crate::output::svg::escape;
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;color:#1f2933;max-width:60rem;\
@@ -24,51 +25,60 @@ math{font-size:1.05em}";
 pub struct Page<'a> {
     /// The mechanism at its start.
     pub drawing: &'a Drawing,
-    /// The equations of motion, as HTML.
-    pub equations: &'a str,
+    /// Figures, graphs and equations.
+    pub facts: &'a Facts,
     /// What accuracy costs, or why it could not be measured.
     pub accuracy: &'a Result<Accuracy, String>,
+    /// The motion, or why there is none.
+    pub live: &'a Result<Live, String>,
 }
 
 impl Page<'_> {
     /// The page.
     pub fn html(&self, description: &Description, version: FmiVersion) -> String {
+        let sections = self.sections(description, version);
+        match self.live {
+            Ok(live) => LivePage {
+                title: description.model_name.clone(),
+                description: prose(&description.description),
+                still: self.drawing.svg(),
+                facts: self.facts.clone(),
+                sections,
+                live: live.clone(),
+            }
+            .html(),
+            Err(why) => self.still(description, why, &sections),
+        }
+    }
+
+    /// A page without scripts.
+    fn still(&self, description: &Description, why: &str, sections: &str) -> String {
         let name = escape(&description.model_name);
-        let mut page = format!(
+        let about = match description.description.as_str() {
+            "" => String::new(),
+            text => format!("<p>{}</p>\n", prose(text)),
+        };
+        format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{name}</title>\n\
-             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n"
-        );
-        if !description.description.is_empty() {
-            add(&mut page, format_args!("<p>{}</p>\n", prose(&description.description)));
-        }
-        page.push_str(&self.drawing.svg());
-        page.push_str(&about(description, version));
-        for (title, wanted) in SECTIONS {
-            table(&mut page, title, description.variables.iter().filter(|variable| wanted(variable.causality)));
-        }
-        page.push_str(&initial_values(&description.variables));
-        page.push_str(&accuracy(self.accuracy, description.experiment.tolerance));
-        if !self.equations.is_empty() {
-            add(&mut page, format_args!("<h2>Equations of motion</h2>\n{}", self.equations));
-        }
-        page.push_str(LICENCES);
-        page.push_str("</body>\n</html>\n");
-        page
+             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n{about}{}<p>The picture stands still: {}.</p>\n{sections}{}</body>\n</html>\n",
+            self.drawing.svg(),
+            escape(why),
+            self.facts.html()
+        )
     }
-}
 
-/// Text as HTML, with names between backticks as code.
-fn prose(text: &str) -> String {
-    let parts: Vec<&str> = text.split('`').collect();
-    if parts.len().is_multiple_of(2) {
-        return escape(text);
+    /// How to use the FMU, its variables, what accuracy costs, licences.
+    fn sections(&self, description: &Description, version: FmiVersion) -> String {
+        let mut text = about(description, version);
+        for (title, wanted) in SECTIONS {
+            table(&mut text, title, description.variables.iter().filter(|variable| wanted(variable.causality)));
+        }
+        text.push_str(&initial_values(&description.variables));
+        text.push_str(&accuracy(self.accuracy, description.experiment.tolerance));
+        text.push_str(LICENCES);
+        text
     }
-    let part = |(index, part): (usize, &&str)| match index % 2 {
-        0 => escape(part),
-        _ => format!("<code>{}</code>", escape(part)),
-    };
-    parts.iter().enumerate().map(part).collect()
 }
 
 /// Text as HTML that keeps its lines and spaces.

@@ -51,7 +51,8 @@ pub struct Measurement {
 /// # Errors
 /// The model cannot be simulated.
 pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Accuracy, InstanceError> {
-    let (stop, growing) = affordable(model, experiment)?;
+    let mut stop = experiment.start;
+    let growing = affordable(model, experiment, &mut stop)?;
     let part = Experiment { stop, ..experiment };
     let (exact, _) = run(model, variables, part, REFERENCE)?;
     let measurements = TOLERANCES.into_iter().map(|tolerance| -> Result<_, InstanceError> {
@@ -69,27 +70,38 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
 
 /// When a run at the reference tolerance has used up its budget, and whether its work grows faster and faster by then. Each part of the
 /// experiment is at most as long as all before it, a small share of the whole, and no longer than a quarter of what is left should take.
-fn affordable(model: &Arc<Model>, experiment: Experiment) -> Result<(f64, bool), InstanceError> {
+/// `reached` is that time, or the last one before the motion cannot be continued.
+fn affordable(model: &Arc<Model>, experiment: Experiment, reached: &mut f64) -> Result<bool, InstanceError> {
+    *reached = experiment.start;
     let tape = model.program().tapes.acceleration.instructions.len().max(1) as u64;
     let cost = Jet::new(model).map_or(tape, |jet| jet.cost() as u64);
     let whole = experiment.stop - experiment.start;
     let shortest = whole * 0.5f64.powi(HALVINGS);
     let mut instance = start(model, experiment, REFERENCE)?;
-    let (mut time, mut length, mut used) = (experiment.start, shortest, 0);
-    while time < experiment.stop {
-        time = (time + length).min(experiment.stop);
+    let (mut length, mut used) = (shortest, 0);
+    while *reached < experiment.stop {
+        let time = (*reached + length).min(experiment.stop);
         if time > instance.time() {
             instance.step_to(time)?;
         }
+        *reached = time;
         let before = std::mem::replace(&mut used, instance.statistics().evaluations * cost);
         let (elapsed, last) = (time - experiment.start, (used - before).max(1) as f64 / length);
         if used > BUDGET / 2 {
-            return Ok((time, last > GROWN * used as f64 / elapsed));
+            return Ok(last > GROWN * used as f64 / elapsed);
         }
         let allowed = (BUDGET - used) as f64 / 4.0 / last;
         length = allowed.min(elapsed).min(whole / PARTS).max(shortest);
     }
-    Ok((experiment.stop, false))
+    Ok(false)
+}
+
+/// Until when a run costs no more than the measurement may: until its motion cannot be continued, if that comes first.
+pub fn reach(model: &Arc<Model>, experiment: Experiment) -> f64 {
+    let mut reached = experiment.start;
+    // A run that ends early has got as far as it says.
+    let _ = affordable(model, experiment, &mut reached);
+    reached
 }
 
 /// The variables at all points of time, and what the solver did.

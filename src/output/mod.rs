@@ -8,6 +8,7 @@ pub mod compare;
 pub mod csv;
 pub mod curve;
 pub mod drawing;
+pub mod dxf;
 pub mod figures;
 pub mod graph;
 pub mod line;

@@ -18,6 +18,8 @@ pub enum Size {
     Times(f32),
     /// So many pixels for its longer side.
     Longer(f32),
+    /// So many pixels for its width.
+    Wide(f32),
 }
 
 /// An SVG picture as a PNG file.
@@ -36,6 +38,7 @@ pub fn png(svg: &str, size: Size) -> Result<Vec<u8>, String> {
     let scale = match size {
         Size::Times(scale) => scale.min(LONGEST / longer),
         Size::Longer(pixels) => pixels / longer,
+        Size::Wide(pixels) => (pixels / tree.size().width()).min(LONGEST / longer),
     };
     let empty = || "it has no extent".to_string();
     let size = tree.size().to_int_size().scale_by(scale).ok_or_else(empty)?;

@@ -12,6 +12,29 @@ pub const FONT: &str = "Inter, 'Segoe UI', 'Helvetica Neue', Helvetica, Arial, s
 #[derive(Clone, Debug, Default)]
 pub struct Svg {
     elements: String,
+    /// From which byte of the elements on what carries them.
+    carriers: Vec<(usize, Carrier)>,
+}
+
+/// What carries a part of a picture, by its place in the drawing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Carrier {
+    Ground,
+    Body(usize),
+    /// A point of a body, which does not turn with it.
+    Point(Option<usize>, [f64; 2]),
+    Spring(usize),
+    Band(usize),
+    Link(usize),
+    /// Names, and arrows that are true at the start only.
+    Name,
+}
+
+impl Carrier {
+    /// That body, or the ground.
+    pub fn of(body: Option<usize>) -> Self {
+        body.map_or(Carrier::Ground, Carrier::Body)
+    }
 }
 
 /// A rectangle of the picture \[px\].
@@ -80,6 +103,19 @@ impl Svg {
     /// Any element that is not listed here.
     pub fn raw(&mut self, element: &str) {
         self.element(format_args!("{element}"));
+    }
+
+    /// What is drawn from now on is carried by this.
+    pub fn carry(&mut self, carrier: Carrier) {
+        self.carriers.push((self.elements.len(), carrier));
+    }
+
+    /// The elements in order, each part with what carries it.
+    pub fn parts(&self) -> Vec<(Carrier, &str)> {
+        let ends = self.carriers.iter().skip(1).map(|(start, _)| *start).chain([self.elements.len()]);
+        let parts =
+            self.carriers.iter().zip(ends).map(|(&(start, carrier), end)| (carrier, &self.elements[start..end]));
+        parts.filter(|(_, elements)| !elements.is_empty()).collect()
     }
 
     /// The elements so far, without a sheet.

@@ -11,7 +11,7 @@ use clap::Args;
 
 use super::failure::Failure;
 use super::output;
-use super::view::page;
+use crate::compile::page;
 use crate::export::{ExportError, runtime};
 use crate::output::page::Page;
 use server::{Board, Shown};

@@ -6,7 +6,7 @@ use super::labels::Labels;
 use super::shapes::{along, difference, norm, normal, unit};
 use super::symbols;
 use super::view::View;
-use crate::output::svg::{Pixel, Svg, number, polyline};
+use crate::output::svg::{Carrier, Pixel, Svg, number, polyline};
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupling {
@@ -83,19 +83,30 @@ impl Coupling {
         }
     }
 
-    /// Draws what lies behind the bodies. Returns where its name belongs.
-    pub fn draw(&self, view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
+    /// Its wheels.
+    pub fn wheels(&self) -> Vec<Wheel> {
+        match &self.kind {
+            CouplingKind::Gears(wheels) | CouplingKind::Band { wheels, .. } => wheels.to_vec(),
+            CouplingKind::Rack { pinion: wheel, .. } | CouplingKind::Rolling { disc: wheel, .. } => vec![*wheel],
+            CouplingKind::Link(_) => Vec::new(),
+        }
+    }
+
+    /// Draws what lies behind the bodies; what rolls goes so far back and forth. Returns where its name belongs.
+    pub fn draw(&self, index: usize, travel: [f64; 2], view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
         match &self.kind {
             CouplingKind::Gears(wheels) => draw_gears(*wheels, view, svg, labels),
-            CouplingKind::Band { wheels, crossed } => draw_band(*wheels, *crossed, view, svg, labels),
+            CouplingKind::Band { wheels, crossed } => draw_band(index, *wheels, *crossed, view, svg, labels),
             CouplingKind::Rack { pinion, bar, at, foot } => {
                 let pitch = along(pinion.centre, 1.0, *foot);
-                draw_rack(*pinion, *bar, [pitch, *at].map(|point| view.pixel(point)), view, svg, labels)
+                let places = [pitch, *at].map(|point| view.pixel(point));
+                draw_rack(*pinion, *bar, places, travel, view, svg, labels)
             }
             CouplingKind::Rolling { disc, angle, line, base, axis } => {
                 let radius = view.length(disc.radius);
-                let [contact, low, high] = rolling_line([*base, disc.centre], *axis, radius, view);
+                let [contact, low, high] = rolling_line([*base, disc.centre], *axis, radius, travel, view);
                 labels.obstruct(&[low, high], 1.3 * view.pin);
+                svg.carry(Carrier::of(*line));
                 symbols::rolling_line(svg, view, *line, [low, high]);
                 disc.draw(view, svg, labels, None);
                 let rim = along(disc.centre, disc.radius, [angle.cos(), angle.sin()]);
@@ -111,8 +122,9 @@ impl Coupling {
         }
     }
 
-    pub fn draw_front(&self, view: &View, svg: &mut Svg) {
+    pub fn draw_front(&self, index: usize, view: &View, svg: &mut Svg) {
         if let CouplingKind::Link(ends) = &self.kind {
+            svg.carry(Carrier::Link(index));
             symbols::link(svg, view, ends.map(|end| view.pixel(end)));
         }
     }
@@ -138,6 +150,7 @@ impl Wheel {
     fn draw(&self, view: &View, svg: &mut Svg, labels: &mut Labels, teeth: Option<Teeth>) {
         let (at, radius) = (view.pixel(self.centre), view.length(self.radius));
         let (fill, edge) = self.colours();
+        svg.carry(Carrier::of(self.body));
         let style = format!(r#"fill="{fill}" fill-opacity="0.75" stroke="{edge}" stroke-width="1.3""#);
         match teeth {
             None => svg.circle(at, radius, &style),
@@ -219,32 +232,40 @@ fn draw_gears(wheels: [Wheel; 2], view: &View, svg: &mut Svg, labels: &mut Label
 }
 
 /// The wheels and the common tangents of their circles: the outer ones, or the inner ones if the band is crossed. Returns the middle of one.
-fn draw_band(wheels: [Wheel; 2], crossed: bool, view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
+fn draw_band(
+    index: usize,
+    wheels: [Wheel; 2],
+    crossed: bool,
+    view: &View,
+    svg: &mut Svg,
+    labels: &mut Labels,
+) -> Pixel {
     for wheel in wheels {
         wheel.draw(view, svg, labels, None);
     }
-    let [a, b] = wheels.map(|wheel| view.pixel(wheel.centre));
-    let [first, second] = wheels.map(|wheel| view.length(wheel.radius));
+    svg.carry(Carrier::Band(index));
+    let centres = wheels.map(|wheel| view.pixel(wheel.centre));
+    let mut middle = centres[0];
+    for ends in tangents(centres, wheels.map(|wheel| view.length(wheel.radius)), crossed).into_iter().flatten() {
+        svg.line(ends[0], ends[1], &symbols::band_style());
+        labels.obstruct(&ends, view.pin);
+        middle = along(ends[0], 0.5, difference(ends[1], ends[0]));
+    }
+    middle
+}
+
+/// The free parts of a band: none if one circle lies in the other.
+pub fn tangents([a, b]: [Pixel; 2], [first, second]: [f64; 2], crossed: bool) -> Option<[[Pixel; 2]; 2]> {
     let (distance, axis) = (norm(difference(b, a)), unit(difference(b, a)));
     let opposite = if crossed { -second } else { second };
     // The radius to where a tangent touches, along the line of centres and across it.
     let cosine = (first - opposite) / distance;
     let apart = cosine.abs() < 1.0;
-    if !apart {
-        return a; // one circle lies in the other: no tangent
-    }
     let sine = (1.0 - cosine * cosine).sqrt();
-    let mut middle = a;
-    for side in [1.0, -1.0] {
-        let touch = |centre: Pixel, radius: f64| {
-            along(along(centre, radius * cosine, axis), side * radius * sine, normal(axis))
-        };
-        let ends = [touch(a, first), touch(b, opposite)];
-        svg.line(ends[0], ends[1], &format!(r#"stroke="{}" stroke-width="2.4""#, symbols::INK));
-        labels.obstruct(&ends, view.pin);
-        middle = along(ends[0], 0.5, difference(ends[1], ends[0]));
-    }
-    middle
+    let touch = |centre: Pixel, radius: f64, side: f64| {
+        along(along(centre, radius * cosine, axis), side * radius * sine, normal(axis))
+    };
+    apart.then(|| [1.0, -1.0].map(|side| [touch(a, first, side), touch(b, opposite, side)]))
 }
 
 /// The number of teeth of a wheel, if a wheel of radius `smallest` has as many as are visible, at least eight.
@@ -258,6 +279,7 @@ fn draw_rack(
     pinion: Wheel,
     bar: Option<usize>,
     [pitch, at]: [Pixel; 2],
+    travel: [f64; 2],
     view: &View,
     svg: &mut Svg,
     labels: &mut Labels,
@@ -272,7 +294,8 @@ fn draw_rack(
     let (height, pitch_length) = (own.height(radius), TAU * radius / count);
     let shift = difference(at, pitch);
     let reach = shift[0] * axis[0] + shift[1] * axis[1];
-    let ends = [reach.min(0.0), reach.max(0.0)].map(|end| (end / pitch_length).round());
+    let [back, forth] = travel.map(|reach| view.length(reach));
+    let ends = [reach.min(back), reach.max(forth)].map(|end| (end / pitch_length).round());
     let (first, last) = (ends[0] - 0.3 * count, ends[1] + 0.3 * count);
     let place = |along_it: f64, below: f64| along(along(pitch, along_it * pitch_length, axis), below, outward);
     let mut corners = vec![place(last, 4.0 * height), place(first, 4.0 * height)];
@@ -286,6 +309,7 @@ fn draw_rack(
     }
     let (fill, edge) = bar.map_or((symbols::GROUND, symbols::INK), symbols::colour);
     let style = format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.3" stroke-linejoin="round""#);
+    svg.carry(Carrier::of(bar));
     svg.path(&format!("{}Z", polyline(&corners)), &style);
     labels.obstruct(&[place(first, 2.0 * height), place(last, 2.0 * height)], 2.0 * height);
     pinion.draw(view, svg, labels, Some(own));
@@ -293,7 +317,13 @@ fn draw_rack(
 }
 
 /// Where a disc touches its line, and the ends of the part of the line that is drawn: from the base to beyond the contact.
-fn rolling_line([base, centre]: [[f64; 2]; 2], axis: [f64; 2], radius: f64, view: &View) -> [Pixel; 3] {
+fn rolling_line(
+    [base, centre]: [[f64; 2]; 2],
+    axis: [f64; 2],
+    radius: f64,
+    travel: [f64; 2],
+    view: &View,
+) -> [Pixel; 3] {
     let axis = view.direction(axis);
     let [base, centre] = [base, centre].map(|point| view.pixel(point));
     // To the right of the axis; the picture's y points down.
@@ -301,7 +331,8 @@ fn rolling_line([base, centre]: [[f64; 2]; 2], axis: [f64; 2], radius: f64, view
     let away = difference(base, contact);
     let reach = away[0] * axis[0] + away[1] * axis[1];
     let beyond = radius.max(6.0 * view.pin);
-    let [low, high] = [reach.min(0.0) - beyond, reach.max(0.0) + beyond].map(|end| along(contact, end, axis));
+    let [back, forth] = travel.map(|reach| view.length(reach));
+    let [low, high] = [reach.min(back) - beyond, reach.max(forth) + beyond].map(|end| along(contact, end, axis));
     [contact, low, high]
 }
 

@@ -82,9 +82,9 @@ struct SpringForm {
 
 /// A line of a sign: where its points are, and how far they go along if the sign becomes longer by one.
 #[derive(Clone, Debug, Serialize)]
-struct StrokeForm {
-    closed: bool,
-    points: Vec<[f64; 3]>,
+pub struct StrokeForm {
+    pub closed: bool,
+    pub points: Vec<[f64; 3]>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -285,7 +285,7 @@ impl Forms<'_> {
 }
 
 /// The strokes of a sign of this length, and how they follow it: those of one a little longer show that. A spring keeps its coils.
-fn strokes(spring: &Spring, length: f64) -> Vec<StrokeForm> {
+pub fn strokes(spring: &Spring, length: f64) -> Vec<StrokeForm> {
     const LONGER: f64 = 1e-3;
     let (now, then) = ((spring.glyph)(length), (spring.glyph)(length + LONGER));
     let stroke = |(now, then): (&crate::component::Stroke, &crate::component::Stroke)| {

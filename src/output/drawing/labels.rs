@@ -1,7 +1,7 @@
 //! Names, put where they cover least.
 
 use super::shapes::{along, difference, norm};
-use crate::output::svg::{Frame, Pixel, Svg, text_width};
+use crate::output::svg::{Carrier, Frame, Pixel, Svg, text_width};
 
 #[derive(Clone, Debug)]
 struct Label {
@@ -53,6 +53,7 @@ impl Labels {
     }
 
     pub fn place(&mut self, svg: &mut Svg) {
+        svg.carry(Carrier::Name);
         let mut waiting = std::mem::take(&mut self.waiting);
         waiting.sort_by(|a, b| b.size.total_cmp(&a.size));
         for label in waiting {

@@ -88,6 +88,16 @@ impl Drawing {
         shapes::hull(points)
     }
 
+    /// The bar along the points of a body, in the world; none if it has a shape.
+    pub(crate) fn corners(&self, index: usize) -> Vec<[f64; 2]> {
+        let body = &self.bodies[index];
+        if body.shape.is_some() {
+            return Vec::new();
+        }
+        let centre = self.is_cornered(index).then_some(body.centre);
+        shapes::hull(body.points.iter().copied().chain(centre).collect())
+    }
+
     /// Is the mass centre of a body a corner of it? It is where the body is joined, or there is hardly another.
     pub(super) fn is_cornered(&self, index: usize) -> bool {
         let body = &self.bodies[index];

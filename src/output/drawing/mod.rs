@@ -1,6 +1,7 @@
 //! A drawing of the mechanism in one position, as a textbook would draw it.
 
 mod coupling;
+mod film;
 mod geometry;
 mod labels;
 mod layout;
@@ -14,6 +15,7 @@ mod view;
 use super::svg::{Frame, Svg, number};
 use crate::component::{Glyph, RoundGlyph};
 pub use coupling::{Coupling, CouplingKind, Wheel};
+pub use film::Film;
 pub use geometry::Geometry;
 use labels::Labels;
 use view::View;
@@ -31,6 +33,28 @@ pub struct Drawing {
     pub forces: Vec<Force>,
     pub turns: Vec<Turn>,
     pub targets: Vec<Target>,
+    pub range: Range,
+}
+
+/// How far everything moves in a film; nothing of a still picture.
+#[derive(Clone, Debug, Default)]
+pub struct Range {
+    /// Every place that is reached.
+    pub corners: Vec<[f64; 2]>,
+    /// How far each joint slides from here, back and forth.
+    pub joints: Vec<[f64; 2]>,
+    /// The same of what rolls.
+    pub couplings: Vec<[f64; 2]>,
+}
+
+impl Range {
+    fn joint(&self, index: usize) -> [f64; 2] {
+        self.joints.get(index).copied().unwrap_or_default()
+    }
+
+    fn coupling(&self, index: usize) -> [f64; 2] {
+        self.couplings.get(index).copied().unwrap_or_default()
+    }
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -129,18 +153,27 @@ impl Drawing {
     }
 
     fn picture(&self) -> (Svg, Frame) {
-        let view = View::fit(self);
-        let mut svg = Svg::default();
         let mut labels = Labels::default();
-        self.draw_couplings(&view, &mut svg, &mut labels);
-        self.draw_ground(&view, &mut svg, &mut labels);
-        self.draw_bodies(&view, &mut svg, &mut labels);
-        self.draw_loads(&view, &mut svg, &mut labels);
-        self.draw_joints(&view, &mut svg, &mut labels);
-        self.draw_targets(&view, &mut svg, &mut labels);
+        let mut svg = self.unlabelled(&View::fit(self), &mut labels);
         labels.place(&mut svg);
         let frame = labels.frame(MARGIN);
         (svg, frame)
+    }
+
+    /// The picture without names.
+    fn elements(&self, view: &View) -> Svg {
+        self.unlabelled(view, &mut Labels::default())
+    }
+
+    fn unlabelled(&self, view: &View, labels: &mut Labels) -> Svg {
+        let mut svg = Svg::default();
+        self.draw_couplings(view, &mut svg, labels);
+        self.draw_ground(view, &mut svg, labels);
+        self.draw_bodies(view, &mut svg, labels);
+        self.draw_loads(view, &mut svg, labels);
+        self.draw_joints(view, &mut svg, labels);
+        self.draw_targets(view, &mut svg, labels);
+        svg
     }
 }
 

@@ -4,7 +4,7 @@ use super::coupling::Coupling;
 use super::labels::Labels;
 use super::view::View;
 use super::{Drawing, Hold, is_finite, shapes, symbols};
-use crate::output::svg::Svg;
+use crate::output::svg::{Carrier, Svg};
 
 /// Beyond so many bodies names would only cover the drawing.
 const NAMED_BODIES: usize = 40;
@@ -13,7 +13,9 @@ const NAMED_JOINTS: usize = 20;
 
 impl Drawing {
     pub(super) fn draw_ground(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
-        for joint in self.joints.iter().filter(|joint| joint.is_grounded() && joint.is_finite()) {
+        svg.carry(Carrier::Ground);
+        let joints = self.joints.iter().enumerate();
+        for (index, joint) in joints.filter(|(_, joint)| joint.is_grounded() && joint.is_finite()) {
             let at = view.pixel(joint.moving().1);
             match joint.kind {
                 Hold::Pin => {
@@ -21,7 +23,7 @@ impl Drawing {
                     labels.cover(shapes::along(at, 2.5 * view.pin, [0.0, 1.0]), 3.0 * view.pin);
                 }
                 Hold::Slider(axis) => {
-                    let ends = symbols::guide(svg, view, at, view.direction(axis));
+                    let ends = symbols::guide(svg, view, at, view.direction(axis), self.range.joint(index));
                     labels.obstruct(&ends, 1.2 * view.pin);
                 }
                 Hold::Fixed => symbols::wall(svg, view, at, [0.0, -1.0]),
@@ -47,14 +49,16 @@ impl Drawing {
 
     /// All couplings but those that roll: these lie between the bodies.
     pub(super) fn draw_couplings(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
-        for coupling in self.couplings.iter().filter(|coupling| coupling.rolling_bodies().is_none()) {
-            self.draw_coupling(coupling, view, svg, labels);
+        for (index, coupling) in self.couplings.iter().enumerate() {
+            if coupling.rolling_bodies().is_none() {
+                self.draw_coupling((index, coupling), view, svg, labels);
+            }
         }
     }
 
-    fn draw_coupling(&self, coupling: &Coupling, view: &View, svg: &mut Svg, labels: &mut Labels) {
+    fn draw_coupling(&self, (index, coupling): (usize, &Coupling), view: &View, svg: &mut Svg, labels: &mut Labels) {
         if coupling.is_finite() {
-            let anchor = coupling.draw(view, svg, labels);
+            let anchor = coupling.draw(index, self.range.coupling(index), view, svg, labels);
             if self.joints.len() <= NAMED_JOINTS {
                 labels.joint(&coupling.name, anchor, 2.0 * view.pin);
             }
@@ -62,15 +66,18 @@ impl Drawing {
     }
 
     pub(super) fn draw_bodies(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
-        for joint in self.joints.iter().filter(|joint| joint.is_finite()) {
-            symbols::rod(svg, view, joint);
-            if let Some(slot) = symbols::slot(svg, view, joint) {
+        for (index, joint) in self.joints.iter().enumerate().filter(|(_, joint)| joint.is_finite()) {
+            svg.carry(Carrier::of(joint.between[0]));
+            symbols::rod(svg, view, joint, self.range.joint(index));
+            if let Some(slot) = symbols::slot(svg, view, joint, self.range.joint(index)) {
                 labels.obstruct(&slot, 1.6 * view.pin);
             }
         }
         for index in self.drawing_order(view) {
-            let rolls = |coupling: &&Coupling| coupling.rolling_bodies().is_some_and(|(_, disc)| disc == index);
-            self.couplings.iter().filter(rolls).for_each(|coupling| self.draw_coupling(coupling, view, svg, labels));
+            let rolls = |coupling: &Coupling| coupling.rolling_bodies().is_some_and(|(_, disc)| disc == index);
+            let couplings = self.couplings.iter().enumerate().filter(|(_, coupling)| rolls(coupling));
+            couplings.for_each(|coupling| self.draw_coupling(coupling, view, svg, labels));
+            svg.carry(Carrier::Body(index));
             let outline = self.outline(index, view);
             let block = self.slider(index).map(|(at, axis)| (view.pixel(at), view.direction(axis)));
             symbols::body(svg, view, index, &self.bar(index, view), block);
@@ -101,7 +108,9 @@ impl Drawing {
 
     pub(super) fn draw_loads(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
         let named = self.joints.len() <= NAMED_JOINTS;
-        for spring in self.springs.iter().filter(|spring| spring.ends.iter().all(is_finite)) {
+        let springs = self.springs.iter().enumerate();
+        for (index, spring) in springs.filter(|(_, spring)| spring.ends.iter().all(is_finite)) {
+            svg.carry(Carrier::Spring(index));
             let ends = self.spring_ends(spring, view);
             symbols::glyph(svg, view, ends, spring.glyph);
             labels.obstruct(&ends, 1.3 * view.pin);
@@ -110,6 +119,7 @@ impl Drawing {
             }
         }
         for force in self.forces.iter().filter(|force| is_finite(&force.at) && is_finite(&force.direction)) {
+            svg.carry(Carrier::Name);
             let (at, direction) = (view.pixel(force.at), view.direction(force.direction));
             let ends = symbols::force(svg, view, at, direction, self.is_crowded(at, direction, view));
             labels.obstruct(&ends, view.pin);
@@ -118,6 +128,7 @@ impl Drawing {
             }
         }
         for turn in self.turns.iter().filter(|turn| is_finite(&turn.at)) {
+            svg.carry(Carrier::Point(turn.on, turn.at));
             let at = view.pixel(turn.at);
             match turn.glyph {
                 Some(glyph) => symbols::round_glyph(svg, view, at, glyph),
@@ -131,10 +142,11 @@ impl Drawing {
     }
 
     pub(super) fn draw_joints(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
-        for coupling in self.couplings.iter().filter(|coupling| coupling.is_finite()) {
-            coupling.draw_front(view, svg);
+        for (index, coupling) in self.couplings.iter().enumerate().filter(|(_, coupling)| coupling.is_finite()) {
+            coupling.draw_front(index, view, svg);
         }
         for joint in self.joints.iter().filter(|joint| joint.is_finite()) {
+            svg.carry(Carrier::of(joint.moving().0));
             let at = view.pixel(joint.moving().1);
             match joint.kind {
                 Hold::Pin | Hold::Slot(_) => symbols::pin(svg, view, at),
@@ -151,10 +163,12 @@ impl Drawing {
     /// Above the pins: a driven point is often one.
     pub(super) fn draw_targets(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
         for target in self.targets.iter().filter(|target| is_finite(&target.at)) {
+            svg.carry(Carrier::Point(target.on, target.at));
             let at = view.pixel(target.at);
             symbols::target(svg, view, at);
             labels.cover(at, 2.8 * view.pin);
             if let Some(direction) = target.direction.filter(is_finite) {
+                svg.carry(Carrier::Name);
                 let ends = symbols::departure(svg, view, at, view.direction(direction));
                 labels.obstruct(&ends, view.pin);
             }

@@ -111,15 +111,16 @@ pub fn wall(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel) {
     hatch(svg, view, at, outward, 2.6 * view.pin);
 }
 
-/// The ground under a slider, on the lower side. Returns its ends.
-pub fn guide(svg: &mut Svg, view: &View, at: Pixel, axis: Pixel) -> [Pixel; 2] {
+/// The ground under a slider that goes so far back and forth, on the lower side. Returns its ends.
+pub fn guide(svg: &mut Svg, view: &View, at: Pixel, axis: Pixel, travel: [f64; 2]) -> [Pixel; 2] {
     let mut down = normal(axis);
     // Right of a vertical axis, below any other.
     if down[1] < -1e-9 || (down[1].abs() <= 1e-9 && down[0] < 0.0) {
         down = down.map(|x| -x);
     }
-    let foot = along(at, block_height(view) + 1.5, down);
-    let half = 9.0 * view.pin;
+    let [back, forth] = travel.map(|reach| view.length(reach));
+    let foot = along(along(at, 0.5 * (back + forth), axis), block_height(view) + 1.5, down);
+    let half = 9.0 * view.pin + 0.5 * (forth - back);
     hatch(svg, view, foot, down.map(|x| -x), half);
     [along(foot, -half, axis), along(foot, half, axis)]
 }
@@ -141,26 +142,31 @@ fn hatch(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel, half: f64) {
 }
 
 /// The rod that a body slides on if the other is not the ground.
-pub fn rod(svg: &mut Svg, view: &View, joint: &Joint) {
+pub fn rod(svg: &mut Svg, view: &View, joint: &Joint, travel: [f64; 2]) {
     let (Hold::Slider(axis), [Some(first), Some(_)]) = (joint.kind, joint.between) else {
         return;
     };
     let (axis, [base, at]) = (view.direction(axis), joint.at.map(|point| view.pixel(point)));
     let away = difference(at, base);
     let distance = away[0] * axis[0] + away[1] * axis[1];
-    let beyond = distance + 7.0 * view.pin * if distance < 0.0 { -1.0 } else { 1.0 };
-    let ends = [base, along(base, beyond, axis)];
+    let [low, high] = travel.map(|reach| distance + view.length(reach));
+    let beyond = 7.0 * view.pin;
+    let ends = match distance < 0.0 {
+        true => [along(base, high.max(0.0), axis), along(base, low - beyond, axis)],
+        false => [along(base, low.min(0.0), axis), along(base, high + beyond, axis)],
+    };
     rail(svg, view, first, ends);
 }
 
 /// The slot of a pin: a bar of the first body from its point to beyond the pin, with a channel. Returns its ends.
-pub fn slot(svg: &mut Svg, view: &View, joint: &Joint) -> Option<[Pixel; 2]> {
+pub fn slot(svg: &mut Svg, view: &View, joint: &Joint, travel: [f64; 2]) -> Option<[Pixel; 2]> {
     let Hold::Slot(axis) = joint.kind else { return None };
     let (axis, [base, at]) = (view.direction(axis), joint.at.map(|point| view.pixel(point)));
     let away = difference(at, base);
     let distance = away[0] * axis[0] + away[1] * axis[1];
-    let channel = [-6.0, 6.0].map(|reach| along(at, reach * view.pin, axis));
-    let [low, high] = [(-distance).min(-8.0 * view.pin), (-distance).max(8.0 * view.pin)];
+    let [back, forth] = travel.map(|reach| view.length(reach));
+    let channel = [back - 6.0 * view.pin, forth + 6.0 * view.pin].map(|reach| along(at, reach, axis));
+    let [low, high] = [(-distance).min(back - 8.0 * view.pin), (-distance).max(forth + 8.0 * view.pin)];
     let bar = [low, high].map(|reach| along(at, reach, axis));
     let (fill, edge) = joint.between[0].map_or((GROUND, INK), colour);
     let round = r#"stroke-linecap="round""#;
@@ -218,16 +224,26 @@ pub fn round_glyph(svg: &mut Svg, view: &View, at: Pixel, glyph: RoundGlyph) {
 
 /// The strokes of a sign, all halos behind all strokes.
 fn strokes(svg: &mut Svg, strokes: &[Stroke], place: &dyn Fn(&[f64; 2]) -> Pixel) {
-    for (colour, width, opacity) in [("#ffffff", 4.0, r#" stroke-opacity="0.8""#), (SPRING, 1.7, "")] {
+    for front in [false, true] {
         for stroke in strokes {
             let points: Vec<Pixel> = stroke.points.iter().map(place).collect();
             let close = if stroke.closed { "Z" } else { "" };
-            let fill = if stroke.closed && colour != SPRING { "#ffffff" } else { "none" };
-            let line = format!(r#"fill="{fill}" stroke-linejoin="round" stroke-linecap="round""#);
-            let style = format!(r#"{line} stroke="{colour}" stroke-width="{}"{opacity}"#, number(width));
-            svg.path(&format!("{}{close}", polyline(&points)), &style);
+            svg.path(&format!("{}{close}", polyline(&points)), &stroke_style(front, stroke.closed));
         }
     }
+}
+
+/// The style of a stroke, or of the halo behind it.
+pub fn stroke_style(front: bool, closed: bool) -> String {
+    let (colour, width, opacity) = if front { (SPRING, 1.7, "") } else { ("#ffffff", 4.0, r#" stroke-opacity="0.8""#) };
+    let fill = if closed && !front { "#ffffff" } else { "none" };
+    let line = format!(r#"fill="{fill}" stroke-linejoin="round" stroke-linecap="round""#);
+    format!(r#"{line} stroke="{colour}" stroke-width="{}"{opacity}"#, number(width))
+}
+
+/// The style of the free parts of a band.
+pub fn band_style() -> String {
+    format!(r#"stroke="{INK}" stroke-width="2.4""#)
 }
 
 /// A force: an arrow that starts at its point, or ends there if it `pushes`. Returns its ends.
@@ -284,7 +300,7 @@ mod tests {
     fn a_hanging_guide_is_drawn_below_a_level_axis() {
         let view = View::fit(&super::super::Drawing::default());
         for axis in [[1.0, 0.0], [-1.0, 0.0]] {
-            let ends = guide(&mut Svg::default(), &view, [0.0, 0.0], axis);
+            let ends = guide(&mut Svg::default(), &view, [0.0, 0.0], axis, [0.0; 2]);
             assert!(ends.iter().all(|end| end[1] > 0.0), "{ends:?}");
         }
     }

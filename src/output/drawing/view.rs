@@ -44,7 +44,8 @@ fn points(drawing: &Drawing) -> Vec<[f64; 2]> {
     let joints = drawing.joints.iter().map(|joint| joint.moving().1);
     let couplings = drawing.couplings.iter().flat_map(|coupling| coupling.corners());
     let springs = drawing.springs.iter().flat_map(|spring| spring.ends);
-    bodies.chain(joints).chain(couplings).chain(springs).filter(is_finite).collect()
+    let reached = drawing.range.corners.iter().copied();
+    bodies.chain(joints).chain(couplings).chain(springs).chain(reached).filter(is_finite).collect()
 }
 
 fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {

@@ -16,12 +16,13 @@ async function unpack(id) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** The run that was stored when the page was made: 64-bit numbers, lowest byte first, the times and then one column after another. */
+/** The run that was stored when the page was made, lowest bytes first: times with 64 bits, then one column after another with 32. */
 function storedRun(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  const names = MODEL.stored, count = view.byteLength / 8 / (names.length + 1);
-  const column = place => Float64Array.from({ length: count }, (_, k) => view.getFloat64(8 * (place * count + k), true));
-  return { times: column(0), columns: new Map(names.map((name, k) => [name, column(k + 1)])), last: count - 1, error: MODEL.cut };
+  const names = MODEL.stored, count = view.byteLength / (8 + 4 * names.length);
+  const column = place => Float64Array.from({ length: count }, (_, k) => view.getFloat32(8 * count + 4 * (place * count + k), true));
+  const times = Float64Array.from({ length: count }, (_, k) => view.getFloat64(8 * k, true));
+  return { times, columns: new Map(names.map((name, k) => [name, column(k)])), last: count - 1, error: MODEL.cut };
 }
 
 /** Where a time lies between the samples of a run: index and part. */

@@ -40,12 +40,23 @@ const SCRIPTS: [&str; 8] = [
 pub struct Page {
     /// The scene's name.
     pub title: String,
-    /// One line; may be empty.
+    /// One line as HTML; may be empty.
     pub description: String,
-    /// What the scripts need.
-    pub model: Model,
+    /// The mechanism at its start, as SVG: for a browser that runs no scripts.
+    pub still: String,
     /// Equations, graphs and figures.
     pub facts: Facts,
+    /// What else there is to read, as HTML.
+    pub sections: String,
+    /// What moves.
+    pub live: Live,
+}
+
+/// A mechanism and its motion.
+#[derive(Clone, Debug)]
+pub struct Live {
+    /// What the scripts need.
+    pub model: Model,
     /// Where the motion comes from.
     pub motion: Motion,
 }
@@ -133,8 +144,13 @@ pub enum Motion {
         /// The program, as in an FMU.
         program: Vec<u8>,
     },
-    /// A run that was made beforehand: times, then the columns of [`Model::stored`].
-    Stored(Vec<Vec<f64>>),
+    /// A run that was made beforehand.
+    Stored {
+        /// Its times \[s\].
+        times: Vec<f64>,
+        /// A column of values for each name in [`Model::stored`]: to be looked at, so seven digits will do.
+        columns: Vec<Vec<f32>>,
+    },
 }
 
 impl From<&Unit> for Display {
@@ -167,21 +183,25 @@ impl Page {
 
     /// The page.
     pub fn html(&self) -> String {
-        let model = serde_json::to_string(&self.model).unwrap_or_default();
-        let (module, program, run) = match &self.motion {
+        let Live { model, motion } = &self.live;
+        let model = serde_json::to_string(model).unwrap_or_default();
+        let (module, program, run) = match motion {
             Motion::Solver { module, program } => (packed(module), packed(program), String::new()),
-            Motion::Stored(columns) => {
-                let bytes: Vec<u8> = columns.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+            Motion::Stored { times, columns } => {
+                let values = columns.iter().flatten().flat_map(|value| value.to_le_bytes());
+                let bytes: Vec<u8> = times.iter().flat_map(|time| time.to_le_bytes()).chain(values).collect();
                 (String::new(), String::new(), packed(&bytes))
             }
         };
         let script = format!("(() => {{\n\"use strict\";\n{}}})();\n", SCRIPTS.concat());
         let parts = [
             ("title", escape(&self.title)),
-            ("description", escape(&self.description)),
+            ("description", self.description.clone()),
+            ("still", self.still.clone()),
             ("uplot_style", UPLOT_STYLE.to_owned()),
             ("style", STYLE.to_owned()),
             ("facts", self.facts.html()),
+            ("sections", self.sections.clone()),
             ("model", inert(&model)),
             ("run", run),
             ("program", program),
@@ -191,6 +211,19 @@ impl Page {
         ];
         fill(TEMPLATE, &parts)
     }
+}
+
+/// Text as HTML, with names between backticks as code.
+pub fn prose(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    if parts.len().is_multiple_of(2) {
+        return escape(text);
+    }
+    let part = |(index, part): (usize, &&str)| match index % 2 {
+        0 => escape(part),
+        _ => format!("<code>{}</code>", escape(part)),
+    };
+    parts.iter().enumerate().map(part).collect()
 }
 
 /// What is served before there is a page: it waits for one.
@@ -240,9 +273,11 @@ mod tests {
         let known = [
             "title",
             "description",
+            "still",
             "uplot_style",
             "style",
             "facts",
+            "sections",
             "model",
             "run",
             "program",

@@ -1,4 +1,4 @@
-//! The drawing of a mechanism at its start.
+//! The drawing of a mechanism at its start, or at another time.
 
 mod coupling;
 
@@ -15,8 +15,16 @@ use crate::formulate::Formulated;
 use crate::mechanism::{BodyId, Dimension, Formula, Outline, Owner, Part, Place, Quantity, Variable};
 
 pub fn draw(formulated: &mut Formulated) -> Drawing {
-    let mechanism = formulated.equations.system.mechanism;
-    let mut pose = Pose::new(formulated);
+    drawn(Pose::new(formulated))
+}
+
+/// The drawing of a mechanism at another time.
+pub fn draw_at(formulated: &mut Formulated, state: &State) -> Drawing {
+    drawn(Pose { equations: &mut formulated.equations, state, known: HashMap::new() })
+}
+
+fn drawn(mut pose: Pose) -> Drawing {
+    let mechanism = pose.equations.system.mechanism;
     let mut drawing = Drawing {
         title: mechanism.name.clone(),
         bodies: (0..mechanism.bodies.len()).map(|index| pose.body(BodyId(index))).collect(),

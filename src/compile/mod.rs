@@ -1,5 +1,8 @@
 //! From a scene file to everything that the commands need.
 
+pub mod film;
+pub mod page;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -25,6 +28,7 @@ use crate::output::compare::{Comparison, compare};
 use crate::output::drawing::Drawing;
 use crate::output::figures::summarise;
 use crate::output::graph::GraphDrawing;
+use crate::output::page::{Facts, Live};
 use crate::output::pose::draw;
 use crate::output::summary::Summary;
 use crate::output::text::{self, Prose};
@@ -69,8 +73,19 @@ pub enum Notation {
 pub struct Front {
     /// The mechanism at its start.
     pub drawing: Drawing,
-    /// The equations of motion, as HTML; empty if there are too many.
-    pub equations: String,
+    /// Figures, graphs and equations.
+    pub facts: Facts,
+}
+
+/// What goes into the documentation of an FMU.
+#[derive(Clone, Copy, Debug)]
+pub struct Documents<'a> {
+    /// The drawing, and what stands under it.
+    pub front: &'a Front,
+    /// What accuracy costs, or why it could not be measured.
+    pub accuracy: &'a Result<Accuracy, String>,
+    /// The motion, or why there is none.
+    pub live: &'a Result<Live, String>,
 }
 
 /// Formulates the equations of a scene and lowers them.
@@ -105,7 +120,13 @@ pub fn compile_with<T>(scene: &Scene, make: impl FnOnce(&mut Formulated) -> T) -
 
 /// What the documentation in an FMU shows of these equations.
 pub fn front(formulated: &mut Formulated) -> Front {
-    Front { drawing: draw(formulated), equations: equations_for_the_page(&mut formulated.equations) }
+    let drawing = draw(formulated);
+    let facts = Facts {
+        summary: summarise(formulated).to_string(),
+        graphs: GraphDrawing::new(formulated).svg(&drawing),
+        equations: equations_for_the_page(&mut formulated.equations),
+    };
+    Front { drawing, facts }
 }
 
 /// The scene with every variable that can be computed among its outputs, and warnings that say which cannot, and why.
@@ -284,7 +305,10 @@ impl Scene {
     pub fn export_fmu_as(&self, version: FmiVersion, path: impl AsRef<Path>) -> Result<(), ExportFailure> {
         let runtime = Runtime::embedded().map_err(ExportError::from)?;
         let (compiled, front) = compile_with(self, front)?;
-        Ok(compiled.write_fmu(version, &front, &compiled.accuracy(), &[runtime], path.as_ref())?)
+        let accuracy = compiled.accuracy();
+        let live = page::documentation(self, &compiled, page::Origin::Stored(compiled.affordable(&accuracy)));
+        let documents = Documents { front: &front, accuracy: &accuracy, live: &live };
+        Ok(compiled.write_fmu(version, documents, &[runtime], path.as_ref())?)
     }
 
     /// The mechanism in figures and names, as `cotree show` prints it.
@@ -322,11 +346,11 @@ impl Compiled {
     pub fn write_fmu(
         &self,
         version: FmiVersion,
-        front: &Front,
-        accuracy: &Result<Accuracy, String>,
+        documents: Documents,
         runtimes: &[Runtime],
         path: &Path,
     ) -> Result<(), ExportError> {
+        let Documents { front, accuracy, live } = documents;
         let is_json = self.source.text.trim_start().starts_with('{');
         let extension = if is_json { "json" } else { "toml" };
         let package = Package {
@@ -334,7 +358,7 @@ impl Compiled {
             description: &self.description,
             program: &self.program.to_bytes()?,
             scene: (!self.source.text.is_empty()).then_some(SceneText { extension, text: &self.source.text }),
-            page: Page { drawing: &front.drawing, equations: &front.equations, accuracy },
+            page: Page { drawing: &front.drawing, facts: &front.facts, accuracy, live },
             runtimes,
         };
         archive::write(&package, path)
@@ -354,6 +378,16 @@ impl Compiled {
         );
         let help = "look for damping that is negative, or a law that drives the motion without bound";
         self.warn(vec![Fault::warning("scene::growing_motion", message, Span::default()).help(help)]);
+    }
+
+    /// Until when a run costs no more than the measurement of its accuracy may \[s\].
+    pub fn affordable(&self, accuracy: &Result<Accuracy, String>) -> f64 {
+        let experiment = self.description.experiment;
+        match (accuracy, Model::new(self.program.clone())) {
+            (Ok(accuracy), _) => accuracy.span[1],
+            (Err(_), Ok(model)) => accuracy::reach(&Arc::new(model), experiment),
+            (Err(_), Err(_)) => experiment.start,
+        }
     }
 
     /// What accuracy costs with this model.
@@ -377,7 +411,7 @@ mod tests {
 
     #[test]
     fn masses_beyond_all_bounds_are_faults_of_the_scene() {
-        let text = include_str!("../models/slider_crank/scene.toml").replace("mass = 3.0", "mass = 1e308");
+        let text = include_str!("../../models/slider_crank/scene.toml").replace("mass = 3.0", "mass = 1e308");
         let faults = compile(&Scene::from_toml(&text).unwrap()).unwrap_err().to_json().to_string();
         assert!(faults.contains("scene::out_of_range") && faults.contains("power of ten"), "{faults}");
     }
