@@ -147,6 +147,7 @@ mod files;
 pub mod formulate;
 #[doc(hidden)]
 pub mod graph;
+mod import;
 #[doc(hidden)]
 pub mod lower;
 #[doc(hidden)]

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folders and files of `src`, each after all that it uses.
-const ROOMS: [&str; 19] = [
+const ROOMS: [&str; 20] = [
     "diagnostic",
     "files",
     "graph",
@@ -23,6 +23,7 @@ const ROOMS: [&str; 19] = [
     "export",
     "compile",
     "simulate",
+    "import",
     "sweep",
     "cli",
 ];

@@ -6,6 +6,7 @@ mod completions;
 mod equilibrium;
 mod export;
 mod failure;
+mod import;
 mod info;
 mod linearize;
 mod man;
@@ -79,6 +80,7 @@ enum Command {
     Linearize(linearize::Linearize),
     Modes(modes::Modes),
     Export(export::Export),
+    Import(import::Import),
     Bench(bench::Bench),
     Info(info::Info),
     Schema(schema::Schema),
@@ -118,6 +120,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Linearize(command) => command.run(format),
         Command::Modes(command) => command.run(format),
         Command::Export(command) => command.run(format),
+        Command::Import(command) => command.run(format),
         Command::Bench(command) => command.run(format),
         Command::Info(command) => command.run(),
         Command::Schema(command) => command.run(),

@@ -1,0 +1,125 @@
+//! Mechanisms of pylinkage (<https://github.com/HugoFara/pylinkage>) as its `mechanism_to_json` writes them.
+
+use std::collections::HashMap;
+
+use serde::Deserialize;
+
+use super::linkage::{Drive, Kind, Link, Linkage, Pin};
+
+#[derive(Deserialize)]
+struct Mechanism {
+    #[serde(default)]
+    name: String,
+    joints: Vec<Joint>,
+    links: Vec<Body>,
+}
+
+#[derive(Deserialize)]
+struct Joint {
+    id: String,
+    #[serde(rename = "type", default)]
+    kind: String,
+    position: [Option<f64>; 2],
+    name: Option<String>,
+    axis: Option<[f64; 2]>,
+    ref_joint1_id: Option<String>,
+    ref_joint2_id: Option<String>,
+}
+
+#[derive(Deserialize)]
+struct Body {
+    id: String,
+    #[serde(rename = "type", default)]
+    kind: String,
+    #[serde(default)]
+    joints: Vec<String>,
+    name: Option<String>,
+    angular_velocity: Option<f64>,
+    motor_joint: Option<String>,
+}
+
+pub fn read(file: &str) -> Result<Linkage, Vec<String>> {
+    let mechanism: Mechanism =
+        serde_json::from_str(file).map_err(|error| vec![format!("it is not JSON of pylinkage: {error}")])?;
+    let mut faults = Vec::new();
+    let linkage = linkage(&mechanism, &mut faults);
+    if faults.is_empty() { Ok(linkage) } else { Err(faults) }
+}
+
+fn linkage(mechanism: &Mechanism, faults: &mut Vec<String>) -> Linkage {
+    let places: HashMap<&str, usize> =
+        mechanism.joints.iter().enumerate().map(|(place, joint)| (joint.id.as_str(), place)).collect();
+    let ground: Vec<&String> =
+        mechanism.links.iter().filter(|link| link.kind == "ground").flat_map(|link| &link.joints).collect();
+    let pins = mechanism.joints.iter().filter_map(|joint| pin(joint, ground.contains(&&joint.id), faults)).collect();
+    let mut links: Vec<Link> = Vec::new();
+    let mut drives = Vec::new();
+    for body in mechanism.links.iter().filter(|link| link.kind != "ground") {
+        for id in body.joints.iter().filter(|id| !places.contains_key(id.as_str())) {
+            faults.push(format!("link `{}` has the joint `{id}`, which is not there", body.id));
+        }
+        let own: Vec<usize> = body.joints.iter().filter_map(|id| places.get(id.as_str()).copied()).collect();
+        match body.kind.as_str() {
+            "link" | "" => {}
+            "driver" => match body.motor_joint.as_ref().and_then(|id| places.get(id.as_str())) {
+                Some(&pin) => {
+                    let rate = body.angular_velocity.unwrap_or(std::f64::consts::TAU / 360.0);
+                    drives.push(Drive { pin, link: links.len(), rate });
+                }
+                None => faults.push(format!("driver `{}` has no motor joint", body.id)),
+            },
+            other => faults.push(format!("link `{}` is of type `{other}`, which is not supported", body.id)),
+        }
+        let name = body.name.clone().unwrap_or_else(|| body.id.clone());
+        links.push(Link { name, pins: own, mass: None, inertia: None, centre: None });
+    }
+    trackers(mechanism, &places, &mut links, faults);
+    let mut notes =
+        vec!["pylinkage writes no units: lengths are taken as metres, its radians per step as rad/s".to_owned()];
+    notes.push("pylinkage has no masses: 1 kg for each metre of a link is assumed".to_owned());
+    Linkage {
+        program: "pylinkage",
+        title: mechanism.name.clone(),
+        gravity: false,
+        pins,
+        links,
+        drives,
+        forces: Vec::new(),
+        notes,
+    }
+}
+
+fn pin(joint: &Joint, in_ground: bool, faults: &mut Vec<String>) -> Option<Pin> {
+    let name = joint.name.clone().unwrap_or_else(|| joint.id.clone());
+    let [Some(x), Some(y)] = joint.position else {
+        faults.push(format!("joint `{}` has no position; build the mechanism before it is saved", joint.id));
+        return None;
+    };
+    let kind = match joint.kind.as_str() {
+        "ground" | "revolute" | "tracker" | "" => Kind::Turning,
+        "prismatic" => Kind::Slot(joint.axis.unwrap_or([1.0, 0.0])),
+        other => {
+            faults.push(format!("joint `{}` is of type `{other}`, which is not supported", joint.id));
+            return None;
+        }
+    };
+    let grounded = joint.kind == "ground" || in_ground || kind != Kind::Turning;
+    Some(Pin { name, at: [x, y], kind, grounded, traced: joint.kind == "tracker" })
+}
+
+/// A tracker is a point of the link that both its references are on.
+fn trackers(mechanism: &Mechanism, places: &HashMap<&str, usize>, links: &mut [Link], faults: &mut Vec<String>) {
+    for (place, joint) in mechanism.joints.iter().enumerate().filter(|(_, joint)| joint.kind == "tracker") {
+        let of = |id: &Option<String>| id.as_ref().and_then(|id| places.get(id.as_str()).copied());
+        let references = (of(&joint.ref_joint1_id), of(&joint.ref_joint2_id));
+        let (Some(first), Some(second)) = references else {
+            faults.push(format!("tracker `{}` has a reference that is not there", joint.id));
+            continue;
+        };
+        match links.iter_mut().find(|link| link.pins.contains(&first) && link.pins.contains(&second)) {
+            Some(link) if !link.pins.contains(&place) => link.pins.push(place),
+            Some(_) => {}
+            None => faults.push(format!("the references of tracker `{}` are on no common link", joint.id)),
+        }
+    }
+}
