@@ -1,6 +1,7 @@
 //! The pages of `cotree view` in a real browser: headless Chromium. Without one these tests only say so.
 
 mod browser;
+mod colours;
 #[path = "../support/command.rs"]
 mod command;
 mod watched;
@@ -54,6 +55,7 @@ fn every_model_is_shown() {
         let Some(verdict) = seen(&page, include_str!("shows.js")) else { return };
         assert_eq!(verdict["odd"], serde_json::json!([]), "{}: {verdict}", scene.display());
         assert_eq!(verdict["bodies"], true, "{}: {verdict}", scene.display());
+        assert_eq!(verdict["covered"], serde_json::json!([]), "names cover each other, {}: {verdict}", scene.display());
     }
 }
 
@@ -132,6 +134,45 @@ fn a_slider_changes_the_run_and_reset_gives_the_first_one_back() {
     assert_eq!(verdict["kept"], true, "{verdict}");
 }
 
+#[test]
+fn a_long_run_is_solved_beside_the_page_with_the_same_bits() {
+    let Some(runtimes) = runtimes() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let page = page(folder.path(), &model("four_bar"), &runtimes);
+    let Some(verdict) = seen(&page, include_str!("besides.js")) else { return };
+    assert_eq!(verdict, serde_json::json!({ "worker": true, "other": true, "same": true }));
+}
+
+#[test]
+fn every_key_does_what_it_says_and_a_narrow_page_does_not_scroll_sideways() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = page(folder.path(), &model("four_bar"), folder.path());
+    let Some(verdict) = seen(&page, include_str!("keys.js")) else { return };
+    let failed: Vec<_> = verdict.as_object().unwrap().iter().filter(|(_, done)| **done != true).collect();
+    assert!(failed.is_empty() && verdict.as_object().unwrap().len() > 15, "{failed:?} {verdict}");
+}
+
+/// The page in an FMU moves, with the solver inside and without.
+#[test]
+fn the_documentation_of_an_fmu_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut kinds = vec![(folder.path().to_path_buf(), 0)];
+    kinds.extend(runtimes().map(|runtimes| (runtimes, 1)));
+    for (runtimes, sliders) in kinds {
+        let (scene, runtimes) = (model("slider_crank"), runtimes.to_str().unwrap().to_owned());
+        let arguments =
+            ["export", scene.to_str().unwrap(), "-o", "model.fmu", "--platform", "linux64", "--runtimes", &runtimes];
+        let output = cotree(folder.path(), &arguments);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let file = fs::File::open(folder.path().join("model.fmu")).unwrap();
+        let mut archive = zip::ZipArchive::new(file).unwrap();
+        let page = std::io::read_to_string(archive.by_name("documentation/index.html").unwrap()).unwrap();
+        let Some(verdict) = seen(&page, include_str!("plays.js")) else { return };
+        assert_eq!((&verdict["moved"], &verdict["played"]), (&true.into(), &true.into()), "{verdict}");
+        assert_eq!(verdict["sliders"].as_u64().unwrap() > 0, sliders > 0, "{verdict}");
+    }
+}
+
 /// An editor saves: a new page comes, or what is wrong with the file and where.
 #[test]
 fn a_watched_scene_is_served_to_this_machine_only_and_news_come_by_themselves() {
@@ -158,4 +199,41 @@ fn a_watched_scene_is_served_to_this_machine_only_and_news_come_by_themselves() 
     let mended = events.next();
     assert_eq!((&mended["good"], &mended["fault"]), (&3.into(), &serde_json::Value::Null));
     assert!(watched.get("/", &watched.host).contains("mended"));
+}
+
+/// Whatever is in the file, and whatever becomes of it, the server goes on and says what is wrong.
+#[test]
+fn a_watched_file_may_hold_anything_and_go_away() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let good = fs::read_to_string(model("pendulum")).unwrap();
+    fs::write(&scene, &good).unwrap();
+    let watched = Watched::start(&scene);
+    let mut events = watched.events();
+    assert_eq!(events.next()["fault"], serde_json::Value::Null);
+    let long = "# a comment that never ends\n".repeat(400_000);
+    for (content, word) in [(vec![0, 159, 146, 150, 255], ""), (Vec::new(), "name"), (long.into_bytes(), "")] {
+        fs::write(&scene, &content).unwrap();
+        let event = events.next();
+        let fault = event["fault"].as_str().unwrap_or_else(|| panic!("no fault with {} bytes: {event}", content.len()));
+        assert!(!fault.is_empty() && fault.contains(word), "{fault}");
+    }
+    fs::remove_file(&scene).unwrap();
+    assert!(events.next()["fault"].as_str().unwrap().contains("scene.toml"));
+    fs::write(&scene, &good).unwrap();
+    assert_eq!(events.next()["fault"], serde_json::Value::Null, "it came back");
+    // As many editors save: another file takes the place.
+    fs::write(folder.path().join("new.toml"), good.replace("IFToMM", "renamed")).unwrap();
+    fs::rename(folder.path().join("new.toml"), &scene).unwrap();
+    events.next();
+    assert!(watched.get("/", &watched.host).contains("renamed"));
+    #[cfg(unix)]
+    {
+        let other = folder.path().join("other.toml");
+        fs::write(&other, good.replace("IFToMM", "linked")).unwrap();
+        std::os::unix::fs::symlink(&other, folder.path().join("link")).unwrap();
+        fs::rename(folder.path().join("link"), &scene).unwrap();
+        events.next();
+        assert!(watched.get("/", &watched.host).contains("linked"));
+    }
 }

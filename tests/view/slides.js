@@ -1,4 +1,5 @@
 cotree.pause();
+cotree.PATIENCE.ms = Infinity;
 const { state, MODEL } = cotree, at = name => Array.from(state.run.columns.get(name)).join(), frame = () => new Promise(done => page.requestAnimationFrame(() => page.requestAnimationFrame(done)));
 const slider = name => $(`set-${MODEL.variables.findIndex(variable => variable.name === name)}`);
 const set = async (name, value) => { slider(name).value = value; slider(name).dispatchEvent(new page.Event("input")); await frame(); };

@@ -5,7 +5,7 @@ mod server;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use clap::Args;
 
@@ -16,8 +16,10 @@ use crate::export::{ExportError, runtime};
 use crate::output::page::Page;
 use server::{Board, Shown};
 
-/// How often the file is looked at: often enough that nobody waits, and next to no work.
-const PATIENCE: Duration = Duration::from_millis(100);
+/// How often the file's date and length are looked at: often enough that nobody waits, and next to no work.
+const PATIENCE: Duration = Duration::from_millis(30);
+/// An editor that replaces the file takes it away for a moment: it is missed after so many looks.
+const MISSED: u32 = 20;
 
 /// See it move while you edit: serves the page of `cotree view` on this machine and renews it whenever the file is saved
 ///
@@ -48,16 +50,43 @@ impl Watch {
             Failure::Usage(format!("cannot serve a page on port {} of this machine: {error}", self.port))
         })?;
         output::print(&format!("{address}\n"))?;
-        let mut last = None;
+        let (mut last, mut before, mut missed) = (None, None, 0);
         loop {
-            // A file that is just being replaced comes back.
-            let bytes = fs::read(&self.scene).ok();
-            if bytes.is_some() && bytes != last {
+            let now = Stamp::of(&self.scene);
+            missed = if now.is_some() { 0 } else { missed + 1 };
+            // A file that is just being written changes from one look to the next.
+            let settled = now == before && now.is_some() || missed == MISSED;
+            if now != last && settled {
                 board.show(shown(&self.scene, module.clone()));
-                last = bytes;
+                last = now.clone();
             }
+            before = now;
             std::thread::sleep(PATIENCE);
         }
+    }
+}
+
+/// What changes when a file is saved, replaced, or a link leads to another.
+#[derive(Clone, PartialEq)]
+struct Stamp {
+    modified: Option<SystemTime>,
+    length: u64,
+    place: Option<PathBuf>,
+    #[cfg(unix)]
+    number: u64,
+}
+
+impl Stamp {
+    /// None if there is no such file now.
+    fn of(path: &Path) -> Option<Self> {
+        let data = fs::metadata(path).ok()?;
+        Some(Stamp {
+            modified: data.modified().ok(),
+            length: data.len(),
+            place: path.canonicalize().ok(),
+            #[cfg(unix)]
+            number: std::os::unix::fs::MetadataExt::ino(&data),
+        })
     }
 }
 

@@ -106,6 +106,9 @@ function resetSliders() {
   solveAgain();
 }
 
+/** On paper the stage is as large as the style says: 18 by 12 centimetres. */
+let printing = false;
+const stageSize = () => printing ? { width: 680, height: 454 } : $("stage").getBoundingClientRect();
 // The part of the world that is seen, in pixels of the drawing.
 let view = [0, 0, 1, 1], fitted = true, size = 1, whole = [0, 0, 1, 1];
 /** The extent of the whole motion. */
@@ -122,7 +125,7 @@ function measure() {
   if (x1 >= x0) whole = [x0 - room, y0 - room, x1 - x0 + 2 * room, y1 - y0 + 2 * room];
 }
 function fit() {
-  const { width, height } = $("stage").getBoundingClientRect(), top = 54, low = 40;
+  const { width, height } = stageSize(), top = 54, low = 40;
   if (!width) return;
   const k = Math.max(whole[2] / (width - 28), whole[3] / (height - top - low));
   view = [whole[0] + whole[2] / 2 - k * width / 2, whole[1] + whole[3] / 2 - k * (top + (height - top - low) / 2), k * width, k * height];
@@ -138,7 +141,7 @@ function zoom(factor, x = view[0] + view[2] / 2, y = view[1] + view[3] / 2) {
 const nice = value => { const e = 10 ** Math.floor(Math.log10(value)), m = value / e; return (m >= 5 ? 5 : m >= 2 ? 2 : 1) * e; };
 const metres = value => value >= 1 ? `${+value.toPrecision(3)} m` : value >= 1e-3 ? `${+(value * 1e3).toPrecision(3)} mm` : `${+(value * 1e6).toPrecision(3)} µm`;
 function look() {
-  const { width, height } = $("stage").getBoundingClientRect();
+  const { width, height } = stageSize();
   if (!width || !Number.isFinite(view[2])) return;
   $("scene").setAttribute("viewBox", view.map(round).join(" "));
   size = Math.max(view[2] / width, view[3] / height);
@@ -163,7 +166,7 @@ function toggle(layer) {
 }
 function showLayers() {
   for (const button of document.querySelectorAll("[data-layer]")) button.setAttribute("aria-pressed", layers[button.dataset.layer]);
-  for (const layer of ["traces", "names"]) $(layer).classList.toggle("hide", !layers[layer]);
+  $("traces").classList.toggle("hide", !layers.traces);
 }
 
 function listenToStage() {
@@ -220,6 +223,10 @@ function listenToButtons() {
     recolour();
   });
   matchMedia("(prefers-color-scheme:dark)").addEventListener("change", recolour);
+  // Paper shows the whole motion, however the screen was zoomed.
+  let before = null;
+  addEventListener("beforeprint", () => { before = fitted ? null : view; printing = true; fit(); });
+  addEventListener("afterprint", () => { printing = false; if (before) { view = before; fitted = false; look(); } else fit(); });
   const known = state.solver ? VARIABLES.filter(({ kind }) => kind === "output" || kind === "local").map(({ name }) => name) : MODEL.recorded;
   for (const name of known) for (const list of ["add", "across"]) $(list).append(new Option(name, name));
   $("add").addEventListener("change", event => { if (event.target.value) { record(event.target.value); addPlot([event.target.value]); renewPlots(); paintLegends(); } event.target.value = ""; });

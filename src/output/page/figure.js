@@ -16,13 +16,13 @@ function element(tag, attributes, parent, text) {
   return made;
 }
 
-/** Where the bodies are: x, y and angle of each, at the present time. */
-const pose = G.bodies.map(body => [...body.start]);
+/** Where the bodies are at the present time: x, y, angle, and the angle's sine and cosine. */
+const pose = G.bodies.map(({ start }) => [...start, Math.sin(start[2]), Math.cos(start[2])]);
 /** Points of the bodies and of the ground: a parameter may move them, so every run gives its own. */
 const forms = G.bodies.map(body => body.points.map(point => [...point]));
 const turned = (body, [x, y]) => {
   if (body === null) return [x, y];
-  const [sine, cosine] = [Math.sin(pose[body][2]), Math.cos(pose[body][2])];
+  const sine = pose[body][3], cosine = pose[body][4];
   return [cosine * x - sine * y, sine * x + cosine * y];
 };
 const local = anchor => anchor.moved ?? (anchor.point === null ? anchor.at : forms[anchor.body][anchor.point]);
@@ -39,11 +39,18 @@ function chooseGain(run) {
   if (wide > 0 && far > room) gain = +(room / far).toPrecision(1);
 }
 
+/** The columns of the bodies in the run that was looked at last. */
+const posed = { run: null, columns: [] };
 function takePose(run, at) {
-  G.bodies.forEach((body, index) => ["x", "y", "angle"].forEach((word, axis) => {
-    const column = run.columns.get(`${body.name}.${word}`);
-    pose[index][axis] = column ? body.start[axis] + gain * (between(column, at) - body.start[axis]) : body.start[axis];
-  }));
+  if (posed.run !== run) {
+    posed.run = run;
+    posed.columns = G.bodies.map(({ name }) => ["x", "y", "angle"].map(word => run.columns.get(`${name}.${word}`)));
+  }
+  for (let index = 0; index < pose.length; index++) {
+    const now = pose[index], { start } = G.bodies[index], columns = posed.columns[index];
+    for (let axis = 0; axis < 3; axis++) now[axis] = columns[axis] ? start[axis] + gain * (between(columns[axis], at) - start[axis]) : start[axis];
+    now[3] = Math.sin(now[2]); now[4] = Math.cos(now[2]);
+  }
 }
 
 /** The convex hull, for outlines. */
@@ -95,6 +102,8 @@ function drawBody(index) {
     element("path", { d: `M0 0V${-r}A${r} ${r} 0 0 1 ${r} 0ZM0 0V${r}A${r} ${r} 0 0 1 ${-r} 0Z`, style: `fill:${edge}` }, mark);
   }
   carried(group, index);
+  group.addEventListener("pointerenter", () => pointAt(index));
+  group.addEventListener("pointerleave", () => pointAt(null));
   return { group, index, outer };
 }
 
@@ -243,7 +252,7 @@ function drawRack({ pinion, bar, foot }) {
   carried(group, bar.body);
   drawWheel(pinion);
 }
-const turnedBack = (body, [x, y]) => { const [s, c] = [Math.sin(pose[body][2]), Math.cos(pose[body][2])]; return [c * x + s * y, c * y - s * x]; };
+const turnedBack = (body, [x, y]) => { const s = pose[body][3], c = pose[body][4]; return [c * x + s * y, c * y - s * x]; };
 
 function drawRolling({ disc, base, axis }) {
   const group = element("g", {}, $("couplings")), [fill, edge] = colours(base.body);

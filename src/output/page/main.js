@@ -15,9 +15,11 @@ function paint() {
   const at = place(state.run, state.time);
   takePose(state.run, at);
   for (const frame of frames) frame();
-  const taken = paintForces(at, size);
+  taken.length = 0;
+  // What the pointer asks for comes first, then values, then names.
+  paintForces(at, size);
   paintVelocities(at, size);
-  if (layers.names) paintNames(taken, size);
+  paintNames(size);
   if (layers.traces) paintPaths(at);
   paintHeads();
   paintLegends();
@@ -26,7 +28,7 @@ function paint() {
   scrub.value = state.time;
   scrub.style.setProperty("--p", `${100 * done}%`);
   scrub.setAttribute("aria-valuetext", `${state.time.toFixed(3)} seconds`);
-  $("now").textContent = state.time.toFixed(3);
+  write($("now"), state.time.toFixed(3));
 }
 
 /** Points that a parameter has moved: those of the bodies in their own axes, and those of the ground. */
@@ -65,11 +67,12 @@ function tell(text, plain) {
 
 function solveAgain() {
   const set = settings(), list = moves(), changed = set.length > 0 || list.length > 0;
-  const run = state.solver.solve(set, list, MODEL.recorded);
   $("reset").disabled = !changed;
-  tell(run.error);
-  $("status").textContent = `${changed ? "dashed: before · " : ""}solved in ${run.ms.toFixed(run.ms < 10 ? 1 : 0)}\u202fms`;
-  if (run.last >= 0) take(changed ? run : state.first);
+  ask(set, list, MODEL.recorded, run => {
+    tell(run.error);
+    $("status").textContent = `${changed ? "dashed: before · " : ""}solved in ${run.ms.toFixed(run.ms < 10 ? 1 : 0)}\u202fms`;
+    if (run.last >= 0) take(changed ? run : state.first);
+  });
 }
 
 /** A variable that no run has recorded so far. */
@@ -83,7 +86,7 @@ function record(name) {
 async function begin() {
   const [program, code, stored] = await Promise.all([unpack("program"), unpack("solver"), unpack("run")]);
   if (code && program) {
-    state.solver = await Solver.load(code, program);
+    Object.assign(state, { code, program, solver: await Solver.load(code, program) });
     state.first = state.solver.solve([], [], MODEL.recorded);
     $("status").textContent = `solved in ${state.first.ms.toFixed(0)}\u202fms`;
   } else {

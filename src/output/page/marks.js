@@ -11,23 +11,34 @@ function arrowData([x, y], [dx, dy], size) {
 }
 
 const column = name => INDEX.has(name) && state.run.columns.get(name);
+/** Reads a variable; its column is looked up once a run. */
+function reader(name) {
+  let run = null, own = null;
+  return at => {
+    if (run !== state.run) { run = state.run; own = column(name); }
+    return own ? between(own, at) : 0;
+  };
+}
+/** What is set every frame but seldom changes. */
+function write(text, value) { if (text.textContent !== value) text.textContent = value; }
+function draw(path, data) { if (path.drawn !== data) { path.drawn = data; path.setAttribute("d", data); } }
 /** Where forces act, and which columns they are: force(run, at) gives newtons in the world at the present pose. */
 function forceSources() {
-  const value = (name, at) => { const c = column(name); return c ? between(c, at) : 0; };
   const has = name => MODEL.recorded.includes(name), out = [];
-  const pair = (name, anchor) => out.push({ name, anchor, force: at => [value(`${name}.fx`, at), value(`${name}.fy`, at)] });
+  const pair = (name, anchor) => { const fx = reader(`${name}.fx`), fy = reader(`${name}.fy`); out.push({ name, anchor, force: at => [fx(at), fy(at)] }); };
+  const along = (name, word, anchor, direction) => { const size = reader(`${name}.${word}`); out.push({ name, anchor, force: at => { const f = size(at), [u, v] = direction(); return [f * u, f * v]; } }); };
   for (const joint of G.joints) {
     const moving = joint.ends[1].body === null ? joint.ends[0] : joint.ends[1];
     if (has(`${joint.name}.fx`)) pair(joint.name, moving);
-    else if (joint.axis && has(`${joint.name}.fn`)) out.push({ name: joint.name, anchor: moving, force: at => { const n = value(`${joint.name}.fn`, at), [u, v] = normal(turned(joint.ends[0].body, joint.axis)); return [n * u, n * v]; } });
+    else if (joint.axis && has(`${joint.name}.fn`)) along(joint.name, "fn", moving, () => normal(turned(joint.ends[0].body, joint.axis)));
   }
   for (const spring of G.springs) if (has(`${spring.name}.force`)) {
     const end = spring.ends[1].body === null ? 0 : 1;
-    out.push({ name: spring.name, anchor: spring.ends[end], force: at => { const f = value(`${spring.name}.force`, at), [u, v] = unit(minus(world(spring.ends[end]), world(spring.ends[1 - end]))); return [f * u, f * v]; } });
+    along(spring.name, "force", spring.ends[end], () => unit(minus(world(spring.ends[end]), world(spring.ends[1 - end]))));
   }
   for (const mark of [...G.forces, ...G.targets]) {
     if (has(`${mark.name}.fx`)) pair(mark.name, mark.at);
-    else if (has(`${mark.name}.force`) && mark.direction) out.push({ name: mark.name, anchor: mark.at, force: at => { const f = value(`${mark.name}.force`, at), [u, v] = unit(mark.direction); return [f * u, f * v]; } });
+    else if (has(`${mark.name}.force`) && mark.direction) along(mark.name, "force", mark.at, () => unit(mark.direction));
   }
   return out;
 }
@@ -50,68 +61,79 @@ for (const turn of G.turns.filter(turn => turn.strokes.length)) {
 const turns = G.turns.filter(turn => MODEL.recorded.includes(`${turn.name}.torque`)).map(turn => {
   const group = element("g", {}, $("turns"));
   element("title", {}, group, turn.name);
-  return { ...turn, group, arc: element("path", { class: "turn", "stroke-width": 1.8 }, group), head: element("path", { class: "turn-head" }, group) };
+  return { ...turn, group, torque: reader(`${turn.name}.torque`), arc: element("path", { class: "turn", "stroke-width": 1.8 }, group), head: element("path", { class: "turn-head" }, group) };
 });
-const velocities = G.bodies.flatMap((body, index) => MODEL.recorded.includes(`${body.name}.vx`) ? [{ body, index, path: element("path", { class: "speed" }, $("velocities")) }] : []);
+const velocities = G.bodies.flatMap((body, index) => MODEL.recorded.includes(`${body.name}.vx`) ? [{ index, rates: ["vx", "vy"].map(word => reader(`${body.name}.${word}`)), path: element("path", { class: "speed" }, $("velocities")) }] : []);
 const names = G.bodies.map((body, index) => ({ index, name: body.name, text: element("text", { class: "name", style: `fill:color-mix(in oklab,var(--e${index % 8}),var(--text) 35%)` }, $("names"), body.name) }));
 const scales = { newton: 0, torque: 0, speed: 0 };
 
 /** One scale for all runs, from the first. */
 function chooseScales(fit) {
   const room = .33 * Math.min(fit[2], fit[3]);
-  const force = typicalPeak(at => forces.map(f => Math.hypot(...f.force(at)))), speed = typicalPeak(at => velocities.map(v => Math.hypot(...velocity(v.body, at))));
+  const force = typicalPeak(at => forces.map(f => Math.hypot(...f.force(at)))), speed = typicalPeak(at => velocities.map(v => Math.hypot(...v.rates.map(rate => rate(at)))));
   scales.newton = force > 0 ? room / force : 0;
   scales.speed = speed > 0 ? room / speed : 0;
-  scales.torque = typicalPeak(at => turns.map(turn => Math.abs(between(column(`${turn.name}.torque`), at))));
-}
-function velocity(body, at) {
-  return ["vx", "vy"].map(word => { const c = column(`${body.name}.${word}`); return c ? between(c, at) : 0; });
+  scales.torque = typicalPeak(at => turns.map(turn => Math.abs(turn.torque(at))));
 }
 
+/** Room for texts: each is a rectangle by its middle, half width and half height, and none covers another. */
+const MOST_LABELS = 40, CHARACTER = 3.9, LINE = 8.5;
+const taken = [];
+function claim([x, y], letters, size, height) {
+  const wide = (letters * CHARACTER + 3) * size * height / 13, high = LINE * size;
+  if (taken.length >= MOST_LABELS || taken.some(([u, v, w, h]) => Math.abs(u - x) < w + wide && Math.abs(v - y) < h + high)) return false;
+  taken.push([x, y, wide, high]);
+  return true;
+}
+function put(text, [x, y]) { text.setAttribute("x", round(x)); text.setAttribute("y", round(y)); }
+
 function paintForces(at, size) {
-  const taken = [];
   for (const { anchor, force, path, text } of forces) {
     const [fx, fy] = force(at), strength = Math.hypot(fx, fy), tip = [fx * scales.newton, -fy * scales.newton], length = Math.hypot(...tip), from = spot(anchor);
-    path.setAttribute("d", layers.forces && Number.isFinite(length) ? arrowData(from, tip, size) : "");
-    const place = length > 0 ? add(from, (length + 15 * size) / length, tip) : from;
-    const told = layers.forces && length > 24 * size && taken.every(([x, y]) => Math.abs(x - place[0]) > 50 * size || Math.abs(y - place[1]) > 15 * size);
-    text.textContent = told ? `${three(strength >= 1e3 ? strength / 1e3 : strength)}\u202f${strength >= 1e3 ? "kN" : "N"}` : "";
-    if (told) { text.setAttribute("x", round(place[0])); text.setAttribute("y", round(place[1])); taken.push(place); }
+    draw(path, layers.forces && Number.isFinite(length) ? arrowData(from, tip, size) : "");
+    if (!layers.forces || !(length > 24 * size)) { write(text, ""); continue; }
+    const value = `${three(strength >= 1e3 ? strength / 1e3 : strength)}\u202f${strength >= 1e3 ? "kN" : "N"}`;
+    const place = add(from, (length + 15 * size) / length, tip), free = claim(place, value.length, size, 11.5);
+    write(text, free ? value : "");
+    if (free) put(text, place);
   }
   for (const turn of turns) paintTurn(turn, at);
-  return taken;
 }
 
 /** A torque: an arc that is longer the larger it is, and turns as it does. */
-function paintTurn({ name, at: anchor, group, arc, head }, at) {
-  const torque = between(column(`${name}.torque`), at), share = scales.torque > 0 ? Math.min(Math.abs(torque) / scales.torque, 1) : 0, r = 2.9 * PIN;
+function paintTurn({ torque: read, at: anchor, group, arc, head }, at) {
+  const torque = read(at), share = scales.torque > 0 ? Math.min(Math.abs(torque) / scales.torque, 1) : 0, r = 2.9 * PIN;
   const sweep = share * 4.7, sign = torque < 0 ? -1 : 1, point = (angle, radius) => [radius * Math.cos(angle), -radius * Math.sin(angle)];
   move(group, spot(anchor));
-  if (!layers.forces || sweep < .15) { arc.setAttribute("d", ""); head.setAttribute("d", ""); return; }
+  if (!layers.forces || sweep < .15) { draw(arc, ""); draw(head, ""); return; }
   const begin = -Math.PI / 2, end = begin + sign * sweep, [a, b] = [point(begin, r), point(end, r)];
-  arc.setAttribute("d", `M${a.map(round).join(" ")}A${r} ${r} 0 ${sweep > Math.PI ? 1 : 0} ${sign > 0 ? 0 : 1} ${b.map(round).join(" ")}`);
+  draw(arc, `M${a.map(round).join(" ")}A${r} ${r} 0 ${sweep > Math.PI ? 1 : 0} ${sign > 0 ? 0 : 1} ${b.map(round).join(" ")}`);
   const tip = point(end + sign * 2 * PIN / r, r);
-  head.setAttribute("d", line([tip, point(end, r + .8 * PIN), point(end, r - .8 * PIN)]) + "Z");
+  draw(head, line([tip, point(end, r + .8 * PIN), point(end, r - .8 * PIN)]) + "Z");
 }
 
 function paintVelocities(at, size) {
-  for (const { body, index, path } of velocities) {
-    const [vx, vy] = velocity(body, at);
-    path.setAttribute("d", layers.velocities ? arrowData(pixel(pose[index]), [vx * scales.speed, -vy * scales.speed], size) : "");
+  for (const { index, rates: [vx, vy], path } of velocities) {
+    draw(path, layers.velocities ? arrowData(pixel(pose[index]), [vx(at) * scales.speed, -vy(at) * scales.speed], size) : "");
   }
 }
 
-/** Names above the mass centres; below if a value is there, and none where it would cover another. */
-function paintNames(taken, size) {
-  const placed = [...taken];
-  for (const { index, name, text } of names) {
-    const [x, y] = spot({ body: index, at: G.bodies[index].centre, point: null }), wide = (4 + 3.6 * name.length) * size;
-    const free = ([px, py]) => placed.every(([qx, qy]) => Math.abs(px - qx) > wide + 20 * size || Math.abs(py - qy) > 15 * size);
-    const place = [[x, y - PIN - 10 * size], [x, y + PIN + 10 * size]].find(free);
-    text.classList.toggle("hide", !place || sizes[index] / size < 40);
-    if (!place) continue;
-    placed.push(place);
-    text.setAttribute("x", round(place[0])); text.setAttribute("y", round(place[1]));
+/** The body under the pointer: it has a name even where there is no room. */
+let pointed = null;
+function pointAt(index) { pointed = index; if (!transport.playing) paint(); }
+/** Names above the mass centres; below if something is there, and none where it would cover another. */
+function paintNames(size) {
+  const order = pointed === null ? names : [names[pointed], ...names];
+  const done = new Set();
+  for (const { index, name, text } of order) {
+    if (done.has(index)) continue;
+    done.add(index);
+    const [x, y] = spot({ body: index, at: G.bodies[index].centre, point: null }), above = [x, y - PIN - 10 * size], below = [x, y + PIN + 10 * size];
+    const wanted = layers.names && sizes[index] / size >= 40;
+    let place = wanted ? [above, below].find(place => claim(place, name.length, size, 13)) : undefined;
+    if (!place && index === pointed) place = above;
+    if (text.shown !== Boolean(place)) { text.shown = Boolean(place); text.classList.toggle("hide", !place); }
+    if (place) put(text, place);
   }
 }
 const sizes = G.bodies.map(() => 0);
@@ -146,7 +168,7 @@ function paintPaths(at) {
     const here = pixel(read(at)), back = state.run.times[k] - .35 * Math.min(1, STOP - START);
     let from = k;
     while (from > 0 && state.run.times[from - 1] > back) from--;
-    tail.setAttribute("d", line([...points.slice(from, k + 1), here]));
+    draw(tail, line([...points.slice(from, k + 1), here]));
     dot.setAttribute("cx", round(here[0])); dot.setAttribute("cy", round(here[1]));
   }
 }

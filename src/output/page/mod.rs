@@ -24,9 +24,10 @@ const UPLOT_STYLE: &str = include_str!("../../../vendor/uplot/uPlot.min.css");
 /// Renews the page while its scene is watched.
 const LIVE: &str = include_str!("live.js");
 /// One scope, in this order.
-const SCRIPTS: [&str; 8] = [
+const SCRIPTS: [&str; 9] = [
     include_str!("data.js"),
     include_str!("solver.js"),
+    include_str!("worker.js"),
     include_str!("figure.js"),
     include_str!("marks.js"),
     include_str!("plots.js"),

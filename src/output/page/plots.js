@@ -1,5 +1,6 @@
 // Curves over time with one cursor, and one over another.
-const COLOURS = ["--e0", "--force", "--path", "--e1", "--e3", "--e2"];
+/** Told apart also by those who see two colours: the first four best. */
+const COLOURS = ["--e0", "--e1", "--e2", "--e3", "--e4", "--e5"];
 const plots = [], FONT = getComputedStyle(document.body).fontFamily;
 let hovered = null;
 

@@ -1,0 +1,63 @@
+// Runs that take longer than a blink are solved beside the page, so that it stays alive.
+/** The longest run on the page's own thread [ms]. */
+const PATIENCE = { ms: 50 };
+
+/** What the other thread runs: the solver, with the times of the experiment. It answers each question with a run. */
+const besides = () => `const START = ${START}, STOP = ${STOP}, STEP = ${STEP}, TOLERANCE = ${TOLERANCE}, INDEX = new Map(${JSON.stringify([...INDEX])});
+${three}
+${Solver}
+let solver = null;
+onmessage = async ({ data: { code, program, number, values, moves, names } }) => {
+  if (code) { solver = Solver.load(code, program); return; }
+  const run = (await solver).solve(values, moves, names);
+  postMessage({ number, run }, [run.times.buffer, ...[...run.columns.values()].map(column => column.buffer)]);
+};`;
+
+class Beside {
+  /** Null where there are no workers, as in some sandboxed frames. */
+  static start(code, program) {
+    try {
+      const address = URL.createObjectURL(new Blob([besides()], { type: "text/javascript" }));
+      const worker = new Worker(address);
+      worker.postMessage({ code, program });
+      return new Beside(worker);
+    } catch { return null; }
+  }
+
+  constructor(worker) {
+    this.worker = worker;
+    this.number = 0;
+    this.asked = new Map();
+    this.waiting = null;
+    worker.onmessage = ({ data: { number, run } }) => {
+      const answer = this.asked.get(number);
+      this.asked.delete(number);
+      answer(run);
+    };
+  }
+
+  solve(values, moves, names) {
+    return new Promise(answer => {
+      this.number++;
+      this.asked.set(this.number, answer);
+      this.worker.postMessage({ number: this.number, values, moves, names });
+    });
+  }
+}
+
+/** Solves here what is quick, and beside the page what is not; calls with the run. Of several questions only the last is answered. */
+const questions = { busy: false, next: null };
+function ask(values, moves, names, answer) {
+  const slow = state.first.ms > PATIENCE.ms;
+  if (slow && state.beside === undefined) state.beside = Beside.start(state.code, state.program);
+  if (!slow || !state.beside) { answer(state.solver.solve(values, moves, names)); return; }
+  if (questions.busy) { questions.next = [values, moves, names, answer]; return; }
+  questions.busy = true;
+  $("status").textContent = "solving\u2026";
+  state.beside.solve(values, moves, names).then(run => {
+    questions.busy = false;
+    const { next } = questions;
+    questions.next = null;
+    if (next) ask(...next); else answer(run);
+  });
+}

@@ -1,0 +1,15 @@
+cotree.pause();
+const { state, MODEL, PATIENCE } = cotree, slider = page.document.querySelector(".slider input"), start = slider.value;
+const set = value => { slider.value = value; slider.dispatchEvent(new page.Event("input")); };
+const until = async done => { for (let k = 0; k < 500 && !done(); k++) await wait(20); return done(); };
+PATIENCE.ms = Infinity;
+set((+slider.min + +slider.max) / 2.2);
+await until(() => state.run !== state.first);
+const here = state.run;
+PATIENCE.ms = 0;
+$("reset").click();
+await until(() => state.run === state.first);
+set((+slider.min + +slider.max) / 2.2);
+await until(() => state.run !== state.first);
+const beside = state.run;
+return { worker: Boolean(state.beside), other: beside !== here, same: MODEL.recorded.every(name => here.columns.get(name).every((value, k) => Object.is(value, beside.columns.get(name)[k]))) };
