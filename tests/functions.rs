@@ -9,7 +9,7 @@ use cotree_fmu::program::Engine;
 use support::run::{compiled, file, model, started};
 
 /// Functions composed of others, as a user without them would write them.
-const WRITTEN_OUT: [(&str, &str); 5] = [
+const WRITTEN_OUT: [(&str, &str); 8] = [
     ("sinh(steepness*arm.angle)", "((exp(steepness*arm.angle) - exp(-steepness*arm.angle))/2)"),
     ("sinh(arm.angle)", "((exp(arm.angle) - exp(-arm.angle))/2)"),
     ("cosh(t/2)", "((exp(t/2) + exp(-t/2))/2)"),
@@ -17,6 +17,18 @@ const WRITTEN_OUT: [(&str, &str); 5] = [
     (
         "smoothstep(arm.angle + 0.2)",
         "if(arm.angle + 0.2 < 0, 0, if(arm.angle + 0.2 > 1, 1, (arm.angle + 0.2)^2*(3 - 2*(arm.angle + 0.2))))",
+    ),
+    (
+        "cycloidal(arm.angle + 0.4)",
+        "if(arm.angle + 0.4 < 0, 0, if(arm.angle + 0.4 > 1, 1, arm.angle + 0.4 - sin(2*pi*(arm.angle + 0.4))/(2*pi)))",
+    ),
+    (
+        "poly345(arm.angle + 0.4)",
+        "if(arm.angle + 0.4 < 0, 0, if(arm.angle + 0.4 > 1, 1, 10*(arm.angle + 0.4)^3 - 15*(arm.angle + 0.4)^4 + 6*(arm.angle + 0.4)^5))",
+    ),
+    (
+        "poly4567(arm.angle + 0.4)",
+        "if(arm.angle + 0.4 < 0, 0, if(arm.angle + 0.4 > 1, 1, 35*(arm.angle + 0.4)^4 - 84*(arm.angle + 0.4)^5 + 70*(arm.angle + 0.4)^6 - 20*(arm.angle + 0.4)^7))",
     ),
 ];
 
@@ -79,6 +91,50 @@ fn derivatives_are_those_that_differences_show() {
                 let slope = at(slope, 0.0);
                 assert!((slope - difference).abs() < 1e-8, "{name} at {point:?}: {slope} for {difference}");
             }
+        }
+    }
+}
+
+/// Laws of cams: values, slopes and accelerations at 0.3, and the peaks of velocity, acceleration and jerk of Norton, *Design of Machinery*.
+#[test]
+fn laws_of_cams_have_their_known_values_and_peaks() {
+    let laws = [
+        (Unary::Harmonic, [0.2061073739, 1.270800923, 2.900603956], [1.570796, 4.934802, 15.503139]),
+        (Unary::Cycloidal, [0.1486346543, 1.309016994, 5.975664329], [2.0, 6.283185, 39.478418]),
+        (Unary::Poly345, [0.16308, 1.323, 5.04], [1.875, 5.773503, 60.0]),
+        (Unary::Poly4567, [0.126036, 1.29654, 7.4088], [2.1875, 7.513188, 52.5]),
+        (Unary::ModifiedTrapezoid, [0.1605903487, 1.244406188, 4.888123763], [2.0, 4.888124, 61.425975]),
+        (Unary::ModifiedSine, [0.1778877626, 1.322954207, 4.108072692], [1.759603, 5.527957, 69.466357]),
+    ];
+    for (law, values, peaks) in laws {
+        let mut arena = Arena::default();
+        let symbol = Symbol::Coordinate(0, Order::Position);
+        let x = arena.symbol(symbol);
+        let mut derivatives = vec![arena.unary(law, x)];
+        for order in 0..3 {
+            let next = arena.derivative(derivatives[order], symbol);
+            derivatives.push(next);
+        }
+        let at = |place: f64| arena.evaluate(&derivatives, &|_: Symbol| place);
+        let found = at(0.3);
+        for (found, value) in found.iter().zip(values) {
+            assert!((found - value).abs() < 1e-8, "{law:?}: {found} for {value}");
+        }
+        // Inside: at the ends themselves the law is held.
+        let samples: Vec<Vec<f64>> = (1..4000).map(|index| at(f64::from(index) / 4000.0)).collect();
+        for (order, peak) in (1..).zip(peaks) {
+            let most = samples.iter().map(|sample| sample[order].abs()).fold(0.0, f64::max);
+            assert!((most - peak).abs() < 2e-3 * peak, "{law:?}, derivative {order}: {most} for {peak}");
+        }
+        for (place, value) in [(-0.5, 0.0), (0.0, 0.0), (1.0, 1.0), (3.0, 1.0)] {
+            assert!(
+                (at(place)[0] - value).abs() < 1e-15 && at(place)[1].abs() < 1e-12,
+                "{law:?} at {place}: {:?}",
+                at(place)
+            );
+        }
+        for place in [0.05, 0.125, 0.2, 0.375, 0.45, 0.5] {
+            assert!((at(place)[0] + at(1.0 - place)[0] - 1.0).abs() < 1e-14, "{law:?} at {place}");
         }
     }
 }

@@ -6,8 +6,8 @@
 use cotree_fmu::math;
 use cotree_fmu::tape::Operation;
 
-use super::Arena;
 use super::term::{Term, build};
+use super::{Arena, cam};
 
 /// An operation of `N` operands.
 #[derive(Debug)]
@@ -117,6 +117,12 @@ operations! {
     Sinh = "sinh", Command("sinh"), Pure, |[x], [d], _| x.of(Cosh) * d, As(|[x]| x.of(Tanh) * x.of(Cosh));
     Cosh = "cosh", Command("cosh"), Pure, |[x], [d], _| x.of(Sinh) * d, As(|[x]| 0.5 * (x.of(Exp) + (-x).of(Exp)));
     Smoothstep = "smoothstep", Word, Pure, |[x], [d], _| 6.0 * x.clamp(0.0, 1.0) * (1.0 - x.clamp(0.0, 1.0)) * d, As(|[x]| x.clamp(0.0, 1.0).square() * (3.0 - 2.0 * x.clamp(0.0, 1.0)));
+    Harmonic = "harmonic", Word, Pure, |[x], [d], _| cam::harmonic_slope(x) * d, As(cam::harmonic);
+    Cycloidal = "cycloidal", Word, Pure, |[x], [d], _| cam::cycloidal_slope(x) * d, As(cam::cycloidal);
+    Poly345 = "poly345", Word, Pure, |[x], [d], _| cam::poly345_slope(x) * d, As(cam::poly345);
+    Poly4567 = "poly4567", Word, Pure, |[x], [d], _| cam::poly4567_slope(x) * d, As(cam::poly4567);
+    ModifiedSine = "modified_sine", Word, Pure, |[x], [d], _| cam::modified_sine_slope(x) * d, As(cam::modified_sine);
+    ModifiedTrapezoid = "modified_trapezoid", Word, Pure, |[x], [d], _| cam::modified_trapezoid_slope(x) * d, As(cam::modified_trapezoid);
 }
 
 operations! {
