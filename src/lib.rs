@@ -153,6 +153,8 @@ pub mod lower;
 #[doc(hidden)]
 pub mod mechanism;
 #[doc(hidden)]
+pub mod motion;
+#[doc(hidden)]
 pub mod output;
 mod resolve;
 #[doc(hidden)]

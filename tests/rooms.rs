@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folders and files of `src`, each after all that it uses.
-const ROOMS: [&str; 20] = [
+const ROOMS: [&str; 21] = [
     "diagnostic",
     "files",
     "graph",
@@ -24,6 +24,7 @@ const ROOMS: [&str; 20] = [
     "compile",
     "simulate",
     "import",
+    "motion",
     "sweep",
     "cli",
 ];

@@ -28,8 +28,13 @@ impl Study {
         let guess =
             |(name, value): (String, f64)| Initial { variable: Text::from(name), value: value.into(), known: false };
         scene.initial = values.into_iter().map(guess).collect();
+        Ok(self.settled(scene))
+    }
+
+    /// The scene of this study; what was set is its default.
+    pub fn settled(&self, mut scene: Scene) -> Scene {
         adopt(&mut scene, self.mechanism());
-        Ok(scene)
+        scene
     }
 }
 

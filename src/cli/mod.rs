@@ -11,6 +11,7 @@ mod info;
 mod linearize;
 mod man;
 mod modes;
+mod motion;
 mod new;
 mod output;
 mod schema;
@@ -79,6 +80,7 @@ enum Command {
     Equilibrium(equilibrium::Equilibrium),
     Linearize(linearize::Linearize),
     Modes(modes::Modes),
+    Motion(motion::Motion),
     Export(export::Export),
     Import(import::Import),
     Bench(bench::Bench),
@@ -119,6 +121,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Equilibrium(command) => command.run(format),
         Command::Linearize(command) => command.run(format),
         Command::Modes(command) => command.run(format),
+        Command::Motion(command) => command.run(format),
         Command::Export(command) => command.run(format),
         Command::Import(command) => command.run(format),
         Command::Bench(command) => command.run(format),

@@ -8,20 +8,51 @@ use clap::Args;
 
 use super::failure::Failure;
 use super::output;
+use crate::diagnostic::suggest;
 use crate::mechanism::identifier;
 
 const TEMPLATE: &str = include_str!("template.toml");
 
+/// The models that can be started from.
+const MODELS: &[(&str, &str)] = &[
+    ("andrews", include_str!("../../models/andrews/scene.toml")),
+    ("bench_slider_crank", include_str!("../../models/bench_slider_crank/scene.toml")),
+    ("cart_pole", include_str!("../../models/cart_pole/scene.toml")),
+    ("double_pendulum", include_str!("../../models/double_pendulum/scene.toml")),
+    ("four_bar", include_str!("../../models/four_bar/scene.toml")),
+    ("friction", include_str!("../../models/friction/scene.toml")),
+    ("gas_strut", include_str!("../../models/gas_strut/scene.toml")),
+    ("metronome", include_str!("../../models/metronome/scene.toml")),
+    ("pendulum", include_str!("../../models/pendulum/scene.toml")),
+    ("planetary_gear", include_str!("../../models/planetary_gear/scene.toml")),
+    ("quick_return", include_str!("../../models/quick_return/scene.toml")),
+    ("rack_and_pinion", include_str!("../../models/rack_and_pinion/scene.toml")),
+    ("rolling_disc", include_str!("../../models/rolling_disc/scene.toml")),
+    ("scotch_yoke", include_str!("../../models/scotch_yoke/scene.toml")),
+    ("screw_lift", include_str!("../../models/screw_lift/scene.toml")),
+    ("slider_crank", include_str!("../../models/slider_crank/scene.toml")),
+    ("trammel", include_str!("../../models/trammel/scene.toml")),
+    ("vibration", include_str!("../../models/vibration/scene.toml")),
+];
+
 /// Write a commented scene to start from: a slider-crank that works as it is
 #[derive(Args)]
-#[command(after_help = "Example:\n  cotree new my_mechanism      writes my_mechanism.toml")]
+#[command(after_help = "Examples:\n  cotree new my_mechanism                    writes my_mechanism.toml\n  \
+                  cotree new my_mechanism --from four_bar    begins with a model instead of the commented slider-crank")]
 pub struct New {
     /// Name of the mechanism; the file gets the ending `.toml`
     name: PathBuf,
+    /// Begin with one of the models
+    #[arg(long, value_name = "MODEL")]
+    from: Option<String>,
 }
 
 impl New {
     pub fn run(self) -> Result<(), Failure> {
+        let text = match &self.from {
+            None => TEMPLATE.to_string(),
+            Some(name) => model(name)?,
+        };
         let path = if self.name.extension().is_some_and(|end| end == "toml") {
             self.name
         } else {
@@ -29,7 +60,7 @@ impl New {
             name.push(".toml");
             name.into()
         };
-        create(&path, &scene(&path)).map_err(|error| match error.kind() {
+        create(&path, &scene(&text, &path)).map_err(|error| match error.kind() {
             std::io::ErrorKind::AlreadyExists => {
                 Failure::Usage(format!("`{}` exists already; choose another name", path.display()))
             }
@@ -40,10 +71,22 @@ impl New {
     }
 }
 
-/// The template under the file's own name.
-fn scene(path: &Path) -> String {
+/// The scene of a model, without the place of its schema, which is another from elsewhere.
+fn model(name: &str) -> Result<String, Failure> {
+    let found = MODELS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text);
+    let text = found.ok_or_else(|| {
+        let known = suggest::known(name, MODELS.iter().map(|(known, _)| *known));
+        Failure::Usage(format!("there is no model `{name}`; {known}"))
+    })?;
+    Ok(text.lines().filter(|line| !line.starts_with("#:schema")).map(|line| format!("{line}\n")).collect())
+}
+
+/// A scene under the file's own name.
+fn scene(text: &str, path: &Path) -> String {
     let stem = path.file_stem().map(|stem| identifier(&stem.to_string_lossy())).unwrap_or_default();
-    TEMPLATE.replacen("slider_crank", &stem, 1)
+    let line = text.lines().find(|line| line.starts_with("name")).unwrap_or_default();
+    let (key, _) = line.split_once('=').unwrap_or((line, ""));
+    text.replacen(line, &format!("{key}= \"{stem}\""), 1)
 }
 
 /// Writes a file that must not exist; removed again if it cannot be written whole.
@@ -61,10 +104,24 @@ mod tests {
 
     #[test]
     fn the_template_is_a_scene_without_faults() {
-        let text = scene(Path::new("folder/my mechanism.toml"));
+        let text = scene(TEMPLATE, Path::new("folder/my mechanism.toml"));
         let resolved = Scene::from_toml(&text).unwrap().resolve().unwrap();
         assert_eq!(resolved.mechanism.name, "my_mechanism");
         assert_eq!(resolved.warnings, []);
+    }
+
+    #[test]
+    fn every_model_can_be_started_from() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+        let mut models: Vec<String> =
+            folder.read_dir().unwrap().map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        models.sort();
+        assert_eq!(MODELS.iter().map(|(name, _)| *name).collect::<Vec<_>>(), models);
+        for name in models {
+            let text = scene(&model(&name).unwrap(), Path::new("mine.toml"));
+            assert_eq!(Scene::from_toml(&text).unwrap().resolve().unwrap().mechanism.name, "mine", "{name}");
+        }
+        assert!(model("fourbar").is_err());
     }
 
     #[test]

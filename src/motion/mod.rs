@@ -1,0 +1,175 @@
+//! What designers ask of a mechanism that is driven at one joint: range of motion, limits, transmission, drive, reactions, shaking, inertia,
+//! for one turn or stroke. The quantities are those of Norton, *Design of Machinery*, and Uicker, Pennock, Shigley, *Theory of Machines and
+//! Mechanisms*.
+
+mod curve;
+mod drive;
+mod figures;
+mod grashof;
+mod report;
+mod samples;
+
+pub use figures::{Figures, Link};
+pub use report::{step, usual};
+pub use samples::At;
+
+use crate::compile::compile_with;
+use crate::diagnostic::suggest;
+use crate::formulate::start::evaluate_at;
+use crate::mechanism::{JointId, Mechanism, Owner, Part, Variable};
+use crate::scene::{Faults, Scene};
+use crate::simulate::{RunError, SimulateError};
+
+/// What is asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Request {
+    /// The joint that is driven; the one with a driver if absent.
+    pub input: Option<String>,
+    /// The joint whose motion is of interest; another one on the ground if absent.
+    pub output: Option<String>,
+    /// The speed of the input [rad/s] or [m/s]; that of the scene's start if absent.
+    pub speed: Option<f64>,
+    /// From where to where, SI; one turn, or as far as it goes, if absent.
+    pub range: Option<[f64; 2]>,
+    /// A point whose path is of interest.
+    pub point: Option<String>,
+    /// The permitted coefficient of fluctuation of the speed, for a flywheel.
+    pub fluctuation: Option<f64>,
+}
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum MotionError {
+    /// The scene is at fault.
+    #[error(transparent)]
+    Scene(#[from] Faults),
+    /// What is asked for does not fit the scene.
+    #[error("{0}")]
+    Request(String),
+    /// The motion cannot be found or continued.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+impl From<SimulateError> for MotionError {
+    fn from(error: SimulateError) -> Self {
+        match error {
+            SimulateError::Scene(faults) => MotionError::Scene(faults),
+            SimulateError::Run(error) => MotionError::Run(error),
+        }
+    }
+}
+
+/// Which joint is driven, how fast, and how far.
+#[derive(Clone, Debug)]
+struct Drive {
+    joint: JointId,
+    /// [rad/s] or [m/s]
+    speed: f64,
+    /// Where it is at the start of the scene.
+    start: f64,
+    /// From where to where; none: one turn.
+    range: Option<[f64; 2]>,
+}
+
+/// Moves a scene through one turn or stroke of its input, and says what there is to say.
+///
+/// # Errors
+/// Faults of the scene, a request that does not fit it, a motion that cannot be found.
+pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
+    let mechanism = scene.resolve()?.mechanism;
+    let joint = input(&mechanism, request.input.as_deref())?;
+    let output = output(&mechanism, joint, request.output.as_deref())?;
+    let [start, speed] = start(scene, &mechanism, joint)?;
+    let speed = request.speed.unwrap_or(if speed.abs() > 1e-9 { speed.abs() } else { 1.0 });
+    if !(speed > 0.0 && speed.is_finite()) {
+        return Err(MotionError::Request(format!("the speed of the input must be above zero, not {speed}")));
+    }
+    let mut drive = Drive { joint, speed, start, range: request.range };
+    if let Some([low, high]) = request.range
+        && !(low <= start && start <= high && low < high)
+    {
+        let message =
+            format!("the range from {low} to {high} (SI) does not have the start of the scene, {start}, in it");
+        return Err(MotionError::Request(message));
+    }
+    let is_angular = drive::motion_of(&mechanism.joints[joint.0]) == Some(samples::ANGULAR);
+    if request.range.is_none() && !is_angular {
+        let name = &mechanism.joints[joint.0].name;
+        return Err(MotionError::Request(format!("`{name}` slides: give its range, such as \"0 mm..120 mm\"")));
+    }
+    let mut folds = None;
+    let table = match drive::sample(scene, &mechanism, &drive, None) {
+        Err(SimulateError::Run(_)) if request.range.is_none() => {
+            let [back, forth] = [-1.0, 1.0].map(|direction| drive::reach(scene, &mechanism, &drive, direction));
+            folds = Some([start - back, start + forth]);
+            // The folds themselves have no rates.
+            let margin = 1e-3 * (back + forth);
+            drive.range = Some([start - (back - margin).max(0.0), start + (forth - margin).max(0.0)]);
+            drive::sample(scene, &mechanism, &drive, None)?
+        }
+        table => table?,
+    };
+    figures::of(&figures::Subject { scene, mechanism: &mechanism, drive: &drive, output, request }, &table, folds)
+}
+
+/// The joint that is driven.
+fn input(mechanism: &Mechanism, name: Option<&str>) -> Result<JointId, MotionError> {
+    let can_be_driven = |part: &&Part| drive::motion_of(part).is_some();
+    let names = || mechanism.joints.iter().filter(can_be_driven).map(|joint| joint.name.as_str()).collect::<Vec<_>>();
+    let by_driver = |driver: &Part| {
+        let beside = |joint: &Part| driver.is_angular() && joint.bodies() == driver.bodies() && can_be_driven(&joint);
+        driver.joint().or_else(|| mechanism.joints.iter().position(beside).map(JointId))
+    };
+    let found = match name {
+        Some(name) => {
+            let joint = mechanism.joints.iter().position(|joint| joint.name == name && can_be_driven(&joint));
+            let driver = mechanism.drivers.iter().find(|driver| driver.name == name);
+            joint.map(JointId).or_else(|| driver.and_then(by_driver))
+        }
+        None => mechanism.drivers.iter().find_map(by_driver),
+    };
+    found.ok_or_else(|| match name {
+        Some(name) => {
+            let known = suggest::known(name, names());
+            MotionError::Request(format!("no joint `{name}` can be driven; {known}"))
+        }
+        None => {
+            let known = suggest::list(names());
+            MotionError::Request(format!(
+                "no driver moves a joint: say which is the input with --input, one of {known}"
+            ))
+        }
+    })
+}
+
+/// The joint on the ground whose motion is of interest.
+fn output(mechanism: &Mechanism, input: JointId, name: Option<&str>) -> Result<Option<JointId>, MotionError> {
+    let can_be = |(index, joint): &(usize, &Part)| {
+        *index != input.0 && joint.bodies().contains(&None) && drive::motion_of(joint).is_some()
+    };
+    let all = || mechanism.joints.iter().enumerate().filter(can_be);
+    match name {
+        None => Ok(all().next().map(|(index, _)| JointId(index))),
+        Some(name) => match all().find(|(_, joint)| joint.name == name) {
+            Some((index, _)) => Ok(Some(JointId(index))),
+            None => {
+                let known = suggest::known(name, all().map(|(_, joint)| joint.name.as_str()).collect::<Vec<_>>());
+                Err(MotionError::Request(format!("no joint `{name}` on the ground can be the output; {known}")))
+            }
+        },
+    }
+}
+
+/// Where the input is when the scene starts, and how fast it moves.
+fn start(scene: &Scene, mechanism: &Mechanism, joint: JointId) -> Result<[f64; 2], MotionError> {
+    let Some([position, rate, _]) = drive::motion_of(&mechanism.joints[joint.0]) else { return Ok([0.0, 0.0]) };
+    let (_, values) = compile_with(scene, |formulated| {
+        let equations = &mut formulated.equations;
+        let exprs =
+            [position, rate].map(|quantity| equations.variable(Variable { owner: Owner::Joint(joint), quantity }));
+        let values = evaluate_at(&equations.system.arena, &formulated.state, &exprs);
+        [values[0], values[1]]
+    })?;
+    Ok(values)
+}

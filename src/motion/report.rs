@@ -1,0 +1,260 @@
+//! The quantities of a motion as a text, a table and a plot.
+
+use std::fmt::Write;
+
+use super::figures::{Column, Extent, Figures, Link, Transmission};
+use super::samples::At;
+use crate::mechanism::{DisplayUnit, Unit, Units};
+use crate::output::plot::{Plot, Series};
+
+/// Below this the transmission is poor, by a rule of thumb (Norton) \[rad\].
+const POOR: f64 = 40.0 * std::f64::consts::PI / 180.0;
+
+/// Writes values in the units that are asked for.
+struct Shown<'u> {
+    units: &'u Units,
+}
+
+impl Shown<'_> {
+    /// A unit in SI as it is shown; those that are made of others stay as they are.
+    fn of(&self, si: &str) -> DisplayUnit {
+        let plain = DisplayUnit { name: si.to_string(), factor: 1.0 };
+        crate::compile::unit(si).map_or(plain, |unit| self.units.of(&unit))
+    }
+
+    fn value(&self, value: f64, si: &str) -> String {
+        let unit = self.of(si);
+        format!("{} {}", number(value / unit.factor), unit.name).trim_end().to_string()
+    }
+
+    fn bare(&self, value: f64, si: &str) -> String {
+        number(value / self.of(si).factor)
+    }
+}
+
+impl Figures {
+    fn input_unit(&self) -> &'static str {
+        unit_of(&self.input)
+    }
+
+    /// Everything for people; of the table a row every so much of the input.
+    pub fn text(&self, every: f64, units: &Units) -> String {
+        let shown = Shown { units };
+        let mut text = String::new();
+        let mut line = |sentence: String| {
+            // Writing to a text cannot fail.
+            let _ = writeln!(text, "{sentence}");
+        };
+        line(self.kind(&shown));
+        self.output_lines(&shown).into_iter().for_each(&mut line);
+        self.transmission.iter().for_each(|angle| line(self.transmission_line(angle, &shown)));
+        if let (Some(index), Some(output)) = (&self.joint_force_index, &self.output) {
+            let load = if output.angular { "N per N.m" } else { "N per N" };
+            line(format!("joint-force index up to {} {load} at {}", number(index.value), self.at(index, &shown)));
+        }
+        self.dynamics(&shown).into_iter().for_each(&mut line);
+        self.path_lines(&shown).into_iter().for_each(&mut line);
+        line(String::new());
+        self.rows(every, &shown).into_iter().for_each(&mut line);
+        text
+    }
+
+    fn kind(&self, shown: &Shown) -> String {
+        let class = self.four_bar.as_ref().map_or(String::new(), |class| format!("{class}; "));
+        let input = &self.input.name;
+        let motion = match self.range {
+            Some([low, high]) => {
+                let [low, high] = [low, high].map(|end| shown.value(end, self.input_unit()));
+                let ends = if self.dead_points { ", dead points at both ends for this input" } else { "" };
+                format!("`{input}` moves from {low} to {high}{ends}")
+            }
+            None if self.full_turn => format!("`{input}` turns fully, with no dead point for this input"),
+            None => format!("`{input}` turns fully, but the mechanism is not as before after one turn"),
+        };
+        format!("{}: {class}{motion}", self.name)
+    }
+
+    fn at(&self, at: &At, shown: &Shown) -> String {
+        shown.value(at.input, self.input_unit())
+    }
+
+    fn output_lines(&self, shown: &Shown) -> Vec<String> {
+        let Some(output) = &self.output else { return Vec::new() };
+        let unit = unit_of(output);
+        let mut lines = Vec::new();
+        if let Some(stroke) = self.stroke {
+            let word = if output.angular { "swing" } else { "stroke" };
+            lines.push(format!("`{}`: {word} {}", output.name, shown.value(stroke, unit)));
+        }
+        let limit = |limit: &At| format!("{} at {}", shown.value(limit.value, unit), self.at(limit, shown));
+        if !self.limits.is_empty() {
+            let limits: Vec<String> = self.limits.iter().map(limit).collect();
+            lines.push(format!("`{}` stands still: {}", output.name, limits.join("; ")));
+        }
+        if let Some(ratio) = self.time_ratio {
+            lines.push(format!("time ratio {}", number(ratio)));
+        }
+        lines
+    }
+
+    fn transmission_line(&self, angle: &Transmission, shown: &Shown) -> String {
+        let end = |at: &At| format!("{} (at {})", shown.value(at.value, "rad"), self.at(at, shown));
+        let poor = if angle.min.value < POOR { ": below 40 deg" } else { "" };
+        format!("transmission angle at `{}` {} to {}{poor}", angle.joint, end(&angle.min), end(&angle.max))
+    }
+
+    fn dynamics(&self, shown: &Shown) -> Vec<String> {
+        let mut lines = Vec::new();
+        let extent = |name: &str, extent: &Option<Extent>, unit: &str| {
+            extent.as_ref().map(|own| {
+                let [low, high] = [own.min, own.max]
+                    .map(|at| format!("{} (at {})", shown.value(at.value, unit), self.at(&at, shown)));
+                format!("{name} {low} to {high}, RMS {}", shown.value(own.rms, unit))
+            })
+        };
+        let effort = if self.input.angular { "N.m" } else { "N" };
+        let word = if self.input.angular { "drive torque" } else { "drive force" };
+        lines.extend(extent(word, &self.drive, effort));
+        lines.extend(extent("drive power", &self.power, "W"));
+        for joint in &self.joints {
+            let peak = format!("{} at {}", shown.value(joint.max.value, "N"), self.at(&joint.max, shown));
+            lines.push(format!("joint `{}`: peak {peak}, RMS {}", joint.joint, shown.value(joint.rms, "N")));
+        }
+        if let Some(force) = &self.shaking_force {
+            let peak = format!("{} at {}", shown.value(force.max.value, "N"), self.at(&force.max, shown));
+            lines.push(format!("shaking force: peak {peak}, RMS {}", shown.value(force.rms, "N")));
+        }
+        lines.extend(extent("shaking moment", &self.shaking_moment, "N.m"));
+        lines.extend(extent("generalised inertia", &self.inertia, if self.input.angular { "kg.m2" } else { "kg" }));
+        if let Some(own) = &self.fluctuation {
+            let free = format!("coefficient of fluctuation without drive and loads {}", number(own.free));
+            let energy = shown.value(own.energy, "J");
+            lines.push(format!("{free}; the loads need {} and vary by {energy}", shown.value(own.mean_torque, "N.m")));
+            lines.extend(own.flywheel.map(|wheel| format!("flywheel {}", shown.value(wheel, "kg.m2"))));
+        }
+        lines
+    }
+
+    fn path_lines(&self, shown: &Shown) -> Vec<String> {
+        let Some(path) = &self.path else { return Vec::new() };
+        let area = path.area.map_or(String::new(), |area| format!(", encloses {}", shown.value(area, "m2")));
+        let mut lines = vec![format!("path of `{}`: length {}{area}", path.point, shown.value(path.length, "m"))];
+        let inputs = |inputs: &[f64]| {
+            let inputs: Vec<String> = inputs.iter().map(|input| shown.value(*input, self.input_unit())).collect();
+            inputs.join(", ")
+        };
+        if !path.inflections.is_empty() {
+            lines.push(format!("  inflections at {}", inputs(&path.inflections)));
+        }
+        if !path.cusps.is_empty() {
+            lines.push(format!("  cusps at {}", inputs(&path.cusps)));
+        }
+        for node in &path.crunodes {
+            let [x, y] = [node.x, node.y].map(|at| shown.value(at, "m"));
+            lines.push(format!("  crosses itself at ({x}, {y}), input {}", inputs(&node.inputs)));
+        }
+        lines
+    }
+
+    /// The rows of the table, one every so much of the input.
+    fn rows(&self, every: f64, shown: &Shown) -> Vec<String> {
+        let Some(inputs) = self.table.first() else { return Vec::new() };
+        let step = (inputs.values.get(1).unwrap_or(&1.0) - inputs.values.first().unwrap_or(&0.0)).abs();
+        let thin = ((every / step).round() as usize).max(1);
+        let head = |column: &Column| titled(&column.name, &shown.of(&column.unit).name);
+        let mut rows: Vec<Vec<String>> = vec![self.table.iter().map(head).collect()];
+        for index in (0..inputs.values.len()).step_by(thin) {
+            rows.push(self.table.iter().map(|column| shown.bare(column.values[index], &column.unit)).collect());
+        }
+        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..self.table.len()).map(width).collect();
+        let line = |row: &Vec<String>| {
+            let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
+            cells.join("  ")
+        };
+        rows.iter().map(line).collect()
+    }
+
+    /// The names of the table's columns with their units, and its rows.
+    pub fn csv(&self, units: &Units) -> (Vec<String>, Vec<Vec<f64>>) {
+        let shown = Shown { units };
+        let header = self.table.iter().map(|column| titled(&column.name, &shown.of(&column.unit).name)).collect();
+        let factors: Vec<f64> = self.table.iter().map(|column| shown.of(&column.unit).factor).collect();
+        let count = self.table.first().map_or(0, |column| column.values.len());
+        let row =
+            |index: usize| self.table.iter().zip(&factors).map(|(own, factor)| own.values[index] / factor).collect();
+        (header, (0..count).map(row).collect())
+    }
+
+    /// The table over the input.
+    pub fn plot(&self, units: &Units) -> Plot {
+        let shown = Shown { units };
+        let series = |column: &Column| {
+            let unit = shown.of(&column.unit);
+            // Beyond a hundred a ratio is on its way to infinity.
+            let is_ratio = column.name == "advantage";
+            let value = |value: &f64| if is_ratio && value.abs() > 100.0 { f64::NAN } else { value / unit.factor };
+            Series {
+                name: column.name.clone(),
+                unit: unit.name.clone(),
+                values: column.values.iter().map(value).collect(),
+                ..Series::default()
+            }
+        };
+        let Some((input, rest)) = self.table.split_first() else { return Plot::default() };
+        let unit = shown.of(&input.unit);
+        Plot {
+            title: self.name.clone(),
+            axis: titled(&input.name, &unit.name),
+            true_to_scale: None,
+            time: input.values.iter().map(|value| value / unit.factor).collect(),
+            series: rest.iter().map(series).collect(),
+        }
+    }
+}
+
+fn unit_of(link: &Link) -> &'static str {
+    if link.angular { "rad" } else { "m" }
+}
+
+fn titled(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.to_string() } else { format!("{name} [{unit}]") }
+}
+
+/// Six digits.
+fn number(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_string();
+    }
+    if !value.is_finite() || value.abs() >= 1e9 {
+        return if value.is_nan() {
+            "-".to_string()
+        } else if value > 0.0 {
+            "inf".to_string()
+        } else {
+            "-inf".to_string()
+        };
+    }
+    if !(1e-4..1e7).contains(&value.abs()) {
+        return format!("{value:.4e}");
+    }
+    let decimals = (5 - value.abs().log10().floor() as i32).max(0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+}
+
+/// The units that people think of mechanisms in, where they ask for no others.
+pub fn usual() -> Units {
+    let mut units = Units::default();
+    for name in ["deg", "mm"] {
+        if let Ok(unit) = crate::compile::unit(name) {
+            units.add(unit);
+        }
+    }
+    units
+}
+
+/// Degrees or millimetres as SI if the text has no unit of its own.
+pub fn step(text: &str, angular: bool) -> Result<f64, String> {
+    crate::compile::quantity(text, &if angular { Unit::angle() } else { Unit::length() })
+}

@@ -1,0 +1,250 @@
+//! Values at equal steps of the input, and what lies between them: extremes and zeros, by polynomials through eight neighbours.
+
+use crate::mechanism::Quantity;
+
+/// The variables of a joint that turns.
+pub const ANGULAR: [Quantity; 3] = [Quantity::Angle, Quantity::Omega, Quantity::Alpha];
+/// How many neighbours an interpolation uses.
+const NEIGHBOURS: usize = 8;
+
+/// Values of one quantity at equal steps.
+#[derive(Clone, Debug)]
+pub struct Samples {
+    /// The place of the first value, and the step.
+    grid: [f64; 2],
+    values: Vec<f64>,
+    /// Does it begin again after the last value?
+    periodic: bool,
+}
+
+/// A value and where it is.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct At {
+    /// The input.
+    pub input: f64,
+    /// The value there.
+    pub value: f64,
+}
+
+impl Samples {
+    pub fn new(grid: [f64; 2], values: Vec<f64>, periodic: bool) -> Samples {
+        Samples { grid, values, periodic }
+    }
+
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The input at a sample.
+    pub fn input(&self, index: usize) -> f64 {
+        self.grid[0] + self.grid[1] * index as f64
+    }
+
+    fn value(&self, index: isize) -> Option<f64> {
+        let count = self.values.len() as isize;
+        let index = if self.periodic { index.rem_euclid(count) } else { index };
+        self.values.get(usize::try_from(index).ok()?).copied()
+    }
+
+    /// The value at a place in steps.
+    fn at(&self, place: f64) -> f64 {
+        self.polynomial(self.first(place), place)
+    }
+
+    /// The first of the neighbours of a place.
+    fn first(&self, place: f64) -> isize {
+        let count = self.values.len();
+        let used = NEIGHBOURS.min(count) as isize;
+        let first = place.floor() as isize - used / 2 + 1;
+        if self.periodic { first } else { first.clamp(0, count as isize - used) }
+    }
+
+    /// The polynomial through neighbours (Lagrange).
+    fn polynomial(&self, first: isize, place: f64) -> f64 {
+        let used = NEIGHBOURS.min(self.values.len()) as isize;
+        let mut sum = 0.0;
+        for i in first..first + used {
+            let Some(value) = self.value(i) else { return f64::NAN };
+            let others = (first..first + used).filter(|&j| j != i);
+            sum += value * others.map(|j| (place - j as f64) / (i - j) as f64).product::<f64>();
+        }
+        sum
+    }
+
+    /// The value at an input.
+    pub fn at_input(&self, input: f64) -> f64 {
+        self.at((input - self.grid[0]) / self.grid[1])
+    }
+
+    /// The pairs of neighbours, by the index of the first.
+    fn pairs(&self) -> impl Iterator<Item = (usize, [f64; 2])> {
+        let last = if self.periodic { self.values.len() } else { self.values.len().saturating_sub(1) };
+        (0..last).filter_map(|index| Some((index, [self.value(index as isize)?, self.value(index as isize + 1)?])))
+    }
+
+    /// Where it changes its sign, by halving between samples.
+    pub fn zeros(&self) -> Vec<f64> {
+        let mut zeros = Vec::new();
+        for (index, [a, b]) in self.pairs() {
+            if a == 0.0 {
+                zeros.push(self.input(index));
+            } else if a * b < 0.0 {
+                let (mut low, mut high) = (index as f64, index as f64 + 1.0);
+                for _ in 0..60 {
+                    let middle = 0.5 * (low + high);
+                    if self.at(middle) * a > 0.0 { low = middle } else { high = middle }
+                }
+                zeros.push(self.grid[0] + self.grid[1] * 0.5 * (low + high));
+            }
+        }
+        zeros
+    }
+
+    /// The largest value; between samples too.
+    pub fn max(&self) -> At {
+        self.extreme(1.0)
+    }
+
+    /// The smallest value; between samples too.
+    pub fn min(&self) -> At {
+        self.extreme(-1.0)
+    }
+
+    fn extreme(&self, sign: f64) -> At {
+        let best = (0..self.values.len()).max_by(|&a, &b| (sign * self.values[a]).total_cmp(&(sign * self.values[b])));
+        let best = best.unwrap_or(0) as f64;
+        let last = self.values.len().saturating_sub(1) as f64;
+        let (mut low, mut high) = (best - 1.0, best + 1.0);
+        if !self.periodic {
+            (low, high) = (low.max(0.0), high.min(last));
+        }
+        // Golden section; near the top rounding hides what is higher.
+        const GOLDEN: f64 = 0.618_033_988_749_895;
+        for _ in 0..60 {
+            let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+            if sign * self.at(a) > sign * self.at(b) { high = b } else { low = a }
+        }
+        let middle = 0.5 * (low + high);
+        let at_sample = sign * self.values.get(best as usize).copied().unwrap_or(f64::NAN);
+        let place = if sign * self.at(middle) >= at_sample { middle } else { best };
+        At { input: self.grid[0] + self.grid[1] * place, value: self.at(place) }
+    }
+
+    /// The mean over the input; of a stroke by trapezoids.
+    pub fn mean(&self) -> f64 {
+        let count = self.values.len() as f64;
+        let sum: f64 = self.values.iter().sum();
+        if self.periodic {
+            return sum / count;
+        }
+        let ends = 0.5 * (self.values.first().unwrap_or(&0.0) + self.values.last().unwrap_or(&0.0));
+        (sum - ends) / (count - 1.0)
+    }
+
+    /// The root of the mean square.
+    pub fn rms(&self) -> f64 {
+        self.map(|value| value * value).mean().sqrt()
+    }
+
+    /// Made of two, sample by sample.
+    pub fn with(&self, other: &Samples, of: impl Fn(f64, f64) -> f64) -> Samples {
+        let values = self.values.iter().zip(&other.values).map(|(&a, &b)| of(a, b)).collect();
+        Samples { values, ..self.clone() }
+    }
+
+    pub fn plus(&self, other: &Samples) -> Samples {
+        self.with(other, |a, b| a + b)
+    }
+
+    pub fn minus(&self, other: &Samples) -> Samples {
+        self.with(other, |a, b| a - b)
+    }
+
+    /// An angle without the jumps of whole turns; no longer periodic if it turns on and on.
+    pub fn unwound(&self) -> Samples {
+        use std::f64::consts::TAU;
+        let mut turns = 0.0;
+        let mut values: Vec<f64> = Vec::with_capacity(self.values.len() + 1);
+        for &value in self.values.iter().chain(self.values.first().filter(|_| self.periodic)) {
+            if let Some(last) = values.last() {
+                turns = ((last - value) / TAU).round() * TAU;
+            }
+            values.push(value + turns);
+        }
+        let returns = self.periodic && turns == 0.0;
+        if returns {
+            values.pop();
+        }
+        Samples { values, periodic: returns, ..self.clone() }
+    }
+
+    /// The derivative by the input, from the polynomial through the neighbours.
+    pub fn slope(&self) -> Samples {
+        let count = self.values.len();
+        let reach = 1e-3;
+        let slope = |index: usize| {
+            let place = (index as f64).clamp(reach, (count as f64 - 1.0 - reach).max(reach));
+            let place = if self.periodic { index as f64 } else { place };
+            (self.around(place, reach) - self.around(place, -reach)) / (2.0 * reach * self.grid[1])
+        };
+        Samples { values: (0..count).map(slope).collect(), ..self.clone() }
+    }
+
+    /// The value beside a place, by the polynomial of that place.
+    fn around(&self, place: f64, offset: f64) -> f64 {
+        self.polynomial(self.first(place), place + offset)
+    }
+
+    pub fn map(&self, of: impl Fn(f64) -> f64) -> Samples {
+        Samples { values: self.values.iter().map(|&value| of(value)).collect(), ..self.clone() }
+    }
+
+    /// The integral from the first sample on, without the mean: that of a Fourier series is that of its terms, so each interval is
+    /// integrated by the polynomial through its neighbours (Gauss's three points).
+    pub fn fluctuation(&self) -> Samples {
+        let mean = self.mean();
+        let root = 0.6f64.sqrt();
+        let mut sum = 0.0;
+        let mut values = Vec::with_capacity(self.values.len());
+        for index in 0..self.values.len() {
+            values.push(sum);
+            let middle = index as f64 + 0.5;
+            let at = |offset: f64| self.at(middle + 0.5 * offset) - mean;
+            if self.periodic || index + 1 < self.values.len() {
+                sum += self.grid[1] * (5.0 * at(-root) + 8.0 * at(0.0) + 5.0 * at(root)) / 18.0;
+            }
+        }
+        Samples { values, ..self.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{PI, TAU};
+
+    fn wave(of: impl Fn(f64) -> f64) -> Samples {
+        let step = TAU / 720.0;
+        Samples::new([0.0, step], (0..720).map(|index| of(step * f64::from(index))).collect(), true)
+    }
+
+    #[test]
+    fn extremes_and_zeros_lie_between_samples() {
+        let samples = wave(|x| (x - 0.1234).sin() + 0.3 * (2.0 * x).cos());
+        let slope = |x: f64| (x - 0.1234).cos() - 0.6 * (2.0 * x).sin();
+        for at in [samples.max(), samples.min()] {
+            assert!(slope(at.input).abs() < 1e-7, "{at:?}");
+            assert!((samples.at_input(at.input) - at.value).abs() < 1e-13);
+        }
+        let zeros = wave(|x| (x - 0.1234).sin()).zeros();
+        assert!(zeros.iter().zip([0.1234, 0.1234 + PI]).all(|(a, b)| (a - b).abs() < 1e-12), "{zeros:?}");
+    }
+
+    #[test]
+    fn means_and_integrals_are_those_of_the_function() {
+        let samples = wave(|x| 2.0 + 3.0 * x.sin());
+        assert!((samples.mean() - 2.0).abs() < 1e-12 && (samples.rms() - (4.0f64 + 4.5).sqrt()).abs() < 1e-12);
+        let integral = samples.fluctuation();
+        assert!((integral.max().value - integral.min().value - 6.0).abs() < 1e-10);
+    }
+}

@@ -1,0 +1,397 @@
+//! `cotree motion` against five mechanisms whose numbers were found in another way: by Newton's method in absolute coordinates with Lagrange
+//! multipliers, at a pose again from positions in closed form at 40 digits, and by free-body balances.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+#[path = "support/command.rs"]
+mod command;
+use command::{code, cotree, stderr, stdout};
+
+const CRANK_ROCKER: &str = r#"
+name = "crank_rocker"
+ground.points = { O2 = [0, 0], O4 = ["100 mm", 0] }
+[bodies]
+crank   = { mass = 0.3, inertia = 8e-5, com = ["10 mm", 0], points = { o = [0, 0], a = ["40 mm", 0] } }
+coupler = { mass = 0.6, inertia = 1.2e-3, com = ["60 mm", "20 mm"], points = { a = [0, 0], b = ["120 mm", 0], p = ["60 mm", "50 mm"], n = ["60 mm", "-50 mm"], k = ["755.926824431 mm", "671.709272844 mm"] } }
+rocker  = { mass = 0.5, inertia = 4e-4, com = ["35 mm", 0], points = { o = [0, 0], b = ["80 mm", 0] } }
+[joints]
+O2 = { type = "revolute", between = ["ground.O2", "crank.o"] }
+A  = { type = "revolute", between = ["crank.a", "coupler.a"] }
+B  = { type = "revolute", between = ["coupler.b", "rocker.b"] }
+O4 = { type = "revolute", between = ["ground.O4", "rocker.o"] }
+[initial]
+"crank.angle"   = "60 deg"
+"coupler.angle" = { guess = 0.32 }
+"rocker.angle"  = { guess = 1.13 }
+"#;
+
+const SLIDER_CRANK: &str = r#"
+name = "slider_crank"
+ground.points = { O2 = [0, 0], line = [0, "20 mm"] }
+[bodies]
+crank  = { mass = 1, inertia = 1e-3, com = ["10 mm", 0], points = { o = [0, 0], a = ["50 mm", 0] } }
+rod    = { mass = 0.8, inertia = 2.5e-3, com = ["50 mm", 0], points = { a = [0, 0], b = ["150 mm", 0] } }
+slider = { mass = 1.2 }
+[joints]
+O2    = { type = "revolute", between = ["ground.O2", "crank.o"] }
+A     = { type = "revolute", between = ["crank.a", "rod.a"] }
+B     = { type = "revolute", between = ["rod.b", "slider"] }
+guide = { type = "prismatic", between = ["ground.line", "slider"], axis = [1, 0] }
+[initial]
+"crank.angle" = "50 deg"
+"rod.angle"   = { guess = -0.12 }
+"#;
+
+const WHITWORTH: &str = r#"
+name = "whitworth"
+ground.points = { O4 = [0, 0], O2 = [0, "-30 mm"] }
+[bodies]
+crank = { mass = 0.5, inertia = 1e-3, com = ["30 mm", 0], points = { o = [0, 0], p = ["75 mm", 0] } }
+block = { mass = 0.1, inertia = 2e-5 }
+arm   = { mass = 1.2, inertia = 2e-3, com = ["20 mm", 0], points = { o = [0, 0], e = ["60 mm", 0] } }
+rod   = { mass = 0.4, inertia = 1.4e-3, com = ["100 mm", 0], points = { e = [0, 0], r = ["200 mm", 0] } }
+ram   = { mass = 2 }
+[joints]
+O2    = { type = "revolute", between = ["ground.O2", "crank.o"] }
+pin   = { type = "revolute", between = ["crank.p", "block"] }
+slide = { type = "prismatic", between = ["arm.o", "block"], axis = [1, 0] }
+O4    = { type = "revolute", between = ["ground.O4", "arm.o"] }
+E     = { type = "revolute", between = ["arm.e", "rod.e"] }
+R     = { type = "revolute", between = ["rod.r", "ram"] }
+guide = { type = "prismatic", between = ["ground", "ram"], axis = [1, 0] }
+[initial]
+"crank.angle" = "40 deg"
+"arm.angle"   = { guess = 0.3 }
+"rod.angle"   = { guess = 0 }
+"ram.x"       = { guess = 0.25 }
+"#;
+
+const PRESS: &str = r#"
+name = "press"
+ground.points = { O2 = ["-170 mm", "-200 mm"], O4 = [0, 0] }
+[bodies]
+crank = { mass = 0.5, inertia = 2e-4, points = { o = [0, 0], a = ["30 mm", 0] } }
+link  = { mass = 0.6, inertia = 1.2e-3, com = ["75 mm", 0], points = { a = [0, 0], k = ["150 mm", 0] } }
+upper = { mass = 0.9, inertia = 3.2e-3, com = ["100 mm", 0], points = { o = [0, 0], k = ["200 mm", 0] } }
+lower = { mass = 1.1, inertia = 6e-3, com = ["125 mm", 0], points = { k = [0, 0], r = ["250 mm", 0] } }
+ram   = { mass = 8 }
+[joints]
+O2    = { type = "revolute", between = ["ground.O2", "crank.o"] }
+A     = { type = "revolute", between = ["crank.a", "link.a"] }
+K1    = { type = "revolute", between = ["link.k", "upper.k"] }
+O4    = { type = "revolute", between = ["ground.O4", "upper.o"] }
+K2    = { type = "revolute", between = ["upper.k", "lower.k"] }
+R     = { type = "revolute", between = ["lower.r", "ram"] }
+guide = { type = "prismatic", between = ["ground", "ram"], axis = [0, 1] }
+[initial]
+"crank.angle" = "100 deg"
+"link.angle"  = { guess = 0.1 }
+"upper.angle" = { guess = "-100 deg" }
+"lower.angle" = { guess = "-80 deg" }
+"ram.y"       = { guess = -0.446 }
+"#;
+
+fn motion(scene: &str, more: &[&str]) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), scene).unwrap();
+    let output = cotree(folder.path(), &[&["motion", "a.toml", "--json", "--input", "O2"], more].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    serde_json::from_str(&stdout(&output)).unwrap()
+}
+
+fn number(value: &Value, path: &str) -> f64 {
+    value.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("no {path}"))
+}
+
+/// Values at paths, to eight digits.
+fn check(figures: &Value, wanted: &[(&str, f64)]) {
+    check_to(1e-8, figures, wanted);
+}
+
+fn check_to(tolerance: f64, figures: &Value, wanted: &[(&str, f64)]) {
+    for (path, value) in wanted {
+        let found = number(figures, path);
+        assert!((found - value).abs() < tolerance * (1e-3 + value.abs()), "{path}: {found}, not {value}");
+    }
+}
+
+/// A column of the table at an angle of the crank [deg].
+fn at(figures: &Value, column: &str, degrees: usize) -> f64 {
+    let columns = figures["table"].as_array().unwrap();
+    let found = columns.iter().find(|own| own["name"] == column);
+    let found = found
+        .unwrap_or_else(|| panic!("no {column} in {:?}", columns.iter().map(|own| &own["name"]).collect::<Vec<_>>()));
+    found["values"][2 * degrees].as_f64().unwrap()
+}
+
+fn joint<'f>(figures: &'f Value, name: &str) -> &'f Value {
+    figures["joints"].as_array().unwrap().iter().find(|joint| joint["joint"] == name).unwrap()
+}
+
+fn near(found: f64, wanted: f64) {
+    assert!((found - wanted).abs() < 1e-8 * (1e-3 + wanted.abs()), "{found}, not {wanted}");
+}
+
+const DEG: f64 = std::f64::consts::PI / 180.0;
+
+#[test]
+fn the_crank_rocker() {
+    let figures = motion(CRANK_ROCKER, &["--output", "O4", "--speed", "20 rad/s", "--point", "coupler.p"]);
+    assert!(figures["four_bar"].as_str().unwrap().starts_with("crank-rocker"));
+    assert_eq!(figures["full_turn"], true);
+    check(
+        &figures,
+        &[
+            ("/limits/0/input", 24.146848 * DEG),
+            ("/limits/0/value", 54.9003678 * DEG),
+            ("/limits/1/input", 231.3178125 * DEG),
+            ("/limits/1/value", 128.6821875 * DEG),
+            ("/stroke", 73.78181965 * DEG),
+            ("/time_ratio", 1.355573330),
+            ("/transmission/0/min/value", 26.38432975 * DEG),
+            ("/transmission/0/max/value", 86.41667830 * DEG),
+            ("/joint_force_index/value", 28.12843386),
+            ("/drive/max/value", 0.7714716509),
+            ("/drive/min/value", -1.322299642),
+            ("/drive/rms", 0.4019258918),
+            ("/power/min/value", -26.44599284),
+            ("/power/max/value", 15.42943302),
+            ("/inertia/max/value", 3.575934385e-3),
+            ("/inertia/min/value", 4.912461999e-4),
+            ("/fluctuation/free", 0.9183400920),
+            ("/shaking_force/max/value", 35.09489424),
+            ("/shaking_force/rms", 15.63759878),
+            ("/shaking_moment/max/value", 1.514380240),
+            ("/shaking_moment/min/value", -3.191240115),
+            ("/path/length", 0.2588948063),
+            ("/path/area", 3.997331781e-3),
+            ("/path/radius/120", 34.57686861e-3),
+            ("/path/x/120", 61.17789112e-3),
+            ("/path/y/120", 101.0065289e-3),
+        ],
+    );
+    for (column, value) in [
+        ("O4", 1.133477573),
+        ("O4'", 0.4573488370),
+        ("O4''", 0.3198967285),
+        ("advantage", 2.186514798),
+        ("transmission at B", 46.56746344 * DEG),
+        ("inertia", 1.177035398e-3),
+        ("drive", 0.2027745407),
+        ("shaking fx", 10.49388136),
+        ("shaking fy", 6.503409352),
+        ("shaking moment", -0.3860855329),
+        ("|O2|", 10.66668843f64.hypot(8.336519275)),
+        ("|B|", 2.821442921f64.hypot(2.211131837)),
+    ] {
+        near(at(&figures, column, 60), value);
+    }
+    check(joint(&figures, "O2"), &[("/max/value", 63.56645148), ("/rms", 22.33319590)]);
+    check(joint(&figures, "B"), &[("/max/value", 46.96669452), ("/rms", 14.74239918)]);
+    let coupler = figures["instant_centres"].as_array().unwrap().iter().find(|body| body["body"] == "coupler").unwrap();
+    check(coupler, &[("/at/120/0", 0.5256230590), ("/at/120/1", 0.9104058438)]);
+    assert_eq!(figures["path"]["crunodes"].as_array().unwrap().len(), 0);
+}
+
+#[test]
+fn coupler_curves_have_cusps_and_crossings() {
+    let crossing = motion(CRANK_ROCKER, &["--point", "coupler.n"]);
+    check(
+        &crossing,
+        &[
+            ("/path/crunodes/0/x", 0.1003271997),
+            ("/path/crunodes/0/y", 2.011196833e-3),
+            ("/path/crunodes/0/inputs/0", 47.21761892 * DEG),
+            ("/path/crunodes/0/inputs/1", 315.0792190 * DEG),
+        ],
+    );
+    let cusp = motion(CRANK_ROCKER, &["--point", "coupler.k"]);
+    check_to(1e-5, &cusp, &[("/path/cusps/0", 60.0 * DEG)]);
+}
+
+#[test]
+fn the_offset_slider_crank() {
+    let figures = motion(SLIDER_CRANK, &["--speed", "60 rad/s"]);
+    check(
+        &figures,
+        &[
+            ("/limits/0/input", 5.739170477 * DEG),
+            ("/limits/0/value", 0.1989974874),
+            ("/limits/1/input", 191.5369590 * DEG),
+            ("/limits/1/value", 0.09797958971),
+            ("/stroke", 0.1010178977),
+            ("/time_ratio", 1.066563892),
+            ("/transmission/0/min/value", (90.0 - 27.81813928) * DEG),
+            ("/drive/max/value", 8.771336396),
+            ("/drive/min/value", -10.41547384),
+            ("/drive/rms", 5.675431841),
+            ("/inertia/max/value", 6.938041000e-3),
+            ("/inertia/min/value", 2.266387577e-3),
+            ("/shaking_force/max/value", 486.7929030),
+            ("/shaking_moment/max/value", 4.509475619),
+            ("/shaking_moment/min/value", -7.061208608),
+        ],
+    );
+    for (column, value) in [
+        ("guide", 0.1810186224),
+        ("guide'", -42.25322348e-3),
+        ("guide''", -34.47371807e-3),
+        ("transmission at B", (90.0 - 7.008397542) * DEG),
+        ("drive", 7.984212582),
+        ("shaking fx", 266.8691959),
+        ("shaking moment", -2.282100893),
+    ] {
+        near(at(&figures, column, 50), value);
+    }
+    check(joint(&figures, "O2"), &[("/max/value", 489.0552471), ("/rms", 309.4078485)]);
+    check(joint(&figures, "B"), &[("/max/value", 293.7724325), ("/rms", 170.2035159)]);
+}
+
+#[test]
+fn a_flywheel_for_a_load_on_one_stroke() {
+    let load = "[loads.cut]\ntype = \"force\"\non = \"slider\"\nvector = [\"if(slider.vx > 0, -1000, 0)\", 0]\n";
+    let figures = motion(&format!("{SLIDER_CRANK}{load}"), &["--speed", "60 rad/s", "--fluctuation", "0.02"]);
+    // The load's torque has kinks at the limits, between samples.
+    check_to(
+        2e-5,
+        &figures,
+        &[
+            ("/fluctuation/mean_torque", 16.07749776),
+            ("/fluctuation/energy", 57.73205632),
+            ("/fluctuation/flywheel", 0.8018341155),
+        ],
+    );
+}
+
+#[test]
+fn the_whitworth_quick_return() {
+    let figures = motion(WHITWORTH, &["--speed", "10 rad/s", "--output", "guide"]);
+    check(
+        &figures,
+        &[
+            ("/limits/0/input", 23.57817848 * DEG),
+            ("/limits/1/input", 156.4218215 * DEG),
+            ("/stroke", 0.12),
+            ("/time_ratio", 1.709952782),
+            ("/drive/max/value", 2.475334649),
+            ("/drive/min/value", -2.345022533),
+            ("/drive/rms", 0.9026864300),
+            ("/inertia/max/value", 0.03411808223),
+            ("/inertia/min/value", 4.650061403e-3),
+            ("/shaking_force/max/value", 36.91152071),
+            ("/shaking_moment/max/value", 1.349977176),
+            ("/shaking_moment/min/value", -1.274547099),
+        ],
+    );
+    let rod = figures["transmission"].as_array().unwrap().iter().find(|angle| angle["joint"] == "R").unwrap();
+    check(rod, &[("/min/value", (90.0 - 17.45760312) * DEG)]);
+    for (column, value) in
+        [("guide", 0.2563728730), ("guide'", -26.84206802e-3), ("guide''", -0.1098270100), ("drive", 0.8714572544)]
+    {
+        near(at(&figures, column, 40), value);
+    }
+    check(joint(&figures, "O2"), &[("/max/value", 33.63815514), ("/rms", 12.37431730)]);
+}
+
+#[test]
+fn the_toggle_press() {
+    let figures = motion(PRESS, &["--speed", "5 rad/s", "--output", "guide"]);
+    let mut limits: Vec<(f64, f64)> = figures["limits"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|limit| (number(limit, "/input") / DEG, number(limit, "/value")))
+        .collect();
+    limits.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let wanted =
+        [(0.07962452555, -0.4495497798), (44.30052989, -0.45), (183.0548062, -0.4385191652), (315.6994701, -0.45)];
+    assert_eq!(limits.len(), 4);
+    for ((input, value), (at, wanted)) in limits.into_iter().zip(wanted) {
+        assert!((input - at).abs() < 1e-6 && (value - wanted).abs() < 1e-9, "{input} {value}");
+    }
+    assert!(figures["time_ratio"].is_null(), "four limits have no single time ratio");
+    check(
+        &figures,
+        &[
+            ("/drive/max/value", 0.02183011299),
+            ("/drive/min/value", -0.01703074881),
+            ("/inertia/max/value", 1.823994847e-3),
+            ("/shaking_force/max/value", 2.811152690),
+            ("/shaking_moment/max/value", 0.4312904401),
+        ],
+    );
+    near(at(&figures, "guide'", 100), 7.015047112e-3);
+    near(at(&figures, "advantage", 100), 142.5507176);
+    near(at(&figures, "drive", 100), -9.893176037e-4);
+}
+
+#[test]
+fn a_triple_rocker_has_dead_points_at_both_ends() {
+    let scene = CRANK_ROCKER
+        .replace("40 mm", "80 mm")
+        .replace("120 mm", "60 mm")
+        .replace("b = [\"80 mm\", 0]", "b = [\"50 mm\", 0]");
+    let scene = scene
+        .replace("\"60 deg\"", "\"20 deg\"")
+        .replace("guess = 0.32", "guess = 0.5")
+        .replace("guess = 1.13", "guess = 1.5");
+    let figures = motion(&scene, &["--output", "O4"]);
+    assert!(figures["four_bar"].as_str().unwrap().starts_with("triple rocker"), "{}", figures["four_bar"]);
+    assert_eq!((&figures["full_turn"], &figures["dead_points"]), (&Value::Bool(false), &Value::Bool(true)));
+    check_to(1e-6, &figures, &[("/range/0", -74.41010189 * DEG), ("/range/1", 74.41010189 * DEG)]);
+}
+
+#[test]
+fn the_report_is_a_text_a_table_and_a_plot() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), CRANK_ROCKER).unwrap();
+    let run = |more: &[&str]| cotree(folder.path(), &[&["motion", "a.toml"], more].concat());
+    let arguments = [
+        "--input", "O2", "--output", "O4", "--speed", "20 rad/s", "--every", "60 deg", "-o", "a.csv", "--plot", "a.png",
+    ];
+    let text = stdout(&run(&arguments));
+    for part in [
+        "crank-rocker",
+        "turns fully",
+        "swing 73.7818 deg",
+        "time ratio 1.35557",
+        "26.3843 deg",
+        ": below 40 deg",
+        "0.771472 N.m",
+        "46.9667 N",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    assert_eq!(text.lines().rev().take_while(|line| !line.is_empty()).count(), 7, "a head and six rows\n{text}");
+    let table = std::fs::read_to_string(folder.path().join("a.csv")).unwrap();
+    assert!(
+        table.starts_with("O2 [deg],O4 [deg],O4',O4'' [1/rad],advantage,") && table.lines().count() == 721,
+        "{table:.300}"
+    );
+    assert!(std::fs::read(folder.path().join("a.png")).unwrap().starts_with(b"\x89PNG"));
+    for (more, message) in [
+        (&["--input", "O9"][..], "did you mean `O2`?"),
+        (&[][..], "--input"),
+        (&["--input", "O2", "--output", "A"][..], "on the ground"),
+        (&["--input", "O2", "--point", "coupler.q"][..], "no point `coupler.q`"),
+        (&["--input", "O2", "--range", "3"][..], "from..to"),
+    ] {
+        let output = run(more);
+        assert!(code(&output) == 2 && stderr(&output).contains(message), "{more:?}: {}", stderr(&output));
+    }
+    // Without masses there are no forces.
+    let light = CRANK_ROCKER.replace("mass = 0.3, inertia = 8e-5, ", "");
+    let driven = format!("{light}[drivers.motor]\njoint = \"O2\"\nangle = \"60/57.29577951308232 + 2*t\"\n");
+    std::fs::write(
+        folder.path().join("b.toml"),
+        driven.replace("mass = 0.6, inertia = 1.2e-3, ", "").replace("mass = 0.5, inertia = 4e-4, ", ""),
+    )
+    .unwrap();
+    let kinematic = stdout(&cotree(Path::new(folder.path()), &["motion", "b.toml"]));
+    assert!(
+        kinematic.contains("time ratio 1.35557") && !kinematic.contains("torque") && !kinematic.contains("inertia"),
+        "{kinematic}"
+    );
+}
