@@ -14,6 +14,15 @@ pub struct Browser {
     program: PathBuf,
 }
 
+/// Where the page in the frame comes from.
+pub struct Source<'a> {
+    pub page: &'a str,
+    /// Host of a server that has it, and its events, if it is no text.
+    pub server: &'a str,
+    /// What is done if the script asks for `/edit/` and a number.
+    pub edit: &'a dyn Fn(usize),
+}
+
 /// What the script saw, and what the browser wrote on its console.
 pub struct Seen {
     pub verdict: serde_json::Value,
@@ -46,6 +55,10 @@ impl Browser {
     }
 
     pub fn look(&self, page: &str, script: &str) -> Seen {
+        self.look_at(&Source { page, server: "", edit: &|_| () }, script)
+    }
+
+    pub fn look_at(&self, source: &Source, script: &str) -> Seen {
         let folder = tempfile::tempdir().unwrap();
         let server = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = format!("http://{}/", server.local_addr().unwrap());
@@ -54,7 +67,7 @@ impl Browser {
         let listening = std::thread::spawn(move || {
             console.lines().map_while(Result::ok).filter(|line| line.contains(":CONSOLE")).collect::<Vec<_>>()
         });
-        let verdict = serve(&server, page, &FRAME.replace("SCRIPT", script));
+        let verdict = serve(&server, source, &FRAME.replace("SCRIPT", script));
         let _ = child.kill();
         let _ = child.wait();
         let console = listening.join().unwrap();
@@ -73,7 +86,7 @@ impl Browser {
 }
 
 /// Answers until the verdict comes.
-fn serve(server: &TcpListener, page: &str, frame: &str) -> Option<serde_json::Value> {
+fn serve(server: &TcpListener, source: &Source, frame: &str) -> Option<serde_json::Value> {
     server.set_nonblocking(true).unwrap();
     let begin = Instant::now();
     while begin.elapsed() < PATIENCE {
@@ -81,7 +94,7 @@ fn serve(server: &TcpListener, page: &str, frame: &str) -> Option<serde_json::Va
             Ok((stream, _)) => {
                 stream.set_nonblocking(false).unwrap();
                 stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
-                if let Some(verdict) = answer(stream, page, frame) {
+                if let Some(verdict) = answer(stream, source, frame) {
                     return Some(verdict);
                 }
             }
@@ -91,7 +104,7 @@ fn serve(server: &TcpListener, page: &str, frame: &str) -> Option<serde_json::Va
     None
 }
 
-fn answer(stream: TcpStream, page: &str, frame: &str) -> Option<serde_json::Value> {
+fn answer(stream: TcpStream, source: &Source, frame: &str) -> Option<serde_json::Value> {
     let mut reader = BufReader::new(stream);
     let mut first = String::new();
     reader.read_line(&mut first).ok()?;
@@ -111,9 +124,20 @@ fn answer(stream: TcpStream, page: &str, frame: &str) -> Option<serde_json::Valu
     let mut body = vec![0; length];
     reader.read_exact(&mut body).ok()?;
     let place = first.split(' ').nth(1).unwrap_or_default();
+    let asked = match place {
+        "/page" => "/",
+        other => other,
+    };
+    if !source.server.is_empty() && ["/page", "/events"].contains(&place) {
+        pass_on(source.server, asked, reader.into_inner());
+        return None;
+    }
+    if let Some(number) = place.strip_prefix("/edit/") {
+        (source.edit)(number.parse().ok()?);
+    }
     let content = match place {
         "/" => frame,
-        "/page" => page,
+        "/page" => source.page,
         _ => "",
     };
     let head = format!(
@@ -123,4 +147,14 @@ fn answer(stream: TcpStream, page: &str, frame: &str) -> Option<serde_json::Valu
     let mut stream = reader.into_inner();
     let _ = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(content.as_bytes()));
     (place == "/verdict").then(|| serde_json::from_slice(&body).unwrap())
+}
+
+/// Asks another server, and passes its answer on as it comes.
+fn pass_on(server: &str, place: &str, mut to: TcpStream) {
+    let mut from = TcpStream::connect(server).unwrap();
+    write!(from, "GET {place} HTTP/1.1\r\nHost: {server}\r\n\r\n").unwrap();
+    std::thread::spawn(move || {
+        // Either side may go away.
+        let _ = std::io::copy(&mut from, &mut to);
+    });
 }

@@ -9,7 +9,7 @@ mod watched;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use browser::{Browser, Seen};
+use browser::{Browser, Seen, Source};
 use command::{code, cotree, stderr};
 use watched::Watched;
 
@@ -236,4 +236,28 @@ fn a_watched_file_may_hold_anything_and_go_away() {
         events.next();
         assert!(watched.get("/", &watched.host).contains("linked"));
     }
+}
+
+/// An editor saves a fault, and mends it: the page says what is wrong, and moves on with its time and its view.
+#[test]
+fn faults_appear_and_disappear_in_a_watched_page() {
+    let Some(browser) = Browser::find() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let good = fs::read_to_string(model("pendulum")).unwrap();
+    fs::write(&scene, &good).unwrap();
+    let watched = Watched::start(&scene);
+    assert_eq!(watched.events().next()["good"], 1);
+    let texts = [good.replace("IFToMM", "mended"), good.replace("gravity", "gravty")];
+    let edit = |number: usize| fs::write(&scene, &texts[number]).unwrap();
+    let Seen { verdict, .. } =
+        browser.look_at(&Source { page: "", server: &watched.host, edit: &edit }, include_str!("watches.js"));
+    let said = verdict["said"].as_str().unwrap_or_else(|| panic!("{verdict}"));
+    assert!(said.contains("gravty") && said.contains("scene.toml:5") && said.contains("did you mean"), "{verdict}");
+    assert_eq!(
+        (&verdict["stays"], &verdict["mended"], &verdict["quiet"]),
+        (&true.into(), &true.into(), &true.into()),
+        "{verdict}"
+    );
+    assert_eq!((&verdict["time"], &verdict["view"]), (&true.into(), &true.into()), "{verdict}");
 }

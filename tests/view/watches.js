@@ -1,0 +1,13 @@
+const until = async done => { for (let k = 0; k < 1500 && !done(); k++) await wait(20); return Boolean(done()); };
+cotree.pause();
+cotree.zoom(.5);
+cotree.seek(1.25);
+const seen = $("scene").getAttribute("viewBox");
+await fetch("/edit/1");
+await until(() => !$("notice").hidden && $("notice").textContent);
+const said = $("notice").textContent, stays = page.document.querySelectorAll("#bodies .body").length > 0;
+await fetch("/edit/0");
+const now = () => frame.contentWindow, told = () => now().document.documentElement?.dataset.ready === "yes" && now().document.querySelector("header").textContent.includes("mended");
+const mended = await until(told);
+await until(() => now().cotree?.state.time === 1.25);
+return { said, stays, mended, quiet: now().document.getElementById("notice").hidden, time: now().cotree.state.time === 1.25, view: now().document.getElementById("scene").getAttribute("viewBox") === seen };
