@@ -33,7 +33,7 @@ from ._cotree import __version__
 from ._faults import Fault, Place, RunError, SceneError
 from ._model import Model, Variable, from_dict, load, loads
 from ._results import Results, ResultsList, Table
-from ._studies import Equilibrium, Mode, Modes, StateSpace
+from ._studies import Equilibrium, Mode, Modes, Sensitivities, StateSpace
 
 __all__ = [
     "Builder",
@@ -47,6 +47,7 @@ __all__ = [
     "ResultsList",
     "RunError",
     "SceneError",
+    "Sensitivities",
     "StateSpace",
     "Table",
     "Variable",

@@ -15,7 +15,7 @@ import numpy as np
 from . import _cotree
 from ._faults import Fault, RunError, faults, raised
 from ._results import Results, ResultsList, Table, frame, parameters
-from ._studies import Equilibrium, Mode, Modes, StateSpace
+from ._studies import Equilibrium, Mode, Modes, Sensitivities, StateSpace, sensitivities
 
 #: A number in SI units, or a text with a unit such as "120 mm".
 Value = float | str
@@ -267,6 +267,28 @@ class Model:
         with raised():
             report = json.loads(self._core.modes(at, list(dict(set or {}).items())))
         return Modes(report["time"], [_mode(mode) for mode in report["modes"]])
+
+    def sensitivities(
+        self,
+        of: str | Sequence[str] | None = None,
+        to: str | Sequence[str] = (),
+        times: Iterable[float] = (),
+        *,
+        tolerance: float | None = None,
+        set: Mapping[str, Value] | None = None,
+    ) -> Sensitivities:
+        """Derivatives of variables [default: the scene's outputs] with respect to parameters, constant inputs and initial values, at these times [s].
+
+        They are integrated beside the motion (variational equations), not differenced: as accurate as the motion. Where laws switch they jump as they should.
+        Raises SceneError, ValueError, and RunError where there are no derivatives: at singular poses, where a law that jumps is touched without being crossed.
+        """
+        of, to = ([names] if isinstance(names, str) else names for names in (of, to))
+        times = [float(time) for time in times]
+        with raised():
+            found = self._core.sensitivities(
+                times, tolerance, None if of is None else list(of), list(to), list(dict(set or {}).items())
+            )
+        return sensitivities(times, *found)
 
     def bench(self) -> dict[str, Any]:
         """Speed against error: every method at many tolerances, on this very scene, as `cotree bench --json` gives it."""

@@ -76,3 +76,39 @@ class Modes(Sequence[Mode]):
     def __repr__(self) -> str:
         listed = ", ".join(f"{mode.frequency:.4g} Hz" for mode in self._modes)
         return f"<{len(self)} modes: {listed}>"
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Derivatives of outputs at fixed time: `values` (time, of) and `derivatives` (time, of, to), SI.
+
+    `sensitivities["rod.angle", "rod_length"]` is one of them over time; `units` has their units by the same pair.
+    """
+
+    time: np.ndarray
+    of: tuple[str, ...]
+    to: tuple[str, ...]
+    units: dict[tuple[str, str], str]
+    values: np.ndarray
+    derivatives: np.ndarray
+
+    def __getitem__(self, pair: tuple[str, str]) -> np.ndarray:
+        of, to = pair
+        return self.derivatives[:, self.of.index(of), self.to.index(to)]
+
+    def __array__(self, dtype=None, copy=None) -> np.ndarray:
+        return np.array(self.derivatives, dtype=dtype)
+
+
+def _quotient(of: str, to: str) -> str:
+    """The unit of a derivative; empty where either is not known or a pure number."""
+    if not of or not to:
+        return of
+    return "1" if of == to else f"{of}/({to})" if any(sign in to for sign in "./") else f"{of}/{to}"
+
+
+def sensitivities(times, outputs, parameters, values, derivatives) -> Sensitivities:
+    """From what the program hands over."""
+    units = {(of, to): _quotient(unit, per) for of, unit in outputs for to, per in parameters}
+    names = [tuple(name for name, _ in signals) for signals in (outputs, parameters)]
+    return Sensitivities(np.array(times), *names, units, values, derivatives)

@@ -15,7 +15,7 @@ use cotree::scene::Text;
 use cotree::simulate::{Ensemble, Measure, Run, Statistics, points};
 use cotree::{Compiled, Notation, Scene};
 use cotree_fmu::model::Model;
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use serde_json::json;
 
@@ -41,6 +41,10 @@ struct Ready {
 
 /// A member's values: a row for each time, and why there are no more.
 type Rows<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Option<String>);
+
+/// Names with units, the outputs, and their derivatives.
+type Derivatives<'py> =
+    (Vec<(String, String)>, Vec<(String, String)>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>);
 
 #[pymethods]
 impl Core {
@@ -263,6 +267,37 @@ impl Core {
         Ok(found.write(Style::Json))
     }
 
+    /// Outputs and parameters with their units; the outputs (time, output); their derivatives (time, output, parameter).
+    fn sensitivities<'py>(
+        &self,
+        py: Python<'py>,
+        times: Vec<f64>,
+        tolerance: Option<f64>,
+        of: Option<Vec<String>>,
+        to: Vec<String>,
+        settings: Vec<(String, Value)>,
+    ) -> PyResult<Derivatives<'py>> {
+        let mut study = Self::study_of(&self.reporting(of), &settings)?;
+        let mut experiment = study.experiment();
+        if times.iter().any(|time| !time.is_finite() || *time < experiment.start) || !times.is_sorted() {
+            return Err(wrong(format!("times are to be ascending, from the start, {:?} s, on", experiment.start)));
+        }
+        experiment.tolerance = tolerance.unwrap_or(experiment.tolerance);
+        if !(experiment.tolerance > 0.0 && experiment.tolerance < 1.0) {
+            return Err(wrong(format!("tolerance: {:?} is not between 0 and 1", experiment.tolerance)));
+        }
+        study.set_experiment(experiment);
+        let found = py.detach(|| study.sensitivities(&to, &times)).map_err(study_error)?;
+        let size = [found.times.len(), found.outputs.len(), found.parameters.len()];
+        let values: Vec<f64> = found.values.iter().flat_map(|row| row.iter().copied()).collect();
+        // Rows first: the last index is the parameter.
+        let derivatives: Vec<f64> =
+            found.derivatives.iter().flat_map(|matrix| matrix.transpose().data.as_vec().clone()).collect();
+        let values = PyArray1::from_vec(py, values).reshape([size[0], size[1]])?;
+        let derivatives = PyArray1::from_vec(py, derivatives).reshape(size)?;
+        Ok((found.outputs, found.parameters, values, derivatives))
+    }
+
     /// Speed against error, as JSON.
     fn bench(&self, py: Python<'_>) -> PyResult<String> {
         let ready = self.ready(py, None)?;
@@ -287,7 +322,8 @@ impl Core {
         Ok(ready)
     }
 
-    fn compile(&self, outputs: Option<Vec<String>>) -> PyResult<Ready> {
+    /// The scene; with these outputs in place of its own, if any are given.
+    fn reporting(&self, outputs: Option<Vec<String>>) -> Scene {
         let mut scene = self.scene.clone();
         if let Some(mut names) = outputs.filter(|names| !names.is_empty()) {
             let mut seen = std::collections::HashSet::new();
@@ -297,13 +333,22 @@ impl Core {
             scene.outputs.expressions.retain(|output| expressions.contains(&output.name.text));
             scene.outputs.variables = variables.iter().map(|name| Text::from(name.as_str())).collect();
         }
+        scene
+    }
+
+    fn compile(&self, outputs: Option<Vec<String>>) -> PyResult<Ready> {
+        let scene = self.reporting(outputs);
         let compiled = cotree::compile(&scene).map_err(|faults| scene_error(&faults))?;
         let model = Model::new(compiled.program.clone()).map_err(|error| RunError::new_err(error.to_string()))?;
         Ok(Ready { compiled, model: Arc::new(model) })
     }
 
     fn study(&self, settings: &[(String, Value)]) -> PyResult<Study> {
-        let mut study = Study::new(&self.scene).map_err(|faults| scene_error(&faults))?;
+        Self::study_of(&self.scene, settings)
+    }
+
+    fn study_of(scene: &Scene, settings: &[(String, Value)]) -> PyResult<Study> {
+        let mut study = Study::new(scene).map_err(|faults| scene_error(&faults))?;
         for (name, value) in settings {
             study.set(name, |unit| value.read(unit)).map_err(|message| wrong(format!("{name}: {message}")))?;
         }

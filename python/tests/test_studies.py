@@ -52,6 +52,26 @@ def test_an_fmu_is_written_and_runs(tmp_path, slider_crank):
         slider_crank.export(tmp_path / "none" / "a.fmu")
 
 
+def test_derivatives_are_those_of_the_closed_form(pendulum):
+    times = np.linspace(0, 2, 9)
+    found = pendulum.sensitivities("bob.angle", ["length", "bob.angle"], times, set={"length": "500 mm"})
+    assert found.derivatives.shape == (9, 1, 2) and found.units["bob.angle", "length"] == "rad/m"
+    amplitude, length = np.radians(1), 0.5
+    rate = np.sqrt(9.81 / length)
+    exact = amplitude * np.sin(rate * times) * times * rate / (2 * length)
+    # Of swings that are infinitely small.
+    assert np.allclose(found["bob.angle", "length"], exact, atol=1e-4 * abs(exact).max())
+    assert np.allclose(found["bob.angle", "bob.angle"], np.cos(rate * times), atol=1e-3)
+    step = 1e-5
+    above, below = (pendulum.simulate(set={"length": 0.5 + by}, step=0.25, tolerance=1e-13) for by in (step, -step))
+    difference = (above["bob.angle"] - below["bob.angle"]) / (2 * step)
+    assert np.allclose(found["bob.angle", "length"], difference, atol=1e-8)
+    with pytest.raises(cotree.RunError, match="lenght"):
+        pendulum.sensitivities(to="lenght", times=[1])
+    with pytest.raises(ValueError, match="ascending"):
+        pendulum.sensitivities(to="length", times=[1, 0])
+
+
 def test_speed_and_error_are_measured(pendulum):
     bench = pendulum.bench()
     assert json.dumps(bench).count("error") > 2

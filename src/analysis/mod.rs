@@ -10,6 +10,7 @@ pub mod report;
 mod rest;
 mod resting;
 mod search;
+mod sensitivity;
 mod state_space;
 mod study;
 mod variation;
@@ -18,6 +19,7 @@ pub use equilibrium::{Equilibrium, Stability};
 pub use modes::{Mode, modes};
 pub use point::Point;
 pub use rest::at_rest;
+pub use sensitivity::Sensitivities;
 pub use state_space::{Signal, StateSpace};
 pub use study::{At, Study, StudyError, state_at};
 pub use variation::Variation;
@@ -49,6 +51,22 @@ pub enum Failure {
     NotFinite {
         /// When \[s\].
         time: f64,
+        what: String,
+    },
+    /// A parameter, input or initial value that the scene does not have.
+    #[error("the scene has no parameter, input or initial value `{name}`; {known}")]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// A motion that cannot be differentiated.
+    #[error("at t = {time} s there are no derivatives: {what}")]
+    NoDerivative {
+        /// When \[s\].
+        time: f64,
+        /// Why.
         what: String,
     },
     #[error("the eigenvalues cannot be computed: the iteration does not converge")]

@@ -51,13 +51,18 @@ impl Study {
         Ok(Study { mechanism: resolved.mechanism, source: scene.source.clone(), warnings: resolved.warnings })
     }
 
+    /// Times and tolerance of the scene.
+    pub fn experiment(&self) -> Experiment {
+        self.mechanism.experiment
+    }
+
     pub(super) fn mechanism(&self) -> &Mechanism {
         &self.mechanism
     }
 
-    /// Times and tolerance of the scene.
-    pub fn experiment(&self) -> Experiment {
-        self.mechanism.experiment
+    /// Other times and another tolerance than those of the scene.
+    pub fn set_experiment(&mut self, experiment: Experiment) {
+        self.mechanism.experiment = experiment;
     }
 
     /// What is odd but no error, so far; each is given once.
@@ -134,7 +139,7 @@ impl Study {
     }
 
     /// Hands over the equations of the mechanism.
-    fn formulated<T>(
+    pub(super) fn formulated<T>(
         &mut self,
         mechanism: &Mechanism,
         then: impl FnOnce(&mut Formulated) -> Result<T, Failure>,

@@ -9,6 +9,7 @@ use super::{Failure, Point};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
+use crate::lower::{Conditions, conditions, indicators};
 use crate::mechanism::Mechanism;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +23,14 @@ pub(super) enum Row {
     /// Phi_q a - gamma.
     Accelerations,
     Outputs,
+    /// Known initial positions less what they should be.
+    Starts,
+    /// The same of rates.
+    StartRates,
+    /// Phi of the loop equations that repeat others.
+    Repeated,
+    /// Switching functions of the laws.
+    Switches,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +50,8 @@ pub struct Variation {
     /// (row, column) of each derivative that is not identically zero.
     places: Vec<(usize, usize)>,
     derivatives: Vec<Expr>,
+    /// Where each kind of equation is among the roots.
+    rows: Vec<(Row, Range<usize>)>,
     coordinates: usize,
     /// The independent loop equations.
     active: Vec<usize>,
@@ -49,22 +60,45 @@ pub struct Variation {
 impl Variation {
     /// Differentiates the equations and the outputs of a mechanism.
     pub fn new(formulated: &mut Formulated) -> Self {
-        let active: Vec<usize> = (formulated.lowered.program.constraints.iter().enumerate())
-            .filter(|(_, constraint)| constraint.active)
-            .map(|(row, _)| row)
-            .collect();
-        let equations = &mut formulated.equations;
-        let coordinates = equations.coordinates.len();
-        let roots = roots(equations, &active);
-        let arena = &mut equations.system.arena;
-        let symbols = arena.symbols(roots.iter().copied());
+        let active = active(formulated);
+        let roots = roots(&mut formulated.equations, &active);
+        let symbols = formulated.equations.system.arena.symbols(roots.iter().flat_map(|(_, roots)| roots).copied());
         let signals = symbols.into_iter().filter(|symbol| matches!(symbol, Symbol::Input(..) | Symbol::Follower(..)));
+        let signals = signals.collect();
+        Variation::of(&mut formulated.equations, active, roots, signals)
+    }
+
+    /// The same with the equations of the start and the switching functions, differentiated by these symbols.
+    pub(super) fn by(formulated: &mut Formulated, signals: Vec<Symbol>) -> Self {
+        let active = active(formulated);
+        let equations = &mut formulated.equations;
+        let mut roots = roots(equations, &active);
+        for (row, order) in [(Row::Starts, Order::Position), (Row::StartRates, Order::Velocity)] {
+            roots.push((row, starts(equations, order)));
+        }
+        let repeated = equations.loops().map(|(index, _)| index).filter(|index| !active.contains(index));
+        let repeated =
+            repeated.collect::<Vec<_>>().into_iter().map(|index| equations.constraints[index].value).collect();
+        roots.push((Row::Repeated, repeated));
+        let switches = indicators(&mut equations.system.arena, &formulated.lowered.solved);
+        roots.push((Row::Switches, switches));
+        Variation::of(equations, active, roots, signals)
+    }
+
+    fn of(equations: &mut Equations, active: Vec<usize>, groups: Vec<(Row, Vec<Expr>)>, signals: Vec<Symbol>) -> Self {
+        let coordinates = equations.coordinates.len();
+        let arena = &mut equations.system.arena;
         let motion = [Order::Position, Order::Velocity, Order::Acceleration];
         let columns: Vec<Symbol> = (motion.into_iter())
             .flat_map(|order| (0..coordinates).map(move |index| Symbol::Coordinate(index, order)))
             .chain(active.iter().map(|&row| Symbol::Reaction(row)))
             .chain(signals)
             .collect();
+        let (mut roots, mut rows) = (Vec::new(), Vec::new());
+        for (row, group) in groups {
+            rows.push((row, roots.len()..roots.len() + group.len()));
+            roots.extend(group);
+        }
         let (mut places, mut derivatives) = (Vec::new(), Vec::new());
         for (column, &symbol) in columns.iter().enumerate() {
             for (row, derivative) in arena.derivatives(&roots, symbol).into_iter().enumerate() {
@@ -74,7 +108,7 @@ impl Variation {
                 }
             }
         }
-        Variation { roots, columns, places, derivatives, coordinates, active }
+        Variation { roots, columns, places, derivatives, rows, coordinates, active }
     }
 
     /// The independent loop equations.
@@ -108,14 +142,7 @@ impl Variation {
     }
 
     fn row(&self, row: Row) -> Range<usize> {
-        let (n, m) = (self.coordinates, self.active.len());
-        match row {
-            Row::Loops => 0..m,
-            Row::Rates => m..2 * m,
-            Row::Motion => 2 * m..2 * m + n,
-            Row::Accelerations => 2 * m + n..3 * m + n,
-            Row::Outputs => 3 * m + n..self.roots.len(),
-        }
+        self.rows.iter().find(|(known, _)| *known == row).map_or(0..0, |(_, range)| range.clone())
     }
 
     fn column(&self, column: Column) -> Range<usize> {
@@ -139,20 +166,37 @@ impl Variation {
             equations.coordinates[coordinate].name.position.clone()
         } else {
             let place = [Row::Loops, Row::Rates, Row::Accelerations].into_iter().find_map(within);
-            let constraint = &equations.constraints[self.active[place.unwrap_or_default()]];
-            equations.system.element(constraint.element).name.clone()
+            match place.and_then(|place| self.active.get(place)) {
+                Some(&active) => equations.system.element(equations.constraints[active].element).name.clone(),
+                None => equations.system.mechanism.name.clone(),
+            }
         }
     }
 }
 
-fn roots(equations: &mut Equations, active: &[usize]) -> Vec<Expr> {
+/// The independent loop equations.
+fn active(formulated: &Formulated) -> Vec<usize> {
+    let constraints = formulated.lowered.program.constraints.iter().enumerate();
+    constraints.filter(|(_, constraint)| constraint.active).map(|(row, _)| row).collect()
+}
+
+fn roots(equations: &mut Equations, active: &[usize]) -> Vec<(Row, Vec<Expr>)> {
     let mechanism: &Mechanism = equations.system.mechanism;
-    let mut roots: Vec<Expr> = active.iter().map(|&row| equations.constraints[row].value).collect();
-    roots.extend(active.iter().map(|&row| equations.constraint_rate(row)).collect::<Vec<_>>());
-    roots.extend(motion(equations));
-    roots.extend(active.iter().map(|&row| acceleration(equations, row)).collect::<Vec<_>>());
-    roots.extend(mechanism.outputs.iter().map(|output| equations.formula(&output.value)).collect::<Vec<_>>());
-    roots
+    vec![
+        (Row::Loops, active.iter().map(|&row| equations.constraints[row].value).collect()),
+        (Row::Rates, active.iter().map(|&row| equations.constraint_rate(row)).collect()),
+        (Row::Motion, motion(equations)),
+        (Row::Accelerations, active.iter().map(|&row| acceleration(equations, row)).collect()),
+        (Row::Outputs, mechanism.outputs.iter().map(|output| equations.formula(&output.value)).collect()),
+    ]
+}
+
+/// What is known at the start, less what it should be.
+fn starts(equations: &mut Equations, order: Order) -> Vec<Expr> {
+    let Conditions { conditions, results, .. } = conditions(equations, order, 1.0);
+    let (values, targets) = results.split_at(conditions.len());
+    let known = conditions.iter().zip(values.iter().zip(targets)).filter(|(condition, _)| condition.known);
+    known.map(|(_, (&value, &target))| equations.system.arena.subtract(value, target)).collect()
 }
 
 /// M a + Phi_q^T lambda - Q

@@ -7,7 +7,7 @@ use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
 
 /// Indicators of all subexpressions of the given results: differences of compared expressions, arguments of absolute values and
 /// signs. Those that only parameters move are left out.
-pub(super) fn indicators(arena: &mut Arena, results: &[Expr]) -> Vec<Expr> {
+pub(crate) fn indicators(arena: &mut Arena, results: &[Expr]) -> Vec<Expr> {
     let results = arena.expanded(results);
     let reached = arena.reachable(results);
     let found: BTreeSet<Expr> = reached.into_iter().filter_map(|expr| indicator(arena, expr)).collect();

@@ -10,7 +10,7 @@ use crate::mechanism::{Initial, Quantity};
 
 /// Conditions of one order with their expressions.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Conditions {
+pub(crate) struct Conditions {
     pub conditions: Vec<Condition>,
     pub results: Vec<Expr>,
     /// (row, column) and derivative; columns are coordinates, then followers.
@@ -37,7 +37,7 @@ pub(super) fn settable<'m>(equations: &mut Equations<'m>) -> Vec<Settable<'m>> {
 }
 
 /// The conditions on positions (`Order::Position`) or on velocities.
-pub(super) fn conditions(equations: &mut Equations, order: Order, length: f64) -> Conditions {
+pub(crate) fn conditions(equations: &mut Equations, order: Order, length: f64) -> Conditions {
     let mechanism = equations.system.mechanism;
     let settable = settable(equations);
     let chosen: Vec<&Initial> =

@@ -4,6 +4,7 @@ mod asked;
 mod progress;
 mod record;
 mod request;
+mod sensitivity;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -34,6 +35,7 @@ use record::Record;
                   cotree simulate slider_crank.toml --set rod_length=\"1.2 m\" --stop \"2 s\" --step \"1 ms\"\n  \
                   cotree simulate slider_crank.toml --summary --units deg,mm,kN\n  \
                   cotree simulate four_bar.toml --x coupler.tip.x --y coupler.tip.y --plot curve.svg -o curve.csv\n  \
+                  cotree simulate slider_crank.toml --sensitivity rod_length --step \"10 ms\"\n  \
                   cotree simulate slider_crank.toml --input gas.csv | head\n\n\
                   An input table begins with a line such as `time,gas_force` or `time [ms]; gas_force [kN]`; values between its rows are \
                   interpolated.")]
@@ -82,6 +84,9 @@ pub struct Simulate {
     /// Set a parameter or a constant input, such as rod_length="1.2 m"; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
+    /// Add the derivatives of all variables with respect to a parameter, constant input or initial value, at fixed time; may be given several times
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["plot", "summary", "units", "every", "wrap", "overlay", "input", "from_equilibrium"])]
+    sensitivity: Vec<String>,
     #[command(flatten)]
     times: Times,
 }
@@ -92,6 +97,9 @@ impl Simulate {
         output::apart(&read, &[self.file(), self.plot.as_deref()])?;
         self.plot.as_deref().map_or(Ok(()), |path| output::is_picture(path, &["svg", "png"]))?;
         let mut scene = output::load(&self.scene)?;
+        if !self.sensitivity.is_empty() {
+            return sensitivity::run(&self, scene, format);
+        }
         if self.from_equilibrium {
             scene = study::with_settings(&scene, &self.settings)?.resting(scene)?;
         }

@@ -1,0 +1,112 @@
+//! Where laws switch: v_p jumps by (a(-) - a(+)) t_s,p, where a does (Aizerman and Gantmakher 1958).
+
+use nalgebra::DVector;
+
+use super::super::Failure;
+use super::super::variation::{Column, Row};
+use super::step::{Course, sides};
+use crate::expr::Order;
+
+/// Halvings of the interval that a crossing lies in.
+const HALVINGS: usize = 60;
+/// The laws before and after are read that far from the crossing, as a share of the interval it was found in: nearer, rounding decides which law it is; the
+/// derivatives stand still for that long.
+const BESIDE: f64 = 1e-8;
+/// Accelerations are the same within this share.
+const SAME: f64 = 1e-6;
+
+/// A switching function changes sign.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossing {
+    /// Which one.
+    pub switch: usize,
+    /// Just before it \[s\].
+    pub time: f64,
+    /// The interval that it was found in \[s\].
+    interval: f64,
+    /// What the switching function reaches at the end of the interval.
+    reached: f64,
+}
+
+impl Course<'_, '_> {
+    /// The first crossing between two times, if a switching function has another sign at the second; `known` are the sides before, and then those after.
+    pub(super) fn first_crossing(
+        &self,
+        known: &mut [Option<bool>],
+        after: &DVector<f64>,
+        [from, to]: [f64; 2],
+    ) -> Result<Option<Crossing>, Failure> {
+        let mut first: Option<Crossing> = None;
+        for (switch, new) in sides(after).into_iter().enumerate() {
+            let old = known[switch];
+            known[switch] = new.or(old);
+            let (Some(old), Some(new)) = (old, new) else { continue };
+            if old == new {
+                continue;
+            }
+            let located = self.located(switch, old, [from, to])?;
+            let time = (located - (to - from) * BESIDE).max(self.motion.time());
+            if first.is_none_or(|first| time < first.time) {
+                first = Some(Crossing { switch, time, interval: to - from, reached: after[switch].abs() });
+            }
+        }
+        Ok(first)
+    }
+
+    /// The last time at which a switching function is still on its side.
+    fn located(&self, switch: usize, side: bool, [mut low, mut high]: [f64; 2]) -> Result<f64, Failure> {
+        let mut before = self.motion.clone();
+        for _ in 0..HALVINGS {
+            let middle = low + 0.5 * (high - low);
+            if middle <= low || middle >= high {
+                break;
+            }
+            let mut motion = before.clone();
+            let (_, numbers) = self.at(&mut motion, middle)?;
+            if (numbers.values(Row::Switches)[switch] > 0.0) == side {
+                (low, before) = (middle, motion);
+            } else {
+                high = middle;
+            }
+        }
+        Ok(low)
+    }
+
+    /// Goes over a crossing; the motion and its derivatives are those just before it.
+    pub(super) fn cross(&mut self, crossing: &Crossing) -> Result<(), Failure> {
+        let Crossing { switch, time, interval, reached } = *crossing;
+        let mut motion = self.motion.clone();
+        let (before, numbers) = self.at(&mut motion, time)?;
+        let beginning = motion.clone();
+        let old = sides(&numbers.values(Row::Switches));
+        let (rates, accelerations) = (self.values(&before, Order::Velocity), self.values(&before, Order::Acceleration));
+        let row = |column: Column| numbers.block(Row::Switches, column).row(switch).into_owned();
+        let own = row(Column::Signals);
+        let change = row(Column::Positions) * &self.positions
+            + row(Column::Rates) * &self.rates
+            + own.columns(0, self.parameters);
+        let speed =
+            (row(Column::Positions) * &rates)[0] + (row(Column::Rates) * &accelerations)[0] + own[self.parameters];
+        let (after, numbers) = self.at(&mut motion, time + 2.0 * interval * BESIDE)?;
+        let (new, values) = (self.values(&after, Order::Acceleration), numbers.values(Row::Switches));
+        let jump = &accelerations - &new;
+        if jump.amax() > SAME * accelerations.amax().max(new.amax()) {
+            if old.iter().zip(sides(&values)).filter(|(old, new)| **old != *new).count() > 1 {
+                return Err(refused(time, "two laws switch at the same time"));
+            }
+            // Crossed at an angle it gets about as far as its speed takes it.
+            let crosses = speed.abs() * interval > self.tolerance.sqrt() * reached;
+            if !crosses {
+                return Err(refused(time, "a law that jumps is touched without being crossed"));
+            }
+            self.rates -= &jump * change / speed;
+        }
+        self.sides = sides(&values);
+        self.motion = beginning;
+        Ok(())
+    }
+}
+
+fn refused(time: f64, what: &str) -> Failure {
+    Failure::NoDerivative { time, what: what.to_owned() }
+}

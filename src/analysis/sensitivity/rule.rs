@@ -1,0 +1,95 @@
+//! Gauss-Legendre collocation: nodes, and integrals of the polynomials through the nodes (Hairer, Norsett and Wanner, *Solving Ordinary
+//! Differential Equations I*, II.7).
+
+use nalgebra::{DMatrix, DVector};
+
+/// How many nodes: the order is twice that.
+pub const NODES: usize = 16;
+
+/// The rule on the interval 0..1.
+#[derive(Clone, Debug)]
+pub struct Rule {
+    /// Nodes, ascending.
+    pub nodes: DVector<f64>,
+    /// Of each node's polynomial from 0 up to each node.
+    pub integrals: DMatrix<f64>,
+    /// From values at the nodes to coefficients of shifted Legendre polynomials.
+    coefficients: DMatrix<f64>,
+}
+
+impl Rule {
+    pub fn new() -> Self {
+        let pairs: Vec<(f64, f64)> = (0..NODES).map(node).collect();
+        let nodes = DVector::from_iterator(NODES, pairs.iter().map(|(node, _)| *node));
+        let weights = DVector::from_iterator(NODES, pairs.iter().map(|(_, weight)| *weight));
+        // The rule is exact for the products of these polynomials.
+        let coefficients = DMatrix::from_fn(NODES, NODES, |degree, node| {
+            (2 * degree + 1) as f64 * weights[node] * legendre(2.0 * nodes[node] - 1.0)[degree]
+        });
+        let integrals = DMatrix::from_fn(NODES, NODES, |row, degree| integral(nodes[row], degree)) * &coefficients;
+        Rule { nodes, integrals, coefficients }
+    }
+
+    /// Integrals of each node's polynomial from 0 up to a place.
+    pub fn up_to(&self, place: f64) -> DVector<f64> {
+        self.coefficients.tr_mul(&DVector::from_fn(NODES, |degree, _| integral(place, degree)))
+    }
+
+    /// The share that each node's value has in the last two coefficients of the expansion.
+    pub fn tail(&self) -> DMatrix<f64> {
+        self.coefficients.rows(NODES - 2, 2).into_owned()
+    }
+}
+
+/// Legendre polynomials up to the degree of the rule and one more.
+fn legendre(x: f64) -> [f64; NODES + 1] {
+    let mut values = [1.0; NODES + 1];
+    values[1] = x;
+    for n in 1..NODES {
+        values[n + 1] = ((2 * n + 1) as f64 * x * values[n] - n as f64 * values[n - 1]) / (n + 1) as f64;
+    }
+    values
+}
+
+/// Integral of a shifted Legendre polynomial from 0 up to a place.
+fn integral(place: f64, degree: usize) -> f64 {
+    if degree == 0 {
+        return place;
+    }
+    let values = legendre(2.0 * place - 1.0);
+    0.5 * (values[degree + 1] - values[degree - 1]) / (2 * degree + 1) as f64
+}
+
+/// A node and its weight: zeros of the Legendre polynomial by Newton's method.
+fn node(index: usize) -> (f64, f64) {
+    let n = NODES as f64;
+    let mut x = -(std::f64::consts::PI * (index as f64 + 0.75) / (n + 0.5)).cos();
+    let mut slope = 0.0;
+    for _ in 0..20 {
+        let values = legendre(x);
+        slope = n * (x * values[NODES] - values[NODES - 1]) / (x * x - 1.0);
+        x -= values[NODES] / slope;
+    }
+    (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_are_integrated_exactly() {
+        let rule = Rule::new();
+        for power in 0..NODES {
+            let values = rule.nodes.map(|t| t.powi(power as i32));
+            let exact = |t: f64| t.powi(power as i32 + 1) / (power + 1) as f64;
+            for (row, &t) in rule.nodes.iter().enumerate() {
+                assert!((rule.integrals.row(row).tr_dot(&values) - exact(t)).abs() < 1e-14, "{power}");
+            }
+            for t in [0.0, 0.3, 1.0] {
+                assert!((rule.up_to(t).dot(&values) - exact(t)).abs() < 1e-14, "{power}");
+            }
+        }
+        assert!(rule.nodes.as_slice().is_sorted());
+    }
+}

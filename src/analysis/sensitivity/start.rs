@@ -1,0 +1,67 @@
+//! How the start changes: what is known there, and the loops.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::Failure;
+use super::super::decompose::svd;
+use super::super::variation::{Column, Numbers, Row};
+
+/// Singular values count as zero below this share of the largest.
+const RANK: f64 = 1e-10;
+/// Equations contradict each other where more than this share of a change is left.
+const CONTRADICTION: f64 = 1e-8;
+
+/// q_p and v_p at the start; `rates` are those of the coordinates there.
+pub fn start(
+    numbers: &Numbers,
+    parameters: usize,
+    rates: &DVector<f64>,
+) -> Result<(DMatrix<f64>, DMatrix<f64>), String> {
+    let of = |row: Row, column: Column| numbers.block(row, column);
+    let by = |row: Row| numbers.block(row, Column::Signals).columns(0, parameters).into_owned();
+    let known = stacked(&of(Row::Loops, Column::Positions), &of(Row::Starts, Column::Positions));
+    let (positions, _) = least(&known, &-stacked(&by(Row::Loops), &by(Row::Starts)))?;
+    let turning = |row: Row| of(row, Column::Positions) * &positions + by(row);
+    let known = stacked(&of(Row::Rates, Column::Rates), &of(Row::StartRates, Column::Rates));
+    let (changes, full) = least(&known, &-stacked(&turning(Row::Rates), &turning(Row::StartRates)))?;
+    // The rates that were left open are the smallest ones; where they are not zero, their derivative needs the curvature of the loops.
+    if !full && rates.norm() > 0.0 {
+        return Err("`[initial]` leaves rates open in a mechanism that moves at its start: give them".to_owned());
+    }
+    Ok((positions, changes))
+}
+
+/// Of loop equations that repeat others: do they still do so when parameters change?
+pub fn check_repeated(numbers: &Numbers, parameters: usize, positions: &DMatrix<f64>) -> Result<(), usize> {
+    let own = numbers.block(Row::Repeated, Column::Signals).columns(0, parameters).into_owned();
+    let followed = numbers.block(Row::Repeated, Column::Positions) * positions;
+    let left = &own + &followed;
+    let contradicts = |&column: &usize| {
+        left.column(column).amax() > CONTRADICTION * (1.0 + own.column(column).amax() + followed.column(column).amax())
+    };
+    (0..parameters).find(contradicts).map_or(Ok(()), Err)
+}
+
+/// The smallest solution of A X = B, and whether it is the only one.
+fn least(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(DMatrix<f64>, bool), String> {
+    let n = a.ncols();
+    if a.nrows() == 0 || n == 0 {
+        return Ok((DMatrix::zeros(n, b.ncols()), n == 0));
+    }
+    let parts = svd(a.clone(), true, true).map_err(|error: Failure| error.to_string())?;
+    let limit = RANK * parts.singular_values.max();
+    let rank = parts.singular_values.iter().filter(|value| **value > limit).count();
+    let solution = parts.solve(b, limit).map_err(str::to_owned)?;
+    let left = a * &solution - b;
+    if left.amax() > CONTRADICTION * (1.0 + b.amax()) {
+        return Err("what is known at the start and the loops fit for these very values only".to_owned());
+    }
+    Ok((solution, rank == n))
+}
+
+fn stacked(above: &DMatrix<f64>, below: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut all = DMatrix::zeros(above.nrows() + below.nrows(), above.ncols());
+    all.rows_mut(0, above.nrows()).copy_from(above);
+    all.rows_mut(above.nrows(), below.nrows()).copy_from(below);
+    all
+}

@@ -1,0 +1,439 @@
+//! The variational equations from one step to the next.
+
+use std::sync::Arc;
+
+use cotree_fmu::instance::Instance;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::Motion;
+use nalgebra::{DMatrix, DVector};
+
+use super::super::point::Point;
+use super::super::variation::{Column, Numbers, Row, Variation};
+use super::super::{Failure, decompose};
+use super::event::Crossing;
+use super::rule::{NODES, Rule};
+use super::start::{check_repeated, start};
+use crate::expr::{Order, Symbol, Values};
+use crate::formulate::Formulated;
+
+/// The motion is computed that much more accurately than its derivatives.
+const FINER: f64 = 1e-2;
+/// No finer than this.
+const FINEST: f64 = 1e-13;
+/// The last coefficients of a_p may be this share of all, times the tolerance; no smaller than rounding permits.
+const SMALLEST: f64 = 1e-12;
+/// Sweeps over the nodes of a step.
+const SWEEPS: usize = 60;
+/// A sweep that changes less than this share is the last.
+const SETTLED: f64 = 1e-14;
+/// Steps of a run.
+const MOST_STEPS: usize = 1_000_000;
+/// The first step is this share of the run.
+const FIRST: f64 = 1e-2;
+/// Where steps have become that short: a pose whose smallest singular value is below this share of the largest.
+const SINGULAR: f64 = 1e-4;
+/// The shortest step, as a share of the run.
+const SHORTEST: f64 = 1e-10;
+
+/// The outputs at a time and their derivatives: a row for each output, a column for each parameter.
+pub type Varied = (DVector<f64>, DMatrix<f64>);
+
+/// The motion and its derivatives at a time.
+pub struct Course<'f, 'm> {
+    pub(super) formulated: &'f Formulated<'m>,
+    pub(super) variation: Variation,
+    pub(super) model: Arc<Model>,
+    /// The motion at the time that the derivatives belong to.
+    pub(super) motion: Instance,
+    pub(super) parameters: usize,
+    /// q_p and v_p: a column for each parameter.
+    pub(super) positions: DMatrix<f64>,
+    pub(super) rates: DMatrix<f64>,
+    /// On which side of zero the switching functions are.
+    pub(super) sides: Vec<Option<bool>>,
+    rule: Rule,
+    pub(super) tolerance: f64,
+    kinematic: bool,
+}
+
+/// The variational equations at a node: a_p = by_positions q_p + by_rates v_p + own.
+struct Node {
+    by_positions: DMatrix<f64>,
+    by_rates: DMatrix<f64>,
+    own: DMatrix<f64>,
+    switches: DVector<f64>,
+}
+
+/// A step that was tried: v_p and a_p at its nodes, and by how much the last coefficients of a_p exceed what is permitted.
+struct Tried {
+    rates: Vec<DMatrix<f64>>,
+    accelerations: Vec<DMatrix<f64>>,
+    excess: f64,
+}
+
+impl<'f, 'm> Course<'f, 'm> {
+    /// Begins at the start of the experiment.
+    pub fn new(formulated: &'f mut Formulated<'m>, parameters: &[Symbol]) -> Result<Self, Failure> {
+        // Time is a column of its own: switching functions may depend on it.
+        let signals = parameters.iter().copied().chain([Symbol::Time]).collect();
+        let variation = Variation::by(formulated, signals);
+        let formulated: &'f Formulated<'m> = formulated;
+        let program = formulated.lowered.program.clone();
+        let (experiment, kinematic) = (program.experiment, program.motion == Motion::Kinematic);
+        let model = Arc::new(Model::new(program)?);
+        let mut motion = Instance::new(Arc::clone(&model));
+        motion.setup(experiment.start, None, Some((experiment.tolerance * FINER).max(FINEST)))?;
+        motion.initialise()?;
+        let empty = DMatrix::zeros(formulated.equations.coordinates.len(), parameters.len());
+        let mut course = Course {
+            formulated,
+            variation,
+            model,
+            motion,
+            parameters: parameters.len(),
+            positions: empty.clone(),
+            rates: empty,
+            sides: Vec::new(),
+            rule: Rule::new(),
+            tolerance: experiment.tolerance,
+            kinematic,
+        };
+        course.begin()?;
+        Ok(course)
+    }
+
+    fn begin(&mut self) -> Result<(), Failure> {
+        let point = Point::moving(&self.model, &self.motion.state())?;
+        let numbers = self.variation.at(&self.formulated.equations, &point)?;
+        let rates = self.values(&point, Order::Velocity);
+        let refused = |what: String| Failure::NoDerivative { time: point.time(), what };
+        let (positions, changes) = start(&numbers, self.parameters, &rates).map_err(refused)?;
+        check_repeated(&numbers, self.parameters, &positions).map_err(|_| {
+            refused(
+                "redundant joints fit together for these very values only: a changed one cannot be assembled".into(),
+            )
+        })?;
+        self.sides = sides(&numbers.values(Row::Switches));
+        (self.positions, self.rates) = (positions, changes);
+        Ok(())
+    }
+
+    /// q, v or a of the coordinates.
+    pub(super) fn values(&self, point: &Point, order: Order) -> DVector<f64> {
+        let count = self.formulated.equations.coordinates.len();
+        DVector::from_fn(count, |index, _| point.value(Symbol::Coordinate(index, order)))
+    }
+
+    /// Moves a motion on to a time, and varies the equations there.
+    pub(super) fn at(&self, motion: &mut Instance, time: f64) -> Result<(Point, Numbers<'_>), Failure> {
+        if time > motion.time() {
+            motion.step_to(time)?;
+        }
+        if let Some(passage) = motion.take_passages().first() {
+            return Err(singular_pose(passage.time));
+        }
+        let point = Point::moving(&self.model, &motion.state())?;
+        let numbers = self.variation.at(&self.formulated.equations, &point)?;
+        Ok((point, numbers))
+    }
+
+    /// Hands over the outputs at these times and their derivatives.
+    pub fn run(&mut self, times: &[f64], mut report: impl FnMut(Varied)) -> Result<(), Failure> {
+        let begin = self.motion.time();
+        let end = times.last().copied().unwrap_or(begin);
+        let mut due = times.iter().copied().peekable();
+        while let Some(time) = due.next_if(|&time| time <= begin) {
+            report(self.outputs(&mut self.motion.clone(), time, &self.positions, &self.rates)?);
+        }
+        if self.kinematic {
+            for time in due {
+                report(self.driven(time)?);
+            }
+            return Ok(());
+        }
+        let span = end - begin;
+        let mut length = span * FIRST;
+        for _ in 0..MOST_STEPS {
+            let time = self.motion.time();
+            let left = end - time;
+            if left <= 0.0 {
+                return Ok(());
+            }
+            if length < span * SHORTEST {
+                return Err(self.stuck());
+            }
+            length = self.advance(length.min(left), &mut due, &mut report)?;
+        }
+        let what = format!("they take more than {MOST_STEPS} steps");
+        Err(Failure::NoDerivative { time: self.motion.time(), what })
+    }
+
+    /// Why the steps become ever shorter: most likely a singular pose is near, which the motion itself passes.
+    fn stuck(&self) -> Failure {
+        let time = self.motion.time();
+        let jacobian =
+            self.at(&mut self.motion.clone(), time).map(|(_, numbers)| numbers.block(Row::Loops, Column::Positions));
+        let singular = |values: &DVector<f64>| values.min() < SINGULAR * values.max();
+        let parts = jacobian.and_then(|jacobian| match jacobian.is_empty() {
+            true => Ok(None),
+            false => decompose::svd(jacobian, false, false).map(Some),
+        });
+        match parts {
+            Err(failure) => failure,
+            Ok(Some(parts)) if singular(&parts.singular_values) => singular_pose(time),
+            Ok(_) => {
+                let what = "their steps become too short: a law is too steep or not smooth".to_owned();
+                Failure::NoDerivative { time, what }
+            }
+        }
+    }
+
+    /// Tries a step; gives the length of the next.
+    fn advance(
+        &mut self,
+        length: f64,
+        due: &mut std::iter::Peekable<impl Iterator<Item = f64>>,
+        report: &mut impl FnMut(Varied),
+    ) -> Result<f64, Failure> {
+        let begin = self.motion.time();
+        let (nodes, crossing) = self.nodes(length)?;
+        if let Some(crossing) = crossing {
+            let before = crossing.time - begin;
+            if before > f64::EPSILON * crossing.time.abs().max(1.0) {
+                let (nodes, _) = self.within(before)?;
+                let Some(tried) = self.solve(&nodes, before).filter(|tried| tried.excess <= 1.0) else {
+                    return Ok(0.5 * before);
+                };
+                self.accept(&tried, before, due, report)?;
+            }
+            self.cross(&crossing)?;
+            return Ok(length);
+        }
+        let Some(tried) = self.solve(&nodes, length) else { return Ok(0.5 * length) };
+        let factor = (0.9 * tried.excess.max(1e-30).powf(-1.0 / (NODES - 1) as f64)).clamp(0.3, 2.0);
+        if tried.excess <= 1.0 {
+            self.accept(&tried, length, due, report)?;
+        }
+        Ok(length * factor)
+    }
+
+    /// The equations at the nodes of a step, and the first crossing of a switching function in it.
+    fn nodes(&self, length: f64) -> Result<(Vec<Node>, Option<Crossing>), Failure> {
+        let (nodes, mut motion) = self.within(length)?;
+        let begin = self.motion.time();
+        let (mut sides, mut last) = (self.sides.clone(), begin);
+        let times = self.rule.nodes.iter().map(|node| begin + node * length);
+        for (node, time) in nodes.iter().zip(times) {
+            if let Some(crossing) = self.first_crossing(&mut sides, &node.switches, [last, time])? {
+                return Ok((nodes, Some(crossing)));
+            }
+            last = time;
+        }
+        let (_, numbers) = self.at(&mut motion, begin + length)?;
+        let crossing = self.first_crossing(&mut sides, &numbers.values(Row::Switches), [last, begin + length])?;
+        Ok((nodes, crossing))
+    }
+
+    /// The same without looking for crossings.
+    fn within(&self, length: f64) -> Result<(Vec<Node>, Instance), Failure> {
+        let mut motion = self.motion.clone();
+        let begin = motion.time();
+        let nodes = self.rule.nodes.iter().map(|node| {
+            let (point, numbers) = self.at(&mut motion, begin + node * length)?;
+            self.node(&point, &numbers)
+        });
+        let nodes = nodes.collect::<Result<_, Failure>>()?;
+        Ok((nodes, motion))
+    }
+
+    fn node(&self, point: &Point, numbers: &Numbers) -> Result<Node, Failure> {
+        let n = self.positions.nrows();
+        let (by_positions, by_rates) = (rows(numbers, Column::Positions), rows(numbers, Column::Rates));
+        let own = rows(numbers, Column::Signals).columns(0, self.parameters).into_owned();
+        let factors = numbers.system().lu();
+        let solve = |right: DMatrix<f64>| -> Result<DMatrix<f64>, Failure> {
+            let solution = if right.is_empty() { Some(right) } else { factors.solve(&-right) };
+            Ok(solution.ok_or_else(|| self.singular(point))?.rows(0, n).into_owned())
+        };
+        let switches = numbers.values(Row::Switches);
+        Ok(Node { by_positions: solve(by_positions)?, by_rates: solve(by_rates)?, own: solve(own)?, switches })
+    }
+
+    fn singular(&self, point: &Point) -> Failure {
+        let coordinate = self.formulated.equations.coordinates.first().map(|own| own.name.position.clone());
+        Failure::Singular { time: point.time(), coordinate: coordinate.unwrap_or_default() }
+    }
+
+    /// Collocation by sweeps over the nodes (Picard's iteration): the equations are linear and the steps short. `None` if it does not settle.
+    fn solve(&self, nodes: &[Node], length: f64) -> Option<Tried> {
+        let integrals = &self.rule.integrals;
+        let zero = DMatrix::zeros(self.positions.nrows(), self.parameters);
+        let mut accelerations = vec![zero.clone(); NODES];
+        let mut rates = vec![self.rates.clone(); NODES];
+        let integrated = |from: &DMatrix<f64>, values: &[DMatrix<f64>], row: usize| {
+            values
+                .iter()
+                .enumerate()
+                .fold(from.clone(), |sum, (node, value)| sum + value * (length * integrals[(row, node)]))
+        };
+        for _ in 0..SWEEPS {
+            let mut change: f64 = 0.0;
+            rates = (0..NODES).map(|row| integrated(&self.rates, &accelerations, row)).collect();
+            for (row, node) in nodes.iter().enumerate() {
+                let positions = integrated(&self.positions, &rates, row);
+                let next = &node.by_positions * positions + &node.by_rates * &rates[row] + &node.own;
+                let size = next.amax();
+                change = change.max(if size > 0.0 { (&next - &accelerations[row]).amax() / size } else { 0.0 });
+                accelerations[row] = next;
+            }
+            if change.is_nan() {
+                return None;
+            }
+            if change <= SETTLED * NODES as f64 {
+                let excess = self.excess(&accelerations, length);
+                return Some(Tried { rates, accelerations, excess });
+            }
+        }
+        None
+    }
+
+    /// The last coefficients of a_p against the tolerance, the worst parameter.
+    fn excess(&self, accelerations: &[DMatrix<f64>], length: f64) -> f64 {
+        let tail = self.rule.tail();
+        let worst = |column: usize| {
+            let coefficients = (0..tail.nrows()).map(|row| {
+                let sum = |index: usize| {
+                    accelerations
+                        .iter()
+                        .enumerate()
+                        .map(|(node, a)| tail[(row, node)] * a[(index, column)])
+                        .sum::<f64>()
+                };
+                (0..self.positions.nrows()).map(|index| sum(index).abs()).fold(0.0, f64::max)
+            });
+            let error = length * coefficients.sum::<f64>();
+            let size = |matrix: &DMatrix<f64>| matrix.column(column).amax();
+            let accelerated = accelerations.iter().map(size).fold(0.0, f64::max);
+            let scale = size(&self.rates).max(size(&self.positions)).max(length * accelerated);
+            if scale > 0.0 { error / scale } else { 0.0 }
+        };
+        (0..self.parameters).map(worst).fold(0.0, f64::max) / self.tolerance.max(SMALLEST)
+    }
+
+    /// Takes a step: reports what is due in it, then moves on to its end and back onto the varied loops.
+    fn accept(
+        &mut self,
+        tried: &Tried,
+        length: f64,
+        due: &mut std::iter::Peekable<impl Iterator<Item = f64>>,
+        report: &mut impl FnMut(Varied),
+    ) -> Result<(), Failure> {
+        let begin = self.motion.time();
+        let end = begin + length;
+        let moved = |from: &DMatrix<f64>, values: &[DMatrix<f64>], place: f64| {
+            let shares = self.rule.up_to(place);
+            values.iter().zip(shares.iter()).fold(from.clone(), |sum, (value, share)| sum + value * (length * share))
+        };
+        let state =
+            |place: f64| (moved(&self.positions, &tried.rates, place), moved(&self.rates, &tried.accelerations, place));
+        let mut motion = self.motion.clone();
+        while let Some(time) = due.next_if(|&time| time <= end) {
+            let (positions, rates) = state(((time - begin) / length).min(1.0));
+            report(self.outputs(&mut motion, time, &positions, &rates)?);
+        }
+        let (positions, rates) = state(1.0);
+        let (_, numbers) = self.at(&mut motion, end)?;
+        let (positions, rates) = self.projected(&numbers, positions, rates)?;
+        let sides = sides(&numbers.values(Row::Switches));
+        let kept = self.sides.iter().zip(sides).map(|(old, new)| new.or(*old)).collect();
+        (self.positions, self.rates, self.sides, self.motion) = (positions, rates, kept, motion);
+        Ok(())
+    }
+
+    /// The nearest derivatives that fulfil the varied loop equations and their rates.
+    fn projected(
+        &self,
+        numbers: &Numbers,
+        mut positions: DMatrix<f64>,
+        mut rates: DMatrix<f64>,
+    ) -> Result<(DMatrix<f64>, DMatrix<f64>), Failure> {
+        let jacobian = numbers.block(Row::Loops, Column::Positions);
+        if jacobian.is_empty() {
+            return Ok((positions, rates));
+        }
+        let parts = decompose::svd(jacobian.clone(), true, true)?;
+        let own = |row: Row| numbers.block(row, Column::Signals).columns(0, self.parameters).into_owned();
+        let nearest = |gap: DMatrix<f64>| parts.solve(&gap, f64::EPSILON * parts.singular_values.max());
+        let gap = &jacobian * &positions + own(Row::Loops);
+        positions -= nearest(gap).map_err(|_| Failure::Range)?;
+        let gap = &jacobian * &rates + numbers.block(Row::Rates, Column::Positions) * &positions + own(Row::Rates);
+        rates -= nearest(gap).map_err(|_| Failure::Range)?;
+        Ok((positions, rates))
+    }
+
+    /// Derivatives of the outputs at a time, not before that of the motion.
+    fn outputs(
+        &self,
+        motion: &mut Instance,
+        time: f64,
+        positions: &DMatrix<f64>,
+        rates: &DMatrix<f64>,
+    ) -> Result<Varied, Failure> {
+        let (point, numbers) = self.at(motion, time)?;
+        self.varied(&point, &numbers, positions, rates)
+    }
+
+    fn varied(
+        &self,
+        point: &Point,
+        numbers: &Numbers,
+        positions: &DMatrix<f64>,
+        rates: &DMatrix<f64>,
+    ) -> Result<Varied, Failure> {
+        let n = positions.nrows();
+        let own = |numbers: DMatrix<f64>| numbers.columns(0, self.parameters).into_owned();
+        let right = rows(numbers, Column::Positions) * positions
+            + rows(numbers, Column::Rates) * rates
+            + own(rows(numbers, Column::Signals));
+        let solution = if right.is_empty() { Some(right) } else { numbers.system().lu().solve(&-right) };
+        let solution = solution.ok_or_else(|| self.singular(point))?;
+        let (accelerations, reactions) = (solution.rows(0, n), solution.rows(n, solution.nrows() - n));
+        let of = |column: Column| numbers.block(Row::Outputs, column);
+        let derivatives = of(Column::Positions) * positions
+            + of(Column::Rates) * rates
+            + of(Column::Accelerations) * accelerations
+            + of(Column::Reactions) * reactions
+            + own(of(Column::Signals));
+        Ok((numbers.values(Row::Outputs), derivatives))
+    }
+
+    /// The same where drivers determine the motion: there is nothing to integrate.
+    fn driven(&mut self, time: f64) -> Result<Varied, Failure> {
+        let mut motion = self.motion.clone();
+        let (point, numbers) = self.at(&mut motion, time)?;
+        let empty = DMatrix::zeros(self.positions.nrows(), self.parameters);
+        let (positions, rates) = self.projected(&numbers, empty.clone(), empty)?;
+        let outputs = self.varied(&point, &numbers, &positions, &rates)?;
+        self.motion = motion;
+        Ok(outputs)
+    }
+}
+
+fn singular_pose(time: f64) -> Failure {
+    let what = "the motion passes a singular pose, where changed lengths part the branches".to_owned();
+    Failure::NoDerivative { time, what }
+}
+
+/// The equations of motion and the accelerations of the loops, differentiated.
+fn rows(numbers: &Numbers, column: Column) -> DMatrix<f64> {
+    let (motion, loops) = (numbers.block(Row::Motion, column), numbers.block(Row::Accelerations, column));
+    let mut all = DMatrix::zeros(motion.nrows() + loops.nrows(), motion.ncols());
+    all.rows_mut(0, motion.nrows()).copy_from(&motion);
+    all.rows_mut(motion.nrows(), loops.nrows()).copy_from(&loops);
+    all
+}
+
+/// On which side of zero values are; none for zero.
+pub(super) fn sides(values: &DVector<f64>) -> Vec<Option<bool>> {
+    values.iter().map(|&value| (value != 0.0).then_some(value > 0.0)).collect()
+}

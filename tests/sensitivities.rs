@@ -1,0 +1,232 @@
+//! Derivatives of motions with respect to parameters, inputs and initial values, against high-order differences of whole runs.
+
+use cotree::Scene;
+use cotree::analysis::Study;
+use cotree::simulate::{Run, settings};
+use cotree_fmu::model::Model;
+use std::sync::Arc;
+
+/// Outputs at the end of a run with one value changed.
+fn end(compiled: &cotree::Compiled, name: &str, by: f64, stop: f64) -> Vec<f64> {
+    let description = &compiled.description;
+    let index = settings::settable(description, name).unwrap();
+    let value = start_value(compiled, name) + by;
+    let mut experiment = description.experiment;
+    (experiment.stop, experiment.step, experiment.tolerance) = (stop, stop, 1e-13);
+    let reported = compiled.reported();
+    let run = Run { description, experiment, settings: vec![(index, value)], inputs: None, reported };
+    let mut last = Vec::new();
+    run.start(Arc::new(Model::new(compiled.program.clone()).unwrap()), |_, values| {
+        last = values.to_vec();
+        Ok(())
+    })
+    .unwrap();
+    last
+}
+
+fn start_value(compiled: &cotree::Compiled, name: &str) -> f64 {
+    let program = &compiled.program;
+    let parameter = program.parameters.iter().find(|own| own.name == name).map(|own| own.start);
+    parameter.or_else(|| program.inputs.iter().find(|own| own.name == name).map(|own| own.start)).unwrap()
+}
+
+/// Central differences of the sixth order.
+fn difference(compiled: &cotree::Compiled, name: &str, stop: f64, step: f64) -> Vec<f64> {
+    let step = step * start_value(compiled, name).abs().max(1.0);
+    let at = |times: f64| end(compiled, name, times * step, stop);
+    let pairs = [1.0, 2.0, 3.0].map(|times| (at(times), at(-times)));
+    let weights = [45.0, -9.0, 1.0];
+    (0..pairs[0].0.len())
+        .map(|output| {
+            let sum = |(pair, weight): (&(Vec<f64>, Vec<f64>), &f64)| weight * (pair.0[output] - pair.1[output]);
+            pairs.iter().zip(&weights).map(sum).sum::<f64>() / (60.0 * step)
+        })
+        .collect()
+}
+
+/// The largest error, relative to the largest derivative of the same parameter among outputs of the scene.
+fn check(text: &str, names: &[&str], stop: f64, step: f64, limit: f64) {
+    let scene = Scene::from_toml(text).unwrap();
+    let compiled = cotree::compile(&scene).unwrap();
+    let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+    let found = Study::new(&scene).unwrap().sensitivities(&names, &[0.0, 0.5 * stop, stop]).unwrap();
+    assert_eq!(found.parameters.len(), names.len());
+    for (column, name) in names.iter().enumerate() {
+        for (row, time) in [(1, 0.5 * stop), (2, stop)] {
+            let exact = difference(&compiled, name, time, step);
+            let largest = exact.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+            for (output, exact) in exact.iter().enumerate() {
+                let value = found.derivatives[row][(output, column)];
+                let error = (value - exact).abs() / largest.max(1e-9);
+                assert!(error < limit, "{name}, {}: {value} instead of {exact} at {time}", found.outputs[output].0);
+            }
+        }
+    }
+}
+
+fn model(name: &str) -> String {
+    let path = format!("{}/models/{name}/scene.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).unwrap();
+    assert!(text.contains("[experiment]"));
+    let at = text.find("[experiment]").unwrap();
+    let (before, after) = text.split_at(at);
+    let mut lines: Vec<String> = after.lines().map(str::to_owned).collect();
+    lines.retain(|line| !line.trim_start().starts_with("tolerance"));
+    lines.insert(1, "tolerance = 1e-10".to_owned());
+    format!("{before}{}\n", lines.join("\n"))
+}
+
+#[test]
+fn a_slider_crank_with_lengths_masses_and_its_start() {
+    check(&model("slider_crank"), &["crank_length", "rod_length", "crank.angle", "gas_force"], 1.0, 1e-3, 1e-7);
+}
+
+#[test]
+fn a_spring_that_only_pushes_and_a_damper_that_is_cut_in() {
+    let text = "
+        name = 'bumper'
+        dimension = 1
+        [parameters]
+        stiffness = '900 N/m'
+        damping = '8 N.s/m'
+        speed = '2 m/s'
+        gap = '0.3 m'
+        [bodies.cart]
+        mass = 2.0
+        [loads.wall]
+        type = 'force'
+        on = 'cart'
+        vector = ['if(cart.x > gap, -stiffness*(cart.x - gap) - damping*cart.vx, 0)']
+        [loads.pull]
+        type = 'force'
+        on = 'cart'
+        vector = ['3*sin(2*t)']
+        [initial]
+        'cart.vx' = 'speed'
+        [outputs]
+        variables = ['cart.x', 'cart.vx']
+        [experiment]
+        tolerance = 1e-10
+        stop = 1.0
+    ";
+    check(text, &["stiffness", "damping", "speed", "gap"], 0.4, 1e-4, 1e-6);
+}
+
+#[test]
+fn a_driven_mechanism_and_its_reactions() {
+    check(&model("quick_return"), &["l8", "l2", "l6"], 0.3, 1e-4, 1e-7);
+}
+
+#[test]
+fn every_model_and_everything_that_can_be_set() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let mut checked = 0;
+    for entry in folder.read_dir().unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let scene = Scene::from_toml(&model(&name)).unwrap();
+        let compiled = cotree::compile(&scene).unwrap();
+        let stop = 0.05 * compiled.description.experiment.stop.min(20.0);
+        let parameters = compiled.program.parameters.iter().map(|own| own.name.clone());
+        let names: Vec<String> = parameters.chain(compiled.program.inputs.iter().map(|own| own.name.clone())).collect();
+        let together = Study::new(&scene).unwrap().sensitivities(&names, &[stop]).unwrap();
+        for (column, own) in names.iter().enumerate() {
+            let exact = difference(&compiled, own, stop, 1e-4);
+            let largest = exact.iter().fold(1.0, |largest: f64, value| largest.max(value.abs()));
+            for (output, exact) in exact.iter().enumerate() {
+                let error = (together.derivatives[0][(output, column)] - exact).abs() / largest;
+                assert!(error < 1e-8, "{name}: {} by {own}: {error:.1e}", together.outputs[output].0);
+            }
+            checked += 1;
+        }
+    }
+    assert!(checked > 80, "{checked}");
+}
+
+/// Why there are no derivatives.
+fn refused(text: &str, to: &str, stop: f64) -> String {
+    let scene = Scene::from_toml(text).unwrap();
+    Study::new(&scene).unwrap().sensitivities(&[to.to_owned()], &[stop]).unwrap_err().to_string()
+}
+
+/// A four-bar linkage, the third crank of which is parallel to the others.
+fn cranks(third: &str, speed: &str) -> String {
+    format!(
+        "
+        name = 'cranks'
+        [parameters]
+        length = '0.5 m'
+        [ground.points]
+        a = [0, 0]
+        b = [1, 0]
+        c = [2, 0]
+        [bodies.first]
+        mass = 1.0
+        inertia = 0.1
+        points = {{ tip = ['length', 0] }}
+        [bodies.second]
+        mass = 1.0
+        inertia = 0.1
+        points = {{ tip = ['0.5 m', 0] }}
+        [bodies.coupler]
+        mass = 1.0
+        inertia = 0.1
+        points = {{ middle = [1, 0], end = [2, 0] }}
+        [joints.a]
+        type = 'revolute'
+        between = ['ground.a', 'first']
+        [joints.b]
+        type = 'revolute'
+        between = ['ground.b', 'second']
+        [joints.tip]
+        type = 'revolute'
+        between = ['first.tip', 'coupler']
+        [joints.middle]
+        type = 'revolute'
+        between = ['second.tip', 'coupler.middle']
+        {third}
+        [initial]
+        'first.angle' = '60 deg'
+        'second.angle' = {{ guess = '60 deg' }}
+        'first.omega' = '{speed}'
+        [outputs]
+        variables = ['second.angle']
+        [experiment]
+        stop = 1.0
+        "
+    )
+}
+
+#[test]
+fn derivatives_that_do_not_exist_are_refused_with_the_reason() {
+    let third = "
+        [bodies.third]
+        mass = 1.0
+        inertia = 0.1
+        points = { tip = ['0.5 m', 0] }
+        [joints.c]
+        type = 'revolute'
+        between = ['ground.c', 'third']
+        [joints.end]
+        type = 'revolute'
+        between = ['third.tip', 'coupler.end']
+    ";
+    let message = refused(&cranks(third, "0.1 rad/s"), "length", 0.1);
+    assert!(message.contains("fit"), "{message}");
+    // Both bars are flat after a third of a turn back: there changed lengths part the branches.
+    let message = refused(&cranks("", "-5 rad/s"), "length", 1.0);
+    assert!(message.contains("singular"), "{message}");
+    let message = refused(&cranks("", "1 rad/s"), "lenght", 1.0);
+    assert!(message.contains("did you mean `length`"), "{message}");
+}
+
+#[test]
+fn parameters_that_do_nothing_give_zeros_and_many_are_those_of_one_by_one() {
+    let text = cranks("", "1 rad/s").replace("[parameters]", "[parameters]\n        idle = 3.0\n");
+    let scene = Scene::from_toml(&text).unwrap();
+    let names = ["idle", "length", "first.omega"].map(str::to_owned);
+    let together = Study::new(&scene).unwrap().sensitivities(&names, &[0.3]).unwrap();
+    assert_eq!(together.derivatives[0][(0, 0)], 0.0);
+    let alone = Study::new(&scene).unwrap().sensitivities(&names[1..2], &[0.3]).unwrap();
+    let [both, one] = [together.derivatives[0][(0, 1)], alone.derivatives[0][(0, 0)]];
+    assert!((both - one).abs() < 1e-6 * one.abs(), "{both} {one}");
+}
