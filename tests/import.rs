@@ -71,6 +71,24 @@ fn a_four_bar_of_pmks_moves_as_its_circles_meet() {
     }
 }
 
+/// Files that were saved before PMKS+ wrote what is selected.
+#[test]
+fn older_files_of_pmks_are_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let new = fs::read_to_string(example("four_bar.pmks")).unwrap();
+    let old = new.trim_end().strip_suffix(".Nj").unwrap();
+    let letters: Vec<char> = ('0'..='9').chain('A'..='Z').chain('a'..='z').collect();
+    for (name, text) in [("old", format!("{old}{}", letters[old.len() % 62])), ("new", new.clone())] {
+        let (file, scene) = (format!("{name}.pmks"), format!("{name}/linkage.toml"));
+        fs::write(folder.path().join(&file), text).unwrap();
+        fs::create_dir(folder.path().join(name)).unwrap();
+        let output = cotree(folder.path(), &["import", &file, "-o", &scene]);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+    }
+    let scene = |name: &str| fs::read_to_string(folder.path().join(name).join("linkage.toml")).unwrap();
+    assert_eq!(scene("old"), scene("new"));
+}
+
 #[test]
 fn a_slider_crank_comes_out_of_a_shared_address() {
     let folder = tempfile::tempdir().unwrap();

@@ -51,7 +51,8 @@ impl<'a> Reader<'a> {
         let rpm = speed.map_or(0.0, |speed| speed as f64) * if clockwise { -1.0 } else { 1.0 };
         let joints: Vec<(String, Pin, bool)> = self.list().iter().filter_map(|text| self.joint(text, &units)).collect();
         let drafts: Vec<Draft> = self.list().iter().filter_map(|text| self.link(text, &units)).collect();
-        let forces = self.list();
+        // Older files do not say what is selected: the letter for their length stands alone.
+        let forces: Vec<&str> = self.list().into_iter().filter(|entry| entry.contains(',')).collect();
         let mut links: Vec<Link> = Vec::new();
         for draft in &drafts {
             let place = |id: &String| joints.iter().position(|(known, ..)| known == id);
