@@ -1,5 +1,6 @@
 //! The command line: one file for each command.
 
+mod assemblies;
 mod bench;
 mod check;
 mod completions;
@@ -79,6 +80,7 @@ enum Command {
     Trace(trace::Trace),
     Equilibrium(equilibrium::Equilibrium),
     Linearize(linearize::Linearize),
+    Assemblies(assemblies::FindAssemblies),
     Modes(modes::Modes),
     Motion(motion::Motion),
     Export(export::Export),
@@ -120,6 +122,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Trace(command) => command.run(format),
         Command::Equilibrium(command) => command.run(format),
         Command::Linearize(command) => command.run(format),
+        Command::Assemblies(command) => command.run(format),
         Command::Modes(command) => command.run(format),
         Command::Motion(command) => command.run(format),
         Command::Export(command) => command.run(format),

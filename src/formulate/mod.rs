@@ -1,5 +1,6 @@
 //! From a mechanism to its equations and its program: formulate, assemble, find the redundant loop equations, lower.
 
+pub mod assemblies;
 pub(crate) mod assembly;
 pub(crate) mod limits;
 pub(crate) mod start;

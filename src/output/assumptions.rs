@@ -3,15 +3,21 @@
 use crate::component::Section;
 use crate::expr::{Order, Symbol};
 use crate::formulate::Formulated;
+use crate::formulate::assemblies::assemblies;
 use crate::mechanism::{Dimension, Mechanism, Unit};
 use crate::scene::Scene;
 use crate::scene::key::{Form, Need, Range};
+
+/// From how many starts other assemblies are looked for, in mechanisms of at most so many coordinates.
+const STARTS: usize = 30;
+const MOST_COORDINATES: usize = 12;
 
 /// What the scene leaves open, a sentence for each.
 pub fn assumptions(formulated: &mut Formulated, scene: &Scene) -> Vec<String> {
     let mut sentences = loose(formulated.equations.system.mechanism);
     sentences.extend(free_lengths(scene));
     sentences.extend(start(formulated));
+    sentences.extend(one_of_several(formulated));
     sentences.extend(experiment(formulated.equations.system.mechanism, scene));
     sentences
 }
@@ -73,6 +79,19 @@ fn start(formulated: &mut Formulated) -> Vec<String> {
         sentences.push("velocities that are not given are zero as far as the loops and drivers allow".to_string());
     }
     sentences
+}
+
+/// That the loops close in other ways too, where no guess has picked one of them.
+fn one_of_several(formulated: &Formulated) -> Option<String> {
+    let mechanism = formulated.equations.system.mechanism;
+    let has_loops = !formulated.equations.constraints.is_empty();
+    let is_small = formulated.equations.coordinates.len() <= MOST_COORDINATES;
+    if !has_loops || !is_small || mechanism.initial.iter().any(|initial| !initial.known) {
+        return None;
+    }
+    let found = assemblies(mechanism, STARTS).ok().filter(|found| !found.is_continuous() && found.poses.len() > 1)?;
+    let count = found.poses.len();
+    Some(format!("no guess picks the assembly: this assembly is one of {count}; `cotree assemblies` shows them"))
 }
 
 /// What is run and reported by default.

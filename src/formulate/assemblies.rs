@@ -1,0 +1,208 @@
+//! The ways in which loops can be closed: the poses that are found from many starts.
+
+use std::f64::consts::{PI, TAU};
+
+use cotree_fmu::constraints::initial::solve_initial;
+use cotree_fmu::constraints::redundancy::redundancy;
+use cotree_fmu::model::{Model, State};
+use cotree_fmu::program::Program;
+
+use super::{POSES, equations, typical_length};
+use crate::diagnostic::{Fault, Span};
+use crate::equations::Equations;
+use crate::lower;
+use crate::mechanism::{BodyId, Class, Coordinates, Formula, Initial, JointId, Mechanism, Owner, Place, Variable};
+
+/// More poses than this are no set of single ones.
+const MOST: usize = 64;
+/// Coordinates that differ by less than this [rad, lengths of the mechanism] are the same.
+const SAME: f64 = 1e-6;
+
+/// All assemblies that were found.
+#[derive(Clone, Debug)]
+pub struct Assemblies {
+    /// What was held so that poses are single ones: variables and their values.
+    pub held: Vec<Value>,
+    /// One list of coordinates for each assembly, that of the scene first.
+    pub poses: Vec<Vec<Value>>,
+    /// How many starts led to each.
+    pub found: Vec<usize>,
+    /// From how many starts none was found.
+    pub failed: usize,
+}
+
+/// A variable with its value, SI.
+#[derive(Clone, Debug)]
+pub struct Value {
+    pub name: String,
+    pub value: f64,
+    pub angular: bool,
+}
+
+/// Closes the loops of a mechanism from its own start and from so many others. What neither drivers nor known initial values give is held
+/// where the scene's own start has it.
+///
+/// # Errors
+/// There are no equations, or the loops cannot be closed from the start of the scene.
+pub fn assemblies(mechanism: &Mechanism, starts: usize) -> Result<Assemblies, Vec<Fault>> {
+    let mut mechanism = mechanism.clone();
+    mechanism.coordinates = Coordinates::Recommended;
+    let (names, own, freedoms) = own_start(&mechanism)?;
+    // Guesses pick one of the ways; here all are wanted.
+    let guessed: Vec<Variable> = mechanism.initial.iter().filter(|own| !own.known).map(|own| own.variable).collect();
+    mechanism.initial.retain(|initial| initial.known);
+    let known = mechanism.initial.iter().filter(|own| own.variable.quantity.class() == Class::Position);
+    let open = freedoms.saturating_sub(known.count());
+    let held = hold(&mut mechanism, &names, &own, open, &guessed);
+    search(&mechanism, held, &own, starts)
+}
+
+/// The names of the coordinates, the scene's own start, and how many freedoms the loops and drivers leave.
+fn own_start(mechanism: &Mechanism) -> Result<(Vec<Value>, State, usize), Vec<Fault>> {
+    let mut equations = equations(mechanism, &mechanism.coordinates)?;
+    let length = typical_length(&mut equations);
+    let (model, state) = solved(lower::positions(&mut equations, length), mechanism)?;
+    let Some(state) = state else {
+        let message = "the loops cannot be closed from the start of the scene; `cotree check` says where";
+        return Err(vec![Fault::new("assembly::open_loop", message, Span::default())]);
+    };
+    let rank = redundancy(&model, &state, POSES).independent.len();
+    let freedoms = equations.coordinates.len().saturating_sub(rank);
+    Ok((values(&equations, &state), state, freedoms))
+}
+
+fn values(equations: &Equations, state: &State) -> Vec<Value> {
+    let coordinates = equations.coordinates.iter().zip(state.positions());
+    let value = |angular: bool, value: f64| if angular { value - ((value / TAU).round() * TAU) } else { value };
+    coordinates
+        .map(|(own, &at)| Value {
+            name: own.name.position.clone(),
+            value: value(own.angular, at),
+            angular: own.angular,
+        })
+        .collect()
+}
+
+fn solved(program: Program, mechanism: &Mechanism) -> Result<(Model, Option<State>), Vec<Fault>> {
+    let internal = |fault: &dyn std::fmt::Display| vec![super::internal(mechanism, &fault.to_string())];
+    let model = Model::of_positions(program).map_err(|fault| internal(&fault))?;
+    let mut state = model.default_state(mechanism.experiment.start);
+    let solved = solve_initial(&model, &mut state).is_ok();
+    Ok((model, solved.then_some(state)))
+}
+
+/// Holds as many coordinates as are open: those that the scene guesses last, for they are what is to be found.
+fn hold(mechanism: &mut Mechanism, names: &[Value], own: &State, open: usize, guessed: &[Variable]) -> Vec<Value> {
+    let mut candidates: Vec<(bool, usize, Variable)> = names
+        .iter()
+        .enumerate()
+        .filter_map(|(index, value)| Some((index, variable(mechanism, &value.name)?)))
+        .filter(|(_, variable)| mechanism.initial.iter().all(|known| known.variable != *variable))
+        .map(|(index, variable)| (guessed.contains(&variable), index, variable))
+        .collect();
+    candidates.sort_by_key(|(is_guess, index, _)| (*is_guess, *index));
+    candidates.truncate(open);
+    for &(_, index, variable) in &candidates {
+        let value = Formula::Number(own.positions()[index]);
+        mechanism.initial.push(Initial { variable, value, display: None, known: true, span: Span::default() });
+    }
+    candidates.iter().map(|(_, index, _)| names[*index].clone()).collect()
+}
+
+/// The position of a body or joint with a name such as `crank.angle`.
+fn variable(mechanism: &Mechanism, name: &str) -> Option<Variable> {
+    let (owner, word) = name.rsplit_once('.')?;
+    let quantity = |list: &[crate::mechanism::Quantity]| list.iter().copied().find(|quantity| quantity.word() == word);
+    if let Some(index) = mechanism.bodies.iter().position(|body| body.name == owner) {
+        let quantity = quantity(crate::component::body::VARIABLES)?;
+        return Some(Variable { owner: Owner::Place(Place::Centre(BodyId(index))), quantity });
+    }
+    let index = mechanism.joints.iter().position(|joint| joint.name == owner)?;
+    let quantity = quantity(mechanism.joints[index].facts().variables)?;
+    Some(Variable { owner: Owner::Joint(JointId(index)), quantity })
+}
+
+/// Solves from the scene's own start and from others that fill the space of positions evenly.
+fn search(mechanism: &Mechanism, held: Vec<Value>, own: &State, starts: usize) -> Result<Assemblies, Vec<Fault>> {
+    let mut equations = equations(mechanism, &mechanism.coordinates)?;
+    let length = typical_length(&mut equations);
+    let draft = lower::positions(&mut equations, length);
+    let ranges: Vec<f64> =
+        equations.coordinates.iter().map(|own| if own.angular { PI } else { 2.0 * length }).collect();
+    let known: Vec<String> = mechanism.initial.iter().map(|own| mechanism.variable_name(own.variable)).collect();
+    let mut found = Assemblies { held, poses: Vec::new(), found: Vec::new(), failed: 0 };
+    for start in 0..=starts {
+        let mut program = draft.clone();
+        let place = |(index, range): (usize, &f64)| match start {
+            _ if start == 0 || known.contains(&equations.coordinates[index].name.position) => own.positions()[index],
+            _ => (2.0 * even(start, index, ranges.len()) - 1.0) * range,
+        };
+        let mut positions: Vec<f64> = ranges.iter().enumerate().map(place).collect();
+        positions.extend(own.follower_positions());
+        program.initial.first_rates = vec![0.0; positions.len()];
+        program.initial.first_positions = positions;
+        match solved(program, mechanism)?.1 {
+            None => found.failed += 1,
+            // A disturbed search may leave what is known; that is no pose of the scene.
+            Some(state) if !keeps(&equations, &known, own, &state) => found.failed += 1,
+            Some(state) => found.add(values(&equations, &state), length),
+        }
+        if found.poses.len() > MOST {
+            break;
+        }
+    }
+    Ok(found)
+}
+
+/// Has a pose the known coordinates of the scene's own start?
+fn keeps(equations: &Equations, known: &[String], own: &State, pose: &State) -> bool {
+    let coordinates = equations.coordinates.iter().zip(own.positions().iter().zip(pose.positions()));
+    let apart = |(coordinate, (a, b)): (&crate::equations::Coordinate, (&f64, &f64))| {
+        known.contains(&coordinate.name.position) && (a - b).abs() > SAME
+    };
+    !coordinates.into_iter().any(apart)
+}
+
+impl Assemblies {
+    /// Are there so many that the poses are not single ones?
+    pub fn is_continuous(&self) -> bool {
+        self.poses.len() > MOST
+    }
+
+    fn add(&mut self, pose: Vec<Value>, length: f64) {
+        let same = |a: &Value, b: &Value| {
+            let apart = (a.value - b.value).abs();
+            if a.angular { apart.min(TAU - apart) < SAME } else { apart < SAME * length }
+        };
+        match self.poses.iter().position(|known| known.iter().zip(&pose).all(|(a, b)| same(a, b))) {
+            Some(index) => self.found[index] += 1,
+            None => {
+                self.poses.push(pose);
+                self.found.push(1);
+            }
+        }
+    }
+}
+
+/// A coordinate of the n-th of points that fill a cube of any dimension evenly: additive recurrence with the powers of the root of
+/// x^(d+1) = x + 1 (Roberts 2018).
+fn even(n: usize, index: usize, dimension: usize) -> f64 {
+    let power = dimension as f64 + 1.0;
+    let root = (0..60).fold(1.5f64, |root, _| (1.0 + root).powf(1.0 / power));
+    (0.5 + n as f64 * root.powf(-(index as f64 + 1.0))).fract()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::even;
+
+    #[test]
+    fn points_fill_the_square_evenly() {
+        let mut cells = [0; 16];
+        for n in 1..=160 {
+            let [x, y] = [0, 1].map(|index| (4.0 * even(n, index, 2)) as usize);
+            cells[4 * x + y] += 1;
+        }
+        assert!(cells.iter().all(|&count| (7..=13).contains(&count)), "{cells:?}");
+    }
+}

@@ -1,0 +1,79 @@
+//! `cotree assemblies`: the ways in which loops close, against circles that are intersected by hand.
+
+#[path = "support/command.rs"]
+mod command;
+use command::{code, cotree, stderr, stdout};
+
+const FOUR_BAR: &str = r#"
+name = "four_bar"
+ground.points = { a = [0, 0], d = ["100 mm", 0] }
+[bodies]
+crank   = { mass = 1, inertia = 1, points = { a = [0, 0], b = ["40 mm", 0] } }
+coupler = { mass = 1, inertia = 1, points = { b = [0, 0], c = ["120 mm", 0] } }
+rocker  = { mass = 1, inertia = 1, points = { d = [0, 0], c = ["80 mm", 0] } }
+[joints]
+A = { type = "revolute", between = ["ground.a", "crank.a"] }
+B = { type = "revolute", between = ["crank.b", "coupler.b"] }
+C = { type = "revolute", between = ["coupler.c", "rocker.c"] }
+D = { type = "revolute", between = ["ground.d", "rocker.d"] }
+"#;
+
+/// Angle of the rocker for both assemblies [deg].
+fn rocker(crank: f64) -> [f64; 2] {
+    let (a, b, c, d) = (0.04, 0.12, 0.08, 0.1);
+    let [x, y] = [a * crank.cos() - d, a * crank.sin()];
+    let r = f64::hypot(x, y);
+    let corner = ((r * r + c * c - b * b) / (2.0 * r * c)).acos();
+    [-1.0, 1.0].map(|side| (y.atan2(x) + side * corner).to_degrees())
+}
+
+#[test]
+fn both_assemblies_of_a_four_bar_are_found_and_can_be_pasted() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene =
+        format!("{FOUR_BAR}[initial]\n\"crank.angle\" = \"60 deg\"\n\"rocker.angle\" = {{ guess = \"60 deg\" }}\n");
+    std::fs::write(folder.path().join("a.toml"), &scene).unwrap();
+    let output = cotree(folder.path(), &["assemblies", "a.toml", "--drawings", "poses"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let text = stdout(&output);
+    assert!(text.starts_with("four_bar: the loops close in 2 ways (from 200 starts)"), "{text}");
+    let mut found = Vec::new();
+    for (index, part) in text.split("\n# ").skip(1).enumerate() {
+        let lines: String = part.lines().skip(2).map(|line| format!("{line}\n")).collect();
+        let pasted = format!(
+            "{FOUR_BAR}[initial]\n\"crank.angle\" = \"60 deg\"\n{lines}[outputs]\nvariables = [\"rocker.angle\"]\n"
+        );
+        std::fs::write(folder.path().join("b.toml"), pasted).unwrap();
+        let run = cotree(folder.path(), &["simulate", "b.toml", "--stop", "0", "--units", "deg"]);
+        assert_eq!(code(&run), 0, "{}", stderr(&run));
+        found.push(stdout(&run).lines().nth(1).unwrap().split(',').nth(1).unwrap().parse::<f64>().unwrap());
+        let picture = std::fs::read(folder.path().join(format!("poses/{}.png", index + 1))).unwrap();
+        assert!(picture.starts_with(b"\x89PNG"));
+    }
+    found.sort_by(f64::total_cmp);
+    let mut wanted = rocker(60f64.to_radians()).map(|angle| (angle + 180.0).rem_euclid(360.0) - 180.0);
+    wanted.sort_by(f64::total_cmp);
+    let same = |a: f64, b: f64| ((a - b + 180.0).rem_euclid(360.0) - 180.0).abs() < 1e-6;
+    assert!(found.len() == 2 && same(found[0], wanted[0]) && same(found[1], wanted[1]), "{found:?} {wanted:?}");
+}
+
+#[test]
+fn what_is_open_is_held_where_the_scene_begins() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("a.toml"),
+        format!("{FOUR_BAR}[initial]\n\"crank.angle\" = {{ guess = \"50 deg\" }}\n"),
+    )
+    .unwrap();
+    let text = stdout(&cotree(folder.path(), &["assemblies", "a.toml"]));
+    assert!(text.contains("the loops close in 2 ways with `"), "{text}");
+    let check = stdout(&cotree(folder.path(), &["check", "a.toml"]));
+    assert!(!check.contains("one of"), "a guess has picked one\n{check}");
+    std::fs::write(
+        folder.path().join("a.toml"),
+        format!("{FOUR_BAR}[drivers.motor]\njoint = \"A\"\nangle = \"1 + t\"\n"),
+    )
+    .unwrap();
+    let check = cotree(folder.path(), &["check", "a.toml"]);
+    assert!(stdout(&check).contains("this assembly is one of 2"), "{}{}", stdout(&check), stderr(&check));
+}
