@@ -229,7 +229,7 @@ fn redundant_equations_are_found_at_every_pose_or_not_at_all() {
     let model = Model::of_positions(program).expect("sound");
     let mut state = model.default_state(0.0);
     solve_initial(&model, &mut state).expect("closes");
-    let poses = consistent_poses(&model, &state, 8, 0.3);
+    let poses = consistent_poses(&model, &state, 8, 0.3, 1);
     assert!(poses.len() > 4);
     for pose in &poses {
         assert!(constraint(&model, pose).amax() < 1e-9);
@@ -237,5 +237,5 @@ fn redundant_equations_are_found_at_every_pose_or_not_at_all() {
     assert_eq!((jacobian(&model, &state).nrows(), jacobian(&model, &state).ncols()), (3, 2));
     let found = redundancy(&model, &state, 8);
     assert_eq!((found.rank, found.independent), (2, vec![0, 1]));
-    assert_eq!(poses, consistent_poses(&model, &state, 8, 0.3), "the same every time");
+    assert_eq!(poses, consistent_poses(&model, &state, 8, 0.3, 1), "the same every time");
 }

@@ -2,8 +2,10 @@
 
 use std::f64::consts::PI;
 
+use cotree::formulate::formulate;
 use nalgebra::{DVector, Rotation2, Vector2};
 
+use crate::mechanism;
 use crate::support::absolute::{At, Body, Joint, JointKind, State, System};
 use crate::support::random::{Case, Random};
 use crate::support::scene_text::scene_text;
@@ -63,4 +65,14 @@ fn case(seed: u64, system: System, state: State) -> Case {
     let expected = variables(&system, &state, 0.0);
     let scene = scene_text(&format!("redundant_{seed}"), &system, &state, &expected);
     Case { scene, expected, system, state }
+}
+
+/// A platform on cranks can be assembled in other ways too, in which it cannot move: those say nothing of the motion.
+#[test]
+fn parallel_cranks_move_whatever_other_assemblies_they_have() {
+    for seed in 100..260 {
+        let mechanism = mechanism(&parallel_cranks(seed).scene);
+        let formulated = formulate(&mechanism).unwrap_or_else(|faults| panic!("{seed}: {}", faults[0].message));
+        assert_eq!(formulated.mobility(), 1, "{seed}");
+    }
 }

@@ -15,6 +15,8 @@ const CLEAR: f64 = 1e-4;
 const DENSE: usize = 200;
 /// How far the poses are apart, in units of the scales.
 const REACH: f64 = 0.3;
+/// Parts of the way to them where the motion is followed: none is so long that it ends on another branch.
+const PARTS: usize = 12;
 
 /// Rank of Phi_q over many poses.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,32 +30,36 @@ pub struct Redundancy {
 /// Examines the loop equations at a consistent state and at random consistent poses near it. Of rows that depend on each other the
 /// first ones are kept.
 pub fn redundancy(model: &Model, state: &State, samples: usize) -> Redundancy {
-    let large = model.program().constraints.len() > DENSE;
-    let scaled = |pose: &State| {
-        let mut matrix = jacobian(model, pose);
-        let program = model.program();
-        for (mut row, constraint) in matrix.row_iter_mut().zip(&program.constraints) {
-            row /= constraint.scale;
-        }
-        for (mut column, coordinate) in matrix.column_iter_mut().zip(&program.coordinates) {
-            column *= coordinate.scale;
-        }
-        matrix
+    let at = |parts: usize| -> Vec<(bool, Vec<usize>)> {
+        let poses = consistent_poses(model, state, samples, REACH, parts);
+        poses.iter().map(|pose| examine(model, pose)).collect()
     };
-    let poses = consistent_poses(model, state, samples, REACH);
-    let mut best = (false, Vec::new());
-    for pose in &poses {
-        let found = if large {
-            sparse::independent_rows(sparse_jacobian(model, pose), NEW, CLEAR)
-        } else {
-            independent_rows(&scaled(pose))
-        };
-        if (found.0, found.1.len()) > (best.0, best.1.len()) {
-            best = found;
-        }
+    let mut found = at(1);
+    if found.iter().any(|other| *other != found[0]) {
+        // One of them may be an assembly that the motion does not come to: of a platform on parallel cranks, say, one that cannot move at all.
+        found = at(PARTS);
     }
-    let independent = best.1;
+    let better = |best: (bool, Vec<usize>), other: (bool, Vec<usize>)| {
+        if (other.0, other.1.len()) > (best.0, best.1.len()) { other } else { best }
+    };
+    let independent = found.into_iter().fold((false, Vec::new()), better).1;
     Redundancy { rank: independent.len(), independent }
+}
+
+/// Is the choice clear at a pose, and which rows are independent there?
+fn examine(model: &Model, pose: &State) -> (bool, Vec<usize>) {
+    let program = model.program();
+    if program.constraints.len() > DENSE {
+        return sparse::independent_rows(sparse_jacobian(model, pose), NEW, CLEAR);
+    }
+    let mut matrix = jacobian(model, pose);
+    for (mut row, constraint) in matrix.row_iter_mut().zip(&program.constraints) {
+        row /= constraint.scale;
+    }
+    for (mut column, coordinate) in matrix.column_iter_mut().zip(&program.coordinates) {
+        column *= coordinate.scale;
+    }
+    independent_rows(&matrix)
 }
 
 /// Gram-Schmidt with reorthogonalisation, row by row. Is the choice clear, and which rows are independent?
