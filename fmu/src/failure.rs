@@ -4,6 +4,8 @@ use std::fmt;
 
 use thiserror::Error;
 
+use crate::program::domain::{Domain, Limit};
+
 /// A loop equation that does not hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gap {
@@ -19,6 +21,44 @@ impl fmt::Display for Gap {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (size, unit) = if self.angular { (self.size, "rad") } else { (1e3 * self.size, "mm") };
         write!(formatter, "{size:.3e} {unit} at `{}`", self.owner)
+    }
+}
+
+/// A law that has no value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outside {
+    /// The argument and its limit.
+    pub domain: Domain,
+    /// The value that is outside.
+    pub value: f64,
+}
+
+impl Outside {
+    fn help(&self) -> &'static str {
+        match self.domain.limit {
+            Limit::Distance => "keep the points apart, for example by placing one of them a little aside",
+            _ => "keep it where it has one, for example by `max`, `min` or `if`, or end the run before",
+        }
+    }
+}
+
+impl fmt::Display for Outside {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { domain: Domain { place, argument, limit }, value } = self;
+        let value = number(*value);
+        match limit {
+            Limit::Divisor => write!(f, "`{place}` divides by `{argument}`, which is {value} there"),
+            Limit::Root => write!(f, "`{place}` takes the square root of `{argument}`, which is {value} there"),
+            Limit::Logarithm => write!(f, "`{place}` takes the logarithm of `{argument}`, which is {value} there"),
+            Limit::ArcSine => {
+                write!(f, "`{place}` takes the arc sine or cosine of `{argument}`, which is {value} there")
+            }
+            Limit::Base => {
+                write!(f, "`{place}` raises `{argument}`, which is {value} there, to a power that is no whole number")
+            }
+            Limit::Distance => write!(f, "`{place}` acts along the line between {argument}, which meet there"),
+            Limit::Value => write!(f, "`{place}` is `{argument}`, which is {value} there"),
+        }
     }
 }
 
@@ -72,6 +112,14 @@ pub enum Failure {
         time: f64,
         /// The first coordinate concerned.
         coordinate: String,
+    },
+    /// A law has no value.
+    #[error("at t = {time} s a law has no value: {law}; {}", law.help())]
+    NoValue {
+        /// When [s].
+        time: f64,
+        /// The law, and what is wrong with it.
+        law: Box<Outside>,
     },
     /// The drivers do not determine the motion in this pose.
     #[error(
@@ -225,4 +273,21 @@ fn value(value: f64, angular: bool) -> String {
 
 fn because(cause: &Option<Box<Failure>>) -> String {
     cause.as_ref().map_or_else(String::new, |cause| format!(": {cause}"))
+}
+
+/// A number that reads back the same, and is not hundreds of digits long.
+pub(crate) fn number(value: f64) -> String {
+    let plain = value == 0.0 || !value.is_finite() || (1e-5..1e15).contains(&value.abs());
+    if plain { value.to_string() } else { format!("{value:e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let found = [0.0, -0.25, 1e300, 1e-300, 5e5, f64::INFINITY].map(number);
+        assert_eq!(found, ["0", "-0.25", "1e300", "1e-300", "500000", "inf"]);
+    }
 }

@@ -49,6 +49,7 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
             Fault::new("assembly::not_finite", failure.to_string(), owner_span(equations, owner)).label("not a number")
         }
         Failure::NotFinite { .. }
+        | Failure::NoValue { .. }
         | Failure::StepUnderflow { .. }
         | Failure::Singular { .. }
         | Failure::TooManySteps { .. }

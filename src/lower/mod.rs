@@ -9,6 +9,7 @@ mod blocks;
 mod cost;
 mod dependencies;
 mod dependency_sets;
+mod domains;
 mod eliminate;
 mod indicators;
 mod initial;

@@ -2,6 +2,7 @@
 
 use cotree_fmu::events::Steep;
 use cotree_fmu::model::Model;
+use cotree_fmu::program::domain::{Domain, DomainTape};
 use cotree_fmu::program::{
     Block, Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, LawTape, Layout,
     Motion, Parameter, Program, SparseTape, Tapes,
@@ -13,6 +14,7 @@ use super::arms::arm_form;
 use super::blocks::blocks;
 use super::cost::Cost;
 use super::dependencies::{Beginning, Moving};
+use super::domains::domains;
 use super::eliminate::Obstacle;
 use super::indicators::indicators;
 use super::initial::{Conditions, Settable, conditions, settable};
@@ -73,6 +75,7 @@ struct MotionKernels {
     inverse: Option<Vec<Expr>>,
     indicators: Vec<Expr>,
     laws: Vec<(Steep, Expr)>,
+    domains: Vec<(Domain, Expr)>,
     outputs: Vec<Expr>,
     arms: Option<(ArmForm, Vec<Expr>)>,
     solve_tree: Option<SolveTree>,
@@ -102,6 +105,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         let values = [equations.law_values(), kernels.gamma.clone()].concat();
         moving.laws = steep(&mut equations.system.arena, &values);
     }
+    moving.domains = domains(equations);
     let blocks = if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() };
     let sharing = least_norm::impose(equations, active, length, pose)?;
     let mut table = Table::new(equations, motion, &Moving { solved: &moving.acceleration, blocks: &blocks });
@@ -261,6 +265,7 @@ fn assemble(
         (sparse(&position.jacobian), sparse(&position.positions.jacobian), sparse(&position.velocities.jacobian));
     let inverse = moving.inverse.as_deref().unwrap_or_default();
     let (kinds, laws): (Vec<Steep>, Vec<Expr>) = moving.laws.iter().copied().unzip();
+    let (domains, arguments): (Vec<Domain>, Vec<Expr>) = moving.domains.iter().cloned().unzip();
     let acceleration: Vec<Expr> = moving.acceleration.iter().chain(&moving.closeness).copied().collect();
     let coefficients = moving.arms.as_ref().map_or(&[][..], |(_, coefficients)| coefficients);
     let mut assembler = Assembler::new(
@@ -281,6 +286,7 @@ fn assemble(
             inverse,
             &moving.indicators,
             &laws,
+            &arguments,
             &moving.outputs,
             coefficients,
         ],
@@ -301,6 +307,7 @@ fn assemble(
         inverse: moving.inverse.as_ref().map(|results| assembler.tape(results)),
         indicators: assembler.tape(&moving.indicators),
         laws: LawTape { kinds, tape: assembler.tape(&laws) },
+        domains: DomainTape { domains, tape: assembler.tape(&arguments) },
         outputs: assembler.tape(&moving.outputs),
     };
     let initial = Initial {

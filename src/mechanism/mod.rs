@@ -13,6 +13,7 @@ mod settings;
 pub(crate) mod translate;
 mod unit;
 mod variable;
+mod written;
 
 pub use body::{Body, Outline, Place, Point};
 pub use display::Units;

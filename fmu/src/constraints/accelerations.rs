@@ -1,5 +1,6 @@
 //! Accelerations and reactions at a state: Eq. (22) for dynamic motion, Eqs. (21) and (14) for kinematic motion.
 
+use super::domains::outside;
 use super::loops::Loops;
 use crate::failure::Failure;
 use crate::machine::Machine;
@@ -46,7 +47,8 @@ impl Accelerations {
         }
         let (accelerations, reactions) = self.values.split_at(n);
         machine.load_accelerations(model, accelerations, reactions);
-        finite(model, machine.registers()[model.layout().time()], accelerations)
+        let time = machine.registers()[model.layout().time()];
+        finite(model, time, accelerations).map_err(|failure| outside(model, machine).unwrap_or(failure))
     }
 
     /// The accelerations last evaluated.

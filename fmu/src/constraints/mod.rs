@@ -3,10 +3,12 @@
 //! * [`initial`]: the first state that fulfils them.
 //! * [`projection`], `loops`: back onto the loop equations after a step, and the linear system of the loops.
 //! * [`accelerations`], [`expansion`], [`tangent`]: derivatives of the motion by time and by the independent inputs.
+//! * `domains`: which law has no value.
 //! * [`kinematic`]: mechanisms whose motion is prescribed; they need no integrator.
 //! * [`poses`], [`redundancy`]: nearby consistent poses, and the joints that add no condition.
 
 pub mod accelerations;
+pub(crate) mod domains;
 pub mod expansion;
 pub mod initial;
 pub mod kinematic;

@@ -13,13 +13,14 @@ mod snapshot;
 
 use std::sync::Arc;
 
+pub(crate) use crate::failure::number;
 pub use crossing::Crossing;
 pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
-pub(crate) use error::number;
 pub use snapshot::Snapshot;
 
 use crate::constraints::accelerations::Accelerations;
+use crate::constraints::domains::outside;
 use crate::constraints::expansion::Expansion;
 use crate::constraints::initial::solve_initial;
 use crate::constraints::tangent::Tangent;
@@ -402,14 +403,16 @@ impl Instance {
                 self.outputs[result as usize]
             }
         };
-        if value.is_finite() {
-            Ok(value)
-        } else {
-            Err(InstanceError::Undefined {
-                name: self.model.program().variables[variable].name.clone(),
-                time: self.time(),
-            })
-        }
+        if value.is_finite() { Ok(value) } else { Err(self.undefined(variable)) }
+    }
+
+    /// Why a variable has no value: a law, if there is one without a value.
+    fn undefined(&mut self, variable: usize) -> InstanceError {
+        self.catch_up();
+        self.machine.load(&self.model, &self.now.state);
+        let name = self.model.program().variables[variable].name.clone();
+        let undefined = InstanceError::Undefined { name, time: self.time() };
+        outside(&self.model, &mut self.machine).map_or(undefined, InstanceError::Solver)
     }
 
     /// The consistent state of the present time.

@@ -1,6 +1,7 @@
 //! The steps of Runge-Kutta methods: proposed, tried, accepted or taken again with another length.
 
 use super::run::Run;
+use crate::constraints::domains::outside_soon;
 use crate::context::Context;
 use crate::events::Overlooked;
 use crate::failure::Failure;
@@ -169,8 +170,17 @@ fn propose<M: Integrator>(context: &Context, run: &Run, horizon: Horizon, (rejec
 
 /// No step is short enough: the loops are at the end of their reach, or something moves too fast. Names the coordinate that accelerates most, judging
 /// by the derivative where the step begins.
-fn no_step(context: &Context, run: &Run, derivative: &[f64], cause: Option<Failure>) -> Failure {
-    end_of_reach(context, run).unwrap_or_else(|| underflow(context.model, run.last.end_time, derivative, cause))
+fn no_step(context: &mut Context, run: &Run, derivative: &[f64], cause: Option<Failure>) -> Failure {
+    end_of_reach(context, run).unwrap_or_else(|| {
+        let failure = underflow(context.model, run.last.end_time, derivative, cause);
+        because(context, run, failure)
+    })
+}
+
+/// A law without a value where the last step ends, if there is one: it is the cause of the failure.
+pub(crate) fn because(context: &mut Context, run: &Run, failure: Failure) -> Failure {
+    let last = &run.last;
+    outside_soon(context.model, context.machine, &run.signals.origin, last.end_time, &last.end).unwrap_or(failure)
 }
 
 fn underflow(model: &Model, time: f64, derivative: &[f64], cause: Option<Failure>) -> Failure {

@@ -50,6 +50,7 @@ impl Run {
         self.taylor = taylor::Memory::default();
         self.signals.origin.copy_from(state);
         self.shift_poses(state.time());
+        self.singular.refuge.clear();
         self.last.end_at(model, state);
         self.radau.forget();
     }

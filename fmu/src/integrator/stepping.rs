@@ -35,6 +35,8 @@ pub struct Stepper {
     projection: Projection,
     work: State,
     reprojection: Reprojection,
+    /// The run before the steps to a communication point: what lies before them has been read.
+    checkpoint: Run,
     statistics: Statistics,
 }
 
@@ -56,6 +58,7 @@ impl Stepper {
             kinematic: Kinematic::new(model),
             projection: Projection::new(model),
             reprojection: Reprojection { reached: work.clone(), trial: work.clone() },
+            checkpoint: Run::new(model, &work),
             work,
             statistics: Statistics::default(),
         }
@@ -134,7 +137,8 @@ impl Stepper {
         target: f64,
         settings: &Settings,
     ) -> Result<(), Failure> {
-        let Self { explicit, implicit, taylor, kinematic, projection, work, reprojection, statistics } = self;
+        let Self { explicit, implicit, taylor, kinematic, projection, work, reprojection, checkpoint, statistics } =
+            self;
         let context = &mut Context { model, machine, projection, statistics, settings };
         // What nobody has asked for until now is not reported any more.
         run.take_passages(state.time());
@@ -166,7 +170,18 @@ impl Stepper {
                 let horizon = Horizon { target, limit };
                 context.machine.load(model, &run.signals.origin);
                 let mut engines = Engines { taylor: taylor.as_mut(), explicit, implicit };
-                engines.advance(context, run, horizon)?;
+                // Where there are singular poses the steps may have to be taken again.
+                let again =
+                    settings.automatic && settings.engine == Engine::Taylor && !run.singular.smallest.is_empty();
+                if again && run.last.end_time < target {
+                    checkpoint.copy_from(run);
+                }
+                if let Err(failure) = engines.advance(context, run, horizon) {
+                    if !again {
+                        return Err(failure);
+                    }
+                    engines.advance_again(context, run, (checkpoint, horizon), failure)?;
+                }
                 read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
                 engines.tighten(context, run, work);
             }

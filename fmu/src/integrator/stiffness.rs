@@ -7,6 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::control::{Horizon, Progress, take_step};
+use super::detour::Detour;
 use super::explicit::Explicit;
 use super::implicit::Implicit;
 use super::run::Run;
@@ -62,6 +63,8 @@ pub(crate) struct Choice {
     has_been_stiff: bool,
     /// Does stiffness hold steps back that come to a singular pose?
     passing: bool,
+    /// Does the explicit method take the steps past a pose that was not passed otherwise?
+    pub(super) detour: Option<Detour>,
 }
 
 impl Choice {
@@ -74,7 +77,13 @@ impl Choice {
             held_back: 0.0,
             has_been_stiff: false,
             passing: false,
+            detour: None,
         }
+    }
+
+    /// On a detour, or after one: stiffness may be why.
+    pub fn on(detour: Option<Detour>) -> Self {
+        Self { detour, has_been_stiff: true, ..Self::new() }
     }
 
     /// Has there been no look yet that found nothing?
@@ -87,6 +96,7 @@ impl Choice {
         self.held_back.is_finite()
             && self.held_back >= 0.0
             && self.suspected < LOOKS
+            && self.detour.is_none_or(Detour::is_sound)
             && (FIRST_LOOK..=MOST_PATIENCE).contains(&self.patience)
     }
 
@@ -174,14 +184,30 @@ impl Engines<'_> {
                 if take_step(self.implicit, context, run, horizon)? == Progress::Declined {
                     return Err(singular_ahead(context, run));
                 }
+            } else if let Some(detour) = run.stiffness.detour {
+                self.explicit_step(context, run, horizon, detour)?;
             } else if run.stiffness.stiff {
                 self.stiff_step(context, run, horizon)?;
             } else {
                 self.other_step(context, run, horizon)?;
             }
             branch::watch(context, run)?;
+            run.singular.refuge.note(context.model, run.last.end_time, &run.last.end);
         }
         Ok(())
+    }
+
+    /// Another method goes on.
+    pub(super) fn forget(&mut self, run: &mut Run) {
+        (run.last.natural, run.last.order) = (0.0, 0);
+        run.last.dense.fill(0.0);
+        run.taylor = taylor::Memory::default();
+        run.radau.forget();
+        self.explicit.forget();
+        self.implicit.forget();
+        if let Some(taylor) = &mut self.taylor {
+            taylor.forget();
+        }
     }
 
     /// (q, v) at a target that the last step has reached; says whether they must be projected.

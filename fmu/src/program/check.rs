@@ -277,6 +277,7 @@ impl Program {
         }
         registers.kernel("indicators", &tapes.indicators, rates)?;
         registers.kernel("laws", &tapes.laws.tape, rates)?;
+        registers.kernel("domains", &tapes.domains.tape, rates)?;
         registers.kernel("outputs", &tapes.outputs, layout.constants())?;
         registers.kernel("initial position", &self.initial.position, positions)?;
         registers.kernel("initial position jacobian", &self.initial.position_jacobian.tape, positions)?;
@@ -298,6 +299,7 @@ impl Program {
             &tapes.project_velocity,
             &tapes.indicators,
             &tapes.laws.tape,
+            &tapes.domains.tape,
             &tapes.outputs,
             &initial.position,
             &initial.position_jacobian.tape,
@@ -325,6 +327,7 @@ impl Program {
         let (n, m) = (self.coordinates.len(), self.constraints.len());
         let tapes = &self.tapes;
         results("laws", &tapes.laws.tape, tapes.laws.kinds.len())?;
+        results("domains", &tapes.domains.tape, tapes.domains.domains.len())?;
         match self.motion {
             Motion::Kinematic => {
                 results("gamma", &tapes.gamma, m)?;

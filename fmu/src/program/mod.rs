@@ -5,6 +5,7 @@
 //! register is what.
 
 pub mod check;
+pub mod domain;
 pub(crate) mod seal;
 pub mod storage;
 
@@ -264,6 +265,8 @@ pub struct Tapes {
     pub indicators: Tape,
     /// Dynamic only. Arguments of what may be steep in laws. Reads time, inputs, followers, q, v.
     pub laws: LawTape,
+    /// Where laws have values: for messages only. Reads as `laws`.
+    pub domains: domain::DomainTape,
     /// Every variable with `Source::Output`. Reads everything, a and lambda included.
     pub outputs: Tape,
 }

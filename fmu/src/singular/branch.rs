@@ -74,6 +74,11 @@ impl Trail {
         self.smallest.fill(f64::MAX);
     }
 
+    /// The next states lie elsewhere.
+    pub fn leap(&mut self) {
+        self.count = 0;
+    }
+
     pub fn copy_from(&mut self, other: &Self) {
         self.count = other.count;
         self.states.clone_from(&other.states);
@@ -138,13 +143,13 @@ impl Trail {
 }
 
 /// Loop equations that may come to depend on each other, and numbers in (q, v) if there are any.
-fn sizes(model: &Model) -> (usize, usize) {
+pub(super) fn sizes(model: &Model) -> (usize, usize) {
     let rows = model.program().tapes.closeness.len();
     (rows, if rows > 0 { 2 * model.coordinates() } else { 0 })
 }
 
 /// How far a state is from the start of the step, in units of the scales.
-fn progress(model: &Model, from: &[f64], to: &[f64]) -> f64 {
+pub(crate) fn progress(model: &Model, from: &[f64], to: &[f64]) -> f64 {
     let coordinates = model.program().coordinates.iter().zip(from.iter().zip(to));
     coordinates.fold(0.0, |most, (coordinate, (from, to))| math::maximum(most, (to - from).abs() / coordinate.scale))
 }
@@ -161,7 +166,7 @@ pub(crate) fn watch(context: &mut Context, run: &mut Run) -> Result<(), Failure>
     let leap = progress(model, &run.singular.trail.last, &run.last.end) > LEAP;
     run.singular.trail.last.copy_from_slice(&run.last.end);
     if leap {
-        run.singular.trail.count = 0;
+        run.singular.trail.leap();
         return Ok(());
     }
     let known = run.singular.trail.count;

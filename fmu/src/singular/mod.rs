@@ -3,6 +3,7 @@
 //! * `closeness`, `detect`: how far they are, and where.
 //! * `supervisor`: what a run knows of them.
 //! * `passing`, `branch`, `leaving`: which way leads on, and whether the run stayed on it.
+//! * `refuge`: from where it is tried again.
 //! * `dependence`: what is said where there is no way.
 
 pub(crate) mod branch;
@@ -11,6 +12,7 @@ pub(crate) mod dependence;
 pub(crate) mod detect;
 pub(crate) mod leaving;
 pub(crate) mod passing;
+pub(crate) mod refuge;
 pub(crate) mod supervisor;
 
 pub use passing::Passage;

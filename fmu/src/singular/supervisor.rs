@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::branch::Trail;
 use super::passing::Passage;
+use super::refuge::Refuge;
 use crate::integrator::control::LONGEST;
 use crate::integrator::run::Run;
 use crate::model::Model;
@@ -39,6 +40,8 @@ pub(crate) struct Supervisor {
     pub follow: Option<Follow>,
     /// The last states of short steps.
     pub trail: Trail,
+    /// Where the motion was before it came near the next pose.
+    pub refuge: Refuge,
     /// Singular poses that the last steps have passed, not yet reported.
     pub passages: Vec<Passage>,
 }
@@ -52,6 +55,7 @@ impl Supervisor {
             closing: false,
             follow: None,
             trail: Trail::new(model),
+            refuge: Refuge::new(model),
             passages: Vec::new(),
         }
     }
@@ -61,7 +65,14 @@ impl Supervisor {
         (self.ahead, self.pose, self.closing, self.follow) = (0.0, None, false, None);
         self.smallest.fill(f64::MAX);
         self.trail.start();
+        self.refuge.clear();
         self.passages.clear();
+    }
+
+    /// Goes back to a time at which no pose was near.
+    pub fn go_back(&mut self) {
+        (self.ahead, self.pose, self.closing, self.follow) = (0.0, None, false, None);
+        self.trail.leap();
     }
 
     /// Takes the passages up to a time out.
@@ -90,6 +101,7 @@ impl Supervisor {
         (self.ahead, self.pose, self.closing, self.follow) = (other.ahead, other.pose, other.closing, other.follow);
         self.smallest.clone_from(&other.smallest);
         self.trail.copy_from(&other.trail);
+        self.refuge.copy_from(&other.refuge);
         self.passages.clone_from(&other.passages);
     }
 
@@ -100,6 +112,7 @@ impl Supervisor {
             && self.pose.is_none_or(f64::is_finite)
             && self.follow.is_none_or(|follow| follow.until.is_finite() && follow.most > 0.0 && follow.most.is_finite())
             && self.trail.belongs_to(model)
+            && self.refuge.belongs_to(model)
             && self.passages.iter().all(|passage| passage.time.is_finite())
             && self.smallest.len() == model.program().tapes.closeness.len()
             && self.smallest.iter().all(|value| value.is_finite())
@@ -121,11 +134,13 @@ impl Run {
         }
         known.pose = Some(time);
         known.passages.push(passage);
+        known.refuge.clear();
         true
     }
 
     /// Notes a singular pose that is passed by leaving its zone, unless the step that first passed it has been noted.
     pub(crate) fn note_left(&mut self, model: &Model, tolerance: f64, [from, pose]: [f64; 2], there: &[f64]) {
+        self.singular.refuge.clear();
         if pose > from && !self.singular.passages.iter().any(|passage| passage.time > from) {
             let passage = self.passage(model, pose, there);
             if !passage.is_avoided(tolerance) {

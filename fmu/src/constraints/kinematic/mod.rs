@@ -8,6 +8,7 @@ mod correction;
 mod path;
 mod regularity;
 
+use super::domains::outside;
 use super::projection::largest_gap;
 use crate::context::Context;
 use crate::failure::Failure;
@@ -218,7 +219,7 @@ impl Kinematic {
         }
         let gap = largest_gap(model, model.active(), residuals);
         if !gap.size.is_finite() {
-            Failure::DriverUndefined { time, owner: gap.owner }
+            outside(model, context.machine).unwrap_or(Failure::DriverUndefined { time, owner: gap.owner })
         } else if distance < LOCKED {
             Failure::LockUp { time, gap }
         } else {

@@ -10,7 +10,7 @@ use crate::constraints::accelerations::finite;
 use crate::context::Context;
 use crate::events::{Monitor, Overlooked, Span};
 use crate::failure::Failure;
-use crate::integrator::control::{Attempt, Integrator, Progress, Trial, shortest};
+use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, shortest};
 use crate::math;
 use crate::model::Model;
 use crate::singular::closeness::{is_watched, read};
@@ -62,7 +62,7 @@ impl Integrator for Explicit {
             read(context.model, context.machine, &mut self.watch.start);
         }
         let n = context.model.coordinates();
-        finite(context.model, time, &self.method.first()[n..])?;
+        finite(context.model, time, &self.method.first()[n..]).map_err(|failure| because(context, run, failure))?;
         if run.last.natural == 0.0 {
             self.tolerate(context, &run.last.end, false);
             let mut f = RightHandSide::new(context, &run.signals.origin);

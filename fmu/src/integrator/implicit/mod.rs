@@ -17,7 +17,7 @@ use crate::constraints::accelerations::finite;
 use crate::context::Context;
 use crate::events::{Monitor, Overlooked, Span};
 use crate::failure::Failure;
-use crate::integrator::control::{Attempt, Integrator, Progress, Trial, shortest};
+use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, shortest};
 use crate::math;
 use crate::model::Model;
 use crate::program::Engine;
@@ -83,7 +83,8 @@ impl Integrator for Implicit {
             self.known = true;
             read(context.model, context.machine, &mut self.start);
         }
-        finite(context.model, run.last.end_time, &self.radau.first()[context.model.coordinates()..])?;
+        finite(context.model, run.last.end_time, &self.radau.first()[context.model.coordinates()..])
+            .map_err(|failure| because(context, run, failure))?;
         if self.radau.has_each() {
             // Each attempt has Jacobians of its own.
         } else if !run.radau.anchored || run.radau.contraction > FRESH_ENOUGH {

@@ -23,8 +23,6 @@ const BEHIND: f64 = 3.0;
 const PASSING: f64 = 10.0;
 /// A pose within so many steps is near.
 const NEAR: f64 = 6.0;
-/// A step near a singular pose whose error is larger is not judged by what the loops leave of it.
-const ROUGH: f64 = 1e6;
 
 /// What a step has to do with singular poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +49,7 @@ impl Implicit {
 
     /// What the error of a step near a pose is without what the loops take off it.
     pub(super) fn judge(&mut self, context: &mut Context, run: &Run, end: f64, error: f64) -> f64 {
-        if !Self::is_near(run, end) || error > ROUGH {
+        if !Self::is_near(run, end) {
             return error;
         }
         let Self { radau, next, tolerances, .. } = self;

@@ -10,8 +10,6 @@ use crate::model::Model;
 
 /// Fewer orders do not tell how far an argument is known: two in a row may vanish.
 const LEAST: usize = 6;
-/// A smooth branch that is no longer than so many shortest steps is one of several that begin together.
-const FLEETING: f64 = 64.0;
 
 impl Taylor {
     /// Takes the arguments of steep laws along the polynomial over.
@@ -56,14 +54,9 @@ impl Taylor {
         None
     }
 
-    /// Begins the next step on the branches that begin at a switch, so long after the step began; on those of the motion if it ends at none.
-    pub(super) fn enter(&mut self, run: &mut Run, switch: Option<(f64, Choices)>, shortest: f64) {
-        run.taylor.branches = match switch {
-            // What has just changed may be zero by rounding still.
-            Some((length, branches)) if length < FLEETING * shortest => run.taylor.branches.then(branches),
-            Some((_, branches)) => branches,
-            None => Choices::default(),
-        };
+    /// Begins the next step on the branches that begin at a switch; on those of the motion if it ends at none.
+    pub(super) fn enter(&mut self, run: &mut Run, switch: Option<(f64, Choices)>) {
+        run.taylor.branches = switch.map_or(Choices::default(), |(_, branches)| branches);
         if switch.is_some() {
             self.known = Start::Unknown;
             run.taylor.series = None;

@@ -17,10 +17,8 @@ const FORESEEN: f64 = 3.0;
 /// A row that has passed a pose has less than this share of its distance about there.
 const HALF: f64 = 0.5;
 
-/// The rounding errors of the last coefficients are larger than this next to a singular pose; the step is as much shorter than one at this
-/// tolerance as keeps the true terms small.
+/// The rounding errors of the last coefficients are larger than this next to a singular pose: a step is as long as one at this tolerance.
 const NOISE: f64 = 1e-9;
-const MARGIN: f64 = 1.3;
 
 impl Taylor {
     /// Finds the next singular pose along the polynomial, near a guess of how far it is ahead.
@@ -111,9 +109,7 @@ impl Taylor {
             match search.correct(context.model, &run.last.end, &self.closed, &mut self.next) {
                 Verdict::Again => {}
                 Verdict::Failed => return false,
-                Verdict::Found => {
-                    return self.natural_length(order, tolerance.max(NOISE)) >= MARGIN * h;
-                }
+                Verdict::Found => return self.natural_length(order, tolerance.max(NOISE)) >= h,
             }
         }
         false

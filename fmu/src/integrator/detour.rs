@@ -1,0 +1,149 @@
+//! Past a singular pose by the explicit method, where what the program chooses has not passed it.
+//!
+//! The steps begin again where the motion was before it came near the pose; what has been read since then lies before the pose, and is right. Two runs with
+//! different tolerances must agree: next to the pose the explicit method may be no better.
+
+use serde::{Deserialize, Serialize};
+
+use super::control::{Horizon, take_step};
+use super::run::Run;
+use super::stiffness::{Choice, Engines};
+use crate::context::{Context, Settings};
+use crate::failure::Failure;
+use crate::math;
+use crate::model::Model;
+use crate::program::Engine;
+use crate::singular::branch::progress;
+
+/// Tolerances of the explicit method past a pose that was not passed otherwise, in units of the one asked for: shorter steps come to the pose elsewhere.
+/// Two results must agree to so many tolerances.
+const DETOURS: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
+const AGREED: f64 = 10.0;
+/// At finer tolerances rounding errors next to the pose are larger.
+const FINEST: f64 = 1e-10;
+/// It begins so far from where the motion was given up at least, in units of the scales: next to the pose it would be no better.
+const AHEAD: f64 = 0.02;
+/// The explicit method takes the steps past a singular pose.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Detour {
+    /// Until then \[s\].
+    pub until: f64,
+    /// With this tolerance.
+    pub tolerance: f64,
+}
+
+impl Detour {
+    /// Is it one that a run would write?
+    pub fn is_sound(self) -> bool {
+        self.until.is_finite() && self.tolerance.is_finite() && self.tolerance > 0.0
+    }
+}
+
+impl Engines<'_> {
+    /// Takes the last steps again by the explicit method, from before they came near a singular pose, if what the program chooses has not passed it.
+    pub fn advance_again(
+        &mut self,
+        context: &mut Context,
+        run: &mut Run,
+        (checkpoint, horizon): (&Run, Horizon),
+        failure: Failure,
+    ) -> Result<(), Failure> {
+        let (Failure::BranchLost { time: pose, .. } | Failure::NotPassed { time: pose, .. }) = failure else {
+            return Err(failure);
+        };
+        let Some((begin, start)) = checkpoint.singular.refuge.first() else { return Err(failure) };
+        let way = progress(context.model, start, &run.last.end) * (pose - begin) / (run.last.end_time - begin);
+        // What has been read lies before the pose. Written so that NaN is too near.
+        let ahead = checkpoint.last.end_time <= pose && way >= AHEAD;
+        if checkpoint.stiffness.detour.is_some() || !ahead || context.settings.tolerance < FINEST {
+            return Err(failure);
+        }
+        let until = f64::min(pose + (pose - begin), horizon.limit);
+        let all = Horizon { target: until, limit: until };
+        let mut found: Option<Vec<f64>> = None;
+        for tolerance in DETOURS.map(|share| share * context.settings.tolerance) {
+            if self.go_round(context, run, checkpoint, (Detour { until, tolerance }, all)).is_err() {
+                continue;
+            }
+            let end = run.last.end.clone();
+            let agrees = found
+                .is_some_and(|other| difference(context.model, &other, &end) <= AGREED * context.settings.tolerance);
+            if agrees && until <= horizon.target {
+                return self.advance(context, run, horizon);
+            }
+            if agrees {
+                let same = Horizon { target: horizon.target, limit: until };
+                return self.go_round(context, run, checkpoint, (Detour { until, tolerance }, same));
+            }
+            found = Some(end);
+        }
+        Err(failure)
+    }
+
+    /// The steps past a pose, from where the motion was before it came near.
+    fn go_round(
+        &mut self,
+        context: &mut Context,
+        run: &mut Run,
+        checkpoint: &Run,
+        (detour, horizon): (Detour, Horizon),
+    ) -> Result<(), Failure> {
+        run.copy_from(checkpoint);
+        self.forget(run);
+        run.singular.go_back();
+        if let Some((begin, start)) = checkpoint.singular.refuge.first() {
+            (run.last.start_time, run.last.end_time) = (begin, begin);
+            run.last.end.copy_from_slice(start);
+        }
+        run.stiffness = Choice::on(Some(detour));
+        close(context, run, detour.tolerance)?;
+        self.advance(context, run, horizon)
+    }
+
+    /// A step of the explicit method past the pose, or the end of the detour.
+    pub(super) fn explicit_step(
+        &mut self,
+        context: &mut Context,
+        run: &mut Run,
+        horizon: Horizon,
+        detour: Detour,
+    ) -> Result<(), Failure> {
+        if run.last.end_time >= detour.until {
+            run.stiffness = Choice::on(None);
+            run.last.natural = 0.0;
+            if let Some(taylor) = &mut self.taylor {
+                taylor.forget();
+            }
+            return Ok(());
+        }
+        let settings = Settings { tolerance: detour.tolerance, engine: Engine::Dop853, ..*context.settings };
+        let Context { model, machine, projection, statistics, .. } = context;
+        let context = &mut Context { model, machine, projection, statistics, settings: &settings };
+        run.last.order = 0;
+        take_step(self.explicit, context, run, horizon)?;
+        context.statistics.fallbacks += 1;
+        Ok(())
+    }
+}
+
+/// Closes the loops where the steps begin: the ends of series are closed by the next one only.
+fn close(context: &mut Context, run: &mut Run, tolerance: f64) -> Result<(), Failure> {
+    let Context { model, machine, projection, .. } = context;
+    machine.load(model, &run.signals.origin);
+    machine.load_signals(model, &run.signals.origin, run.last.end_time);
+    machine.load_motion(model, &run.last.end);
+    let (q, v) = run.last.end.split_at_mut(model.coordinates());
+    projection.positions(model, machine, q, tolerance, f64::INFINITY)?;
+    projection.rates(model, machine, v, tolerance)
+}
+
+/// The largest difference of two motions, in units of the scales and of the rates.
+fn difference(model: &Model, one: &[f64], other: &[f64]) -> f64 {
+    let n = model.coordinates();
+    let coordinates = model.program().coordinates.iter().enumerate();
+    let fastest = coordinates.clone().fold(1.0, |most, (k, c)| math::maximum(most, one[n + k].abs() / c.scale));
+    coordinates.fold(0.0, |most, (k, coordinate)| {
+        let [position, rate] = [0, n].map(|first| (one[first + k] - other[first + k]).abs() / coordinate.scale);
+        math::maximum(most, math::maximum(position, rate / fastest))
+    })
+}

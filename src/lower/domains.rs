@@ -1,0 +1,159 @@
+//! Where the laws of a scene have values: the arguments of their divisions, roots and logarithms.
+
+use cotree_fmu::program::domain::{Domain, Limit};
+
+use crate::component::{Force, Origin};
+use crate::equations::Equations;
+use crate::expr::{Expr, Function, Order, Symbol, Unary};
+use crate::mechanism::{
+    BinaryOperator, Comparison, Formula, Mechanism, Motion, Owner, Part, Quantity, Value, Variable,
+};
+
+/// The arguments that must stay within limits, what may be said of one thing before what is said of a whole law.
+pub(super) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
+    let mechanism = equations.system.mechanism;
+    let mut found = Found { mechanism, arguments: Vec::new() };
+    for part in mechanism.parts() {
+        found.part(part);
+    }
+    found.arguments.sort_by_key(|(domain, _)| domain.limit == Limit::Value);
+    let laws = found.arguments.into_iter().map(|(domain, argument)| (domain, equations.formula(&argument)));
+    let mut domains: Vec<(Domain, Expr)> = laws.collect();
+    domains.extend(distances(equations));
+    let arena = &equations.system.arena;
+    let is_known = |symbol: Symbol| match symbol {
+        Symbol::Coordinate(_, order) => order != Order::Acceleration,
+        Symbol::Reaction(_) | Symbol::Missing(..) => false,
+        _ => true,
+    };
+    // What moves, and what is known before the accelerations are.
+    domains.retain(|(_, argument)| {
+        arena.as_constant(*argument).is_none() && arena.symbols([*argument]).into_iter().all(is_known)
+    });
+    domains
+}
+
+/// Forces along the line between two points have no direction where these meet.
+fn distances(equations: &mut Equations) -> Vec<(Domain, Expr)> {
+    let mechanism = equations.system.mechanism;
+    let lines = equations.system.elements.iter().filter_map(|element| match (&element.translation, element.origin) {
+        (Some(row), Origin::Load(load)) if matches!(row.through, Force::Line(_)) => Some(load),
+        _ => None,
+    });
+    let loads: Vec<_> = lines.collect();
+    let distance = |load: crate::mechanism::LoadId| {
+        let part = &mechanism.loads[load.0];
+        let [a, b] = part.between.map(|place| mechanism.place_name(place));
+        let domain = Domain {
+            place: format!("loads.{}", part.name),
+            argument: format!("`{a}` and `{b}`"),
+            limit: Limit::Distance,
+        };
+        let length = Variable { owner: Owner::Load(load), quantity: Quantity::Length };
+        (domain, equations.formula(&Formula::Variable(length)))
+    };
+    loads.into_iter().map(distance).collect()
+}
+
+/// What has been found so far.
+struct Found<'m> {
+    mechanism: &'m Mechanism,
+    arguments: Vec<(Domain, Formula)>,
+}
+
+/// Conditions under which a part of a formula counts: left, right, and whether the comparison holds.
+type Conditions<'f> = Vec<(Comparison, [&'f Formula; 2], bool)>;
+
+impl Found<'_> {
+    fn part(&mut self, part: &Part) {
+        let table = match part.owner {
+            Owner::Joint(_) => "joints",
+            Owner::Driver(_) => "drivers",
+            _ => "loads",
+        };
+        let place = format!("{table}.{}", part.name);
+        for (key, value) in &part.values {
+            let place = format!("{place}.{key}");
+            match value {
+                Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => self.law(&place, formula),
+                Value::Vector(components) => components.iter().for_each(|component| self.law(&place, component)),
+                Value::Friction(friction) => {
+                    self.law(&format!("{place}.coulomb"), &friction.coulomb);
+                    self.law(&format!("{place}.velocity"), &friction.velocity);
+                    self.add(&format!("{place}.velocity"), Limit::Divisor, &friction.velocity, &Vec::new());
+                }
+                _ => {}
+            }
+        }
+        if let Some(law) = &part.law {
+            self.law(&place, law);
+        }
+    }
+
+    fn law(&mut self, place: &str, formula: &Formula) {
+        self.visit(place, formula, &mut Vec::new());
+        self.add(place, Limit::Value, formula, &Vec::new());
+    }
+
+    fn visit<'f>(&mut self, place: &str, formula: &'f Formula, conditions: &mut Conditions<'f>) {
+        match formula {
+            Formula::Number(_) | Formula::Time | Formula::Parameter(_) | Formula::Input(_) | Formula::Variable(_) => {}
+            Formula::Negate(inner) => self.visit(place, inner, conditions),
+            Formula::Binary(operator, sides) => {
+                sides.iter().for_each(|side| self.visit(place, side, conditions));
+                let [left, right] = &**sides;
+                match operator {
+                    BinaryOperator::Divide => self.add(place, Limit::Divisor, right, conditions),
+                    BinaryOperator::Power => match right {
+                        Formula::Number(power) if power.fract() == 0.0 => {
+                            if *power < 0.0 {
+                                self.add(place, Limit::Divisor, left, conditions);
+                            }
+                        }
+                        _ => self.add(place, Limit::Base, left, conditions),
+                    },
+                    _ => {}
+                }
+            }
+            Formula::Call(function, arguments) => {
+                arguments.iter().for_each(|argument| self.visit(place, argument, conditions));
+                let limit = match function {
+                    Function::One(Unary::Sqrt) => Limit::Root,
+                    Function::One(Unary::Log) => Limit::Logarithm,
+                    Function::One(Unary::Asin | Unary::Acos) => Limit::ArcSine,
+                    _ => return,
+                };
+                arguments.iter().for_each(|argument| self.add(place, limit, argument, conditions));
+            }
+            Formula::If(comparison, parts) => {
+                let [left, right, then, otherwise] = &**parts;
+                [left, right].into_iter().for_each(|side| self.visit(place, side, conditions));
+                for (branch, holds) in [(then, true), (otherwise, false)] {
+                    conditions.push((*comparison, [left, right], holds));
+                    self.visit(place, branch, conditions);
+                    conditions.pop();
+                }
+            }
+        }
+    }
+
+    /// What is not chosen counts as one, which every limit allows.
+    fn add(&mut self, place: &str, limit: Limit, argument: &Formula, conditions: &Conditions) {
+        let text = self.mechanism.written(argument);
+        let domain = Domain { place: place.to_string(), argument: text, limit };
+        let known = |(other, _): &(Domain, Formula)| other.argument == domain.argument && other.limit == limit;
+        if matches!(argument, Formula::Number(_)) || self.arguments.iter().rev().take(RECENT).any(known) {
+            return;
+        }
+        let one = Formula::Number(1.0);
+        let guarded = conditions.iter().rev().fold(argument.clone(), |inner, (comparison, [left, right], holds)| {
+            let (left, right) = ((*left).clone(), (*right).clone());
+            let parts = if *holds { [left, right, inner, one.clone()] } else { [left, right, one.clone(), inner] };
+            Formula::If(*comparison, Box::new(parts))
+        });
+        self.arguments.push((domain, guarded));
+    }
+}
+
+/// A law is made of what the keys of its own part say: so far back the same argument is sought.
+const RECENT: usize = 16;
