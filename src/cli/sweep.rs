@@ -85,8 +85,8 @@ impl Sweep {
             .and_then(|_| signal_hook::flag::register(SIGINT, Arc::clone(&stop)));
         listening.map_err(|error| Failure::Usage(format!("cannot listen to Ctrl-C: {error}")))?;
         match self.file() {
-            Some(path) => self.into_file(path, &sweep, &stop),
-            None => self.into_standard_output(&sweep, &stop),
+            Some(path) => self.record(path, &sweep, &stop),
+            None => self.print(&sweep, &stop),
         }
     }
 
@@ -126,7 +126,7 @@ impl Sweep {
         design.map_err(Failure::Usage)
     }
 
-    fn into_file(&self, path: &Path, sweep: &sweep::Sweep, stop: &AtomicBool) -> Result<(), Failure> {
+    fn record(&self, path: &Path, sweep: &sweep::Sweep, stop: &AtomicBool) -> Result<(), Failure> {
         let mut record = Record::open(path, sweep, self.resume)?;
         let bar = bar(sweep.design.len(), record.done());
         let mut failed = 0;
@@ -146,7 +146,7 @@ impl Sweep {
         output::print(&format!("{}: {all} runs{}\n", path.display(), said(failed)))
     }
 
-    fn into_standard_output(&self, sweep: &sweep::Sweep, stop: &AtomicBool) -> Result<(), Failure> {
+    fn print(&self, sweep: &sweep::Sweep, stop: &AtomicBool) -> Result<(), Failure> {
         let mut rows = Rows::new(std::io::stdout().lock(), sweep)?;
         let mut done = 0;
         sweep.run(0, self.threads, stop, |first, outcomes| {
