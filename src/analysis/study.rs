@@ -71,7 +71,7 @@ impl Study {
         (!warnings.is_empty()).then(|| Faults::new(self.source.clone(), warnings))
     }
 
-    /// Sets a parameter or an input: `read` gives the value [SI] for its unit.
+    /// Sets a parameter or an input: `read` gives the value \[SI\] for its unit.
     ///
     /// # Errors
     /// There is no such parameter or input, `read` fails, or the value is out of bounds.

@@ -45,7 +45,7 @@ pub fn settable(description: &Description, name: &str) -> Result<usize, String> 
     })
 }
 
-/// May the variable have that value [SI]?
+/// May the variable have that value \[SI\]?
 ///
 /// # Errors
 /// Why not.

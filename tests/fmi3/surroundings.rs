@@ -95,7 +95,8 @@ pub const CASES: &[Case] = &[
     }),
     ("3D63", "dependencies by a call, where they are offered", |fmu| {
         assert!(!fmu.flag("CoSimulation", "providesPerElementDependencies"), "then this case is to compare them");
-        let calls: [(&str, fn(&Instance) -> _); 2] = [
+        type Call = fn(&Instance) -> fmi3Status;
+        let calls: [(&str, Call); 2] = [
             ("count", |i| unsafe { (i.fmi().dependency_count)(i.c, 0, null_mut()) }),
             ("list", |i| unsafe { (i.fmi().dependencies)(i.c, 0, null_mut(), null(), null_mut(), null_mut(), 0) }),
         ];
