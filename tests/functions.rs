@@ -2,6 +2,8 @@
 
 mod support;
 
+use std::f64::consts::{FRAC_PI_2, TAU};
+
 use cotree::compile::{self, Notation};
 use cotree::expr::{Arena, Binary, Expr, Function, Order, Symbol, Unary};
 use cotree::scene::Scene;
@@ -99,8 +101,8 @@ fn derivatives_are_those_that_differences_show() {
 #[test]
 fn laws_of_cams_have_their_known_values_and_peaks() {
     let laws = [
-        (Unary::Harmonic, [0.2061073739, 1.270800923, 2.900603956], [1.570796, 4.934802, 15.503139]),
-        (Unary::Cycloidal, [0.1486346543, 1.309016994, 5.975664329], [2.0, 6.283185, 39.478418]),
+        (Unary::Harmonic, [0.2061073739, 1.270800923, 2.900603956], [FRAC_PI_2, 4.934802, 15.503139]),
+        (Unary::Cycloidal, [0.1486346543, 1.309016994, 5.975664329], [2.0, TAU, 39.478418]),
         (Unary::Poly345, [0.16308, 1.323, 5.04], [1.875, 5.773503, 60.0]),
         (Unary::Poly4567, [0.126036, 1.29654, 7.4088], [2.1875, 7.513188, 52.5]),
         (Unary::ModifiedTrapezoid, [0.1605903487, 1.244406188, 4.888123763], [2.0, 4.888124, 61.425975]),

@@ -93,7 +93,13 @@ impl<'a> Positions<'a> {
         let mut random = Random::new(1);
         for size in DISTURBANCES {
             for _ in 0..TRIES {
-                let mut trial: Vec<f64> = start.iter().map(|x| x + size * random.symmetric()).collect();
+                let disturbed = |(column, x): (usize, &f64)| {
+                    let moved = x + size * random.symmetric();
+                    // What is known is not disturbed: no step of the search would put it back.
+                    let known = wanted.substitute(column, &self.0.given);
+                    known.map_or(moved, |known| known / column_scale(self.0.model, column))
+                };
+                let mut trial: Vec<f64> = start.iter().enumerate().map(disturbed).collect();
                 let r = self.attempt(wanted, &mut trial);
                 if norm(&r) < best || best.is_nan() {
                     best = norm(&r);
