@@ -37,7 +37,9 @@ fn failure(scene: &Scene, engine: Option<Engine>) -> InstanceError {
     let compiled = compile(scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
     let mut instance = Instance::new(Arc::new(Model::new(compiled.program).expect("a sound program")));
     instance.setup(0.0, Some(1.0), Some(1e-7)).expect("times");
-    engine.map(|engine| instance.set_engine(engine).expect("not begun"));
+    if let Some(engine) = engine {
+        instance.set_engine(engine).expect("not begun");
+    }
     let observed = instance.variable("arm.angle").or(instance.variable("block.x")).expect("a variable");
     let mut run = || {
         instance.initialise()?;
