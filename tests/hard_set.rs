@@ -112,13 +112,13 @@ fn stiff_loads_at_change_points_lose_no_run_whatever_the_method() {
 #[test]
 fn a_pose_that_is_not_passed_is_tried_again() {
     let (mut passed, mut refused) = (0, 0);
-    for case in stiff_at_change_points(61, &[1e6], &[]) {
+    for case in stiff_at_change_points(0, &[1e4, 1e6], &[]) {
         let model = case.model().expect("a sound scene");
-        for tolerance in [1e-7, 1e-8] {
-            let run = format!("{} at {tolerance:e}", case.scene.name.text);
-            match case.run(&model, None, tolerance, Points::Even(7)) {
+        for points in [Points::Even(400), Points::Even(7), Points::Uneven(300)] {
+            let run = format!("{} at 1e-7, {points:?}", case.scene.name.text);
+            match case.run(&model, None, 1e-7, points) {
                 outcome @ Outcome::Passed(_) => {
-                    check(&case, &run, outcome, tolerance);
+                    check(&case, &run, outcome, 1e-7);
                     passed += 1;
                 }
                 Outcome::Failed(why) if REFUSALS.iter().any(|refusal| why.contains(refusal)) => refused += 1,
@@ -126,7 +126,8 @@ fn a_pose_that_is_not_passed_is_tried_again() {
             }
         }
     }
-    assert!(passed > refused, "{passed} {refused}");
+    // Without another try a fifth is refused.
+    assert!(passed > 15 * refused, "{passed} {refused}");
 }
 
 fn check(case: &Case, run: &str, outcome: Outcome, tolerance: f64) {
