@@ -95,16 +95,18 @@ impl Film {
     fn is_smooth(&self, step: usize, view: &View) -> bool {
         let sizes: Vec<f64> =
             self.drawing.bodies.iter().map(|body| view.length(super::shapes::extent(&body.extent()))).collect();
-        (0..self.poses.len().saturating_sub(step)).step_by(step).all(|first| {
-            (1..step).all(|between| {
-                let share = between as f64 / step as f64;
-                let [a, now, b] = [first, first + between, first + step].map(|sample| &self.poses[sample]);
-                (0..sizes.len().min(now.len())).all(|body| {
-                    let off = |axis: usize| (1.0 - share) * a[body][axis] + share * b[body][axis] - now[body][axis];
-                    view.length(off(0).hypot(off(1))) + sizes[body] * off(2).abs() < NEAR
+        // With a single sample nothing moves.
+        step < self.poses.len()
+            && (0..self.poses.len().saturating_sub(step)).step_by(step).all(|first| {
+                (1..step).all(|between| {
+                    let share = between as f64 / step as f64;
+                    let [a, now, b] = [first, first + between, first + step].map(|sample| &self.poses[sample]);
+                    (0..sizes.len().min(now.len())).all(|body| {
+                        let off = |axis: usize| (1.0 - share) * a[body][axis] + share * b[body][axis] - now[body][axis];
+                        view.length(off(0).hypot(off(1))) + sizes[body] * off(2).abs() < NEAR
+                    })
                 })
             })
-        })
     }
 
     fn picture(&self, sample: Option<usize>, view: &View) -> String {

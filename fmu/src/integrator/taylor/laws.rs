@@ -8,6 +8,8 @@ use crate::integrator::control::Progress;
 use crate::integrator::run::Run;
 use crate::model::Model;
 
+/// A smooth branch that is no longer than so many shortest steps is one of several that begin together.
+const FLEETING: f64 = 64.0;
 /// Fewer orders do not tell how far an argument is known: two in a row may vanish.
 const LEAST: usize = 6;
 
@@ -54,9 +56,14 @@ impl Taylor {
         None
     }
 
-    /// Begins the next step on the branches that begin at a switch; on those of the motion if it ends at none.
-    pub(super) fn enter(&mut self, run: &mut Run, switch: Option<(f64, Choices)>) {
-        run.taylor.branches = switch.map_or(Choices::default(), |(_, branches)| branches);
+    /// Begins the next step on the branches that begin at a switch, so long after the step began; on those of the motion if it ends at none.
+    pub(super) fn enter(&mut self, run: &mut Run, switch: Option<(f64, Choices)>, shortest: f64) {
+        run.taylor.branches = match switch {
+            // What has just changed may be zero by rounding still.
+            Some((length, branches)) if length < FLEETING * shortest => run.taylor.branches.then(branches),
+            Some((_, branches)) => branches,
+            None => Choices::default(),
+        };
         if switch.is_some() {
             self.known = Start::Unknown;
             run.taylor.series = None;

@@ -127,7 +127,7 @@ impl Taylor {
         let cut = end == step.limit || falls || switch.is_some() || step.most.is_finite();
         self.accept(context, run, end, cut);
         run.singular.ahead = left.unwrap_or(run.singular.ahead);
-        self.enter(run, switch);
+        self.enter(run, switch, step.shortest);
     }
 
     /// The end of the step becomes that of the run.
