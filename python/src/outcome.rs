@@ -6,8 +6,18 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyKeyboardInterrupt, PyOSError, PyValueError};
 use pyo3::prelude::*;
 
-create_exception!(cotree._cotree, SceneError, PyException, "A scene is at fault; `faults` has every fault with its places.");
-create_exception!(cotree._cotree, RunError, PyException, "The numbers do not work out; `results` has what comes before.");
+create_exception!(
+    cotree._cotree,
+    SceneError,
+    PyException,
+    "A scene is at fault; `faults` has every fault with its places."
+);
+create_exception!(
+    cotree._cotree,
+    RunError,
+    PyException,
+    "The numbers do not work out; `results` has what comes before."
+);
 
 /// Every fault as JSON, which the Python side turns into objects.
 pub fn scene_error(faults: &Faults) -> PyErr {

@@ -1,5 +1,6 @@
 //! What is asked of a run: values by name, times, inputs over time.
 
+use clap::ValueEnum;
 use cotree::compile::quantity;
 use cotree::export::description::Description;
 use cotree::mechanism::{Experiment, Unit};
@@ -8,9 +9,6 @@ use cotree::simulate::{self, settings};
 use pyo3::prelude::*;
 
 use crate::outcome::wrong;
-
-/// More values than this at one go are a mistake in `step` or `stop`.
-const MOST_POINTS: u64 = 100_000_000;
 
 /// A number in SI units, or a text such as `"1.2 m"`.
 #[derive(FromPyObject)]
@@ -51,20 +49,25 @@ impl Times {
         let step = time("step", &self.step, scene.step)?;
         let tolerance = self.tolerance.unwrap_or(scene.tolerance);
         let experiment = Experiment { start, stop, step, tolerance };
-        if !start.is_finite() || !stop.is_finite() || stop < start {
-            return Err(wrong(format!("stop: {stop:?} s is not after the start, {start:?} s")));
-        }
-        if !(step > 0.0 && step.is_finite()) {
-            return Err(wrong(format!("step: {step:?} s is not above zero")));
-        }
-        if simulate::count(experiment) > MOST_POINTS {
-            return Err(wrong(format!("step: {step:?} s up to {stop:?} s gives more than {MOST_POINTS} points")));
-        }
-        if !(tolerance > 0.0 && tolerance < 1.0) {
-            return Err(wrong(format!("tolerance: {tolerance:?} is not between 0 and 1")));
-        }
-        Ok(experiment)
+        possible(experiment)
     }
+}
+
+/// The experiment, if a run can have its times and its tolerance.
+pub fn possible(experiment: Experiment) -> PyResult<Experiment> {
+    match simulate::check(experiment) {
+        Ok(()) => Ok(experiment),
+        Err((name, message)) => Err(wrong(format!("{name}: {message}"))),
+    }
+}
+
+/// One of the words that an option of the command line takes.
+pub fn word<T: ValueEnum>(name: &str, text: &str) -> PyResult<T> {
+    T::from_str(text, false).map_err(|_| {
+        let words = T::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+        let words: Vec<String> = words.map(|word| word.get_name().to_owned()).collect();
+        wrong(format!("{name}: `{text}` is none of {}", words.join(", ")))
+    })
 }
 
 /// Variables and their values, checked against their bounds.

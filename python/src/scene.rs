@@ -8,11 +8,10 @@ use std::time::Duration;
 use cotree::analysis::report::{Report, Style};
 use cotree::analysis::{At, Study};
 use cotree::export::FmiVersion;
-use cotree::export::description::Causality;
 use cotree::output::bench;
+use cotree::output::statistics::Accumulator;
 use cotree::output::text::Prose;
-use cotree::scene::Text;
-use cotree::simulate::{Ensemble, Measure, Run, Statistics, points};
+use cotree::simulate::{Ensemble, Measure, Run, points};
 use cotree::{Compiled, Notation, Scene};
 use cotree_fmu::model::Model;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
@@ -69,12 +68,8 @@ impl Core {
     fn variables(&self, py: Python<'_>) -> PyResult<String> {
         let ready = self.ready(py, None)?;
         let variable = |variable: &cotree::export::description::ScalarVariable| {
-            let (start, min, max) = match variable.causality {
-                Causality::Parameter { start, min, max, .. } | Causality::Input { start, min, max } => {
-                    (Some(start), min, max)
-                }
-                _ => (None, None, None),
-            };
+            let range = variable.causality.range();
+            let (start, [min, max]) = range.map_or_else(Default::default, |(start, bounds)| (Some(start), bounds));
             json!({ "name": variable.name, "description": variable.description, "unit": variable.unit.si,
                     "causality": variable.causality.name(), "start": start, "min": min, "max": max })
         };
@@ -149,13 +144,7 @@ impl Core {
             (&ready, &times, &settings, reported, inputs),
             (names, values, threads),
             Vec::new,
-            |kept: &mut Vec<Statistics>, time, values| {
-                if kept.is_empty() {
-                    kept.extend(values.iter().map(|&value| Statistics::new(time, value)));
-                } else {
-                    kept.iter_mut().zip(values).for_each(|(kept, &value)| kept.add(time, value));
-                }
-            },
+            Accumulator::add_all,
         )?;
         let (mut table, mut failures) = (Vec::with_capacity(ended.len() * measures.len()), Vec::new());
         for (kept, failure) in ended {
@@ -172,11 +161,7 @@ impl Core {
 
     /// Writes the FMU.
     fn export(&self, py: Python<'_>, path: PathBuf, fmi: &str) -> PyResult<()> {
-        let version = match fmi {
-            "2" => FmiVersion::V2,
-            "3" => FmiVersion::V3,
-            other => return Err(wrong(format!("fmi: `{other}` is neither 2 nor 3"))),
-        };
+        let version: FmiVersion = request::word("fmi", fmi)?;
         py.detach(|| self.scene.export_fmu_as(version, path)).map_err(|error| match error {
             cotree::ExportFailure::Scene(faults) => scene_error(&faults),
             cotree::ExportFailure::File(error) => file_error(error),
@@ -185,31 +170,13 @@ impl Core {
 
     /// The equations of motion in a notation.
     fn equations(&self, py: Python<'_>, notation: &str) -> PyResult<String> {
-        let notation = match notation {
-            "text" => Notation::Text,
-            "latex" => Notation::Latex,
-            "html" => Notation::Html,
-            "c" => Notation::C,
-            "fortran" => Notation::Fortran,
-            "rust" => Notation::Rust,
-            "python" => Notation::Python,
-            "json" => Notation::Json,
-            other => {
-                let known = "text, latex, html, c, fortran, rust, python, json";
-                return Err(wrong(format!("notation: `{other}` is none of {known}")));
-            }
-        };
+        let notation: Notation = request::word("notation", notation)?;
         py.detach(|| cotree::equations(&self.scene, notation)).map_err(|faults| scene_error(&faults))
     }
 
     /// The derivation of the equations.
     fn steps(&self, py: Python<'_>, notation: &str) -> PyResult<String> {
-        let prose = match notation {
-            "text" => Prose::Text,
-            "latex" => Prose::Latex,
-            "html" => Prose::Html,
-            other => return Err(wrong(format!("notation: `{other}` is none of text, latex, html"))),
-        };
+        let prose: Prose = request::word("notation", notation)?;
         py.detach(|| cotree::compile::steps(&self.scene, prose)).map_err(|faults| scene_error(&faults))
     }
 
@@ -227,7 +194,8 @@ impl Core {
 
     /// The page that shows the mechanism in motion.
     fn page(&self, py: Python<'_>, runtime: Option<Vec<u8>>) -> PyResult<String> {
-        let made = py.detach(|| cotree::compile::page::page(&self.scene, runtime).map(|(_, page)| page.map(|page| page.html())));
+        let made = py
+            .detach(|| cotree::compile::page::page(&self.scene, runtime).map(|(_, page)| page.map(|page| page.html())));
         made.map_err(|faults| scene_error(&faults))?.map_err(RunError::new_err)
     }
 
@@ -283,10 +251,7 @@ impl Core {
             return Err(wrong(format!("times are to be ascending, from the start, {:?} s, on", experiment.start)));
         }
         experiment.tolerance = tolerance.unwrap_or(experiment.tolerance);
-        if !(experiment.tolerance > 0.0 && experiment.tolerance < 1.0) {
-            return Err(wrong(format!("tolerance: {:?} is not between 0 and 1", experiment.tolerance)));
-        }
-        study.set_experiment(experiment);
+        study.set_experiment(request::possible(experiment)?);
         let found = py.detach(|| study.sensitivities(&to, &times)).map_err(study_error)?;
         let size = [found.times.len(), found.outputs.len(), found.parameters.len()];
         let values: Vec<f64> = found.values.iter().flat_map(|row| row.iter().copied()).collect();
@@ -324,16 +289,10 @@ impl Core {
 
     /// The scene; with these outputs in place of its own, if any are given.
     fn reporting(&self, outputs: Option<Vec<String>>) -> Scene {
-        let mut scene = self.scene.clone();
-        if let Some(mut names) = outputs.filter(|names| !names.is_empty()) {
-            let mut seen = std::collections::HashSet::new();
-            names.retain(|name| seen.insert(name.clone()));
-            let own = |name: &String| scene.outputs.expressions.iter().any(|output| output.name.text == *name);
-            let (expressions, variables): (Vec<String>, Vec<String>) = names.into_iter().partition(own);
-            scene.outputs.expressions.retain(|output| expressions.contains(&output.name.text));
-            scene.outputs.variables = variables.iter().map(|name| Text::from(name.as_str())).collect();
+        match outputs.filter(|names| !names.is_empty()) {
+            Some(names) => self.scene.reporting(names.iter().map(String::as_str)),
+            None => self.scene.clone(),
         }
-        scene
     }
 
     fn compile(&self, outputs: Option<Vec<String>>) -> PyResult<Ready> {

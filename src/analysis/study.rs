@@ -84,12 +84,8 @@ impl Study {
             return Err(self.unknown(name));
         };
         let value = read(unit)?;
-        match bounds {
-            _ if !value.is_finite() => return Err("is not a finite number".to_owned()),
-            [Some(min), _] if value < min => return Err(format!("must be at least {min:?} {}", unit.si)),
-            [_, Some(max)] if value > max => return Err(format!("must be at most {max:?} {}", unit.si)),
-            _ => *place = value,
-        }
+        unit.permit(value, bounds)?;
+        *place = value;
         Ok(())
     }
 

@@ -7,9 +7,6 @@ use crate::compile;
 use crate::mechanism::{Experiment, Unit};
 use crate::simulate;
 
-/// More reported values than this are a mistake in `--step` or `--stop`.
-const MOST_POINTS: u64 = 100_000_000;
-
 /// Times and tolerance; what is not given is the scene's.
 #[derive(Args)]
 pub struct Times {
@@ -45,17 +42,5 @@ impl Times {
 
 /// Can a run have these times and this tolerance?
 pub fn check(experiment: Experiment) -> Result<(), Failure> {
-    let Experiment { start, stop, step, tolerance } = experiment;
-    let wrong = if !stop.is_finite() || stop < start {
-        format!("--stop: {stop:?} s is before the start, {start:?} s")
-    } else if !(step > 0.0 && step.is_finite()) {
-        format!("--step: {step:?} s is not above zero")
-    } else if simulate::count(experiment) > MOST_POINTS {
-        format!("--step: {step:?} s up to {stop:?} s gives more than {MOST_POINTS} rows")
-    } else if !(tolerance > 0.0 && tolerance < 1.0) {
-        format!("--tolerance: {tolerance:?} is not between 0 and 1")
-    } else {
-        return Ok(());
-    };
-    Err(Failure::Usage(wrong))
+    simulate::check(experiment).map_err(|(option, message)| Failure::Usage(format!("--{option}: {message}")))
 }

@@ -6,7 +6,7 @@ use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model as Runnable;
 
 use super::{Compiled, Front, compile_with, front, with_everything};
-use crate::export::description::{Causality, Description, ScalarVariable, Start};
+use crate::export::description::{Description, ScalarVariable, Start};
 use crate::formulate::Formulated;
 use crate::mechanism::{Dimension, Experiment, Place};
 use crate::output::drawing::Geometry;
@@ -161,10 +161,8 @@ fn is_seen(name: &str) -> bool {
 }
 
 fn variable(variable: &ScalarVariable) -> Variable {
-    let (start, min, max) = match variable.causality {
-        Causality::Parameter { start, min, max, .. } | Causality::Input { start, min, max } => (Some(start), min, max),
-        _ => (None, None, None),
-    };
+    let (start, [min, max]) =
+        variable.causality.range().map_or_else(Default::default, |(start, bounds)| (Some(start), bounds));
     let known = match variable.start {
         Some(Start::Exact(value)) => Some(value),
         _ => None,

@@ -148,6 +148,16 @@ impl Causality {
         }
     }
 
+    /// Of what the importer sets: its default, and the smallest and the largest value permitted, SI.
+    pub fn range(self) -> Option<(f64, [Option<f64>; 2])> {
+        match self {
+            Causality::Parameter { start, min, max, .. } | Causality::Input { start, min, max } => {
+                Some((start, [min, max]))
+            }
+            Causality::Output | Causality::Local | Causality::Independent => None,
+        }
+    }
+
     /// Is its value computed by the FMU?
     pub fn is_calculated(self) -> bool {
         matches!(self, Causality::Output | Causality::Local)

@@ -257,12 +257,9 @@ fn initial_values(variables: &[ScalarVariable]) -> String {
 
 /// Default, permitted values, and when it may be set, of what can be set.
 fn range(variable: &ScalarVariable) -> Option<(String, String, &'static str)> {
-    let (start, min, max, change) = match variable.causality {
-        Causality::Parameter { tunable: false, start, min, max } => (start, min, max, "before start"),
-        Causality::Parameter { tunable: true, start, min, max } => (start, min, max, "any time"),
-        Causality::Input { start, min, max } => (start, min, max, "any time"),
-        Causality::Output | Causality::Local | Causality::Independent => return None,
-    };
+    let (start, [min, max]) = variable.causality.range()?;
+    let is_fixed = matches!(variable.causality, Causality::Parameter { tunable: false, .. });
+    let change = if is_fixed { "before start" } else { "any time" };
     let shown = |value: f64| shown(value, &variable.unit);
     let permitted = match (min.map(shown), max.map(shown)) {
         (None, None) => "any".to_owned(),

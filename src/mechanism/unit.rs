@@ -34,6 +34,19 @@ impl Unit {
         self.exponents[..3] == other.exponents[..3]
     }
 
+    /// May a value \[SI\] of this unit lie within these bounds?
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn permit(&self, value: f64, bounds: [Option<f64>; 2]) -> Result<(), String> {
+        match bounds {
+            _ if !value.is_finite() => Err("is not a finite number".to_owned()),
+            [Some(min), _] if value < min => Err(format!("must be at least {min:?} {}", self.si)),
+            [_, Some(max)] if value > max => Err(format!("must be at most {max:?} {}", self.si)),
+            _ => Ok(()),
+        }
+    }
+
     /// This unit divided by the second: rad/s, m/s2.
     pub fn per_second(&self) -> Unit {
         let [kg, m, s, rad] = self.exponents;

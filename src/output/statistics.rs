@@ -37,28 +37,81 @@ pub struct Figures {
 impl Figures {
     /// The figures of a variable; none of nothing. Between its values it is taken as straight.
     pub fn of(name: &str, unit: &str, times: &[f64], values: &[f64]) -> Option<Figures> {
-        let first = [*values.first()?, *times.first()?];
-        let (mut min, mut max) = (first, first);
-        for (&time, &value) in times.iter().zip(values) {
-            if value < min[0] {
-                min = [value, time];
-            }
-            if value > max[0] {
-                max = [value, time];
-            }
+        let mut points = times.iter().zip(values);
+        let (&time, &value) = points.next()?;
+        let mut seen = Accumulator::new(time, value);
+        points.for_each(|(&time, &value)| seen.add(time, value));
+        let Accumulator { min, max, last, .. } = seen;
+        let [min, max] = [min, max].map(|(time, value)| [value, time]);
+        Some(Figures {
+            name: name.into(),
+            unit: unit.into(),
+            min,
+            max,
+            mean: seen.mean(),
+            rms: seen.rms(),
+            end: last.1,
+        })
+    }
+}
+
+/// What is kept of a variable while it runs: a few numbers, however long the run. Extremes are those of the values that were added;
+/// integrals take it as straight in between.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accumulator {
+    /// The first value.
+    pub first: f64,
+    /// Time and value, as of the extremes.
+    pub last: (f64, f64),
+    /// The largest value, where it is first reached.
+    pub max: (f64, f64),
+    /// The smallest value, where it is first reached.
+    pub min: (f64, f64),
+    duration: f64,
+    integral: f64,
+    square: f64,
+}
+
+impl Accumulator {
+    /// Begins with the first value.
+    pub fn new(time: f64, value: f64) -> Self {
+        let here = (time, value);
+        Accumulator { first: value, last: here, max: here, min: here, duration: 0.0, integral: 0.0, square: 0.0 }
+    }
+
+    /// Adds the next value.
+    pub fn add(&mut self, time: f64, value: f64) {
+        let (before, old) = self.last;
+        let step = time - before;
+        self.duration += step;
+        self.integral += 0.5 * step * (old + value);
+        self.square += step * (old * old + old * value + value * value) / 3.0;
+        self.last = (time, value);
+        if value > self.max.1 {
+            self.max = self.last;
         }
-        let (mut sum, mut squares) = (0.0, 0.0);
-        for (time, value) in times.windows(2).zip(values.windows(2)) {
-            let step = time[1] - time[0];
-            sum += 0.5 * step * (value[0] + value[1]);
-            squares += step / 3.0 * (value[0] * value[0] + value[0] * value[1] + value[1] * value[1]);
+        if value < self.min.1 {
+            self.min = self.last;
         }
-        let duration = times.last()? - times.first()?;
-        let (mean, rms) = match duration > 0.0 {
-            true => (sum / duration, (squares / duration).max(0.0).sqrt()),
-            false => (first[0], first[0].abs()),
-        };
-        Some(Figures { name: name.into(), unit: unit.into(), min, max, mean, rms, end: *values.last()? })
+    }
+
+    /// Adds the next values of several variables, and begins with the first ones.
+    pub fn add_all(all: &mut Vec<Accumulator>, time: f64, values: &[f64]) {
+        if all.is_empty() {
+            all.extend(values.iter().map(|&value| Accumulator::new(time, value)));
+        } else {
+            all.iter_mut().zip(values).for_each(|(own, &value)| own.add(time, value));
+        }
+    }
+
+    /// The mean over time; of a single point its value.
+    pub fn mean(&self) -> f64 {
+        if self.duration > 0.0 { self.integral / self.duration } else { self.last.1 }
+    }
+
+    /// The root of the mean square over time.
+    pub fn rms(&self) -> f64 {
+        if self.duration > 0.0 { (self.square / self.duration).max(0.0).sqrt() } else { self.last.1.abs() }
     }
 }
 

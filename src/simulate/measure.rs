@@ -2,6 +2,8 @@
 
 use std::str::FromStr;
 
+use crate::output::statistics::Accumulator;
+
 /// What is made of a variable over time, and its word.
 const KINDS: [(&str, Kind); 10] = [
     ("max", Kind::Max),
@@ -84,59 +86,18 @@ impl Measure {
     }
 
     /// The number, once the run has ended.
-    pub fn of(&self, statistics: &Statistics) -> f64 {
-        let over_time =
-            |integral: f64, point: f64| if statistics.duration > 0.0 { integral / statistics.duration } else { point };
+    pub fn of(&self, seen: &Accumulator) -> f64 {
         match self.kind {
-            Kind::Max => statistics.max.1,
-            Kind::Min => statistics.min.1,
-            Kind::Peak => statistics.max.1.abs().max(statistics.min.1.abs()),
-            Kind::Range => statistics.max.1 - statistics.min.1,
-            Kind::Mean => over_time(statistics.integral, statistics.last.1),
-            Kind::RootMeanSquare => over_time(statistics.square, statistics.last.1 * statistics.last.1).sqrt(),
-            Kind::First => statistics.first,
-            Kind::Last => statistics.last.1,
-            Kind::WhenMax => statistics.max.0,
-            Kind::WhenMin => statistics.min.0,
-        }
-    }
-}
-
-/// What is kept of a variable while it runs: a few numbers, however long the run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Statistics {
-    first: f64,
-    /// Time and value.
-    last: (f64, f64),
-    max: (f64, f64),
-    min: (f64, f64),
-    duration: f64,
-    /// Of the value, and of its square, over time.
-    integral: f64,
-    square: f64,
-}
-
-impl Statistics {
-    /// Begins with the first value.
-    pub fn new(time: f64, value: f64) -> Self {
-        let here = (time, value);
-        Statistics { first: value, last: here, max: here, min: here, duration: 0.0, integral: 0.0, square: 0.0 }
-    }
-
-    /// Adds the next value.
-    pub fn add(&mut self, time: f64, value: f64) {
-        let (before, old) = self.last;
-        let step = time - before;
-        self.duration += step;
-        self.integral += 0.5 * step * (old + value);
-        // Exact where the value is linear between the points.
-        self.square += step * (old * old + old * value + value * value) / 3.0;
-        self.last = (time, value);
-        if value > self.max.1 {
-            self.max = self.last;
-        }
-        if value < self.min.1 {
-            self.min = self.last;
+            Kind::Max => seen.max.1,
+            Kind::Min => seen.min.1,
+            Kind::Peak => seen.max.1.abs().max(seen.min.1.abs()),
+            Kind::Range => seen.max.1 - seen.min.1,
+            Kind::Mean => seen.mean(),
+            Kind::RootMeanSquare => seen.rms(),
+            Kind::First => seen.first,
+            Kind::Last => seen.last.1,
+            Kind::WhenMax => seen.max.0,
+            Kind::WhenMin => seen.min.0,
         }
     }
 }
@@ -146,9 +107,9 @@ mod tests {
     use super::*;
 
     fn measured(text: &str, points: &[(f64, f64)]) -> f64 {
-        let mut statistics = Statistics::new(points[0].0, points[0].1);
-        points[1..].iter().for_each(|&(time, value)| statistics.add(time, value));
-        text.parse::<Measure>().unwrap().of(&statistics)
+        let mut seen = Accumulator::new(points[0].0, points[0].1);
+        points[1..].iter().for_each(|&(time, value)| seen.add(time, value));
+        text.parse::<Measure>().unwrap().of(&seen)
     }
 
     #[test]

@@ -15,7 +15,7 @@ use crate::export::description::Description;
 use crate::mechanism::Experiment;
 use crate::output::csv::Table;
 pub use many::{Ensemble, Settings};
-pub use measure::{Measure, Statistics};
+pub use measure::Measure;
 pub use results::{Column, Results, SimulateError};
 
 /// What to simulate.
@@ -104,6 +104,28 @@ impl Run<'_> {
         let mut knots: Vec<f64> = times.filter(|&time| time > start && time <= stop).collect();
         knots.dedup();
         knots
+    }
+}
+
+/// More values than this at one go are a mistake in the step or the stop.
+const MOST_POINTS: u64 = 100_000_000;
+
+/// Can a run have these times and this tolerance?
+///
+/// # Errors
+/// What cannot be, `stop`, `step` or `tolerance`, and why.
+pub fn check(experiment: Experiment) -> Result<(), (&'static str, String)> {
+    let Experiment { start, stop, step, tolerance } = experiment;
+    if !start.is_finite() || !stop.is_finite() || stop < start {
+        Err(("stop", format!("{stop:?} s is before the start, {start:?} s")))
+    } else if !(step > 0.0 && step.is_finite()) {
+        Err(("step", format!("{step:?} s is not above zero")))
+    } else if count(experiment) > MOST_POINTS {
+        Err(("step", format!("{step:?} s up to {stop:?} s gives more than {MOST_POINTS} rows")))
+    } else if !(tolerance > 0.0 && tolerance < 1.0) {
+        Err(("tolerance", format!("{tolerance:?} is not between 0 and 1")))
+    } else {
+        Ok(())
     }
 }
 

@@ -34,9 +34,7 @@ impl<'a> Inputs<'a> {
 /// # Errors
 /// There is none; what may have been meant.
 pub fn settable(description: &Description, name: &str) -> Result<usize, String> {
-    let can_be_set = |variable: &&ScalarVariable| {
-        matches!(variable.causality, Causality::Parameter { .. } | Causality::Input { .. }) || variable.start.is_some()
-    };
+    let can_be_set = |variable: &&ScalarVariable| variable.causality.range().is_some() || variable.start.is_some();
     let found = description.variables.iter().position(|variable| variable.name == name && can_be_set(&variable));
     found.ok_or_else(|| {
         let variables = description.variables.iter().filter(can_be_set);
@@ -50,15 +48,5 @@ pub fn settable(description: &Description, name: &str) -> Result<usize, String> 
 /// # Errors
 /// Why not.
 pub fn permitted(variable: &ScalarVariable, value: f64) -> Result<(), String> {
-    let unit = &variable.unit.si;
-    let (min, max) = match variable.causality {
-        Causality::Parameter { min, max, .. } | Causality::Input { min, max, .. } => (min, max),
-        _ => (None, None),
-    };
-    match (min, max) {
-        _ if !value.is_finite() => Err("is not a finite number".to_owned()),
-        (Some(min), _) if value < min => Err(format!("must be at least {min:?} {unit}")),
-        (_, Some(max)) if value > max => Err(format!("must be at most {max:?} {unit}")),
-        _ => Ok(()),
-    }
+    variable.unit.permit(value, variable.causality.range().map_or([None; 2], |(_, bounds)| bounds))
 }

@@ -19,8 +19,9 @@ pub use sample::Kind;
 
 use crate::compile::{Compiled, compile};
 use crate::mechanism::Experiment;
-use crate::scene::{Faults, Scene, Text};
-use crate::simulate::{Ensemble, Measure, Run, RunError, Settings, Statistics};
+use crate::output::statistics::Accumulator;
+use crate::scene::{Faults, Scene};
+use crate::simulate::{Ensemble, Measure, Run, RunError, Settings};
 
 /// Rows are handed over about as often.
 const PACE: Duration = Duration::from_millis(250);
@@ -44,20 +45,7 @@ pub type Outcome = Result<Vec<f64>, String>;
 /// # Errors
 /// Everything that is wrong with it; variables that it does not have.
 pub fn measured(scene: &Scene, measures: &[Measure]) -> Result<Compiled, Faults> {
-    let mut scene = scene.clone();
-    let wanted = |name: &str| measures.iter().any(|measure| measure.variable == name);
-    scene.outputs.expressions.retain(|own| wanted(&own.name.text));
-    let mut variables: Vec<&str> = Vec::new();
-    for Measure { variable, .. } in measures {
-        let own = scene.outputs.expressions.iter().any(|own| own.name.text == *variable);
-        if !own && !variables.contains(&variable.as_str()) {
-            variables.push(variable);
-        }
-    }
-    // Where the scene names a variable, a fault is shown there.
-    let known = std::mem::take(&mut scene.outputs.variables);
-    let named = |name: &str| known.iter().find(|text| text.text == name).cloned().unwrap_or_else(|| Text::from(name));
-    scene.outputs.variables = variables.into_iter().map(named).collect();
+    let scene = scene.reporting(measures.iter().map(|measure| measure.variable.as_str()));
     compile(&scene)
 }
 
@@ -117,14 +105,10 @@ impl Sweep {
     }
 
     fn outcomes(&self, ensemble: &Ensemble, members: &[Settings]) -> Vec<Outcome> {
-        let point = |kept: &mut Vec<Statistics>, time: f64, values: &[f64]| match kept.is_empty() {
-            true => kept.extend(values.iter().map(|&value| Statistics::new(time, value))),
-            false => kept.iter_mut().zip(values).for_each(|(kept, &value)| kept.add(time, value)),
-        };
-        let outcome = |(kept, ended): (Vec<Statistics>, Result<(), RunError>)| match ended {
+        let outcome = |(kept, ended): (Vec<Accumulator>, Result<(), RunError>)| match ended {
             Ok(()) => Ok(self.measures.iter().zip(&kept).map(|(measure, kept)| measure.of(kept)).collect()),
             Err(error) => Err(error.to_string()),
         };
-        ensemble.run(members, Vec::new, point).into_iter().map(outcome).collect()
+        ensemble.run(members, Vec::new, Accumulator::add_all).into_iter().map(outcome).collect()
     }
 }

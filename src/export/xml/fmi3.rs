@@ -167,8 +167,7 @@ impl<'a> Model<'a> {
             attributes.push(("unit", variable.unit.si.clone()));
             attributes.extend(variable.unit.display.iter().map(|display| ("displayUnit", display.name.clone())));
         }
-        if let Causality::Parameter { start, min, max, .. } | Causality::Input { start, min, max } = variable.causality
-        {
+        if let Some((start, [min, max])) = variable.causality.range() {
             attributes.extend(min.map(|value| ("min", number(value))));
             attributes.extend(max.map(|value| ("max", number(value))));
             attributes.push(("start", number(start)));
