@@ -7,7 +7,7 @@ use std::path::Path;
 
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+use zip::{CompressionMethod, DateTime, System, ZipArchive, ZipWriter};
 
 use super::description::Description;
 use super::page::Page;
@@ -54,6 +54,8 @@ pub fn write(package: &Package, path: &Path) -> Result<(), ExportError> {
 pub fn pack(package: &Package) -> Result<Vec<u8>, ExportError> {
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
+        // Wherever it is written: the same scene gives the same bytes.
+        .system(System::Unix)
         .last_modified_time(DateTime::DEFAULT);
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, content) in entries(package)? {
