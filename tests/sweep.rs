@@ -105,7 +105,7 @@ fn a_stopped_sweep_goes_on_and_ends_as_an_undisturbed_one() {
     let design = ["--set", "rod_length=1.2..1.6:400", "--output", "max(cylinder.s)"];
     let long = ["--stop", "20"];
     let arguments = [&["sweep", SCENE][..], &design, &long].concat();
-    let whole = cotree(folder.path(), &[&arguments[..], &["-o", "whole.csv"]].concat());
+    let whole = cotree(folder.path(), &[&arguments[..], &["-o", "whole.csv", "--plot", "whole.svg"]].concat());
     assert_eq!(code(&whole), 0, "{}", stderr(&whole));
     let stopped = [&arguments[..], &["-o", "out.csv"]].concat();
     let mut child = Command::new(env!("CARGO_BIN_EXE_cotree"))
@@ -134,11 +134,13 @@ fn a_stopped_sweep_goes_on_and_ends_as_an_undisturbed_one() {
         let other = cotree(folder.path(), &other.concat());
         assert!(code(&other) == 2 && stderr(&other).contains("another sweep"), "{}", stderr(&other));
     }
-    let resumed = cotree(folder.path(), &[&stopped[..], &["--resume"]].concat());
+    let resumed = cotree(folder.path(), &[&stopped[..], &["--resume", "--plot", "out.svg"]].concat());
     assert_eq!(code(&resumed), 0, "{}", stderr(&resumed));
     assert!(!part.exists());
-    let [whole, out] = ["whole.csv", "out.csv"].map(|name| fs::read(folder.path().join(name)).unwrap());
-    assert!(whole == out);
+    for names in [["whole.csv", "out.csv"], ["whole.svg", "out.svg"]] {
+        let [whole, out] = names.map(|name| fs::read(folder.path().join(name)).unwrap());
+        assert!(whole == out, "{names:?}");
+    }
 }
 
 #[test]
@@ -157,5 +159,57 @@ fn what_is_wrong_is_said() {
     ] {
         let output = cotree(folder.path(), &[&["sweep", SCENE], arguments].concat());
         assert!(code(&output) == exit && stderr(&output).contains(message), "{arguments:?}: {}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_picture_is_a_curve_a_map_or_a_histogram() {
+    let folder = tempfile::tempdir().unwrap();
+    let measure = ["--output", "max(cylinder.fn)", "--stop", "0.1"];
+    let drawn = |design: &[&str]| {
+        let output = cotree(
+            folder.path(),
+            &[&["sweep", SCENE, "--plot", "out.svg", "-o", "out.csv"], design, &measure].concat(),
+        );
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        fs::read_to_string(folder.path().join("out.svg")).unwrap()
+    };
+    let curves = drawn(&["--set", "rod_length=1.5,1.3", "--set", "crank_length=0.6,0.5,0.4,0.55,0.45"]);
+    for text in ["10 runs", ">crank_length [m]<", "max(cylinder.fn) [N]", "rod_length = 1.3 m", "rod_length = 1.5 m"] {
+        assert!(curves.contains(text), "{text}: {curves}");
+    }
+    let paths: Vec<&str> = curves.split("<path d=\"").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
+    assert_eq!(paths.len(), 2);
+    for path in paths {
+        let right: Vec<f64> =
+            path.split(['M', 'L']).skip(1).map(|pair| pair.split(' ').next().unwrap().parse().unwrap()).collect();
+        assert!(right.len() == 5 && right.is_sorted(), "{path}");
+    }
+    let map = drawn(&["--set", "rod_length=1.3..1.5:5", "--set", "crank_length=0.4..0.6:6", "--set", "crank.angle=1"]);
+    assert!(map.contains(">crank_length [m]<") && map.contains(">rod_length [m]<"), "{map}");
+    // The first group has the cells, all of them different.
+    let cells = map.split("<g shape-rendering").nth(1).unwrap().split("</g>").next().unwrap();
+    assert_eq!(cells.matches("<rect").count(), 30);
+    assert!(cells.contains("#440154") && cells.contains("#fde725") && !cells.contains("#c9ced6"));
+    let failing = drawn(&[
+        "--set",
+        "rod_length=0.61,1.2,1.3,1.4,1.5",
+        "--set",
+        "crank_length=0.5..2:5",
+        "--set",
+        "crank.angle=90 deg",
+    ]);
+    assert!(failing.contains("failed (grey)") && failing.contains("#c9ced6"), "{failing}");
+    let histogram = drawn(&["--latin", "50", "--set", "rod_length=1.5~5 mm"]);
+    assert!(histogram.contains(">runs<") && histogram.contains(">max(cylinder.fn) [N]<") && histogram.contains(">50<"));
+    for (design, message) in [
+        (vec![], "nothing is varied"),
+        (
+            vec!["--set", "rod_length=1.4,1.5", "--set", "crank_length=0.4,0.5", "--set", "crank.angle=1,2"],
+            "3 quantities",
+        ),
+    ] {
+        let output = cotree(folder.path(), &[&["sweep", SCENE, "--plot", "no.png"], &design[..]].concat());
+        assert!(code(&output) == 2 && stderr(&output).contains(message), "{}", stderr(&output));
     }
 }

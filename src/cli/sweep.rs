@@ -17,7 +17,7 @@ use crate::export::description::Description;
 use crate::files;
 use crate::scene::Scene;
 use crate::simulate::Measure;
-use crate::sweep::{self, Design, Factor, Kind, Outcome, Record, RecordError, Rows};
+use crate::sweep::{self, Design, Factor, Kind, Outcome, Picture, Record, RecordError, Rows};
 
 /// The largest table of runs [bytes].
 const LARGEST_TABLE: u64 = 1 << 30;
@@ -28,7 +28,7 @@ const LARGEST_TABLE: u64 = 1 << 30;
 /// measured, and why a run failed if it did. With -o it is kept in FILE.part until the sweep is done: Ctrl-C loses nothing, and --resume goes on.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
-                  cotree sweep slider_crank.toml --set crank_length=0.4..0.6:21 --set rod_length=1.4,1.5 --output \"max(cylinder.fn)\"\n  \
+                  cotree sweep slider_crank.toml --set crank_length=0.4..0.6:21 --set rod_length=1.4,1.5 --output \"max(cylinder.fn)\" --plot out.png\n  \
                   cotree sweep slider_crank.toml --random 10000 --set \"rod_length=1.5 m~1 mm\" --output \"max(cylinder.s)\" -o out.csv\n  \
                   cotree sweep slider_crank.toml --table runs.csv --output \"peak(crank.omega)\" -o out.csv --resume\n\n\
                   Values: 1,1.2 (these); 0.4..0.6:21 (so many, both ends among them); with --random or --latin also 0.4..0.6 (any\n\
@@ -59,6 +59,9 @@ pub struct Sweep {
     /// Where the table goes; `-` is standard output [default: -]
     #[arg(short = 'o', long = "csv", value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Draw what is measured: curves over one quantity, a map over two, histograms of random runs; an SVG or a PNG file
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
     /// Go on with a sweep that was stopped
     #[arg(long, requires = "output")]
     resume: bool,
@@ -71,7 +74,8 @@ pub struct Sweep {
 
 impl Sweep {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        output::apart(&[Some(&self.scene), self.table.as_deref()], &[self.file()])?;
+        output::apart(&[Some(&self.scene), self.table.as_deref()], &[self.file(), self.plot.as_deref()])?;
+        self.plot.as_deref().map_or(Ok(()), |path| output::is_picture(path, &["svg", "png"]))?;
         let scene = output::load(&self.scene)?;
         let measures = self.measures(&scene, format)?;
         let compiled = sweep::measured(&scene, &measures)?;
@@ -79,15 +83,21 @@ impl Sweep {
         let design = self.design(&compiled.description)?;
         let experiment = self.times.experiment(compiled.description.experiment)?;
         let sweep = sweep::Sweep { compiled, experiment, measures, design };
+        let drawn = |_| Picture::new(&sweep).map_err(|message| Failure::Usage(format!("--plot: {message}")));
+        let mut picture = self.plot.as_ref().map(drawn).transpose()?;
         let stop = Arc::new(AtomicBool::new(false));
         // A second Ctrl-C ends the program at once.
         let listening = signal_hook::flag::register_conditional_default(SIGINT, Arc::clone(&stop))
             .and_then(|_| signal_hook::flag::register(SIGINT, Arc::clone(&stop)));
         listening.map_err(|error| Failure::Usage(format!("cannot listen to Ctrl-C: {error}")))?;
         match self.file() {
-            Some(path) => self.record(path, &sweep, &stop),
-            None => self.print(&sweep, &stop),
-        }
+            Some(path) => self.record(path, &sweep, &stop, picture.as_mut()),
+            None => self.print(&sweep, &stop, picture.as_mut()),
+        }?;
+        let (Some(path), Some(picture)) = (&self.plot, picture) else { return Ok(()) };
+        output::picture(path, &picture.svg(&sweep))?;
+        output::wrote(path, &format!("the picture of {} runs", sweep.design.len()), format);
+        Ok(())
     }
 
     fn file(&self) -> Option<&Path> {
@@ -126,12 +136,22 @@ impl Sweep {
         design.map_err(Failure::Usage)
     }
 
-    fn record(&self, path: &Path, sweep: &sweep::Sweep, stop: &AtomicBool) -> Result<(), Failure> {
+    fn record(
+        &self,
+        path: &Path,
+        sweep: &sweep::Sweep,
+        stop: &AtomicBool,
+        mut picture: Option<&mut Picture>,
+    ) -> Result<(), Failure> {
         let mut record = Record::open(path, sweep, self.resume)?;
+        if let Some(picture) = &mut picture {
+            picture.add(&record.outcomes(sweep)?);
+        }
         let bar = bar(sweep.design.len(), record.done());
         let mut failed = 0;
         let ended = sweep.run(record.done(), self.threads, stop, |first, outcomes| {
             failed += failures(&outcomes);
+            picture.iter_mut().for_each(|picture| picture.add(&outcomes));
             bar.set_position((first + outcomes.len()) as u64);
             record.write(sweep, first, &outcomes)
         });
@@ -146,11 +166,12 @@ impl Sweep {
         output::print(&format!("{}: {all} runs{}\n", path.display(), said(failed)))
     }
 
-    fn print(&self, sweep: &sweep::Sweep, stop: &AtomicBool) -> Result<(), Failure> {
+    fn print(&self, sweep: &sweep::Sweep, stop: &AtomicBool, mut picture: Option<&mut Picture>) -> Result<(), Failure> {
         let mut rows = Rows::new(std::io::stdout().lock(), sweep)?;
         let mut done = 0;
         sweep.run(0, self.threads, stop, |first, outcomes| {
             done = first + outcomes.len();
+            picture.iter_mut().for_each(|picture| picture.add(&outcomes));
             rows.write(sweep, first, &outcomes)
         })?;
         rows.finish().flush()?;

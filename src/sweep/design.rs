@@ -18,8 +18,10 @@ pub struct Design {
 enum Runs {
     /// All combinations of the levels, the last factor fastest; so many.
     Grid(usize),
-    /// A column for each factor.
+    /// A column for each factor, so many rows.
     Columns(Vec<Vec<f64>>, usize),
+    /// The same, drawn at random.
+    Drawn(Vec<Vec<f64>>, usize),
 }
 
 /// More runs than this are a mistake.
@@ -54,7 +56,7 @@ impl Design {
         }
         let columns = factors.iter().enumerate().map(|(place, factor)| drawn(kind, &factor.values, count, seed, place));
         let columns = columns.collect();
-        Ok(Design { factors, runs: Runs::Columns(columns, count) })
+        Ok(Design { factors, runs: Runs::Drawn(columns, count) })
     }
 
     /// The rows of a CSV table whose first line names the factors; values may have units. `constant` factors have one level each.
@@ -98,7 +100,7 @@ impl Design {
     #[expect(clippy::len_without_is_empty, reason = "a design without runs is one like any other")]
     pub fn len(&self) -> usize {
         match self.runs {
-            Runs::Grid(count) | Runs::Columns(_, count) => count,
+            Runs::Grid(count) | Runs::Columns(_, count) | Runs::Drawn(_, count) => count,
         }
     }
 
@@ -107,9 +109,24 @@ impl Design {
         matches!(self.runs, Runs::Grid(_))
     }
 
+    /// Are the runs drawn at random?
+    pub fn is_drawn(&self) -> bool {
+        matches!(self.runs, Runs::Drawn(..))
+    }
+
+    /// Which factors have more than one value.
+    pub fn varied(&self) -> Vec<usize> {
+        let varies = |values: &[f64]| values.iter().any(|value| *value != values[0]);
+        let is_varied = |&index: &usize| match &self.runs {
+            Runs::Grid(_) => matches!(&self.factors[index].values, Values::Levels(levels) if varies(levels)),
+            Runs::Columns(columns, _) | Runs::Drawn(columns, _) => varies(&columns[index]),
+        };
+        (0..self.factors.len()).filter(is_varied).collect()
+    }
+
     /// The values of a run, one for each factor, SI.
     pub fn values(&self, run: usize) -> Vec<f64> {
-        if let Runs::Columns(columns, _) = &self.runs {
+        if let Runs::Columns(columns, _) | Runs::Drawn(columns, _) = &self.runs {
             return columns.iter().map(|column| column[run]).collect();
         }
         let mut rest = run;

@@ -2,6 +2,7 @@
 
 mod design;
 mod factor;
+mod picture;
 mod record;
 mod sample;
 
@@ -14,6 +15,7 @@ use cotree_fmu::model::Model;
 
 pub use design::Design;
 pub use factor::{Factor, Values};
+pub use picture::Picture;
 pub use record::{Record, RecordError, Rows};
 pub use sample::Kind;
 

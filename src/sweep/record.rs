@@ -108,6 +108,23 @@ impl Record {
         self.done
     }
 
+    /// Those that have been kept, read again.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn outcomes(&self, sweep: &Sweep) -> Result<Vec<Outcome>, RecordError> {
+        let failed = |error: io::Error| RecordError::File { path: self.part.clone(), error };
+        let lines = BufReader::new(File::open(&self.part).map_err(failed)?).lines().skip(2).take(self.done);
+        let outcome = |(run, line): (usize, io::Result<String>)| {
+            let line = line.map_err(failed)?;
+            let rest = line.strip_prefix(&given(sweep, run)).unwrap_or_default();
+            let fields = rest.split(',').take(sweep.measures.len());
+            let values: Option<Vec<f64>> = fields.map(|field| field.parse().ok()).collect();
+            Ok(values.ok_or_else(|| rest.trim_start_matches(',').to_owned()))
+        };
+        lines.enumerate().map(outcome).collect()
+    }
+
     /// Keeps outcomes.
     ///
     /// # Errors

@@ -172,6 +172,7 @@ impl Record {
                 at: Some(at),
                 values,
                 measured: Some(name.clone()),
+                ..Series::default()
             });
         }
         Ok((measured, report))

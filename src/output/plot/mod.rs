@@ -1,7 +1,12 @@
-//! Curves over time: one panel for each unit, a common time axis.
+//! Curves over time: one panel for each unit, a common time axis. Maps over two quantities; histograms.
 
+mod histogram;
+mod map;
 mod panel;
 mod ticks;
+
+pub use histogram::{Histogram, Sample};
+pub use map::{Field, Map};
 
 use super::svg::{Frame, Svg};
 use panel::Panel;
@@ -16,6 +21,8 @@ pub struct Series {
     pub at: Option<Vec<f64>>,
     /// Its values, one for each place along the axis. Where one is not finite the curve has a gap.
     pub values: Vec<f64>,
+    /// The name of its panel: curves that name one share that one only, whatever their size.
+    pub panel: Option<String>,
     /// The curve that it was measured for: it is drawn as dots in the panel of that one.
     pub measured: Option<String>,
 }
@@ -57,9 +64,7 @@ impl Plot {
         let panels = self.panels();
         let at = || self.series.iter().filter_map(|series| series.at.as_ref()).flatten().chain(&self.time).copied();
         let mut ticks = if self.true_to_scale.is_some() { Ticks::around(at(), 8) } else { Ticks::over(at(), 8) };
-        let mut svg = Svg::default();
-        let title = r##"font-size="15" font-weight="600" fill="#1f2933""##;
-        svg.text([LEFT, 27.0], title, &self.title);
+        let mut svg = headed(&self.title);
         let mut frame = Frame { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT };
         for (index, panel) in panels.iter().enumerate() {
             if index > 0 {
@@ -86,7 +91,9 @@ impl Plot {
             let fits = |panel: &&mut Panel| {
                 let sizes = panel.series.iter().map(|series| series.size()).filter(|size| *size > 0.0);
                 let near = |other: f64| size <= SCALES * other && other <= SCALES * size;
-                panel.unit == series.unit && (size == 0.0 || sizes.into_iter().all(near))
+                let is_named = series.panel.is_some();
+                let same = panel.unit == series.unit && panel.series.iter().all(|own| own.panel == series.panel);
+                same && (is_named || size == 0.0 || sizes.into_iter().all(near))
             };
             match panels.iter_mut().find(fits) {
                 Some(panel) => panel.series.push(series),
@@ -104,6 +111,13 @@ impl Plot {
         }
         panels
     }
+}
+
+/// A picture that begins with its title.
+fn headed(title: &str) -> Svg {
+    let mut svg = Svg::default();
+    svg.text([LEFT, 27.0], r##"font-size="15" font-weight="600" fill="#1f2933""##, title);
+    svg
 }
 
 impl Series {

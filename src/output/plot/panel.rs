@@ -12,11 +12,11 @@ pub struct Panel<'a> {
 }
 
 /// Colours that are distinct on white, also with most colour vision deficiencies.
-const COLOURS: [&str; 8] = ["#2f6cab", "#d1701f", "#3f8f45", "#b8473f", "#7d55a8", "#2b8a84", "#9c8214", "#6b7280"];
-const GRID: &str = r##"stroke="#e6eaef" stroke-width="1""##;
-const AXIS: &str = r##"stroke="#9aa5b1" stroke-width="1""##;
-const TICK: &str = r##"font-size="12" fill="#4b5563""##;
-const TITLE: &str = r##"font-size="12.5" fill="#1f2933""##;
+pub const COLOURS: [&str; 8] = ["#2f6cab", "#d1701f", "#3f8f45", "#b8473f", "#7d55a8", "#2b8a84", "#9c8214", "#6b7280"];
+pub const GRID: &str = r##"stroke="#e6eaef" stroke-width="1""##;
+pub const AXIS: &str = r##"stroke="#9aa5b1" stroke-width="1""##;
+pub const TICK: &str = r##"font-size="12" fill="#4b5563""##;
+pub const TITLE: &str = r##"font-size="12.5" fill="#1f2933""##;
 /// More dots than this are a band.
 const MOST_DOTS: usize = 5000;
 /// More curves than this have no room in the legend.
@@ -82,22 +82,20 @@ impl Panel<'_> {
             svg.line(place(frame, part, 0.0), place(frame, part, 1.0), GRID);
         }
         for &at in &values.at {
-            let [x, y] = place(frame, 0.0, values.part(at));
-            svg.line([x, y], place(frame, 1.0, values.part(at)), GRID);
-            svg.text([x - 8.0, y + 4.2], &format!(r#"{TICK} text-anchor="end""#), &values.label(at));
+            svg.line(place(frame, 0.0, values.part(at)), place(frame, 1.0, values.part(at)), GRID);
         }
+        upwards(svg, frame, values);
         svg.line(place(frame, 0.0, 0.0), place(frame, 0.0, 1.0), AXIS);
         svg.line(place(frame, 0.0, 0.0), place(frame, 1.0, 0.0), AXIS);
-        let [x, y] = [20.0, frame.y + 0.5 * frame.height];
-        let style = format!(r#"{TITLE} text-anchor="middle" transform="rotate(-90 {x} {y})""#);
-        svg.text([x, y], &style, &self.title());
+        beside(svg, frame, &self.title());
     }
 
-    /// The name if there is one curve, otherwise what they are, and the unit.
+    /// The name if there is one curve or one for all of them, otherwise what they are, and the unit.
     fn title(&self) -> String {
         // No unit is no unit: it may be a pure number, or not known.
         let unit = if self.unit.is_empty() { String::new() } else { format!("[{}]", self.unit) };
         let title = match self.series[..] {
+            [Series { panel: Some(name), .. }, ..] => format!("{} {unit}", shortened(name, 22)),
             [only] if text_width(&only.name, 12.5) < 130.0 => format!("{} {unit}", only.name),
             _ => format!("{} {unit}", quantity(self.unit)),
         };
@@ -139,6 +137,21 @@ pub fn along(svg: &mut Svg, frame: Frame, times: &Ticks, title: &str) {
     svg.text(middle, &format!(r#"{TITLE} text-anchor="middle""#), title);
 }
 
+/// The labels of the axis upwards.
+pub fn upwards(svg: &mut Svg, frame: Frame, values: &Ticks) {
+    for &at in &values.at {
+        let [x, y] = place(frame, 0.0, values.part(at));
+        svg.text([x - 8.0, y + 4.2], &format!(r#"{TICK} text-anchor="end""#), &values.label(at));
+    }
+}
+
+/// The title of the axis upwards.
+pub fn beside(svg: &mut Svg, frame: Frame, title: &str) {
+    let [x, y] = [20.0, frame.y + 0.5 * frame.height];
+    let style = format!(r#"{TITLE} text-anchor="middle" transform="rotate(-90 {x} {y})""#);
+    svg.text([x, y], &style, title);
+}
+
 /// What is measured in a unit; nothing if that is not clear.
 fn quantity(unit: &str) -> &'static str {
     match unit {
@@ -161,7 +174,7 @@ fn colour(index: usize) -> &'static str {
 }
 
 /// A point of the axes, from parts of their lengths.
-fn place(frame: Frame, right: f64, up: f64) -> Pixel {
+pub fn place(frame: Frame, right: f64, up: f64) -> Pixel {
     [frame.x + right * frame.width, frame.y + (1.0 - up) * frame.height]
 }
 
@@ -197,7 +210,7 @@ fn thinned(line: &[Pixel]) -> Vec<Pixel> {
     kept
 }
 
-fn shortened(name: &str, most: usize) -> String {
+pub fn shortened(name: &str, most: usize) -> String {
     if name.chars().count() <= most {
         return name.to_owned();
     }

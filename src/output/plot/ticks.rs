@@ -46,6 +46,12 @@ impl Ticks {
         Self { range: [low, high], at, exponent }
     }
 
+    /// The same axis with whole numbers only.
+    pub fn whole(mut self) -> Self {
+        self.at.retain(|at| at.fract() == 0.0);
+        self
+    }
+
     /// Where a value is on the axis: 0 at its beginning, 1 at its end.
     pub fn part(&self, value: f64) -> f64 {
         (value - self.range[0]) / (self.range[1] - self.range[0])
