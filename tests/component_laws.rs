@@ -61,6 +61,45 @@ fn a_rotational_damper_slows_a_wheel() {
     }
 }
 
+/// What a force and a torque are, in the world's axes whatever the axes they were given in.
+#[test]
+fn applied_forces_and_torques_can_be_read() {
+    let (f, inertia, spin) = ([1.5, -0.4], 0.2, 3.0);
+    let scene = Scene::new("wheel")
+        .body("wheel", wheel(inertia).point("rim", [0.3, 0.0]))
+        .revolute("axle", "ground", "wheel")
+        .load("fixed", Load::force("wheel.rim", ("1.5*(1 + time)", -0.4)))
+        .load("turning", Load::body_force("wheel.rim", (1.5, -0.4)))
+        .load("motor", Load::torque("ground", "wheel", "0.7*cos(time)"))
+        .initial("wheel.angle", 0.3)
+        .initial("wheel.omega", spin)
+        .with_every_output();
+    let mut run = Run::new(&scene);
+    for time in [0.0, 0.4, 1.1] {
+        run.to(time).check("fixed.fx", f[0] * (1.0 + time));
+        run.check("fixed.fy", f[1]);
+        let (sine, cosine) = run.get("wheel.angle").sin_cos();
+        let turned = [cosine * f[0] - sine * f[1], sine * f[0] + cosine * f[1]];
+        run.check("turning.fx", turned[0]);
+        run.check("turning.fy", turned[1]);
+        let rim = ["vx", "vy"].map(|axis| run.get(&format!("wheel.rim.{axis}")));
+        run.check("turning.power", turned[0] * rim[0] + turned[1] * rim[1]);
+        run.check("motor.torque", 0.7 * time.cos());
+        let omega = run.get("wheel.omega");
+        run.check("motor.power", 0.7 * time.cos() * omega);
+    }
+    let line = Scene::new("line")
+        .one_dimensional()
+        .body("mass", Body::new().mass(2.0))
+        .load("push", Load::force("mass", (-3.0, 0.0)))
+        .initial("mass.x", 0.0)
+        .initial("mass.vx", 0.0)
+        .with_every_output();
+    let mut run = Run::new(&line);
+    run.to(1.0).check("push.fx", -3.0);
+    run.check("mass.vx", -1.5);
+}
+
 #[test]
 fn dampers_on_a_line_are_those_of_the_paper() {
     let chain = |load: Load| {

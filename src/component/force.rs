@@ -3,8 +3,8 @@
 use super::key::{Form, Key, ON_POINT, TWO_COMPONENTS};
 use super::{Component, Facts, Force, Icon, Rows, System, TranslationalRow};
 use crate::graph::TNode;
-use crate::mechanism::Part;
 use crate::mechanism::measure::FORCE;
+use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Load, Vector};
 
 pub(super) struct AppliedForce;
@@ -21,6 +21,7 @@ const FACTS: Facts = Facts {
             "whose axes the components are along",
         ),
     ],
+    variables: &[Q::Fx, Q::Fy],
     ..Facts::load("force")
 };
 

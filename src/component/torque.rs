@@ -2,8 +2,8 @@
 
 use super::key::{Form, Key};
 use super::{Component, Facts, Icon, Room, Rows, System, torsion};
-use crate::mechanism::Part;
 use crate::mechanism::measure::TORQUE;
+use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
 
 pub(super) struct AppliedTorque;
@@ -16,6 +16,7 @@ const FACTS: Facts = Facts {
         Key::one_of("between", Form::Bodies, "`between = [\"rod\", \"crank\"]` turns the second against the first"),
         Key::required("value", Form::Law(TORQUE), "the torque", "give the torque [N.m]: `value = \"tau\"`"),
     ],
+    variables: &[Q::Torque],
     room: Room::Turning,
     ..Facts::load("torque")
 };

@@ -221,9 +221,19 @@ impl Equations<'_> {
             }
             Quantity::Acceleration => self.spanned(id, Quantity::Ax),
             _ if component(quantity).is_some() => self.spanned(id, quantity),
+            Quantity::Fx => self.load_force(id, &Vector::x()),
+            Quantity::Fy => self.load_force(id, &Vector::y()),
             Quantity::Force => self.line_law(load, id),
             Quantity::Power => self.power(id),
             _ => Expr::ZERO,
+        }
+    }
+
+    /// A component of a load's force on its second point.
+    fn load_force(&mut self, id: ElementId, axis: &Vector) -> Expr {
+        match self.laws.forces.get(&id).cloned() {
+            Some(force) => self.component(&force, axis),
+            None => Expr::ZERO,
         }
     }
 
@@ -251,9 +261,8 @@ impl Equations<'_> {
 
     /// Force with the sign of the scene: positive in compression in the plane; on a line a spring's in tension and an actuator's in compression.
     fn line_law(&mut self, load: LoadId, id: ElementId) -> Expr {
-        let Some(force) = self.laws.forces.get(&id).cloned() else { return Expr::ZERO };
         if self.system.mechanism.dimension == Dimension::One {
-            let along = self.component(&force, &Vector::x());
+            let along = self.load_force(id, &Vector::x());
             let pulls = self.system.mechanism.loads[load.0].facts().pulls;
             return if pulls { self.system.arena.negate(along) } else { along };
         }

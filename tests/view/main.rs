@@ -135,6 +135,20 @@ fn a_slider_changes_the_run_and_reset_gives_the_first_one_back() {
 }
 
 #[test]
+fn a_force_that_follows_an_input_is_dragged_by_its_tip() {
+    let Some(runtimes) = runtimes() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    for (name, grips) in [("cart_pole", 1), ("slider_crank", 1), ("four_bar", 0)] {
+        let page = page(folder.path(), &model(name), &runtimes);
+        let Some(verdict) = seen(&page, include_str!("drags.js")) else { return };
+        assert_eq!(verdict["grips"], grips, "{name}: {verdict}");
+        for what in ["follows", "shown", "moved", "runs", "later"] {
+            assert!(grips == 0 || verdict[what] == true, "{name}: {what}: {verdict}");
+        }
+    }
+}
+
+#[test]
 fn a_long_run_is_solved_beside_the_page_with_the_same_bits() {
     let Some(runtimes) = runtimes() else { return };
     let folder = tempfile::tempdir().unwrap();

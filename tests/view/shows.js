@@ -4,7 +4,7 @@ for (const layer of ["velocities", "ghosts"]) page.document.querySelector(`[data
 const odd = [], covered = [];
 for (const part of [0, .3, .77, 1]) {
   cotree.seek(part * MODEL.experiment.stop);
-  const texts = [...page.document.querySelectorAll("#scene .name:not(.hide), #scene .value")].filter(text => text.textContent).map(text => [text.textContent, text.getBBox()]);
+  const texts = [...page.document.querySelectorAll("#scene .name:not(.hide), #scene .value")].filter(text => text.textContent).map(text => [text.textContent, text.getBoundingClientRect()]);
   texts.forEach(([one, a], k) => texts.slice(0, k).forEach(([other, b]) => { if (a.x < b.x + b.width && b.x < a.x + a.width && a.y + .2 * a.height < b.y + .8 * b.height && b.y + .2 * b.height < a.y + .8 * a.height) covered.push(`${one} and ${other} at ${state.time}`); }));
   for (const element of page.document.querySelectorAll("#scene *")) for (const { name, value } of element.attributes) if (/NaN|undefined|Infinity/.test(value)) odd.push(`${element.tagName}.${name} at ${state.time}`);
 }

@@ -11,8 +11,10 @@ function play() {
   showTransport();
 }
 function pause() {
+  const played = transport.playing;
   transport.playing = false;
   cancelAnimationFrame(transport.frame);
+  if (played) paint();
   showTransport();
 }
 function showTransport() {
@@ -58,23 +60,27 @@ function range({ start, min, max, unit, initial }) {
 }
 const knobs = [];
 function makeSliders() {
-  for (const { variable, index, start, range: [low, high] } of settable()) {
+  for (const { variable, index, start, range } of settable()) {
     const box = document.createElement("div"), label = document.createElement("label"), output = document.createElement("output"), track = document.createElement("div"), input = document.createElement("input"), tick = document.createElement("i");
     const { name, factor } = shown(variable), id = `set-${index}`;
     box.className = "slider"; track.className = "track";
-    input.type = "range"; input.id = label.htmlFor = id; input.min = low; input.max = high; input.step = "any";
+    input.type = "range"; input.id = label.htmlFor = id; input.step = "any";
     label.textContent = variable.kind === "output" || variable.initial ? `${variable.name} at the start` : variable.name.replaceAll("_", " ");
     label.title = variable.text;
-    tick.style.left = `calc(8px + (100% - 16px) * ${(start - low) / (high - low)})`;
     track.append(input, tick);
     box.append(label, output, track);
     $("sliders").append(box);
-    const knob = { index, start, value: start, isInput: variable.kind === "input", moves: [] };
+    const knob = { index, start, low: range[0], high: range[1], value: start, isInput: variable.kind === "input", moves: [] };
     knob.show = () => {
+      // An arrow that is dragged may go further than the slider would.
+      knob.low = Math.min(knob.low, knob.value); knob.high = Math.max(knob.high, knob.value);
+      const part = value => (value - knob.low) / (knob.high - knob.low);
+      input.min = knob.low; input.max = knob.high;
+      tick.style.left = `calc(8px + (100% - 16px) * ${part(start)})`;
       output.textContent = `${three(knob.value / factor)} ${pretty(name)}`;
       input.setAttribute("aria-valuetext", output.textContent);
       input.value = knob.value;
-      input.style.setProperty("--p", `${100 * (knob.value - low) / (high - low)}%`);
+      input.style.setProperty("--p", `${100 * part(knob.value)}%`);
       box.classList.toggle("changed", knob.value !== start || knob.moves.length > 0);
     };
     input.addEventListener("input", () => { turn(knob, +input.value); knob.show(); askAgain(); });
@@ -169,18 +175,19 @@ function showLayers() {
   $("traces").classList.toggle("hide", !layers.traces);
 }
 
+/** Where the pointer is, in the drawing. */
+const inScene = event => new DOMPoint(event.clientX, event.clientY).matrixTransform($("scene").getScreenCTM().inverse());
 function listenToStage() {
   const stage = $("stage"), touches = new Map();
-  const at = event => new DOMPoint(event.clientX, event.clientY).matrixTransform($("scene").getScreenCTM().inverse());
-  stage.addEventListener("wheel", event => { event.preventDefault(); const { x, y } = at(event); zoom(Math.exp(event.deltaY * .0015), x, y); }, { passive: false });
-  stage.addEventListener("pointerdown", event => { if (!event.target.closest("button,.joint")) { touches.set(event.pointerId, event); stage.setPointerCapture(event.pointerId); stage.classList.add("dragging"); } });
+  stage.addEventListener("wheel", event => { event.preventDefault(); const { x, y } = inScene(event); zoom(Math.exp(event.deltaY * .0015), x, y); }, { passive: false });
+  stage.addEventListener("pointerdown", event => { if (!event.target.closest("button,.joint,.grip")) { touches.set(event.pointerId, event); stage.setPointerCapture(event.pointerId); stage.classList.add("dragging"); } });
   stage.addEventListener("pointermove", event => {
     const old = touches.get(event.pointerId);
     if (!old) return;
     touches.set(event.pointerId, event);
     if (touches.size === 2) {
       const other = [...touches.values()].find(touch => touch.pointerId !== event.pointerId), away = touch => Math.hypot(touch.clientX - other.clientX, touch.clientY - other.clientY);
-      const { x, y } = at({ clientX: (event.clientX + other.clientX) / 2, clientY: (event.clientY + other.clientY) / 2 });
+      const { x, y } = inScene({ clientX: (event.clientX + other.clientX) / 2, clientY: (event.clientY + other.clientY) / 2 });
       if (away(event) > 4) zoom(away(old) / away(event), x, y);
       return;
     }

@@ -37,6 +37,14 @@ function place(run, time) {
   return [low, Math.max(0, (time - times[low]) / (times[low + 1] - times[low]))];
 }
 
+/** A smooth variable: a cubic whose slopes are those of its neighbours; between them it is known to third order. */
+function smooth({ times, last }, column, [k, part]) {
+  if (!(part > 0)) return column[k];
+  const before = Math.max(k - 1, 0), after = Math.min(k + 2, last), step = times[k + 1] - times[k], value = column[k], rise = column[k + 1] - value;
+  const first = step * (column[k + 1] - column[before]) / (times[k + 1] - times[before]), second = step * (column[after] - value) / (times[after] - times[k]);
+  return value + part * (first + part * (3 * rise - 2 * first - second + part * (first + second - 2 * rise)));
+}
+/** A variable that may jump. */
 function between(column, [k, part]) {
   return part > 0 ? column[k] + part * (column[k + 1] - column[k]) : column[k];
 }

@@ -48,7 +48,7 @@ function takePose(run, at) {
   }
   for (let index = 0; index < pose.length; index++) {
     const now = pose[index], { start } = G.bodies[index], columns = posed.columns[index];
-    for (let axis = 0; axis < 3; axis++) now[axis] = columns[axis] ? start[axis] + gain * (between(columns[axis], at) - start[axis]) : start[axis];
+    for (let axis = 0; axis < 3; axis++) now[axis] = columns[axis] ? start[axis] + gain * (smooth(run, columns[axis], at) - start[axis]) : start[axis];
     now[3] = Math.sin(now[2]); now[4] = Math.cos(now[2]);
   }
 }

@@ -14,6 +14,7 @@ function eachPose(call) {
 function paint() {
   const at = place(state.run, state.time);
   takePose(state.run, at);
+  ageDigits();
   for (const frame of frames) frame();
   taken.length = 0;
   // What the pointer asks for comes first, then values, then names.
@@ -22,13 +23,13 @@ function paint() {
   paintNames(size);
   if (layers.traces) paintPaths(at);
   paintHeads();
-  paintLegends();
+  if (digits.due) paintLegends();
   paintAcross(at);
   const scrub = $("scrub"), done = (state.time - START) / (STOP - START || 1);
   scrub.value = state.time;
   scrub.style.setProperty("--p", `${100 * done}%`);
-  scrub.setAttribute("aria-valuetext", `${state.time.toFixed(3)} seconds`);
-  write($("now"), state.time.toFixed(3));
+  if (digits.due) scrub.setAttribute("aria-valuetext", `${state.time.toFixed(3)} seconds`);
+  if (digits.due) write($("now"), state.time.toFixed(3));
 }
 
 /** Points that a parameter has moved: those of the bodies in their own axes, and those of the ground. */
@@ -66,12 +67,14 @@ function tell(text, plain) {
 }
 
 function solveAgain() {
-  const set = settings(), list = moves(), changed = set.length > 0 || list.length > 0;
+  const set = settings(), list = moves(), values = knobs.map(knob => knob.value), changed = set.length > 0 || list.length > 0;
   $("reset").disabled = !changed;
   ask(set, list, MODEL.recorded, run => {
     tell(run.error);
     $("status").textContent = `${changed ? "dashed: before · " : ""}solved in ${run.ms.toFixed(run.ms < 10 ? 1 : 0)}\u202fms`;
-    if (run.last >= 0) take(changed ? run : state.first);
+    if (run.last < 0) return;
+    knobs.forEach((knob, k) => { knob.solved = values[k]; });
+    take(changed ? run : state.first);
   });
 }
 
@@ -110,6 +113,7 @@ function open() {
   const span = STOP - START;
   setSpeed(span <= 1 ? .25 : span <= 3 ? .5 : span >= 20 ? 2 : 1);
   measure();
+  if (state.solver) makeHandles();
   chooseScales(whole);
   take(state.first);
   showLayers();

@@ -25,7 +25,7 @@ function draw(path, data) { if (path.drawn !== data) { path.drawn = data; path.s
 /** Where forces act, and which columns they are: force(run, at) gives newtons in the world at the present pose. */
 function forceSources() {
   const has = name => MODEL.recorded.includes(name), out = [];
-  const pair = (name, anchor) => { const fx = reader(`${name}.fx`), fy = reader(`${name}.fy`); out.push({ name, anchor, force: at => [fx(at), fy(at)] }); };
+  const pair = (name, anchor, load) => { const fx = reader(`${name}.fx`), fy = reader(`${name}.fy`); out.push({ name, anchor, load, force: at => [fx(at), fy(at)] }); };
   const along = (name, word, anchor, direction) => { const size = reader(`${name}.${word}`); out.push({ name, anchor, force: at => { const f = size(at), [u, v] = direction(); return [f * u, f * v]; } }); };
   for (const joint of G.joints) {
     const moving = joint.ends[1].body === null ? joint.ends[0] : joint.ends[1];
@@ -37,7 +37,7 @@ function forceSources() {
     along(spring.name, "force", spring.ends[end], () => unit(minus(world(spring.ends[end]), world(spring.ends[1 - end]))));
   }
   for (const mark of [...G.forces, ...G.targets]) {
-    if (has(`${mark.name}.fx`)) pair(mark.name, mark.at);
+    if (has(`${mark.name}.fx`)) pair(mark.name, mark.at, true);
     else if (has(`${mark.name}.force`) && mark.direction) along(mark.name, "force", mark.at, () => unit(mark.direction));
   }
   return out;
@@ -71,7 +71,8 @@ const scales = { newton: 0, torque: 0, speed: 0 };
 function chooseScales(fit) {
   const room = .33 * Math.min(fit[2], fit[3]);
   const force = typicalPeak(at => forces.map(f => Math.hypot(...f.force(at)))), speed = typicalPeak(at => velocities.map(v => Math.hypot(...v.rates.map(rate => rate(at)))));
-  scales.newton = force > 0 ? room / force : 0;
+  const largest = force > 0 ? force : reach();
+  scales.newton = largest > 0 ? room / largest : 0;
   scales.speed = speed > 0 ? room / speed : 0;
   scales.torque = typicalPeak(at => turns.map(turn => Math.abs(turn.torque(at))));
 }
@@ -85,18 +86,28 @@ function claim([x, y], letters, size, height) {
   taken.push([x, y, wide, high]);
   return true;
 }
-function put(text, [x, y]) { text.setAttribute("x", round(x)); text.setAttribute("y", round(y)); }
+/** A transform moves a text without setting it anew. */
+function put(text, [x, y]) { text.setAttribute("transform", `translate(${round(x)} ${round(y)})`); }
+
+/** Nobody reads digits that change sixty times a second: while the mechanism runs they change ten times. */
+const LEGIBLE = 100, digits = { due: true, last: 0 };
+function ageDigits() {
+  const now = performance.now();
+  digits.due = !transport.playing || now - digits.last >= LEGIBLE;
+  if (digits.due) digits.last = now;
+}
 
 function paintForces(at, size) {
   for (const { anchor, force, path, text } of forces) {
     const [fx, fy] = force(at), strength = Math.hypot(fx, fy), tip = [fx * scales.newton, -fy * scales.newton], length = Math.hypot(...tip), from = spot(anchor);
     draw(path, layers.forces && Number.isFinite(length) ? arrowData(from, tip, size) : "");
     if (!layers.forces || !(length > 24 * size)) { write(text, ""); continue; }
-    const value = `${three(strength >= 1e3 ? strength / 1e3 : strength)}\u202f${strength >= 1e3 ? "kN" : "N"}`;
+    const value = !digits.due && text.textContent || `${three(strength >= 1e3 ? strength / 1e3 : strength)}\u202f${strength >= 1e3 ? "kN" : "N"}`;
     const place = add(from, (length + 15 * size) / length, tip), free = claim(place, value.length, size, 11.5);
     write(text, free ? value : "");
     if (free) put(text, place);
   }
+  paintHandles(at, size);
   for (const turn of turns) paintTurn(turn, at);
 }
 

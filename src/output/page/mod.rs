@@ -24,7 +24,7 @@ const UPLOT_STYLE: &str = include_str!("../../../vendor/uplot/uPlot.min.css");
 /// Renews the page while its scene is watched.
 const LIVE: &str = include_str!("live.js");
 /// One scope, in this order.
-const SCRIPTS: [&str; 9] = [
+const SCRIPTS: [&str; 10] = [
     include_str!("data.js"),
     include_str!("solver.js"),
     include_str!("worker.js"),
@@ -32,6 +32,7 @@ const SCRIPTS: [&str; 9] = [
     include_str!("marks.js"),
     include_str!("plots.js"),
     include_str!("controls.js"),
+    include_str!("handles.js"),
     include_str!("main.js"),
     include_str!("start.js"),
 ];

@@ -25,9 +25,14 @@ class Solver {
     return Float64Array.from({ length: steps + 1 }, (_, k) => k === steps ? STOP : START + k * STEP);
   }
 
+  /** The variables at the start alone, with these values: a run of one sample. */
+  start(values, names) {
+    return this.solve(values, [], names, Float64Array.of(START));
+  }
+
   /** A run with these values (by index), inputs changed on the way as the list says, and these variables recorded. */
-  solve(values, moves, names) {
-    const { calls, model } = this, began = performance.now(), times = Solver.times();
+  solve(values, moves, names, times = Solver.times()) {
+    const { calls, model } = this, began = performance.now();
     const run = { times, columns: new Map(names.map(name => [name, new Float64Array(times.length).fill(NaN)])), last: -1, error: null };
     const failed = what => { run.error = what + this.message(); run.ms = performance.now() - began; return run; };
     calls.cotree_reset(model);

@@ -1,0 +1,36 @@
+cotree.pause();
+cotree.PATIENCE.ms = Infinity;
+cotree.seek(0);
+const { state, knobs, MODEL } = cotree, frame = () => new Promise(done => page.requestAnimationFrame(() => page.requestAnimationFrame(done)));
+const grips = [...page.document.querySelectorAll(".grip")];
+if (!grips.length) return { grips: 0 };
+const [grip] = grips, input = knobs.find(knob => knob.isInput);
+grip.setPointerCapture = () => {};
+const middle = () => { const { x, y, width, height } = grip.getBoundingClientRect(); return [x + width / 2, y + height / 2]; };
+const send = (kind, [clientX, clientY]) => grip.dispatchEvent(new page.PointerEvent(kind, { pointerId: 7, clientX, clientY, bubbles: true }));
+const first = state.first.columns, same = () => MODEL.recorded.every(name => state.run.columns.get(name).every((value, k) => Object.is(value, first.get(name)[k])));
+// Along the force, and across it, which does nothing.
+const from = middle(), to = [from[0] - 30, from[1] + 25];
+send("pointerdown", from);
+for (const part of [.2, .5, .9, 1]) send("pointermove", [from[0] + part * (to[0] - from[0]), from[1] + part * (to[1] - from[1])]);
+await frame();
+send("pointerup", to);
+const [x, y] = middle(), follows = Math.abs(x - to[0]) < 1 && Math.abs(y - from[1]) < 1, moved = !same();
+const slider = page.document.getElementById(`set-${input.index}`), shown = input.value !== input.start && Math.abs(slider.value - input.value) <= 1e-9 * Math.abs(input.value);
+send("pointermove", [to[0] + 10, to[1]]);
+await frame();
+const released = input.value === input.solved && Math.abs(middle()[0] - x) < 1;
+cotree.resetSliders();
+await frame();
+// While it runs, only what comes later changes.
+cotree.seek(.5 * MODEL.experiment.stop);
+cotree.play();
+const there = middle();
+send("pointerdown", there);
+send("pointermove", [there[0] - 20, there[1]]);
+await frame();
+send("pointerup", there);
+cotree.pause();
+const column = name => [state.run.columns.get(name), first.get(name)], [mine, theirs] = column(MODEL.outputs.find(name => !name.startsWith("constraint"))), half = Math.floor(.45 * mine.length);
+const later = mine.subarray(0, half).every((value, k) => value === theirs[k]) && mine.some((value, k) => value !== theirs[k]);
+return { grips: grips.length, follows, shown, moved, runs: released, later };
