@@ -152,7 +152,7 @@ fn answer(stream: TcpStream, source: &Source, frame: &str) -> Option<serde_json:
 /// Asks another server, and passes its answer on as it comes.
 fn pass_on(server: &str, place: &str, mut to: TcpStream) {
     let mut from = TcpStream::connect(server).unwrap();
-    write!(from, "GET {place} HTTP/1.1\r\nHost: {server}\r\n\r\n").unwrap();
+    write!(from, "GET {place} HTTP/1.1\r\nHost: {server}\r\nConnection: close\r\n\r\n").unwrap();
     std::thread::spawn(move || {
         // Either side may go away.
         let _ = std::io::copy(&mut from, &mut to);

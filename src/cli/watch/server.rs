@@ -1,16 +1,15 @@
 //! A page on the loopback, and news of it as server-sent events (<https://html.spec.whatwg.org/multipage/server-sent-events.html>).
 
-use std::io::{self, BufRead, BufReader, Read, Write};
-use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::io::{self, Write};
+use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use serde_json::json;
+use tiny_http::{Header, Method, Request, Response, Server};
 
 use crate::output::page::waiting_html;
 
-/// A request of a browser is far shorter.
-const LONGEST_REQUEST: u64 = 1 << 16;
 /// A page that is closed is noticed after this time.
 const HEARTBEAT: Duration = Duration::from_secs(5);
 
@@ -75,63 +74,48 @@ impl Board {
 
 /// Serves the board on this machine alone. Returns the address for a browser.
 pub fn start(port: u16, board: Arc<Board>) -> io::Result<String> {
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
-    let address = listener.local_addr()?;
+    let server = Server::http((Ipv4Addr::LOCALHOST, port)).map_err(io::Error::other)?;
+    let address = server.server_addr().to_ip().ok_or_else(|| io::Error::other("no address"))?;
     std::thread::spawn(move || {
-        for stream in listener.incoming().flatten() {
+        for request in server.incoming_requests() {
             let board = Arc::clone(&board);
-            std::thread::spawn(move || answer(stream, address, &board));
+            std::thread::spawn(move || answer(request, address, &board));
         }
     });
     Ok(format!("http://{address}/"))
 }
 
 /// A browser that goes away is no fault.
-fn answer(stream: TcpStream, address: SocketAddr, board: &Board) -> io::Result<()> {
-    stream.set_read_timeout(Some(HEARTBEAT))?;
-    let mut reader = BufReader::new(stream.take(LONGEST_REQUEST));
-    let (place, ours) = request(&mut reader, address)?;
-    let mut stream = reader.into_inner().into_inner();
-    match place.as_str() {
+fn answer(request: Request, address: SocketAddr, board: &Board) -> io::Result<()> {
+    match (request.method(), request.url()) {
         // Another site whose name leads here does not get anything.
-        _ if !ours => write!(stream, "HTTP/1.1 403 Forbidden\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"),
-        "/" => {
-            let page = board.page();
-            let length = page.len();
-            write!(
-                stream,
-                "HTTP/1.1 200 OK\r\nContent-Type: text/html; charset=utf-8\r\nContent-Length: {length}\r\n"
-            )?;
-            write!(stream, "Cache-Control: no-store\r\nConnection: close\r\n\r\n{page}")
+        _ if !is_ours(&request, address) => request.respond(Response::empty(403)),
+        (Method::Get, "/") => {
+            let mut response = Response::from_string(board.page()).with_chunked_threshold(usize::MAX);
+            let headers = ["Content-Type: text/html; charset=utf-8", "Cache-Control: no-store"];
+            headers.iter().flat_map(|header| header.parse::<Header>()).for_each(|header| response.add_header(header));
+            request.respond(response)
         }
-        "/events" => {
-            write!(stream, "HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\nCache-Control: no-store\r\n\r\n")?;
-            let mut seen = 0;
-            loop {
-                stream.write_all(board.next(&mut seen).as_bytes())?;
-                stream.flush()?;
-            }
-        }
-        _ => write!(stream, "HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"),
+        (Method::Get, "/events") => report(request.into_writer(), board),
+        _ => request.respond(Response::empty(404)),
     }
 }
 
-/// What is asked for, and is it asked of this machine by its own name?
-fn request(reader: &mut impl BufRead, address: SocketAddr) -> io::Result<(String, bool)> {
-    let mut first = String::new();
-    reader.read_line(&mut first)?;
-    let place = first.strip_prefix("GET ").and_then(|rest| rest.split(' ').next()).unwrap_or_default().to_owned();
-    let mut ours = false;
+/// Every change, until the page is closed.
+fn report(mut stream: impl Write, board: &Board) -> io::Result<()> {
+    write!(stream, "HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\nCache-Control: no-store\r\n\r\n")?;
+    let mut seen = 0;
     loop {
-        let mut line = String::new();
-        if reader.read_line(&mut line)? == 0 || line.trim().is_empty() {
-            return Ok((place, ours));
-        }
-        if let Some((name, value)) = line.split_once(':')
-            && name.eq_ignore_ascii_case("host")
-        {
-            let names = [address.to_string(), format!("localhost:{}", address.port())];
-            ours = names.iter().any(|name| name == value.trim());
-        }
+        stream.write_all(board.next(&mut seen).as_bytes())?;
+        stream.flush()?;
     }
+}
+
+/// Is it asked of this machine by its own name?
+fn is_ours(request: &Request, address: SocketAddr) -> bool {
+    let names = [address.to_string(), format!("localhost:{}", address.port())];
+    request
+        .headers()
+        .iter()
+        .any(|header| header.field.equiv("Host") && names.iter().any(|name| header.value.as_str() == name))
 }
