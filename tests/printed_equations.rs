@@ -173,7 +173,7 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
     exact.extend(slides(equations));
     if json["dynamic"] == true {
         let mechanism = equations.system.mechanism;
-        let efforts = mechanism.driver_efforts().into_iter();
+        let efforts = mechanism.driver_efforts().into_iter().chain(mechanism.joint_reactions());
         exact.extend(efforts.map(|effort| (mechanism.variable_name(effort), equations.variable(effort))));
     }
     let mut count = 0;

@@ -18,6 +18,7 @@ use crate::output::graph::GraphDrawing;
 use crate::output::pose::{draw, draw_at};
 use crate::output::summary::Summary;
 use crate::output::text::Prose;
+use crate::output::text::Written;
 use crate::scene::Scene;
 
 /// Show a mechanism: its parts, degrees of freedom, coordinates, equations, graphs, and a drawing
@@ -38,6 +39,9 @@ pub struct Show {
     /// The equations of motion instead of the summary
     #[arg(long, value_name = "NOTATION")]
     equations: Option<Notation>,
+    /// With --equations: a name for every number, such as m_rod and g, and a table of the values
+    #[arg(long, requires = "equations")]
+    symbols: bool,
     /// How the equations are derived, step by step, instead of the summary
     #[arg(long, value_name = "NOTATION", num_args = 0..=1, default_missing_value = "text", conflicts_with = "equations")]
     steps: Option<Prose>,
@@ -97,6 +101,9 @@ impl Show {
     fn shown(&self, scene: &Scene, formulated: &mut Formulated) -> Result<Shown, Failure> {
         let faults = |list: Vec<Fault>| Faults::new(scene.source.clone(), list);
         let text = match (self.equations, self.steps) {
+            (Some(notation), _) if self.symbols => {
+                Some(compile::named(formulated, with_names(notation)?).map_err(faults)?)
+            }
             (Some(notation), _) => Some(compile::written(formulated, notation).map_err(faults)?),
             (None, Some(prose)) => Some(compile::derived(formulated, prose).map_err(faults)?),
             (None, None) => None,
@@ -121,6 +128,19 @@ impl Show {
             None => draw(formulated),
         };
         Ok(if output::has_extension(path, "dxf") { drawing.dxf() } else { drawing.svg() })
+    }
+}
+
+/// How equations with names for their numbers are written.
+fn with_names(notation: Notation) -> Result<Written, Failure> {
+    match notation {
+        Notation::Text => Ok(Written::Prose(Prose::Text)),
+        Notation::Latex => Ok(Written::Prose(Prose::Latex)),
+        Notation::Html => Ok(Written::Prose(Prose::Html)),
+        Notation::Json => Ok(Written::Json),
+        Notation::C | Notation::Fortran | Notation::Rust | Notation::Python => Err(Failure::Usage(
+            "`--symbols` is for text, latex, html and json: in a programming language the numbers are exact".to_owned(),
+        )),
     }
 }
 

@@ -31,6 +31,7 @@ use crate::output::graph::GraphDrawing;
 use crate::output::page::{Facts, Live};
 use crate::output::pose::draw;
 use crate::output::summary::Summary;
+use crate::output::text::Written;
 use crate::output::text::{self, Prose};
 use crate::scene::{Fault, Faults, Reading, Resolved, Scene, Source, Span, Text, read};
 
@@ -212,6 +213,15 @@ pub fn written(formulated: &mut Formulated, notation: Notation) -> Result<String
         Notation::Json => return Ok(text::json(equations)),
     };
     Ok(code::code(equations, &lowered.solved, redundant, language))
+}
+
+/// Equations that have been formulated, with a name for every number.
+///
+/// # Errors
+/// They are too large to be written.
+pub fn named(formulated: &mut Formulated, written: Written) -> Result<String, Vec<Fault>> {
+    check_written(&formulated.equations)?;
+    Ok(text::symbols::symbols(&formulated.equations, written))
 }
 
 /// The derivation of equations that have been formulated.

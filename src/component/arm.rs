@@ -9,7 +9,7 @@ pub(super) fn of_body(system: &mut System, body: BodyId, point: usize) -> Elemen
     let owner = &system.mechanism.bodies[body.0];
     let at = system.values(&owner.points[point].at);
     Element {
-        label: system.label("r"),
+        label: system.label("r", ""),
         name: format!("{}.{}", owner.name, owner.points[point].name),
         origin: Origin::Arm(body, point),
         coupling: None,
@@ -29,7 +29,7 @@ pub(super) fn of_ground(system: &mut System, point: usize) -> Element {
     let owner = &system.mechanism.ground[point];
     let at = system.values(&owner.at);
     Element {
-        label: system.label("R"),
+        label: system.label("R", ""),
         name: format!("ground.{}", owner.name),
         origin: Origin::GroundVector(point),
         coupling: None,

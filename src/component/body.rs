@@ -47,7 +47,7 @@ pub(super) fn element(system: &mut System, id: BodyId) -> Element {
     }
     let has_arms = system.used.range(Place::Point(id, 0)..=Place::Point(id, usize::MAX)).next().is_some();
     Element {
-        label: system.label("m"),
+        label: system.label("m", name),
         name: name.clone(),
         origin: Origin::Body(id),
         coupling: None,

@@ -108,8 +108,21 @@ impl<'m> System<'m> {
         formulas.each_ref().map(|formula| self.value(formula))
     }
 
-    pub(super) fn label(&self, letter: &str) -> String {
-        format!("{letter}{}", self.elements.len() + 1)
+    /// The user's name if it is a letter with a number already, else the letter and the number of the element: a label that no other has.
+    pub(super) fn label(&self, letter: &str, name: &str) -> String {
+        let is_used = |label: &str| self.elements.iter().any(|element| element.label == label);
+        if is_label(name) && !is_used(name) {
+            return name.to_owned();
+        }
+        let mechanism = self.mechanism;
+        let is_taken = |label: &str| {
+            let bodies = mechanism.bodies.iter().any(|body| body.name == label);
+            bodies || mechanism.parts().any(|part| part.name == label) || is_used(label)
+        };
+        let first = self.elements.len() + 1;
+        let mut labels = (first..=2 * first + mechanism.bodies.len() + mechanism.parts().count())
+            .map(|number| format!("{letter}{number}"));
+        labels.find(|label| !is_taken(label)).unwrap_or_else(|| format!("{letter}{first}"))
     }
 
     /// The motion that a driver prescribes.
@@ -186,7 +199,7 @@ impl<'m> System<'m> {
             Owner::Load(load) => Origin::Load(load),
             Owner::Place(_) | Owner::System => return, // no part has such an owner
         };
-        let (label, name) = (self.label(rows.letter), part.name.clone());
+        let (label, name) = (self.label(rows.letter, &part.name), part.name.clone());
         let (translation, rotation, coupling) = (rows.translation, rows.rotation, rows.coupling);
         self.push(Element { label, name, origin, translation, rotation, coupling });
     }
@@ -202,6 +215,15 @@ impl<'m> System<'m> {
         self.origins.entry(element.origin).or_insert(id);
         self.elements.push(element);
     }
+}
+
+/// A letter with a number, as the paper calls its elements.
+fn is_label(name: &str) -> bool {
+    let number = name.trim_start_matches(|c: char| c.is_ascii_alphabetic());
+    let letters = &name[..name.len() - number.len()];
+    (letters.len() == 1 || letters == "Theta")
+        && (1..=3).contains(&number.len())
+        && number.bytes().all(|digit| digit.is_ascii_digit())
 }
 
 /// The points that joints, drivers and loads use.

@@ -9,10 +9,12 @@ use std::collections::HashMap;
 use super::constraints::{Constraint, split};
 use super::couplings::Couplings;
 use super::form::{Coefficient, Form};
+use super::inertias::{inertia, mass};
 use super::kinematics::Kinematics;
+use super::shares::Share;
 use super::vector::{FrameId, Scalar, Vector};
 use crate::component::{Angle, Direction, Force, Held, Resistance, System, Torque, TranslationalRow};
-use crate::expr::{Arena, Expr, Node, Order, Property, Symbol};
+use crate::expr::{Arena, Expr, Node, Order, Symbol};
 use crate::graph::{ElementId, Rotation, Topology, Translation, Tree};
 use crate::mechanism::BodyId;
 
@@ -34,6 +36,8 @@ pub struct Dynamics {
 pub struct Laws {
     pub forces: HashMap<ElementId, Form<Vector>>,
     pub torques: HashMap<ElementId, Expr>,
+    /// What is left of all forces and torques; everything if there is nothing.
+    pub only: Option<Share>,
 }
 
 pub(super) type Rooted<'a> =
@@ -279,9 +283,11 @@ fn constitutive_force(system: &mut System, kinematics: &Kinematics, laws: &Laws,
     match &row.through {
         Force::None => Form::default(),
         Force::Inertia(body) => {
-            let acceleration = kinematics.node(&mut system.arena, row.ends[1]).acceleration;
-            inertia_force(system, &acceleration, *body)
+            let counts = [Share::Velocity, Share::Gravity].map(|share| laws.counts(id, share));
+            let node = kinematics.node(&mut system.arena, row.ends[1]);
+            inertia_force(system, &if counts[0] { node.acceleration } else { Form::default() }, *body, counts[1])
         }
+        Force::Resistance(_) if !laws.counts(id, Share::Resistance) => Form::default(),
         Force::Resistance(law) => resisting_force(system, kinematics, &row, *law),
         Force::World(_) | Force::InBody(..) | Force::Line(_) => laws.forces.get(&id).cloned().unwrap_or_default(),
     }
@@ -295,7 +301,7 @@ fn shared_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: E
             Some(acceleration) => {
                 let acceleration = Vector::fixed(FrameId::WORLD, acceleration);
                 let acceleration = Form::term(&mut system.arena, Expr::ONE, &acceleration);
-                inertia_force(system, &acceleration, body)
+                inertia_force(system, &acceleration, body, true)
             }
             None => constitutive_force(system, kinematics, laws, id),
         },
@@ -304,14 +310,14 @@ fn shared_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: E
 }
 
 /// F = -m (a - g) (Eq. 5; gravity is a force actuator beside the body).
-fn inertia_force(system: &mut System, acceleration: &Form<Vector>, body: BodyId) -> Form<Vector> {
+fn inertia_force(system: &mut System, acceleration: &Form<Vector>, body: BodyId, falls: bool) -> Form<Vector> {
     let mass = mass(system, body);
     let weightless = system.mechanism.bodies[body.0].weightless;
     let gravity = system.mechanism.gravity.each_ref().map(|component| system.value(component));
     let arena = &mut system.arena;
     let minus_mass = arena.negate(mass);
     let mut force = acceleration.scaled(arena, minus_mass);
-    if weightless {
+    if weightless || !falls {
         return force;
     }
     for (component, axis) in gravity.into_iter().zip([Vector::x(), Vector::y()]) {
@@ -348,7 +354,11 @@ fn constitutive_torque(
     let plain = |arena: &mut Arena, value: Expr| Form::term(arena, value, &Scalar::plain(Expr::ONE));
     match row.through {
         Torque::None => Form::default(),
-        Torque::Inertia(body) => inertia_torque(system, kinematics, row.ends[1], body, moments),
+        Torque::Inertia(body) => {
+            let turns = laws.counts(id, Share::Velocity);
+            inertia_torque(system, kinematics, (row.ends[1], turns), body, moments)
+        }
+        Torque::Resistance(_) if !laws.counts(id, Share::Resistance) => Form::default(),
         Torque::Resistance(law) => {
             let arena = &mut system.arena;
             let omega = kinematics.angle_across(arena, row.ends).velocity.total(arena);
@@ -366,11 +376,11 @@ fn constitutive_torque(
 fn inertia_torque(
     system: &mut System,
     kinematics: &Kinematics,
-    node: crate::graph::RNode,
+    (node, turns): (crate::graph::RNode, bool),
     body: BodyId,
     moments: &HashMap<BodyId, Form<Scalar>>,
 ) -> Form<Scalar> {
-    let inertia = inertia(system, body);
+    let inertia = if turns { inertia(system, body) } else { Expr::ZERO };
     let arena = &mut system.arena;
     let minus_inertia = arena.negate(inertia);
     let mut torque =
@@ -380,21 +390,4 @@ fn inertia_torque(
         torque.accumulate(arena, minus, moment);
     }
     torque
-}
-
-/// The mass of a body, or the mark that it is missing.
-pub fn mass(system: &mut System, body: BodyId) -> Expr {
-    match &system.mechanism.bodies[body.0].mass {
-        Some(mass) => system.value(mass),
-        None => system.arena.symbol(Symbol::Missing(body.0, Property::Mass)),
-    }
-}
-
-/// The inertia of a body, or the mark that it is missing; a body that cannot turn needs none.
-pub fn inertia(system: &mut System, body: BodyId) -> Expr {
-    match &system.mechanism.bodies[body.0].inertia {
-        Some(inertia) => system.value(inertia),
-        None if system.cannot_turn(body) => Expr::ZERO,
-        None => system.arena.symbol(Symbol::Missing(body.0, Property::Inertia)),
-    }
 }

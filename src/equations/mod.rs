@@ -7,9 +7,11 @@ mod constraints;
 mod couplings;
 mod dynamics;
 mod form;
+mod inertias;
 mod kinematics;
 mod laws;
 mod power;
+mod shares;
 mod transfer;
 mod variables;
 mod vector;
@@ -22,6 +24,7 @@ pub use couplings::CoupledChord;
 pub use dynamics::Dynamics;
 use dynamics::{Laws, Sums};
 use kinematics::Kinematics;
+pub use shares::Share;
 pub use vector::FrameId;
 pub use vibration::Vibration;
 
@@ -54,6 +57,8 @@ pub struct Equations<'m> {
     /// Forces and torques without \[M\], where paths are too deep for it.
     through: Option<Dynamics>,
     known: HashMap<Variable, Expr>,
+    /// Do the numbers of the scene have names? Then the laws of loads keep theirs in formulas, and {Q} is shown in parts.
+    pub symbolic: bool,
     /// The first coordinate of each element, and of angles.
     first: HashMap<(ElementId, bool), usize>,
 }
@@ -79,6 +84,7 @@ impl<'m> Equations<'m> {
             dynamics: None,
             through: None,
             known: HashMap::new(),
+            symbolic: false,
         };
         equations.evaluate_laws();
         equations

@@ -1,7 +1,7 @@
 //! Every variable of the naming table as an expression of time, inputs, coordinates, rates, accelerations and reactions.
 
-use super::dynamics::{inertia, mass};
 use super::form::{Coefficient, Form};
+use super::inertias::{inertia, mass};
 use super::kinematics::{Kinematics, Motion, ScalarMotion};
 use super::vector::Vector;
 use super::{Constraint, Equations};

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::Equations;
-use super::dynamics::mass;
+use super::inertias::mass;
 use crate::component::{self, Force, Known, Origin};
 use crate::expr::{Expr, Symbol};
 use crate::graph::{ElementId, Topology};

@@ -17,14 +17,15 @@ mod parts;
 mod places;
 mod settings;
 mod shapes;
+pub mod symbolic;
 mod variables;
 
 use self::names::Names;
-use crate::component::{ALL, Room};
+use crate::component::{self, ALL, Room};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::mechanism::{Dimension, Formula, Mechanism, Units};
+use crate::mechanism::{Dimension, Formula, Mechanism, Part, Units};
 use crate::scene::unit::Exponents;
 use crate::scene::{Resolved, Scene};
 
@@ -63,16 +64,7 @@ impl Scene {
     /// The mechanism as far as it can be resolved; complete if there are no errors.
     fn resolve_into(&self, faults: &mut Sink) -> Mechanism {
         let names = Names::collect(self, faults);
-        let mut resolver = Resolver {
-            scene: self,
-            names,
-            faults,
-            incomplete: false,
-            values: Vec::new(),
-            parameter_units: Vec::new(),
-            input_units: Vec::new(),
-            written_in: Units::default(),
-        };
+        let mut resolver = Resolver::new(self, names, faults);
         resolver.name();
         let display = resolver.display();
         let parameters = resolver.parameters();
@@ -103,6 +95,14 @@ impl Scene {
     }
 }
 
+/// A part whose keys have changed, with the law and the energy that follow from them.
+fn with_laws(part: Part) -> Part {
+    let (scene, mut faults) = (Scene::new(""), Sink::default());
+    let names = Names::collect(&scene, &mut faults);
+    let component = component::of(&part);
+    Resolver::new(&scene, names, &mut faults).with_law(part, component)
+}
+
 struct Resolver<'s> {
     scene: &'s Scene,
     names: Names<'s>,
@@ -117,6 +117,21 @@ struct Resolver<'s> {
 }
 
 const UNKNOWN: Formula = Formula::Number(f64::NAN);
+
+impl<'s> Resolver<'s> {
+    fn new(scene: &'s Scene, names: Names<'s>, faults: &'s mut Sink) -> Self {
+        Resolver {
+            scene,
+            names,
+            faults,
+            incomplete: false,
+            values: Vec::new(),
+            parameter_units: Vec::new(),
+            input_units: Vec::new(),
+            written_in: Units::default(),
+        }
+    }
+}
 
 impl Resolver<'_> {
     fn name(&mut self) {

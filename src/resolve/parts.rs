@@ -107,7 +107,7 @@ impl Resolver<'_> {
     }
 
     /// The part with the law and the energy of its component.
-    fn with_law(&mut self, mut part: Part, component: &dyn Component) -> Part {
+    pub(super) fn with_law(&mut self, mut part: Part, component: &dyn Component) -> Part {
         let mut lower = |law: Option<String>| law.map(|text| self.law_of(&text, &part).unwrap_or(UNKNOWN));
         let (law, energy) = (lower(component.law(&part)), lower(component.energy(&part)));
         (part.law, part.energy) = (law, energy);

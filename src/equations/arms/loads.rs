@@ -3,8 +3,9 @@
 use super::linear::conjugate_product;
 use super::{Arm, ArmEquations, Arms, Equations, Factor, Load, Push, Reason};
 use crate::component::{Force, Origin, Torque, TranslationalRow};
-use crate::equations::dynamics::{mass, resisting_force};
+use crate::equations::dynamics::resisting_force;
 use crate::equations::form::Coefficient;
+use crate::equations::inertias::mass;
 use crate::equations::vector::{FrameId, Vector};
 use crate::expr::Expr;
 use crate::graph::ElementId;

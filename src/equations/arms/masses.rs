@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::linear::{conjugate_product, linear};
 use super::{Arm, ArmEquations, Arms, Equations, Factor, Reason, Turning};
 use crate::component::Origin;
-use crate::equations::dynamics::{inertia, mass};
+use crate::equations::inertias::{inertia, mass};
 use crate::expr::Expr;
 use crate::mechanism::BodyId;
 

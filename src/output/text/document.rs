@@ -30,6 +30,8 @@ pub enum Piece {
     /// A name of the scene.
     Code(String),
     Math(Tree),
+    /// Pieces behind each other.
+    Row(Vec<Piece>),
 }
 
 struct Format {
@@ -97,6 +99,7 @@ impl Format {
             Piece::Words(text) => (self.words)(text),
             Piece::Code(name) => (self.code)(name),
             Piece::Math(tree) => (self.math)(&self.notation.formula(tree)),
+            Piece::Row(pieces) => pieces.iter().map(|piece| self.piece(piece)).collect(),
         }
     }
 
@@ -138,6 +141,7 @@ impl Piece {
             Piece::Words(text) => text.chars().count() as f64,
             Piece::Code(name) => 1.05 * name.chars().count() as f64,
             Piece::Math(tree) => DOCUMENT.width_of(tree),
+            Piece::Row(pieces) => pieces.iter().map(Piece::width).sum(),
         }
     }
 }

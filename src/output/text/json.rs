@@ -29,6 +29,9 @@ pub fn json(equations: &mut Equations) -> String {
             }
         }
     }
+    if !motion.sums.is_empty() {
+        groups.insert("Q".to_owned(), motion.sums.iter().map(|(name, sum)| formula(name, sum)).collect());
+    }
     let named = |pairs: &[(Tree, Tree)]| -> Vec<Value> {
         let pairs = pairs.iter().filter_map(|(name, value)| match name {
             Tree::Name(name) => Some(formula(name, value)),

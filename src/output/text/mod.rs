@@ -12,11 +12,13 @@ pub(crate) mod number;
 pub(crate) mod read;
 pub(crate) mod signals;
 pub(crate) mod steps;
+pub(crate) mod symbols;
 pub(crate) mod tree;
 pub(crate) mod weight;
 
 pub use json::json;
 pub use steps::steps;
+pub use symbols::Written;
 
 use crate::equations::Equations;
 use crate::expr::Symbol;
@@ -41,7 +43,12 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> String {
 /// The equations of motion for people: coordinates, reactions, abbreviations, then M, Q, Phi, Phi_q, Phi_t, gamma and the
 /// displacements that the loops determine. A kinematic model whose bodies have no mass has no M and Q.
 pub fn motion(equations: &mut Equations, prose: Prose) -> String {
-    let blocks = Motion::new(equations).blocks(equations);
+    titled(equations, Vec::new(), prose)
+}
+
+/// The same behind other blocks.
+pub(crate) fn titled(equations: &mut Equations, mut blocks: Vec<document::Block>, prose: Prose) -> String {
+    blocks.extend(Motion::new(equations).blocks(equations));
     let title = format!("Equations of motion of {}", equations.system.mechanism.name);
     page(&title, &blocks, prose)
 }

@@ -8,9 +8,9 @@ use super::name::{Name, Names};
 use super::read::{Context, Reading};
 use super::signals::signals;
 use super::tree::{Formulas, Tree, formulas};
-use crate::component::{Direction, Held, Origin};
-use crate::equations::{Constraint, Equations};
-use crate::expr::{Arena, Expr, Node, Symbol};
+use crate::component::{Direction, Force, Held, Origin, Torque};
+use crate::equations::{Constraint, Equations, Share};
+use crate::expr::{Arena, Expr, Node, Symbol, Unary};
 use crate::mechanism::{BodyId, Coordinates, Dimension, JointId, Owner, Part, Place, Quantity, Variable};
 
 /// A quantity: its name and its expression.
@@ -21,6 +21,8 @@ pub type Entry = (Name, Expr);
 pub struct Motion {
     pub groups: Vec<(&'static str, Vec<Entry>)>,
     pub dynamic: bool,
+    /// {Q} as a sum of columns that are among the groups.
+    pub sums: Vec<(Name, Tree)>,
 }
 
 impl Motion {
@@ -36,10 +38,12 @@ impl Motion {
         groups.extend(loops(equations));
         groups.push(("Slides that are no coordinates", slides(equations)));
         if dynamic {
+            groups.push(("Reactions of the joints, on their second side", held(equations)));
             groups.push(("Efforts of the drivers", efforts(equations)));
         }
         groups.retain(|(_, entries)| !entries.is_empty());
-        Motion { groups, dynamic }
+        let sums = if dynamic && equations.symbolic { in_parts(equations, &mut groups) } else { Vec::new() };
+        Motion { groups, dynamic, sums }
     }
 
     pub fn formulas(&self, equations: &mut Equations) -> Formulas {
@@ -81,9 +85,13 @@ impl Motion {
             blocks.push(Block::Heading("Abbreviations".into()));
             blocks.push(Block::Equations(angles.into_iter().chain(definitions).collect()));
         }
-        let mut formulas = formulas.into_iter();
+        let (mut formulas, mut sums) = (formulas.into_iter(), self.sums.clone());
         for (title, entries) in &self.groups {
             blocks.push(Block::Heading((*title).into()));
+            if entries.iter().any(|(name, _)| self.sums.iter().any(|(_, sum)| sum.names(name))) && !sums.is_empty() {
+                let rows = std::mem::take(&mut sums);
+                blocks.push(Block::Equations(rows.into_iter().map(|(name, sum)| (Tree::Name(name), sum)).collect()));
+            }
             let names = entries.iter().map(|(name, _)| Tree::Name(name.clone()));
             blocks.push(Block::Equations(names.zip(formulas.by_ref()).collect()));
         }
@@ -143,6 +151,8 @@ pub fn has_masses(equations: &mut Equations) -> bool {
     !equations.system.arena.symbols(roots).into_iter().any(|symbol| matches!(symbol, Symbol::Missing(..)))
 }
 
+const LOADS: &str = "Loads";
+
 fn dynamics(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
     let dynamics = equations.dynamics();
     let mass = dynamics.mass.iter().enumerate().flat_map(|(row, entries)| {
@@ -150,7 +160,7 @@ fn dynamics(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
         upper.map(move |(column, entry)| (Name::entry("M", &[row, *column]), *entry))
     });
     let load = dynamics.load.iter().enumerate().map(|(row, entry)| (Name::entry("Q", &[row]), *entry));
-    [("Mass matrix (symmetric; zeros left out)", mass.collect()), ("Loads", load.collect())]
+    [("Mass matrix (symmetric; zeros left out)", mass.collect()), (LOADS, load.collect())]
 }
 
 /// \[D\], \[K\] and {F} of masses on a line (33).
@@ -169,6 +179,43 @@ fn vibration(equations: &mut Equations) -> Vec<(&'static str, Vec<Entry>)> {
         ("Stiffness matrix (symmetric; zeros left out)", upper("K", &vibration.stiffness)),
         ("Forces: {Q} = {F} - [D]{v} - [K]{q}", force.collect()),
     ]
+}
+
+/// Puts the parts of {Q} in the place of {Q}, and says what their sums are.
+fn in_parts(equations: &mut Equations, groups: &mut Vec<(&'static str, Vec<Entry>)>) -> Vec<(Name, Tree)> {
+    let Some(place) = groups.iter().position(|(title, _)| *title == LOADS) else { return Vec::new() };
+    let (_, whole) = groups.remove(place);
+    let shares = equations.load_shares();
+    let mut sums = Vec::new();
+    for (row, (name, _)) in whole.into_iter().enumerate() {
+        let own = shares.iter().filter(|(_, load)| load[row] != Expr::ZERO);
+        sums.push((name, Tree::sum(own.map(|(share, _)| (false, Tree::Name(part_of_load(*share, row)))).collect())));
+    }
+    let part = |(share, load): &(Share, Vec<Expr>)| {
+        let rows = load.iter().enumerate().filter(|(_, entry)| **entry != Expr::ZERO);
+        let title = match share {
+            Share::Applied => "Applied loads",
+            Share::Gravity => "Gravity",
+            Share::Velocity => "Loads by velocities: centrifugal and Coriolis forces",
+            Share::Elastic => "Springs and their dampers",
+            Share::Resistance | Share::Element(_) => "Damping and friction in joints",
+        };
+        (title, rows.map(|(row, entry)| (part_of_load(*share, row), *entry)).collect())
+    };
+    let parts: Vec<_> = shares.iter().map(part).collect();
+    groups.splice(place..place, parts);
+    sums
+}
+
+fn part_of_load(share: Share, row: usize) -> Name {
+    let word = match share {
+        Share::Applied => "applied",
+        Share::Gravity => "gravity",
+        Share::Velocity => "velocity",
+        Share::Elastic => "elastic",
+        Share::Resistance | Share::Element(_) => "resistance",
+    };
+    Name { plain: format!("Q_{word}[{}]", row + 1), ..Name::letter("Q", &format!("{}, {word}", row + 1)) }
 }
 
 fn has_loops(equations: &Equations) -> bool {
@@ -246,7 +293,7 @@ fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
     let stretching = [Quantity::Length, Quantity::Rate];
     let stretches = |load: &&Part| stretching.iter().all(|own| load.facts().variables.contains(own));
     let lines = mechanism.loads.iter().filter(stretches).map(|load| (load.owner, stretching));
-    let mut names = HashMap::new();
+    let mut names = if equations.symbolic { laws(equations) } else { HashMap::new() };
     for (owner, quantities) in bodies.chain(joints).chain(lines).collect::<Vec<_>>() {
         for quantity in quantities {
             let variable = Variable { owner, quantity };
@@ -257,6 +304,38 @@ fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
         }
     }
     names
+}
+
+/// The laws of loads that are more than a symbol, by the names of their forces and torques.
+fn laws(equations: &mut Equations) -> HashMap<Expr, String> {
+    let mut laws = Vec::new();
+    for element in equations.system.elements.iter().filter(|element| matches!(element.origin, Origin::Load(_))) {
+        let name = |word: &str| format!("{}.{word}", element.name);
+        match element.translation.as_ref().map(|row| row.through.clone()) {
+            Some(Force::Line(law)) => laws.push((law, name("force"))),
+            Some(Force::World([x, y]) | Force::InBody(_, [x, y])) => laws.extend([(x, name("fx")), (y, name("fy"))]),
+            _ => {}
+        }
+        if let Some(Torque::Law(law)) = element.rotation.as_ref().map(|row| row.through.clone()) {
+            laws.push((law, name("torque")));
+        }
+    }
+    let laws: Vec<(Expr, String)> = laws.into_iter().map(|(law, name)| (equations.formula(&law), name)).collect();
+    // A force that pulls is written without its sign.
+    let arena = &equations.system.arena;
+    let unsigned = laws.into_iter().filter_map(|(law, name)| match arena.node(law) {
+        Node::Unary(Unary::Negate, inner) => {
+            let (owner, word) = name.rsplit_once('.')?;
+            let word = match word {
+                "force" => "pull",
+                "torque" => "resistance",
+                _ => return None,
+            };
+            Some((inner, format!("{owner}.{word}")))
+        }
+        _ => Some((law, name)),
+    });
+    unsigned.filter(|(law, _)| deserves_name(arena, *law)).collect()
 }
 
 /// Parameters with mass in their unit (masses, inertias, forces, stiffnesses), and masses that are not given.
@@ -276,7 +355,8 @@ fn weights(equations: &Equations) -> HashSet<Symbol> {
 
 /// Is it more than a symbol, and does it change?
 fn deserves_name(arena: &Arena, expr: Expr) -> bool {
-    !matches!(arena.node(expr), Node::Constant(_) | Node::Symbol(_))
+    let unsigned = if let Node::Unary(Unary::Negate, inner) = arena.node(expr) { inner } else { expr };
+    !matches!(arena.node(unsigned), Node::Constant(_) | Node::Symbol(_))
         && arena.symbols([expr]).iter().any(|symbol| !matches!(symbol, Symbol::Parameter(_)))
 }
 

@@ -46,8 +46,16 @@ impl Name {
         Name { plain: format!("{base}[{places}]"), ..Name::letter(base, &places) }
     }
 
-    /// A word, such as the name of a parameter; digits at its end become a subscript.
+    /// A word, such as the name of a parameter; digits at its end become a subscript, and so does what follows a letter and an underscore.
     pub fn word(plain: &str) -> Name {
+        let dots = plain.bytes().rev().take_while(|byte| *byte == b'\'').count();
+        if let Some((letter, below)) = plain[..plain.len() - dots].split_once('_')
+            && is_letter(letter)
+            && below.bytes().all(|byte| byte.is_ascii_alphanumeric())
+            && !below.is_empty()
+        {
+            return Name { plain: plain.to_owned(), dots, ..Name::letter(letter, below) };
+        }
         let base = plain.trim_end_matches(|c: char| c.is_ascii_digit());
         // With a number below, these are entries of the page's own matrices and columns.
         let own = matches!(
@@ -86,6 +94,13 @@ impl Name {
     pub fn is_variable(&self) -> bool {
         self.plain.contains('.')
     }
+}
+
+/// Is it one letter, Latin or Greek, that no matrix or column of the page is called by?
+fn is_letter(word: &str) -> bool {
+    let latin = word.len() == 1 && word.bytes().all(|byte| byte.is_ascii_alphabetic());
+    (latin || matches!(word, "alpha" | "omega" | "theta" | "phi" | "tau"))
+        && !matches!(word, "M" | "Q" | "D" | "K" | "F")
 }
 
 /// The names of everything in the equations of one mechanism.

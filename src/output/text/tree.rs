@@ -27,6 +27,20 @@ pub enum Tree {
 }
 
 impl Tree {
+    /// A number of either sign, written in the shortest way.
+    pub fn number(value: f64) -> Tree {
+        if value == 0.0 {
+            return Tree::zero();
+        }
+        let (over, under) = number(value.abs());
+        let over = Tree::product(over);
+        let size = match under.is_empty() {
+            true => over,
+            false => Tree::Quotient(Box::new([over, Tree::product(under)])),
+        };
+        if value < 0.0 { Tree::Sum(vec![(true, size)]) } else { size }
+    }
+
     /// a^2 and the like.
     pub fn power(base: Tree, exponent: Tree) -> Tree {
         Tree::Power(Box::new([base, exponent]))
@@ -44,6 +58,15 @@ impl Tree {
                 factors.push(last);
                 Tree::Product(factors)
             }
+        }
+    }
+
+    /// Is it a sum of names with this one among them?
+    pub fn names(&self, name: &Name) -> bool {
+        match self {
+            Tree::Name(own) => own == name,
+            Tree::Sum(terms) => terms.iter().any(|(_, term)| term.names(name)),
+            _ => false,
         }
     }
 

@@ -43,6 +43,6 @@ fn trees(block: &mut Block) -> Vec<&mut Tree> {
 fn math(piece: &mut Piece) -> Option<&mut Tree> {
     match piece {
         Piece::Math(tree) => Some(tree),
-        Piece::Words(_) | Piece::Code(_) => None,
+        Piece::Words(_) | Piece::Code(_) | Piece::Row(_) => None,
     }
 }

@@ -1,0 +1,339 @@
+//! A mechanism in which every number has a name: lengths of arms, masses, stiffnesses, what the laws and motions contain.
+
+use std::collections::HashSet;
+
+use crate::component::{self, Origin, System};
+use crate::diagnostic::span::Span;
+use crate::mechanism::measure::{ACCELERATION, INERTIA, LENGTH, MASS, NUMBER, Wanted};
+use crate::mechanism::{BinaryOperator, Formula, Mechanism, Motion, Owner, Parameter, ParameterId, Part, Unit, Value};
+use crate::scene::constant::{evaluate, negate};
+use crate::scene::key::Form;
+
+/// What names are made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// The number of the element's edge: `m_2`, `l_7`.
+    Edges,
+    /// The user's names of bodies, joints and loads; arms keep their numbers: `m_rod`, `l7`.
+    Owners,
+}
+
+/// A number that got a name.
+#[derive(Clone, Debug)]
+pub struct Named {
+    /// What it is, if that is more than a number.
+    pub definition: Option<Formula>,
+    /// The element that it belongs to; none for gravity.
+    pub element: Option<String>,
+    /// What it is of that element, such as "mass".
+    pub what: &'static str,
+}
+
+/// A mechanism with parameters in the place of numbers, behind its own.
+#[derive(Clone, Debug)]
+pub struct Symbolic {
+    /// The same mechanism.
+    pub mechanism: Mechanism,
+    /// The names, in the order of their parameters.
+    pub named: Vec<Named>,
+}
+
+impl Symbolic {
+    /// Names the numbers of a mechanism.
+    pub fn new(system: &System, style: Style) -> Symbolic {
+        let mechanism = system.mechanism.clone();
+        let names = mechanism.parameters.iter().map(|own| own.name.clone());
+        let names = names.chain(mechanism.inputs.iter().map(|own| own.name.clone()));
+        let taken = names.chain(mechanism.drivers.iter().map(|own| own.name.clone())).collect();
+        let mut namer = Namer { system, style, mechanism, taken, named: Vec::new() };
+        namer.gravity();
+        namer.bodies();
+        namer.ground();
+        namer.parts();
+        Symbolic { mechanism: namer.mechanism, named: namer.named }
+    }
+}
+
+struct Namer<'a, 'm> {
+    system: &'a System<'m>,
+    style: Style,
+    mechanism: Mechanism,
+    taken: HashSet<String>,
+    named: Vec<Named>,
+}
+
+/// A number that is to be named: whose it is, what it is, its letter and its measure.
+#[derive(Clone, Copy)]
+struct About<'a> {
+    owner: Option<&'a str>,
+    /// What stands behind the letter.
+    suffix: &'a str,
+    letter: &'a str,
+    what: &'static str,
+    measure: Wanted,
+    /// Is a negative number minus a positive one with a name? So are places.
+    signed: bool,
+}
+
+impl Namer<'_, '_> {
+    fn gravity(&mut self) {
+        let gravity = self.mechanism.gravity.clone();
+        let both = gravity.iter().all(|component| *component != Formula::Number(0.0));
+        let letters = if both { ["g_x", "g_y"] } else { ["g", "g"] };
+        let mut component = |index: usize| {
+            let letter = letters[index];
+            let about = About { owner: None, suffix: "", letter, what: "gravity", measure: ACCELERATION, signed: true };
+            self.number(&gravity[index], about)
+        };
+        self.mechanism.gravity = [component(0), component(1)];
+    }
+
+    fn bodies(&mut self) {
+        for index in 0..self.mechanism.bodies.len() {
+            let id = crate::mechanism::BodyId(index);
+            let body = self.mechanism.bodies[index].clone();
+            let suffix = self.suffix(Origin::Body(id), &body.name);
+            let about = |letter, what, measure| About {
+                owner: Some(&body.name),
+                suffix: &suffix,
+                letter,
+                what,
+                measure,
+                signed: false,
+            };
+            let mass = body.mass.as_ref().map(|mass| self.number(mass, about("m", "mass", MASS)));
+            let inertia = body.inertia.as_ref().map(|own| self.number(own, about("I", "moment of inertia", INERTIA)));
+            for (point, own) in body.points.iter().enumerate() {
+                let name = format!("{}.{}", body.name, own.name);
+                self.mechanism.bodies[index].points[point].at =
+                    self.place(Origin::Arm(id, point), &name, &own.at, ["l", "l"]);
+            }
+            let body = &mut self.mechanism.bodies[index];
+            (body.mass, body.inertia) = (mass, inertia);
+        }
+    }
+
+    fn ground(&mut self) {
+        for index in 0..self.mechanism.ground.len() {
+            let point = self.mechanism.ground[index].clone();
+            let name = format!("ground.{}", point.name);
+            self.mechanism.ground[index].at = self.place(Origin::GroundVector(index), &name, &point.at, ["x", "y"]);
+        }
+    }
+
+    /// The components of an arm; a point that no element uses has no edge and keeps its numbers.
+    fn place(&mut self, origin: Origin, name: &str, at: &[Formula; 2], single: [&str; 2]) -> [Formula; 2] {
+        let Some(id) = self.system.find(origin) else { return at.clone() };
+        let number = number_of(&self.system.element(id).label).to_owned();
+        let suffix = if self.style == Style::Edges { format!("_{number}") } else { number };
+        let both = at.iter().all(|component| *component != Formula::Number(0.0));
+        let letters = if both { ["x", "y"] } else { single };
+        let mut component = |index: usize| {
+            let letter = letters[index];
+            let about = About {
+                owner: Some(name),
+                suffix: &suffix,
+                letter,
+                what: ["along x", "along y"][index],
+                measure: LENGTH,
+                signed: true,
+            };
+            self.number(&at[index], about)
+        };
+        [component(0), component(1)]
+    }
+
+    fn parts(&mut self) {
+        let lists = [&self.mechanism.joints, &self.mechanism.drivers, &self.mechanism.loads].map(Clone::clone);
+        let [joints, drivers, loads] =
+            lists.map(|list| list.into_iter().map(|part| self.part(part)).collect::<Vec<Part>>());
+        (self.mechanism.joints, self.mechanism.drivers, self.mechanism.loads) = (joints, drivers, loads);
+    }
+
+    fn part(&mut self, mut part: Part) -> Part {
+        let origin = match part.owner {
+            Owner::Joint(joint) => Origin::Joint(joint),
+            Owner::Driver(driver) => Origin::Driver(driver),
+            Owner::Load(load) => Origin::Load(load),
+            Owner::Place(_) | Owner::System => return part,
+        };
+        let suffix = self.suffix(origin, &part.name);
+        let name = part.name.clone();
+        let keys = component::of(&part).facts().keys;
+        for (key, value) in &mut part.values {
+            let measure = keys.iter().find(|own| own.name == *key).map_or(NUMBER, |own| measure(own.form));
+            let letter = letter(key);
+            let about = About { owner: Some(&name), suffix: &suffix, letter, what: key, measure, signed: false };
+            self.value(value, about);
+        }
+        super::with_laws(part)
+    }
+
+    fn value(&mut self, value: &mut Value, about: About) {
+        match value {
+            Value::Formula(formula) => *formula = self.formula(formula, about),
+            Value::Motion(Motion::Given(formula)) => *formula = self.formula(formula, about),
+            Value::Vector(both) if both.iter().all(is_unit) && about.what == "axis" => {}
+            Value::Vector(both) => {
+                let single = both.contains(&Formula::Number(0.0));
+                let letters = ["x", "y"].map(|axis| match single {
+                    true => about.letter.to_owned(),
+                    false => format!("{}_{axis}", about.letter),
+                });
+                let [x, y] = [0, 1].map(|i| self.formula(&both[i], About { letter: &letters[i], ..about }));
+                *both = [x, y];
+            }
+            Value::Friction(friction) => {
+                friction.coulomb = self.formula(&friction.coulomb, About { letter: "C", ..about });
+                friction.velocity = self.formula(&friction.velocity, About { letter: "w", ..about });
+            }
+            Value::Motion(_) | Value::Place(_) | Value::Joint(_) | Value::Choice(_) | Value::Switch(_) => {}
+        }
+    }
+
+    /// A number, or a law with the numbers in it: then each has a letter of its own.
+    fn formula(&mut self, formula: &Formula, about: About) -> Formula {
+        let constant = self.constant(formula).is_some();
+        if constant { self.number(formula, about) } else { self.within(formula, About { measure: NUMBER, ..about }) }
+    }
+
+    fn within(&mut self, formula: &Formula, about: About) -> Formula {
+        if self.constant(formula).is_some() {
+            let letter = "abcdefhjknopqruvw".chars().find(|letter| self.is_free(&self.name(*letter, about)));
+            let letter = letter.map_or_else(|| "a".to_owned(), String::from);
+            return self.number(formula, About { letter: &letter, signed: true, ..about });
+        }
+        match formula {
+            Formula::Negate(inner) => Formula::Negate(Box::new(self.within(inner, about))),
+            Formula::Binary(BinaryOperator::Power, sides) => {
+                let base = self.within(&sides[0], about);
+                Formula::Binary(BinaryOperator::Power, Box::new([base, sides[1].clone()]))
+            }
+            Formula::Binary(operator, sides) => {
+                let [left, right] = sides.each_ref().map(|side| self.within(side, about));
+                Formula::Binary(*operator, Box::new([left, right]))
+            }
+            // The entries of a table are no symbols.
+            Formula::Call(function, arguments) if arguments.len() == 1 => {
+                Formula::Call(*function, vec![self.within(&arguments[0], about)])
+            }
+            other => other.clone(),
+        }
+    }
+
+    /// A formula with a name; parameters, zero and what is one keep their own.
+    fn number(&mut self, formula: &Formula, about: About) -> Formula {
+        let Some(value) = self.constant(formula) else { return formula.clone() };
+        let is_named = match formula {
+            Formula::Number(number) => *number == 0.0,
+            Formula::Parameter(_) => true,
+            Formula::Negate(inner) => matches!(**inner, Formula::Parameter(_)),
+            _ => !value.is_finite(),
+        };
+        if is_named {
+            return formula.clone();
+        }
+        let minus = about.signed && value < 0.0;
+        let positive = if minus { negate(formula.clone()) } else { formula.clone() };
+        let symbol = Formula::Parameter(self.push(positive, if minus { -value } else { value }, about));
+        if minus { Formula::Negate(Box::new(symbol)) } else { symbol }
+    }
+
+    fn push(&mut self, formula: Formula, value: f64, about: About) -> ParameterId {
+        // A mass of the body `m1`, a stiffness of the spring `k13`: they are called so already.
+        let own = about.owner.filter(|own| self.style == Style::Owners && is_numbered(own, about.letter));
+        let mut name = own.map_or_else(|| format!("{}{}", about.letter, about.suffix), str::to_owned);
+        while !self.is_free(&name) {
+            name.push('_');
+        }
+        self.taken.insert(name.clone());
+        let parameter = ParameterId(self.mechanism.parameters.len());
+        let exponents = about.measure.exponents.unwrap_or_default();
+        self.mechanism.parameters.push(Parameter {
+            name,
+            description: String::new(),
+            unit: Unit { exponents, si: about.measure.si.to_owned(), display: None },
+            value,
+            min: None,
+            max: None,
+            tunable: false,
+            span: Span::default(),
+        });
+        let definition = (!matches!(formula, Formula::Number(_))).then_some(formula);
+        let element = about.owner.map(str::to_owned);
+        self.named.push(Named { definition, element, what: about.what });
+        parameter
+    }
+
+    fn name(&self, letter: char, about: About) -> String {
+        format!("{letter}{}", about.suffix)
+    }
+
+    fn is_free(&self, name: &str) -> bool {
+        !self.taken.contains(name)
+    }
+
+    /// The value of a formula of numbers and parameters.
+    fn constant(&self, formula: &Formula) -> Option<f64> {
+        let values: Vec<f64> = self.mechanism.parameters.iter().map(|own| own.value).collect();
+        (!moves(formula)).then(|| evaluate(formula, &values))
+    }
+
+    fn suffix(&self, origin: Origin, name: &str) -> String {
+        let label = self.system.find(origin).map(|id| self.system.element(id).label.as_str());
+        match (self.style, label) {
+            (Style::Edges, Some(label)) => format!("_{}", number_of(label)),
+            _ => format!("_{name}"),
+        }
+    }
+}
+
+/// Does it depend on time, an input or a variable?
+fn moves(formula: &Formula) -> bool {
+    match formula {
+        Formula::Number(_) | Formula::Parameter(_) => false,
+        Formula::Time | Formula::Input(_) | Formula::Variable(_) => true,
+        Formula::Negate(inner) => moves(inner),
+        Formula::Binary(_, sides) => sides.iter().any(moves),
+        Formula::Call(_, arguments) => arguments.iter().any(moves),
+        Formula::If(_, parts) => parts.iter().any(moves),
+    }
+}
+
+fn is_unit(component: &Formula) -> bool {
+    matches!(component, Formula::Number(number) if [0.0, 1.0, -1.0].contains(number))
+}
+
+/// Is it this letter with a number?
+fn is_numbered(name: &str, letter: &str) -> bool {
+    name.strip_prefix(letter).is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|digit| digit.is_ascii_digit()))
+}
+
+/// The digits of a label, `9` of `h9`.
+fn number_of(label: &str) -> &str {
+    label.trim_start_matches(|c: char| !c.is_ascii_digit())
+}
+
+fn measure(form: Form) -> Wanted {
+    match form {
+        Form::Constant(wanted, _) | Form::Law(wanted) | Form::Vector(wanted) | Form::ConstantVector(wanted) => wanted,
+        _ => NUMBER,
+    }
+}
+
+/// The letter of a key's numbers, as the field writes it; other keys are written out.
+fn letter(key: &'static str) -> &'static str {
+    match key {
+        "stiffness" => "k",
+        "damping" => "d",
+        "length" | "displacement" | "lead" => "l",
+        "angle" => "phi",
+        "ratio" => "i",
+        "radius" => "r",
+        "vector" | "force" => "f",
+        "value" => "tau",
+        "axis" => "u",
+        "position" => "p",
+        other => other,
+    }
+}
