@@ -96,7 +96,8 @@ guide = { type = "prismatic", between = ["ground", "ram"], axis = [0, 1] }
 fn motion(scene: &str, more: &[&str]) -> Value {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.toml"), scene).unwrap();
-    let output = cotree(folder.path(), &[&["motion", "a.toml", "--json", "--input", "O2"], more].concat());
+    let input: &[&str] = if more.contains(&"--input") { &[] } else { &["--input", "O2"] };
+    let output = cotree(folder.path(), &[&["motion", "a.toml", "--json"], input, more].concat());
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     serde_json::from_str(&stdout(&output)).unwrap()
 }
@@ -192,6 +193,10 @@ fn the_crank_rocker() {
     check(joint(&figures, "B"), &[("/max/value", 46.96669452), ("/rms", 14.74239918)]);
     let coupler = figures["instant_centres"].as_array().unwrap().iter().find(|body| body["body"] == "coupler").unwrap();
     check(coupler, &[("/at/120/0", 0.5256230590), ("/at/120/1", 0.9104058438)]);
+    let pairs = figures["relative_centres"].as_array().unwrap();
+    let rocker = pairs.iter().find(|pair| pair["bodies"] == serde_json::json!(["crank", "rocker"])).unwrap();
+    check(rocker, &[("/at/120/0", -84.28044905e-3)]);
+    assert!(number(rocker, "/at/120/1").abs() < 1e-12);
     assert_eq!(figures["path"]["crunodes"].as_array().unwrap().len(), 0);
 }
 
@@ -297,7 +302,10 @@ fn the_whitworth_quick_return() {
 
 #[test]
 fn the_toggle_press() {
-    let figures = motion(PRESS, &["--speed", "5 rad/s", "--output", "guide"]);
+    let figures = motion(PRESS, &["--speed", "5 rad/s", "--output", "guide", "--dwell", "0.5 mm"]);
+    let [from, to] = ["/dwell/from", "/dwell/to"].map(|end| number(&figures, end));
+    assert!((from.rem_euclid(360.0 * DEG) - 293.6855562 * DEG).abs() < 1e-6, "{from}");
+    assert!((to - from - 132.8285243 * DEG).abs() < 1e-6, "{from} to {to}");
     let mut limits: Vec<(f64, f64)> = figures["limits"]
         .as_array()
         .unwrap()
@@ -341,6 +349,31 @@ fn a_triple_rocker_has_dead_points_at_both_ends() {
     assert!(figures["four_bar"].as_str().unwrap().starts_with("triple rocker"), "{}", figures["four_bar"]);
     assert_eq!((&figures["full_turn"], &figures["dead_points"]), (&Value::Bool(false), &Value::Bool(true)));
     check_to(1e-6, &figures, &[("/range/0", -74.41010189 * DEG), ("/range/1", 74.41010189 * DEG)]);
+}
+
+/// A slide that is driven goes as far as the links reach: sqrt((l +- r)^2 - e^2).
+#[test]
+fn a_driven_slide_has_its_dead_points_too() {
+    let figures = motion(SLIDER_CRANK, &["--input", "guide", "--output", "O2"]);
+    assert_eq!(figures["dead_points"], true);
+    check_to(1e-6, &figures, &[("/range/0", 0.09797958971), ("/range/1", 0.1989974874)]);
+}
+
+/// Its branches cross where all links lie in line. It turns all the same, and nothing is unequal between crank and rocker.
+#[test]
+fn a_parallelogram_turns_through_its_change_points() {
+    let scene = CRANK_ROCKER.replace("\"100 mm\"", "\"300 mm\"").replace("\"40 mm\"", "\"100 mm\"");
+    let scene = scene.replace("\"120 mm\"", "\"300 mm\"").replace("b = [\"80 mm\", 0]", "b = [\"100 mm\", 0]");
+    let scene = scene.replace("\"60 deg\"", "\"50.1 deg\"").replace("0.32", "0").replace("1.13", "0.87");
+    let figures = motion(&scene, &["--point", "coupler.p"]);
+    for flag in ["full_turn", "change_points"] {
+        assert_eq!(figures[flag], true, "{flag}");
+    }
+    assert!(figures["four_bar"].as_str().unwrap().starts_with("change point"));
+    for radius in figures["path"]["radius"].as_array().unwrap() {
+        near(radius.as_f64().unwrap(), 0.1);
+    }
+    check(&figures, &[("/path/length", std::f64::consts::TAU * 0.1)]);
 }
 
 #[test]

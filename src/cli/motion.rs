@@ -36,7 +36,7 @@ pub struct Motion {
     /// Speed of the input, such as "20 rad/s" or "300 rpm" [default: that at the start of the scene, or 1 rad/s]
     #[arg(long, value_name = "SPEED")]
     speed: Option<String>,
-    /// From where to where the input moves, such as "-30 deg..60 deg" [default: one turn, or as far as it goes]
+    /// From where to where the input moves, such as "-30 deg..60 deg" [default: one turn, or as far as it goes both ways]
     #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true)]
     range: Option<String>,
     /// A row of the printed table every so much of the input, such as "30 deg" [default: a twelfth of a turn or of the range]
@@ -45,6 +45,9 @@ pub struct Motion {
     /// A point whose path is described: length, area, inflections, cusps, crossings
     #[arg(long, value_name = "POINT")]
     point: Option<String>,
+    /// How near an end of its stroke the output is to stay, such as "0.5 mm": for how much of the input it does
+    #[arg(long, value_name = "TOLERANCE")]
+    dwell: Option<String>,
     /// Permitted coefficient of fluctuation of the speed, such as 0.02: the flywheel for it
     #[arg(long, value_name = "NUMBER")]
     fluctuation: Option<f64>,
@@ -107,12 +110,17 @@ impl Motion {
         if self.fluctuation.is_some_and(|share| !(share > 0.0 && share < 2.0)) {
             return Err(wrong("fluctuation", "must be between 0 and 2".to_owned()));
         }
+        let dwell = self.dwell.as_deref().map(|near| number("dwell", near)).transpose()?;
+        if dwell.is_some_and(|near| !(near > 0.0 && near.is_finite())) {
+            return Err(wrong("dwell", "must be above zero".to_owned()));
+        }
         Ok(Request {
             input: self.input.clone(),
             output: self.output_joint.clone(),
             speed: self.speed.as_deref().map(|speed| number("speed", speed)).transpose()?,
             range,
             point: self.point.clone(),
+            dwell,
             fluctuation: self.fluctuation,
         })
     }

@@ -8,6 +8,7 @@ use super::samples::Samples;
 use crate::compile::compile;
 use crate::component::body::{POINT_VARIABLES, VARIABLES};
 use crate::mechanism::{Class, Dimension, Mechanism, Part, Quantity};
+use crate::scene::constant::evaluate;
 use crate::scene::{Driver, Faults, Load, Scene, Text};
 use crate::simulate::SimulateError;
 
@@ -155,19 +156,20 @@ pub fn sample(scene: &Scene, mechanism: &Mechanism, drive: &Drive, load: Option<
 /// One turn from the first round angle after the start; the table begins at angle 0 if the turn closes.
 fn turn(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<Table, SimulateError> {
     let step = TAU / COUNT as f64;
-    let first = (drive.start / step - 1e-9).ceil();
-    let scene = driven(scene, mechanism, drive, 1.0, first * step - drive.start);
+    let beside = if drive.between { 0.5 } else { 0.0 };
+    let first = (drive.start / step - beside - 1e-9).ceil();
+    let scene = driven(scene, mechanism, drive, 1.0, (first + beside) * step - drive.start);
     let mut columns = run(scene, mechanism, drive, [step, COUNT as f64])?;
     let periodic = closes(&columns, mechanism);
     if !periodic {
-        return Ok(Table { grid: [first * step, step], periodic, columns });
+        return Ok(Table { grid: [(first + beside) * step, step], periodic, columns });
     }
     let shift = (first as i64).rem_euclid(COUNT as i64) as usize;
     for column in columns.values_mut() {
         column.truncate(COUNT);
         column.rotate_right(shift);
     }
-    Ok(Table { grid: [0.0, step], periodic, columns })
+    Ok(Table { grid: [beside * step, step], periodic, columns })
 }
 
 /// Is everything after one turn as before?
@@ -215,12 +217,20 @@ fn is_rate(name: &str) -> bool {
     matches!(name.rsplit('.').next(), Some("vx" | "vy" | "omega" | "v" | "rate"))
 }
 
-/// How far the input can move from its start in a direction, up to a turn: found by halving, then by the way in which rates grow before a
+/// A length that no input of a closed mechanism moves: that of all links together.
+pub fn size(mechanism: &Mechanism) -> f64 {
+    let parameters: Vec<f64> = mechanism.parameters.iter().map(|parameter| parameter.value).collect();
+    let points = mechanism.ground.iter().chain(mechanism.bodies.iter().flat_map(|body| &body.points));
+    let lengths = points.map(|point| point.at.each_ref().map(|part| evaluate(part, &parameters)));
+    2.0 * lengths.map(|[x, y]| x.hypot(y)).sum::<f64>()
+}
+
+/// How far the input can move from its start in a direction, up to the most: found by halving, then by the way in which rates grow before a
 /// fold of the motion, as 1/sqrt(distance).
-pub fn reach(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64) -> f64 {
+pub fn reach(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64, most: f64) -> f64 {
     let scene = driven(scene, mechanism, drive, direction, 0.0);
     let try_it = |way: f64| run(scene.clone(), mechanism, drive, [way, 1.0]).ok();
-    let (mut good, mut bad) = (0.0, TAU);
+    let (mut good, mut bad) = (0.0, most);
     for _ in 0..40 {
         let middle = 0.5 * (good + bad);
         match try_it(middle) {
@@ -229,7 +239,8 @@ pub fn reach(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64
         }
     }
     // A little before the last good pose the rates are not yet disturbed.
-    let before = (good - 1e-6).max(0.0);
+    let turn = most / TAU;
+    let before = (good - 1e-6 * turn).max(0.0);
     let Some(columns) = try_it(before) else { return good };
     let rates = mechanism.bodies.iter().filter_map(|body| {
         let last = |word: &str| columns.get(&format!("{}.{word}", body.name))?.last().copied();
@@ -237,7 +248,7 @@ pub fn reach(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64
     });
     let fastest = rates.max_by(|a, b| a[0].abs().total_cmp(&b[0].abs()));
     match fastest {
-        Some([rate, growth]) if rate.abs() > 30.0 && growth != 0.0 => before + (rate / (2.0 * growth)).abs(),
+        Some([rate, growth]) if rate.abs() * turn > 30.0 && growth != 0.0 => before + (rate / (2.0 * growth)).abs(),
         _ => good,
     }
 }

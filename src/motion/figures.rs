@@ -2,8 +2,10 @@
 
 use serde::Serialize;
 
+use super::centres::{Centres, RelativeCentres, centres};
 use super::curve::{self, Path};
 use super::drive::{self, Table, motion_of};
+use super::dwell::Dwell;
 use super::grashof;
 use super::samples::{ANGULAR, At, Samples};
 use super::{Drive, MotionError, Request};
@@ -37,6 +39,8 @@ pub struct Figures {
     pub range: Option<[f64; 2]>,
     /// Are the ends of that range dead points for this input?
     pub dead_points: bool,
+    /// Does the turn pass poses in which branches of the motion cross?
+    pub change_points: bool,
     /// What kind of four-bar it is.
     pub four_bar: Option<String>,
     /// Where the output stands still: the input and the output there.
@@ -45,6 +49,8 @@ pub struct Figures {
     pub stroke: Option<f64>,
     /// The longer part of the turn between two limits over the shorter one.
     pub time_ratio: Option<f64>,
+    /// How long the output stays next to an end of its stroke.
+    pub dwell: Option<Dwell>,
     /// Transmission angles at joints of the driven body \[rad\].
     pub transmission: Vec<Transmission>,
     /// The largest joint force for a load of 1 N.m or 1 N on the output (Holte, Chase 1994).
@@ -69,6 +75,8 @@ pub struct Figures {
     pub table: Vec<Column>,
     /// Centres of the motion of each body against the ground, for each sample \[m\]; none while it does not turn.
     pub instant_centres: Vec<Centres>,
+    /// Centres of the motion of each two bodies against each other.
+    pub relative_centres: Vec<RelativeCentres>,
 }
 
 /// A joint and what moves there.
@@ -133,13 +141,6 @@ pub struct Column {
     pub values: Vec<f64>,
 }
 
-/// The instant centres of a body.
-#[derive(Clone, Debug, Serialize)]
-pub struct Centres {
-    pub body: String,
-    pub at: Vec<Option<[f64; 2]>>,
-}
-
 /// Works everything out.
 pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> Result<Figures, MotionError> {
     let Subject { scene, mechanism, drive, output, request } = *subject;
@@ -158,7 +159,7 @@ pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> R
     figures.table.push(Column { name: input.name.clone(), unit: input_unit.to_string(), values: inputs });
     if let Some(joint) = output {
         let part = &mechanism.joints[joint.0];
-        figures.output(part, table, drive);
+        figures.output(part, table, drive, request.dwell);
         let load = unit_load(mechanism, part);
         let loaded = load.map(|load| drive::sample(scene, mechanism, drive, Some(load))).transpose()?;
         if let Some(loaded) = loaded {
@@ -176,7 +177,7 @@ pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> R
     if let Some(masses) = &masses {
         figures.shaking(mechanism, input, table, masses, request.fluctuation);
     }
-    figures.centres(mechanism, table);
+    (figures.instant_centres, figures.relative_centres) = centres(mechanism, table, drive.speed);
     if let Some(point) = &request.point {
         figures.path = Some(curve::path(table, point).ok_or_else(|| unknown_point(mechanism, point))?);
     }
@@ -266,10 +267,12 @@ impl Figures {
             full_turn: table.periodic,
             range: None,
             dead_points: false,
+            change_points: drive.between,
             four_bar: None,
             limits: Vec::new(),
             stroke: None,
             time_ratio: None,
+            dwell: None,
             transmission: Vec::new(),
             joint_force_index: None,
             drive: None,
@@ -282,6 +285,7 @@ impl Figures {
             path: None,
             table: Vec::new(),
             instant_centres: Vec::new(),
+            relative_centres: Vec::new(),
         }
     }
 
@@ -291,7 +295,7 @@ impl Figures {
     }
 
     /// Position, influence coefficients, limits, stroke, time ratio and mechanical advantage of the output.
-    fn output(&mut self, part: &Part, table: &Table, drive: &Drive) {
+    fn output(&mut self, part: &Part, table: &Table, drive: &Drive, dwell: Option<f64>) {
         let Some(motion) = motion_of(part) else { return };
         let angular = motion == ANGULAR;
         let [position, rate, growth] = motion.map(|quantity| table.get(&format!("{}.{}", part.name, quantity.word())));
@@ -310,6 +314,10 @@ impl Figures {
         self.limits = first.zeros().iter().map(|&input| At { input, value: unwound.at_input(input) }).collect();
         if self.limits.len() >= 2 || !table.periodic {
             self.stroke = Some(unwound.max().value - unwound.min().value);
+        }
+        if let Some(tolerance) = dwell.filter(|_| !table.periodic || unwound.is_periodic()) {
+            let ends = [table.input(0), table.input(if table.periodic { table.count() } else { table.count() - 1 })];
+            self.dwell = Dwell::longest(&unwound, &self.limits, tolerance, ends, table.periodic);
         }
         if let [a, b] = self.limits[..]
             && table.periodic
@@ -424,20 +432,6 @@ impl Figures {
         self.inertia = Some(Extent::of(&inertia));
         if let (Some(effort), true) = (table.effort(), self.full_turn) {
             self.flywheel(&effort, &inertia, permitted);
-        }
-    }
-
-    /// Where each body turns about: (x - vy/w, y + vx/w).
-    fn centres(&mut self, mechanism: &Mechanism, table: &Table) {
-        for body in &mechanism.bodies {
-            let columns = ["x", "y", "vx", "vy", "omega"].map(|word| table.get(&format!("{}.{word}", body.name)));
-            let [Some(x), Some(y), Some(vx), Some(vy), Some(omega)] = columns else { continue };
-            let still = 1e-12 * self.speed;
-            let at = |index: usize| {
-                let [x, y, vx, vy, omega] = [&x, &y, &vx, &vy, &omega].map(|samples| samples.values()[index]);
-                (omega.abs() > still).then(|| [x - vy / omega, y + vx / omega])
-            };
-            self.instant_centres.push(Centres { body: body.name.clone(), at: (0..table.count()).map(at).collect() });
         }
     }
 }

@@ -2,13 +2,18 @@
 //! for one turn or stroke. The quantities are those of Norton, *Design of Machinery*, and Uicker, Pennock, Shigley, *Theory of Machines and
 //! Mechanisms*.
 
+mod centres;
 mod curve;
 mod drive;
+mod dwell;
 mod figures;
 mod grashof;
 mod report;
 mod samples;
 
+use std::f64::consts::TAU;
+
+use drive::Table;
 pub use figures::{Figures, Link};
 pub use report::{step, usual};
 pub use samples::At;
@@ -33,6 +38,8 @@ pub struct Request {
     pub range: Option<[f64; 2]>,
     /// A point whose path is of interest.
     pub point: Option<String>,
+    /// How near an end of its stroke the output is to stay, for a dwell, SI.
+    pub dwell: Option<f64>,
     /// The permitted coefficient of fluctuation of the speed, for a flywheel.
     pub fluctuation: Option<f64>,
 }
@@ -70,6 +77,8 @@ struct Drive {
     start: f64,
     /// From where to where; none: one turn.
     range: Option<[f64; 2]>,
+    /// Are the samples of the turn half a step beside round angles? In a pose where branches cross there are no reactions.
+    between: bool,
 }
 
 /// Moves a scene through one turn or stroke of its input, and says what there is to say.
@@ -85,7 +94,7 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
     if !(speed > 0.0 && speed.is_finite()) {
         return Err(MotionError::Request(format!("the speed of the input must be above zero, not {speed}")));
     }
-    let mut drive = Drive { joint, speed, start, range: request.range };
+    let mut drive = Drive { joint, speed, start, range: request.range, between: false };
     if let Some([low, high]) = request.range
         && !(low <= start && start <= high && low < high)
     {
@@ -94,23 +103,39 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
         return Err(MotionError::Request(message));
     }
     let is_angular = drive::motion_of(&mechanism.joints[joint.0]) == Some(samples::ANGULAR);
-    if request.range.is_none() && !is_angular {
-        let name = &mechanism.joints[joint.0].name;
-        return Err(MotionError::Request(format!("`{name}` slides: give its range, such as \"0 mm..120 mm\"")));
-    }
-    let mut folds = None;
-    let table = match drive::sample(scene, &mechanism, &drive, None) {
-        Err(SimulateError::Run(_)) if request.range.is_none() => {
-            let [back, forth] = [-1.0, 1.0].map(|direction| drive::reach(scene, &mechanism, &drive, direction));
-            folds = Some([start - back, start + forth]);
-            // The folds themselves have no rates.
-            let margin = 1e-3 * (back + forth);
-            drive.range = Some([start - (back - margin).max(0.0), start + (forth - margin).max(0.0)]);
-            drive::sample(scene, &mechanism, &drive, None)?
-        }
-        table => table?,
+    let turns = request.range.is_none() && is_angular;
+    let sampled = (turns || request.range.is_some()).then(|| drive::sample(scene, &mechanism, &drive, None));
+    let (table, folds) = match sampled {
+        Some(Ok(table)) => (table, None),
+        Some(Err(error)) if !(turns && matches!(error, SimulateError::Run(_))) => return Err(error.into()),
+        _ => whole_way(scene, &mechanism, &mut drive, is_angular)?,
     };
     figures::of(&figures::Subject { scene, mechanism: &mechanism, drive: &drive, output, request }, &table, folds)
+}
+
+/// The motion as far as the input goes from its start both ways, and the input at the folds there; none of a full turn.
+fn whole_way(
+    scene: &Scene,
+    mechanism: &Mechanism,
+    drive: &mut Drive,
+    is_angular: bool,
+) -> Result<(Table, Option<[f64; 2]>), MotionError> {
+    let most = if is_angular { TAU } else { drive::size(mechanism) };
+    let [back, forth] = [-1.0, 1.0].map(|direction| drive::reach(scene, mechanism, drive, direction, most));
+    let is_whole = |way: f64| way >= most * (1.0 - 1e-9);
+    if is_angular && is_whole(back) && is_whole(forth) {
+        drive.between = true;
+        return Ok((drive::sample(scene, mechanism, drive, None)?, None));
+    }
+    if is_whole(back) || is_whole(forth) {
+        let name = &mechanism.joints[drive.joint.0].name;
+        let message = format!("`{name}` moves without an end: give its range, such as \"0 mm..120 mm\"");
+        return Err(MotionError::Request(message));
+    }
+    // The folds themselves have no rates.
+    let margin = 1e-3 * (back + forth);
+    drive.range = Some([drive.start - (back - margin).max(0.0), drive.start + (forth - margin).max(0.0)]);
+    Ok((drive::sample(scene, mechanism, drive, None)?, Some([drive.start - back, drive.start + forth])))
 }
 
 /// The joint that is driven.

@@ -68,6 +68,9 @@ impl Figures {
                 let ends = if self.dead_points { ", dead points at both ends for this input" } else { "" };
                 format!("`{input}` moves from {low} to {high}{ends}")
             }
+            None if self.change_points => {
+                format!("`{input}` turns fully, through poses in which branches of the motion cross (change points)")
+            }
             None if self.full_turn => format!("`{input}` turns fully, with no dead point for this input"),
             None => format!("`{input}` turns fully, but the mechanism is not as before after one turn"),
         };
@@ -93,6 +96,12 @@ impl Figures {
         }
         if let Some(ratio) = self.time_ratio {
             lines.push(format!("time ratio {}", number(ratio)));
+        }
+        if let Some(dwell) = self.dwell {
+            let [near, place] = [dwell.tolerance, dwell.position].map(|value| shown.value(value, unit));
+            let [from, to, way] =
+                [dwell.from, dwell.to, dwell.to - dwell.from].map(|at| shown.value(at, self.input_unit()));
+            lines.push(format!("dwell: within {near} of {place} for {way} of the input, from {from} to {to}"));
         }
         lines
     }

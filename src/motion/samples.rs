@@ -31,6 +31,11 @@ impl Samples {
         Samples { grid, values, periodic }
     }
 
+    /// Does it begin again after the last value?
+    pub fn is_periodic(&self) -> bool {
+        self.periodic
+    }
+
     pub fn values(&self) -> &[f64] {
         &self.values
     }
