@@ -19,7 +19,7 @@ pub use equilibrium::{Equilibrium, Stability};
 pub use modes::{Mode, modes};
 pub use point::Point;
 pub use rest::at_rest;
-pub use sensitivity::Sensitivities;
+pub use sensitivity::{Changes, Feature, Kind, ModeChanges, Sensitivities, Varied, Varying};
 pub use state_space::{Signal, StateSpace};
 pub use study::{At, Study, StudyError, state_at};
 pub use variation::Variation;

@@ -10,7 +10,7 @@ use super::report::{Linearization, Statics, Vibration};
 use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 use crate::diagnostic::suggest;
 use crate::formulate::{Formulated, formulate_written};
-use crate::mechanism::{Experiment, Mechanism, Unit};
+use crate::mechanism::{Experiment, Formula, Mechanism, Unit};
 use crate::scene::{Fault, Faults, Scene, Source};
 
 /// A scene to be analysed: its mechanism, with the parameters and inputs that were set.
@@ -51,6 +51,16 @@ impl Study {
         Ok(Study { mechanism: resolved.mechanism, source: scene.source.clone(), warnings: resolved.warnings })
     }
 
+    /// The name of the scene.
+    pub fn name(&self) -> &str {
+        &self.mechanism.name
+    }
+
+    /// The unit of an output.
+    pub fn output_unit(&self, name: &str) -> Option<&Unit> {
+        self.mechanism.outputs.iter().find(|output| output.name == name).map(|output| &output.unit)
+    }
+
     /// Times and tolerance of the scene.
     pub fn experiment(&self) -> Experiment {
         self.mechanism.experiment
@@ -71,12 +81,21 @@ impl Study {
         (!warnings.is_empty()).then(|| Faults::new(self.source.clone(), warnings))
     }
 
-    /// Sets a parameter or an input: `read` gives the value \[SI\] for its unit.
+    /// Sets a parameter, an input, or a value that `[initial]` gives: `read` gives the value \[SI\] for its unit.
     ///
     /// # Errors
-    /// There is no such parameter or input, `read` fails, or the value is out of bounds.
+    /// There is nothing of that name, `read` fails, or the value is out of bounds.
     pub fn set(&mut self, name: &str, read: impl FnOnce(&Unit) -> Result<f64, String>) -> Result<(), String> {
         let mechanism = &mut self.mechanism;
+        if let Some(place) = (mechanism.initial.iter()).position(|line| mechanism.variable_name(line.variable) == name)
+        {
+            let line = &mut mechanism.initial[place];
+            let unit = Unit::of(&line.variable.quantity.measure(), line.display.clone());
+            let value = read(&unit)?;
+            unit.permit(value, [None, None])?;
+            line.value = Formula::Number(value);
+            return Ok(());
+        }
         let parameters =
             mechanism.parameters.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.value));
         let inputs = mechanism.inputs.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.start));

@@ -118,7 +118,7 @@ impl Variation {
 
     /// Inputs and followers with their derivatives, as far as anything depends on them.
     pub(super) fn signals(&self) -> &[Symbol] {
-        &self.columns[self.column(Column::Signals)]
+        self.symbols(Column::Signals)
     }
 
     pub(super) fn at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
@@ -134,6 +134,45 @@ impl Variation {
             return Err(Failure::NotFinite { time: point.time(), what: self.name(equations, row) });
         }
         Ok(Numbers { variation: self, values: DVector::from_column_slice(values), matrix })
+    }
+
+    /// How the derivatives of these rows change with each of these symbols: matrices like that of [`Numbers`].
+    pub(super) fn second(
+        &self,
+        equations: &mut Equations,
+        point: &Point,
+        symbols: &[Symbol],
+        rows: &[Row],
+    ) -> Result<Vec<DMatrix<f64>>, Failure> {
+        let is_wanted = |row: usize| rows.iter().any(|wanted| self.row(*wanted).contains(&row));
+        let wanted: Vec<usize> = (0..self.places.len()).filter(|&index| is_wanted(self.places[index].0)).collect();
+        let derivatives: Vec<Expr> = wanted.iter().map(|&index| self.derivatives[index]).collect();
+        let mut found = Vec::with_capacity(symbols.len());
+        for &symbol in symbols {
+            let exprs = equations.system.arena.derivatives(&derivatives, symbol);
+            let values = equations.system.arena.evaluate(&exprs, point);
+            let mut matrix = DMatrix::zeros(self.roots.len(), self.columns.len());
+            for (&index, value) in wanted.iter().zip(values) {
+                if !value.is_finite() {
+                    let what = self.name(equations, self.places[index].0);
+                    return Err(Failure::NotFinite { time: point.time(), what });
+                }
+                matrix[self.places[index]] = value;
+            }
+            found.push(matrix);
+        }
+        Ok(found)
+    }
+
+    /// What stands for each column of this kind.
+    pub(super) fn symbols(&self, column: Column) -> &[Symbol] {
+        &self.columns[self.column(column)]
+    }
+
+    /// A block of a matrix of [`Variation::second`].
+    pub(super) fn block_of(&self, matrix: &DMatrix<f64>, row: Row, column: Column) -> DMatrix<f64> {
+        let (rows, columns) = (self.row(row), self.column(column));
+        matrix.view((rows.start, columns.start), (rows.len(), columns.len())).into_owned()
     }
 
     pub(super) fn values(&self, equations: &Equations, point: &Point, row: Row) -> DVector<f64> {
@@ -245,8 +284,7 @@ impl Numbers<'_> {
     }
 
     pub fn block(&self, row: Row, column: Column) -> DMatrix<f64> {
-        let (rows, columns) = (self.variation.row(row), self.variation.column(column));
-        self.matrix.view((rows.start, columns.start), (rows.len(), columns.len())).into_owned()
+        self.variation.block_of(&self.matrix, row, column)
     }
 
     /// \[M Phi_q^T; Phi_q 0\]

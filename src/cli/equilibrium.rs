@@ -12,15 +12,23 @@ use super::study::Asked;
 /// as they are at the start.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree equilibrium four_bar.toml\n  \
-                  cotree equilibrium four_bar.toml --set stall_torque=\"2 N.m\" --json -o rest.json")]
+                  cotree equilibrium four_bar.toml --set stall_torque=\"2 N.m\" --json -o rest.json\n  \
+                  cotree equilibrium four_bar.toml --sensitivity stall_torque")]
 pub struct Equilibrium {
     #[command(flatten)]
     asked: Asked,
+    /// Instead, the outputs there and their derivatives with respect to a parameter or constant input; may be given several times
+    #[arg(long, value_name = "NAME")]
+    sensitivity: Vec<String>,
 }
 
 impl Equilibrium {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let mut study = self.asked.open()?;
+        if !self.sensitivity.is_empty() {
+            let found = study.equilibrium_sensitivities(&self.sensitivity);
+            return self.asked.write(study, format, found);
+        }
         let found = study.equilibrium();
         self.asked.write(study, format, found)
     }

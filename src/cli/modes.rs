@@ -13,18 +13,26 @@ use super::study::{self, Asked};
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree modes vibration.toml\n  \
                   cotree modes four_bar.toml --set stall_torque=0 --csv -o modes.csv\n  \
-                  cotree modes governor.toml --at \"20 s\"")]
+                  cotree modes governor.toml --at \"20 s\"\n  \
+                  cotree modes four_bar.toml --sensitivity stall_torque")]
 pub struct Modes {
     #[command(flatten)]
     asked: Asked,
     /// At this time of the motion [default: at the equilibrium next to its start]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     at: Option<String>,
+    /// Instead, the derivatives of frequencies and damping ratios with respect to a parameter or constant input; may be given several times
+    #[arg(long, value_name = "NAME", conflicts_with = "at")]
+    sensitivity: Vec<String>,
 }
 
 impl Modes {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let mut study = self.asked.open()?;
+        if !self.sensitivity.is_empty() {
+            let found = study.mode_sensitivities(&self.sensitivity);
+            return self.asked.write(study, format, found);
+        }
         let start = study.experiment().start;
         let at = self.at.as_deref().map(|at| study::time("at", at, start)).transpose()?;
         let found = study.modes(at);

@@ -8,8 +8,12 @@ use super::failure::{self, Failure};
 use crate::compile::{self, Compiled};
 use crate::diagnostic::visible::visible;
 use crate::files::{self, Draft};
+use crate::output::csv::Table;
 use crate::output::png::{self, Size};
-use crate::scene::{Faults, Scene};
+use crate::scene::{Fault, Faults, Scene};
+
+/// The largest table of values over time [bytes].
+const LARGEST_TABLE: u64 = 256 << 20;
 
 /// Where a table goes.
 pub enum Output {
@@ -148,6 +152,27 @@ pub fn load(path: &Path) -> Result<Scene, Failure> {
     // A file that cannot be read is no fault of the scene.
     let bytes = files::read(path, Scene::LARGEST).map_err(|error| Failure::file("read", path, unreadable(&error)))?;
     Ok(Scene::from_bytes(path, bytes)?)
+}
+
+/// A variable that was asked for elsewhere and does not exist is no fault of the scene.
+pub fn unknown(faults: Faults, asked: &str) -> Failure {
+    let is_asked = |fault: &&Fault| fault.code == "scene::unknown_output" && fault.span.is_nowhere();
+    let asked_for = faults.list.iter().filter(is_asked);
+    let message = |fault: &Fault| {
+        let message = fault.message.replace("`[outputs]` names", &format!("{asked} names"));
+        format!("{message}; {}", fault.help)
+    };
+    let messages: Vec<String> = asked_for.map(message).collect();
+    if messages.is_empty() { Failure::Scene(faults) } else { Failure::Usage(messages.join("\n")) }
+}
+
+/// Reads a table of values over time.
+pub fn table(path: &Path) -> Result<Table, Failure> {
+    let bytes = files::read(path, LARGEST_TABLE).map_err(|error| Failure::file("read", path, error))?;
+    let text = String::from_utf8(bytes).ok().filter(|text| !text.contains('\0')).ok_or_else(|| {
+        Failure::file("read", path, "it is not a text; an input table is CSV and begins with `time,name`")
+    })?;
+    Table::parse(&text).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
 }
 
 /// Why no scene can be read.

@@ -1,5 +1,6 @@
 //! Units, and the parameters and inputs that have them.
 
+use super::measure::Wanted;
 use crate::diagnostic::Span;
 
 /// Exponents of kg, m, s and rad, and how the user writes the unit.
@@ -14,6 +15,11 @@ pub struct Unit {
 }
 
 impl Unit {
+    /// That of a kind of values.
+    pub(crate) fn of(wanted: &Wanted, display: Option<DisplayUnit>) -> Unit {
+        Unit { exponents: wanted.exponents.unwrap_or_default(), si: wanted.si.to_owned(), display }
+    }
+
     /// s
     pub fn time() -> Unit {
         Unit { exponents: [0, 0, 1, 0], si: "s".to_string(), display: None }

@@ -1,9 +1,11 @@
 //! Results of an analysis as a table for people, as JSON and as CSV.
 
+mod changes;
 mod equilibrium;
 mod linear;
 mod modes;
 
+pub use changes::Features;
 pub use equilibrium::Statics;
 pub use linear::Linearization;
 pub use modes::Vibration;
@@ -34,7 +36,7 @@ pub trait Report {
 }
 
 /// Lines of cells in columns: the first to the left, the others to the right.
-fn align(lines: &[Vec<String>]) -> String {
+pub(crate) fn align(lines: &[Vec<String>]) -> String {
     let columns = lines.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| lines.iter().filter_map(|line| line.get(column)).map(|cell| cell.chars().count()).max();
     let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();

@@ -9,17 +9,24 @@
 //! coefficients of a_p choose, and q_p and v_p put back onto the varied loop equations after each step.
 
 mod event;
+mod feature;
+mod rest;
 mod rule;
 mod start;
 mod step;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::variation::Variation;
 use super::{Failure, Study, StudyError};
 use crate::diagnostic::suggest;
 use crate::expr::{Order, Symbol};
 use crate::formulate::Formulated;
-use step::{Course, Varied};
+use crate::mechanism::Unit;
+pub use feature::{Changes, Feature, Kind};
+pub use rest::ModeChanges;
+pub use step::At;
+use step::Course;
 
 /// Derivatives of outputs along a motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +43,67 @@ pub struct Sensitivities {
     pub derivatives: Vec<DMatrix<f64>>,
 }
 
+/// A motion that can be repeated with other values of what it is differentiated with respect to: the equations are differentiated once.
+#[derive(Debug)]
+pub struct Varying<'f, 'm> {
+    formulated: &'f Formulated<'m>,
+    variation: Variation,
+    parameters: Vec<Varied>,
+}
+
+/// What a motion is differentiated with respect to.
+#[derive(Clone, Debug)]
+pub struct Varied {
+    /// The user's name.
+    pub name: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Its value in the scene, SI.
+    pub start: f64,
+    /// Smallest and largest permitted value, SI.
+    pub bounds: [Option<f64>; 2],
+    symbol: Symbol,
+}
+
+impl<'f, 'm> Varying<'f, 'm> {
+    fn new(formulated: &'f mut Formulated<'m>, to: &[String]) -> Result<Self, Failure> {
+        let parameters = to.iter().map(|name| parameter(formulated, name)).collect::<Result<Vec<Varied>, _>>()?;
+        let program = &formulated.lowered.program;
+        if !program.followers.is_empty() {
+            let what = "a driver integrates an input: derivatives of such motions are not computed".to_owned();
+            return Err(Failure::NoDerivative { time: program.experiment.start, what });
+        }
+        // Time is a column of its own: switching functions may depend on it.
+        let signals = parameters.iter().map(|own| own.symbol).chain([Symbol::Time]).collect();
+        let variation = Variation::by(formulated, signals);
+        Ok(Varying { formulated, variation, parameters })
+    }
+
+    /// What is varied.
+    pub fn parameters(&self) -> &[Varied] {
+        &self.parameters
+    }
+
+    /// The outputs with their units.
+    pub fn outputs(&self) -> impl Iterator<Item = (&str, &Unit)> + Clone {
+        let outputs = &self.formulated.equations.system.mechanism.outputs;
+        outputs.iter().map(|output| (output.name.as_str(), &output.unit))
+    }
+
+    /// The outputs at these times \[s\], ascending, and their derivatives, with the parameters at these values \[SI\].
+    ///
+    /// # Errors
+    /// A motion that cannot be continued, or derivatives that do not exist.
+    pub fn at(&self, values: &[f64], times: &[f64]) -> Result<Vec<At>, Failure> {
+        let changed = self.parameters.iter().zip(values).filter(|(own, value)| own.start != **value);
+        let changed: Vec<(&str, f64)> = changed.map(|(own, &value)| (own.name.as_str(), value)).collect();
+        let mut course = Course::new(self.formulated, &self.variation, self.parameters.len(), &changed)?;
+        let mut found = Vec::with_capacity(times.len());
+        course.run(times, |outputs| found.push(outputs))?;
+        Ok(found)
+    }
+}
+
 impl Study {
     /// Derivatives of the scene's outputs with respect to parameters, constant inputs and initial values, at these times \[s\], ascending.
     ///
@@ -46,44 +114,55 @@ impl Study {
     /// A name that cannot be set, equations that cannot be formulated, a motion that cannot be continued, or derivatives that do not exist: at a
     /// singular pose, where a law is touched without being crossed, or where redundant joints fit for these very lengths only.
     pub fn sensitivities(&mut self, to: &[String], times: &[f64]) -> Result<Sensitivities, StudyError> {
+        self.varying(to, |varying| {
+            let start: Vec<f64> = varying.parameters.iter().map(|own| own.start).collect();
+            let (values, derivatives) = varying.at(&start, times)?.into_iter().unzip();
+            Ok(Sensitivities {
+                times: times.to_vec(),
+                outputs: varying.outputs().map(|(name, unit)| (name.to_owned(), unit.si.clone())).collect(),
+                parameters: varying.parameters.iter().map(|own| (own.name.clone(), own.unit.si.clone())).collect(),
+                values,
+                derivatives,
+            })
+        })
+    }
+
+    /// Hands over a motion that can be repeated with other values.
+    ///
+    /// # Errors
+    /// A name that cannot be set, equations that cannot be formulated, or `then` fails.
+    pub fn varying<T>(
+        &mut self,
+        to: &[String],
+        then: impl FnOnce(&Varying) -> Result<T, Failure>,
+    ) -> Result<T, StudyError> {
         let mechanism = self.mechanism().clone();
-        let outputs = mechanism.outputs.iter().map(|output| (output.name.clone(), output.unit.si.clone())).collect();
-        let (parameters, rows) = self.formulated(&mechanism, |formulated| {
-            let chosen = to.iter().map(|name| parameter(formulated, name)).collect::<Result<Vec<_>, _>>()?;
-            let (symbols, units): (Vec<Symbol>, Vec<String>) = chosen.into_iter().unzip();
-            Ok((to.iter().cloned().zip(units).collect(), along(formulated, &symbols, times)?))
-        })?;
-        let (values, derivatives) = rows.into_iter().unzip();
-        Ok(Sensitivities { times: times.to_vec(), outputs, parameters, values, derivatives })
+        self.formulated(&mechanism, |formulated| then(&Varying::new(formulated, to)?))
     }
 }
 
-fn along(formulated: &mut Formulated, parameters: &[Symbol], times: &[f64]) -> Result<Vec<Varied>, Failure> {
-    if !formulated.lowered.program.followers.is_empty() {
-        let what = "a driver integrates an input: derivatives of such motions are not computed".to_owned();
-        return Err(Failure::NoDerivative { time: formulated.lowered.program.experiment.start, what });
-    }
-    let mut course = Course::new(formulated, parameters)?;
-    let mut values = Vec::with_capacity(times.len());
-    course.run(times, |outputs| values.push(outputs))?;
-    Ok(values)
-}
-
-/// The symbol behind a name, and its unit.
-fn parameter(formulated: &Formulated, name: &str) -> Result<(Symbol, String), Failure> {
+/// The parameter, input or initial value behind a name.
+fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, Failure> {
     let mechanism = formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;
     // In the program, initial values come after the parameters of the scene.
     if let Some(index) = program.parameters.iter().position(|own| own.name == name) {
-        let line = || mechanism.initial.iter().find(|line| mechanism.variable_name(line.variable) == name);
+        let place = || (mechanism.initial.iter()).position(|line| mechanism.variable_name(line.variable) == name);
         let unit = match mechanism.parameters.get(index) {
-            Some(own) => own.unit.si.clone(),
-            None => line().map_or_else(String::new, |line| line.variable.quantity.measure().si.to_owned()),
+            Some(own) => own.unit.clone(),
+            None => place().map_or_else(Unit::default, |place| {
+                let line = &mechanism.initial[place];
+                Unit::of(&line.variable.quantity.measure(), line.display.clone())
+            }),
         };
-        return Ok((Symbol::Parameter(index), unit));
+        let cotree_fmu::program::Parameter { start, min, max, .. } = program.parameters[index];
+        let (name, symbol) = (name.to_owned(), Symbol::Parameter(index));
+        return Ok(Varied { name, unit, start, bounds: [min, max], symbol });
     }
     if let Some(index) = program.inputs.iter().position(|own| own.name == name) {
-        return Ok((Symbol::Input(index, Order::Position), mechanism.inputs[index].unit.si.clone()));
+        let cotree_fmu::program::Input { start, min, max, .. } = program.inputs[index];
+        let (name, symbol) = (name.to_owned(), Symbol::Input(index, Order::Position));
+        return Ok(Varied { name, unit: mechanism.inputs[index].unit.clone(), start, bounds: [min, max], symbol });
     }
     let names = program.parameters.iter().map(|own| own.name.as_str());
     let names = names.chain(program.inputs.iter().map(|own| own.name.as_str()));

@@ -59,7 +59,8 @@ fn least(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(DMatrix<f64>, bool), Str
     Ok((solution, rank == n))
 }
 
-fn stacked(above: &DMatrix<f64>, below: &DMatrix<f64>) -> DMatrix<f64> {
+/// One matrix above another.
+pub(super) fn stacked(above: &DMatrix<f64>, below: &DMatrix<f64>) -> DMatrix<f64> {
     let mut all = DMatrix::zeros(above.nrows() + below.nrows(), above.ncols());
     all.rows_mut(0, above.nrows()).copy_from(above);
     all.rows_mut(above.nrows(), below.nrows()).copy_from(below);

@@ -36,12 +36,12 @@ const SINGULAR: f64 = 1e-4;
 const SHORTEST: f64 = 1e-10;
 
 /// The outputs at a time and their derivatives: a row for each output, a column for each parameter.
-pub type Varied = (DVector<f64>, DMatrix<f64>);
+pub type At = (DVector<f64>, DMatrix<f64>);
 
 /// The motion and its derivatives at a time.
 pub struct Course<'f, 'm> {
     pub(super) formulated: &'f Formulated<'m>,
-    pub(super) variation: Variation,
+    pub(super) variation: &'f Variation,
     pub(super) model: Arc<Model>,
     /// The motion at the time that the derivatives belong to.
     pub(super) motion: Instance,
@@ -72,25 +72,31 @@ struct Tried {
 }
 
 impl<'f, 'm> Course<'f, 'm> {
-    /// Begins at the start of the experiment.
-    pub fn new(formulated: &'f mut Formulated<'m>, parameters: &[Symbol]) -> Result<Self, Failure> {
-        // Time is a column of its own: switching functions may depend on it.
-        let signals = parameters.iter().copied().chain([Symbol::Time]).collect();
-        let variation = Variation::by(formulated, signals);
-        let formulated: &'f Formulated<'m> = formulated;
+    /// Begins at the start of the experiment, with these values changed \[SI\].
+    pub fn new(
+        formulated: &'f Formulated<'m>,
+        variation: &'f Variation,
+        parameters: usize,
+        changed: &[(&str, f64)],
+    ) -> Result<Self, Failure> {
         let program = formulated.lowered.program.clone();
         let (experiment, kinematic) = (program.experiment, program.motion == Motion::Kinematic);
         let model = Arc::new(Model::new(program)?);
         let mut motion = Instance::new(Arc::clone(&model));
         motion.setup(experiment.start, None, Some((experiment.tolerance * FINER).max(FINEST)))?;
+        for (name, value) in changed {
+            let variable = model.program().variables.iter().position(|own| own.name == *name);
+            let unknown = || Failure::Unknown { name: (*name).to_owned(), known: "it cannot be set".to_owned() };
+            motion.set(variable.ok_or_else(unknown)?, *value)?;
+        }
         motion.initialise()?;
-        let empty = DMatrix::zeros(formulated.equations.coordinates.len(), parameters.len());
+        let empty = DMatrix::zeros(formulated.equations.coordinates.len(), parameters);
         let mut course = Course {
             formulated,
             variation,
             model,
             motion,
-            parameters: parameters.len(),
+            parameters,
             positions: empty.clone(),
             rates: empty,
             sides: Vec::new(),
@@ -138,7 +144,7 @@ impl<'f, 'm> Course<'f, 'm> {
     }
 
     /// Hands over the outputs at these times and their derivatives.
-    pub fn run(&mut self, times: &[f64], mut report: impl FnMut(Varied)) -> Result<(), Failure> {
+    pub fn run(&mut self, times: &[f64], mut report: impl FnMut(At)) -> Result<(), Failure> {
         let begin = self.motion.time();
         let end = times.last().copied().unwrap_or(begin);
         let mut due = times.iter().copied().peekable();
@@ -193,7 +199,7 @@ impl<'f, 'm> Course<'f, 'm> {
         &mut self,
         length: f64,
         due: &mut std::iter::Peekable<impl Iterator<Item = f64>>,
-        report: &mut impl FnMut(Varied),
+        report: &mut impl FnMut(At),
     ) -> Result<f64, Failure> {
         let begin = self.motion.time();
         let (nodes, crossing) = self.nodes(length)?;
@@ -326,7 +332,7 @@ impl<'f, 'm> Course<'f, 'm> {
         tried: &Tried,
         length: f64,
         due: &mut std::iter::Peekable<impl Iterator<Item = f64>>,
-        report: &mut impl FnMut(Varied),
+        report: &mut impl FnMut(At),
     ) -> Result<(), Failure> {
         let begin = self.motion.time();
         let end = begin + length;
@@ -378,7 +384,7 @@ impl<'f, 'm> Course<'f, 'm> {
         time: f64,
         positions: &DMatrix<f64>,
         rates: &DMatrix<f64>,
-    ) -> Result<Varied, Failure> {
+    ) -> Result<At, Failure> {
         let (point, numbers) = self.at(motion, time)?;
         self.varied(&point, &numbers, positions, rates)
     }
@@ -389,7 +395,7 @@ impl<'f, 'm> Course<'f, 'm> {
         numbers: &Numbers,
         positions: &DMatrix<f64>,
         rates: &DMatrix<f64>,
-    ) -> Result<Varied, Failure> {
+    ) -> Result<At, Failure> {
         let n = positions.nrows();
         let own = |numbers: DMatrix<f64>| numbers.columns(0, self.parameters).into_owned();
         let right = rows(numbers, Column::Positions) * positions
@@ -408,7 +414,7 @@ impl<'f, 'm> Course<'f, 'm> {
     }
 
     /// The same where drivers determine the motion: there is nothing to integrate.
-    fn driven(&mut self, time: f64) -> Result<Varied, Failure> {
+    fn driven(&mut self, time: f64) -> Result<At, Failure> {
         let mut motion = self.motion.clone();
         let (point, numbers) = self.at(&mut motion, time)?;
         let empty = DMatrix::zeros(self.positions.nrows(), self.parameters);

@@ -3,36 +3,26 @@
 use super::super::failure::Failure;
 use super::Simulate;
 use crate::compile::{self, Compiled};
-use crate::diagnostic::{Fault, Faults, Text, suggest};
+use crate::diagnostic::{Text, suggest};
 use crate::mechanism::{DisplayUnit, Unit, Units};
 use crate::scene::Scene;
 
 /// The scene with the variables that are asked for among its outputs.
-pub fn with_outputs(options: &Simulate, mut scene: Scene) -> Scene {
-    let named = |scene: &Scene, name: &str| {
-        scene.outputs.variables.iter().any(|known| known.text == name)
-            || scene.outputs.expressions.iter().any(|known| known.name.text == name)
-            || scene.parameters.iter().any(|known| known.name.text == name)
-            || scene.inputs.iter().any(|known| known.name.text == name)
-    };
-    for name in options.variables.iter().chain(&options.x).chain(&options.y) {
-        if name != "time" && !named(&scene, name) {
-            scene.outputs.variables.push(Text::from(name.as_str()));
-        }
-    }
-    scene
+pub fn with_outputs(options: &Simulate, scene: Scene) -> Scene {
+    let names = options.variables.iter().chain(&options.x).chain(&options.y);
+    names.map(String::as_str).filter(|name| *name != "time").fold(scene, with_output)
 }
 
-/// A variable that was asked for on the command line and does not exist is no fault of the scene.
-pub fn unknown(faults: Faults) -> Failure {
-    let is_asked = |fault: &&Fault| fault.code == "scene::unknown_output" && fault.span.is_nowhere();
-    match faults.list.iter().find(is_asked) {
-        Some(fault) => {
-            let message = fault.message.replace("`[outputs]` names", "the command line names");
-            Failure::Usage(format!("{message}; {}", fault.help))
-        }
-        None => Failure::Scene(faults),
+/// The scene with a variable among its outputs.
+pub fn with_output(mut scene: Scene, name: &str) -> Scene {
+    let is_named = scene.outputs.variables.iter().any(|known| known.text == name)
+        || scene.outputs.expressions.iter().any(|known| known.name.text == name)
+        || scene.parameters.iter().any(|known| known.name.text == name)
+        || scene.inputs.iter().any(|known| known.name.text == name);
+    if !is_named {
+        scene.outputs.variables.push(Text::from(name));
     }
+    scene
 }
 
 /// What is reported: indices of variables of the description.

@@ -36,6 +36,7 @@ use record::Record;
                   cotree simulate slider_crank.toml --summary --units deg,mm,kN\n  \
                   cotree simulate four_bar.toml --x coupler.tip.x --y coupler.tip.y --plot curve.svg -o curve.csv\n  \
                   cotree simulate slider_crank.toml --sensitivity rod_length --step \"10 ms\"\n  \
+                  cotree simulate slider_crank.toml --sensitivity rod_length --summary --crossing cylinder.s=\"1.8 m\"\n  \
                   cotree simulate slider_crank.toml --input gas.csv | head\n\n\
                   An input table begins with a line such as `time,gas_force` or `time [ms]; gas_force [kN]`; values between its rows are \
                   interpolated.")]
@@ -85,8 +86,11 @@ pub struct Simulate {
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
     /// Add the derivatives of all variables with respect to a parameter, constant input or initial value, at fixed time; may be given several times
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["plot", "summary", "units", "every", "wrap", "overlay", "input", "from_equilibrium"])]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["plot", "units", "every", "wrap", "overlay", "input", "from_equilibrium"])]
     sensitivity: Vec<String>,
+    /// With --sensitivity and --summary, also the times at which a variable crosses a value, such as cylinder.s="1.2 m"; may be given several times
+    #[arg(long, value_name = "NAME=VALUE", requires = "sensitivity", requires = "summary")]
+    crossing: Vec<String>,
     #[command(flatten)]
     times: Times,
 }
@@ -106,10 +110,10 @@ impl Simulate {
         let scene = asked::with_outputs(&self, scene);
         let (compiled, display) =
             compile_with(&scene, |formulated| formulated.equations.system.mechanism.display.clone())
-                .map_err(asked::unknown)?;
+                .map_err(|faults| output::unknown(faults, "the command line"))?;
         output::warn_of(&compiled, format);
         let shown = Shown::new(&self, &display)?;
-        let [input, overlay] = [&self.input, &self.overlay].map(|file| file.as_deref().map(request::table).transpose());
+        let [input, overlay] = [&self.input, &self.overlay].map(|file| file.as_deref().map(output::table).transpose());
         let (input, overlay) = (input?, overlay?);
         let reported = asked::reported(&self, &compiled)?;
         let mut record = Record::new(&compiled, &reported, &shown);

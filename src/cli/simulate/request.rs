@@ -1,28 +1,13 @@
 //! From the options of the command line to a run.
 
-use std::path::Path;
-
 use super::super::failure::Failure;
 use super::super::times;
 use super::Simulate;
 use crate::compile;
 use crate::export::description::Description;
-use crate::files;
 use crate::mechanism::Unit;
 use crate::output::csv::Table;
 use crate::simulate::{Run, settings};
-
-/// The largest input table [bytes].
-const LARGEST_TABLE: u64 = 256 << 20;
-
-/// Reads an input table.
-pub fn table(path: &Path) -> Result<Table, Failure> {
-    let bytes = files::read(path, LARGEST_TABLE).map_err(|error| Failure::file("read", path, error))?;
-    let text = String::from_utf8(bytes).ok().filter(|text| !text.contains('\0')).ok_or_else(|| {
-        Failure::file("read", path, "it is not a text; an input table is CSV and begins with `time,name`")
-    })?;
-    Table::parse(&text).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
-}
 
 /// The run that is asked for.
 pub fn run<'a>(

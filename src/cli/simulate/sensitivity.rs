@@ -4,17 +4,24 @@ use super::super::failure::Failure;
 use super::super::output::{self, Output};
 use super::super::{MessageFormat, study};
 use super::{Simulate, asked};
+use crate::analysis::Study;
+use crate::analysis::report::{Report, Style};
+use crate::compile;
 use crate::output::csv::Writer;
 use crate::scene::Scene;
 use crate::simulate::points;
 
 /// Writes a table with a column for each variable, and one for each derivative.
 pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<(), Failure> {
-    let scene = asked::with_outputs(options, scene);
+    let crossed = options.crossing.iter().filter_map(|text| text.split('=').next()).map(str::trim);
+    let scene = crossed.fold(asked::with_outputs(options, scene), asked::with_output);
     let mut study = study::with_settings(&scene, &options.settings)?;
     let experiment = options.times.experiment(study.experiment())?;
     study.set_experiment(experiment);
     let times: Vec<f64> = points(experiment).collect();
+    if options.summary {
+        return features(options, study, &times, format);
+    }
     let found = study.sensitivities(&options.sensitivity, &times);
     if let Some(warnings) = study.take_warnings() {
         output::warn(&warnings, format);
@@ -34,4 +41,25 @@ pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<()
         None => Failure::from(error),
     };
     writer.finish().map_err(named)?.commit().map_err(named)
+}
+
+/// Prints peaks and crossings with their derivatives.
+fn features(options: &Simulate, mut study: Study, times: &[f64], format: MessageFormat) -> Result<(), Failure> {
+    let level = |text: &String| {
+        let wrong = |message: String| Failure::Usage(format!("--crossing {text}: {message}"));
+        let (name, value) = text.split_once('=').ok_or_else(|| wrong("write name=value".to_owned()))?;
+        let (name, value) = (name.trim().to_owned(), value.trim());
+        let unit = study.output_unit(&name).ok_or_else(|| wrong("there is no such variable".to_owned()))?;
+        Ok((name, compile::quantity(value, unit).map_err(wrong)?))
+    };
+    let levels = options.crossing.iter().map(level).collect::<Result<Vec<_>, Failure>>()?;
+    let found = study.features(&options.sensitivity, times, &levels);
+    if let Some(warnings) = study.take_warnings() {
+        output::warn(&warnings, format);
+    }
+    let text = found?.write(if options.json { Style::Json } else { Style::Text });
+    match options.file() {
+        Some(path) => output::write(path, &text),
+        None => output::print(&text),
+    }
 }

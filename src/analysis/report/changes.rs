@@ -1,0 +1,190 @@
+//! Derivatives: of an equilibrium, of vibrations, of peaks and crossings.
+
+use serde_json::{Map, Value, json};
+
+use super::{Report, align, number};
+use crate::analysis::{Changes, Feature, Kind, ModeChanges, Sensitivities};
+
+/// What happens in a motion, and the parameters it is differentiated by, with their units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Features {
+    /// The name of the scene.
+    pub name: String,
+    /// With respect to what, with its unit.
+    pub parameters: Vec<(String, String)>,
+    /// What happens.
+    pub features: Vec<Feature>,
+}
+
+fn per(parameters: &[(String, String)]) -> impl Iterator<Item = String> {
+    parameters.iter().map(|(name, _)| format!("d/d({name})"))
+}
+
+fn by_name<'a>(parameters: &'a [(String, String)], values: impl IntoIterator<Item = f64> + 'a) -> Map<String, Value> {
+    parameters.iter().zip(values).map(|((name, _), value)| (name.clone(), json!(value))).collect()
+}
+
+/// At one time: an equilibrium.
+impl Report for Sensitivities {
+    fn text(&self) -> String {
+        let titles = ["output", "value", "unit"].map(str::to_owned).into_iter().chain(per(&self.parameters));
+        let mut lines = vec![titles.collect::<Vec<String>>()];
+        for (values, derivatives) in self.values.iter().zip(&self.derivatives) {
+            for (row, (name, unit)) in self.outputs.iter().enumerate() {
+                let mut line = vec![name.clone(), number(values[row], 0.0), unit.clone()];
+                line.extend(derivatives.row(row).iter().map(|value| number(*value, 0.0)));
+                lines.push(line);
+            }
+        }
+        format!("Where it rests, in SI units:\n\n{}", align(&lines))
+    }
+
+    fn json(&self) -> Value {
+        let output = |(row, (name, unit)): (usize, &(String, String))| {
+            let value = self.values.first().map(|values| values[row]);
+            let derivatives = self
+                .derivatives
+                .iter()
+                .take(1)
+                .flat_map(|matrix| matrix.row(row).iter().copied().collect::<Vec<f64>>());
+            json!({ "name": name, "unit": unit, "value": value, "derivatives": by_name(&self.parameters, derivatives.collect::<Vec<f64>>()) })
+        };
+        json!({ "time": self.times.first(), "outputs": self.outputs.iter().enumerate().map(output).collect::<Vec<_>>() })
+    }
+
+    fn csv(&self) -> String {
+        let mut text = String::from("output,value,parameter,derivative\n");
+        for (values, derivatives) in self.values.iter().zip(&self.derivatives) {
+            for (row, (name, _)) in self.outputs.iter().enumerate() {
+                for (column, (parameter, _)) in self.parameters.iter().enumerate() {
+                    text.push_str(&format!("{name},{:?},{parameter},{:?}\n", values[row], derivatives[(row, column)]));
+                }
+            }
+        }
+        text
+    }
+}
+
+impl ModeChanges {
+    /// Derivatives of eigenvalue (two parts), frequency and damping ratio, if there are any.
+    fn parts(&self, mode: usize, parameter: usize) -> Option<[f64; 4]> {
+        let by = self.derivatives[mode].as_ref()?[parameter];
+        let s = self.modes[mode].eigenvalue;
+        let size = s.norm();
+        let faster = (s.conj() * by).re / size;
+        Some([by.re, by.im, by.im / std::f64::consts::TAU, -by.re / size + s.re * faster / (size * size)])
+    }
+
+    fn cells(&self, mode: usize) -> impl Iterator<Item = (&str, Option<[f64; 4]>)> {
+        self.parameters.iter().enumerate().map(move |(index, (name, _))| (name.as_str(), self.parts(mode, index)))
+    }
+}
+
+impl Report for ModeChanges {
+    fn text(&self) -> String {
+        let titles = ["mode", "frequency [Hz]", "damping ratio", "with respect to", "d(frequency)", "d(damping ratio)"];
+        let mut lines = vec![titles.map(str::to_owned).to_vec()];
+        for (index, mode) in self.modes.iter().enumerate() {
+            let ratio = mode.damping_ratio().map_or_else(|| "-".to_owned(), |ratio| number(ratio, 1e3));
+            for (name, parts) in self.cells(index) {
+                let [frequency, damping] = match parts {
+                    Some([_, _, frequency, damping]) => [frequency, damping].map(|value| number(value, 0.0)),
+                    None => ["-".to_owned(), "-".to_owned()],
+                };
+                let own = [(index + 1).to_string(), number(mode.frequency(), 0.0), ratio.clone()];
+                lines.push(own.into_iter().chain([name.to_owned(), frequency, damping]).collect());
+            }
+        }
+        let note = "A mode without derivatives moves freely, or its eigenvalue is there twice.\n";
+        let note = if self.derivatives.iter().any(Option::is_none) { note } else { "" };
+        format!("{}: vibration about its equilibrium, in SI units\n\n{}{note}", self.name, align(&lines))
+    }
+
+    fn json(&self) -> Value {
+        let mode = |(index, mode): (usize, &crate::analysis::Mode)| {
+            let derivatives: Map<String, Value> = self
+                .cells(index)
+                .map(|(name, parts)| {
+                    let parts = parts.map(|[real, imaginary, frequency, damping]| {
+                        json!({ "eigenvalue": [real, imaginary], "frequency": frequency, "damping_ratio": damping })
+                    });
+                    (name.to_owned(), json!(parts))
+                })
+                .collect();
+            let (value, frequency) = (mode.eigenvalue, mode.frequency());
+            json!({ "eigenvalue": [value.re, value.im], "frequency": frequency, "derivatives": derivatives })
+        };
+        json!({ "name": self.name, "modes": self.modes.iter().enumerate().map(mode).collect::<Vec<_>>() })
+    }
+
+    fn csv(&self) -> String {
+        let mut text = String::from("mode,frequency,parameter,real,imaginary,d_frequency,d_damping_ratio\n");
+        for (index, mode) in self.modes.iter().enumerate() {
+            for (name, parts) in self.cells(index) {
+                let parts =
+                    parts.map_or_else(|| ",,,".to_owned(), |parts| parts.map(|part| format!("{part:?}")).join(","));
+                text.push_str(&format!("{},{:?},{name},{parts}\n", index + 1, mode.frequency()));
+            }
+        }
+        text
+    }
+}
+
+/// The word for a feature.
+fn word(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Largest => "max",
+        Kind::Smallest => "min",
+        Kind::Crossing => "crossing",
+    }
+}
+
+impl Features {
+    /// Each feature with each parameter: derivatives of value and time, if there are any.
+    fn cells(&self) -> impl Iterator<Item = (&Feature, &str, Option<[f64; 2]>)> {
+        self.features.iter().flat_map(|own| {
+            let by = |index: usize| own.changes.as_ref().ok().map(|by| [by.value[index], by.time[index]]);
+            self.parameters.iter().enumerate().map(move |(index, (name, _))| (own, name.as_str(), by(index)))
+        })
+    }
+}
+
+impl Report for Features {
+    fn text(&self) -> String {
+        let titles = ["output", "", "value", "unit", "at [s]", "with respect to", "d(value)", "d(time)"];
+        let mut lines = vec![titles.map(str::to_owned).to_vec()];
+        for (own, parameter, by) in self.cells() {
+            let numbers = by.map_or_else(|| ["-".to_owned(), "-".to_owned()], |by| by.map(|by| number(by, 0.0)));
+            let [value, time] = [own.value, own.time].map(|value| number(value, 0.0));
+            let own = [own.output.0.clone(), word(own.kind).to_owned(), value, own.output.1.clone(), time];
+            lines.push(own.into_iter().chain([parameter.to_owned()]).chain(numbers).collect());
+        }
+        let why = |own: &Feature| {
+            let what = own.changes.as_ref().err()?;
+            Some(format!("  no derivatives of the {} of {}: {what}\n", word(own.kind), own.output.0))
+        };
+        let notes: String = self.features.iter().filter_map(why).collect();
+        format!("{}: peaks and crossings, in SI units\n\n{}{notes}", self.name, align(&lines))
+    }
+
+    fn json(&self) -> Value {
+        let feature = |own: &Feature| {
+            let by = |pick: fn(&Changes) -> &Vec<f64>| {
+                own.changes.as_ref().ok().map(|by| by_name(&self.parameters, pick(by).iter().copied()))
+            };
+            json!({ "output": own.output.0, "unit": own.output.1, "kind": word(own.kind), "value": own.value, "time": own.time,
+                    "d_value": by(|by| &by.value), "d_time": by(|by| &by.time), "refused": own.changes.as_ref().err() })
+        };
+        json!({ "name": self.name, "features": self.features.iter().map(feature).collect::<Vec<_>>() })
+    }
+
+    fn csv(&self) -> String {
+        let mut text = String::from("output,kind,value,time,parameter,d_value,d_time\n");
+        for (own, parameter, by) in self.cells() {
+            let (name, kind) = (&own.output.0, word(own.kind));
+            let by = by.map_or_else(|| ",".to_owned(), |[value, time]| format!("{value:?},{time:?}"));
+            text.push_str(&format!("{name},{kind},{:?},{:?},{parameter},{by}\n", own.value, own.time));
+        }
+        text
+    }
+}

@@ -1,0 +1,360 @@
+//! Peak values and crossing times, and how they change.
+//!
+//! Of a peak Y = y(t*) it is dY/dp = y_p(t*) and dt*/dp = -y'_p / y''; of a time with y(t) = c it is dt/dp = -y_p / y'. Values and derivatives around it are
+//! interpolated by a polynomial through Chebyshev's points, whose last coefficients say whether it is exact.
+
+use std::f64::consts::PI;
+
+use super::super::report::Features;
+use super::super::{Failure, Study, StudyError};
+use super::{At, Varying};
+
+/// Points of the polynomial, less one.
+const DEGREE: usize = 14;
+/// Its last coefficients may be this share of the largest derivative over the whole motion.
+const EXACT: f64 = 1e-8;
+/// How often the interval is made shorter, and to which share.
+const ROUNDS: usize = 8;
+const SHORTER: f64 = 0.2;
+/// Peaks that are lower by more than this share of the extent are not the highest; so many are looked at.
+const LOWER: f64 = 1e-2;
+const MOST: usize = 12;
+/// Peaks are equally high within this share of the extent.
+const EQUAL: f64 = 1e-8;
+/// An output is constant if its extent is below this share of its size.
+const CONSTANT: f64 = 1e-7;
+/// Derivatives are the same within this share.
+const SAME: f64 = 1e-5;
+/// A value is touched, not crossed, if its rate over the interval is below this share of the extent.
+const TOUCHED: f64 = 1e-9;
+/// Places that are looked at for the highest value of a polynomial.
+const PLACES: usize = 64;
+
+/// What happens in a motion, and how that changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Feature {
+    /// The output, and its unit.
+    pub output: (String, String),
+    /// What happens.
+    pub kind: Kind,
+    /// When \[s\].
+    pub time: f64,
+    /// The value then, SI.
+    pub value: f64,
+    /// How both change; or why they have no derivatives.
+    pub changes: Result<Changes, String>,
+}
+
+/// Derivatives of a value and of the time at which it is reached, one for each parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Changes {
+    /// Of the value.
+    pub value: Vec<f64>,
+    /// Of the time; zero at the ends of the run.
+    pub time: Vec<f64>,
+}
+
+/// What happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// The largest value.
+    Largest,
+    /// The smallest value.
+    Smallest,
+    /// A given value is crossed.
+    Crossing,
+}
+
+/// An interval in which something happens.
+#[derive(Clone, Debug)]
+struct Search {
+    output: usize,
+    kind: Kind,
+    /// The value that is crossed.
+    level: f64,
+    interval: [f64; 2],
+}
+
+impl Study {
+    /// The largest and the smallest value of each output, and the times at which outputs cross given values \[SI\]; with their derivatives. The motion is looked at
+    /// at these times \[s\], ascending: what happens and is gone again between two of them is not seen.
+    ///
+    /// There are no derivatives at a corner, of two different peaks that are equally high, where a value is touched without being crossed, and of what is constant.
+    ///
+    /// # Errors
+    /// Those of [`Study::sensitivities`].
+    pub fn features(&mut self, to: &[String], times: &[f64], levels: &[(String, f64)]) -> Result<Features, StudyError> {
+        let name = self.name().to_owned();
+        self.varying(to, |varying| {
+            let start: Vec<f64> = varying.parameters().iter().map(|own| own.start).collect();
+            let rows = varying.at(&start, times)?;
+            let course = Seen { varying, start, times, rows };
+            let outputs: Vec<(String, String)> =
+                varying.outputs().map(|(name, unit)| (name.to_owned(), unit.si.clone())).collect();
+            let mut features = Vec::new();
+            for output in 0..outputs.len() {
+                for kind in [Kind::Largest, Kind::Smallest] {
+                    features.push(course.extreme(output, kind, &outputs[output])?);
+                }
+            }
+            for (name, level) in levels {
+                let output = outputs.iter().position(|(own, _)| own == name);
+                let known = || Failure::Unknown { name: name.clone(), known: "it is no output".to_owned() };
+                features.extend(course.crossings(output.ok_or_else(known)?, *level, &outputs)?);
+            }
+            let parameters = varying.parameters().iter().map(|own| (own.name.clone(), own.unit.si.clone())).collect();
+            Ok(Features { name, parameters, features })
+        })
+    }
+}
+
+/// A motion that has been looked at.
+struct Seen<'a, 'f, 'm> {
+    varying: &'a Varying<'f, 'm>,
+    start: Vec<f64>,
+    times: &'a [f64],
+    rows: Vec<At>,
+}
+
+impl Seen<'_, '_, '_> {
+    fn value(&self, row: usize, output: usize) -> f64 {
+        self.rows[row].0[output]
+    }
+
+    /// Largest less smallest value.
+    fn extent(&self, output: usize) -> f64 {
+        let values = || (0..self.rows.len()).map(|row| self.value(row, output));
+        values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min)
+    }
+
+    /// The largest derivative with respect to each parameter.
+    fn sizes(&self, output: usize) -> Vec<f64> {
+        let size = |parameter: usize| self.rows.iter().map(|row| row.1[(output, parameter)].abs()).fold(0.0, f64::max);
+        (0..self.start.len()).map(size).collect()
+    }
+
+    fn extreme(&self, output: usize, kind: Kind, named: &(String, String)) -> Result<Feature, Failure> {
+        let sign = if kind == Kind::Smallest { -1.0 } else { 1.0 };
+        let extent = self.extent(output);
+        let first = self.value(0, output);
+        if extent <= CONSTANT * first.abs() {
+            let changes = Err("it is constant".to_owned());
+            return Ok(Feature { output: named.clone(), kind, time: self.begin(), value: first, changes });
+        }
+        let mut found = Vec::new();
+        for interval in self.peaks(output, sign) {
+            found.push(self.refined(&Search { output, kind, level: 0.0, interval }, named)?);
+        }
+        let highest =
+            |best: Feature, other: Feature| if sign * (other.value - best.value) > 0.0 { other } else { best };
+        let nothing = || Failure::NoDerivative { time: self.begin(), what: "there is no motion to look at".into() };
+        let best = found.iter().cloned().reduce(highest).ok_or_else(nothing)?;
+        // Of peaks that are the same the first counts.
+        let mut equals: Vec<&Feature> =
+            found.iter().filter(|own| sign * (best.value - own.value) <= EQUAL * extent).collect();
+        equals.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let Some((&first, others)) = equals.split_first() else { return Ok(best) };
+        let Some(other) = others.iter().find(|own| differs(first, own, &self.sizes(output))) else {
+            return Ok(first.clone());
+        };
+        let what = format!("it is equally high at {:?} s and changes differently", other.time);
+        Ok(Feature { changes: Err(what), ..first.clone() })
+    }
+
+    fn begin(&self) -> f64 {
+        self.times.first().copied().unwrap_or(0.0)
+    }
+
+    /// Intervals around the highest values.
+    fn peaks(&self, output: usize, sign: f64) -> Vec<[f64; 2]> {
+        let (extent, last) = (self.extent(output), self.rows.len().saturating_sub(1));
+        let at = |row: usize| sign * self.value(row, output);
+        let neighbours = |row: usize| [row.saturating_sub(1), (row + 1).min(last)];
+        let is_peak = |&row: &usize| neighbours(row).iter().all(|&other| at(other) <= at(row));
+        let mut rows: Vec<usize> = (0..self.rows.len()).filter(is_peak).collect();
+        // Between the points a peak is higher by no more than the fall to its neighbours.
+        let height =
+            |row: usize| at(row) + neighbours(row).iter().map(|&other| at(row) - at(other)).fold(0.0, f64::max);
+        let best = rows.iter().map(|&row| at(row)).fold(f64::MIN, f64::max);
+        rows.retain(|&row| height(row) >= best - EQUAL * extent || at(row) >= best - LOWER * extent);
+        rows.sort_by(|&a, &b| at(b).total_cmp(&at(a)));
+        rows.truncate(MOST);
+        rows.iter().map(|&row| neighbours(row).map(|other| self.times[other])).collect()
+    }
+
+    fn crossings(&self, output: usize, level: f64, outputs: &[(String, String)]) -> Result<Vec<Feature>, Failure> {
+        let above = |row: usize| self.value(row, output) > level;
+        let rows = (1..self.rows.len()).filter(|&row| above(row - 1) != above(row));
+        let search = |row: usize| {
+            let interval = [self.times[row - 1], self.times[row]];
+            self.refined(&Search { output, kind: Kind::Crossing, level, interval }, &outputs[output])
+        };
+        rows.map(search).collect()
+    }
+
+    /// Finds what happens in an interval; where the polynomial is not exact the interval becomes shorter.
+    fn refined(&self, search: &Search, named: &(String, String)) -> Result<Feature, Failure> {
+        let Search { output, kind, level, interval } = search.clone();
+        let [begin, end] = [self.times.first(), self.times.last()].map(|time| time.copied().unwrap_or(0.0));
+        let mut interval = interval;
+        let feature = |time, value, changes| Feature { output: named.clone(), kind, time, value, changes };
+        let (mut near, mut seen) = (interval[0], f64::NAN);
+        for _ in 0..ROUNDS {
+            let [low, high] = interval;
+            if high <= low {
+                break;
+            }
+            let (values, derivatives) = self.polynomials(output, interval)?;
+            let place = match kind {
+                Kind::Crossing => values.crossing(level),
+                Kind::Largest => values.highest(1.0),
+                Kind::Smallest => values.highest(-1.0),
+            };
+            let time = low + 0.5 * (place + 1.0) * (high - low);
+            let all: Vec<f64> = [self.extent(output)].into_iter().chain(self.sizes(output)).collect();
+            let is_exact =
+                [&values].into_iter().chain(&derivatives).zip(&all).all(|(own, size)| own.tail() <= EXACT * size);
+            (near, seen) = (time, values.at(place));
+            if !is_exact {
+                let half = 0.5 * SHORTER * (high - low);
+                interval = [(time - half).max(low), (time + half).min(high)];
+                continue;
+            }
+            let per_second = 2.0 / (high - low);
+            let values_by: Vec<f64> = derivatives.iter().map(|own| own.at(place)).collect();
+            let slope = values.slope();
+            let is_end = kind != Kind::Crossing && (time <= begin || time >= end);
+            let times_by = match kind {
+                _ if is_end => vec![0.0; values_by.len()],
+                Kind::Crossing if slope.at(place).abs() <= TOUCHED * all[0] => {
+                    return Ok(feature(time, level, Err("it is touched without being crossed".to_owned())));
+                }
+                Kind::Crossing => values_by.iter().map(|by| -by / (slope.at(place) * per_second)).collect(),
+                _ => {
+                    let bend = slope.slope().at(place) * per_second;
+                    derivatives.iter().map(|own| -own.slope().at(place) / bend).collect()
+                }
+            };
+            let (value, values_by) = match kind {
+                Kind::Crossing => (level, vec![0.0; values_by.len()]),
+                _ => (values.at(place), values_by),
+            };
+            return Ok(feature(time, value, Ok(Changes { value: values_by, time: times_by })));
+        }
+        let what = "there is a corner: a law switches, and derivatives differ on both sides";
+        Ok(feature(near, seen, Err(what.to_owned())))
+    }
+
+    /// An output and its derivatives over an interval.
+    fn polynomials(&self, output: usize, [low, high]: [f64; 2]) -> Result<(Polynomial, Vec<Polynomial>), Failure> {
+        let place = |index: usize| -(PI * index as f64 / DEGREE as f64).cos();
+        let mut times: Vec<f64> = (0..=DEGREE).map(|index| low + 0.5 * (place(index) + 1.0) * (high - low)).collect();
+        (times[0], times[DEGREE]) = (low, high);
+        let rows = self.varying.at(&self.start, &times)?;
+        let of = |pick: &dyn Fn(&At) -> f64| Polynomial::through(&rows.iter().map(pick).collect::<Vec<f64>>());
+        let derivatives = (0..self.start.len()).map(|parameter| of(&|row| row.1[(output, parameter)])).collect();
+        Ok((of(&|row| row.0[output]), derivatives))
+    }
+}
+
+/// Do two peaks change differently? Derivatives are as large as these.
+fn differs(one: &Feature, other: &Feature, sizes: &[f64]) -> bool {
+    let (Ok(one), Ok(other)) = (&one.changes, &other.changes) else { return true };
+    let pairs = one.value.iter().zip(&other.value).zip(sizes);
+    pairs.into_iter().any(|((one, other), size)| (one - other).abs() > SAME * size)
+}
+
+/// Coefficients of Chebyshev's polynomials on -1..1.
+#[derive(Clone, Debug)]
+struct Polynomial(Vec<f64>);
+
+impl Polynomial {
+    /// Through values at the extremes of the last one, ascending.
+    fn through(values: &[f64]) -> Self {
+        let last = values.len() - 1;
+        let coefficient = |degree: usize| {
+            let term = |index: usize| {
+                let weight = if index == 0 || index == last { 0.5 } else { 1.0 };
+                weight * values[last - index] * (PI * (degree * index) as f64 / last as f64).cos()
+            };
+            let weight = if degree == 0 || degree == last { 1.0 } else { 2.0 };
+            weight / last as f64 * (0..=last).map(term).sum::<f64>()
+        };
+        Polynomial((0..=last).map(coefficient).collect())
+    }
+
+    /// Clenshaw's sum.
+    fn at(&self, x: f64) -> f64 {
+        let (mut last, mut before) = (0.0, 0.0);
+        for coefficient in self.0.iter().skip(1).rev() {
+            (last, before) = (2.0 * x * last - before + coefficient, last);
+        }
+        x * last - before + self.0.first().copied().unwrap_or(0.0)
+    }
+
+    fn slope(&self) -> Self {
+        let count = self.0.len();
+        let mut slope = vec![0.0; count + 1];
+        for degree in (1..count).rev() {
+            slope[degree - 1] = slope[degree + 1] + 2.0 * degree as f64 * self.0[degree];
+        }
+        slope[0] *= 0.5;
+        slope.truncate(count.saturating_sub(1).max(1));
+        Polynomial(slope)
+    }
+
+    /// The last coefficients.
+    fn tail(&self) -> f64 {
+        self.0.iter().rev().take(2).fold(0.0, |most: f64, own| most.max(own.abs()))
+    }
+
+    /// Where it is highest, or lowest.
+    fn highest(&self, sign: f64) -> f64 {
+        let places = (0..=PLACES).map(|index| 2.0 * index as f64 / PLACES as f64 - 1.0);
+        let best =
+            places.fold(-1.0, |best, place| if sign * self.at(place) > sign * self.at(best) { place } else { best });
+        let near = 2.0 / PLACES as f64;
+        self.slope().root([(best - near).max(-1.0), (best + near).min(1.0)]).unwrap_or(best)
+    }
+
+    /// Where it has a value.
+    fn crossing(&self, level: f64) -> f64 {
+        let mut own = self.clone();
+        own.0[0] -= level;
+        own.root([-1.0, 1.0]).unwrap_or(1.0)
+    }
+
+    /// Where it is zero, if it has different signs at the ends.
+    fn root(&self, [mut low, mut high]: [f64; 2]) -> Option<f64> {
+        let begin = self.at(low);
+        if begin == 0.0 {
+            return Some(low);
+        }
+        if (begin > 0.0) == (self.at(high) > 0.0) {
+            return None;
+        }
+        for _ in 0..80 {
+            let middle = 0.5 * (low + high);
+            if (self.at(middle) > 0.0) == (begin > 0.0) { low = middle } else { high = middle }
+        }
+        Some(0.5 * (low + high))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_have_values_slopes_and_peaks() {
+        let place = |index: usize| -(PI * index as f64 / DEGREE as f64).cos();
+        let values: Vec<f64> = (0..=DEGREE).map(|index| (1.3 * place(index) - 0.4).cos()).collect();
+        let own = Polynomial::through(&values);
+        for x in [-1.0, -0.37, 0.5, 1.0] {
+            assert!((own.at(x) - (1.3 * x - 0.4f64).cos()).abs() < 1e-12);
+            assert!((own.slope().at(x) + 1.3 * (1.3 * x - 0.4f64).sin()).abs() < 1e-10);
+        }
+        assert!((own.highest(1.0) - 0.4 / 1.3).abs() < 1e-8 && own.highest(-1.0) == -1.0);
+        assert!((own.crossing(0.9) - (0.4 - 0.9f64.acos()) / 1.3).abs() < 1e-9 && own.tail() < 1e-11);
+    }
+}
