@@ -144,6 +144,8 @@ pub mod export;
 pub mod expr;
 mod files;
 #[doc(hidden)]
+pub mod fit;
+#[doc(hidden)]
 pub mod formulate;
 #[doc(hidden)]
 pub mod graph;

@@ -33,15 +33,17 @@ from ._cotree import __version__
 from ._faults import Fault, Place, RunError, SceneError
 from ._model import Model, Variable, from_dict, load, loads
 from ._results import Results, ResultsList, Table
-from ._studies import Equilibrium, Mode, Modes, Sensitivities, StateSpace
+from ._studies import Equilibrium, Fit, Mode, Modes, Peak, Sensitivities, StateSpace
 
 __all__ = [
     "Builder",
     "Equilibrium",
     "Fault",
+    "Fit",
     "Mode",
     "Model",
     "Modes",
+    "Peak",
     "Place",
     "Results",
     "ResultsList",

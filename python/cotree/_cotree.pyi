@@ -58,4 +58,24 @@ class Core:
         to: list[str],
         settings: _Settings,
     ) -> tuple[list[tuple[str, str]], list[tuple[str, str]], np.ndarray, np.ndarray]: ...
+    def equilibrium_sensitivities(
+        self, of: list[str] | None, to: list[str], settings: _Settings
+    ) -> tuple[list[float], list[tuple[str, str]], list[tuple[str, str]], np.ndarray, np.ndarray]: ...
+    def mode_sensitivities(self, to: list[str], settings: _Settings) -> str: ...
+    def peaks(
+        self,
+        times: Any,
+        of: list[str] | None,
+        to: list[str],
+        levels: list[tuple[str, float]],
+        settings: _Settings,
+    ) -> str: ...
+    def fit(
+        self,
+        times: Any,
+        settings: _Settings,
+        measured: tuple[list[float], list[str], list[list[float]]],
+        vary: list[tuple[str, float | str | None, float | str | None]],
+        deviations: list[tuple[str, float | str]],
+    ) -> str: ...
     def bench(self) -> str: ...

@@ -8,14 +8,14 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from . import _cotree
 from ._faults import Fault, RunError, faults, raised
 from ._results import Results, ResultsList, Table, frame, parameters
-from ._studies import Equilibrium, Mode, Modes, Sensitivities, StateSpace, sensitivities
+from ._studies import Equilibrium, Fit, Mode, Modes, Peak, Sensitivities, StateSpace, fitted, sensitivities
 
 #: A number in SI units, or a text with a unit such as "120 mm".
 Value = float | str
@@ -259,36 +259,112 @@ class Model:
         values = {name: value for group in report["values"].values() for name, value in group.items()}
         return Equilibrium(report["time"], report["stability"], report["moves_most"], values, report["values"])
 
-    def modes(self, at: float | None = None, *, set: Mapping[str, Value] | None = None) -> Modes:
+    def modes(
+        self,
+        at: float | None = None,
+        *,
+        to: str | Sequence[str] | None = None,
+        set: Mapping[str, Value] | None = None,
+    ) -> Modes:
         """Natural frequencies, damping ratios and shapes about the equilibrium next to the start, or about the pose at a time [s].
+
+        With `to`, names of parameters or constant inputs, each mode about an equilibrium has the `derivatives` of its eigenvalue by name [1/s per unit].
 
         Raises SceneError, and RunError if there is no equilibrium.
         """
+        if to is not None and at is not None:
+            raise ValueError("to: derivatives are those of modes about an equilibrium; leave `at` out")
         with raised():
             report = json.loads(self._core.modes(at, list(dict(set or {}).items())))
-        return Modes(report["time"], [_mode(mode) for mode in report["modes"]])
+            changes = [{}] * len(report["modes"])
+            if to is not None:
+                names = [to] if isinstance(to, str) else list(to)
+                found = json.loads(self._core.mode_sensitivities(names, list(dict(set or {}).items())))
+                changes = [mode["derivatives"] for mode in found["modes"]]
+        return Modes(report["time"], [_mode(mode, own) for mode, own in zip(report["modes"], changes, strict=True)])
 
     def sensitivities(
         self,
         of: str | Sequence[str] | None = None,
         to: str | Sequence[str] = (),
-        times: Iterable[float] = (),
+        times: Iterable[float] | Literal["equilibrium"] = (),
         *,
         tolerance: float | None = None,
         set: Mapping[str, Value] | None = None,
     ) -> Sensitivities:
-        """Derivatives of variables [default: the scene's outputs] with respect to parameters, constant inputs and initial values, at these times [s].
+        """Derivatives of variables [default: the scene's outputs] with respect to parameters, constant inputs and initial values, at these times [s],
+        or where the mechanism rests: "equilibrium".
 
         They are integrated beside the motion (variational equations), not differenced: as accurate as the motion. Where laws switch they jump as they should.
         Raises SceneError, ValueError, and RunError where there are no derivatives: at singular poses, where a law that jumps is touched without being crossed.
         """
         of, to = ([names] if isinstance(names, str) else names for names in (of, to))
+        asked = None if of is None else list(of), list(to), list(dict(set or {}).items())
+        if isinstance(times, str):
+            if times != "equilibrium":
+                raise ValueError(f'times: {times!r} is neither "equilibrium" nor times')
+            with raised():
+                return sensitivities(*self._core.equilibrium_sensitivities(*asked))
         times = [float(time) for time in times]
         with raised():
-            found = self._core.sensitivities(
-                times, tolerance, None if of is None else list(of), list(to), list(dict(set or {}).items())
+            return sensitivities(times, *self._core.sensitivities(times, tolerance, *asked))
+
+    def peaks(
+        self,
+        of: str | Sequence[str] | None = None,
+        to: str | Sequence[str] = (),
+        *,
+        crossing: Mapping[str, float] | None = None,
+        stop: Value | None = None,
+        step: Value | None = None,
+        tolerance: float | None = None,
+        set: Mapping[str, Value] | None = None,
+    ) -> list[Peak]:
+        """The largest and the smallest value of variables [default: the scene's outputs] and when they are reached, and the times at which variables cross given
+        values (SI), with the derivatives of both with respect to parameters, constant inputs and initial values.
+
+        The motion is looked at every `step`: what happens between two points and is gone again is not seen. Where there are no derivatives, at a corner or of
+        two equal peaks, `refused` says why. Raises as `sensitivities` does.
+        """
+        of, to = ([names] if isinstance(names, str) else names for names in (of, to))
+        with raised():
+            report = self._core.peaks(
+                _Times(None, stop, step, tolerance),
+                None if of is None else list(of),
+                list(to),
+                list((crossing or {}).items()),
+                list(dict(set or {}).items()),
             )
-        return sensitivities(times, *found)
+        return [Peak(**feature) for feature in json.loads(report)["features"]]
+
+    def fit(
+        self,
+        measured: Any,
+        vary: str | Sequence[str] | Mapping[str, tuple[Value | None, Value | None] | None],
+        *,
+        sigma: Mapping[str, Value] | None = None,
+        stop: Value | None = None,
+        tolerance: float | None = None,
+        set: Mapping[str, Value] | None = None,
+    ) -> Fit:
+        """Values of parameters, constant inputs and initial values with which the motion is as near as possible to what was measured.
+
+        `measured` is a data frame with the index or column `time` [s], or a mapping with "time", and columns named like variables, SI. `vary` are
+        names, or a mapping of names to their bounds (low, high), where None is the scene's; the search begins at the scene's values, or those of `set`. `sigma` are
+        standard deviations of columns; those that are not given are estimated from the residuals.
+
+        Raises SceneError, ValueError with everything that is wrong with the arguments, RunError if what was measured does not determine the values.
+        """
+        columns = _inputs(measured, "measured")
+        if columns is None:
+            raise ValueError("measured: nothing was measured")
+        named = {vary: None} if isinstance(vary, str) else vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
+        bounds = [(name, *(pair or (None, None))) for name, pair in named.items()]
+        with raised():
+            report = self._core.fit(
+                _Times(None, stop, None, tolerance), list(dict(set or {}).items()), columns, bounds, list((sigma or {}).items())
+            )
+        return fitted(json.loads(report))
 
     def bench(self) -> dict[str, Any]:
         """Speed against error: every method at many tolerances, on this very scene, as `cotree bench --json` gives it."""
@@ -314,8 +390,8 @@ class _Times:
 _parameters = parameters
 
 
-def _inputs(given: Any) -> tuple[list[float], list[str], list[list[float]]] | None:
-    """Times, names and columns of inputs over time."""
+def _inputs(given: Any, what: str = "inputs") -> tuple[list[float], list[str], list[list[float]]] | None:
+    """Times, names and columns of values over time."""
     if given is None:
         return None
     if hasattr(given, "columns") and not isinstance(given, Mapping):
@@ -325,7 +401,7 @@ def _inputs(given: Any) -> tuple[list[float], list[str], list[list[float]]] | No
     else:
         columns = dict(given)
     if "time" not in columns:
-        raise ValueError("inputs: there is no column `time`")
+        raise ValueError(f"{what}: there is no column `time`")
     times = np.asarray(columns.pop("time"), dtype=float).tolist()
     return times, list(columns), [np.asarray(column, dtype=float).tolist() for column in columns.values()]
 
@@ -342,7 +418,7 @@ def _state_space(point: dict[str, Any]) -> StateSpace:
     return StateSpace(point["time"], **signals, units=units, **matrices)
 
 
-def _mode(mode: dict[str, Any]) -> Mode:
+def _mode(mode: dict[str, Any], changes: dict[str, Any]) -> Mode:
     shape = {name: complex(*parts) for name, parts in mode["shape"].items()}
     return Mode(
         complex(*mode["eigenvalue"]),
@@ -351,4 +427,5 @@ def _mode(mode: dict[str, Any]) -> Mode:
         mode["damping_ratio"],
         mode["free"],
         shape,
+        {name: complex(*own["eigenvalue"]) for name, own in changes.items() if own},
     )

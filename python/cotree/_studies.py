@@ -46,7 +46,8 @@ class StateSpace:
 
 @dataclass(frozen=True)
 class Mode:
-    """A vibration: `shape` is the complex amplitude of every branch coordinate, the largest 1."""
+    """A vibration: `shape` is the complex amplitude of every branch coordinate, the largest 1; `derivatives` are those of the eigenvalue that were
+    asked for, none of free motions and of eigenvalues that are there twice."""
 
     eigenvalue: complex
     frequency: float
@@ -54,6 +55,7 @@ class Mode:
     damping_ratio: float | None
     free: bool
     shape: dict[str, complex]
+    derivatives: dict[str, complex] = field(default_factory=dict)
 
 
 class Modes(Sequence[Mode]):
@@ -76,6 +78,73 @@ class Modes(Sequence[Mode]):
     def __repr__(self) -> str:
         listed = ", ".join(f"{mode.frequency:.4g} Hz" for mode in self._modes)
         return f"<{len(self)} modes: {listed}>"
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Values that fit what was measured, by name, SI: `fit["damping"]` is one of them.
+
+    `errors` are standard errors and `limits` the 95 % limits, not a number where a value is at its bound; `correlation` has rows and columns in the order of
+    `values`. `fitted` and `residuals` (measured less fitted) are arrays at the measured times, `deviations` the standard deviations of the columns.
+    `ended` is "minimum", or "evaluations" if no minimum was reached.
+    """
+
+    values: dict[str, float]
+    errors: dict[str, float]
+    limits: dict[str, tuple[float, float]]
+    start: dict[str, float]
+    units: dict[str, str]
+    correlation: np.ndarray
+    time: np.ndarray
+    fitted: dict[str, np.ndarray] = field(repr=False)
+    residuals: dict[str, np.ndarray] = field(repr=False)
+    deviations: dict[str, float]
+    evaluations: int
+    ended: str
+
+    def __getitem__(self, name: str) -> float:
+        return self.values[name]
+
+
+def fitted(report: dict) -> Fit:
+    """From what the program hands over."""
+    quantities, columns = ({own["name"]: own for own in report[kind]} for kind in ("quantities", "columns"))
+    nan = float("nan")
+
+    def each(key: str) -> dict:
+        return {name: own[key] for name, own in quantities.items()}
+
+    def arrays(key: str) -> dict:
+        return {name: np.array(own[key]) for name, own in columns.items()}
+
+    return Fit(
+        values=each("value"),
+        errors={name: nan if error is None else error for name, error in each("error").items()},
+        limits={name: (nan, nan) if pair is None else tuple(pair) for name, pair in each("limits").items()},
+        start=each("start"),
+        units={name: own["unit"] for name, own in (quantities | columns).items()},
+        correlation=np.array([own["correlation"] for own in quantities.values()], dtype=float),
+        time=np.array(report["times"]),
+        fitted=arrays("fitted"),
+        residuals=arrays("residuals"),
+        deviations={name: own["deviation"] for name, own in columns.items()},
+        evaluations=report["evaluations"],
+        ended=report["ended"],
+    )
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A largest or smallest value, or a crossing ("max", "min", "crossing"): what, when [s], and the derivatives of both by name; None where `refused` says why."""
+
+    output: str
+    unit: str
+    kind: str
+    value: float
+    time: float
+    d_value: dict[str, float] | None
+    d_time: dict[str, float] | None
+    refused: str | None
 
 
 @dataclass(frozen=True)

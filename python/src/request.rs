@@ -18,6 +18,14 @@ pub enum Value {
 }
 
 impl Value {
+    /// As it is written in a command; numbers are SI.
+    pub fn into_text(self) -> String {
+        match self {
+            Value::Number(value) => format!("{value:?}"),
+            Value::Text(text) => text,
+        }
+    }
+
     /// In SI units.
     pub fn read(&self, unit: &Unit) -> Result<f64, String> {
         match self {

@@ -6,11 +6,14 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
 use cotree::analysis::report::{Report, Style};
-use cotree::analysis::{At, Study};
+use cotree::analysis::{At, Sensitivities, Study};
 use cotree::export::FmiVersion;
+use cotree::fit::{FitError, Request, Vary, fit};
 use cotree::output::bench;
+use cotree::output::csv::Table;
 use cotree::output::statistics::Accumulator;
 use cotree::output::text::Prose;
+use cotree::scene::Text;
 use cotree::simulate::{Ensemble, Measure, Run, points};
 use cotree::{Compiled, Notation, Scene};
 use cotree_fmu::model::Model;
@@ -44,6 +47,10 @@ type Rows<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Option<S
 /// Names with units, the outputs, and their derivatives.
 type Derivatives<'py> =
     (Vec<(String, String)>, Vec<(String, String)>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>);
+
+/// The same at rest, with the time.
+type AtRest<'py> =
+    (Vec<f64>, Vec<(String, String)>, Vec<(String, String)>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>);
 
 #[pymethods]
 impl Core {
@@ -252,15 +259,83 @@ impl Core {
         }
         experiment.tolerance = tolerance.unwrap_or(experiment.tolerance);
         study.set_experiment(request::possible(experiment)?);
-        let found = py.detach(|| study.sensitivities(&to, &times)).map_err(study_error)?;
-        let size = [found.times.len(), found.outputs.len(), found.parameters.len()];
-        let values: Vec<f64> = found.values.iter().flat_map(|row| row.iter().copied()).collect();
-        // Rows first: the last index is the parameter.
-        let derivatives: Vec<f64> =
-            found.derivatives.iter().flat_map(|matrix| matrix.transpose().data.as_vec().clone()).collect();
-        let values = PyArray1::from_vec(py, values).reshape([size[0], size[1]])?;
-        let derivatives = PyArray1::from_vec(py, derivatives).reshape(size)?;
-        Ok((found.outputs, found.parameters, values, derivatives))
+        derivatives(py, py.detach(|| study.sensitivities(&to, &times)).map_err(study_error)?)
+    }
+
+    /// The same where the mechanism rests, with the time that this stands for.
+    fn equilibrium_sensitivities<'py>(
+        &self,
+        py: Python<'py>,
+        of: Option<Vec<String>>,
+        to: Vec<String>,
+        settings: Vec<(String, Value)>,
+    ) -> PyResult<AtRest<'py>> {
+        let mut study = Self::study_of(&self.reporting(of), &settings)?;
+        let found = py.detach(|| study.equilibrium_sensitivities(&to)).map_err(study_error)?;
+        let times = found.times.clone();
+        let (outputs, parameters, values, derivatives) = derivatives(py, found)?;
+        Ok((times, outputs, parameters, values, derivatives))
+    }
+
+    /// Derivatives of eigenvalues, as JSON.
+    fn mode_sensitivities(&self, py: Python<'_>, to: Vec<String>, settings: Vec<(String, Value)>) -> PyResult<String> {
+        let mut study = self.study(&settings)?;
+        let found = py.detach(|| study.mode_sensitivities(&to)).map_err(study_error)?;
+        Ok(found.write(Style::Json))
+    }
+
+    /// Peaks and crossings with their derivatives, as JSON.
+    fn peaks(
+        &self,
+        py: Python<'_>,
+        times: Times,
+        of: Option<Vec<String>>,
+        to: Vec<String>,
+        levels: Vec<(String, f64)>,
+        settings: Vec<(String, Value)>,
+    ) -> PyResult<String> {
+        let mut scene = self.reporting(of);
+        for (name, _) in &levels {
+            let known = scene.outputs.expressions.iter().any(|own| own.name.text == *name);
+            if !known && !scene.outputs.variables.iter().any(|own| own.text == *name) {
+                scene.outputs.variables.push(Text::from(name.as_str()));
+            }
+        }
+        let mut study = Self::study_of(&scene, &settings)?;
+        let experiment = times.experiment(study.experiment())?;
+        study.set_experiment(experiment);
+        let at: Vec<f64> = points(experiment).collect();
+        let found = py.detach(|| study.features(&to, &at, &levels)).map_err(study_error)?;
+        Ok(found.write(Style::Json))
+    }
+
+    /// Values that fit what was measured, as JSON: names with bounds, standard deviations of columns.
+    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn fit(
+        &self,
+        py: Python<'_>,
+        times: Times,
+        settings: Vec<(String, Value)>,
+        measured: Columns,
+        vary: Vec<(String, Option<Value>, Option<Value>)>,
+        deviations: Vec<(String, Value)>,
+    ) -> PyResult<String> {
+        let (at, names, columns) = measured;
+        let scene = self.scene.reporting(names.iter().map(String::as_str));
+        let table = Table::new(names, at, columns).map_err(|message| wrong(format!("measured: {message}")))?;
+        let vary = vary
+            .into_iter()
+            .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|own| own.map(Value::into_text)) });
+        let deviations = deviations.into_iter().map(|(name, value)| (name, value.into_text())).collect();
+        let request = Request { table, vary: vary.collect(), deviations };
+        let mut study = Self::study_of(&scene, &settings)?;
+        study.set_experiment(times.experiment(study.experiment())?);
+        let found = py.detach(|| fit(&mut study, &request)).map_err(|error| match error {
+            FitError::Study(error) => study_error(error),
+            FitError::Request(faults) => wrong(faults.join("\n")),
+            FitError::Undetermined(message) => RunError::new_err(message),
+        })?;
+        Ok(found.json().to_string())
     }
 
     /// Speed against error, as JSON.
@@ -356,6 +431,18 @@ impl Core {
         };
         ended.into_iter().map(outcome).collect()
     }
+}
+
+/// As arrays: the outputs (time, output), and their derivatives (time, output, parameter).
+fn derivatives(py: Python<'_>, found: Sensitivities) -> PyResult<Derivatives<'_>> {
+    let size = [found.times.len(), found.outputs.len(), found.parameters.len()];
+    let values: Vec<f64> = found.values.iter().flat_map(|row| row.iter().copied()).collect();
+    // Rows first: the last index is the parameter.
+    let derivatives: Vec<f64> =
+        found.derivatives.iter().flat_map(|matrix| matrix.transpose().data.as_vec().clone()).collect();
+    let values = PyArray1::from_vec(py, values).reshape([size[0], size[1]])?;
+    let derivatives = PyArray1::from_vec(py, derivatives).reshape(size)?;
+    Ok((found.outputs, found.parameters, values, derivatives))
 }
 
 /// The settings of each member: a row of values for these names.

@@ -1,12 +1,15 @@
 """The examples do what their pages say."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+import cotree
 
 MANY = Path(__file__).parents[2] / "examples/many"
 
@@ -27,8 +30,6 @@ def alone():
     """The numbers of 400 runs in this process."""
     sys.path.insert(0, str(MANY))
     import runs
-
-    import cotree
 
     values, _ = runs.work(cotree.load(MANY.parents[1] / "models/slider_crank/scene.toml"), runs.parameters(400))
     named = zip(runs.MEASURES, values.T, strict=True)
@@ -80,6 +81,50 @@ def test_an_array_of_jobs_goes_on_where_it_was_stopped(tmp_path, alone):
     lines = printed("array_task.py", 400, 3, tmp_path / "out", "--join")
     assert lines[:2] == alone and lines[2] == "400 runs"
     assert np.load(tmp_path / "out/1.npy").shape == (133, 2)
+
+
+def designed(name, picture):
+    """What an example of design prints, by the word before the colon; its numbers."""
+    pytest.importorskip("scipy")
+    lines = printed(MANY.parent / "design" / f"{name}.py", *([picture] if picture else []))
+    numbers = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
+    return {line.split(":")[0]: [float(text) for text in numbers.findall(line.partition(":")[2])] for line in lines if ":" in line}, lines
+
+
+def test_a_coupler_curve_comes_near_its_points(tmp_path):
+    pytest.importorskip("matplotlib")
+    found, _ = designed("coupler", tmp_path / "curve.svg")
+    start, _, fitted = found["distance of the points"]
+    assert start > 200 and fitted < 36
+    assert found["exact"][1] < 1e-9 and (tmp_path / "curve.svg").stat().st_size > 10_000
+
+
+def test_a_balanced_slider_crank_is_that_of_linear_least_squares():
+    found, lines = designed("balance", None)
+    assert found["balanced"][0] < 0.5 * found["without"][0] and found["exact"][1] < 1e-8
+    # The force is linear in the weight: F = f + m g, least where m = -f.g / g.g.
+    model = cotree.load(MANY.parent / "design/balance.toml")
+    force = lambda weight: np.concatenate(  # noqa: E731
+        [model.simulate(set={"counterweight": weight, "angle": 0}, step="0.62831853071795864 ms")[of] for of in ("push", "lift")]
+    )
+    fixed, share = force(0.0), force(1.0) - force(0.0)
+    exact = -(fixed @ share) / (share @ share)
+    weight = next(float(line.split()[1]) for line in lines if line.startswith("counterweight"))
+    assert weight == pytest.approx(1e3 * exact, abs=2e-3)
+
+
+def test_friction_is_identified_with_its_limits():
+    found, _ = designed("identify", None)
+    for name, truth in (("stiffness", 640), ("friction", 0.05), ("drag", 1.8)):
+        value, error = found[name][:2]
+        assert abs(value - truth) < 3.5 * error
+    assert found["exact"][1] < 1e-6
+
+
+def test_a_drive_with_a_spring_is_smaller():
+    found, _ = designed("drive", None)
+    assert found["sized"][0] < 0.3 * found["without spring"][0] and found["sized"][2] < 0.3 * found["without spring"][2]
+    assert found["exact"][1] < 1e-9
 
 
 def test_the_notebook_runs(tmp_path):

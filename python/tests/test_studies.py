@@ -72,6 +72,52 @@ def test_derivatives_are_those_of_the_closed_form(pendulum):
         pendulum.sensitivities(to="length", times=[1, 0])
 
 
+def test_peaks_equilibria_and_modes_have_derivatives(pendulum):
+    start = {"length": 0.5, "bob.angle": -1.4}
+    peaks = {(peak.output, peak.kind): peak for peak in pendulum.peaks("bob.angle", "length", step=0.02, set=start)}
+    highest = peaks["bob.angle", "max"]
+    # Half a swing from -1.4 rad: it comes to the other side of the vertical, for any length, later by the root of the length.
+    assert highest.time == pytest.approx(2 * 0.5 * highest.d_time["length"], rel=1e-6)
+    assert highest.d_value["length"] == pytest.approx(0, abs=1e-6)
+    [crossing, *_] = [own for own in pendulum.peaks("bob.angle", "length", step=0.02, set=start, crossing={"bob.angle": 0.0}) if own.kind == "crossing"]
+    assert crossing.time == pytest.approx(2 * 0.5 * crossing.d_time["length"], rel=1e-6)
+    rest = pendulum.sensitivities("bob.angle", "length", "equilibrium")
+    assert abs(rest["bob.angle", "length"]).max() < 1e-9 and rest.time.shape == (1,)
+    [mode] = pendulum.modes(to="length", set={"length": 0.5})
+    # s = i sqrt(g / l)
+    assert mode.derivatives["length"] == pytest.approx(-mode.eigenvalue / (2 * 0.5), rel=1e-9)
+    with pytest.raises(ValueError, match="equilibrium"):
+        pendulum.modes(1.0, to="length")
+    with pytest.raises(ValueError, match="neither"):
+        pendulum.sensitivities("bob.angle", "length", "rest")
+
+
+def test_values_that_fit_are_those_of_scipy(pendulum):
+    optimize = pytest.importorskip("scipy.optimize")
+    times = np.linspace(0, 3, 61)
+    truth = pendulum.simulate(set={"length": 0.53, "bob.angle": -1.4}, step=0.05, stop=3)["bob.angle"]
+    seen = truth + 0.01 * np.random.default_rng(4).normal(size=len(times))
+    start = {"length": 0.5, "bob.angle": -1.45}
+    found = pendulum.fit({"time": times, "bob.angle": seen}, list(start), set=start, stop=3, tolerance=1e-9)
+    assert found.ended == "minimum" and found.units["length"] == "m"
+
+    def simulated(_, length, angle):
+        settings = {"length": length, "bob.angle": angle}
+        return pendulum.simulate(set=settings, step=0.05, stop=3, tolerance=1e-11)["bob.angle"]
+
+    values, covariance = optimize.curve_fit(simulated, times, seen, list(start.values()), epsfcn=1e-10)
+    errors = np.sqrt(np.diag(covariance))
+    assert np.allclose(list(found.values.values()), values, atol=1e-3 * errors.min())
+    assert np.allclose(list(found.errors.values()), errors, rtol=1e-4)
+    assert found.correlation[0, 1] == pytest.approx(covariance[0, 1] / errors.prod(), abs=1e-4)
+    assert np.allclose(found.fitted["bob.angle"] + found.residuals["bob.angle"], seen)
+    for (low, high), exact in zip(found.limits.values(), (0.53, -1.4), strict=True):
+        assert low - (high - low) < exact < high + (high - low)
+    with pytest.raises(ValueError, match="varied") as wrong:
+        pendulum.fit({"time": [0, 9], "bob.angle": [0, 0]}, {})
+    assert "cannot determine" in str(wrong.value) or "outside" in str(wrong.value)
+
+
 def test_speed_and_error_are_measured(pendulum):
     bench = pendulum.bench()
     assert json.dumps(bench).count("error") > 2

@@ -7,6 +7,7 @@ mod completions;
 mod equilibrium;
 mod export;
 mod failure;
+mod fit;
 mod import;
 mod info;
 mod linearize;
@@ -75,6 +76,7 @@ enum Command {
     Show(show::Show),
     Simulate(simulate::Simulate),
     Sweep(sweep::Sweep),
+    Fit(fit::Fit),
     View(view::View),
     Watch(watch::Watch),
     Trace(trace::Trace),
@@ -117,6 +119,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Show(command) => command.run(format),
         Command::Simulate(command) => command.run(format),
         Command::Sweep(command) => command.run(format),
+        Command::Fit(command) => command.run(format),
         Command::View(command) => command.run(format),
         Command::Watch(command) => command.run(),
         Command::Trace(command) => command.run(format),

@@ -22,6 +22,11 @@ pub struct Times {
 }
 
 impl Times {
+    /// Of a command that has some of them only.
+    pub fn of(stop: Option<String>, step: Option<String>, tolerance: Option<f64>) -> Self {
+        Times { stop, step, tolerance }
+    }
+
     /// Together with those of the scene.
     pub fn experiment(&self, scene: Experiment) -> Result<Experiment, Failure> {
         let second = Unit::time();

@@ -1,0 +1,118 @@
+//! How well the measured values determine the quantities.
+
+use nalgebra::{DMatrix, DVector, SVD};
+
+use super::Quantity;
+use super::levenberg::Residuals;
+use super::request::Weighed;
+use super::student::limits_95;
+use crate::analysis::Varying;
+
+/// Quantities are not determined where a combination of them has less than this share of the effect of others.
+const UNDETERMINED: f64 = 1e-6;
+/// Of such a combination those that take this share of it.
+const TAKES_PART: f64 = 0.1;
+/// A quantity has no effect if its whole size changes what was measured by less than this share of its standard deviation.
+const NO_EFFECT: f64 = 1e-6;
+/// The normal distribution has 95 % within so many standard deviations.
+const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+/// Variances and covariances of the quantities.
+pub(super) struct Estimates {
+    /// What is not at its bound.
+    free: Vec<usize>,
+    covariance: DMatrix<f64>,
+    /// So many standard errors to either side.
+    limits: f64,
+}
+
+impl Estimates {
+    /// From the residuals at the minimum, in standard deviations.
+    ///
+    /// # Errors
+    /// Which quantities are not determined.
+    pub fn new(residuals: &Residuals, values: &[f64], weighed: &Weighed, varying: &Varying) -> Result<Self, String> {
+        let is_free =
+            |&index: &usize| values[index] > weighed.bounds[index][0] && values[index] < weighed.bounds[index][1];
+        let free: Vec<usize> = (0..values.len()).filter(is_free).collect();
+        let names: Vec<&str> = free.iter().map(|&index| varying.parameters()[index].name.as_str()).collect();
+        let jacobian = residuals.derivatives.select_columns(&free);
+        let norms: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
+        let idle = free.iter().zip(&norms).map(|(&index, norm)| norm * values[index].abs().max(f64::MIN_POSITIVE));
+        let idle = idle
+            .zip(&norms)
+            .map(|(effect, norm)| *norm == 0.0 || effect > f64::MIN_POSITIVE * norm && effect < NO_EFFECT);
+        let idle: Vec<String> =
+            names.iter().zip(idle).filter(|(_, idle)| *idle).map(|(name, _)| format!("`{name}`")).collect();
+        if !idle.is_empty() {
+            let what = "no measured value depends on it: leave it out, or measure something that it changes";
+            return Err(format!("the measured values do not determine {}: {what}", idle.join(", ")));
+        }
+        let covariance = covariance(&jacobian, &norms).map_err(|direction| {
+            let takes_part = direction.iter().zip(&names).filter(|(share, _)| share.abs() > TAKES_PART);
+            let named: Vec<String> = takes_part.map(|(_, name)| format!("`{name}`")).collect();
+            let what = "only a combination of them has an effect: leave one out, or measure something else too";
+            format!("the measured values do not determine {}: {what}", named.join(", "))
+        })?;
+        let all_given = weighed.deviations.iter().all(|(_, is_given)| *is_given);
+        let degrees = residuals.values.len().saturating_sub(free.len()).max(1);
+        Ok(Estimates { free, covariance, limits: if all_given { NORMAL_95 } else { limits_95(degrees) } })
+    }
+
+    pub fn quantities(&self, start: &[f64], values: &[f64], varying: &Varying) -> Vec<Quantity> {
+        let quantity = |(index, own): (usize, &crate::analysis::Varied)| {
+            let place = self.free.iter().position(|&free| free == index);
+            let error = place.map(|place| self.covariance[(place, place)].sqrt());
+            let value = values[index];
+            Quantity {
+                name: own.name.clone(),
+                unit: own.unit.si.clone(),
+                start: start[index],
+                value,
+                error,
+                limits: error.map(|error| [value - self.limits * error, value + self.limits * error]),
+            }
+        };
+        varying.parameters().iter().enumerate().map(quantity).collect()
+    }
+
+    /// Not a number where a quantity is at its bound.
+    pub fn correlation(&self, count: usize) -> DMatrix<f64> {
+        let place = |index: usize| self.free.iter().position(|&free| free == index);
+        DMatrix::from_fn(count, count, |row, column| match (place(row), place(column)) {
+            (Some(row), Some(column)) => {
+                let [own, other] = [row, column].map(|index| self.covariance[(index, index)]);
+                if row == column { 1.0 } else { self.covariance[(row, column)] / (own * other).sqrt() }
+            }
+            _ => f64::NAN,
+        })
+    }
+}
+
+/// The inverse of J^T J by the singular values of J with columns of length one.
+///
+/// # Errors
+/// The combination that has no effect.
+fn covariance(jacobian: &DMatrix<f64>, norms: &[f64]) -> Result<DMatrix<f64>, DVector<f64>> {
+    let count = norms.len();
+    if count == 0 {
+        return Ok(DMatrix::zeros(0, 0));
+    }
+    let scaled = DMatrix::from_fn(jacobian.nrows(), count, |row, column| jacobian[(row, column)] / norms[column]);
+    let everything = || DVector::from_element(count, 1.0);
+    let most = 300 * (scaled.nrows() + count);
+    let mut parts = SVD::try_new_unordered(scaled, false, true, 5.0 * f64::EPSILON, most).ok_or_else(everything)?;
+    parts.sort_by_singular_values();
+    let Some(right) = &parts.v_t else { return Err(everything()) };
+    let singular = &parts.singular_values;
+    let last = singular.len() - 1;
+    // Written so that what is not a number is not determined.
+    let is_determined = singular[last] > UNDETERMINED * singular[0];
+    if !is_determined {
+        return Err(right.row(last).transpose());
+    }
+    Ok(DMatrix::from_fn(count, count, |row, column| {
+        let along = (0..=last).map(|part| right[(part, row)] * right[(part, column)] / singular[part].powi(2));
+        along.sum::<f64>() / (norms[row] * norms[column])
+    }))
+}

@@ -1,0 +1,204 @@
+//! Nonlinear least squares with bounds: Levenberg (1944) and Marquardt (1963), with the scaling of Moré (1978). Steps are cut at the bounds, and what is pushed
+//! against its bound stays there.
+
+use nalgebra::{DMatrix, DVector, SVD};
+
+use crate::analysis::Failure;
+
+/// A step that changes the values by less than this share is the last.
+const SETTLED: f64 = 1e-9;
+/// The residuals are perpendicular to all changes within this.
+const PERPENDICULAR: f64 = 1e-9;
+/// The sum of squares can be made smaller by no more than this share.
+const FLAT: f64 = 1e-14;
+/// Damping at first, in units of the scaled system.
+const FIRST: f64 = 1e-3;
+/// The first damping after a step that made it worse.
+const WORSE: f64 = 1e-6;
+
+/// Residuals, and their derivatives: a row for each, a column for each value.
+#[derive(Clone, Debug)]
+pub struct Residuals {
+    pub values: DVector<f64>,
+    pub derivatives: DMatrix<f64>,
+}
+
+/// Where the sum of squares is least.
+#[derive(Clone, Debug)]
+pub struct Minimum {
+    pub values: Vec<f64>,
+    pub ended: Ended,
+    /// How often the residuals were evaluated.
+    pub evaluations: usize,
+}
+
+/// Why the search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// At a minimum: no step makes the sum of squares smaller.
+    Settled,
+    /// After as many evaluations as were permitted.
+    Exhausted,
+}
+
+/// Searches from a start within the bounds.
+///
+/// # Errors
+/// There are no residuals at the start.
+pub fn minimise(
+    start: &[f64],
+    bounds: &[[f64; 2]],
+    most: usize,
+    mut evaluate: impl FnMut(&[f64]) -> Result<Residuals, Failure>,
+) -> Result<Minimum, Failure> {
+    let mut values = DVector::from_column_slice(start);
+    let mut here = evaluate(start)?;
+    let mut scales = DVector::zeros(start.len());
+    let (mut damping, mut evaluations) = (FIRST, 1);
+    let ended = 'search: loop {
+        for (scale, column) in scales.iter_mut().zip(here.derivatives.column_iter()) {
+            *scale = column.norm().max(*scale);
+        }
+        let Some(step) = Step::new(&here, &values, bounds, &scales) else { break Ended::Settled };
+        loop {
+            let next = step.at(damping, &values, bounds);
+            let change = &next - &values;
+            let size = |values: &DVector<f64>| values.component_mul(&scales).norm();
+            if size(&change) <= SETTLED * size(&values) {
+                break 'search Ended::Settled;
+            }
+            if evaluations == most {
+                break 'search Ended::Exhausted;
+            }
+            evaluations += 1;
+            let sum = here.values.norm_squared();
+            let predicted = sum - (&here.values + &here.derivatives * &change).norm_squared();
+            // Where there is no motion it is worse than anything.
+            let there = evaluate(next.as_slice()).ok().filter(|there| there.values.norm_squared() < sum);
+            let Some(there) = there else {
+                if predicted <= FLAT * sum {
+                    break 'search Ended::Settled;
+                }
+                damping = (4.0 * damping).max(WORSE);
+                continue;
+            };
+            let gain = (sum - there.values.norm_squared()) / predicted;
+            if gain > 0.75 {
+                damping *= 0.1;
+            } else if gain < 0.25 {
+                damping = (4.0 * damping).max(WORSE);
+            }
+            (values, here) = (next, there);
+            break;
+        }
+    };
+    Ok(Minimum { values: values.as_slice().to_vec(), ended, evaluations })
+}
+
+/// The steps from a point, for any damping.
+struct Step {
+    /// What is not kept at its bound.
+    free: Vec<usize>,
+    parts: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
+    residuals: DVector<f64>,
+    scales: Vec<f64>,
+}
+
+impl Step {
+    /// None where nothing makes the sum of squares smaller.
+    fn new(here: &Residuals, values: &DVector<f64>, bounds: &[[f64; 2]], scales: &DVector<f64>) -> Option<Self> {
+        let length = here.values.norm();
+        let uphill = here.derivatives.tr_mul(&here.values);
+        let is_free = |&index: &usize| {
+            let [low, high] = bounds[index];
+            let outwards = values[index] <= low && uphill[index] > 0.0 || values[index] >= high && uphill[index] < 0.0;
+            scales[index] > 0.0 && !outwards
+        };
+        let free: Vec<usize> = (0..values.len()).filter(is_free).collect();
+        let across =
+            |&index: &usize| uphill[index].abs() > PERPENDICULAR * length * here.derivatives.column(index).norm();
+        if !free.iter().any(across) {
+            return None;
+        }
+        let scaled = DMatrix::from_fn(here.values.len(), free.len(), |row, column| {
+            here.derivatives[(row, free[column])] / scales[free[column]]
+        });
+        let most = 300 * (scaled.nrows() + scaled.ncols());
+        let parts = SVD::try_new(scaled, true, true, 5.0 * f64::EPSILON, most)?;
+        let scales = free.iter().map(|&index| scales[index]).collect();
+        Some(Step { free, parts, residuals: here.values.clone(), scales })
+    }
+
+    /// The values after a step.
+    fn at(&self, damping: f64, values: &DVector<f64>, bounds: &[[f64; 2]]) -> DVector<f64> {
+        let mut next = values.clone();
+        let (Some(left), Some(right)) = (&self.parts.u, &self.parts.v_t) else { return next };
+        let mut along = left.tr_mul(&self.residuals);
+        for (part, singular) in along.iter_mut().zip(self.parts.singular_values.iter()) {
+            *part *= singular / (singular * singular + damping).max(f64::MIN_POSITIVE);
+        }
+        let step = right.tr_mul(&along);
+        for (place, &index) in self.free.iter().enumerate() {
+            let [low, high] = bounds[index];
+            next[index] = (values[index] - step[place] / self.scales[place]).clamp(low, high);
+        }
+        next
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OPEN: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+    fn rosenbrock(x: &[f64]) -> Result<Residuals, Failure> {
+        let values = DVector::from_vec(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
+        Ok(Residuals { values, derivatives: DMatrix::from_row_slice(2, 2, &[-20.0 * x[0], 10.0, -1.0, 0.0]) })
+    }
+
+    #[test]
+    fn the_valley_of_rosenbrock_leads_to_its_minimum() {
+        let found = minimise(&[-1.2, 1.0], &[OPEN; 2], 200, rosenbrock).unwrap();
+        assert!(found.ended == Ended::Settled && found.values.iter().all(|x| (x - 1.0).abs() < 1e-8), "{found:?}");
+        let short = minimise(&[-1.2, 1.0], &[OPEN; 2], 3, rosenbrock).unwrap();
+        assert_eq!((short.ended, short.evaluations), (Ended::Exhausted, 3));
+    }
+
+    #[test]
+    fn bounds_are_kept_and_left_again() {
+        // Within x0 <= 0.5 the minimum is on the bound, with x1 = x0^2.
+        let found = minimise(&[-1.2, 1.0], &[[-2.0, 0.5], OPEN], 200, rosenbrock).unwrap();
+        assert!((found.values[0] - 0.5).abs() < 1e-12 && (found.values[1] - 0.25).abs() < 1e-8, "{found:?}");
+        let found = minimise(&[-2.0, 4.0], &[[-2.0, 3.0], OPEN], 200, rosenbrock).unwrap();
+        assert!(found.values.iter().all(|x| (x - 1.0).abs() < 1e-8), "{found:?}");
+    }
+
+    /// Of an exponential, with values where it has none: the search keeps away from there.
+    #[test]
+    fn points_without_residuals_are_avoided() {
+        let times = [0.0, 1.0, 2.0, 3.0];
+        let found = minimise(&[5.0], &[OPEN], 100, |x| {
+            if x[0] < 0.0 {
+                return Err(Failure::Range);
+            }
+            let values = times.iter().map(|t| (-x[0] * t).exp() - (-0.3 * t).exp());
+            let derivatives = times.iter().map(|t| -t * (-x[0] * t).exp());
+            Ok(Residuals {
+                values: DVector::from_iterator(4, values),
+                derivatives: DMatrix::from_iterator(4, 1, derivatives),
+            })
+        });
+        assert!((found.unwrap().values[0] - 0.3).abs() < 1e-8);
+    }
+
+    #[test]
+    fn what_has_no_effect_stays() {
+        let found = minimise(&[7.0, 2.0], &[OPEN; 2], 50, |x| {
+            let derivatives = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, 1.0]);
+            Ok(Residuals { values: DVector::from_vec(vec![x[1] - 1.0, x[1] - 2.0]), derivatives })
+        });
+        let found = found.unwrap();
+        assert!(found.values[0] == 7.0 && (found.values[1] - 1.5).abs() < 1e-8, "{found:?}");
+    }
+}
