@@ -60,8 +60,8 @@ pub fn minimise(
             *scale = column.norm().max(*scale);
         }
         let Some(step) = Step::new(&here, &values, bounds, &scales) else { break Ended::Settled };
-        loop {
-            let next = step.at(damping, &values, bounds);
+        let moved = loop {
+            let next = step.at(damping);
             let change = &next - &values;
             let size = |values: &DVector<f64>| values.component_mul(&scales).norm();
             if size(&change) <= SETTLED * size(&values) {
@@ -88,25 +88,31 @@ pub fn minimise(
             } else if gain < 0.25 {
                 damping = (4.0 * damping).max(WORSE);
             }
-            (values, here) = (next, there);
-            break;
-        }
+            break (next, there);
+        };
+        (values, here) = moved;
     };
     Ok(Minimum { values: values.as_slice().to_vec(), ended, evaluations })
 }
 
 /// The steps from a point, for any damping.
-struct Step {
+struct Step<'a> {
+    here: &'a Residuals,
+    values: &'a DVector<f64>,
+    bounds: &'a [[f64; 2]],
+    scales: &'a DVector<f64>,
     /// What is not kept at its bound.
     free: Vec<usize>,
-    parts: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
-    residuals: DVector<f64>,
-    scales: Vec<f64>,
 }
 
-impl Step {
+impl<'a> Step<'a> {
     /// None where nothing makes the sum of squares smaller.
-    fn new(here: &Residuals, values: &DVector<f64>, bounds: &[[f64; 2]], scales: &DVector<f64>) -> Option<Self> {
+    fn new(
+        here: &'a Residuals,
+        values: &'a DVector<f64>,
+        bounds: &'a [[f64; 2]],
+        scales: &'a DVector<f64>,
+    ) -> Option<Self> {
         let length = here.values.norm();
         let uphill = here.derivatives.tr_mul(&here.values);
         let is_free = |&index: &usize| {
@@ -117,32 +123,48 @@ impl Step {
         let free: Vec<usize> = (0..values.len()).filter(is_free).collect();
         let across =
             |&index: &usize| uphill[index].abs() > PERPENDICULAR * length * here.derivatives.column(index).norm();
-        if !free.iter().any(across) {
+        free.iter().any(across).then_some(Step { here, values, bounds, scales, free })
+    }
+
+    /// The values after a step: what would leave its bounds goes as far as they permit, and the others make the best of that.
+    fn at(&self, damping: f64) -> DVector<f64> {
+        let (mut next, mut free) = (self.values.clone(), self.free.clone());
+        while let Some(step) = self.solved(&next, &free, damping) {
+            let wanted = |place: usize| self.values[free[place]] - step[place] / self.scales[free[place]];
+            let is_within = |place: &usize| {
+                let [low, high] = self.bounds[free[*place]];
+                (low..=high).contains(&wanted(*place))
+            };
+            let (within, outside): (Vec<usize>, Vec<usize>) = (0..free.len()).partition(is_within);
+            let stays = outside.is_empty();
+            for place in if stays { &within } else { &outside } {
+                let [low, high] = self.bounds[free[*place]];
+                next[free[*place]] = wanted(*place).clamp(low, high);
+            }
+            if stays {
+                break;
+            }
+            free = within.into_iter().map(|place| free[place]).collect();
+        }
+        next
+    }
+
+    /// The damped step of some of them, downhill with a minus, in their scales; the others are where they are in `next`.
+    fn solved(&self, next: &DVector<f64>, free: &[usize], damping: f64) -> Option<DVector<f64>> {
+        if free.is_empty() {
             return None;
         }
-        let scaled = DMatrix::from_fn(here.values.len(), free.len(), |row, column| {
-            here.derivatives[(row, free[column])] / scales[free[column]]
+        let Residuals { values, derivatives } = self.here;
+        let scaled = DMatrix::from_fn(values.len(), free.len(), |row, column| {
+            derivatives[(row, free[column])] / self.scales[free[column]]
         });
         let most = 300 * (scaled.nrows() + scaled.ncols());
         let parts = SVD::try_new(scaled, true, true, 5.0 * f64::EPSILON, most)?;
-        let scales = free.iter().map(|&index| scales[index]).collect();
-        Some(Step { free, parts, residuals: here.values.clone(), scales })
-    }
-
-    /// The values after a step.
-    fn at(&self, damping: f64, values: &DVector<f64>, bounds: &[[f64; 2]]) -> DVector<f64> {
-        let mut next = values.clone();
-        let (Some(left), Some(right)) = (&self.parts.u, &self.parts.v_t) else { return next };
-        let mut along = left.tr_mul(&self.residuals);
-        for (part, singular) in along.iter_mut().zip(self.parts.singular_values.iter()) {
+        let mut along = parts.u?.tr_mul(&(values + derivatives * (next - self.values)));
+        for (part, singular) in along.iter_mut().zip(parts.singular_values.iter()) {
             *part *= singular / (singular * singular + damping).max(f64::MIN_POSITIVE);
         }
-        let step = right.tr_mul(&along);
-        for (place, &index) in self.free.iter().enumerate() {
-            let [low, high] = bounds[index];
-            next[index] = (values[index] - step[place] / self.scales[place]).clamp(low, high);
-        }
-        next
+        Some(parts.v_t?.tr_mul(&along))
     }
 }
 
