@@ -13,6 +13,7 @@ use cotree::mechanism::{DisplayUnit, Experiment, Unit};
 use cotree::output::accuracy::{Accuracy, Measurement};
 use cotree::output::drawing::{Body, Drawing};
 use cotree::output::page::{Facts, Live};
+use cotree::scene::Source;
 use cotree_fmu::context::Statistics;
 use cotree_fmu::program::Engine;
 use quick_xml::Reader;
@@ -252,6 +253,7 @@ fn names_outside_the_structured_convention_are_called_flat() {
 
 /// What the archive is made of, apart from the description.
 struct Parts {
+    source: Source,
     description: Description,
     drawing: Drawing,
     facts: Facts,
@@ -285,6 +287,7 @@ impl Parts {
                 measurements: vec![measurement(1e-4, 240), measurement(1e-6, 600)],
             }),
             runtimes: vec![Runtime::embedded().unwrap()],
+            source: Source::new("scene.toml", "format = 1\n"),
         }
     }
 
@@ -293,7 +296,7 @@ impl Parts {
     }
 
     fn package(&self) -> Package<'_> {
-        let scene = Some(SceneText { extension: "toml", text: "format = 1\n" });
+        let scene = Some(SceneText { extension: "toml", source: &self.source });
         let Self { description, runtimes, .. } = self;
         Package { version: FmiVersion::V2, description, program: b"program", scene, page: self.page(), runtimes }
     }

@@ -361,13 +361,13 @@ impl Compiled {
         path: &Path,
     ) -> Result<(), ExportError> {
         let Documents { front, accuracy, live } = documents;
-        let is_json = self.source.text.trim_start().starts_with('{');
+        let is_json = self.source.own_text().trim_start().starts_with('{');
         let extension = if is_json { "json" } else { "toml" };
         let package = Package {
             version,
             description: &self.description,
             program: &self.program.to_bytes()?,
-            scene: (!self.source.text.is_empty()).then_some(SceneText { extension, text: &self.source.text }),
+            scene: (!self.source.text.is_empty()).then_some(SceneText { extension, source: &self.source }),
             page: Page { drawing: &front.drawing, facts: &front.facts, accuracy, live },
             runtimes,
         };

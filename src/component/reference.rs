@@ -33,6 +33,8 @@ pub fn reference() -> String {
             chapter(component, &mut text);
         }
     }
+    let parts = "Each entry puts the mechanism of another file into this one: every name `x` of it becomes `entry_x`, also written `entry.x`. [parts.md](parts.md) explains it.";
+    table(&mut text, "`parts`", parts, tables::PART);
     let initial = "The key is a position or velocity, such as `\"crank.angle\"`; the value a number that is known, or a table with this key.";
     table(&mut text, "`initial`", initial, tables::GUESS);
     table(&mut text, "`outputs`", "", tables::OUTPUTS);

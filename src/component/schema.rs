@@ -48,6 +48,7 @@ fn definitions() -> Value {
         "joint": parts(Section::Joints),
         "driver": parts(Section::Drivers),
         "load": parts(Section::Loads),
+        "part": part(),
         "shape": { "oneOf": shape::ALL.iter().map(|shape| shape_of(*shape)).collect::<Vec<_>>() },
     })
 }
@@ -102,6 +103,13 @@ fn parts(section: Section) -> Value {
         table
     };
     json!({ "oneOf": section.components().map(one).collect::<Vec<_>>() })
+}
+
+/// A file that is a part: the parameters that it has are its own.
+fn part() -> Value {
+    let mut part = object(tables::PART);
+    part["properties"]["parameters"]["additionalProperties"] = reference("quantity");
+    part
 }
 
 fn shape_of(shape: &dyn shape::Shape) -> Value {
@@ -185,6 +193,7 @@ fn section(name: &str) -> Value {
         "joints" => named("joint"),
         "drivers" => named("driver"),
         "loads" => named("load"),
+        "parts" => named("part"),
         "initial" => json!({ "type": "object", "additionalProperties": reference("initial") }),
         "outputs" => {
             let mut outputs = object(tables::OUTPUTS);

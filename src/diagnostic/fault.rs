@@ -88,13 +88,13 @@ impl Faults {
 /// Each fault with its place and what to do, for logs; [`Faults::render`] also shows the lines of the scene.
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines = Lines::new(&self.source.text);
         for (index, fault) in self.list.iter().enumerate() {
             let separator = if index == 0 { "" } else { "\n" };
             write!(f, "{separator}{}: {}", fault.code, fault.message)?;
             if !fault.span.is_nowhere() {
-                let (line, column) = lines.position(fault.span.start);
-                write!(f, "\n  at {}:{line}:{column}", self.source.name)?;
+                let (file, start) = self.source.file_at(fault.span.start);
+                let (line, column) = Lines::new(&file.text).position(fault.span.start - start);
+                write!(f, "\n  at {}:{line}:{column}", file.name)?;
             }
             if !fault.help.is_empty() {
                 write!(f, "\n  help: {}", fault.help)?;
@@ -156,6 +156,16 @@ impl Sink {
         let full = self.errors >= Sink::MOST_ERRORS;
         self.omitted += usize::from(full);
         full
+    }
+
+    /// Adds the faults of a file whose text begins here in the source.
+    pub fn take(&mut self, other: Sink, start: usize) {
+        self.omitted += other.omitted;
+        for mut fault in other.list {
+            fault.span = fault.span.shifted(start);
+            fault.also.iter_mut().for_each(|span| *span = span.shifted(start));
+            self.push(fault);
+        }
     }
 
     pub fn has_errors(&self) -> bool {

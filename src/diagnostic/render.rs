@@ -1,5 +1,6 @@
 //! Faults as text for people and as JSON for programs.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use miette::{
@@ -22,10 +23,12 @@ impl Faults {
     pub fn render(&self, colour: bool, width: usize) -> String {
         let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
         let handler = GraphicalReportHandler::new_themed(theme).with_width(width).with_links(false);
-        let source = Source::new(visible(&self.source.name), masked(&self.source.text));
+        let mut source = Source::new(visible(&self.source.name), masked(&self.source.text));
+        source.further = self.source.further.clone();
         let mut text = String::new();
         for fault in self.list.iter().take(MOST_RENDERED) {
-            let report = Report { fault, source: &source };
+            let (fault, source) = in_its_file(fault, &source);
+            let report = Report { fault: &fault, source: &source };
             if handler.render_report(&mut text, &report).is_err() {
                 // The layout failed: the message alone is better than nothing.
                 text.push_str(&visible(&fault.message));
@@ -41,11 +44,16 @@ impl Faults {
 
     /// All faults as a JSON object, for editors: lines and columns count from 1, columns in characters.
     pub fn to_json(&self) -> Value {
-        let lines = Lines::new(&self.source.text);
         let place = |span: Span| {
+            let (file, start) = self.source.file_at(span.start);
+            let (lines, span) = (Lines::new(&file.text), span.within(start));
             let ((line, column), (end_line, end_column)) = (lines.position(span.start), lines.position(span.end));
-            json!({ "line": line, "column": column, "end_line": end_line, "end_column": end_column,
-                    "start": span.start, "end": span.end })
+            let mut place = json!({ "line": line, "column": column, "end_line": end_line, "end_column": end_column,
+                    "start": span.start, "end": span.end });
+            if start > 0 {
+                place["file"] = json!(file.name);
+            }
+            place
         };
         let faults: Vec<Value> = self
             .list
@@ -64,6 +72,20 @@ impl Faults {
             .collect();
         json!({ "file": self.source.name, "faults": faults, "omitted": self.omitted })
     }
+}
+
+/// A fault with the file that it is in: further places in other files are left out.
+fn in_its_file<'f>(fault: &'f Fault, source: &Source) -> (Cow<'f, Fault>, Source) {
+    if source.further.is_empty() || fault.span.is_nowhere() {
+        return (Cow::Borrowed(fault), source.clone());
+    }
+    let (file, start) = source.file_at(fault.span.start);
+    let here = |span: &&Span| (start..=start + file.text.len()).contains(&span.start);
+    let also = fault.also.iter().filter(here).map(|span| span.within(start)).collect();
+    // Beyond the end of the file there is nothing to show.
+    let span = fault.span.within(start);
+    let span = Span::new(span.start, span.end.min(file.text.len()));
+    (Cow::Owned(Fault { span, also, ..fault.clone() }), file)
 }
 
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
-use std::path::Path;
+use std::path::{Component, Path};
 
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
@@ -13,6 +13,7 @@ use super::description::Description;
 use super::page::Page;
 use super::runtime::{PACKED, Platform, Runtime};
 use super::{ExportError, FmiVersion, icon, libraries, xml};
+use crate::diagnostic::Source;
 use crate::files;
 
 const LICENSE: &str = include_str!("license.txt");
@@ -40,8 +41,40 @@ pub struct Package<'a> {
 pub struct SceneText<'a> {
     /// `toml` or `json`.
     pub extension: &'a str,
-    /// The text.
-    pub text: &'a str,
+    /// The files that it is made of, with their texts, its own first.
+    pub source: &'a Source,
+}
+
+impl<'a> SceneText<'a> {
+    /// Its files with their names in the FMU: where they are relative to the scene, so that it can be run from there.
+    fn files(self) -> Vec<(String, &'a str)> {
+        let own = format!("resources/scene.{}", self.extension);
+        let folder = Path::new(&self.source.name).parent().unwrap_or(Path::new(""));
+        let mut named: Vec<(String, &'a str)> = Vec::new();
+        for (index, (path, text)) in self.source.files().enumerate() {
+            let beside = Path::new(path).strip_prefix(folder).ok().and_then(within);
+            let name = if index == 0 { own.clone() } else { beside.unwrap_or_default() };
+            let taken =
+                name.is_empty() || name == cotree_fmu::PROGRAM_FILE || named.iter().any(|(other, _)| *other == name);
+            let last = Path::new(path).file_name().unwrap_or_default().to_string_lossy();
+            named.push((if taken { format!("resources/elsewhere/{index}/{last}") } else { name }, text));
+        }
+        named
+    }
+}
+
+/// The place in the FMU of a file beside the scene or below; none if it is elsewhere.
+fn within(path: &Path) -> Option<String> {
+    let mut names = vec!["resources".to_owned()];
+    for component in path.components() {
+        match component {
+            Component::Normal(name) => names.push(name.to_str()?.to_owned()),
+            Component::CurDir => {}
+            Component::ParentDir if names.len() > 1 => _ = names.pop(),
+            _ => return None,
+        }
+    }
+    Some(names.join("/"))
 }
 
 /// Packs an FMU and writes it to a file: all of it or nothing.
@@ -105,8 +138,7 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, Content<'a>>, Ex
         entries.insert(name, content);
     }
     if let Some(scene) = package.scene {
-        let name = format!("resources/scene.{}", scene.extension);
-        entries.insert(name, Content::Bytes(scene.text.as_bytes().into()));
+        entries.extend(scene.files().into_iter().map(|(name, text)| (name, Content::Bytes(text.as_bytes().into()))));
     }
     Ok(entries)
 }

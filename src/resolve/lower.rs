@@ -71,6 +71,11 @@ impl Resolver<'_> {
             TreeKind::Negate(inner) => self.lower(inner, site).map(|(inner, known)| (constant::negate(inner), known)),
             TreeKind::Binary(operator, sides) => self.lower_binary(*operator, sides, tree, site),
             TreeKind::Call(function, arguments) => self.lower_call(*function, arguments, tree, site),
+            TreeKind::Table(lookup, file, argument) => {
+                let argument = self.lower(argument, site)?;
+                let place = site.text.part(tree.start, tree.end);
+                self.lookup(*lookup, file, argument, (site.what, place))
+            }
             TreeKind::If(comparison, parts) => {
                 let lowered = [0, 1, 2, 3].map(|index| self.lower(&parts[index], site));
                 let [Some((a, a_unit)), Some((b, b_unit)), Some((then, then_unit)), Some((other, other_unit))] =
@@ -345,6 +350,7 @@ pub(crate) fn formula_of_numbers(text: &str) -> Option<Formula> {
         parameter_units: Vec::new(),
         input_units: Vec::new(),
         written_in: crate::mechanism::Units::default(),
+        tables: std::collections::HashMap::new(),
     };
     resolver.expression(&Text::from(text), "test", Context::Constant).map(|(formula, _)| formula)
 }

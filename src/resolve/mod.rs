@@ -15,10 +15,16 @@ mod outputs;
 mod parameters;
 mod parts;
 mod places;
+mod reuse;
 mod settings;
 mod shapes;
 pub mod symbolic;
+mod tables;
 mod variables;
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::rc::Rc;
 
 use self::names::Names;
 use crate::component::{self, ALL, Room};
@@ -39,9 +45,20 @@ impl Scene {
     /// # Errors
     /// Everything that is wrong with its form.
     pub fn from_source(source: Source, json: bool) -> Result<Scene, Faults> {
-        let (scene, mut faults) = Scene::decode(source, json)?;
+        let mut faults = Sink::default();
+        let Some(mut scene) = Scene::decode(&source.text, json, 0, false, &mut faults) else {
+            return Err(faults.into_faults(source));
+        };
+        scene.source = source;
+        let path = PathBuf::from(&scene.source.name);
+        reuse::find_files(&mut scene, &path);
+        let complete = reuse::put_in(&mut scene, &mut faults);
+        tables::append(&mut scene);
         if faults.has_errors() {
-            scene.resolve_into(&mut faults);
+            // What a missing part has is not known.
+            if complete {
+                scene.resolve_into(&mut faults);
+            }
             return Err(faults.into_faults(scene.source));
         }
         Ok(scene)
@@ -114,6 +131,8 @@ struct Resolver<'s> {
     input_units: Vec<Option<Exponents>>,
     /// The first unit of each kind of value in the scene.
     written_in: Units,
+    /// The tables that expressions use, by their files; none if one is at fault.
+    tables: HashMap<String, Option<Rc<tables::Table>>>,
 }
 
 const UNKNOWN: Formula = Formula::Number(f64::NAN);
@@ -129,6 +148,7 @@ impl<'s> Resolver<'s> {
             parameter_units: Vec::new(),
             input_units: Vec::new(),
             written_in: Units::default(),
+            tables: HashMap::new(),
         }
     }
 }

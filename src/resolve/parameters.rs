@@ -186,7 +186,7 @@ impl Resolver<'_> {
                     uses.insert(id.0);
                 }
             }
-            TreeKind::Negate(inner) => self.parameters_in(inner, uses),
+            TreeKind::Negate(inner) | TreeKind::Table(_, _, inner) => self.parameters_in(inner, uses),
             TreeKind::Binary(_, sides) => sides.iter().for_each(|side| self.parameters_in(side, uses)),
             TreeKind::Call(_, arguments) => arguments.iter().for_each(|argument| self.parameters_in(argument, uses)),
             TreeKind::If(_, parts) => parts.iter().for_each(|part| self.parameters_in(part, uses)),

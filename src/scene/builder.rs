@@ -32,6 +32,7 @@ impl Scene {
             display: Vec::new(),
             source: Source::default(),
             broken: Vec::new(),
+            uses: Vec::new(),
         }
     }
 

@@ -28,6 +28,21 @@ pub(crate) enum Kind {
     Null,
 }
 
+impl Node {
+    /// Moves the places of a text that begins so much further on.
+    pub fn shift(&mut self, by: usize) {
+        self.span = self.span.shifted(by);
+        match &mut self.kind {
+            Kind::Table(entries) => entries.iter_mut().for_each(|(key, node)| {
+                key.span = key.span.shifted(by);
+                node.shift(by);
+            }),
+            Kind::Array(items) => items.iter_mut().for_each(|item| item.shift(by)),
+            Kind::Text(_) | Kind::Number(_) | Kind::Boolean(_) | Kind::Date | Kind::Null => {}
+        }
+    }
+}
+
 impl Kind {
     /// What it is, with its article.
     pub fn name(&self) -> &'static str {

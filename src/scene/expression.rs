@@ -5,7 +5,7 @@
 //! product = sign (('*' | '/') sign)*
 //! sign    = ('-' | '+') sign | power
 //! power   = primary ('^' sign)?                      2^3^2 = 2^(3^2), -2^2 = -(2^2)
-//! primary = number | name | function '(' sum, ... ')' | 'if' '(' sum compare sum ',' sum ',' sum ')' | '(' sum ')'
+//! primary = number | name | function '(' sum, ... ')' | 'if' '(' sum compare sum ',' sum ',' sum ')' | table '(' text ',' sum ')' | '(' sum ')'
 //! name    = identifier ('.' identifier)*
 //! ```
 
@@ -38,6 +38,31 @@ pub(crate) enum TreeKind {
     Binary(BinaryOperator, Box<[Tree; 2]>),
     Call(Function, Vec<Tree>),
     If(Comparison, Box<[Tree; 4]>),
+    /// A file's table at a value.
+    Table(Lookup, String, Box<Tree>),
+}
+
+/// How a table is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Lookup {
+    /// By a cubic spline? Else by straight lines.
+    pub smooth: bool,
+    /// Does it begin anew where it ends?
+    pub periodic: bool,
+}
+
+impl Lookup {
+    /// What each is called.
+    pub const NAMES: [(&'static str, Lookup); 4] = [
+        ("table", Lookup { smooth: false, periodic: false }),
+        ("spline", Lookup { smooth: true, periodic: false }),
+        ("periodic_table", Lookup { smooth: false, periodic: true }),
+        ("periodic_spline", Lookup { smooth: true, periodic: true }),
+    ];
+
+    fn named(name: &str) -> Option<Lookup> {
+        Lookup::NAMES.iter().find(|(own, _)| *own == name).map(|(_, lookup)| *lookup)
+    }
 }
 
 /// Parses an expression.
@@ -55,10 +80,47 @@ pub(crate) fn parse(text: &Text) -> Result<Tree, Fault> {
     }
 }
 
+/// The expression with other texts for some of its names; as it is if it cannot be read.
+pub(crate) fn substituted(text: &str, replace: impl Fn(&str) -> Option<String>) -> String {
+    let whole = Text::from(text);
+    let Ok(tokens) = tokens(&whole) else { return text.to_owned() };
+    let (mut result, mut done) = (String::new(), 0);
+    for pair in tokens.windows(2) {
+        let [(Token::Name(name), start, end), (next, ..)] = *pair else { continue };
+        if next == Token::Open {
+            continue; // a function
+        }
+        if let Some(other) = replace(name) {
+            result += &text[done..start];
+            result += &other;
+            done = end;
+        }
+    }
+    result + &text[done..]
+}
+
+/// The expression with other texts for the files of its tables; as it is if it cannot be read.
+pub(crate) fn with_files(text: &str, mut replace: impl FnMut(&str) -> String) -> String {
+    let whole = Text::from(text);
+    let Ok(tokens) = tokens(&whole) else { return text.to_owned() };
+    let (mut result, mut done) = (String::new(), 0);
+    for (token, start, end) in tokens {
+        let Token::Text(file) = token else { continue };
+        let other = replace(file);
+        let quote = if other.contains('"') { '\'' } else { '"' };
+        result += &text[done..start];
+        result += &format!("{quote}{other}{quote}");
+        done = end;
+    }
+    result + &text[done..]
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Token<'t> {
     Number(f64),
     Name(&'t str),
+    /// Between quotes of either kind.
+    Text(&'t str),
     Operator(BinaryOperator),
     Compare(Comparison),
     Open,
@@ -103,6 +165,10 @@ fn token(rest: &str) -> Option<(Token<'_>, usize)> {
         ',' => (Token::Comma, 1),
         '<' => or_equal(Comparison::Less, Comparison::LessEqual),
         '>' => or_equal(Comparison::Greater, Comparison::GreaterEqual),
+        '"' | '\'' => {
+            let length = rest[1..].find(first)?;
+            (Token::Text(&rest[1..=length]), length + 2)
+        }
         'a'..='z' | 'A'..='Z' | '_' => {
             let length = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != '.').unwrap_or(rest.len());
             (Token::Name(&rest[..length]), length)
@@ -189,6 +255,7 @@ impl<'t> Parser<'t> {
                 self.at += 1;
                 match self.peek() {
                     Token::Open if name == "if" => self.conditional(start),
+                    Token::Open if Lookup::named(name).is_some() => self.lookup(name, start),
                     Token::Open => self.call(name, start, end),
                     _ => self.tree(TreeKind::Name(name.to_string()), start, end),
                 }
@@ -228,11 +295,32 @@ impl<'t> Parser<'t> {
         self.tree(TreeKind::If(comparison, Box::new([left, right, then, otherwise])), start, end)
     }
 
+    /// The name of a way to read a table has been read, `(` is next.
+    fn lookup(&mut self, name: &str, start: usize) -> Result<Tree, Fault> {
+        self.at += 1;
+        let help = format!("write `{name}(\"file.csv\", x)`");
+        let Token::Text(file) = self.peek() else {
+            let fault =
+                self.fault(&format!("the first place of `{name}` is a file")).label("expected a file in quotes");
+            return Err(fault.help(help));
+        };
+        let file = file.to_owned();
+        self.at += 1;
+        if self.peek() != Token::Comma {
+            return Err(self.expected("`,`").help(help));
+        }
+        self.at += 1;
+        let argument = self.sum()?;
+        let end = self.close()?;
+        let lookup = Lookup::named(name).unwrap_or(Lookup { smooth: false, periodic: false });
+        self.tree(TreeKind::Table(lookup, file, Box::new(argument)), start, end)
+    }
+
     /// The name of a function has been read, `(` is next.
     fn call(&mut self, name: &str, start: usize, name_end: usize) -> Result<Tree, Fault> {
         let span = self.text.part(start, name_end);
         let Some(function) = Function::named(name) else {
-            let names = || Function::all().map(Function::name);
+            let names = || Function::all().map(Function::name).chain(Lookup::NAMES.map(|(name, _)| name));
             let otherwise =
                 format!("the functions are {} and `if(a < b, x, y)`", names().collect::<Vec<_>>().join(", "));
             return Err(Fault::new("scene::unknown_function", format!("there is no function `{name}`"), span)
@@ -277,6 +365,7 @@ impl<'t> Parser<'t> {
             TreeKind::Binary(_, sides) => &sides[..],
             TreeKind::Call(_, arguments) => arguments,
             TreeKind::If(_, parts) => &parts[..],
+            TreeKind::Table(_, _, argument) => std::slice::from_ref(&**argument),
         };
         let depth = 1 + parts.iter().map(|part| part.depth).max().unwrap_or(0);
         if depth > DEEPEST {

@@ -80,6 +80,27 @@ pub struct Scene {
     pub source: Source,
     /// Names of what could not be read: they exist, so that their uses are no further faults.
     pub(crate) broken: Vec<String>,
+    /// Files whose mechanisms are parts of it; none once these have been put in.
+    pub(crate) uses: Vec<Use>,
+}
+
+/// A file whose mechanism is a part of the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Use {
+    /// Its names begin with this one.
+    pub name: Text,
+    /// Its path as it is written.
+    pub file: Text,
+    /// New values of its parameters.
+    pub parameters: Vec<(Text, Quantity)>,
+    /// The body that its ground is fixed to; the ground if absent.
+    pub on: Option<Text>,
+    /// Where its origin is \[m\].
+    pub at: Option<Vector>,
+    /// By how much it is turned \[rad\].
+    pub angle: Option<Quantity>,
+    /// Are its left and right exchanged?
+    pub mirror: bool,
 }
 
 /// Components along x and y; x alone in one dimension.

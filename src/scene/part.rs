@@ -63,6 +63,34 @@ impl Part {
         entries.iter().find(|(other, _)| other.text == key).map(|(_, node)| node)
     }
 
+    pub(crate) fn get_mut(&mut self, key: &str) -> Option<&mut Node> {
+        let Kind::Table(entries) = &mut self.node.kind else { return None };
+        entries.iter_mut().find(|(other, _)| other.text == key).map(|(_, node)| node)
+    }
+
+    /// Adds an entry, if it is a table.
+    pub(crate) fn insert(&mut self, key: &str, value: Node) {
+        if let Kind::Table(entries) = &mut self.node.kind {
+            entries.push((Text::new(key, value.span), value));
+        }
+    }
+
+    pub(crate) fn remove(&mut self, key: &str) {
+        if let Kind::Table(entries) = &mut self.node.kind {
+            entries.retain(|(other, _)| other.text != key);
+        }
+    }
+
+    /// Adds a point, if it is a table and so are its points.
+    pub(crate) fn add_point(&mut self, name: Text, at: Vector) {
+        if self.get("points").is_none() {
+            self.insert("points", Node::built(Kind::Table(Vec::new())));
+        }
+        if let Some(Node { kind: Kind::Table(points), .. }) = self.get_mut("points") {
+            points.push((name, at.into()));
+        }
+    }
+
     /// The text of a key, if it is one.
     pub(crate) fn text(&self, key: &str) -> Option<Text> {
         self.get(key).and_then(Node::text)

@@ -20,6 +20,7 @@ pub(crate) const SCENE: &[Key] = &[
     Key::default("joints", Form::Table, "the [joints](#joints)", "none"),
     Key::default("drivers", Form::Table, "[prescribed motions](#drivers)", "none"),
     Key::default("loads", Form::Table, "[forces, torques, springs and dampers](#loads)", "none"),
+    Key::default("parts", Form::Table, "[files whose mechanisms are parts of this one](#parts)", "none"),
     Key::default("initial", Form::Table, "[initial values](#initial)", "none"),
     Key::default("outputs", Form::Table, "[what is reported](#outputs)", "none"),
     Key::default("experiment", Form::Table, "the [default experiment](#experiment)", "its defaults"),
@@ -59,6 +60,21 @@ pub(crate) const INPUT: &[Key] = &[
 
 /// The ground.
 pub(crate) const GROUND: &[Key] = &[Key::default("points", Form::NamedPoints, "its points", "none")];
+
+/// A file whose mechanism is a part of the scene.
+pub(crate) const PART: &[Key] = &[
+    Key::required(
+        "file",
+        Form::Text,
+        "the scene file, relative to the folder of the file that names it",
+        "name the file: `file = \"wheel.toml\"`",
+    ),
+    Key::default("parameters", Form::Table, "new values of its parameters, expressions of this file's", "its own"),
+    Key::default("on", Form::Text, "the body of this scene that its ground is fixed to", "`\"ground\"`"),
+    Key::default("at", Form::ConstantVector(LENGTH), "where its origin is", "`[0, 0]`"),
+    Key::default("angle", Form::Constant(ANGLE, Range::Any), "by how much it is turned", "0"),
+    Key::default("mirror", Form::Switch, "whether its left and right are exchanged, before it is turned", "`false`"),
+];
 
 /// An initial value that is a table.
 pub(crate) const GUESS: &[Key] = &[Key::default(

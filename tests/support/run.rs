@@ -22,9 +22,19 @@ pub fn file(path: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The scene of a model in `models`.
+/// The scene of a model in `models`; what it says of other files of its folder is changed so that it holds from here.
 pub fn scene_of(model: &str) -> String {
-    file(&format!("models/{model}/scene.toml"))
+    from_here(model, file(&format!("models/{model}/scene.toml")))
+}
+
+/// A text of a model in which the names of the other files of its folder are paths from here.
+pub fn from_here(model: &str, mut text: String) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(model);
+    for entry in std::fs::read_dir(&folder).into_iter().flatten() {
+        let name = entry.expect("an entry").file_name().to_string_lossy().into_owned();
+        text = text.replace(&format!("\"{name}\""), &format!("\"{}\"", folder.join(&name).display()));
+    }
+    text
 }
 
 /// Names of the models in `models`.

@@ -14,6 +14,7 @@ use super::output;
 use crate::compile::page;
 use crate::export::{ExportError, runtime};
 use crate::output::page::Page;
+use crate::scene::{Scene, Source};
 use server::{Board, Shown};
 
 /// How often the file's date and length are looked at: often enough that nobody waits, and next to no work.
@@ -50,15 +51,22 @@ impl Watch {
             Failure::Usage(format!("cannot serve a page on port {} of this machine: {error}", self.port))
         })?;
         output::print(&format!("{address}\n"))?;
+        let mut files = vec![self.scene.clone()];
         let (mut last, mut before, mut missed) = (None, None, 0);
         loop {
-            let now = Stamp::of(&self.scene);
-            missed = if now.is_some() { 0 } else { missed + 1 };
+            let now: Vec<Option<Stamp>> = files.iter().map(|file| Stamp::of(file)).collect();
+            let is_there = now.first().is_some_and(Option::is_some);
+            missed = if is_there { 0 } else { missed + 1 };
+            let now = Some(now);
             // A file that is just being written changes from one look to the next.
-            let settled = now == before && now.is_some() || missed == MISSED;
+            let settled = now == before && is_there || missed == MISSED;
             if now != last && settled {
-                board.show(shown(&self.scene, module.clone()));
-                last = now.clone();
+                let (page, further) = shown(&self.scene, module.clone());
+                board.show(page);
+                // Files of which nothing is known yet may have changed meanwhile: then it is shown again.
+                let all: Vec<PathBuf> = std::iter::once(self.scene.clone()).chain(further).collect();
+                last = if all == files { now.clone() } else { None };
+                files = all;
             }
             before = now;
             std::thread::sleep(PATIENCE);
@@ -90,18 +98,29 @@ impl Stamp {
     }
 }
 
-/// The page of the scene, or why there is none.
-fn shown(path: &Path, module: Option<Vec<u8>>) -> Shown {
-    match made(path, module) {
-        Ok(page) => Shown::Page(page.live_html()),
-        Err(Failure::Scene(faults)) => Shown::Fault(faults.render(false, 100)),
-        Err(Failure::Usage(message) | Failure::Numerical(message) | Failure::Stopped(message)) => Shown::Fault(message),
-        Err(Failure::ClosedPipe) => Shown::Fault(String::new()),
+/// The page of the scene, or why there is none; and the further files that it is made of.
+fn shown(path: &Path, module: Option<Vec<u8>>) -> (Shown, Vec<PathBuf>) {
+    let further = |source: &Source| source.further.iter().map(|file| PathBuf::from(&file.name)).collect();
+    let scene = match output::load(path) {
+        Ok(scene) => scene,
+        Err(failure) => {
+            let files = if let Failure::Scene(faults) = &failure { further(&faults.source) } else { Vec::new() };
+            return (faulty(failure), files);
+        }
+    };
+    let files = further(&scene.source);
+    (made(&scene, module).map_or_else(faulty, |page| Shown::Page(page.live_html())), files)
+}
+
+fn faulty(failure: Failure) -> Shown {
+    match failure {
+        Failure::Scene(faults) => Shown::Fault(faults.render(false, 100)),
+        Failure::Usage(message) | Failure::Numerical(message) | Failure::Stopped(message) => Shown::Fault(message),
+        Failure::ClosedPipe => Shown::Fault(String::new()),
     }
 }
 
-fn made(path: &Path, module: Option<Vec<u8>>) -> Result<Page, Failure> {
-    let scene = output::load(path)?;
-    let (_, page) = page::page(&scene, module)?;
+fn made(scene: &Scene, module: Option<Vec<u8>>) -> Result<Page, Failure> {
+    let (_, page) = page::page(scene, module)?;
     page.map_err(Failure::Numerical)
 }

@@ -1,12 +1,12 @@
-//! Parameters, inputs and points of the ground.
+//! Parameters, inputs, points of the ground, and files that are parts.
 
 use super::Decoder;
 use super::fields::Fields;
 use crate::diagnostic::span::Text;
 use crate::scene::document::{Kind, Node};
 use crate::scene::key::names;
-use crate::scene::model::{Input, Parameter, Point};
-use crate::scene::tables::{GROUND, INPUT, PARAMETER};
+use crate::scene::model::{Input, Parameter, Point, Use};
+use crate::scene::tables::{GROUND, INPUT, PARAMETER, PART};
 
 impl Decoder {
     pub(super) fn parameter(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Parameter> {
@@ -41,6 +41,29 @@ impl Decoder {
             description: self.faults.optional_text(&fields, "description"),
             min: self.faults.optional_quantity(&fields, "min"),
             max: self.faults.optional_quantity(&fields, "max"),
+        })
+    }
+
+    pub(super) fn part(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Use> {
+        let fields = Fields::open(node, owner, name.span, &names(PART), &mut self.faults)?;
+        let file = self.faults.required_text(&fields, "file", PART[0].help());
+        let parameters =
+            fields.get("parameters").and_then(|node| self.faults.entries(node, &fields.name_of("parameters")));
+        let value = |(own, node): &(Text, Node)| {
+            let what = format!("parameter `{}` of {owner}", own.text);
+            Some((own.clone(), self.faults.quantity(node, &what)?))
+        };
+        let parameters = parameters.unwrap_or_default().iter().filter_map(value).collect();
+        let at = fields.get("at").and_then(|node| self.faults.vector(node, &fields.name_of("at")));
+        let mirror = fields.get("mirror").and_then(|node| self.faults.boolean(node, &fields.name_of("mirror")));
+        Some(Use {
+            name: name.clone(),
+            file: file?,
+            parameters,
+            on: self.faults.optional_text(&fields, "on"),
+            at,
+            angle: self.faults.optional_quantity(&fields, "angle"),
+            mirror: mirror.unwrap_or(false),
         })
     }
 

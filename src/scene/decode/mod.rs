@@ -43,8 +43,7 @@ impl Scene {
     /// Everything that is wrong with its form; names and units too, if there is such a fault.
     pub fn from_bytes(path: &Path, bytes: Vec<u8>) -> Result<Scene, Faults> {
         let text = text(path, bytes).map_err(|fault| unreadable(path, fault))?;
-        let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
-        Scene::from_source(Source::new(path.display().to_string(), text), json)
+        Scene::from_source(Source::new(path.display().to_string(), text), is_json(path))
     }
 
     /// Reads a scene from a text in TOML, or in JSON if it begins with `{`.
@@ -63,28 +62,32 @@ impl Scene {
         Scene::from_source(Source::new("", text), true)
     }
 
-    /// The parts of a scene as they are written, and what is wrong with their form.
-    pub(crate) fn decode(mut source: Source, json: bool) -> Result<(Scene, Sink), Faults> {
-        let mut decoder = Decoder::default();
-        // The mark that some editors begin a file with.
-        if let Some(text) = source.text.strip_prefix('\u{feff}') {
-            source.text = text.into();
-        }
-        let text = &*source.text;
+    /// A scene as it is written, without its parts; none if its form cannot be trusted. `start` is where its text begins in the source. What is wrong
+    /// goes to `faults`. A part needs no name.
+    pub(crate) fn decode(text: &str, json: bool, start: usize, is_part: bool, faults: &mut Sink) -> Option<Scene> {
+        let mut of_form = Sink::default();
         let json = json || text.trim_start().starts_with('{');
         let document = if json {
-            document::from_json(text, &mut decoder.faults)
+            document::from_json(text, &mut of_form)
         } else {
-            document::from_toml(text, &names(SCENE), &mut decoder.faults)
+            document::from_toml(text, &names(SCENE), &mut of_form)
         };
-        let Some(document) = document else {
-            return Err(decoder.faults.into_faults(source));
-        };
+        faults.take(of_form, start);
+        let mut document = document?;
+        if start > 0 {
+            document.shift(start);
+        }
+        let mut decoder = Decoder { faults: std::mem::take(faults), is_part, ..Decoder::default() };
         let mut scene = decoder.scene(&document);
         scene.broken = decoder.broken;
-        scene.source = source;
-        Ok((scene, decoder.faults))
+        *faults = decoder.faults;
+        Some(scene)
     }
+}
+
+/// Is it called a file in JSON?
+pub(crate) fn is_json(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
 }
 
 /// A fault of a file that has no text to show.
@@ -92,8 +95,8 @@ fn unreadable(path: &Path, fault: Fault) -> Faults {
     Faults::new(Source::new(path.display().to_string(), ""), vec![fault])
 }
 
-/// The text of a scene file.
-fn text(path: &Path, bytes: Vec<u8>) -> Result<String, Fault> {
+/// The text of a scene file, without the mark that some editors begin a file with.
+pub(crate) fn text(path: &Path, bytes: Vec<u8>) -> Result<String, Fault> {
     let name = path.display();
     let fault = |code, message| Fault::new(code, message, Span::default());
     if bytes.starts_with(b"PK\x03\x04") {
@@ -103,11 +106,15 @@ fn text(path: &Path, bytes: Vec<u8>) -> Result<String, Fault> {
     if bytes.contains(&0) {
         return Err(fault("scene::not_text", format!("`{name}` is not a text, so it is not a scene")));
     }
-    String::from_utf8(bytes).map_err(|error| {
+    let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let line = error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
         let message = format!("`{name}` is not UTF-8 text: line {line} has bytes that are no character");
         fault("scene::not_utf8", message)
+    })?;
+    Ok(match text.strip_prefix('\u{feff}') {
+        Some(rest) => rest.to_owned(),
+        None => text,
     })
 }
 
@@ -117,6 +124,8 @@ struct Decoder {
     faults: Sink,
     /// Names of elements that could not be read.
     broken: Vec<String>,
+    /// Is the scene a part of another?
+    is_part: bool,
 }
 
 impl Decoder {
@@ -130,6 +139,7 @@ impl Decoder {
             Some(node) => {
                 scene.name = self.faults.text(node, "`name`").unwrap_or_else(|| Text::new("unreadable", node.span))
             }
+            None if self.is_part => {}
             None => {
                 scene.name = Text::from("missing");
                 self.faults.push(
@@ -148,6 +158,7 @@ impl Decoder {
         scene.joints = self.parts(&top, "joints");
         scene.drivers = self.parts(&top, "drivers");
         scene.loads = self.parts(&top, "loads");
+        scene.uses = self.section(&top, "parts", "part", Decoder::part);
         self.settings(&top, &mut scene);
         scene
     }

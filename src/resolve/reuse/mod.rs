@@ -1,0 +1,203 @@
+//! Scenes that are parts of others: a file is read, its names get the name of the part in front, its mechanism is placed, and everything joins the
+//! scene that uses it. What follows sees one scene.
+
+mod elements;
+mod operand;
+mod placed;
+mod renamed;
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use self::placed::Placing;
+use crate::diagnostic::fault::{Fault, Sink};
+use crate::diagnostic::span::{Source, Text};
+use crate::diagnostic::suggest;
+use crate::files;
+use crate::scene::Scene;
+use crate::scene::decode::{is_json, text};
+use crate::scene::model::Use;
+
+/// More parts are refused, or more elements of all of them: each file may use others twice, and so on.
+const MOST_PARTS: usize = 10_000;
+const MOST_ELEMENTS: usize = 1_000_000;
+
+/// Puts the parts of a scene into it. False if one of them is missing.
+pub(super) fn put_in(scene: &mut Scene, faults: &mut Sink) -> bool {
+    if scene.uses.is_empty() {
+        return true;
+    }
+    let path = PathBuf::from(&scene.source.name);
+    let opened = path.canonicalize().into_iter().collect();
+    let mut library =
+        Library { source: scene.source.clone(), faults, opened, known: HashMap::new(), parts: 0, elements: 0 };
+    let complete = library.put_in(scene, &path);
+    scene.source = library.source;
+    complete
+}
+
+/// Gives the files of tables their paths from where the program runs: they are written as from the folder of the file that names them.
+pub(super) fn find_files(scene: &mut Scene, path: &Path) {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    renamed::with_files(scene, &mut |file| folder.join(file).display().to_string());
+}
+
+/// The files of tables that a scene uses.
+pub(super) fn files_of_tables(scene: &mut Scene) -> Vec<String> {
+    let mut files: Vec<String> = Vec::new();
+    renamed::with_files(scene, &mut |file| {
+        if files.iter().all(|known| known != file) {
+            files.push(file.to_owned());
+        }
+        file.to_owned()
+    });
+    files
+}
+
+/// The files that have been read.
+struct Library<'f> {
+    source: Source,
+    faults: &'f mut Sink,
+    /// Those that are being put together, each used by the one before.
+    opened: Vec<PathBuf>,
+    /// Whole scenes, by their true paths; none if they could not be read.
+    known: HashMap<PathBuf, Option<Scene>>,
+    parts: usize,
+    elements: usize,
+}
+
+impl Library<'_> {
+    fn put_in(&mut self, scene: &mut Scene, path: &Path) -> bool {
+        let mut uses = std::mem::take(&mut scene.uses);
+        renamed::with_underscores(scene, &mut uses);
+        self.check_names(scene, &uses);
+        let mut complete = true;
+        for used in &uses {
+            match self.read(used, path) {
+                Some(part) if self.has_room(&part, used) => self.join(scene, part, used),
+                _ => complete = false,
+            }
+        }
+        complete
+    }
+
+    /// A part's name must not be that of an element: `left.arm` would be two things.
+    fn check_names(&mut self, scene: &Scene, uses: &[Use]) {
+        let taken = renamed::names(scene);
+        for used in uses {
+            super::names::check_identifier(&used.name, "part", self.faults);
+            if taken.contains(&used.name.text) {
+                let message = format!("the name `{}` is used twice: for a part and for something else", used.name.text);
+                self.faults.push(
+                    Fault::new("scene::duplicate_name", message, used.name.span)
+                        .label("a part")
+                        .help("choose another name"),
+                );
+            }
+        }
+    }
+
+    fn has_room(&mut self, part: &Scene, used: &Use) -> bool {
+        self.parts += 1;
+        self.elements += part.bodies.len() + part.joints.len() + part.drivers.len() + part.loads.len();
+        let fits = self.parts <= MOST_PARTS && self.elements <= MOST_ELEMENTS;
+        if !fits {
+            let message = "the scene has too many parts in parts";
+            let fault = Fault::new("scene::too_large", message, used.file.span).label("one too many");
+            self.faults.push(fault.help(format!("at most {MOST_PARTS} parts with {MOST_ELEMENTS} elements")));
+        }
+        fits
+    }
+
+    /// The scene of a part's file, whole.
+    fn read(&mut self, used: &Use, user: &Path) -> Option<Scene> {
+        let path = user.parent().unwrap_or(Path::new("")).join(&used.file.text);
+        let real = path.canonicalize().unwrap_or_else(|_| path.clone());
+        if let Some(first) = self.opened.iter().position(|open| *open == real) {
+            self.refuse_circle(used, first);
+            return None;
+        }
+        if let Some(known) = self.known.get(&real) {
+            return known.clone();
+        }
+        self.opened.push(real.clone());
+        let part = self.read_anew(used, &path);
+        self.opened.pop();
+        self.known.insert(real, part.clone());
+        part
+    }
+
+    fn read_anew(&mut self, used: &Use, path: &Path) -> Option<Scene> {
+        let name = path.display().to_string();
+        let unreadable = |message: String| {
+            Fault::new("scene::unreadable", message, used.file.span)
+                .label("this file")
+                .help("a path is relative to the folder of the file that names it")
+        };
+        let bytes = files::read(path, Scene::LARGEST);
+        let bytes = bytes.map_err(|error| unreadable(format!("`{name}` cannot be read: {error}")));
+        let read = bytes.and_then(|bytes| {
+            text(path, bytes).map_err(|fault| Fault { span: used.file.span, ..fault }.label("this file"))
+        });
+        // A file that is not there belongs to the scene all the same: who watches it waits for it.
+        let start = self.source.append(&name, read.as_deref().unwrap_or_default());
+        let text = read.map_err(|fault| self.faults.push(fault)).ok()?;
+        let mut part = Scene::decode(&text, is_json(path), start, true, self.faults)?;
+        find_files(&mut part, path);
+        self.put_in(&mut part, path).then_some(part)
+    }
+
+    fn refuse_circle(&mut self, used: &Use, first: usize) {
+        let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let mut names: Vec<String> = self.opened[first..].iter().map(name).collect();
+        names.extend(names.first().cloned());
+        let message = format!("files are parts of each other in a circle: {}", names.join(" -> "));
+        let fault = Fault::new("scene::cycle", message, used.file.span).label("part of the circle");
+        self.faults.push(fault.help("a file cannot be a part of itself"));
+    }
+
+    /// Adds a part to the scene.
+    fn join(&mut self, scene: &mut Scene, mut part: Scene, used: &Use) {
+        if part.dimension != scene.dimension {
+            let message = format!("part `{}` has another `dimension` than the scene that uses it", used.name.text);
+            let fault = Fault::new("scene::one_dimension", message, used.file.span).label("this file");
+            self.faults.push(fault.help("give both the same"));
+            return;
+        }
+        self.set_parameters(&mut part, used);
+        renamed::with_prefix(&mut part, &used.name.text);
+        Placing::new(used, self.faults).place(&mut part, scene);
+        scene.parameters.append(&mut part.parameters);
+        scene.inputs.append(&mut part.inputs);
+        scene.ground.append(&mut part.ground);
+        scene.bodies.append(&mut part.bodies);
+        scene.joints.append(&mut part.joints);
+        scene.drivers.append(&mut part.drivers);
+        scene.loads.append(&mut part.loads);
+        scene.initial.append(&mut part.initial);
+        scene.outputs.variables.append(&mut part.outputs.variables);
+        scene.outputs.expressions.append(&mut part.outputs.expressions);
+        scene.broken.append(&mut part.broken);
+    }
+
+    fn set_parameters(&mut self, part: &mut Scene, used: &Use) {
+        for (name, value) in &used.parameters {
+            match part.parameters.iter_mut().find(|own| own.name.text == name.text) {
+                Some(own) => own.value = value.clone(),
+                None if part.broken.contains(&name.text) => {}
+                None => self.faults.push(unknown_parameter(part, used, name)),
+            }
+        }
+    }
+}
+
+fn unknown_parameter(part: &Scene, used: &Use, name: &Text) -> Fault {
+    let names = || part.parameters.iter().map(|own| own.name.text.as_str());
+    let otherwise = match part.parameters.is_empty() {
+        true => "it has no parameters".to_owned(),
+        false => format!("its parameters are {}", suggest::list(names())),
+    };
+    let message = format!("`{}` has no parameter `{}`", used.file.text, name.text);
+    let fault = Fault::new("scene::unknown_name", message, name.span).label("no such parameter");
+    fault.help(suggest::hint(&name.text, names(), otherwise))
+}

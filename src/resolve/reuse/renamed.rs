@@ -1,0 +1,202 @@
+//! Names of a part in the scene that uses it: `arm` of the part `left` is `left_arm`, which the scene may also call `left.arm`.
+
+use std::collections::HashSet;
+
+use crate::component::{Section, body, shape};
+use crate::diagnostic::span::Text;
+use crate::mechanism::Quantity as Variable;
+use crate::scene::document::{Kind, Node};
+use crate::scene::expression::{substituted, with_files as with_files_of};
+use crate::scene::key::{Form, Key};
+use crate::scene::model::{Scene, Use, Vector};
+use crate::scene::part::Part;
+use crate::scene::quantity::{Quantity, Reading, Value, read};
+
+/// What is written for a name instead, if anything is.
+type Map<'m> = &'m dyn Fn(&str) -> Option<String>;
+
+/// What is done to the texts of a scene: to its names, and to its expressions, with the own variables that their part has.
+struct Walk<'w> {
+    name: &'w mut dyn FnMut(&mut String),
+    law: &'w mut dyn FnMut(&mut String, &[Variable]),
+}
+
+/// The names of everything that a scene has a name for, but for its points.
+pub(super) fn names(scene: &Scene) -> HashSet<String> {
+    let parts = [&scene.bodies, &scene.joints, &scene.drivers, &scene.loads].into_iter().flatten();
+    let parts = parts.map(|part| &part.name);
+    let parameters = scene.parameters.iter().map(|parameter| &parameter.name);
+    let inputs = scene.inputs.iter().map(|input| &input.name);
+    parts.chain(parameters).chain(inputs).map(|name| name.text.clone()).collect()
+}
+
+/// Writes `left_arm` wherever a scene says `left.arm` of its part `left`.
+pub(super) fn with_underscores(scene: &mut Scene, uses: &mut [Use]) {
+    let parts: Vec<String> = uses.iter().map(|used| used.name.text.clone()).collect();
+    let map = |name: &str| {
+        let (ground, rest) = name.strip_prefix("ground.").map_or(("", name), |rest| ("ground.", rest));
+        let (first, rest) = rest.split_once('.')?;
+        parts.iter().any(|part| part == first).then(|| format!("{ground}{first}_{rest}"))
+    };
+    renaming(&map, |walk| {
+        walk.scene(scene);
+        let trees = [&mut scene.coordinates.translation, &mut scene.coordinates.rotation];
+        trees.into_iter().flatten().flatten().for_each(|branch| (walk.name)(&mut branch.text));
+        for used in uses {
+            used.on.iter_mut().for_each(|on| (walk.name)(&mut on.text));
+            used.at.iter_mut().for_each(|at| walk.vector(at));
+            used.angle.iter_mut().for_each(|angle| walk.quantity(angle));
+            used.parameters.iter_mut().for_each(|(_, value)| walk.quantity(value));
+        }
+    });
+}
+
+/// Gives the files of its tables other paths.
+pub(super) fn with_files(scene: &mut Scene, replace: &mut dyn FnMut(&str) -> String) {
+    let mut uses = std::mem::take(&mut scene.uses);
+    let mut walk = Walk { name: &mut |_| {}, law: &mut |text, _| *text = with_files_of(text, &mut *replace) };
+    walk.scene(scene);
+    for used in &mut uses {
+        used.parameters.iter_mut().for_each(|(_, value)| walk.quantity(value));
+    }
+    scene.uses = uses;
+}
+
+/// Puts the name of the part before every name of its scene.
+pub(super) fn with_prefix(scene: &mut Scene, prefix: &str) {
+    let own = names(scene);
+    let map = |name: &str| match name.split_once('.').unwrap_or((name, "")) {
+        ("ground", "") => None,
+        ("ground", point) => Some(format!("ground.{prefix}_{point}")),
+        (first, _) => own.contains(first).then(|| format!("{prefix}_{name}")),
+    };
+    renaming(&map, |walk| walk.scene(scene));
+    let add = |name: &mut Text| name.text.insert_str(0, &format!("{prefix}_"));
+    scene.parameters.iter_mut().for_each(|parameter| add(&mut parameter.name));
+    scene.inputs.iter_mut().for_each(|input| add(&mut input.name));
+    scene.ground.iter_mut().for_each(|point| add(&mut point.name));
+    let parts = [&mut scene.bodies, &mut scene.joints, &mut scene.drivers, &mut scene.loads];
+    parts.into_iter().flatten().for_each(|part| add(&mut part.name));
+    scene.outputs.expressions.iter_mut().for_each(|output| add(&mut output.name));
+    scene.broken.iter_mut().for_each(|name| name.insert_str(0, &format!("{prefix}_")));
+}
+
+/// Writes the name of a body wherever a scene names a point of the ground.
+pub(super) fn with_ground(scene: &mut Scene, body: &str) {
+    let map = |name: &str| name.strip_prefix("ground.").map(|point| format!("{body}.{point}"));
+    renaming(&map, |walk| walk.scene(scene));
+}
+
+/// A walk that gives names other texts; the own variables of parts keep theirs.
+fn renaming(map: Map<'_>, walk: impl FnOnce(&mut Walk<'_>)) {
+    let mut name = |text: &mut String| {
+        if let Some(other) = map(text) {
+            *text = other;
+        }
+    };
+    let mut law = |text: &mut String, own: &[Variable]| {
+        let is_own = |name: &str| own.iter().any(|own| own.word() == name);
+        *text = substituted(text, |name| if is_own(name) { None } else { map(name) });
+    };
+    walk(&mut Walk { name: &mut name, law: &mut law });
+}
+
+/// Any value that is written as an expression.
+const ANY: Form = Form::Law(crate::mechanism::measure::ANYTHING);
+
+impl Walk<'_> {
+    /// All texts of a scene but the names of its own elements.
+    fn scene(&mut self, scene: &mut Scene) {
+        for parameter in &mut scene.parameters {
+            let values = [Some(&mut parameter.value), parameter.min.as_mut(), parameter.max.as_mut()];
+            values.into_iter().flatten().for_each(|value| self.quantity(value));
+        }
+        for input in &mut scene.inputs {
+            let values = [input.start.as_mut(), input.min.as_mut(), input.max.as_mut()];
+            values.into_iter().flatten().for_each(|value| self.quantity(value));
+        }
+        scene.ground.iter_mut().for_each(|point| self.vector(&mut point.at));
+        scene.bodies.iter_mut().for_each(|part| self.entries(part, body::KEYS, &[]));
+        let sections = [
+            (Section::Joints, &mut scene.joints),
+            (Section::Drivers, &mut scene.drivers),
+            (Section::Loads, &mut scene.loads),
+        ];
+        for (section, parts) in sections {
+            for part in parts {
+                if let Some(component) = part.component(section) {
+                    self.entries(part, component.facts().keys, component.facts().own);
+                }
+            }
+        }
+        for initial in &mut scene.initial {
+            (self.name)(&mut initial.variable.text);
+            self.quantity(&mut initial.value);
+        }
+        scene.outputs.variables.iter_mut().for_each(|variable| (self.name)(&mut variable.text));
+        scene.outputs.expressions.iter_mut().for_each(|output| self.quantity(&mut output.value));
+    }
+
+    /// The values of a table with these keys.
+    fn entries(&mut self, part: &mut Part, keys: &[Key], own: &[Variable]) {
+        let Kind::Table(entries) = &mut part.node.kind else { return };
+        for (key, node) in entries {
+            if let Some(known) = keys.iter().find(|known| known.name == key.text) {
+                self.value(node, known.form, own);
+            }
+        }
+    }
+
+    fn value(&mut self, node: &mut Node, form: Form, own: &[Variable]) {
+        use Form::{
+            Axis, Bodies, Body, BodyAndPoint, CarrierBody, CarrierPoint, Constant, ConstantVector, Corner, Corners,
+            Friction, Joint, Law, Motion, NamedPoints, Names, Point, Points,
+        };
+        match (form, &mut node.kind) {
+            (Points | Bodies | BodyAndPoint | Names, Kind::Array(items)) => {
+                items.iter_mut().for_each(|item| self.value(item, Point, own));
+            }
+            (Point | Body | Joint | CarrierBody | CarrierPoint, Kind::Text(text)) => (self.name)(text),
+            (Constant(..) | Law(_) | Motion(_), Kind::Text(text)) => self.law(text, own),
+            // In a list of places a text is the name of a point of the body.
+            (Form::Vector(_) | ConstantVector(_) | Axis | Corner, Kind::Array(items)) => {
+                items.iter_mut().for_each(|item| self.value(item, ANY, own));
+            }
+            (Motion(_), Kind::Table(entries)) => {
+                let input = entries.iter_mut().find(|(key, _)| key.text == "input");
+                input.into_iter().for_each(|(_, node)| self.value(node, Point, own));
+            }
+            (Friction(_), Kind::Table(entries)) => {
+                entries.iter_mut().for_each(|(_, node)| self.value(node, ANY, own));
+            }
+            (NamedPoints, Kind::Table(entries)) => {
+                entries.iter_mut().for_each(|(_, node)| self.value(node, Axis, own));
+            }
+            (Corners(..), Kind::Array(items)) => items.iter_mut().for_each(|item| self.value(item, Corner, own)),
+            (Form::Shape, Kind::Table(entries)) => entries.iter_mut().for_each(|(key, node)| {
+                let keys = shape::ALL.iter().flat_map(|shape| shape.facts().all_keys());
+                if let Some(known) = keys.into_iter().find(|known| known.name == key.text) {
+                    self.value(node, known.form, own);
+                }
+            }),
+            // Words that are no names; or the wrong type, which is reported where it is read.
+            _ => {}
+        }
+    }
+
+    fn vector(&mut self, vector: &mut Vector) {
+        vector.components.iter_mut().for_each(|component| self.quantity(component));
+    }
+
+    fn quantity(&mut self, quantity: &mut Quantity) {
+        if let Value::Text(text) = &mut quantity.value {
+            self.law(text, &[]);
+        }
+    }
+
+    fn law(&mut self, text: &mut String, own: &[Variable]) {
+        if matches!(read(&Text::from(text.as_str())), Ok(Reading::Expression)) {
+            (self.law)(text, own);
+        }
+    }
+}
