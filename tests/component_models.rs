@@ -416,3 +416,77 @@ fn metronome() {
     let beats = 120.0 * a * (G * first.abs() / inertia).sqrt() / TAU;
     assert!((beats - 87.62).abs() < 0.005, "{beats}");
 }
+
+/// A front axle whose corner is a part: right as it is written, left in a mirror.
+#[test]
+fn double_wishbone() {
+    let car = 0;
+    let (lower, upper, height, turn) = (0.36, 0.26, -0.04, 2.0_f64.to_radians());
+    let (lower_ball, upper_ball) = (Vector2::new(-0.06, -0.12), Vector2::new(-0.09, 0.13));
+    let mut system = System {
+        gravity: Vector2::new(0.0, -G),
+        bodies: vec![body(520.0, 160.0)],
+        loads: Vec::new(),
+        ..System::default()
+    };
+    let mut start = vec![0.0, height, turn];
+    for side in [1.0, -1.0] {
+        let [low, high, upright] = [1, 2, 3].map(|place| system.bodies.len() - 1 + place);
+        let mirrored = |v: Vector2<f64>| Vector2::new(side * v.x, v.y);
+        let on = |body: usize, v: Vector2<f64>| At { body: Some(body), local: mirrored(v) };
+        let [low_pivot, high_pivot, strut] =
+            [(0.34, -0.09), (0.40, 0.13), (0.44, 0.40)].map(|(x, y)| Vector2::new(x, y));
+        system.bodies.extend([body(4.0, 0.05), body(2.0, 0.015), body(32.0, 0.9)]);
+        let x = |x: f64| Vector2::new(x, 0.0);
+        system.joints.extend([
+            pin(on(car, low_pivot), on(low, x(-lower / 2.0)), 0.0),
+            pin(on(car, high_pivot), on(high, x(-upper / 2.0)), 0.0),
+            pin(on(low, x(lower / 2.0)), on(upright, lower_ball), 0.0),
+            pin(on(high, x(upper / 2.0)), on(upright, upper_ball), 0.0),
+        ]);
+        let spring = |between, stiffness, length, damping| Load::Spring { between, stiffness, length, damping };
+        system.loads.extend([
+            spring([on(low, x(0.08)), on(car, strut)], 22e3, 0.67, 1800.0),
+            spring([fixed(side * 0.75, -1.0), on(upright, x(0.0))], 180e3, 1.0, 0.0),
+        ]);
+        // The pose, in the car's frame and as if it were the right side; then in the world.
+        let angle = 2.0_f64.to_radians();
+        let ball = low_pivot + lower * Vector2::new(angle.cos(), angle.sin());
+        let (gap, reach) = (high_pivot - ball, (upper_ball - lower_ball).norm());
+        let along = (gap.norm_squared() + reach * reach - upper * upper) / (2.0 * gap.norm());
+        let aside = (reach * reach - along * along).sqrt();
+        let unit = gap.normalize();
+        let other = ball + along * unit + aside * Vector2::new(unit.y, -unit.x);
+        let arm = other - high_pivot;
+        let leg = other - ball;
+        let lean = leg.y.atan2(leg.x) - (upper_ball - lower_ball).y.atan2((upper_ball - lower_ball).x);
+        let wheel = ball - nalgebra::Rotation2::new(lean) * lower_ball;
+        let car_turn = nalgebra::Rotation2::new(turn);
+        for (place, angle) in
+            [((low_pivot + ball) / 2.0, angle), ((high_pivot + other) / 2.0, arm.y.atan2(arm.x)), (wheel, lean)]
+        {
+            let place = car_turn * mirrored(place) + Vector2::new(0.0, height);
+            start.extend([place.x, place.y, turn + side * angle]);
+        }
+    }
+    let slot = Part::Slot { between: [fixed(0.0, 0.0), at(car, 0.0, 0.0)], axis: Vector2::y() };
+    let extended = Extended { system, parts: vec![slot] };
+    let reference = Reference::absolute(extended, start, move |system, state, _| {
+        let angle = |body: usize| state.angle(Some(body));
+        let force = |load: usize| spring_force(system, load, state);
+        let mut row = vec![state.q[1], angle(car), force(1), force(3), energy(system, state)];
+        for (low, load) in [(1, 0), (4, 2)] {
+            let upright = low + 2;
+            row.extend([
+                angle(low) - angle(car),
+                angle(upright),
+                state.q[3 * upright],
+                state.q[3 * upright + 1],
+                force(load),
+            ]);
+        }
+        row.extend([angle(3) - angle(car), angle(6) - angle(car)]);
+        row
+    });
+    check("double_wishbone", 2.0, &reference);
+}

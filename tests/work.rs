@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
+use cotree::compile::compile;
+use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
 #[path = "support/run.rs"]
 mod run;
-use run::{compiled, models};
+use run::{models, sound};
 
 /// Communication points of a run; driven mechanisms take a step to each.
 const POINTS: u32 = 50;
@@ -23,8 +25,7 @@ fn root() -> PathBuf {
 
 /// Operations of the kernel of the motion, then steps, rejected steps and evaluations of the scene's experiment, communication points included.
 fn work(scene: &Path) -> [u64; 4] {
-    let text = std::fs::read_to_string(scene).expect("a scene");
-    let program = compiled(&text).program;
+    let program = sound(Scene::read(scene).and_then(|scene| compile(&scene))).program;
     let operations = program.tapes.acceleration.instructions.len() as u64;
     let (start, stop) = (program.experiment.start, program.experiment.stop);
     let mut instance = Instance::new(Arc::new(Model::new(program).expect("a sound program")));

@@ -17,12 +17,23 @@ const TEMPLATE: &str = include_str!("template.toml");
 const MODELS: &[(&str, &str)] = &[
     ("andrews", include_str!("../../models/andrews/scene.toml")),
     ("bench_slider_crank", include_str!("../../models/bench_slider_crank/scene.toml")),
+    ("cam_follower", include_str!("../../models/cam_follower/scene.toml")),
     ("cart_pole", include_str!("../../models/cart_pole/scene.toml")),
+    ("chebyshev", include_str!("../../models/chebyshev/scene.toml")),
     ("double_pendulum", include_str!("../../models/double_pendulum/scene.toml")),
+    ("double_wishbone", include_str!("../../models/double_wishbone/scene.toml")),
+    ("engine", include_str!("../../models/engine/scene.toml")),
+    ("excavator", include_str!("../../models/excavator/scene.toml")),
+    ("five_bar_robot", include_str!("../../models/five_bar_robot/scene.toml")),
     ("four_bar", include_str!("../../models/four_bar/scene.toml")),
     ("friction", include_str!("../../models/friction/scene.toml")),
     ("gas_strut", include_str!("../../models/gas_strut/scene.toml")),
+    ("gear_train", include_str!("../../models/gear_train/scene.toml")),
+    ("geneva_slot", include_str!("../../models/geneva_slot/scene.toml")),
+    ("jansen", include_str!("../../models/jansen/scene.toml")),
+    ("landing_gear", include_str!("../../models/landing_gear/scene.toml")),
     ("metronome", include_str!("../../models/metronome/scene.toml")),
+    ("peaucellier", include_str!("../../models/peaucellier/scene.toml")),
     ("pendulum", include_str!("../../models/pendulum/scene.toml")),
     ("planetary_gear", include_str!("../../models/planetary_gear/scene.toml")),
     ("quick_return", include_str!("../../models/quick_return/scene.toml")),
@@ -31,8 +42,20 @@ const MODELS: &[(&str, &str)] = &[
     ("scotch_yoke", include_str!("../../models/scotch_yoke/scene.toml")),
     ("screw_lift", include_str!("../../models/screw_lift/scene.toml")),
     ("slider_crank", include_str!("../../models/slider_crank/scene.toml")),
+    ("stephenson_six_bar", include_str!("../../models/stephenson_six_bar/scene.toml")),
+    ("toggle_press", include_str!("../../models/toggle_press/scene.toml")),
     ("trammel", include_str!("../../models/trammel/scene.toml")),
     ("vibration", include_str!("../../models/vibration/scene.toml")),
+    ("vibration_isolator", include_str!("../../models/vibration_isolator/scene.toml")),
+    ("watt_six_bar", include_str!("../../models/watt_six_bar/scene.toml")),
+    ("whitworth", include_str!("../../models/whitworth/scene.toml")),
+    ("wiper", include_str!("../../models/wiper/scene.toml")),
+];
+
+/// The further files that models are made of.
+const FILES: &[(&str, &str, &str)] = &[
+    ("cam_follower", "lift.csv", include_str!("../../models/cam_follower/lift.csv")),
+    ("double_wishbone", "corner.toml", include_str!("../../models/double_wishbone/corner.toml")),
 ];
 
 /// Write a commented scene to start from: a slider-crank that works as it is
@@ -60,15 +83,31 @@ impl New {
             name.push(".toml");
             name.into()
         };
-        create(&path, &scene(&text, &path)).map_err(|error| match error.kind() {
-            std::io::ErrorKind::AlreadyExists => {
-                Failure::Usage(format!("`{}` exists already; choose another name", path.display()))
-            }
-            _ => Failure::file("write", &path, error),
-        })?;
-        let path = path.display();
-        output::print(&format!("{path}\nNext: cotree check {path}\n"))
+        let mut files = vec![(path.clone(), scene(&text, &path))];
+        let further = FILES.iter().filter(|(of, ..)| self.from.as_deref() == Some(of));
+        files.extend(further.map(|(_, name, text)| (path.with_file_name(name), (*text).to_owned())));
+        create_all(&files)?;
+        let names: String = files.iter().map(|(path, _)| format!("{}\n", path.display())).collect();
+        output::print(&format!("{names}Next: cotree check {}\n", path.display()))
     }
+}
+
+/// Writes files that must not exist: all of them or none.
+fn create_all(files: &[(PathBuf, String)]) -> Result<(), Failure> {
+    for (index, (path, text)) in files.iter().enumerate() {
+        create(path, text).map_err(|error| {
+            for (written, _) in &files[..index] {
+                let _ = std::fs::remove_file(written); // the reason is told already
+            }
+            match error.kind() {
+                std::io::ErrorKind::AlreadyExists => {
+                    Failure::Usage(format!("`{}` exists already; choose another name", path.display()))
+                }
+                _ => Failure::file("write", path, error),
+            }
+        })?;
+    }
+    Ok(())
 }
 
 /// The scene of a model, without the place of its schema, which is another from elsewhere.
@@ -117,10 +156,15 @@ mod tests {
             folder.read_dir().unwrap().map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
         models.sort();
         assert_eq!(MODELS.iter().map(|(name, _)| *name).collect::<Vec<_>>(), models);
+        let place = std::env::temp_dir().join(format!("cotree_new_{}", std::process::id()));
         for name in models {
-            let text = scene(&model(&name).unwrap(), Path::new("mine.toml"));
-            assert_eq!(Scene::from_toml(&text).unwrap().resolve().unwrap().mechanism.name, "mine", "{name}");
+            let path = place.join(&name).join("mine.toml");
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            New { name: path.clone(), from: Some(name.clone()) }.run().unwrap();
+            assert_eq!(Scene::read(&path).unwrap().resolve().unwrap().mechanism.name, "mine", "{name}");
+            assert!(New { name: path, from: Some(name) }.run().is_err());
         }
+        std::fs::remove_dir_all(place).unwrap();
         assert!(model("fourbar").is_err());
     }
 

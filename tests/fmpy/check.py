@@ -33,6 +33,23 @@ LIMITS = {
     "gas_strut": 1e-7,
     "screw_lift": 1e-7,
     "metronome": 1e-7,
+    "cam_follower": 1e-6,
+    "chebyshev": 1e-7,
+    "double_wishbone": 1e-6,
+    "engine": 1e-7,
+    "excavator": 1e-7,
+    "five_bar_robot": 1e-7,
+    "gear_train": 1e-7,
+    "geneva_slot": 1e-7,
+    "jansen": 1e-7,
+    "landing_gear": 1e-7,
+    "peaucellier": 1e-7,
+    "stephenson_six_bar": 1e-7,
+    "toggle_press": 1e-7,
+    "vibration_isolator": 1e-6,
+    "watt_six_bar": 1e-7,
+    "whitworth": 1e-7,
+    "wiper": 1e-7,
 }
 ANDREWS_BETA = 15.8107711951537071  # rad, at 30 ms
 MODEL_EXCHANGE_LIMIT = 1e-4  # the importer's own solver; the FMU asks for events to close its loops
