@@ -229,8 +229,10 @@ fn units(formulated: &Formulated, matrix: &DMatrix<f64>, n: usize) -> Vec<f64> {
     scales.iter().copied().chain((n..matrix.nrows()).map(|_| reaction)).collect()
 }
 
+type Vector = DVector<Complex<f64>>;
+
 /// u and v with u^H N = 0 and N v = 0.
-fn null_vectors(matrix: DMatrix<Complex<f64>>) -> Result<(DVector<Complex<f64>>, DVector<Complex<f64>>), Failure> {
+fn null_vectors(matrix: DMatrix<Complex<f64>>) -> Result<(Vector, Vector), Failure> {
     let parts = decompose::svd(matrix, true, true)?;
     let (Some(left), Some(right)) = (parts.u, parts.v_t) else { return Err(Failure::Range) };
     let last = right.nrows() - 1;
