@@ -26,6 +26,11 @@ impl Trees {
         recommended(system)
     }
 
+    /// The orders in which Tables 2 and 3 take the edges of the translational and of the rotational graph.
+    pub fn order(system: &System) -> (Vec<ElementId>, Vec<ElementId>) {
+        in_order(system)
+    }
+
     /// The trees that the scene asks for.
     ///
     /// # Errors
@@ -80,6 +85,11 @@ impl Trees {
 
 /// Tables 2 and 3.
 fn recommended(system: &System) -> Trees {
+    let (t_order, r_order) = Trees::order(system);
+    Trees { translation: system.translation.tree(t_order), rotation: system.rotation.tree(r_order) }
+}
+
+fn in_order(system: &System) -> (Vec<ElementId>, Vec<ElementId>) {
     let depth = depths(system);
     let key = |id: &ElementId| match system.element(*id).origin {
         Origin::Joint(joint) => depth[joint.0],
@@ -90,7 +100,7 @@ fn recommended(system: &System) -> Trees {
     });
     let r_order =
         ordered(&system.rotation, |id| system.element(*id).rotation.as_ref().map_or(u8::MAX, |row| row.priority));
-    Trees { translation: system.translation.tree(t_order), rotation: system.rotation.tree(r_order) }
+    (t_order, r_order)
 }
 
 /// All bodies in both trees.

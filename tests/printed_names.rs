@@ -95,7 +95,7 @@ fn the_letters_of_the_lesson_are_no_parameters() {
     let text = compile::steps(&scene, Prose::Text).unwrap_or_else(|faults| panic!("{faults}"));
     let text: String = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ") + "\n").collect();
     for line in
-        ["g_ = (0, -g)", "F_m1 = rod.mass*(g_ - a_m1)", "T_m1_ = -rod.inertia*alpha_m1 - r_r2 x F_r2", "T_T4 = F_h3"]
+        ["g_ = (0, -g)", "F[m1] = m_1*(g_ - a[m1])", "T[m1] = -T_m1*alpha[m1] - k . (r[r2] x F[r2])", "T[T4] = F_h3"]
     {
         assert!(text.contains(line), "no {line} in\n{text}");
     }

@@ -41,6 +41,9 @@ fn value(tree: &Value, names: &HashMap<String, f64>) -> f64 {
         ("cos", [a]) => a.cos(),
         ("exp", [a]) => a.exp(),
         ("tanh", [a]) => a.tanh(),
+        ("asin", [a]) => a.asin(),
+        ("acos", [a]) => a.acos(),
+        ("atan2", [a, b]) => a.atan2(*b),
         (other, _) => panic!("`{other}` is not in these models"),
     }
 }
@@ -191,4 +194,90 @@ fn every_number_has_a_name_and_the_loads_are_apart() {
     assert!(text.contains("M[2,2] = m2 + m3 + m4") && text.contains("K[1,2] = -k9 - k10"), "{text}");
     let latex = named(&model("slider_crank"), Written::Prose(Prose::Latex));
     assert!(latex.contains(r"m_{\mathrm{rod}}") && latex.contains(r"Q_{\mathrm{1, gravity}}"), "{latex}");
+}
+
+fn reduced(scene: &Scene, symbols: bool) -> Value {
+    let mechanism = scene.resolve().unwrap().mechanism;
+    let json = compile::reduced(&mut formulate(&mechanism).unwrap(), Written::Json, symbols).unwrap().unwrap();
+    serde_json::from_str(&json).unwrap()
+}
+
+/// Names with values at an instant: parameters, inputs, coordinates and their rates.
+fn known(json: &Value, results: &cotree::Results, row: usize) -> HashMap<String, f64> {
+    let mut names = HashMap::from([("t".to_owned(), results.times()[row])]);
+    for (list, key) in [("parameters", "value"), ("inputs", "start")] {
+        for own in json[list].as_array().unwrap() {
+            names.insert(own["name"].as_str().unwrap().to_owned(), own[key].as_f64().unwrap());
+        }
+    }
+    for own in json["coordinates"].as_array().unwrap() {
+        for variable in ["name", "rate"].map(|key| own[key].as_str().unwrap()) {
+            names.insert(variable.to_owned(), results.column(variable).unwrap().values[row]);
+        }
+    }
+    names
+}
+
+#[test]
+fn reduced_equations_move_as_all_equations_do() {
+    // Model, degrees of freedom, dependent coordinates, how many of them in closed form.
+    for (name, freedoms, dependent, closed) in
+        [("slider_crank", 1, 1, 1), ("double_pendulum", 2, 0, 0), ("four_bar", 1, 2, 0), ("quick_return", 0, 2, 2)]
+    {
+        let mut scene = model(name);
+        scene.experiment.stop = Some("0.05 s".into());
+        for symbols in [false, true] {
+            let json = reduced(&scene, symbols);
+            let independent: Vec<&str> =
+                json["independent"].as_array().unwrap().iter().map(|own| own.as_str().unwrap()).collect();
+            assert_eq!(independent.len(), freedoms, "{name}");
+            let (whole, _) = compile::with_everything(&scene).unwrap();
+            let results = whole.simulate().unwrap();
+            let equations = json["equations"].as_object().unwrap();
+            let rows = results.times().len();
+            for row in [0, rows / 2, rows - 1] {
+                let mut names = known(&json, &results, row);
+                evaluate(&json, &mut names, false);
+                let mut matrix = DMatrix::zeros(freedoms, freedoms);
+                let mut right = DVector::zeros(freedoms);
+                for entry in equations.get("M").into_iter().flat_map(|list| list.as_array().unwrap()) {
+                    let at = [0, 1].map(|place| entry["at"][place].as_u64().unwrap() as usize);
+                    let value = names[entry["name"].as_str().unwrap()];
+                    (matrix[(at[0], at[1])], matrix[(at[1], at[0])]) = (value, value);
+                }
+                for entry in equations.get("Q").into_iter().flat_map(|list| list.as_array().unwrap()) {
+                    right[entry["at"][0].as_u64().unwrap() as usize] = names[entry["name"].as_str().unwrap()];
+                }
+                let solution = if freedoms > 0 { matrix.lu().solve(&right).unwrap() } else { right };
+                let coordinates = json["coordinates"].as_array().unwrap();
+                for (own, found) in independent.iter().zip(solution.iter()) {
+                    let own = coordinates.iter().find(|other| other["name"] == **own).unwrap();
+                    let variable = own["acceleration"].as_str().unwrap();
+                    close(*found, results.column(variable).unwrap().values[row], &format!("{name}: {variable}"));
+                    names.insert(variable.to_owned(), *found);
+                }
+                evaluate(&json, &mut names, true);
+                let (mut followed, mut positions) = (0, 0);
+                for own in coordinates.iter().filter(|own| !independent.contains(&own["name"].as_str().unwrap())) {
+                    for key in ["rate", "acceleration"] {
+                        let variable = own[key].as_str().unwrap();
+                        assert!(equations.contains_key(variable), "{name}: {variable}");
+                        close(
+                            names[variable],
+                            results.column(variable).unwrap().values[row],
+                            &format!("{name}: {variable}"),
+                        );
+                    }
+                    let variable = own["name"].as_str().unwrap();
+                    if equations.contains_key(variable) {
+                        let gap = names[variable] - results.column(variable).unwrap().values[row];
+                        close(gap.cos(), 1.0, &format!("{name}: {variable}"));
+                        positions += 1;
+                    }
+                    followed += 1;
+                }
+                assert_eq!((followed, positions), (dependent, closed), "{name}");
+            }
+        }
+    }
 }

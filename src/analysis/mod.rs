@@ -27,7 +27,14 @@ pub use variation::Variation;
 use cotree_fmu::failure;
 use cotree_fmu::instance::InstanceError;
 use cotree_fmu::program::check::Fault;
+use nalgebra::DMatrix;
 use thiserror::Error;
+
+/// Independent and dependent coordinates for a Jacobian of loop equations; none in a singular pose.
+pub fn independent_columns(jacobian: &DMatrix<f64>) -> Option<(Vec<usize>, Vec<usize>)> {
+    let partition = independent::Partition::new(jacobian).ok()?;
+    Some((partition.independent, partition.dependent))
+}
 
 #[derive(Debug, Error)]
 pub enum Failure {

@@ -25,6 +25,7 @@ use crate::scene::Scene;
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree show slider_crank.toml\n  cotree show slider_crank.toml --equations text\n  \
+                  cotree show slider_crank.toml --equations text --symbols --minimal\n  \
                   cotree show slider_crank.toml --steps html > slider_crank.html\n  \
                   cotree show slider_crank.toml --compare\n  \
                   cotree show slider_crank.toml --drawing slider_crank.svg --graph graphs.svg\n  \
@@ -42,6 +43,9 @@ pub struct Show {
     /// With --equations: a name for every number, such as m_rod and g, and a table of the values
     #[arg(long, requires = "equations")]
     symbols: bool,
+    /// With --equations: in independent coordinates, as many equations as degrees of freedom
+    #[arg(long, requires = "equations")]
+    minimal: bool,
     /// How the equations are derived, step by step, instead of the summary
     #[arg(long, value_name = "NOTATION", num_args = 0..=1, default_missing_value = "text", conflicts_with = "equations")]
     steps: Option<Prose>,
@@ -101,8 +105,13 @@ impl Show {
     fn shown(&self, scene: &Scene, formulated: &mut Formulated) -> Result<Shown, Failure> {
         let faults = |list: Vec<Fault>| Faults::new(scene.source.clone(), list);
         let text = match (self.equations, self.steps) {
+            (Some(notation), _) if self.minimal => {
+                let written = prose(notation, "--minimal")?;
+                let reduced = compile::reduced(formulated, written, self.symbols).map_err(faults)?;
+                Some(reduced.map_err(|why| Failure::Numerical(format!("there are no reduced equations: {why}")))?)
+            }
             (Some(notation), _) if self.symbols => {
-                Some(compile::named(formulated, with_names(notation)?).map_err(faults)?)
+                Some(compile::named(formulated, prose(notation, "--symbols")?).map_err(faults)?)
             }
             (Some(notation), _) => Some(compile::written(formulated, notation).map_err(faults)?),
             (None, Some(prose)) => Some(compile::derived(formulated, prose).map_err(faults)?),
@@ -131,16 +140,16 @@ impl Show {
     }
 }
 
-/// How equations with names for their numbers are written.
-fn with_names(notation: Notation) -> Result<Written, Failure> {
+/// How equations for people and for other programs are written; `option` is not for code.
+fn prose(notation: Notation, option: &str) -> Result<Written, Failure> {
     match notation {
         Notation::Text => Ok(Written::Prose(Prose::Text)),
         Notation::Latex => Ok(Written::Prose(Prose::Latex)),
         Notation::Html => Ok(Written::Prose(Prose::Html)),
         Notation::Json => Ok(Written::Json),
-        Notation::C | Notation::Fortran | Notation::Rust | Notation::Python => Err(Failure::Usage(
-            "`--symbols` is for text, latex, html and json: in a programming language the numbers are exact".to_owned(),
-        )),
+        Notation::C | Notation::Fortran | Notation::Rust | Notation::Python => Err(Failure::Usage(format!(
+            "`{option}` is for text, latex, html and json: the functions of a programming language compute with all coordinates and exact numbers"
+        ))),
     }
 }
 

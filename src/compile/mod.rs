@@ -224,13 +224,26 @@ pub fn named(formulated: &mut Formulated, written: Written) -> Result<String, Ve
     Ok(text::symbols::symbols(&formulated.equations, written))
 }
 
+/// The reduced equations in independent coordinates, with a name for every number on request; or why there are none where the motion starts.
+///
+/// # Errors
+/// They are too large to be written.
+pub fn reduced(
+    formulated: &mut Formulated,
+    written: Written,
+    symbols: bool,
+) -> Result<Result<String, String>, Vec<Fault>> {
+    check_written(&formulated.equations)?;
+    Ok(text::minimal(formulated, written, symbols))
+}
+
 /// The derivation of equations that have been formulated.
 ///
 /// # Errors
 /// They are too large to be written.
 pub fn derived(formulated: &mut Formulated, prose: Prose) -> Result<String, Vec<Fault>> {
     check_written(&formulated.equations)?;
-    Ok(text::steps(&mut formulated.equations, prose))
+    Ok(text::steps(formulated, prose))
 }
 
 /// The linear graphs of a scene with their trees, and the mechanism at its start.

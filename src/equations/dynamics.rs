@@ -139,6 +139,17 @@ impl Dynamics {
         (dynamics, moments)
     }
 
+    /// One row of the equations alone, without forces and torques.
+    pub fn row(&self, row: usize) -> Dynamics {
+        Dynamics {
+            forces: HashMap::new(),
+            torques: HashMap::new(),
+            mass: vec![self.mass[row].clone()],
+            reactions: vec![self.reactions[row].clone()],
+            load: vec![self.load[row]],
+        }
+    }
+
     /// Force that an element exerts on its second node: for a branch from its cutset.
     pub fn force(&self, element: ElementId) -> Option<&Form<Vector>> {
         self.forces.get(&element)

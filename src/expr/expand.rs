@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use super::function::Run;
 use super::term::build;
-use super::{Arena, Binary, Expr, Node, Unary};
+use super::{Arena, Binary, Expr, Node, Symbol, Unary};
 
 /// Expressions without composed functions, by the original ones.
 #[derive(Clone, Debug, Default)]
@@ -56,6 +56,26 @@ impl Arena {
             arena.to_mut().expand(roots, &mut known.0);
         }
         (arena, known)
+    }
+
+    /// The expression with a value in the place of a symbol.
+    pub fn substituted(&mut self, expr: Expr, symbol: Symbol, value: Expr) -> Expr {
+        let own = self.symbol(symbol);
+        let mut known = HashMap::from([(own, value)]);
+        for inner in self.reachable([expr]) {
+            let of = |operand: Expr| known.get(&operand).copied().unwrap_or(operand);
+            if !self.node(inner).operands().any(|operand| of(operand) != operand) {
+                continue;
+            }
+            let rebuilt = match self.node(inner) {
+                Node::Unary(function, a) => self.apply_unary(function, of(a)),
+                Node::Binary(function, a, b) => self.apply_binary(function, of(a), of(b)),
+                Node::Select(a, b, c) => self.select(of(a), of(b), of(c)),
+                Node::Constant(_) | Node::Symbol(_) => inner,
+            };
+            known.insert(inner, rebuilt);
+        }
+        known.get(&expr).copied().unwrap_or(expr)
     }
 
     fn is_composed(&self, expr: Expr) -> bool {

@@ -27,6 +27,18 @@ pub enum Formula {
 }
 
 impl Formula {
+    /// Calls `visit` with every parameter that occurs.
+    pub fn visit_parameters(&self, visit: &mut dyn FnMut(ParameterId)) {
+        match self {
+            Formula::Number(_) | Formula::Time | Formula::Variable(_) | Formula::Input(_) => {}
+            Formula::Parameter(id) => visit(*id),
+            Formula::Negate(inner) => inner.visit_parameters(visit),
+            Formula::Binary(_, operands) => operands.iter().for_each(|operand| operand.visit_parameters(visit)),
+            Formula::Call(_, arguments) => arguments.iter().for_each(|argument| argument.visit_parameters(visit)),
+            Formula::If(_, parts) => parts.iter().for_each(|part| part.visit_parameters(visit)),
+        }
+    }
+
     /// Calls `visit` with every variable that occurs.
     pub fn visit_variables(&self, visit: &mut dyn FnMut(Variable)) {
         match self {

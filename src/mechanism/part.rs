@@ -1,6 +1,6 @@
 //! Joints, drivers and loads: parts of a mechanism, each of a kind that its component knows.
 
-use super::{BodyId, Formula, InputId, JointId, Owner, Place};
+use super::{BodyId, Formula, InputId, JointId, Owner, ParameterId, Place};
 use crate::diagnostic::Span;
 
 /// A joint, driver or load with everything that its keys say.
@@ -109,6 +109,21 @@ impl Part {
     /// The word that a key chooses.
     pub fn choice(&self, key: &str) -> Option<&'static str> {
         if let Some(Value::Choice(word)) = self.value(key) { Some(word) } else { None }
+    }
+
+    /// Calls `visit` with every parameter that its keys use.
+    pub fn visit_parameters(&self, visit: &mut dyn FnMut(ParameterId)) {
+        for (_, value) in &self.values {
+            match value {
+                Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => formula.visit_parameters(visit),
+                Value::Vector(both) => both.iter().for_each(|formula| formula.visit_parameters(visit)),
+                Value::Friction(own) => {
+                    own.coulomb.visit_parameters(visit);
+                    own.velocity.visit_parameters(visit);
+                }
+                Value::Motion(_) | Value::Place(_) | Value::Joint(_) | Value::Choice(_) | Value::Switch(_) => {}
+            }
+        }
     }
 
     /// The bodies joined; `None` is the ground.

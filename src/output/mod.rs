@@ -20,3 +20,4 @@ pub mod statistics;
 pub mod summary;
 pub mod svg;
 pub mod text;
+pub mod tikz;

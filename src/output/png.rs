@@ -27,13 +27,7 @@ pub enum Size {
 /// # Errors
 /// Why it cannot be drawn.
 pub fn png(svg: &str, size: Size) -> Result<Vec<u8>, String> {
-    let mut letters = Database::new();
-    letters.load_font_data(LETTERS.to_vec());
-    letters.set_sans_serif_family(FAMILY);
-    letters.set_serif_family(FAMILY);
-    letters.set_monospace_family(FAMILY);
-    let options = Options { fontdb: Arc::new(letters), font_family: FAMILY.to_string(), ..Options::default() };
-    let tree = Tree::from_str(svg, &options).map_err(|error| error.to_string())?;
+    let tree = tree(svg)?;
     let longer = tree.size().width().max(tree.size().height());
     let scale = match size {
         Size::Times(scale) => scale.min(LONGEST / longer),
@@ -45,4 +39,18 @@ pub fn png(svg: &str, size: Size) -> Result<Vec<u8>, String> {
     let mut picture = Pixmap::new(size.width(), size.height()).ok_or_else(empty)?;
     resvg::render(&tree, Transform::from_scale(scale, scale), &mut picture.as_mut());
     picture.encode_png().map_err(|error| error.to_string())
+}
+
+/// The shapes and texts of an SVG picture.
+///
+/// # Errors
+/// Why it cannot be read.
+pub fn tree(svg: &str) -> Result<Tree, String> {
+    let mut letters = Database::new();
+    letters.load_font_data(LETTERS.to_vec());
+    letters.set_sans_serif_family(FAMILY);
+    letters.set_serif_family(FAMILY);
+    letters.set_monospace_family(FAMILY);
+    let options = Options { fontdb: Arc::new(letters), font_family: FAMILY.to_string(), ..Options::default() };
+    Tree::from_str(svg, &options).map_err(|error| error.to_string())
 }

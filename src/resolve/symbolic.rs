@@ -199,7 +199,7 @@ impl Namer<'_, '_> {
 
     fn within(&mut self, formula: &Formula, about: About) -> Formula {
         if self.constant(formula).is_some() {
-            let letter = "abcdefhjknopqruvw".chars().find(|letter| self.is_free(&self.name(*letter, about)));
+            let letter = "abdefhjknopqruvw".chars().find(|letter| self.is_free(&self.name(*letter, about)));
             let letter = letter.map_or_else(|| "a".to_owned(), String::from);
             return self.number(formula, About { letter: &letter, signed: true, ..about });
         }

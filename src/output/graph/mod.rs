@@ -61,7 +61,12 @@ impl GraphDrawing {
     }
 
     pub fn svg(&self, drawing: &Drawing) -> String {
-        picture::svg(self, drawing)
+        picture::svg(self, Some(drawing))
+    }
+
+    /// The two graphs alone.
+    pub fn graphs_alone(&self) -> String {
+        picture::svg(self, None)
     }
 
     /// Both graphs as clusters in the language of Graphviz.

@@ -17,10 +17,10 @@ const BRANCH: &str = "#1d4ed8";
 const CHORD: &str = "#8a94a3";
 const FAINT: &str = "#5b6673";
 
-/// The mechanism above, the graphs below it, then the names of the elements.
-pub fn svg(drawing: &GraphDrawing, mechanism: &Drawing) -> String {
+/// The mechanism above, if it is shown, the graphs below it, then the names of the elements.
+pub fn svg(drawing: &GraphDrawing, mechanism: Option<&Drawing>) -> String {
     let mut svg = Svg::default();
-    let (inside, size) = mechanism.nested();
+    let (inside, size) = mechanism.map_or_else(|| (String::new(), [0.0, -MARGIN]), Drawing::nested);
     let parts = [
         Some(("translational graph", &drawing.translation)),
         drawing.rotation.as_ref().map(|graph| ("rotational graph", graph)),

@@ -8,6 +8,7 @@ use super::notation::plain::PLAIN;
 use super::notation::{Binding, unicode};
 use super::tree::Tree;
 use crate::output::svg::escape;
+use crate::output::tikz::tikz;
 
 /// The width of a printed page, in digits.
 const PAGE_WIDTH: f64 = 95.0;
@@ -22,6 +23,10 @@ pub enum Block {
     Equations(Vec<(Tree, Tree)>),
     /// A table; the head may be empty.
     Table(Vec<String>, Vec<Vec<Piece>>),
+    /// An SVG picture, and the option of `show` that writes it as a file.
+    Picture(String, &'static str),
+    /// What is only shown on request where that is possible; a line about it.
+    Folded(String, Vec<Block>),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +50,9 @@ struct Format {
     paragraph: fn(&str) -> String,
     equations: fn(Vec<Row>) -> String,
     table: fn(&[String], &[Vec<Piece>]) -> String,
+    picture: fn(&str, &str) -> String,
+    /// A line about what is folded, and that itself where it can be unfolded.
+    folded: Option<fn(&str, &str) -> String>,
 }
 
 const TEXT: Format = Format {
@@ -57,6 +65,10 @@ const TEXT: Format = Format {
     paragraph: |line| format!("  {line}\n"),
     equations: text_equations,
     table: text_table,
+    picture: |_, option| {
+        format!("  [picture: `cotree show` with `{option} FILE.svg`, or this page in html or latex]\n")
+    },
+    folded: None,
 };
 
 const DOCUMENT: Format = Format {
@@ -69,6 +81,11 @@ const DOCUMENT: Format = Format {
     paragraph: |line| format!("{line}\n\n"),
     equations: latex_equations,
     table: latex_table,
+    picture: |svg, _| match tikz(svg) {
+        Ok(picture) => format!("\\begin{{center}}\n{picture}\\end{{center}}\n"),
+        Err(why) => format!("% no picture: {why}\n"),
+    },
+    folded: None,
 };
 
 const HTML: Format = Format {
@@ -81,6 +98,8 @@ const HTML: Format = Format {
     paragraph: |line| format!("<p>{line}</p>\n"),
     equations: html_equations,
     table: html_table,
+    picture: |svg, _| format!("<figure>{svg}</figure>\n"),
+    folded: Some(|summary, body| format!("<details><summary>{}</summary>\n{body}</details>\n", escape(summary))),
 };
 
 impl Format {
@@ -90,6 +109,11 @@ impl Format {
             Block::Text(pieces) => (self.paragraph)(&pieces.iter().map(|piece| self.piece(piece)).collect::<String>()),
             Block::Equations(equations) => (self.equations)(self.rows(equations)),
             Block::Table(head, rows) => (self.table)(head, rows),
+            Block::Picture(svg, option) => (self.picture)(svg, option),
+            Block::Folded(summary, blocks) => match self.folded {
+                Some(folded) => folded(summary, &self.body(blocks)),
+                None => (self.paragraph)(&(self.words)(&format!("({summary}: in html)"))),
+            },
         };
         blocks.iter().map(block).collect()
     }
@@ -187,10 +211,11 @@ fn text_table(head: &[String], rows: &[Vec<Piece>]) -> String {
 pub fn latex(title: &str, blocks: &[Block]) -> String {
     let (title, body) = (latex::escape(title), DOCUMENT.body(blocks));
     let text = format!("\\begin{{document}}\n\\section*{{\\raggedright {title}}}\n{body}\\end{{document}}\n");
+    let pictures = if body.contains("tikzpicture") { "\\usepackage{tikz}\n" } else { "" };
     let preamble = "\\documentclass[a4paper,10pt]{article}\n\\usepackage[margin=20mm]{geometry}\n\
                     \\usepackage{amsmath,array,longtable,lmodern}\n\\usepackage[T1]{fontenc}\n\\allowdisplaybreaks\n\
                     \\setlength{\\parindent}{0pt}\n";
-    format!("{preamble}{}{text}", unicode::declarations(&text))
+    format!("{preamble}{pictures}{}{text}", unicode::declarations(&text))
 }
 
 fn latex_equations(rows: Vec<Row>) -> String {
@@ -267,7 +292,7 @@ fn latex_columns(head: &[String], rows: &[Vec<Piece>], columns: &[usize], format
 const STYLE: &str = "body{font:16px/1.5 system-ui,'Segoe UI',Helvetica,Arial,sans-serif;color:#1f2933;max-width:72rem;\
 margin:2rem auto;padding:0 1rem}table{border-collapse:collapse;font-size:.92rem}th,td{text-align:left;\
 padding:.15rem .7rem;border-bottom:1px solid #e6eaef}code{font-size:.92em;background:#f3f5f8;padding:.1em .3em;\
-border-radius:3px}";
+border-radius:3px}figure{margin:1rem 0;overflow-x:auto}details{margin:.4rem 0}summary{cursor:pointer;color:#1d4ed8}";
 
 /// Equations align at their signs; wide ones scroll.
 const MATH_STYLE: &str = ".equations{overflow-x:auto;margin:.6rem 0}.equations mtd{text-align:left;padding:.25em .15em}\

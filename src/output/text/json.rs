@@ -16,6 +16,12 @@ use crate::mechanism::{DriverId, InputId};
 /// The whole description. Numbers have 15 digits: those of the printed code are exact.
 pub fn json(equations: &mut Equations) -> String {
     let motion = Motion::new(equations);
+    let value = described(equations, &motion);
+    format!("{value:#}\n")
+}
+
+/// Some equations of a mechanism as JSON.
+pub fn described(equations: &mut Equations, motion: &Motion) -> Value {
     let Formulas { angles, definitions, formulas } = motion.formulas(equations);
     let mut formulas = formulas.into_iter();
     let mut groups = Map::new();
@@ -55,7 +61,7 @@ pub fn json(equations: &mut Equations) -> String {
     if let Some(matrices) = matrices {
         value["matrices"] = matrices.json();
     }
-    format!("{value:#}\n")
+    value
 }
 
 /// `at` are the places in the matrix, counted from 0.

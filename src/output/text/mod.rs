@@ -4,6 +4,7 @@ pub(crate) mod document;
 pub(crate) mod factor;
 pub(crate) mod json;
 pub(crate) mod matrices;
+pub(crate) mod minimal;
 pub(crate) mod motion;
 pub(crate) mod name;
 pub(crate) mod normal;
@@ -17,6 +18,8 @@ pub(crate) mod tree;
 pub(crate) mod weight;
 
 pub use json::json;
+pub use minimal::minimal;
+pub use notation::latex::escape as latex_text;
 pub use steps::steps;
 pub use symbols::Written;
 

@@ -57,7 +57,7 @@ impl Motion {
     }
 
     pub fn blocks(&self, equations: &mut Equations) -> Vec<Block> {
-        let Formulas { angles, definitions, formulas } = self.formulas(equations);
+        let formulas = self.formulas(equations);
         let mut blocks = Vec::new();
         if equations.coordinates.is_empty() {
             let text =
@@ -68,7 +68,7 @@ impl Motion {
             blocks.push(Block::Heading("Coordinates".into()));
             blocks.push(Block::Table(Vec::new(), coordinates(equations)));
         }
-        let lines = definitions.len() + formulas.len();
+        let lines = formulas.definitions.len() + formulas.formulas.len();
         if lines > READABLE {
             blocks.push(Block::Text(vec![Piece::words(length_note(equations, lines))]));
         }
@@ -76,6 +76,24 @@ impl Motion {
             blocks.push(Block::Heading("Reactions".into()));
             blocks.push(Block::Table(Vec::new(), reactions(equations)));
         }
+        blocks.extend(self.written(equations, formulas));
+        if let Some(Err(why)) = equations.linear() {
+            let text = format!("There are no matrices D and K (24): {why}.");
+            blocks.push(Block::Text(vec![Piece::words(text)]));
+        }
+        blocks.extend(Matrices::new(equations).into_iter().flat_map(|matrices| matrices.blocks()));
+        blocks
+    }
+
+    /// Inputs, abbreviations, and the formulas of all groups.
+    pub fn formula_blocks(&self, equations: &mut Equations) -> Vec<Block> {
+        let formulas = self.formulas(equations);
+        self.written(equations, formulas)
+    }
+
+    fn written(&self, equations: &Equations, formulas: Formulas) -> Vec<Block> {
+        let Formulas { angles, definitions, formulas } = formulas;
+        let mut blocks = Vec::new();
         let signals = signals(equations, &self.expressions());
         if !signals.is_empty() {
             blocks.push(Block::Heading("Inputs".into()));
@@ -95,11 +113,6 @@ impl Motion {
             let names = entries.iter().map(|(name, _)| Tree::Name(name.clone()));
             blocks.push(Block::Equations(names.zip(formulas.by_ref()).collect()));
         }
-        if let Some(Err(why)) = equations.linear() {
-            let text = format!("There are no matrices D and K (24): {why}.");
-            blocks.push(Block::Text(vec![Piece::words(text)]));
-        }
-        blocks.extend(Matrices::new(equations).into_iter().flat_map(|matrices| matrices.blocks()));
         blocks
     }
 

@@ -1,5 +1,6 @@
 //! Names of quantities: the user's, and a letter with a subscript and dots.
 
+use crate::diagnostic::Span;
 use crate::equations::Equations;
 use crate::expr::{Order, Property, Symbol};
 
@@ -27,6 +28,11 @@ impl Name {
         Name { bold: true, ..Name::letter(base, subscript) }
     }
 
+    /// A variable of an edge of a graph, such as `F[h9]`; no name of the user's has brackets.
+    pub fn edge(base: &str, label: &str, bold: bool) -> Name {
+        Name { plain: format!("{base}[{label}]"), bold, ..Name::letter(base, label) }
+    }
+
     /// A matrix of the page's own; in brackets in plain text, where a parameter may have the same name.
     pub fn matrix(base: &str, subscript: &str) -> Name {
         let name = Name::bold(base, subscript);
@@ -46,16 +52,22 @@ impl Name {
         Name { plain: format!("{base}[{places}]"), ..Name::letter(base, &places) }
     }
 
-    /// A word, such as the name of a parameter; digits at its end become a subscript, and so does what follows a letter and an underscore.
-    pub fn word(plain: &str) -> Name {
-        let dots = plain.bytes().rev().take_while(|byte| *byte == b'\'').count();
-        if let Some((letter, below)) = plain[..plain.len() - dots].split_once('_')
-            && is_letter(letter)
-            && below.bytes().all(|byte| byte.is_ascii_alphanumeric())
-            && !below.is_empty()
-        {
-            return Name { plain: plain.to_owned(), dots, ..Name::letter(letter, below) };
+    /// A symbol that the page made up: a letter with what stands behind an underscore below it, such as `m_rod` and `s_12'`.
+    pub fn symbol(plain: &str) -> Name {
+        if plain.contains('.') {
+            return Name::variable(plain); // the user's own
         }
+        let dots = plain.bytes().rev().take_while(|byte| *byte == b'\'').count();
+        match plain[..plain.len() - dots].split_once('_') {
+            Some((letter, below)) if !below.is_empty() => {
+                Name { plain: plain.to_owned(), dots, ..Name::letter(letter, below) }
+            }
+            _ => Name::word(plain),
+        }
+    }
+
+    /// A word, such as the name of a parameter; digits at its end become a subscript.
+    pub fn word(plain: &str) -> Name {
         let base = plain.trim_end_matches(|c: char| c.is_ascii_digit());
         // With a number below, these are entries of the page's own matrices and columns.
         let own = matches!(
@@ -96,13 +108,6 @@ impl Name {
     }
 }
 
-/// Is it one letter, Latin or Greek, that no matrix or column of the page is called by?
-fn is_letter(word: &str) -> bool {
-    let latin = word.len() == 1 && word.bytes().all(|byte| byte.is_ascii_alphabetic());
-    (latin || matches!(word, "alpha" | "omega" | "theta" | "phi" | "tau"))
-        && !matches!(word, "M" | "Q" | "D" | "K" | "F")
-}
-
 /// The names of everything in the equations of one mechanism.
 #[derive(Clone, Copy, Debug)]
 pub struct Names<'a, 'm> {
@@ -135,7 +140,7 @@ impl<'a, 'm> Names<'a, 'm> {
         let short = is_free("c", 0) && is_free("s", 0);
         Names {
             equations,
-            coordinates: equations.coordinates.len(),
+            coordinates: highest(equations),
             trigonometric: if short { (["c", "s"], 0) } else { (["cos", "sin"], lines(&["cos", "sin"])) },
             shared: if is_free("z", 0) { ("z", 0) } else { ("part", lines(&["part"])) },
         }
@@ -148,7 +153,11 @@ impl<'a, 'm> Names<'a, 'm> {
     /// The number of a coordinate that is an angle, counted from 1.
     pub fn coordinate(&self, symbol: Symbol) -> Option<usize> {
         match symbol {
-            Symbol::Coordinate(index, Order::Position) if self.equations.coordinates[index].angular => Some(index + 1),
+            Symbol::Coordinate(index, Order::Position) if self.equations.coordinates[index].angular => {
+                // `theta_9` has `c9` and `s9`.
+                let own = self.equations.coordinates[index].name.position.strip_prefix("theta_");
+                own.map_or(Some(index + 1), |number| number.parse().ok())
+            }
             _ => None,
         }
     }
@@ -165,6 +174,12 @@ impl<'a, 'm> Names<'a, 'm> {
     }
 }
 
+/// The highest number of a coordinate.
+fn highest(equations: &Equations) -> usize {
+    let own = equations.coordinates.iter().filter_map(|own| own.name.position.strip_prefix("theta_")?.parse().ok());
+    own.chain([equations.coordinates.len()]).max().unwrap_or_default()
+}
+
 fn numbered(letter: &str, lines: usize, number: usize) -> Name {
     Name { plain: format!("{letter}{}{number}", "_".repeat(lines)), ..Name::letter(letter, &number.to_string()) }
 }
@@ -177,7 +192,15 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
     };
     match symbol {
         Symbol::Time => Name::word("t"),
-        Symbol::Parameter(i) => Name::word(&mechanism.parameters[i].name),
+        Symbol::Parameter(i) => {
+            let own = &mechanism.parameters[i];
+            // Parameters that the page made up stand nowhere in the scene.
+            if equations.symbolic && own.span == Span::default() {
+                Name::symbol(&own.name)
+            } else {
+                Name::word(&own.name)
+            }
+        }
         Symbol::Input(i, order) => derivative(Name::word(&mechanism.inputs[i].name), order),
         Symbol::Follower(i, order) => {
             let driver = equations.system.followers[i].0;
@@ -185,11 +208,12 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
         }
         Symbol::Coordinate(i, order) => {
             let name = &equations.coordinates[i].name;
-            Name::variable(match order {
+            let name = match order {
                 Order::Position => &name.position,
                 Order::Velocity => &name.rate,
                 Order::Acceleration => &name.acceleration,
-            })
+            };
+            Name::symbol(name)
         }
         Symbol::Reaction(i) => {
             // Counted among the loop equations that constrain the motion.

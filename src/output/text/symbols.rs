@@ -1,12 +1,13 @@
 //! Equations in which every number has a name, and the table of the values.
 
 use super::document::{Block, Piece};
-use super::name::{Name, Names};
+use super::name::{Names, symbol_name};
 use super::read::{Context, Reading};
 use super::tree::{Tree, formulas};
 use super::{Prose, json, titled};
 use crate::component::System;
 use crate::equations::Equations;
+use crate::expr::Symbol;
 use crate::mechanism::Unit;
 use crate::resolve::symbolic::{Named, Style, Symbolic};
 
@@ -43,12 +44,12 @@ pub fn with_names<'s>(equations: &Equations, symbolic: &'s Symbolic) -> Equation
 }
 
 /// A table of names and values: the user's parameters, then those of the page.
-fn values(equations: &mut Equations, named: &[Named]) -> Vec<Block> {
+pub fn values(equations: &mut Equations, named: &[Named]) -> Vec<Block> {
     let mechanism = equations.system.mechanism;
     let own = mechanism.parameters.len() - named.len();
     let mut rows: Vec<Vec<Piece>> = Vec::new();
     for (index, parameter) in mechanism.parameters.iter().enumerate() {
-        let name = Piece::Math(Tree::Name(Name::word(&parameter.name)));
+        let name = Piece::Math(Tree::Name(symbol_name(equations, Symbol::Parameter(index))));
         let mut row = vec![name, number(parameter.value, &parameter.unit)];
         match index.checked_sub(own).and_then(|index| named.get(index)) {
             None => row.extend([Piece::words("parameter"), Piece::words(&parameter.description)]),

@@ -70,6 +70,19 @@ impl Tree {
         }
     }
 
+    /// How many names occur.
+    pub fn count_names(&self) -> usize {
+        let all = |trees: &[Tree]| trees.iter().map(Tree::count_names).sum();
+        match self {
+            Tree::Number(_) | Tree::Pi => 0,
+            Tree::Name(_) => 1,
+            Tree::Sum(terms) => terms.iter().map(|(_, term)| term.count_names()).sum(),
+            Tree::Product(parts) | Tree::Call(_, parts) => all(parts),
+            Tree::Quotient(parts) | Tree::Power(parts) | Tree::Relation(_, parts) => all(parts.as_ref()),
+            Tree::Root(inside) => inside.count_names(),
+        }
+    }
+
     /// Calls `visit` with every name that occurs.
     pub fn visit_names(&mut self, visit: &mut dyn FnMut(&mut Name)) {
         match self {

@@ -118,6 +118,7 @@ fn below(subscript: &str) -> String {
 fn letter(base: &str) -> String {
     match base.len() {
         1 => escape(base),
+        _ if base == "->" => r"\to".to_owned(),
         _ if greek(base).is_some() => format!(r"\{base}"),
         _ => format!(r"\mathit{{{}}}", escape(base)),
     }

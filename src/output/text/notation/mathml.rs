@@ -78,7 +78,8 @@ fn name(name: &Name) -> String {
 }
 
 fn letter(base: &str, bold: bool) -> String {
-    let sign = greek(base).map_or_else(|| escape(base), str::to_owned);
+    let sign = if base == "->" { Some("→") } else { greek(base) };
+    let sign = sign.map_or_else(|| escape(base), str::to_owned);
     let style = if bold { " style=\"font-weight:bold\"" } else { "" };
     format!("<mi{style}>{sign}</mi>")
 }

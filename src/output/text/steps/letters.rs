@@ -21,7 +21,7 @@ impl Letters {
     }
 
     pub fn torque(self, label: &str) -> Tree {
-        Tree::Name(Name::letter("T", label))
+        Tree::Name(Name::edge("T", label, false))
     }
 
     /// `r`; on a line `x`, as in the paper.
@@ -29,20 +29,43 @@ impl Letters {
         self.vector(if self.plane { "r" } else { "x" }, label)
     }
 
+    pub fn velocity(self, label: &str) -> Tree {
+        self.vector("v", label)
+    }
+
     pub fn acceleration(self, label: &str) -> Tree {
         self.vector("a", label)
     }
 
     pub fn angle(self, label: &str) -> Tree {
-        Tree::Name(Name::letter("theta", label))
+        Tree::Name(Name::edge("theta", label, false))
+    }
+
+    pub fn omega(self, label: &str) -> Tree {
+        Tree::Name(Name::edge("omega", label, false))
+    }
+
+    pub fn alpha(self, label: &str) -> Tree {
+        Tree::Name(Name::edge("alpha", label, false))
     }
 
     pub fn slide(self, label: &str) -> Tree {
-        Tree::Name(Name::letter("s", label))
+        Tree::Name(Name::edge("s", label, false))
+    }
+
+    /// s' of an edge.
+    pub fn rate_of_slide(self, label: &str) -> Tree {
+        let name = Name::edge("s", label, false);
+        Tree::Name(Name { plain: format!("{}'", name.plain), dots: 1, ..name })
     }
 
     pub fn gravity(self) -> Tree {
-        self.vector("g", "")
+        Tree::Name(if self.plane { Name::bold("g", "") } else { Name::letter("g", "") })
+    }
+
+    /// k . a: the component of a couple out of the plane.
+    pub fn out_of_plane(self, vector: Tree) -> Tree {
+        Tree::Relation(".", Box::new([Tree::Name(Name::bold("k", "")), vector]))
     }
 
     /// The unit vector of a direction, with the element whose axis it is: along it or across.
@@ -50,7 +73,7 @@ impl Letters {
         Tree::Name(match direction {
             Direction::X => Name::bold("i", ""),
             Direction::Y => Name::bold("j", ""),
-            Direction::Fixed(..) => Name::bold(if along { "u" } else { "n" }, &element.label),
+            Direction::Fixed(..) => Name::edge(if along { "u" } else { "n" }, &element.label, true),
         })
     }
 
@@ -67,6 +90,6 @@ impl Letters {
     }
 
     fn vector(self, letter: &str, label: &str) -> Tree {
-        Tree::Name(if self.plane { Name::bold(letter, label) } else { Name::letter(letter, label) })
+        Tree::Name(Name::edge(letter, label, self.plane))
     }
 }

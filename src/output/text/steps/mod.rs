@@ -1,60 +1,115 @@
-//! The derivation as a lesson, in the order of the paper: elements and graphs, trees, cutsets and circuits, terminal equations, then
-//! Steps 1 to 4.
+//! The derivation as a lesson, in the order of the paper: parts and graphs, trees, cutsets and circuits, terminal equations, Steps 1 to 4, then
+//! rates, reactions and what was gained. Every section ends with a check that was carried out.
 
+mod elimination;
+mod gain;
 mod graphs;
+mod labels;
 mod letters;
+mod line;
+mod numbers;
 mod own;
+mod parts;
 mod projection;
+mod rates;
+mod reactions;
+mod results;
 mod terminal;
+mod trees;
 mod view;
 
 use super::document::{Block, Piece};
-use super::motion::Motion;
+use super::motion::{context, has_masses};
+use super::name::Names;
+use super::read::{Context, Reading};
+use super::symbols::with_names;
+use super::tree::{Formulas, Tree, formulas};
 use super::{Prose, page};
 use crate::equations::Equations;
+use crate::expr::Expr;
+use crate::formulate::Formulated;
 use crate::graph::{Rotation, Translation};
+use crate::resolve::symbolic::{Style, Symbolic};
 use letters::Letters;
+pub use numbers::Values;
 use view::View;
 
-struct Lesson<'a, 'm> {
-    equations: &'a Equations<'m>,
+/// The lesson of one mechanism: its equations with names for all numbers, and the mechanism with its numbers at the start.
+struct Lesson<'a, 'n, 'm> {
+    equations: Equations<'n>,
+    source: &'a mut Formulated<'m>,
     letters: Letters,
     translation: View<Translation>,
     rotation: View<Rotation>,
+    dynamic: bool,
+    /// Abbreviations that have been defined already.
+    said: Vec<(Tree, Tree)>,
 }
 
-pub fn steps(equations: &mut Equations, prose: Prose) -> String {
-    let motion = Motion::new(equations);
-    let terminal = terminal::equations(equations, motion.dynamic);
-    let lesson = Lesson::new(equations);
-    let mut blocks = lesson.elements();
+pub fn steps(formulated: &mut Formulated, prose: Prose) -> String {
+    let symbolic = Symbolic::new(&formulated.equations.system, Style::Edges);
+    let mut equations = with_names(&formulated.equations, &symbolic);
+    labels::name_coordinates(&mut equations);
+    let mechanism = formulated.equations.system.mechanism;
+    let mut lesson = Lesson::new(equations, formulated);
+    let mut blocks = lesson.parts();
     blocks.extend(lesson.incidence());
+    blocks.extend(lesson.trees());
     blocks.extend(lesson.topology());
-    blocks.push(heading("Terminal equations (Table 1)"));
-    blocks.push(words("What each element says by itself; u and n are unit vectors along and across an axis."));
-    blocks.push(Block::Equations(terminal));
-    if motion.dynamic {
-        blocks.extend(lesson.cutset_equations());
-    }
+    blocks.extend(lesson.terminal());
+    blocks.extend(lesson.cutset_equations());
     blocks.extend(lesson.circuit_equations());
-    blocks.extend(lesson.eliminations(motion.dynamic));
-    blocks.push(heading("Step 4: the equations of motion"));
-    blocks.push(words("With all secondary variables eliminated, in the branch coordinates alone:"));
-    own::tell_apart(&mut blocks, &equations.system);
-    blocks.extend(motion.blocks(equations));
-    let title = format!("How the equations of motion of {} are derived", equations.system.mechanism.name);
+    blocks.extend(lesson.eliminations());
+    blocks.extend(lesson.results());
+    blocks.extend(lesson.rates());
+    blocks.extend(lesson.reactions());
+    blocks.extend(lesson.gain());
+    own::tell_apart(&mut blocks, mechanism);
+    let title = format!("How the equations of motion of {} are derived", mechanism.name);
     page(&title, &blocks, prose)
 }
 
-impl<'a, 'm> Lesson<'a, 'm> {
-    fn new(equations: &'a Equations<'m>) -> Self {
+impl<'a, 'n, 'm> Lesson<'a, 'n, 'm> {
+    fn new(mut equations: Equations<'n>, source: &'a mut Formulated<'m>) -> Self {
+        let dynamic = has_masses(&mut equations);
         let (system, trees) = (&equations.system, &equations.trees);
+        let (points, bodies) = (labels::nodes(system), labels::bodies(system));
         Lesson {
-            equations,
             letters: Letters::new(system.mechanism.dimension),
-            translation: View::new(system, &system.translation, &trees.translation, system.coupled_points()),
-            rotation: View::new(system, &system.rotation, &trees.rotation, system.coupled_bodies()),
+            translation: View::new(system, &system.translation, &trees.translation, system.coupled_points(), points),
+            rotation: View::new(system, &system.rotation, &trees.rotation, system.coupled_bodies(), bodies),
+            equations,
+            source,
+            dynamic,
+            said: Vec::new(),
         }
+    }
+
+    /// Formulas of expressions, with the abbreviations in them.
+    fn formulas(&mut self, exprs: &[Expr]) -> Formulas {
+        let context = context(&mut self.equations);
+        let reading = Reading::new(&self.equations.system.arena, exprs, &context);
+        formulas(&reading, &Names::new(&self.equations))
+    }
+
+    /// Formulas of expressions without abbreviations.
+    fn plain(&self, exprs: &[Expr]) -> Vec<Tree> {
+        let reading = Reading::new(&self.equations.system.arena, exprs, &Context::default());
+        formulas(&reading, &Names::new(&self.equations)).formulas
+    }
+
+    /// Equations with names on the left, then the abbreviations in them.
+    fn equations(&mut self, names: Vec<Tree>, exprs: &[Expr]) -> Vec<Block> {
+        let Formulas { angles, definitions, formulas } = self.formulas(exprs);
+        let mut blocks = graphs::list(names.into_iter().zip(formulas).collect());
+        let mut with: Vec<(Tree, Tree)> = angles.into_iter().chain(definitions).collect();
+        with.retain(|pair| !self.said.contains(pair));
+        self.said.extend(with.iter().cloned());
+        if !blocks.is_empty() && !with.is_empty() {
+            blocks.push(words("with"));
+            blocks.extend(graphs::list(with));
+        }
+        blocks
     }
 }
 
@@ -64,4 +119,31 @@ fn heading(text: &str) -> Block {
 
 fn words(text: impl Into<String>) -> Block {
     Block::Text(vec![Piece::words(text)])
+}
+
+fn folded(summary: impl Into<String>, blocks: Vec<Block>) -> Block {
+    Block::Folded(summary.into(), blocks)
+}
+
+/// The end of a section: what was checked, and with what result.
+fn check(what: &str, holds: bool) -> Block {
+    words(format!("Check: {what}: {}.", if holds { "it holds" } else { "IT DOES NOT HOLD" }))
+}
+
+/// A table with rows of some kinds: where they are many, the first two of each kind, and the others folded.
+fn thinned(head: &[&str], rows: Vec<(String, Vec<Piece>)>) -> Vec<Block> {
+    const MOST: usize = 26;
+    let head: Vec<String> = head.iter().map(|&word| word.to_owned()).collect();
+    if rows.len() <= MOST {
+        return vec![Block::Table(head, rows.into_iter().map(|(_, row)| row).collect())];
+    }
+    let mut seen = std::collections::BTreeMap::<String, usize>::new();
+    let (mut first, mut rest) = (Vec::new(), Vec::new());
+    for (kind, row) in rows {
+        let count = seen.entry(kind).or_default();
+        *count += 1;
+        if *count <= 2 { first.push(row) } else { rest.push(row) }
+    }
+    let text = format!("{} more rows of these kinds", rest.len());
+    vec![Block::Table(head.clone(), first), folded(text, vec![Block::Table(head, rest)])]
 }

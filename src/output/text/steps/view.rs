@@ -1,7 +1,12 @@
 //! A graph with its tree, the edges of couplings among the chords.
 
+use std::collections::BTreeSet;
+
 use crate::component::{CoupledEdge, System};
-use crate::graph::{ElementId, LinearGraph, Node, Topology, Tree};
+use crate::graph::{ElementId, LinearGraph, Node, Topology, Tree as SpanningTree};
+use crate::output::text::document::Piece;
+use crate::output::text::name::Name;
+use crate::output::text::tree::Tree;
 
 /// A row of a cutset or circuit matrix: labels of edges with their signs.
 pub type Row = Vec<(String, i8)>;
@@ -16,7 +21,7 @@ pub struct Edge<D> {
 
 #[derive(Clone, Debug)]
 pub struct View<D> {
-    /// The user's names of the nodes, the datum's first.
+    /// Short names of the nodes, the datum's first.
     pub nodes: Vec<String>,
     pub branches: Vec<Edge<D>>,
     pub chords: Vec<Edge<D>>,
@@ -24,7 +29,13 @@ pub struct View<D> {
 }
 
 impl<D> View<D> {
-    pub fn new(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>, coupled: Vec<CoupledEdge<D>>) -> Self {
+    pub fn new(
+        system: &System,
+        graph: &LinearGraph<D>,
+        tree: &SpanningTree<D>,
+        coupled: Vec<CoupledEdge<D>>,
+        nodes: Vec<String>,
+    ) -> Self {
         let topology = Topology::new(graph, tree);
         let edge = |&element: &ElementId| Edge {
             label: system.element(element).label.clone(),
@@ -41,7 +52,7 @@ impl<D> View<D> {
             is_term: true,
         });
         let chords = own.into_iter().chain(terms).collect();
-        View { nodes: graph.node_names().map(str::to_owned).collect(), branches, chords, topology }
+        View { nodes, branches, chords, topology }
     }
 
     /// Elements in their order, then the terms of couplings.
@@ -49,6 +60,20 @@ impl<D> View<D> {
         let mut edges: Vec<&Edge<D>> = self.branches.iter().chain(&self.chords).collect();
         edges.sort_by_key(|edge| (edge.is_term, edge.element));
         edges
+    }
+
+    /// The nodes of an element; those of each term of a coupling behind the term's label.
+    pub fn ends(&self, element: ElementId) -> Piece {
+        let edges: Vec<&Edge<D>> = self.edges().into_iter().filter(|edge| edge.element == element).collect();
+        let mut pieces = Vec::new();
+        for edge in &edges {
+            let [a, b] = edge.ends.map(|node| self.nodes[node.index()].as_str());
+            let label = if edges.len() > 1 { format!("{}: ", edge.label) } else { String::new() };
+            pieces.push(Piece::words(format!("{}{label}{a} ", if pieces.is_empty() { "" } else { ", " })));
+            pieces.push(Piece::Math(arrow()));
+            pieces.push(Piece::words(format!(" {b}")));
+        }
+        if pieces.is_empty() { Piece::words("-") } else { Piece::Row(pieces) }
     }
 
     /// The row of \[B\] of a chord.
@@ -73,4 +98,55 @@ impl<D> View<D> {
         };
         self.branches.iter().map(row).collect()
     }
+
+    /// The nodes that a branch holds to the datum, and +1 if it points towards them.
+    pub fn beyond(&self, branch: &Edge<D>) -> (BTreeSet<usize>, i8) {
+        let (mut nodes, mut towards) = (BTreeSet::new(), 1);
+        for (node, parent, own, sign) in self.topology.outward() {
+            if own == branch.element {
+                towards = sign;
+            }
+            if own == branch.element || nodes.contains(&parent.index()) {
+                nodes.insert(node.index());
+            }
+        }
+        (nodes, towards)
+    }
+
+    /// The edges between the nodes beyond a branch and the rest, with their signs; the branch has +1. Found from the nodes, not from circuits.
+    pub fn cut(&self, branch: &Edge<D>) -> Row {
+        let (inside, towards) = self.beyond(branch);
+        let sign = |edge: &Edge<D>| {
+            let [from, to] = edge.ends.map(|node| i8::from(inside.contains(&node.index())));
+            towards * (to - from)
+        };
+        let signs = self.edges().into_iter().map(|edge| (edge.label.clone(), sign(edge)));
+        signs.filter(|(_, sign)| *sign != 0).collect()
+    }
+
+    /// The edges with both ends among some nodes.
+    pub fn inside(&self, nodes: &BTreeSet<usize>) -> Vec<&str> {
+        let both = |edge: &&Edge<D>| edge.ends.iter().all(|node| nodes.contains(&node.index()));
+        self.edges().into_iter().filter(both).map(|edge| edge.label.as_str()).collect()
+    }
+
+    /// Is the product of all cutsets, found from the nodes, with all circuits zero?
+    pub fn is_orthogonal(&self) -> bool {
+        let cuts: Vec<Row> = self.branches.iter().map(|branch| self.cut(branch)).collect();
+        self.chords.iter().all(|chord| {
+            let circuit: Vec<(String, i8)> =
+                self.circuit(chord).into_iter().chain([(chord.label.clone(), 1)]).collect();
+            cuts.iter().all(|cut| {
+                let product = circuit.iter().map(|(label, sign)| {
+                    sign * cut.iter().find(|(own, _)| own == label).map_or(0, |(_, other)| *other)
+                });
+                product.sum::<i8>() == 0
+            })
+        })
+    }
+}
+
+/// From a node to a node.
+fn arrow() -> Tree {
+    Tree::Name(Name::word("->"))
 }

@@ -1,16 +1,20 @@
 //! The terminal equations of the elements: their rows of Table 1.
 
 mod coupling;
+mod law;
 
+use super::labels::number;
 use super::letters::Letters;
+use super::parts::kind;
+use super::{Lesson, heading, thinned, words};
 use crate::component::{Angle, Direction, Element, Force, Known, Origin, Resistance, Torque};
 use crate::equations::Equations;
 use crate::expr::Expr;
 use crate::graph::ElementId;
 use crate::mechanism::{BodyId, Owner, Quantity, Variable};
-use crate::output::text::motion::context;
+use crate::output::text::document::{Block, Piece};
 use crate::output::text::name::{Name, Names};
-use crate::output::text::read::Reading;
+use crate::output::text::read::{Context, Reading};
 use crate::output::text::tree::{Tree, formulas};
 
 /// A right side; it may contain formulas of the scene.
@@ -42,28 +46,105 @@ impl Side {
 
 type Rows = Vec<(Tree, Side)>;
 
-/// The equations of all elements, in order; those of forces and torques only if they are needed.
-pub fn equations(equations: &mut Equations, dynamic: bool) -> Vec<(Tree, Tree)> {
-    let elements = equations.system.elements.clone();
-    let letters = Letters::new(equations.system.mechanism.dimension);
-    let mut rows = Vec::new();
-    for (index, element) in elements.iter().enumerate() {
-        let id = ElementId(index);
-        translation(equations, letters, element, &mut rows);
-        rotation(letters, element, &mut rows);
+impl Lesson<'_, '_, '_> {
+    /// Section 5: what each element says by itself.
+    pub fn terminal(&mut self) -> Vec<Block> {
+        let count = self.equations.system.elements.len();
+        let mut rows = Vec::new();
+        for id in (0..count).map(ElementId) {
+            let element = self.equations.system.element(id).clone();
+            let pieces = self.says(id).into_iter().enumerate().flat_map(|(index, (left, right))| {
+                let gap = (index > 0).then(|| Piece::words(";  "));
+                let equation = Tree::Relation("=", Box::new([left, right]));
+                gap.into_iter().chain([Piece::Math(equation)])
+            });
+            let pieces: Vec<Piece> = pieces.collect();
+            let row = vec![Piece::words(&element.label), Piece::Row(pieces), self.unknowns(&element)];
+            rows.push((kind(&element).to_owned(), row));
+        }
+        let mut blocks = vec![heading("5. What does each part say by itself? Terminal equations (Table 1)")];
+        blocks.push(words("Nothing is eliminated yet; u and n are unit vectors along and across an axis, R turns by an angle, k is out of the plane."));
+        blocks.extend(thinned(&["edge", "equations", "unknown"], rows));
+        blocks.extend(self.gravity());
+        if self.letters.has_two_components() {
+            blocks.push(words("What is fixed in a body, arms and axes, turns with it:"));
+            blocks.push(Block::Equations(turning()));
+        }
+        blocks.push(words(self.count_of_equations()));
+        blocks
+    }
+
+    /// The components of gravity, if it acts.
+    fn gravity(&mut self) -> Option<Block> {
+        let mechanism = self.equations.system.mechanism;
+        let gravity = mechanism.gravity.each_ref().map(|component| self.equations.system.value(component));
+        let [x, y] = <[Tree; 2]>::try_from(self.plain(&gravity)).ok()?;
+        let acts = self.dynamic && gravity != [Expr::ZERO; 2];
+        acts.then(|| Block::Equations(vec![(self.letters.gravity(), pair(self.letters, [x, y]))]))
+    }
+
+    /// The terminal equations of one element, forces and torques only if there are masses.
+    pub fn says(&mut self, id: ElementId) -> Vec<(Tree, Tree)> {
+        let (letters, dynamic) = (self.letters, self.dynamic);
+        let equations = &mut self.equations;
+        let element = equations.system.element(id).clone();
+        let mut rows = Vec::new();
+        translation(equations, letters, &element, &mut rows);
+        rotation(letters, &element, &mut rows);
         coupling::relation(equations, letters, id, &mut rows);
         if dynamic {
-            force_equations(equations, letters, element, &mut rows);
+            force_equations(equations, letters, &element, &mut rows);
             torque_equations(equations, letters, id, &mut rows);
             coupling::loads(equations, letters, id, &mut rows);
         }
+        resolve(equations, rows)
     }
-    let mechanism = equations.system.mechanism;
-    let gravity = mechanism.gravity.each_ref().map(|component| equations.system.value(component));
-    if dynamic && gravity != [Expr::ZERO; 2] {
-        rows.push((letters.gravity(), components(letters, gravity)));
+
+    /// What an element leaves unknown: r or s, F or lambda, theta, T.
+    fn unknowns(&self, element: &Element) -> Piece {
+        let (letters, label) = (self.letters, element.label.as_str());
+        let mut unknown = Vec::new();
+        if let Some(row) = &element.translation {
+            match row.motion.first() {
+                Some((Direction::Fixed(..), _)) => unknown.push(letters.slide(label)),
+                Some(_) => unknown.push(letters.displacement(label)),
+                None => {}
+            }
+            match (row.reaction.len(), matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_))) {
+                (0, false) => {}
+                (1, _) if letters.has_two_components() => {
+                    let along = !row.motion.is_empty();
+                    unknown.push(letters.projected(letters.force(label), row.reaction[0], element, !along));
+                }
+                _ => unknown.push(letters.force(label)),
+            }
+        }
+        if let Some(row) = &element.rotation {
+            let free = matches!(row.angle, Angle::Free(_));
+            unknown.push(if free { letters.angle(label) } else { letters.torque(label) });
+        }
+        let pieces = unknown
+            .into_iter()
+            .enumerate()
+            .flat_map(|(index, tree)| (index > 0).then(|| Piece::words(", ")).into_iter().chain([Piece::Math(tree)]));
+        Piece::Row(pieces.collect())
     }
-    resolve(equations, rows)
+
+    /// Two variables for each edge and direction against terminal, cutset and circuit equations.
+    fn count_of_equations(&self) -> String {
+        let directions = if self.letters.has_two_components() { 2 } else { 1 };
+        let (t, r) = (self.translation.edges().len(), self.rotation.edges().len());
+        let (t_cut, r_cut) = (directions * self.translation.branches.len(), self.rotation.branches.len());
+        let (t_loop, r_loop) = (directions * self.translation.chords.len(), self.rotation.chords.len());
+        let (unknowns, own) = (2 * directions * t + 2 * r, directions * t + r);
+        let all = own + t_cut + r_cut + t_loop + r_loop;
+        let verdict = if all == unknowns { "as many" } else { "NOT as many" };
+        format!(
+            "Check: two variables for each edge and direction are 2*{directions}*{t} + 2*{r} = {unknowns} unknowns; {own} terminal, {t_cut} + \
+             {r_cut} cutset and {t_loop} + {r_loop} circuit equations are {all}, {verdict}. The four steps bring them to {}.",
+            self.equations.coordinates.len() + self.equations.loops().count()
+        )
+    }
 }
 
 fn translation(equations: &mut Equations, letters: Letters, element: &Element, rows: &mut Rows) {
@@ -83,7 +164,7 @@ fn translation(equations: &mut Equations, letters: Letters, element: &Element, r
         (Known::Zero, ..) => {}
         // A rolling disc: along the line, and a radius beside it.
         (Known::Fixed(body, at), Origin::Joint(_), Some((axis_name, of, axis))) => {
-            let beside = Tree::Name(Name::bold("h", &element.label));
+            let beside = Tree::Name(Name::edge("h", &element.label, true));
             let slide = Tree::product(vec![letters.slide(&element.label), axis_name.clone()]);
             rows.push((own, Side::Tree(Tree::Sum(vec![(false, slide), (false, beside.clone())]))));
             rows.push((axis_name, turned(equations, letters, of, axis)));
@@ -92,7 +173,7 @@ fn translation(equations: &mut Equations, letters: Letters, element: &Element, r
         (Known::Fixed(body, at), ..) => rows.push((own, turned(equations, letters, *body, *at))),
         (Known::Given([x, y]), ..) => rows.push((own, components(letters, [x.value, y.value]))),
         (Known::Along(of, axis, signal), ..) => {
-            let axis_name = Tree::Name(Name::bold("u", &element.label));
+            let axis_name = Tree::Name(Name::edge("u", &element.label, true));
             rows.push((own, Side::times(signal.value, axis_name.clone())));
             rows.push((axis_name, turned(equations, letters, *of, *axis)));
         }
@@ -112,31 +193,32 @@ fn force_equations(equations: &mut Equations, letters: Letters, element: &Elemen
             }
         }
         Force::Inertia(body) => {
-            let mass = Tree::Name(own_name(equations, *body, "mass"));
+            let mass = value_name(equations, *body, "mass");
             rows.push((own, Side::Tree(inertia_force(equations, letters, element, *body, mass))));
         }
         Force::Resistance(law) => {
             if let Some((along, _)) = row.motion.first() {
-                let speed = Tree::Name(Name {
-                    dots: 1,
-                    plain: format!("v_{}", element.label),
-                    ..Name::letter("s", &element.label)
-                });
+                let speed = letters.rate_of_slide(&element.label);
                 let side = resisting(equations, element, *law, speed, Quantity::V);
                 rows.push((letters.projected(own, *along, element, true), side));
             }
         }
         Force::World(vector) => {
-            let vector = vector.each_ref().map(|component| equations.formula(component));
-            rows.push((own, components(letters, vector)));
+            let vector = vector.each_ref().map(|component| law::tree(equations, letters, component));
+            rows.push((own, Side::Tree(pair(letters, vector))));
         }
         Force::InBody(body, vector) => {
-            let vector = vector.each_ref().map(|component| equations.formula(component));
-            rows.push((own, turned(equations, letters, Some(*body), vector)));
+            let vector = vector.each_ref().map(|component| law::tree(equations, letters, component));
+            let turn = Tree::Call("R", vec![angle_of(equations, letters, *body)]);
+            rows.push((own, Side::Tree(Tree::product(vec![turn, pair(letters, vector)]))));
         }
         Force::Line(law) => {
-            let law = equations.formula(law);
-            rows.push((own, Side::times(law, unit(letters, &element.label))));
+            let law = law::tree(equations, letters, law);
+            let side = match letters.has_two_components() {
+                true => law::times(law, unit(letters, &element.label)),
+                false => law,
+            };
+            rows.push((own, Side::Tree(side)));
         }
     }
 }
@@ -148,6 +230,7 @@ fn inertia_force(equations: &mut Equations, letters: Letters, element: &Element,
     let weightless = mechanism.bodies[body.0].weightless || gravity == [Expr::ZERO; 2];
     let acceleration = letters.acceleration(&element.label);
     match weightless {
+        _ if mass == Tree::zero() => mass,
         true => Tree::Sum(vec![(true, Tree::product(vec![mass, acceleration]))]),
         false => Tree::product(vec![mass, Tree::sum(vec![(true, acceleration), (false, letters.gravity())])]),
     }
@@ -178,31 +261,28 @@ fn torque_equations(equations: &mut Equations, letters: Letters, id: ElementId, 
         }
         Torque::None => {}
         Torque::Inertia(body) => {
-            let inertia = Tree::Name(own_name(equations, *body, "inertia"));
-            let alpha = Tree::Name(Name {
-                dots: 2,
-                plain: format!("alpha_{}", element.label),
-                ..Name::letter("theta", &element.label)
-            });
-            let mut terms = vec![(true, Tree::product(vec![inertia, alpha]))];
-            for other in carried(equations, id, *body) {
+            let inertia = value_name(equations, *body, "inertia");
+            let alpha = letters.alpha(&element.label);
+            let mut terms = vec![(true, Tree::product(vec![inertia.clone(), alpha]))];
+            terms.retain(|_| inertia != Tree::zero());
+            let moments = carried(equations, id, *body).into_iter().map(|other| {
                 let moment = [letters.displacement(&other), letters.force(&other)];
-                terms.push((true, Tree::Relation("x", Box::new(moment))));
+                (false, Tree::Relation("x", Box::new(moment)))
+            });
+            let moments: Vec<(bool, Tree)> = moments.collect();
+            if !moments.is_empty() {
+                terms.push((true, letters.out_of_plane(Tree::Sum(moments))));
             }
-            rows.push((own, Side::Tree(Tree::Sum(terms))));
+            rows.push((own, Side::Tree(Tree::sum(terms))));
         }
         Torque::Resistance(law) => {
-            let omega = Tree::Name(Name {
-                dots: 1,
-                plain: format!("omega_{}", element.label),
-                ..Name::letter("theta", &element.label)
-            });
+            let omega = letters.omega(&element.label);
             let side = resisting(equations, &element, *law, omega, Quantity::Omega);
             rows.push((own, side));
         }
         Torque::Law(law) => {
-            let law = equations.formula(law);
-            rows.push((own, Side::formula(law)));
+            let law = law::tree(equations, letters, law);
+            rows.push((own, Side::Tree(law)));
         }
     }
 }
@@ -234,29 +314,62 @@ fn carried(equations: &Equations, own: ElementId, body: BodyId) -> Vec<String> {
     edges.chain(coupling::carried(system, body)).collect()
 }
 
+/// v = omega k x r, a = alpha k x r - omega^2 r
+fn turning() -> Vec<(Tree, Tree)> {
+    let [k, r, v, a] = ["k", "r", "v", "a"].map(|letter| Tree::Name(Name::bold(letter, "")));
+    let [omega, alpha] = ["omega", "alpha"].map(|letter| Tree::Name(Name::word(letter)));
+    let across = |rate: &Tree| Tree::Relation("x", Box::new([Tree::product(vec![rate.clone(), k.clone()]), r.clone()]));
+    let square = Tree::product(vec![Tree::power(omega.clone(), Tree::Number(2.0)), r.clone()]);
+    vec![(v, across(&omega)), (a, Tree::Sum(vec![(false, across(&alpha)), (true, square)]))]
+}
+
 /// R(theta) (x, y); the ground does not turn, nor does anything on a line.
 fn turned(equations: &Equations, letters: Letters, body: Option<BodyId>, at: [Expr; 2]) -> Side {
     match body {
         Some(body) if letters.has_two_components() => {
-            Side::Turned(Tree::Call("R", vec![Tree::Name(own_name(equations, body, "angle"))]), at)
+            Side::Turned(Tree::Call("R", vec![angle_of(equations, letters, body)]), at)
         }
         _ => components(letters, at),
     }
+}
+
+fn pair(letters: Letters, [x, y]: [Tree; 2]) -> Tree {
+    if letters.has_two_components() { Tree::Call("", vec![x, y]) } else { x }
 }
 
 fn components(letters: Letters, vector: [Expr; 2]) -> Side {
     if letters.has_two_components() { Side::Components(vector) } else { Side::formula(vector[0]) }
 }
 
-fn own_name(equations: &Equations, body: BodyId, word: &str) -> Name {
-    Name::variable(&format!("{}.{word}", equations.system.mechanism.bodies[body.0].name))
+/// The symbol of a body's mass or inertia.
+fn value_name(equations: &mut Equations, body: BodyId, word: &str) -> Tree {
+    let own = &equations.system.mechanism.bodies[body.0];
+    let formula = if word == "mass" { &own.mass } else { &own.inertia };
+    match formula {
+        Some(formula) => {
+            let value = equations.system.value(formula);
+            let reading = Reading::new(&equations.system.arena, &[value], &Context::default());
+            formulas(&reading, &Names::new(equations)).formulas.pop().unwrap_or_else(Tree::zero)
+        }
+        // A body that does not turn needs no inertia: its symbol stands, and goes with its angular acceleration.
+        None => {
+            let letter = if word == "mass" { "m" } else { "I" };
+            let number = equations.system.find(Origin::Body(body)).map(|id| number(&equations.system, id));
+            Tree::Name(Name::symbol(&format!("{letter}_{}", number.unwrap_or_default())))
+        }
+    }
+}
+
+/// theta of the edge of a body.
+fn angle_of(equations: &Equations, letters: Letters, body: BodyId) -> Tree {
+    let id = equations.system.find(Origin::Body(body));
+    letters.angle(id.map_or("", |id| equations.system.element(id).label.as_str()))
 }
 
 /// Replaces expressions by formulas; abbreviations follow.
 fn resolve(equations: &mut Equations, rows: Rows) -> Vec<(Tree, Tree)> {
     let roots: Vec<Expr> = rows.iter().flat_map(|(_, side)| side.formulas()).collect();
-    let context = context(equations);
-    let reading = Reading::new(&equations.system.arena, &roots, &context);
+    let reading = Reading::new(&equations.system.arena, &roots, &Context::default());
     let resolved = formulas(&reading, &Names::new(equations));
     let mut found = resolved.formulas.into_iter();
     let mut next = || found.next().unwrap_or_else(Tree::zero);
@@ -270,8 +383,6 @@ fn resolve(equations: &mut Equations, rows: Rows) -> Vec<(Tree, Tree)> {
         };
         lines.push((left, right));
     }
-    lines.extend(resolved.angles);
-    lines.extend(resolved.definitions);
     lines
 }
 
