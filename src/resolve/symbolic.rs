@@ -54,6 +54,9 @@ impl Symbolic {
     }
 }
 
+/// Laws with more numbers, such as tables, keep them.
+const MOST: usize = 12;
+
 struct Namer<'a, 'm> {
     system: &'a System<'m>,
     style: Style,
@@ -193,8 +196,13 @@ impl Namer<'_, '_> {
 
     /// A number, or a law with the numbers in it: then each has a letter of its own.
     fn formula(&mut self, formula: &Formula, about: About) -> Formula {
-        let constant = self.constant(formula).is_some();
-        if constant { self.number(formula, about) } else { self.within(formula, About { measure: NUMBER, ..about }) }
+        if self.constant(formula).is_some() {
+            self.number(formula, about)
+        } else if numbers(formula) > MOST {
+            formula.clone() // a table
+        } else {
+            self.within(formula, About { measure: NUMBER, ..about })
+        }
     }
 
     fn within(&mut self, formula: &Formula, about: About) -> Formula {
@@ -213,9 +221,11 @@ impl Namer<'_, '_> {
                 let [left, right] = sides.each_ref().map(|side| self.within(side, about));
                 Formula::Binary(*operator, Box::new([left, right]))
             }
-            // The entries of a table are no symbols.
-            Formula::Call(function, arguments) if arguments.len() == 1 => {
-                Formula::Call(*function, vec![self.within(&arguments[0], about)])
+            Formula::Call(function, arguments) => {
+                Formula::Call(*function, arguments.iter().map(|own| self.within(own, about)).collect())
+            }
+            Formula::If(comparison, parts) => {
+                Formula::If(*comparison, Box::new(parts.each_ref().map(|part| self.within(part, about))))
             }
             other => other.clone(),
         }
@@ -297,6 +307,18 @@ fn moves(formula: &Formula) -> bool {
         Formula::Binary(_, sides) => sides.iter().any(moves),
         Formula::Call(_, arguments) => arguments.iter().any(moves),
         Formula::If(_, parts) => parts.iter().any(moves),
+    }
+}
+
+/// How many numbers a formula has.
+fn numbers(formula: &Formula) -> usize {
+    match formula {
+        Formula::Number(_) => 1,
+        Formula::Parameter(_) | Formula::Time | Formula::Input(_) | Formula::Variable(_) => 0,
+        Formula::Negate(inner) => numbers(inner),
+        Formula::Binary(_, sides) => sides.iter().map(numbers).sum(),
+        Formula::Call(_, arguments) => arguments.iter().map(numbers).sum(),
+        Formula::If(_, parts) => parts.iter().map(numbers).sum(),
     }
 }
 
