@@ -91,3 +91,52 @@ fn so_are_drivers_and_springs_without_a_direction() {
     assert_eq!(law.domain.limit, Limit::Distance);
     assert!(law.to_string().contains("`loads.spring` acts along the line between `ground.hook` and `block`"), "{law}");
 }
+
+/// Nobody looks at the driven arm, and nothing that is looked at depends on it.
+#[test]
+fn a_driver_without_a_value_that_moves_nothing_else_is_named_too() {
+    let driven = |scene: Scene, law: &str| {
+        scene
+            .body("arm", Body::new().mass(2.0).inertia(1.0))
+            .revolute("pin", "ground", "arm")
+            .driver("motor", Driver::angle("pin", law))
+    };
+    let kinematic = |law: &str| {
+        let other =
+            Scene::new("two").body("other", Body::new().mass(2.0).inertia(1.0)).revolute("hinge", "ground", "other");
+        driven(other.driver("second", Driver::angle("hinge", "t")), law).output("other.angle").stop(1.0)
+    };
+    let dynamic = |law: &str| driven(guided("1"), law).output("block.x");
+    let engines = [None, Some(Engine::Taylor), Some(Engine::Dop853), Some(Engine::Radau)];
+    for (law, said, at) in [
+        ("sqrt(0.5-t)", "the square root of `0.5-t`", 0.5),
+        ("sqrt(t-0.5)", "the square root of `t-0.5`, which is -0.5 there", 0.0),
+    ] {
+        let runs = engines.iter().map(|engine| (dynamic(law), *engine)).chain([(kinematic(law), None)]);
+        for (scene, engine) in runs {
+            let compiled = compile(&scene).expect("a sound scene");
+            let mut instance = Instance::new(Arc::new(Model::new(compiled.program).expect("a sound program")));
+            instance.setup(0.0, None, Some(1e-7)).expect("times");
+            engine.map_or(Ok(()), |engine| instance.set_engine(engine)).expect("not begun");
+            let reached = |instance: &Instance| instance.time();
+            let error = (instance.initialise())
+                .and_then(|()| (1..=40).try_for_each(|point| instance.step_to(0.025 * f64::from(point))))
+                .expect_err("the law has no value");
+            let message = error.to_string();
+            assert!(message.contains("`drivers.motor.angle` ") && message.contains(said), "{engine:?}: {message}");
+            // What comes before is not refused: it has its value.
+            assert!((reached(&instance) - at).abs() < 1e-9, "{engine:?}: {message} after {}", reached(&instance));
+        }
+    }
+}
+
+#[test]
+fn a_law_that_grows_beyond_all_bounds_is_named() {
+    for law in ["exp(2000*t)", "exp(exp(20*t))"] {
+        // (The implicit method counts ten million steps first.)
+        for engine in [None, Some(Engine::Taylor), Some(Engine::Dop853)] {
+            let message = failure(&guided(law), engine).to_string();
+            assert!(message.contains(&format!("`loads.push.vector` is `{law}`, which is ")), "{engine:?}: {message}");
+        }
+    }
+}

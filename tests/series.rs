@@ -11,7 +11,7 @@ use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Motion;
 use cotree_fmu::taylor::Jet;
 use support::random::{Family, random_case};
-use support::run::{mechanism, models, scene_of};
+use support::run::{file, mechanism, models, scene_of};
 
 const ORDER: usize = 14;
 
@@ -143,6 +143,21 @@ fn series_of_many_loops_solve_the_equations() {
         for coordinates in [Coordinates::Recommended, Coordinates::Absolute] {
             assert!(check(&name, &mut mechanism(&ladder(loops)), coordinates));
         }
+    }
+}
+
+/// A boom and an arm with a hydraulic cylinder each: the gap of a cylinder is closed across an axis that turns, by one equation.
+#[test]
+fn a_slide_between_two_bodies_is_one_loop_equation() {
+    let text = file("tests/scenes/excavator.toml");
+    for (coordinates, unknowns) in
+        [(Coordinates::Recommended, [4, 0, 2]), (Coordinates::Joint, [6, 0, 4]), (Coordinates::Absolute, [6, 12, 16])]
+    {
+        let mut mechanism = mechanism(&text);
+        assert!(check("excavator", &mut mechanism, coordinates));
+        let formulated = formulate(&mechanism).expect("a sound scene");
+        let form = formulated.lowered.program.arms.expect("an arm form");
+        assert_eq!(form.unknowns_and_equations(), unknowns, "{:?}", mechanism.coordinates);
     }
 }
 

@@ -236,3 +236,34 @@ fn a_run_can_begin_at_rest() {
         }
     }
 }
+
+/// Two light links that carry what is a hundred million times heavier: what rounding leaves of their accelerations is coarser than some tolerances.
+#[test]
+fn a_tolerance_finer_than_rounding_errors_permit_is_warned_of() {
+    let mut scene = String::from("name = \"hanging\"\ngravity = [0, -9.81]\n");
+    for (body, mass, inertia) in [("a", 1e-4, 1e-6), ("b", 1e-4, 1e-6), ("c", 1e-4, 1e-6), ("load", 1e4, 1e2)] {
+        scene += &format!(
+            "[bodies.{body}]\nmass = {mass}\ninertia = {inertia}\npoints = {{ p = [-0.2, 0], q = [0.2, 0] }}\n"
+        );
+    }
+    for (joint, ends) in [
+        ("j0", "\"ground\", \"a.p\""),
+        ("j1", "\"a.q\", \"b.p\""),
+        ("j2", "\"b.q\", \"c.p\""),
+        ("j3", "\"c.q\", \"load.p\""),
+    ] {
+        scene += &format!("[joints.{joint}]\ntype = \"revolute\"\nbetween = [{ends}]\n");
+    }
+    scene += "[initial]\n\"a.angle\" = 0.1\n\"b.angle\" = 0.2\n\"c.angle\" = 0.1\n\"load.angle\" = 0.3\n";
+    scene += "[outputs]\nvariables = [\"load.angle\"]\n[experiment]\nstop = 0.01\nstep = 0.005\n";
+    let folder = with(&scene);
+    for (method, tolerance, warned) in [("auto", "1e-12", true), ("auto", "1e-4", false)] {
+        let text = format!("{scene}[solver]\nmethod = \"{method}\"\n");
+        std::fs::write(folder.path().join("a.toml"), text).unwrap();
+        let output = cotree(folder.path(), &["simulate", "a.toml", "--tolerance", tolerance]);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let said = stderr(&output);
+        assert_eq!(said.contains("solver::accuracy"), warned, "{method} {tolerance}: {said}");
+        assert_eq!(said.contains("the attainable accuracy of about"), warned, "{method} {tolerance}: {said}");
+    }
+}

@@ -121,6 +121,16 @@ pub enum Failure {
         /// The law, and what is wrong with it.
         law: Box<Outside>,
     },
+    /// A law grows faster than any motion can be followed.
+    #[error(
+        "at t = {time} s the motion cannot be followed any further, because a law grows beyond all bounds: {law}; keep it smaller, for example by `min`, or end the run before"
+    )]
+    Boundless {
+        /// When [s].
+        time: f64,
+        /// The law, and its value.
+        law: Box<Outside>,
+    },
     /// The drivers do not determine the motion in this pose.
     #[error(
         "at t = {time} s the mechanism is in a singular pose: the drivers do not determine the motion of `{coordinate}`"

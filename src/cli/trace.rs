@@ -101,7 +101,7 @@ fn run(
     let place = |name: String| description.variables.iter().position(|variable| variable.name == name);
     let reported = variables(points).filter_map(place).collect();
     let run = Run { description, experiment: description.experiment, settings: Vec::new(), inputs: None, reported };
-    run.start(Arc::new(model), report)
+    run.start(Arc::new(model), report).map(drop)
 }
 
 fn table(compiled: &Compiled, points: &[String], file: Option<&Path>) -> Result<(), Failure> {

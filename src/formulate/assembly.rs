@@ -54,6 +54,7 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         | Failure::Singular { .. }
         | Failure::TooManySteps { .. }
         | Failure::OutOfTime { .. }
+        | Failure::Boundless { .. }
         | Failure::Chatter { .. } => Fault::new("assembly::not_finite", failure.to_string(), Span::default()),
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use cotree_fmu::program::{Block, Engine, Motion, Program, Source};
-use cotree_fmu::taylor::form::{ArmForm, Factor};
+use cotree_fmu::taylor::form::ArmForm;
 
 use super::summary::{
     Cheapest, Coordinate, Count, Counts, Integrated, Joint, SeriesSystem, SolveTree, Summary, Tree, Trees,
@@ -82,15 +82,10 @@ fn integrated(lowered: &Lowered) -> Integrated {
     }
 }
 
-/// The unknowns of the arm form: frames with an angle of their own, and arms of unknown length.
+/// What the series solve for.
 fn series_system(form: &ArmForm) -> SeriesSystem {
-    let angles = form.frames.iter().enumerate().filter(|(index, frame)| frame.unknown == Some(*index as u32)).count();
-    let lengths = form.products.iter().map(|product| product.factor).chain(form.world.iter().copied());
-    SeriesSystem {
-        angles,
-        displacements: lengths.filter(|factor| *factor == Factor::Unknown).count(),
-        loop_equations: form.rows.len(),
-    }
+    let [angles, displacements, loop_equations] = form.unknowns_and_equations();
+    SeriesSystem { angles, displacements, loop_equations }
 }
 
 fn blocks(program: &Program) -> Vec<Vec<String>> {

@@ -73,5 +73,6 @@ impl<'a> Ensemble<'a> {
             point(time, values);
             Ok(())
         })
+        .map(drop)
     }
 }

@@ -7,7 +7,7 @@ pub mod settings;
 
 use std::sync::Arc;
 
-use cotree_fmu::instance::{Instance, InstanceError};
+use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::check::Fault;
 
@@ -48,7 +48,7 @@ pub enum RunError {
 }
 
 impl Run<'_> {
-    /// Simulates, and hands over the reported values at every communication point.
+    /// Simulates, and hands over the reported values at every communication point. Says if rounding errors are larger than the tolerance.
     ///
     /// # Errors
     /// Values that cannot be set, a motion that cannot be continued, or `report` fails.
@@ -56,7 +56,7 @@ impl Run<'_> {
         &self,
         model: Arc<Model>,
         mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
-    ) -> Result<(), RunError> {
+    ) -> Result<Option<Inaccuracy>, RunError> {
         let Experiment { start, stop, tolerance, .. } = self.experiment;
         let mut instance = Instance::new(model);
         instance.setup(start, Some(stop), Some(tolerance))?;
@@ -80,7 +80,7 @@ impl Run<'_> {
             }
             report(point, &values)?;
         }
-        Ok(())
+        Ok(instance.take_inaccuracy())
     }
 
     /// Sets the inputs and their rates to the table's. They are constant until the next row, so this is done at the rows only

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
+use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
 
 use super::{Run, RunError};
@@ -16,6 +17,7 @@ use crate::scene::Scene;
 pub struct Results {
     times: Vec<f64>,
     columns: Vec<Column>,
+    inaccuracy: Option<Inaccuracy>,
 }
 
 /// One variable over time.
@@ -61,6 +63,11 @@ impl Results {
         self.column(name).map(|column| column.values.as_slice())
     }
 
+    /// That rounding errors are larger than the tolerance, if they are.
+    pub fn inaccuracy(&self) -> Option<&Inaccuracy> {
+        self.inaccuracy.as_ref()
+    }
+
     /// Writes a table as `cotree simulate` does: CSV, `time` first.
     ///
     /// # Errors
@@ -85,20 +92,21 @@ impl Compiled {
         let variables = self.reported().into_iter().map(|index| &self.description.variables[index]);
         let column = |name: &str, unit: &str| Column { name: name.into(), unit: unit.into(), values: Vec::new() };
         let columns = variables.map(|variable| column(&variable.name, &variable.unit.si)).collect();
-        let mut results = Results { times: Vec::new(), columns };
-        self.run(|time, values| {
+        let mut results = Results { times: Vec::new(), columns, inaccuracy: None };
+        let inaccuracy = self.run(|time, values| {
             results.times.push(time);
             results.columns.iter_mut().zip(values).for_each(|(column, &value)| column.values.push(value));
             Ok(())
         })?;
-        Ok(results)
+        Ok(Results { inaccuracy, ..results })
     }
 
-    /// The same, handing over time and the values of [`Compiled::reported`] at every communication point as they come.
+    /// The same, handing over time and the values of [`Compiled::reported`] at every communication point as they come. Says if
+    /// rounding errors are larger than the tolerance.
     ///
     /// # Errors
     /// The motion cannot be found or continued, or `report` fails.
-    pub fn run(&self, report: impl FnMut(f64, &[f64]) -> io::Result<()>) -> Result<(), RunError> {
+    pub fn run(&self, report: impl FnMut(f64, &[f64]) -> io::Result<()>) -> Result<Option<Inaccuracy>, RunError> {
         let model = Arc::new(Model::new(self.program.clone())?);
         let (experiment, reported) = (self.description.experiment, self.reported());
         Run { description: &self.description, experiment, settings: Vec::new(), inputs: None, reported }

@@ -3,10 +3,13 @@
 use crate::failure::{Failure, Outside};
 use crate::machine::Machine;
 use crate::model::{Model, State};
+use crate::program::domain::{Domain, Limit};
 
 /// So far behind the end of the last step laws are looked at as well, and at least so many seconds: the steps before a root or a pole become as short as
 /// numbers permit.
 const AHEAD: f64 = 1e-9;
+/// A force in newtons or a speed in metres a second that is larger than this is why a motion cannot be followed: no mechanism bears it.
+const BOUNDLESS: f64 = 1e15;
 
 /// The first law that has no value at the state in the registers.
 pub(crate) fn outside(model: &Model, machine: &mut Machine) -> Option<Failure> {
@@ -18,6 +21,29 @@ pub(crate) fn outside(model: &Model, machine: &mut Machine) -> Option<Failure> {
         (!domain.limit.allows(value)).then(|| Outside { domain: domain.clone(), value })
     });
     broken.map(|law| Failure::NoValue { time, law: Box::new(law) })
+}
+
+/// Why a law has no finite value at the state in the registers, if one has none: nobody else may notice, because nothing that is asked for depends on it.
+pub(crate) fn undefined(model: &Model, machine: &mut Machine) -> Option<Failure> {
+    let laws = &model.program().tapes.domains;
+    machine.run(&laws.tape);
+    let lacks = |(index, domain): (usize, &Domain)| {
+        domain.limit == Limit::Value && !machine.result(&laws.tape, index).is_finite()
+    };
+    let lacks = laws.domains.iter().enumerate().any(lacks);
+    if lacks { outside(model, machine) } else { None }
+}
+
+/// The law with the largest value at the state in the registers, if no motion keeps pace with that.
+fn boundless(model: &Model, machine: &mut Machine) -> Option<Failure> {
+    let laws = &model.program().tapes.domains;
+    machine.run(&laws.tape);
+    let time = machine.registers()[model.layout().time()];
+    let values = laws.domains.iter().enumerate().filter(|(_, domain)| domain.limit == Limit::Value);
+    let sizes = values.map(|(index, domain)| (machine.result(&laws.tape, index), domain));
+    let (value, domain) = sizes.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
+    let law = || Box::new(Outside { domain: domain.clone(), value });
+    (value.abs() > BOUNDLESS).then(|| Failure::Boundless { time, law: law() })
 }
 
 /// The first law that has no value where the motion has come to, or goes on to at once.
@@ -49,5 +75,6 @@ pub(crate) fn outside_soon(
         let value = domain.limit.passed(from, machine.result(&laws.tape, index))?;
         Some(Outside { domain: domain.clone(), value })
     });
-    broken.map(|law| Failure::NoValue { time, law: Box::new(law) })
+    let failure = broken.map(|law| Failure::NoValue { time, law: Box::new(law) });
+    failure.or_else(|| boundless(model, machine))
 }

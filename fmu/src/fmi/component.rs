@@ -2,7 +2,7 @@
 
 use super::logging::{Category, Logger, Severity};
 pub(crate) use crate::instance::number;
-use crate::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot};
+use crate::instance::{DERIVATIVE_ORDER, Inaccuracy, Instance, InstanceError, Snapshot};
 use crate::program::seal::Mark;
 
 /// How far a communication point may be from the time reached, relative to the step.
@@ -375,7 +375,7 @@ impl<V: Version> Component<V> {
         self.allow(&[Mode::Step])?;
         self.check_step(point, step)?;
         let done = self.instance.step_to(point + step);
-        self.report_passages();
+        self.report_step();
         Ok(done?)
     }
 
@@ -396,8 +396,12 @@ impl<V: Version> Component<V> {
         Ok(())
     }
 
-    /// Tells of the singular poses that the last step has passed.
-    pub fn report_passages(&mut self) {
+    /// Reports the singular poses that the last step has passed, and that rounding errors are larger than the tolerance: a warning that nobody must have asked
+    /// for.
+    pub fn report_step(&mut self) {
+        if let Some(inaccuracy) = self.instance.take_inaccuracy() {
+            self.logger.log(Severity::Warning, Category::Errors, &format!("{inaccuracy}; {}", Inaccuracy::HELP));
+        }
         for passage in self.instance.take_passages() {
             self.logger.log(Severity::Fine, Category::Events, &passage.to_string());
         }

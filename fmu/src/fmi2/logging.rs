@@ -46,6 +46,7 @@ impl Sink for Callback {
         let Some(function) = self.function else { return };
         let status = match severity {
             Severity::Fine => fmi2Status::fmi2OK,
+            Severity::Warning => fmi2Status::fmi2Warning,
             Severity::Discard => fmi2Status::fmi2Discard,
             Severity::Error => fmi2Status::fmi2Error,
         };

@@ -322,7 +322,7 @@ impl Component {
         };
         loop {
             let advanced = self.instance.step_towards(target);
-            self.report_passages();
+            self.report_step();
             let event = advanced?;
             let early = self.instance.time() < target;
             if event && early && self.version.early_return_allowed {

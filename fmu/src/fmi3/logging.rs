@@ -42,6 +42,7 @@ impl Sink for Callback {
         let Some(function) = self.function else { return };
         let status = match severity {
             Severity::Fine => fmi3Status::fmi3OK,
+            Severity::Warning => fmi3Status::fmi3Warning,
             Severity::Discard => fmi3Status::fmi3Discard,
             Severity::Error => fmi3Status::fmi3Error,
         };

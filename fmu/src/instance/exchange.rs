@@ -5,6 +5,7 @@
 
 use super::snapshot::Phase;
 use super::{Computed, Instance, InstanceError};
+use crate::constraints::domains::undefined;
 use crate::failure::Failure;
 use crate::program::Motion;
 
@@ -119,7 +120,10 @@ impl Instance {
     /// # Errors
     /// The step has gone through a pose in which branches of the motion cross: what comes after it means nothing.
     pub fn complete_step(&mut self) -> Result<bool, InstanceError> {
-        self.reproject()?;
+        self.load()?;
+        if let Some(failure) = undefined(&self.model, &mut self.machine) {
+            return Err(InstanceError::Solver(failure));
+        }
         match self.model.program().motion {
             Motion::Kinematic => {
                 self.adopt();

@@ -14,18 +14,20 @@ mod snapshot;
 use std::sync::Arc;
 
 pub(crate) use crate::failure::number;
+pub use crate::integrator::accuracy::Inaccuracy;
 pub use crossing::Crossing;
 pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
 pub use snapshot::Snapshot;
 
 use crate::constraints::accelerations::Accelerations;
-use crate::constraints::domains::outside;
+use crate::constraints::domains::{outside, undefined};
 use crate::constraints::expansion::Expansion;
 use crate::constraints::initial::solve_initial;
 use crate::constraints::tangent::Tangent;
 use crate::context::{Deadline, Settings, Statistics};
 use crate::failure::Failure;
+use crate::integrator::accuracy::Accuracy;
 use crate::integrator::stepping::Stepper;
 use crate::machine::Machine;
 use crate::model::{Model, State};
@@ -112,6 +114,16 @@ impl Instance {
     pub fn take_passages(&mut self) -> Vec<Passage> {
         let time = self.time();
         self.now.run.take_passages(time)
+    }
+
+    /// That rounding errors are larger than the tolerance, if that has been found; reported once.
+    pub fn take_inaccuracy(&mut self) -> Option<Inaccuracy> {
+        self.stepper.accuracy().take(&self.model)
+    }
+
+    /// Relative accuracy of the accelerations that rounding errors permit, the coarsest of the steps measured so far; 0 if none was.
+    pub fn attainable_accuracy(&mut self) -> f64 {
+        self.stepper.accuracy().attainable()
     }
 
     /// Index of the variable with that name.
@@ -302,6 +314,10 @@ impl Instance {
             let motion = self.model.layout().followers();
             state.registers_mut()[motion..].fill(0.0);
             solve_initial(&self.model, &mut state).map_err(|failure| self.unlike_the_scene(failure))?;
+            self.machine.load(&self.model, &state);
+            if let Some(failure) = undefined(&self.model, &mut self.machine) {
+                return Err(self.unlike_the_scene(failure));
+            }
             self.now.state = state;
             self.now.phase = Phase::Initial { solved: true };
             self.computed = Computed::default();
@@ -507,6 +523,7 @@ impl Instance {
         self.computed = Computed::default();
         self.behind = false;
         self.stepper.forget();
+        *self.stepper.accuracy() = Accuracy::default();
         self.watch = Watch::default();
     }
 

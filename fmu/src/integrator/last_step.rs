@@ -19,6 +19,8 @@ pub(crate) struct LastStep {
     pub order: u32,
     /// Natural length of the next step; 0 if it is not known.
     pub natural: f64,
+    /// Has a law no value at its end? Communication points in it are looked at one by one.
+    pub undefined: bool,
 }
 
 impl LastStep {
@@ -31,25 +33,26 @@ impl LastStep {
             dense: vec![0.0; dense_length(model)],
             order: 0,
             natural: 0.0,
+            undefined: false,
         }
     }
 
     /// The next step begins at this state.
     pub fn end_at(&mut self, model: &Model, state: &State) {
-        self.end_time = state.time();
+        (self.end_time, self.undefined) = (state.time(), false);
         self.end.copy_from_slice(&state.registers()[motion(model.layout())]);
     }
 
     /// Is the motion at a time known from a Taylor polynomial?
     pub fn covers(&self, time: f64) -> bool {
-        self.order > 0 && self.start_time < time && time < self.end_time
+        self.order > 0 && !self.undefined && self.start_time < time && time < self.end_time
     }
 
     pub fn copy_from(&mut self, other: &Self) {
         (self.start_time, self.end_time) = (other.start_time, other.end_time);
         self.end.clone_from(&other.end);
         self.dense.clone_from(&other.dense);
-        (self.order, self.natural) = (other.order, other.natural);
+        (self.order, self.natural, self.undefined) = (other.order, other.natural, other.undefined);
     }
 
     /// Could a run of that model have written it?

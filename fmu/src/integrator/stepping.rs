@@ -5,11 +5,13 @@
 //! So, while nothing changes, steps have their natural length and communication points are read from the dense output; after a change the
 //! step that went too far is forgotten; and when changes come at every communication point, steps end exactly there.
 
+use super::accuracy::Accuracy;
 use super::control::Horizon;
 use super::explicit::Explicit;
 use super::implicit::Implicit;
 pub use super::run::Run;
 use super::taylor::Taylor;
+use crate::constraints::domains::undefined;
 use crate::constraints::kinematic::Kinematic;
 use crate::constraints::projection::Projection;
 use crate::context::{Context, Settings, Statistics};
@@ -38,6 +40,7 @@ pub struct Stepper {
     /// The run before the steps to a communication point: what lies before them has been read.
     checkpoint: Run,
     statistics: Statistics,
+    accuracy: Accuracy,
 }
 
 /// Storage for closing the loops after a change.
@@ -61,6 +64,7 @@ impl Stepper {
             checkpoint: Run::new(model, &work),
             work,
             statistics: Statistics::default(),
+            accuracy: Accuracy::default(),
         }
     }
 
@@ -74,6 +78,11 @@ impl Stepper {
     /// What has been done so far.
     pub fn statistics(&self) -> Statistics {
         Statistics { projections: self.projection.count(), ..self.statistics }
+    }
+
+    /// How accurate the motion can be at all.
+    pub(crate) fn accuracy(&mut self) -> &mut Accuracy {
+        &mut self.accuracy
     }
 
     /// To be called when the continuation was replaced by another one.
@@ -137,8 +146,18 @@ impl Stepper {
         target: f64,
         settings: &Settings,
     ) -> Result<(), Failure> {
-        let Self { explicit, implicit, taylor, kinematic, projection, work, reprojection, checkpoint, statistics } =
-            self;
+        let Self {
+            explicit,
+            implicit,
+            taylor,
+            kinematic,
+            projection,
+            work,
+            reprojection,
+            checkpoint,
+            statistics,
+            accuracy,
+        } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
         // What nobody has asked for until now is not reported any more.
         run.take_passages(state.time());
@@ -169,7 +188,7 @@ impl Stepper {
             Motion::Dynamic => {
                 let horizon = Horizon { target, limit };
                 context.machine.load(model, &run.signals.origin);
-                let mut engines = Engines { taylor: taylor.as_mut(), explicit, implicit };
+                let mut engines = Engines { taylor: taylor.as_mut(), explicit, implicit, accuracy };
                 // Where there are singular poses the steps may have to be taken again.
                 let again =
                     settings.automatic && settings.engine == Engine::Taylor && !run.singular.smallest.is_empty();
@@ -184,6 +203,13 @@ impl Stepper {
                 }
                 read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
                 engines.tighten(context, run, work);
+            }
+        }
+        let suspect = run.last.undefined || model.program().motion == Motion::Kinematic;
+        if suspect {
+            context.machine.load(model, work);
+            if let Some(failure) = undefined(model, context.machine) {
+                return Err(failure);
             }
         }
         state.copy_from(work);

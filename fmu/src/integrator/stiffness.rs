@@ -6,12 +6,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::control::{Horizon, Progress, take_step};
+use super::accuracy::Accuracy;
+use super::control::{Horizon, Progress, because, take_step};
 use super::detour::Detour;
 use super::explicit::Explicit;
 use super::implicit::Implicit;
 use super::run::Run;
 use super::taylor::{self, Reading, Taylor, order_for};
+use crate::constraints::domains;
 use crate::context::Context;
 use crate::context::Settings;
 use crate::failure::Failure;
@@ -165,11 +167,23 @@ fn fallback_step(
     Ok(())
 }
 
+/// Why a law has no value where the last step ends, if one has none.
+fn undefined(context: &mut Context, run: &Run) -> Option<Failure> {
+    let Context { model, machine, .. } = context;
+    if model.program().tapes.domains.domains.is_empty() {
+        return None;
+    }
+    machine.load_signals(model, &run.signals.origin, run.last.end_time);
+    machine.load_motion(model, &run.last.end);
+    domains::undefined(model, machine)
+}
+
 /// The engines of a model, side by side.
 pub(crate) struct Engines<'a> {
     pub taylor: Option<&'a mut Taylor>,
     pub explicit: &'a mut Explicit,
     pub implicit: &'a mut Implicit,
+    pub accuracy: &'a mut Accuracy,
 }
 
 impl Engines<'_> {
@@ -177,8 +191,13 @@ impl Engines<'_> {
     pub fn advance(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
         let mut pace = Pace::new(context, run.last.end_time);
         while run.last.end_time < horizon.target {
+            if run.last.undefined
+                && let Some(failure) = undefined(context, run)
+            {
+                return Err(failure);
+            }
             pace.check(context, run.last.end_time, horizon.target)
-                .map_err(|too_many| end_of_reach(context, run).unwrap_or(too_many))?;
+                .map_err(|too_many| end_of_reach(context, run).unwrap_or_else(|| because(context, run, too_many)))?;
             context.settings.check_deadline(run.last.end_time)?;
             if context.settings.engine == Engine::Radau {
                 if take_step(self.implicit, context, run, horizon)? == Progress::Declined {
@@ -192,6 +211,8 @@ impl Engines<'_> {
                 self.other_step(context, run, horizon)?;
             }
             branch::watch(context, run)?;
+            run.last.undefined = undefined(context, run).is_some();
+            self.accuracy.note(context, run, self.taylor.as_deref_mut());
             run.singular.refuge.note(context.model, run.last.end_time, &run.last.end);
         }
         Ok(())

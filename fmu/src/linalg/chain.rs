@@ -7,6 +7,7 @@
 
 use super::columns::Entry;
 use super::lane::{Lane, ZERO, lanes, minus, multiply, plus, splat};
+use super::matrix::most;
 use crate::math;
 
 /// Products of links and loads are the masses up to rounding errors, relative to their size.
@@ -203,6 +204,12 @@ impl Recursion {
             self.joints[k] = Joint { c: [cx, cy], g: [gx, gy], inverse, across, rest: 0.0 };
         }
         true
+    }
+
+    /// The largest share of an inertia M_kk in its pivot: so much larger do rounding errors become.
+    pub fn cancellation(&self, inertia: &[Lane]) -> (f64, usize) {
+        let pivots = self.joints.iter().zip(inertia.as_flattened()).map(|(joint, own)| own * joint.inverse);
+        most(pivots)
     }
 
     #[inline(always)]

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use super::matrix::{Entries, Places};
+use super::matrix::{Entries, Places, most};
 
 /// A pivot that is smaller than this share of what it is the difference of does not count.
 const SINGULAR: f64 = 1e-13;
@@ -264,6 +264,14 @@ impl Factors {
     /// An entry of the diagonal of the inverse.
     pub fn diagonal(&self, equation: usize) -> f64 {
         self.inverse_diagonal[self.pattern.columns[equation]]
+    }
+
+    /// The largest share of what the pivot of an equation before `unknowns` is the difference of in that pivot, and the equation.
+    pub fn cancellation(&self, unknowns: usize) -> (f64, usize) {
+        most((0..unknowns).map(|equation| {
+            let column = self.pattern.columns[equation];
+            self.sizes[column] * self.diagonal[column].abs()
+        }))
     }
 
     /// The solution for right-hand sides by equations, at its places.

@@ -48,12 +48,12 @@ impl Matrix {
                 return Self::Factored(Box::new(Factors::new(pattern, unknowns, targets.to_vec())));
             }
         }
-        Self::Whole(Inverse::new(targets.to_vec(), room))
+        Self::Whole(Inverse::new(targets.to_vec(), room, unknowns == targets.len()))
     }
 
     /// No equations.
     pub fn none() -> Self {
-        Self::Whole(Inverse::new(Vec::new(), 0))
+        Self::Whole(Inverse::new(Vec::new(), 0, true))
     }
 
     /// Where an entry is kept.
@@ -85,6 +85,20 @@ impl Matrix {
         }
     }
 
+    /// How many times the solution for the `unknowns` first equations multiplies rounding errors, and for which of them most; `masses` is the diagonal
+    /// of the matrix there.
+    pub fn cancellation(&self, masses: &[f64], inertia: &[Lane]) -> (f64, usize) {
+        match self {
+            // Multiplying by an inverse adds as many errors up as it has columns (Higham 2002, 14.1).
+            Self::Whole(inverse) => {
+                let size = inverse.size() as f64;
+                most(masses.iter().enumerate().map(|(row, mass)| size * mass * inverse.diagonal(row).abs()))
+            }
+            Self::Factored(factors) => factors.cancellation(masses.len()),
+            Self::Chained(recursion) => recursion.cancellation(inertia),
+        }
+    }
+
     /// The solution for right-hand sides by equations.
     #[inline(always)]
     pub fn solve(&mut self, vector: &[f64], solution: &mut [Lane]) {
@@ -94,6 +108,11 @@ impl Matrix {
             Self::Chained(recursion) => recursion.solve(vector, solution.as_flattened_mut()),
         }
     }
+}
+
+/// The largest value, and its place.
+pub(super) fn most(values: impl Iterator<Item = f64>) -> (f64, usize) {
+    values.zip(0..).fold((0.0, 0), |most, found| if found.0 > most.0 { found } else { most })
 }
 
 /// What a step costs with factors, in multiplications whose places must be looked up.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use cotree_fmu::instance::InstanceError;
+use cotree_fmu::instance::{Inaccuracy, InstanceError};
 use cotree_fmu::model::Model;
 
 use super::MessageFormat;
@@ -19,6 +19,7 @@ use super::output::{self, Output};
 use super::study;
 use super::times::Times;
 use crate::compile::compile_with;
+use crate::diagnostic::{Fault, Faults, Span};
 use crate::output::csv::{Table, Writer};
 use crate::simulate::{self, Run, RunError};
 use asked::Shown;
@@ -119,20 +120,25 @@ impl Simulate {
         let mut record = Record::new(&compiled, &reported, &shown);
         let run = request::run(&self, &compiled.description, input.as_ref(), reported)?;
         let model = Model::new(compiled.program.clone()).map_err(|error| Failure::Numerical(error.to_string()))?;
-        let (rows, failure) = self.table(&run, Arc::new(model), &mut record, &shown)?;
+        let (rows, ended) = self.table(&run, Arc::new(model), &mut record, &shown)?;
+        if let Ok(Some(inaccuracy)) = &ended {
+            let fault =
+                Fault::warning("solver::accuracy", inaccuracy.to_string(), Span::default()).help(Inaccuracy::HELP);
+            output::warn(&Faults::new(compiled.source.clone(), vec![fault]), format);
+        }
         self.draw(&run, &record, overlay.as_ref(), &shown, format)?;
         self.conclude(&record, rows, format)?;
-        failure.map_or(Ok(()), Err)
+        ended.map(drop)
     }
 
-    /// Runs, and writes the table as it comes; how many rows it has, and why it ends before its time.
+    /// Runs, and writes the table as it comes; how many rows it has, and why it ends before its time or is not as accurate as it should be.
     fn table(
         &self,
         run: &Run,
         model: Arc<Model>,
         record: &mut Record,
         shown: &Shown,
-    ) -> Result<(u64, Option<Failure>), Failure> {
+    ) -> Result<(u64, Result<Option<Inaccuracy>, Failure>), Failure> {
         let header = record.header(shown);
         let header = header.iter().map(String::as_str);
         let is_wanted = self.output.is_some() || !self.summary;
@@ -158,13 +164,10 @@ impl Simulate {
             writer.as_mut().map_or(Ok(()), |writer| writer.row(time, &row))
         });
         progress.end();
-        let failure = match ended {
+        let ended = match ended {
             // What was worked out before the solver gave up is worth having.
-            Err(RunError::Instance(error)) if rows > 0 => Some(self.cut_short(error, rows)),
-            ended => {
-                ended?;
-                None
-            }
+            Err(RunError::Instance(error)) if rows > 0 => Err(self.cut_short(error, rows)),
+            ended => Ok(ended?),
         };
         let named = |error| match self.file() {
             Some(path) => Failure::file("write", path, error),
@@ -173,7 +176,7 @@ impl Simulate {
         if let Some(writer) = writer {
             writer.finish().map_err(named)?.commit().map_err(named)?;
         }
-        Ok((rows, failure))
+        Ok((rows, ended))
     }
 
     /// Draws the plot, and says how far it is from what was measured.

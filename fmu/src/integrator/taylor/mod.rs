@@ -99,6 +99,18 @@ impl Taylor {
         self.known = Start::Unknown;
     }
 
+    /// How many times rounding errors are multiplied where the last step ends, and the coordinate; none in a singular pose.
+    pub(crate) fn amplification(&mut self, context: &mut Context, run: &Run) -> Option<(f64, Option<usize>)> {
+        if !matches!(self.known, Start::Regular | Start::Near) {
+            let Context { model, machine, .. } = context;
+            machine.load_signals(model, &run.signals.origin, run.last.end_time);
+            self.jet.update(machine.registers());
+            self.known = Start::Unknown;
+            self.jet.probe(model, machine.registers(), &run.last.end).ok()?;
+        }
+        Some(self.jet.amplification())
+    }
+
     /// Takes one step, or declines it where there is no series to step along.
     pub fn advance(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Progress, Failure> {
         self.begin(context, run);

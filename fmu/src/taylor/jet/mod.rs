@@ -10,6 +10,7 @@
 
 mod frames;
 mod orders;
+mod pairs;
 mod pieces;
 mod response;
 mod start;
@@ -135,8 +136,12 @@ pub struct Jet {
     shape: Shape,
     /// Coordinates, what carries an angle before what it carries.
     chain: Vec<usize>,
-    /// Places of the unknowns, in the order of their equations.
+    /// Places of the unknowns, in the order of their equations; without those that go with pairs of rows.
     unknowns: Vec<usize>,
+    /// The equation of each row; none of the second one of a pair.
+    equations: Vec<Option<usize>>,
+    /// What each row lacks.
+    row_lack: Vec<f64>,
     /// Place of each frame's unknown.
     turned_by: Vec<Option<usize>>,
     /// Frames whose unknown is another frame's, or that have none, or a signal: handled one by one.
@@ -204,12 +209,12 @@ impl Jet {
         let form = model.program().arms.clone()?;
         let shape = Shape::new(&form);
         let all = shape.all();
-        let turned_by: Vec<Option<usize>> =
-            form.frames.iter().map(|frame| frame.unknown.map(|unknown| unknown as usize)).collect();
+        let turned_by = turned_by(&form);
         let special = (0..form.frames.len())
             .filter(|&index| turned_by[index] != Some(index) || form.frames[index].signal.is_some())
             .collect();
-        let unknowns = unknowns(&form, &shape);
+        let plan = Plan::new(&form, &shape, &turned_by, &unknowns(&form, &shape));
+        let (terms, unknowns, equations) = (Terms::new(&plan), plan.unknowns, plan.rows);
         let room = (all + lanes(form.rows.len())) * WIDTH;
         let count = form.coefficients.results.len();
         let place = |arm: u32| shape.place(arm);
@@ -241,7 +246,7 @@ impl Jet {
             layout: None,
             response: Response::default(),
             groups: groups(model, &form),
-            terms: Terms::new(&Plan::new(&form, &shape, &turned_by, &unknowns), unknowns.len()),
+            terms,
             pushes: Loads::new(pushes),
             loads: Loads::new(loads),
             applied: [vec![ZERO; all], vec![ZERO; all]],
@@ -256,7 +261,9 @@ impl Jet {
             second: [vec![ZERO; all], vec![ZERO; all]],
             forces: [vec![ZERO; all], vec![ZERO; all]],
             inner: [vec![ZERO; shape.lanes[1]], vec![ZERO; shape.lanes[1]]],
-            lack: vec![0.0; unknowns.len() + form.rows.len()],
+            lack: vec![0.0; unknowns.len() + equations.iter().flatten().count()],
+            row_lack: vec![0.0; lanes(form.rows.len()) * WIDTH],
+            equations,
             lack_lanes: vec![ZERO; all],
             gaps: vec![ZERO; lanes(form.rows.len())],
             solution: vec![ZERO; room / WIDTH],
@@ -359,10 +366,27 @@ impl Jet {
             return;
         }
         let first = self.shape.all() * WIDTH;
-        let targets: Vec<usize> = (self.unknowns.iter().copied()).chain((first..).take(self.form.rows.len())).collect();
+        let rows = (first..).zip(&self.equations).filter_map(|(place, equation)| equation.map(|_| place));
+        let targets: Vec<usize> = self.unknowns.iter().copied().chain(rows).collect();
         let (room, unknowns) = (self.solution.len() * WIDTH, self.unknowns.len());
         self.matrix = Matrix::new(&targets, room, unknowns, self.terms.entries(), layout.alike);
         self.terms.aim(&self.matrix);
+    }
+}
+
+/// The place of each frame's unknown.
+fn turned_by(form: &ArmForm) -> Vec<Option<usize>> {
+    form.frames.iter().map(|frame| frame.unknown.map(|unknown| unknown as usize)).collect()
+}
+
+impl ArmForm {
+    /// Angles, displacements and loop equations of the linear equations that each order is found by: without those that one component of a gap across a
+    /// turning direction says.
+    pub fn unknowns_and_equations(&self) -> [usize; 3] {
+        let (shape, turned_by) = (Shape::new(self), turned_by(self));
+        let plan = Plan::new(self, &shape, &turned_by, &unknowns(self, &shape));
+        let angles = plan.unknowns.iter().filter(|place| **place < shape.lanes[0] * WIDTH).count();
+        [angles, plan.unknowns.len() - angles, plan.rows.iter().flatten().count()]
     }
 }
 

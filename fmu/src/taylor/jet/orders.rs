@@ -180,11 +180,25 @@ impl Jet {
         }
         let scale = ((k + 1) * (k + 2)) as f64;
         let gaps = self.gaps.as_flattened();
-        for ((place, gap), row) in self.lack[self.unknowns.len()..].iter_mut().zip(gaps).zip(&self.form.rows) {
-            *place = -gap;
+        for ((place, gap), row) in self.row_lack.iter_mut().zip(gaps).zip(&self.form.rows) {
+            *place = *gap;
             for &(slot, factor) in &row.signals {
-                *place -= self.coefficients[factor as usize] * (scale * self.scalars.get(slot, k + 2));
+                *place += self.coefficients[factor as usize] * (scale * self.scalars.get(slot, k + 2));
             }
+        }
+        self.close_rows();
+    }
+
+    /// The right-hand sides of the loop equations, from what the rows lack.
+    #[inline(always)]
+    pub(super) fn close_rows(&mut self) {
+        for (equation, gap) in self.equations.iter().zip(&self.row_lack) {
+            if let Some(equation) = equation {
+                self.lack[*equation] = -gap;
+            }
+        }
+        if !self.terms.pairs.is_empty() {
+            self.terms.pairs.reduce(self.lack_lanes.as_flattened(), &self.row_lack, &mut self.lack);
         }
     }
 
@@ -233,6 +247,10 @@ impl Jet {
     #[inline(always)]
     pub(super) fn solve(&mut self) {
         self.matrix.solve(&self.lack, &mut self.solution);
+        if !self.terms.pairs.is_empty() {
+            let first = self.shape.all() * WIDTH;
+            self.terms.pairs.complete(first, &self.unknowns, self.solution.as_flattened_mut());
+        }
     }
 
     /// Everything at the new order.

@@ -230,7 +230,7 @@ impl Jet {
     /// One coefficient of the loop equations, of the first two orders.
     #[inline(always)]
     fn gap(&mut self, order: usize) {
-        let (all, equations) = (self.shape.all(), self.unknowns.len());
+        let all = self.shape.all();
         for lane in 0..all {
             (self.second[0][lane], self.second[1][lane]) = (self.x[at(lane, order)], self.y[at(lane, order)]);
         }
@@ -240,8 +240,8 @@ impl Jet {
         }
         let gaps = self.gaps.as_flattened_mut();
         let values = self.values[order * all..].as_flattened();
-        for (row, column, factor) in self.terms.linear() {
-            gaps[row - equations] += self.coefficients[factor as usize] * values[self.unknowns[column]];
+        for (row, place, factor) in self.terms.linear() {
+            gaps[row] += self.coefficients[factor as usize] * values[place];
         }
         for (gap, row) in gaps.iter_mut().zip(&self.form.rows) {
             if order == 0 {
@@ -294,14 +294,14 @@ impl Jet {
     #[inline(always)]
     fn respond_to_gaps(&mut self) {
         let (first, gaps) = (self.unknowns.len(), self.gaps.as_flattened());
-        if let Matrix::Whole(inverse) = &self.matrix {
+        if let (Matrix::Whole(inverse), true) = (&self.matrix, self.terms.pairs.is_empty()) {
             inverse.minus_times_from(first, gaps, &mut self.solution);
             return;
         }
         self.lack.fill(0.0);
-        for (place, gap) in self.lack[first..].iter_mut().zip(gaps) {
-            *place = -gap;
-        }
+        self.lack_lanes.fill(ZERO);
+        self.row_lack.copy_from_slice(gaps);
+        self.close_rows();
         self.solve();
     }
 
@@ -341,12 +341,24 @@ impl Jet {
     /// How close the loop equations of each joint are to depending on the others: the sum of the inverse squares of their distances, in
     /// the metric of the masses. (A single one may be zero because no reaction of a weightless body points its way.)
     pub fn closeness(&self, model: &Model, values: &mut [f64]) {
-        let (first, constraints) = (self.unknowns.len(), &model.program().constraints);
+        let constraints = &model.program().constraints;
         values.fill(0.0);
-        for (index, (row, group)) in self.form.rows.iter().zip(&self.groups).enumerate() {
+        for ((row, group), equation) in self.form.rows.iter().zip(&self.groups).zip(&self.equations) {
             let scale = constraints[row.constraint as usize].scale;
-            values[*group] += scale * scale * self.matrix.inverse_diagonal(first + index).abs();
+            let own = equation.map_or(0.0, |equation| self.matrix.inverse_diagonal(equation).abs());
+            values[*group] += scale * scale * own;
         }
+    }
+
+    /// How many times the accelerations of this pose multiply rounding errors of the masses and forces, at least, and the coordinate in which they do:
+    /// the largest M_ii (M^-1)_ii, which grows where what is left of an inertia is a small difference of large numbers. The pose must have been begun
+    /// or probed.
+    pub fn amplification(&mut self) -> (f64, Option<usize>) {
+        let masses = &mut self.lack[..self.unknowns.len()];
+        self.terms.diagonal(&self.coefficients, &self.derivatives, masses);
+        let (size, equation) = self.matrix.cancellation(masses, &self.inertia);
+        let place = self.unknowns.get(equation);
+        (size, self.reads.iter().position(|read| Some(&read.place()) == place))
     }
 
     /// Builds and inverts the matrix of this pose.

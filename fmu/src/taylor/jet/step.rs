@@ -25,6 +25,11 @@ impl Read {
         }
     }
 
+    /// Of the unknown that it is.
+    pub(super) fn place(&self) -> usize {
+        self.place
+    }
+
     #[inline(always)]
     fn value(self, values: &[f64]) -> f64 {
         let value = values[self.place] - self.from.map_or(0.0, |from| values[from]);

@@ -1,6 +1,7 @@
 //! What the entries of \[M J^T; J 0\] are made of.
 
 use super::Shape;
+use super::pairs::{Pairs, candidates};
 use crate::linalg::columns::Columns;
 use crate::linalg::inverse::Inverse;
 use crate::linalg::lane::{Lane, WIDTH, minus, multiply, plus, splat};
@@ -10,7 +11,7 @@ use crate::taylor::form::{ArmForm, Factor};
 /// Masses that differ by more than this factor ask for a search for pivots.
 const ALIKE: f64 = 1e4;
 
-/// How an arm changes with an unknown: unknown (by equation), place of the derivative.
+/// How an arm changes with an unknown: place of the unknown, place of the derivative.
 type Touch = (usize, usize);
 
 /// Part of an entry.
@@ -32,9 +33,17 @@ struct Mass {
 
 /// p . derivative
 #[derive(Clone, Copy, Debug)]
-struct Slope {
+pub(super) struct Slope {
     derivative: usize,
     p: [u32; 2],
+}
+
+impl Slope {
+    #[inline(always)]
+    pub(super) fn value(&self, c: &[f64], [dx, dy]: &[Vec<Lane>; 2]) -> f64 {
+        let (px, py) = (c[self.p[0] as usize], c[self.p[1] as usize]);
+        px * dx.as_flattened()[self.derivative] + py * dy.as_flattened()[self.derivative]
+    }
 }
 
 /// All terms, by kind.
@@ -44,6 +53,9 @@ pub(super) struct Terms {
     masses: Vec<Term<Mass>>,
     loops: Vec<Term<Slope>>,
     linear: Vec<Term<u32>>,
+    pub(super) pairs: Pairs,
+    /// Row, place of the unknown, and its factor.
+    sums: Vec<(usize, usize, u32)>,
 }
 
 impl<T> Term<T> {
@@ -59,17 +71,72 @@ pub(super) struct Plan<'a> {
     turned_by: &'a [Option<usize>],
     /// The equation of the unknown at each place.
     equations: Vec<Option<usize>>,
+    /// Places of the unknowns that have one, by equations.
+    pub(super) unknowns: Vec<usize>,
+    /// The equation of each row; none of the second one of a pair.
+    pub(super) rows: Vec<Option<usize>>,
+    /// First rows of pairs, and places of the unknowns that go with them.
+    pairs: Vec<(usize, usize)>,
 }
 
 impl<'a> Plan<'a> {
     pub(super) fn new(form: &'a ArmForm, shape: &'a Shape, turned_by: &'a [Option<usize>], unknowns: &[usize]) -> Self {
-        let mut equations = vec![None; shape.all() * WIDTH];
-        unknowns.iter().enumerate().for_each(|(equation, &place)| equations[place] = Some(equation));
-        Self { form, shape, turned_by, equations }
+        let mut plan = Self {
+            form,
+            shape,
+            turned_by,
+            equations: vec![None; shape.all() * WIDTH],
+            unknowns: Vec::new(),
+            rows: vec![None; form.rows.len()],
+            pairs: Vec::new(),
+        };
+        for (row, place) in candidates(form, |arm| shape.place(arm)) {
+            let is_new = plan.pairs.iter().all(|(known, _)| *known != row);
+            if is_new && plan.is_free(row, place) {
+                plan.pairs.push((row, place));
+            }
+        }
+        plan.unknowns =
+            unknowns.iter().copied().filter(|place| plan.pairs.iter().all(|pair| pair.1 != *place)).collect();
+        for (equation, &place) in plan.unknowns.iter().enumerate() {
+            plan.equations[place] = Some(equation);
+        }
+        let mut next = plan.unknowns.len();
+        for row in 0..form.rows.len() {
+            if plan.pairs.iter().all(|(first, _)| first + 1 != row) {
+                plan.rows[row] = Some(next);
+                next += 1;
+            }
+        }
+        plan
     }
 
-    fn equation(&self, place: usize) -> Option<usize> {
+    /// Is there neither a mass at the unknown of a place, nor another row than these two that it is in?
+    fn is_free(&self, row: usize, place: usize) -> bool {
+        let moves = |arm: u32| self.touches(arm).any(|(unknown, _)| unknown == place);
+        let masses = self.form.coupling.iter().any(|entry| moves(entry.on) || moves(entry.from));
+        let others = (0..self.form.rows.len()).filter(|other| !(row..row + 2).contains(other));
+        let mut others = others.flat_map(|other| {
+            let linear = self.linear(other).map(|(unknown, _)| unknown);
+            self.slopes(other).map(|(unknown, _)| unknown).chain(linear).collect::<Vec<usize>>()
+        });
+        let own = (row..row + 2).flat_map(|own| self.linear(own)).any(|(unknown, _)| unknown == place);
+        !masses && !own && others.all(|unknown| unknown != place)
+    }
+
+    pub(super) fn equation(&self, place: usize) -> Option<usize> {
         self.equations.get(place).copied().flatten()
+    }
+
+    /// Places of the unknowns that move the arms of a row, and how.
+    pub(super) fn slopes(&self, row: usize) -> impl Iterator<Item = (usize, Slope)> {
+        let arms = self.form.rows[row].arms.iter();
+        arms.flat_map(|&(arm, p)| self.touches(arm).map(move |(place, derivative)| (place, Slope { derivative, p })))
+    }
+
+    /// Places of the unknowns that a row contains themselves, and their factors.
+    pub(super) fn linear(&self, row: usize) -> impl Iterator<Item = (usize, u32)> {
+        self.form.rows[row].unknowns.iter().map(|&(unknown, factor)| (self.shape.place(unknown), factor))
     }
 
     /// Unknowns that move an arm, with the places of the derivatives.
@@ -85,19 +152,22 @@ impl<'a> Plan<'a> {
         } else {
             (None, Some(self.form.world[index - frames - products]))
         };
-        let turning = frame.and_then(|frame| self.turned_by[frame]).and_then(|place| self.equation(place));
-        let sliding = (factor == Some(Factor::Unknown)).then(|| self.equation(place)).flatten();
-        let slide = sliding.map(|row| (row, self.shape.all() * WIDTH + place));
-        turning.map(|row| (row, place)).into_iter().chain(slide)
+        let turning = frame.and_then(|frame| self.turned_by[frame]);
+        let slide = (factor == Some(Factor::Unknown)).then(|| (place, self.shape.all() * WIDTH + place));
+        turning.map(|unknown| (unknown, place)).into_iter().chain(slide)
     }
 }
 
 impl Terms {
-    pub(super) fn new(plan: &Plan, unknowns: usize) -> Self {
+    pub(super) fn new(plan: &Plan) -> Self {
         let mut terms = Self::default();
+        let touches = |arm: u32| {
+            let known = move |(unknown, derivative)| Some((plan.equation(unknown)?, derivative));
+            plan.touches(arm).filter_map(known)
+        };
         for entry in &plan.form.coupling {
-            for (row, left) in plan.touches(entry.on) {
-                for (column, right) in plan.touches(entry.from).filter(|(column, _)| row <= *column) {
+            for (row, left) in touches(entry.on) {
+                for (column, right) in touches(entry.from).filter(|(column, _)| row <= *column) {
                     terms.masses.push(Term::new(row, column, Mass { left, right, mass: entry.mass }));
                 }
             }
@@ -107,16 +177,18 @@ impl Terms {
                 terms.inertia.push(Term::new(row, row, frame.inertia));
             }
         }
-        for (row, data) in (unknowns..).zip(&plan.form.rows) {
-            for &(arm, p) in &data.arms {
-                let touches = plan.touches(arm);
-                terms.loops.extend(touches.map(|(column, derivative)| Term::new(row, column, Slope { derivative, p })));
+        for (index, equation) in plan.rows.iter().enumerate() {
+            terms.sums.extend(plan.linear(index).map(|(place, factor)| (index, place, factor)));
+            let pair = plan.pairs.iter().find(|(first, _)| (*first..first + 2).contains(&index));
+            let Some(row) = *equation else { continue };
+            if let Some(&(_, place)) = pair {
+                terms.pairs.add(plan, index, row, place);
+                continue;
             }
-            for &(unknown, factor) in &data.unknowns {
-                if let Some(column) = plan.equation(plan.shape.place(unknown)) {
-                    terms.linear.push(Term::new(row, column, factor));
-                }
-            }
+            let column = |(place, value)| Some(Term::new(row, plan.equation(place)?, value));
+            terms.loops.extend(plan.slopes(index).filter_map(column));
+            let column = |(place, value)| Some(Term::new(row, plan.equation(place)?, value));
+            terms.linear.extend(plan.linear(index).filter_map(column));
         }
         terms
     }
@@ -126,7 +198,7 @@ impl Terms {
         let masses = self.masses.iter().map(|term| (term.row, term.column));
         let loops = self.loops.iter().map(|term| (term.row, term.column));
         let rest = self.inertia.iter().chain(&self.linear).map(|term| (term.row, term.column));
-        masses.chain(loops).chain(rest)
+        masses.chain(loops).chain(rest).chain(self.pairs.entries())
     }
 
     /// Entries go to their places in this matrix from now on.
@@ -140,6 +212,7 @@ impl Terms {
         for term in &mut self.loops {
             term.places = matrix.places(term.row, term.column);
         }
+        self.pairs.aim(matrix);
     }
 
     /// Is none of the masses that resist the unknowns by themselves much smaller than another of its kind: inertias of angles, masses of
@@ -162,14 +235,30 @@ impl Terms {
         masses.iter().all(|&(mass, turns)| mass > 0.0 && ALIKE * mass >= largest[usize::from(turns)])
     }
 
-    /// (row, column, coefficient) of what loop equations contain of unknowns themselves.
+    /// The diagonal of the masses.
+    pub(super) fn diagonal(&self, c: &[f64], derivatives: &[Vec<Lane>; 2], masses: &mut [f64]) {
+        let (dx, dy) = (derivatives[0].as_flattened(), derivatives[1].as_flattened());
+        masses.fill(0.0);
+        for term in &self.inertia {
+            masses[term.row] += c[term.value as usize];
+        }
+        for Term { row, value: Mass { left, right, mass }, .. } in
+            self.masses.iter().filter(|term| term.row == term.column)
+        {
+            let (re, im) = (c[mass[0] as usize], c[mass[1] as usize]);
+            let (ax, ay, bx, by) = (dx[*left], dy[*left], dx[*right], dy[*right]);
+            masses[*row] += re * (ax * bx + ay * by) - im * (ax * by - ay * bx);
+        }
+    }
+
+    /// (row, place, coefficient) of what loop equations contain of unknowns themselves.
     pub(super) fn linear(&self) -> impl Iterator<Item = (usize, usize, u32)> {
-        self.linear.iter().map(|term| (term.row, term.column, term.value))
+        self.sums.iter().copied()
     }
 
     /// Adds all entries up.
     #[inline(always)]
-    pub(super) fn assemble(&self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
+    pub(super) fn assemble(&mut self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
         let (dx, dy) = (derivatives[0].as_flattened(), derivatives[1].as_flattened());
         for Term { places, value: Mass { left, right, mass }, .. } in &self.masses {
             let (ax, ay, bx, by) = (dx[*left], dy[*left], dx[*right], dy[*right]);
@@ -182,7 +271,7 @@ impl Terms {
     /// The same of frames only, whose arms are x + i y: an entry of the masses for every two of them, four at a time.
     #[inline(always)]
     pub(super) fn assemble_frames(
-        &self,
+        &mut self,
         inverse: &mut Inverse,
         c: &[f64],
         derivatives: &[Vec<Lane>; 2],
@@ -204,7 +293,7 @@ impl Terms {
 
     /// All but the masses between arms.
     #[inline(always)]
-    fn assemble_rest(&self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
+    fn assemble_rest(&mut self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
         let (dx, dy) = (derivatives[0].as_flattened(), derivatives[1].as_flattened());
         for term in &self.inertia {
             matrix.add(term.places, c[term.value as usize]);
@@ -215,6 +304,9 @@ impl Terms {
         }
         for term in &self.linear {
             matrix.add(term.places, c[term.value as usize]);
+        }
+        if !self.pairs.is_empty() {
+            self.pairs.assemble(matrix, c, derivatives);
         }
     }
 }

@@ -1,0 +1,93 @@
+//! How accurate a motion can be at all.
+//!
+//! Where a light body moves what is heavy, little is left of its inertia: M_kk counts all that it carries, and the pivot that the elimination leaves of it is a small
+//! difference of large numbers. Rounding errors of the equations of motion grow by M_kk (M^-1)_kk in the accelerations (Higham, Accuracy and
+//! Stability of Numerical Algorithms, 2002, 7.2: the condition of a matrix scaled by its diagonal). No step is short enough against that, so it is said.
+
+use std::fmt;
+
+use super::run::Run;
+use super::taylor::Taylor;
+use crate::context::Context;
+use crate::failure::number;
+use crate::model::Model;
+
+/// It is measured at the end of the first step, and of every so many.
+const EVERY: u32 = 16;
+
+/// Rounding errors are larger than the tolerance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inaccuracy {
+    /// When that was found \[s\].
+    pub time: f64,
+    /// Attainable relative accuracy of the accelerations.
+    pub attainable: f64,
+    /// The tolerance that was asked for.
+    pub tolerance: f64,
+    /// The coordinate whose acceleration it is.
+    pub coordinate: Option<String>,
+}
+
+impl Inaccuracy {
+    /// What to do about it.
+    pub const HELP: &str = "what moves there is very light for what it carries: make it heavier, leave it out (a `distance` joint is a rod without mass), or \
+        ask for a larger tolerance";
+}
+
+impl fmt::Display for Inaccuracy {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { time, attainable, tolerance, coordinate } = self;
+        let coordinate = coordinate.as_ref().map(|name| format!(" of `{name}`")).unwrap_or_default();
+        write!(
+            formatter,
+            "the attainable accuracy of about {attainable:.0e} exceeds the tolerance of {}: at t = {} s masses are so different that rounding errors leave no more of the \
+             acceleration{coordinate}",
+            number(*tolerance),
+            number(*time),
+        )
+    }
+}
+
+/// What is known of it in a run.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Accuracy {
+    /// The largest so far.
+    attainable: f64,
+    /// When it exceeded the tolerance first, by how much, and where.
+    found: Option<(f64, [f64; 2], Option<usize>)>,
+    reported: bool,
+    steps: u32,
+}
+
+impl Accuracy {
+    /// The largest attainable accuracy so far; 0 if nothing limits it.
+    pub fn attainable(&self) -> f64 {
+        self.attainable
+    }
+
+    /// What is to be reported, once.
+    pub fn take(&mut self, model: &Model) -> Option<Inaccuracy> {
+        let (time, [attainable, tolerance], index) = self.found.take()?;
+        self.reported = true;
+        let coordinate = index.map(|index| model.program().coordinates[index].name.clone());
+        Some(Inaccuracy { time, attainable, tolerance, coordinate })
+    }
+
+    /// Counts a step, and measures where it ends if it is time.
+    pub fn note(&mut self, context: &mut Context, run: &Run, taylor: Option<&mut Taylor>) {
+        let due = self.steps.is_multiple_of(EVERY);
+        self.steps = self.steps.wrapping_add(1);
+        let Some((amplification, index)) = taylor.filter(|_| due).and_then(|taylor| taylor.amplification(context, run))
+        else {
+            return;
+        };
+        let attainable = f64::EPSILON * amplification;
+        if attainable > self.attainable {
+            self.attainable = attainable;
+        }
+        let tolerance = context.settings.tolerance;
+        if attainable > tolerance && !self.reported && self.found.is_none() {
+            self.found = Some((run.last.end_time, [attainable, tolerance], index));
+        }
+    }
+}
