@@ -20,6 +20,7 @@ use crate::failure::Failure;
 use crate::model::{Model, State};
 use crate::pace::Pace;
 use crate::program::Engine;
+use crate::program::domain::Limit;
 use crate::singular::branch;
 use crate::singular::dependence::{end_of_reach, singular_ahead};
 
@@ -170,7 +171,7 @@ fn fallback_step(
 /// Why a law has no value where the last step ends, if one has none.
 fn undefined(context: &mut Context, run: &Run) -> Option<Failure> {
     let Context { model, machine, .. } = context;
-    if model.program().tapes.domains.domains.is_empty() {
+    if model.program().tapes.domains.domains.iter().all(|domain| domain.limit != Limit::Value) {
         return None;
     }
     machine.load_signals(model, &run.signals.origin, run.last.end_time);
