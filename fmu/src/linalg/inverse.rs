@@ -2,12 +2,12 @@
 
 use super::lane::{Lane, WIDTH, ZERO, add, lanes, larger, largest, minus, multiply, plus, splat, subtract};
 use super::matrix::{Entries, Places};
+use crate::math;
 
 /// The smallest pivot that counts, relative to the largest entry of its row.
 const SINGULAR: f64 = 1e-13;
-/// The smallest product of the shares that may be left of the masses of a block as its pivots, where rows are eliminated together: multiplying by the inverse of a
-/// block loses digits in proportion to the square of what one row after the other loses. (With the smallest share instead of the product, 30 of 2200
-/// runs of trees with unlike masses were wrong.)
+/// The smallest share of a mass that may be left as a pivot where rows are eliminated together: multiplying by the inverse of a block loses digits in
+/// proportion to the square of what one row after the other loses.
 pub(crate) const LEFT: f64 = 1e-3;
 /// Lanes of a product that are found together.
 const GROUP: usize = 4;
@@ -34,8 +34,6 @@ pub(crate) struct Inverse {
     scales: Vec<f64>,
     /// The smallest pivot of each place that counts where rows are eliminated together.
     least: Vec<f64>,
-    /// The diagonal that they are left of: zero for loop equations.
-    masses: Vec<f64>,
 }
 
 impl Entries for Inverse {
@@ -71,7 +69,6 @@ impl Inverse {
             pivots: vec![0; places.len()],
             scales: vec![1.0; count],
             least: vec![0.0; count],
-            masses: vec![0.0; count],
             places,
         }
     }
@@ -202,12 +199,12 @@ impl Inverse {
     fn eliminate_four(&mut self, four: usize, width: usize) -> bool {
         let (before, rest) = self.rows.split_at_mut(four * WIDTH * width);
         let (pivots, after) = rest.split_at_mut(WIDTH * width);
-        let (mut block, mut least, mut masses) = ([ZERO; WIDTH], ZERO, ZERO);
+        let (mut block, mut least) = ([ZERO; WIDTH], ZERO);
         for row in 0..WIDTH {
             (block[row], pivots[row * width + four]) = (pivots[row * width + four], UNITS[row]);
-            (least[row], masses[row]) = (self.least[four * WIDTH + row], self.masses[four * WIDTH + row]);
+            least[row] = self.least[four * WIDTH + row];
         }
-        let Some(inverse) = invert_four(block, least, masses) else { return false };
+        let Some(inverse) = invert_four(block, least) else { return false };
         for lane in 0..width {
             let mut old = [ZERO; WIDTH];
             for row in 0..WIDTH {
@@ -288,7 +285,7 @@ impl Inverse {
     fn bound(&mut self, width: usize) {
         for &place in &self.places {
             let row = &self.rows[place * width..][..width];
-            (self.least[place], self.masses[place]) = (SINGULAR * largest_entry(row), row.as_flattened()[place]);
+            self.least[place] = math::maximum(SINGULAR * largest_entry(row), LEFT * row.as_flattened()[place]);
         }
     }
 
@@ -368,17 +365,13 @@ const UNITS: [Lane; WIDTH] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 
 
 /// The inverse of a block of the diagonal, by Gauss and Jordan in order; none if a pivot is less than it must be.
 #[inline(always)]
-fn invert_four(mut block: [Lane; WIDTH], least: Lane, masses: Lane) -> Option<[Lane; WIDTH]> {
-    let (mut left, mut of) = (1.0, 1.0);
+fn invert_four(mut block: [Lane; WIDTH], least: Lane) -> Option<[Lane; WIDTH]> {
     for column in 0..WIDTH {
         let pivot = block[column][column];
         // Written so that NaN is singular too.
         let regular = pivot.abs() > least[column];
         if !regular {
             return None;
-        }
-        if masses[column] > 0.0 {
-            (left, of) = (left * pivot, of * masses[column]);
         }
         let mut factors = ZERO;
         for row in 0..WIDTH {
@@ -391,7 +384,7 @@ fn invert_four(mut block: [Lane; WIDTH], least: Lane, masses: Lane) -> Option<[L
             }
         }
     }
-    (left > LEFT * of).then_some(block)
+    Some(block)
 }
 
 #[cfg(test)]
