@@ -7,25 +7,50 @@ use clap::Args;
 use super::failure::{self, Failure};
 use super::{MessageFormat, output};
 use crate::compile::{Compiled, compile_with};
+use crate::formulate::attempt::attempt;
 use crate::output::assumptions::assumptions;
 use crate::output::figures::summarise;
+use crate::output::pose::{draw, draw_attempt};
 use crate::output::summary::Summary;
+use crate::scene::Scene;
 
 /// Check a scene: every fault at once, with its place and what to do
 ///
 /// A scene without faults is described in a few lines, with what was assumed because the scene does not say it.
 #[derive(Args)]
-#[command(after_help = "Example:\n  cotree check slider_crank.toml")]
+#[command(
+    after_help = "Examples:\n  cotree check slider_crank.toml\n  cotree check slider_crank.toml --drawing attempt.png"
+)]
 pub struct Check {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
+    /// Draw it into an SVG or PNG file; if its loops cannot be closed, the best attempt with the gap in red
+    #[arg(long, value_name = "FILE")]
+    drawing: Option<PathBuf>,
 }
 
 impl Check {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
+        if let Some(path) = &self.drawing {
+            output::is_picture(path, &["svg", "png"])?;
+            output::apart(&[Some(&self.scene)], &[Some(path)])?;
+        }
         let scene = output::load(&self.scene)?;
-        let (compiled, (summary, assumptions)) =
-            compile_with(&scene, |formulated| (summarise(formulated), assumptions(formulated, &scene)))?;
+        let made = compile_with(&scene, |formulated| {
+            let picture = self.drawing.as_ref().map(|_| draw(formulated).svg());
+            (summarise(formulated), assumptions(formulated, &scene), picture)
+        });
+        let (compiled, (summary, assumptions, picture)) = match made {
+            Ok(made) => made,
+            Err(faults) => {
+                self.draw_attempt(&scene, format)?;
+                return Err(faults.into());
+            }
+        };
+        if let (Some(path), Some(picture)) = (&self.drawing, picture) {
+            output::picture(path, &picture)?;
+            output::wrote(path, "the drawing", format);
+        }
         match format {
             MessageFormat::Human => {
                 if let Some(warnings) = &compiled.warnings {
@@ -35,6 +60,15 @@ impl Check {
             }
             MessageFormat::Json => output::print(&format!("{:#}\n", self.json(&compiled, assumptions))),
         }
+    }
+
+    /// Draws what comes closest to a mechanism whose loops cannot be closed.
+    fn draw_attempt(&self, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
+        let (Some(path), Ok(resolved)) = (&self.drawing, scene.resolve()) else { return Ok(()) };
+        let Some(mut attempt) = attempt(&resolved.mechanism) else { return Ok(()) };
+        output::picture(path, &draw_attempt(&mut attempt).svg())?;
+        output::wrote(path, "the best attempt, with the gap in red", format);
+        Ok(())
     }
 
     fn verdict(&self, summary: &Summary, assumptions: &[String]) -> String {

@@ -2,6 +2,7 @@
 
 pub mod assemblies;
 pub(crate) mod assembly;
+pub(crate) mod attempt;
 pub(crate) mod limits;
 pub(crate) mod start;
 mod suspect;

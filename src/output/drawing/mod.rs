@@ -2,6 +2,7 @@
 
 mod coupling;
 mod film;
+mod gap;
 mod geometry;
 mod labels;
 mod layout;
@@ -33,6 +34,8 @@ pub struct Drawing {
     pub forces: Vec<Force>,
     pub turns: Vec<Turn>,
     pub targets: Vec<Target>,
+    /// Places that should be one where the mechanism cannot be assembled.
+    pub gaps: Vec<[[f64; 2]; 2]>,
     pub range: Range,
 }
 
@@ -173,6 +176,7 @@ impl Drawing {
         self.draw_loads(view, &mut svg, labels);
         self.draw_joints(view, &mut svg, labels);
         self.draw_targets(view, &mut svg, labels);
+        self.draw_gaps(view, &mut svg, labels);
         svg
     }
 }

@@ -36,6 +36,7 @@ fn slider_crank() -> Drawing {
         }],
         forces: vec![Force { name: "gas".into(), on: Some(2), at: wrist, direction: [-5.0, 0.0] }],
         turns: vec![Turn { name: "motor".into(), on: None, at: bearing, glyph: None }],
+        gaps: Vec::new(),
         targets: vec![Target { name: "path".into(), on: Some(1), at: wrist, direction: Some([0.0, 1.0]) }],
         range: Range::default(),
     }

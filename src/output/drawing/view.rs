@@ -45,7 +45,8 @@ fn points(drawing: &Drawing) -> Vec<[f64; 2]> {
     let couplings = drawing.couplings.iter().flat_map(|coupling| coupling.corners());
     let springs = drawing.springs.iter().flat_map(|spring| spring.ends);
     let reached = drawing.range.corners.iter().copied();
-    bodies.chain(joints).chain(couplings).chain(springs).chain(reached).filter(is_finite).collect()
+    let gaps = drawing.gaps.iter().flatten().copied();
+    bodies.chain(gaps).chain(joints).chain(couplings).chain(springs).chain(reached).filter(is_finite).collect()
 }
 
 fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {

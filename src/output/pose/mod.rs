@@ -12,6 +12,7 @@ use crate::component::{self, Icon, RoundGlyph};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
+use crate::formulate::attempt::Attempt;
 use crate::mechanism::{BodyId, Dimension, Formula, Outline, Owner, Part, Place, Quantity, Variable};
 
 pub fn draw(formulated: &mut Formulated) -> Drawing {
@@ -21,6 +22,13 @@ pub fn draw(formulated: &mut Formulated) -> Drawing {
 /// The drawing of a mechanism at another time.
 pub fn draw_at(formulated: &mut Formulated, state: &State) -> Drawing {
     drawn(Pose { equations: &mut formulated.equations, state, known: HashMap::new() })
+}
+
+/// The drawing of a best attempt, with its gaps.
+pub fn draw_attempt(attempt: &mut Attempt) -> Drawing {
+    let mut drawing = drawn(Pose { equations: &mut attempt.equations, state: &attempt.state, known: HashMap::new() });
+    drawing.mark_gaps();
+    drawing
 }
 
 fn drawn(mut pose: Pose) -> Drawing {
