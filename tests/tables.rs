@@ -121,7 +121,7 @@ fn faults_of_a_table_have_their_line() {
         let scene = file.scene("table(\"FILE\", rail.s)");
         let faults = scene.and_then(|scene| scene.resolve()).expect_err(message).to_string();
         assert!(faults.contains(message), "{message}: {faults}");
-        let place = if *text == "" { String::new() } else { format!("{}:", file.0.display()) };
+        let place = if text.is_empty() { String::new() } else { format!("{}:", file.0.display()) };
         assert!(faults.contains(&place), "{message}: {faults}");
     }
     let missing = File(std::env::temp_dir().join("cotree_table_that_is_not_there.csv"));
