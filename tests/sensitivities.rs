@@ -254,7 +254,12 @@ fn difference_of(scene: &Scene, name: &str, find: impl Fn(Study) -> Vec<f64>) ->
         value.iter().for_each(|value| study.set(name, |_| Ok(*value)).unwrap());
         study
     };
-    with(None).varying(&[name.to_owned()], |varying| Ok(nominal = varying.parameters()[0].start)).unwrap();
+    with(None)
+        .varying(&[name.to_owned()], |varying| {
+            nominal = varying.parameters()[0].start;
+            Ok(())
+        })
+        .unwrap();
     let step = 2e-3 * nominal.abs().max(0.5);
     let at = |times: f64| find(with(Some(nominal + times * step)));
     let pairs = [1.0, 2.0, 3.0].map(|times| (at(times), at(-times)));

@@ -155,8 +155,8 @@ impl Lesson<'_, '_, '_> {
         let (all, mobility) = (bodies * each, self.source.mobility());
         let bodies = if bodies == 1 { "1 moving body has".to_owned() } else { format!("{bodies} moving bodies have") };
         let rest = match (all.checked_sub(taken), mobility) {
-            (Some(left), 0) if left == 0 => "; nothing is left: the drivers prescribe the motion.".to_owned(),
-            (Some(left), 1) if left == 1 => "; 1 degree of freedom remains.".to_owned(),
+            (Some(0), 0) => "; nothing is left: the drivers prescribe the motion.".to_owned(),
+            (Some(1), 1) => "; 1 degree of freedom remains.".to_owned(),
             (Some(left), mobility) if left == mobility => format!("; {mobility} degrees of freedom remain."),
             (_, mobility) => format!(
                 ", of which {} repeat others; {mobility} degrees of freedom remain.",
