@@ -286,7 +286,7 @@ fn derivatives_of_the_start_are_those_that_differences_show() {
             if order > 0 {
                 continue;
             }
-            let step = 1e-3 * if value.abs() < 0.1 { 1.0 } else { value };
+            let step = 2e-4 * if value.abs() < 0.1 { 1.0 } else { value };
             let at = |by: f64| {
                 let mut moved = values.clone();
                 moved[index].2 += by;

@@ -71,7 +71,7 @@ fn scene(model: &str) -> Scene {
         other => other,
     };
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("models/{name}/scene.toml"));
-    let mut text = fs::read_to_string(file).expect("a scene");
+    let mut text = fs::read_to_string(&file).expect("a scene");
     if model == DRIVEN {
         text = text.replace("angle = \"0.4356 + 4*pi*t\"", "angle = { input = \"turn\", as = \"position\" }");
         text = text.replace("[parameters]", "[inputs]\nturn = \"0.4356 rad\"\n\n[parameters]");
@@ -79,7 +79,7 @@ fn scene(model: &str) -> Scene {
     if model == CORNER {
         text = text.replace("vector = [\"push\", 0]", "vector = [\"push + if(rail.s > 0.01, 1, 4)\", 0]");
     }
-    Scene::from_toml(&text).expect("a sound scene")
+    Scene::from_bytes(&file, text.into_bytes()).expect("a sound scene")
 }
 
 /// Exports a model and unpacks it.

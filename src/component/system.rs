@@ -1,6 +1,6 @@
 //! All elements of a mechanism and the two graphs that they form.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use petgraph::unionfind::UnionFind;
 
@@ -32,6 +32,9 @@ pub struct System<'m> {
     t_nodes: HashMap<Place, TNode>,
     r_nodes: HashMap<BodyId, RNode>,
     origins: HashMap<Origin, ElementId>,
+    /// Names of the scene, which are the labels of nothing else, and the labels so far.
+    names: HashSet<&'m str>,
+    labels: HashSet<String>,
 }
 
 impl<'m> System<'m> {
@@ -49,6 +52,8 @@ impl<'m> System<'m> {
             t_nodes: HashMap::from([(Place::Origin, TNode::DATUM)]),
             r_nodes: HashMap::new(),
             origins: HashMap::new(),
+            names: names(mechanism),
+            labels: HashSet::new(),
         };
         system.add_nodes();
         system.add_bodies_and_arms();
@@ -109,20 +114,16 @@ impl<'m> System<'m> {
     }
 
     /// The user's name if it is a letter with a number already, else the letter and the number of the element: a label that no other has.
-    pub(super) fn label(&self, letter: &str, name: &str) -> String {
-        let is_used = |label: &str| self.elements.iter().any(|element| element.label == label);
-        if is_label(name) && !is_used(name) {
-            return name.to_owned();
-        }
-        let mechanism = self.mechanism;
-        let is_taken = |label: &str| {
-            let bodies = mechanism.bodies.iter().any(|body| body.name == label);
-            bodies || mechanism.parts().any(|part| part.name == label) || is_used(label)
-        };
+    pub(super) fn label(&mut self, letter: &str, name: &str) -> String {
+        let own = is_label(name) && !self.labels.contains(name);
         let first = self.elements.len() + 1;
-        let mut labels = (first..=2 * first + mechanism.bodies.len() + mechanism.parts().count())
-            .map(|number| format!("{letter}{number}"));
-        labels.find(|label| !is_taken(label)).unwrap_or_else(|| format!("{letter}{first}"))
+        let numbered = || {
+            let mut labels = (first..).map(|number| format!("{letter}{number}"));
+            labels.find(|label| !self.names.contains(&**label) && !self.labels.contains(label))
+        };
+        let label = if own { name.to_owned() } else { numbered().unwrap_or_default() };
+        self.labels.insert(label.clone());
+        label
     }
 
     /// The motion that a driver prescribes.
@@ -224,6 +225,12 @@ fn is_label(name: &str) -> bool {
     (letters.len() == 1 || letters == "Theta")
         && (1..=3).contains(&number.len())
         && number.bytes().all(|digit| digit.is_ascii_digit())
+}
+
+/// The names of bodies and parts.
+fn names(mechanism: &Mechanism) -> HashSet<&str> {
+    let bodies = mechanism.bodies.iter().map(|body| &*body.name);
+    bodies.chain(mechanism.parts().map(|part| &*part.name)).collect()
 }
 
 /// The points that joints, drivers and loads use.

@@ -9,13 +9,13 @@ use cotree_fmu::instance::Instance;
 use super::four_bar::bar;
 use super::reference::Reference;
 use super::twofold::Twofold;
+use super::unlike::follow;
 use super::{Case, Random, law};
 
 const GRAVITY: f64 = 9.81;
-/// Orders of the series, what the last one may contribute to a step, and how much of the step that it permits is taken.
+/// Orders of the series, and what the last one may contribute to a step.
 const ORDER: usize = 24;
 const NEGLIGIBLE: f64 = 1e-24;
-const SAFETY: f64 = 0.8;
 /// A run lasts no longer than this, nor than so many radians of what oscillates fastest.
 const LONGEST: f64 = 0.5;
 const RADIANS: f64 = 20.0;
@@ -193,27 +193,9 @@ impl Linkage {
     fn motion(&self, start: &[f64], times: &[f64]) -> Vec<Vec<f64>> {
         let count = self.lengths.len();
         let mut angles: Vec<Twofold> = (0..count).map(|k| start[2 * k].into()).collect();
-        let mut rates: Vec<Twofold> = (0..count).map(|k| start[2 * k + 1].into()).collect();
+        let rates: Vec<Twofold> = (0..count).map(|k| start[2 * k + 1].into()).collect();
         self.close_loops(&mut angles);
-        let mut now = 0.0;
-        let mut found = Vec::new();
-        for &time in times {
-            while now < time {
-                let series = self.series(&angles, &rates);
-                let h = f64::min(reach(&series), time - now);
-                for (k, omega) in series.iter().enumerate() {
-                    let (mut angle, mut rate) = (Twofold::default(), Twofold::default());
-                    for (order, coefficient) in omega.iter().enumerate().rev() {
-                        angle = angle * h.into() + *coefficient / (order as f64 + 1.0).into();
-                        rate = rate * h.into() + *coefficient;
-                    }
-                    (angles[k], rates[k]) = (angles[k] + angle * h.into(), rate);
-                }
-                now += h;
-            }
-            found.push(angles.iter().zip(&rates).flat_map(|(angle, rate)| [angle.high, rate.high]).collect());
-        }
-        found
+        follow(angles, rates, times, NEGLIGIBLE, |angles, rates| self.series(angles, rates))
     }
 }
 
@@ -399,11 +381,4 @@ impl Factors {
         }
         x
     }
-}
-
-/// The step in which the last orders are negligible.
-fn reach(series: &[Vec<Twofold>]) -> f64 {
-    let largest = |order: usize| series.iter().fold(1e-300, |most: f64, omega| most.max(omega[order].high.abs()));
-    let bound = |order: usize| (NEGLIGIBLE * largest(0).max(1.0) / largest(order)).powf(1.0 / order as f64);
-    SAFETY * bound(ORDER).min(bound(ORDER - 1))
 }

@@ -76,26 +76,9 @@ impl Chain {
     /// Angles and rates at these times.
     fn motion(&self, times: &[f64]) -> Vec<Vec<f64>> {
         let twofold = |values: &[f64]| values.iter().copied().map(Twofold::from).collect::<Vec<_>>();
-        let (mut angles, mut rates) = (twofold(&self.angles), twofold(&self.rates));
-        let mut now = 0.0;
-        let mut found = Vec::new();
-        for &time in times {
-            while now < time {
-                let series = self.series(&angles, &rates);
-                let h = f64::min(reach(&series), time - now);
-                for (k, omega) in series.iter().enumerate() {
-                    let (mut angle, mut rate) = (Twofold::default(), Twofold::default());
-                    for (order, coefficient) in omega.iter().enumerate().rev() {
-                        angle = angle * h.into() + *coefficient / (order as f64 + 1.0).into();
-                        rate = rate * h.into() + *coefficient;
-                    }
-                    (angles[k], rates[k]) = (angles[k] + angle * h.into(), rate);
-                }
-                now += h;
-            }
-            found.push(angles.iter().zip(&rates).flat_map(|(angle, rate)| [angle.high, rate.high]).collect());
-        }
-        found
+        follow(twofold(&self.angles), twofold(&self.rates), times, NEGLIGIBLE, |angles, rates| {
+            self.series(angles, rates)
+        })
     }
 
     /// What a bar moves further out: the first moment of itself and of all that hangs from its end.
@@ -245,9 +228,38 @@ fn moment(arm: &[[Twofold; 2]], force: &[[Twofold; 2]]) -> Twofold {
     terms.fold(Twofold::default(), |sum, ([c, s], [x, y])| sum + (*c * *y - *s * *x))
 }
 
-/// The step in which the last orders are negligible.
-fn reach(series: &[Vec<Twofold>]) -> f64 {
+/// Follows a motion by the series of its rates: angles and rates at these times. A step is as long as the last orders are negligible.
+pub(super) fn follow(
+    mut angles: Vec<Twofold>,
+    mut rates: Vec<Twofold>,
+    times: &[f64],
+    negligible: f64,
+    series: impl Fn(&[Twofold], &[Twofold]) -> Vec<Vec<Twofold>>,
+) -> Vec<Vec<f64>> {
+    let mut now = 0.0;
+    let mut found = Vec::new();
+    for &time in times {
+        while now < time {
+            let series = series(&angles, &rates);
+            let h = f64::min(reach(&series, negligible), time - now);
+            for (k, omega) in series.iter().enumerate() {
+                let (mut angle, mut rate) = (Twofold::default(), Twofold::default());
+                for (order, coefficient) in omega.iter().enumerate().rev() {
+                    angle = angle * h.into() + *coefficient / (order as f64 + 1.0).into();
+                    rate = rate * h.into() + *coefficient;
+                }
+                (angles[k], rates[k]) = (angles[k] + angle * h.into(), rate);
+            }
+            now += h;
+        }
+        found.push(angles.iter().zip(&rates).flat_map(|(angle, rate)| [angle.high, rate.high]).collect());
+    }
+    found
+}
+
+fn reach(series: &[Vec<Twofold>], negligible: f64) -> f64 {
+    let last = series.first().map_or(1, |omega| omega.len() - 1);
     let largest = |order: usize| series.iter().fold(1e-300, |most: f64, omega| most.max(omega[order].high.abs()));
-    let bound = |order: usize| (NEGLIGIBLE * largest(0).max(1.0) / largest(order)).powf(1.0 / order as f64);
-    SAFETY * bound(ORDER).min(bound(ORDER - 1))
+    let bound = |order: usize| (negligible * largest(0).max(1.0) / largest(order)).powf(1.0 / order as f64);
+    SAFETY * bound(last).min(bound(last - 1))
 }
