@@ -66,6 +66,10 @@ impl Scene {
     /// goes to `faults`. A part needs no name.
     pub(crate) fn decode(text: &str, json: bool, start: usize, is_part: bool, faults: &mut Sink) -> Option<Scene> {
         let mut of_form = Sink::default();
+        let (text, start) = match text.strip_prefix(MARK) {
+            Some(rest) => (rest, start + MARK.len_utf8()),
+            None => (text, start),
+        };
         let json = json || text.trim_start().starts_with('{');
         let document = if json {
             document::from_json(text, &mut of_form)
@@ -85,6 +89,9 @@ impl Scene {
     }
 }
 
+/// What some editors begin a file with (byte order mark).
+const MARK: char = '\u{feff}';
+
 /// Is it called a file in JSON?
 pub(crate) fn is_json(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
@@ -95,7 +102,7 @@ fn unreadable(path: &Path, fault: Fault) -> Faults {
     Faults::new(Source::new(path.display().to_string(), ""), vec![fault])
 }
 
-/// The text of a scene file, without the mark that some editors begin a file with.
+/// The text of a scene file, without a byte order mark.
 pub(crate) fn text(path: &Path, bytes: Vec<u8>) -> Result<String, Fault> {
     let name = path.display();
     let fault = |code, message| Fault::new(code, message, Span::default());
@@ -112,7 +119,7 @@ pub(crate) fn text(path: &Path, bytes: Vec<u8>) -> Result<String, Fault> {
         let message = format!("`{name}` is not UTF-8 text: line {line} has bytes that are no character");
         fault("scene::not_utf8", message)
     })?;
-    Ok(match text.strip_prefix('\u{feff}') {
+    Ok(match text.strip_prefix(MARK) {
         Some(rest) => rest.to_owned(),
         None => text,
     })
