@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, SVD};
 use super::Quantity;
 use super::levenberg::Residuals;
 use super::request::Weighed;
-use super::student::limits_95;
+use super::student::{NORMAL, limits_95};
 use crate::analysis::Varying;
 
 /// Quantities are not determined where a combination of them has less than this share of the effect of others.
@@ -14,8 +14,6 @@ const UNDETERMINED: f64 = 1e-6;
 const TAKES_PART: f64 = 0.1;
 /// A quantity has no effect if its whole size changes what was measured by less than this share of its standard deviation.
 const NO_EFFECT: f64 = 1e-6;
-/// The normal distribution has 95 % within so many standard deviations.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// Variances and covariances of the quantities.
 pub(super) struct Estimates {
@@ -56,7 +54,7 @@ impl Estimates {
         })?;
         let all_given = weighed.deviations.iter().all(|(_, is_given)| *is_given);
         let degrees = residuals.values.len().saturating_sub(free.len()).max(1);
-        Ok(Estimates { free, covariance, limits: if all_given { NORMAL_95 } else { limits_95(degrees) } })
+        Ok(Estimates { free, covariance, limits: if all_given { NORMAL } else { limits_95(degrees) } })
     }
 
     pub fn quantities(&self, start: &[f64], values: &[f64], varying: &Varying) -> Vec<Quantity> {

@@ -3,7 +3,7 @@
 /// With more degrees of freedom than this the expansion about the normal distribution is exact to rounding of what is printed.
 const MANY: usize = 400;
 /// The normal distribution has 95 % within so many standard deviations.
-const NORMAL: f64 = 1.959_963_984_540_054;
+pub const NORMAL: f64 = 1.959_963_984_540_054;
 /// Halvings of an interval.
 const HALVINGS: usize = 80;
 

@@ -92,6 +92,11 @@ pub struct Mechanism {
 }
 
 impl Mechanism {
+    /// The parameters' default values, SI.
+    pub fn parameter_values(&self) -> Vec<f64> {
+        self.parameters.iter().map(|parameter| parameter.value).collect()
+    }
+
     /// All joints, drivers and loads, in this order.
     pub fn parts(&self) -> impl Iterator<Item = &Part> {
         self.joints.iter().chain(&self.drivers).chain(&self.loads)

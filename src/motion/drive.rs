@@ -219,7 +219,7 @@ fn is_rate(name: &str) -> bool {
 
 /// A length that no input of a closed mechanism moves: that of all links together.
 pub fn size(mechanism: &Mechanism) -> f64 {
-    let parameters: Vec<f64> = mechanism.parameters.iter().map(|parameter| parameter.value).collect();
+    let parameters = mechanism.parameter_values();
     let points = mechanism.ground.iter().chain(mechanism.bodies.iter().flat_map(|body| &body.points));
     let lengths = points.map(|point| point.at.each_ref().map(|part| evaluate(part, &parameters)));
     2.0 * lengths.map(|[x, y]| x.hypot(y)).sum::<f64>()

@@ -206,7 +206,7 @@ struct Masses(Vec<[f64; 2]>);
 impl Masses {
     /// None if one is missing that is needed.
     fn of(mechanism: &Mechanism) -> Option<Masses> {
-        let parameters: Vec<f64> = mechanism.parameters.iter().map(|parameter| parameter.value).collect();
+        let parameters = mechanism.parameter_values();
         let body = |body: &crate::mechanism::Body| {
             let mass = evaluate(body.mass.as_ref()?, &parameters);
             // A body that cannot turn needs no moment of inertia.
@@ -243,7 +243,7 @@ fn unit_load(mechanism: &Mechanism, output: &Part) -> Option<Load> {
     match motion_of(output)? {
         ANGULAR => Some(Load::torque("ground", body, 1.0)),
         _ => {
-            let parameters: Vec<f64> = mechanism.parameters.iter().map(|parameter| parameter.value).collect();
+            let parameters = mechanism.parameter_values();
             let [x, y] = output.vector("axis").map(|component| evaluate(&component, &parameters));
             // The axis is that of the ground if the ground is the first end.
             (output.bodies()[0].is_none()).then(|| Load::force(body, [x, y]))

@@ -33,7 +33,7 @@ pub fn class(mechanism: &Mechanism, input: JointId) -> Option<String> {
 const PIN: &str = "revolute";
 
 fn at(mechanism: &Mechanism, place: Place) -> [f64; 2] {
-    let parameters: Vec<f64> = mechanism.parameters.iter().map(|parameter| parameter.value).collect();
+    let parameters = mechanism.parameter_values();
     let value = |point: &crate::mechanism::Point| point.at.each_ref().map(|component| evaluate(component, &parameters));
     match place {
         Place::Origin | Place::Centre(_) => [0.0, 0.0],

@@ -102,24 +102,26 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
             format!("the range from {low} to {high} (SI) does not have the start of the scene, {start}, in it");
         return Err(MotionError::Request(message));
     }
-    let is_angular = drive::motion_of(&mechanism.joints[joint.0]) == Some(samples::ANGULAR);
-    let turns = request.range.is_none() && is_angular;
-    let sampled = (turns || request.range.is_some()).then(|| drive::sample(scene, &mechanism, &drive, None));
-    let (table, folds) = match sampled {
-        Some(Ok(table)) => (table, None),
-        Some(Err(error)) if !(turns && matches!(error, SimulateError::Run(_))) => return Err(error.into()),
-        _ => whole_way(scene, &mechanism, &mut drive, is_angular)?,
+    let (table, folds) = match request.range {
+        Some(_) => (drive::sample(scene, &mechanism, &drive, None)?, None),
+        None => whole_way(scene, &mechanism, &mut drive)?,
     };
     figures::of(&figures::Subject { scene, mechanism: &mechanism, drive: &drive, output, request }, &table, folds)
 }
 
-/// The motion as far as the input goes from its start both ways, and the input at the folds there; none of a full turn.
+/// The motion of a full turn; else as far as the input goes from its start both ways, and the input at the folds there.
 fn whole_way(
     scene: &Scene,
     mechanism: &Mechanism,
     drive: &mut Drive,
-    is_angular: bool,
 ) -> Result<(Table, Option<[f64; 2]>), MotionError> {
+    let is_angular = drive::motion_of(&mechanism.joints[drive.joint.0]) == Some(samples::ANGULAR);
+    if is_angular {
+        match drive::sample(scene, mechanism, drive, None) {
+            Err(SimulateError::Run(_)) => {}
+            sampled => return Ok((sampled?, None)),
+        }
+    }
     let most = if is_angular { TAU } else { drive::size(mechanism) };
     let [back, forth] = [-1.0, 1.0].map(|direction| drive::reach(scene, mechanism, drive, direction, most));
     let is_whole = |way: f64| way >= most * (1.0 - 1e-9);

@@ -285,8 +285,7 @@ impl Namer<'_, '_> {
 
     /// The value of a formula of numbers and parameters.
     fn constant(&self, formula: &Formula) -> Option<f64> {
-        let values: Vec<f64> = self.mechanism.parameters.iter().map(|own| own.value).collect();
-        (!moves(formula)).then(|| evaluate(formula, &values))
+        (!moves(formula)).then(|| evaluate(formula, &self.mechanism.parameter_values()))
     }
 
     fn suffix(&self, origin: Origin, name: &str) -> String {

@@ -42,8 +42,8 @@ fn boundless(model: &Model, machine: &mut Machine) -> Option<Failure> {
     let values = laws.domains.iter().enumerate().filter(|(_, domain)| domain.limit == Limit::Value);
     let sizes = values.map(|(index, domain)| (machine.result(&laws.tape, index), domain));
     let (value, domain) = sizes.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
-    let law = || Box::new(Outside { domain: domain.clone(), value });
-    (value.abs() > BOUNDLESS).then(|| Failure::Boundless { time, law: law() })
+    (value.abs() > BOUNDLESS)
+        .then(|| Failure::Boundless { time, law: Box::new(Outside { domain: domain.clone(), value }) })
 }
 
 /// The first law that has no value where the motion has come to, or goes on to at once.

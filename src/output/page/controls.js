@@ -162,6 +162,7 @@ function look() {
   ["x", "y", "width", "height"].forEach((name, k) => back.setAttribute(name, k < 2 ? view[k] - view[k + 2] : 3 * view[k]));
   for (const text of document.querySelectorAll(".name,.value")) { text.style.fontSize = `${(text.classList.contains("name") ? 13 : 11.5) * size}px`; text.style.strokeWidth = `${3.5 * size}px`; }
   for (const path of document.querySelectorAll(".arrow,.speed")) path.style.strokeWidth = `${1.6 * size}px`;
+  for (const grip of document.querySelectorAll(".grip")) { grip.setAttribute("r", round(8 * size)); grip.setAttribute("stroke-width", round(1.5 * size)); }
   paint();
 }
 function toggle(layer) {

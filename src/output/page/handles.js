@@ -60,12 +60,10 @@ function least(inputs, [fx, fy]) {
 /** What the inputs can do to the arrows: a scale where no force acts in the first run. */
 const reach = () => Math.max(0, ...handles.flatMap(({ inputs }) => inputs.map(({ knob, gain }) => Math.hypot(...gain) * Math.max(Math.abs(knob.low), Math.abs(knob.high)))));
 
-function paintHandles(at, size) {
+function paintHandles(at) {
   for (const { source, grip } of handles) {
     const [fx, fy] = source.force(at), [x, y] = add(spot(source.anchor), scales.newton, [fx, -fy]);
     grip.classList.toggle("hide", !layers.forces || !Number.isFinite(x + y));
-    grip.setAttribute("r", round(8 * size));
-    grip.setAttribute("stroke-width", round(1.5 * size));
     if (Number.isFinite(x + y)) grip.setAttribute("transform", `translate(${round(x)} ${round(y)})`);
   }
 }

@@ -107,7 +107,7 @@ function paintForces(at, size) {
     write(text, free ? value : "");
     if (free) put(text, place);
   }
-  paintHandles(at, size);
+  paintHandles(at);
   for (const turn of turns) paintTurn(turn, at);
 }
 

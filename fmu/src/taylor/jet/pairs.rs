@@ -17,7 +17,7 @@ pub(super) struct Pairs {
 }
 
 /// One of them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Pair {
     /// The first of the two rows, and the equation that is left of them.
     row: usize,
@@ -52,22 +52,8 @@ pub(super) fn candidates(form: &ArmForm, place: impl Fn(u32) -> usize) -> Vec<(u
 impl Pairs {
     /// For rows and unknowns that may be left out, by their equations in the plan.
     pub(super) fn add(&mut self, plan: &Plan, row: usize, equation: usize, place: usize) {
-        let (mut columns, own) = (Vec::new(), [Vec::new(), Vec::new()]);
-        let mut pair = Pair {
-            row,
-            equation,
-            place,
-            own,
-            columns: Vec::new(),
-            places: Vec::new(),
-            slopes: [Vec::new(), Vec::new()],
-            linear: [Vec::new(), Vec::new()],
-            direction: [1.0, 0.0],
-            size: 1.0,
-            along: Vec::new(),
-            reaction: 0.0,
-            gap: 0.0,
-        };
+        let mut columns = Vec::new();
+        let mut pair = Pair { row, equation, place, direction: [1.0, 0.0], size: 1.0, ..Pair::default() };
         let mut column = |equation: usize| {
             columns.iter().position(|known| *known == equation).unwrap_or_else(|| {
                 columns.push(equation);

@@ -27,7 +27,7 @@ impl Values {
     pub fn new(mechanism: &Mechanism, state: &State) -> Values {
         Values {
             time: state.time(),
-            parameters: mechanism.parameters.iter().map(|own| own.value).collect(),
+            parameters: mechanism.parameter_values(),
             inputs: state.inputs().to_vec(),
             followers: [state.follower_positions().to_vec(), state.follower_rates().to_vec()],
             positions: state.positions().to_vec(),
