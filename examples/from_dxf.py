@@ -9,6 +9,7 @@ fixed. Every body gets 1 kg for each metre of its length: draw, then write the m
     python examples/from_dxf.py pose.dxf again.toml && cotree check again.toml
 """
 
+import itertools
 import math
 import re
 import sys
@@ -47,9 +48,19 @@ def read(path):
     return ground, drawn
 
 
+def unused(name, used):
+    """A name that begins with a letter and that no other body has; `ground` and `j1`, `j2`, ... are taken too."""
+    if not name[:1].isalpha() or name == "ground" or re.fullmatch(r"j\d+", name):
+        name = f"layer_{name}"
+    numbered = (f"{name}_{number}" for number in itertools.count(2))
+    return name if name not in used else next(other for other in numbered if other not in used)
+
+
 def scene(ground, bodies):
     """The text of the scene. Frames lie as the drawing does, so all angles are zero at its pose."""
-    name = {layer: re.sub(r"\W", "_", layer).lower() for layer in bodies}
+    name = {}
+    for layer in bodies:
+        name[layer] = unused(re.sub(r"[^a-z0-9_]", "_", layer.lower()), name.values())
     middle = {layer: [sum(xs) / len(points) for xs in zip(*points)] for layer, points in bodies.items()}
     lines = ["format = 1", 'name   = "from_dxf"', "gravity = [0, -9.81]", "", "[ground.points]"]
     lines += [f"g{index} = [{x!r}, {y!r}]" for index, (x, y) in enumerate(ground)]
@@ -76,6 +87,14 @@ def scene(ground, bodies):
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit("usage: from_dxf.py drawing.dxf scene.toml")
     source, target = sys.argv[1:]
-    with open(target, "w") as file:
-        file.write(scene(*read(source)))
+    try:
+        ground, bodies = read(source)
+        if not bodies:
+            sys.exit(f"{source}: no layer but GROUND has a line")
+        with open(target, "w") as file:
+            file.write(scene(ground, bodies))
+    except (OSError, ezdxf.DXFError) as fault:
+        sys.exit(f"{source}: {fault}")

@@ -68,7 +68,9 @@ fn what_goes_wrong_is_told_in_a_line() {
     let Some((work, python)) = &*ENVIRONMENT else { return };
     let fmu = export("models/slider_crank/scene.toml", &work.join("wrong"));
     let fmu = fmu.to_str().unwrap();
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 10] = [
+        (&["from_dxf.py"], "usage: from_dxf.py"),
+        (&["from_dxf.py", "missing.dxf", "never.toml"], "missing.dxf"),
         (&["run.py", fmu, "crank_length=5"], "crank.angle"),
         (&["run.py", fmu, "crank_length=long"], "NAME=NUMBER"),
         (&["run.py", "missing.fmu"], "missing.fmu"),
@@ -120,6 +122,34 @@ fn a_sweep_gives_the_stroke_of_every_crank() {
     for row in rows {
         // The crank turns around: the stroke is its diameter, up to the distance between communication points.
         assert!(row[1..].iter().all(|stroke| (stroke - 2.0 * row[0]).abs() < 2e-3), "{table}");
+    }
+}
+
+/// The pose of a linkage, drawn and read again: as many bodies and joints, and its loops close in that pose.
+#[test]
+fn a_drawing_becomes_a_scene_that_closes_in_its_pose() {
+    let Some((work, python)) = &*ENVIRONMENT else { return };
+    let work = work.join("dxf");
+    std::fs::create_dir_all(&work).unwrap();
+    let cotree = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cotree"));
+        python::run(command.current_dir(&work).args(arguments)).unwrap_or_else(|report| panic!("{report}"))
+    };
+    for name in ["four_bar", "jansen"] {
+        let scene = root().join("models").join(name).join("scene.toml");
+        cotree(&["show", scene.to_str().unwrap(), "--drawing", "pose.dxf"]);
+        script(python, "examples/from_dxf.py", &[&work.join("pose.dxf"), &work.join("again.toml")]);
+        let json =
+            |scene: &str| -> serde_json::Value { serde_json::from_str(&cotree(&["show", scene, "--json"])).unwrap() };
+        let (drawn, again) = (json(scene.to_str().unwrap()), json("again.toml"));
+        for part in ["bodies", "joints"] {
+            let count = |scene: &serde_json::Value| scene[part].as_array().map(Vec::len);
+            assert!(count(&drawn) > Some(2) && count(&drawn) == count(&again), "{name}: {part}");
+        }
+        // It starts in the pose of the drawing: no body has turned.
+        let table = cotree(&["simulate", "again.toml", "--stop", "0"]);
+        let angles: Vec<f64> = table.lines().nth(1).unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
+        assert!(angles.len() > 3 && angles.iter().all(|angle| angle.abs() < 1e-6), "{name}: {table}");
     }
 }
 
