@@ -4,6 +4,8 @@ mod browser;
 mod colours;
 #[path = "../support/command.rs"]
 mod command;
+#[path = "../support/large_scenes.rs"]
+mod large_scenes;
 mod watched;
 
 use std::fs;
@@ -166,6 +168,18 @@ fn every_key_does_what_it_says_and_a_narrow_page_does_not_scroll_sideways() {
     assert!(failed.is_empty() && verdict.as_object().unwrap().len() > 15, "{failed:?} {verdict}");
 }
 
+/// A hundred bodies: what moves is painted on a canvas, and the document stays as it is.
+#[test]
+fn a_crowd_is_painted_without_touching_the_document() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, large_scenes::two_chains(50) + "[experiment]\nstop = \"0.2 s\"\n").unwrap();
+    let page = page(folder.path(), &scene, folder.path());
+    let Some(verdict) = seen(&page, include_str!("crowds.js")) else { return };
+    let failed: Vec<_> = verdict.as_object().unwrap().iter().filter(|(_, done)| **done != true).collect();
+    assert!(failed.is_empty() && verdict.as_object().unwrap().len() == 10, "{failed:?} {verdict}");
+}
+
 /// The page in an FMU moves, with the solver inside and without.
 #[test]
 fn the_documentation_of_an_fmu_moves() {
@@ -249,6 +263,40 @@ fn a_watched_file_may_hold_anything_and_go_away() {
         fs::rename(folder.path().join("link"), &scene).unwrap();
         events.next();
         assert!(watched.get("/", &watched.host).contains("linked"));
+    }
+}
+
+/// Parts and tables lie in files of their own: they are watched as the scene is.
+#[test]
+fn files_of_parts_and_tables_are_watched_and_a_file_that_is_saved_as_it_was_is_no_news() {
+    for (name, further) in [("double_wishbone", "corner.toml"), ("cam_follower", "lift.csv")] {
+        let folder = tempfile::tempdir().unwrap();
+        for entry in fs::read_dir(model(name).parent().unwrap()).unwrap() {
+            let entry = entry.unwrap();
+            fs::copy(entry.path(), folder.path().join(entry.file_name())).unwrap();
+        }
+        let file = folder.path().join(further);
+        let good = fs::read(&file).unwrap();
+        let watched = Watched::start(&folder.path().join("scene.toml"));
+        let mut events = watched.events();
+        let mut until = |is_wanted: &dyn Fn(&serde_json::Value) -> bool| {
+            std::iter::repeat_with(|| events.next()).find(|event| is_wanted(event)).unwrap()
+        };
+        let is_good = |event: &serde_json::Value| event["fault"].is_null();
+        until(&is_good);
+        fs::write(&file, "?").unwrap();
+        let fault = until(&|event| !is_good(event));
+        assert!(fault["fault"].as_str().unwrap().contains(further), "{name}: {fault}");
+        fs::write(folder.path().join("saved"), &good).unwrap();
+        fs::rename(folder.path().join("saved"), &file).unwrap();
+        let mended = until(&is_good)["good"].as_u64().unwrap();
+        fs::write(&file, &good).unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        fs::remove_file(&file).unwrap();
+        let gone = until(&|event| !is_good(event));
+        assert_eq!(gone["good"], mended, "{name}: nothing had changed");
+        fs::write(&file, &good).unwrap();
+        until(&is_good);
     }
 }
 

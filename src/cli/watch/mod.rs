@@ -1,8 +1,10 @@
 //! `cotree watch`
 
+mod changes;
 mod server;
 
 use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
@@ -15,16 +17,22 @@ use crate::compile::page;
 use crate::export::{ExportError, runtime};
 use crate::output::page::Page;
 use crate::scene::{Scene, Source};
+use changes::Changes;
 use server::{Board, Shown};
 
-/// How often the file's date and length are looked at: often enough that nobody waits, and next to no work.
-const PATIENCE: Duration = Duration::from_millis(30);
+/// Between two looks at files that change: what is the same in both has been written.
+const SETTLED: Duration = Duration::from_millis(30);
 /// An editor that replaces the file takes it away for a moment: it is missed after so many looks.
 const MISSED: u32 = 20;
+/// Between two looks at files of which nothing is heard: folders of other machines tell nothing of their changes.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// The largest file whose content is compared [bytes]: a larger one has changed when its date has.
+const LARGEST: u64 = 64 << 20;
 
 /// See it move while you edit: serves the page of `cotree view` on this machine and renews it whenever the file is saved
 ///
 /// Only this machine can reach it. The page keeps the time, the zoom and the sliders; faults appear in it with their place.
+/// Files of parts and tables are watched too.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree watch slider_crank.toml\n  cotree watch slider_crank.toml --port 8000")]
 pub struct Watch {
@@ -51,26 +59,76 @@ impl Watch {
             Failure::Usage(format!("cannot serve a page on port {} of this machine: {error}", self.port))
         })?;
         output::print(&format!("{address}\n"))?;
-        let mut files = vec![self.scene.clone()];
-        let (mut last, mut before, mut missed) = (None, None, 0);
+        Watched::new(self.scene).follow(&board, module.as_deref());
+    }
+}
+
+/// A scene and the files that it is made of.
+struct Watched {
+    files: Vec<PathBuf>,
+    /// The files as they were when they were shown.
+    shown: Option<Vec<Option<Stamp>>>,
+    contents: Option<Vec<Option<u64>>>,
+}
+
+impl Watched {
+    fn new(scene: PathBuf) -> Self {
+        Watched { files: vec![scene], shown: None, contents: None }
+    }
+
+    /// Shows the scene, and again whenever it changes.
+    fn follow(mut self, board: &Board, module: Option<&[u8]>) -> ! {
+        let mut changes = Changes::new();
+        changes.follow(&self.files);
+        let (mut before, mut missed) = (None, 0);
         loop {
-            let now: Vec<Option<Stamp>> = files.iter().map(|file| Stamp::of(file)).collect();
+            let now: Vec<Option<Stamp>> = self.files.iter().map(|file| Stamp::of(file)).collect();
             let is_there = now.first().is_some_and(Option::is_some);
             missed = if is_there { 0 } else { missed + 1 };
             let now = Some(now);
             // A file that is just being written changes from one look to the next.
             let settled = now == before && is_there || missed == MISSED;
-            if now != last && settled {
-                let (page, further) = shown(&self.scene, module.clone());
-                board.show(page);
-                // Files of which nothing is known yet may have changed meanwhile: then it is shown again.
-                let all: Vec<PathBuf> = std::iter::once(self.scene.clone()).chain(further).collect();
-                last = if all == files { now.clone() } else { None };
-                files = all;
+            if now != self.shown && settled && self.show(board, module, now.clone()) {
+                changes.follow(&self.files);
             }
+            changes.wait(if now == self.shown { PATIENCE } else { SETTLED });
             before = now;
-            std::thread::sleep(PATIENCE);
         }
+    }
+
+    /// Shows what has changed. Are there other files now?
+    fn show(&mut self, board: &Board, module: Option<&[u8]>, now: Option<Vec<Option<Stamp>>>) -> bool {
+        let contents = self.files.iter().map(|file| content(file)).collect::<Option<Vec<_>>>();
+        // Saved as it was.
+        let is_same = contents.is_some() && contents == self.contents;
+        (self.shown, self.contents) = (now, contents);
+        if is_same {
+            return false;
+        }
+        let scene = self.files[0].clone();
+        let (page, further) = shown(&scene, module.map(<[u8]>::to_vec));
+        board.show(page);
+        let all: Vec<PathBuf> = std::iter::once(scene).chain(further).collect();
+        let are_others = all != self.files;
+        if are_others {
+            // Files of which nothing was known may have changed meanwhile: all is shown again.
+            *self = Watched { files: all, shown: None, contents: None };
+        }
+        are_others
+    }
+}
+
+/// A digest of what is in a file: of nothing if there is none; None if it is too large for that.
+fn content(path: &Path) -> Option<Option<u64>> {
+    match fs::metadata(path) {
+        Ok(data) if data.is_file() && data.len() <= LARGEST => {
+            let mut digest = DefaultHasher::new();
+            let bytes = fs::read(path).ok();
+            bytes.hash(&mut digest);
+            Some(bytes.map(|_| digest.finish()))
+        }
+        Ok(_) => None,
+        Err(_) => Some(None),
     }
 }
 

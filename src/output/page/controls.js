@@ -121,7 +121,7 @@ let view = [0, 0, 1, 1], fitted = true, size = 1, whole = [0, 0, 1, 1];
 function measure() {
   let [x0, x1, y0, y1] = [Infinity, -Infinity, Infinity, -Infinity];
   const see = ([x, y]) => { if (Number.isFinite(x + y)) [x0, x1, y0, y1] = [Math.min(x0, x), Math.max(x1, x), Math.min(y0, y), Math.max(y1, y)]; };
-  const wheels = G.couplings.flatMap(c => [...(c.wheels ?? []), c.pinion, c.disc]).filter(Boolean), anchors = [...G.joints, ...G.springs].flatMap(part => part.ends);
+  const anchors = [...G.joints, ...G.springs].flatMap(part => part.ends);
   eachPose(() => {
     G.bodies.forEach((body, index) => forms[index].concat([body.centre]).forEach(at => see(pixel(add(pose[index], 1, turned(index, at))))));
     anchors.forEach(anchor => see(spot(anchor)));
@@ -160,8 +160,11 @@ function look() {
   const back = $("backdrop");
   // Larger than what is seen: a resize shows its margins before it is told.
   ["x", "y", "width", "height"].forEach((name, k) => back.setAttribute(name, k < 2 ? view[k] - view[k + 2] : 3 * view[k]));
-  for (const text of document.querySelectorAll(".name,.value")) { text.style.fontSize = `${(text.classList.contains("name") ? 13 : 11.5) * size}px`; text.style.strokeWidth = `${3.5 * size}px`; }
-  for (const path of document.querySelectorAll(".arrow,.speed")) path.style.strokeWidth = `${1.6 * size}px`;
+  for (const { text } of [...names, ...forces]) { text.style.fontSize = `${(text.classList.contains("name") ? 13 : 11.5) * size}px`; text.style.strokeWidth = `${3.5 * size}px`; }
+  // A mass centre that is smaller than a point says nothing.
+  surface.far = .72 * PIN < 2 * size;
+  $("bodies").classList.toggle("far", surface.far);
+  for (const path of [arrows, rates]) path.style.strokeWidth = `${1.6 * size}px`;
   for (const grip of document.querySelectorAll(".grip")) { grip.setAttribute("r", round(8 * size)); grip.setAttribute("stroke-width", round(1.5 * size)); }
   paint();
 }
@@ -181,10 +184,16 @@ const inScene = event => new DOMPoint(event.clientX, event.clientY).matrixTransf
 function listenToStage() {
   const stage = $("stage"), touches = new Map();
   stage.addEventListener("wheel", event => { event.preventDefault(); const { x, y } = inScene(event); zoom(Math.exp(event.deltaY * .0015), x, y); }, { passive: false });
-  stage.addEventListener("pointerdown", event => { if (!event.target.closest("button,.joint,.grip")) { touches.set(event.pointerId, event); stage.setPointerCapture(event.pointerId); stage.classList.add("dragging"); } });
+  let pressed = null, named = null;
+  stage.addEventListener("pointerdown", event => { pressed = event; if (!event.target.closest("button,.grip")) { touches.set(event.pointerId, event); stage.setPointerCapture(event.pointerId); stage.classList.add("dragging"); } });
   stage.addEventListener("pointermove", event => {
     const old = touches.get(event.pointerId);
-    if (!old) return;
+    if (!old) {
+      const { x, y } = inScene(event), joint = event.target.closest("button,.grip") ? null : jointAt([x, y]), body = crowded ? bodyAt([x, y]) : pointed;
+      if (body !== pointed) pointAt(body);
+      if (joint !== named) { named = joint; stage.classList.toggle("pointing", Boolean(joint)); $("scene-title").textContent = joint?.name ?? ""; }
+      return;
+    }
     touches.set(event.pointerId, event);
     if (touches.size === 2) {
       const other = [...touches.values()].find(touch => touch.pointerId !== event.pointerId), away = touch => Math.hypot(touch.clientX - other.clientX, touch.clientY - other.clientY);
@@ -197,6 +206,10 @@ function listenToStage() {
     look();
   });
   for (const name of ["pointerup", "pointercancel"]) stage.addEventListener(name, event => { touches.delete(event.pointerId); if (!touches.size) stage.classList.remove("dragging"); });
+  stage.addEventListener("click", event => {
+    const { x, y } = inScene(event), still = pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < 4, joint = still && !event.target.closest("button,.grip") && jointAt([x, y]);
+    if (joint) togglePath(joint.anchor);
+  });
   new ResizeObserver(() => requestAnimationFrame(() => fitted ? fit() : look())).observe(stage);
 }
 
@@ -215,7 +228,7 @@ function listenToKeys() {
   });
 }
 
-function recolour() { plots.forEach(plot => plot.chart.redraw(false, true)); }
+function recolour() { surface.stale = true; if (!transport.playing) paint(); plots.forEach(plot => plot.chart.redraw(false, true)); }
 function listenToButtons() {
   $("play").addEventListener("click", () => transport.playing ? pause() : play());
   $("scrub").min = START; $("scrub").max = STOP > START ? STOP : START + 1;
@@ -231,10 +244,10 @@ function listenToButtons() {
     recolour();
   });
   matchMedia("(prefers-color-scheme:dark)").addEventListener("change", recolour);
-  // Paper shows the whole motion, however the screen was zoomed.
-  let before = null;
-  addEventListener("beforeprint", () => { before = fitted ? null : view; printing = true; fit(); });
-  addEventListener("afterprint", () => { printing = false; if (before) { view = before; fitted = false; look(); } else fit(); });
+  // Paper is white, and shows the whole motion, however the screen was zoomed.
+  let before = null, theme;
+  addEventListener("beforeprint", () => { before = fitted ? null : view; printing = true; theme = document.documentElement.dataset.theme; document.documentElement.dataset.theme = "light"; recolour(); fit(); plots.forEach(({ chart }) => chart.setSize({ width: 660, height: 130 })); });
+  addEventListener("afterprint", () => { printing = false; if (theme) document.documentElement.dataset.theme = theme; else delete document.documentElement.dataset.theme; recolour(); plots.forEach(fitPlot); if (before) { view = before; fitted = false; look(); } else fit(); });
   const known = state.solver ? VARIABLES.filter(({ kind }) => kind === "output" || kind === "local").map(({ name }) => name) : MODEL.recorded;
   for (const name of known) for (const list of ["add", "across"]) $(list).append(new Option(name, name));
   $("add").addEventListener("change", event => { if (event.target.value) { record(event.target.value); addPlot([event.target.value]); renewPlots(); paintLegends(); } event.target.value = ""; });

@@ -1,5 +1,7 @@
 // What the page carries: the model, a stored run or the solver with its program; and how values between samples are read.
-const $ = id => document.getElementById(id);
+/** Elements that are painted on a canvas lie here. */
+const shelf = document.createDocumentFragment();
+const $ = id => document.getElementById(id) ?? shelf.getElementById(id);
 const MODEL = JSON.parse($("model").textContent);
 const G = MODEL.geometry;
 const VARIABLES = MODEL.variables;

@@ -13,6 +13,7 @@ function element(tag, attributes, parent, text) {
   for (const name in attributes) made.setAttribute(name, attributes[name]);
   if (text !== undefined) made.textContent = text;
   if (parent) parent.append(made);
+  surface.stale = true;
   return made;
 }
 
@@ -70,7 +71,7 @@ function hull(points) {
 }
 const extent = points => Math.max(0, ...points.flatMap(a => points.map(b => Math.hypot(a[0] - b[0], a[1] - b[1]))));
 
-/** What joins the points of a body, in its own pixels, and as path data; its outline is that of its shape if it has one. */
+/** What joins the points of a body, in its own pixels; its outline is that of its shape if it has one. */
 const outline = index => G.bodies[index].rim.length ? G.bodies[index].rim.map(pixel) : bar(index);
 function bar(index) {
   const corners = forms[index].map(pixel);
@@ -78,33 +79,46 @@ function bar(index) {
   return hull(corners);
 }
 const outlineData = points => points.length === 0 ? "" : points.length === 1 ? `${line(points)}l0 0` : points.length === 2 ? line(points) : `${line(points)}Z`;
+/** The same with a margin: straight along the sides, round at the corners. */
+function roundedData(points, r) {
+  const corners = points.length === 1 ? [points[0], points[0]] : points, turn = corners.reduce((sum, [x, y], k) => { const [u, v] = corners[(k + 1) % corners.length]; return sum + x * v - u * y; }, 0) < 0 ? -1 : 1;
+  const sides = corners.map((a, k) => { const b = corners[(k + 1) % corners.length], [x, y] = points.length === 1 ? [k ? -1 : 1, 0] : unit(minus(b, a)), off = [turn * r * y, -turn * r * x]; return [add(a, 1, off), add(b, 1, off)]; });
+  const text = ([x, y]) => `${round(x)} ${round(y)}`;
+  return sides.length ? `M${sides.map(([a, b], k) => `${k ? `A${round(r)} ${round(r)} 0 0 ${turn > 0 ? 1 : 0} ` : ""}${text(a)}L${text(b)}`).join("")}A${round(r)} ${round(r)} 0 0 ${turn > 0 ? 1 : 0} ${text(sides[0][0])}Z` : "";
+}
 
+const wheels = G.couplings.flatMap(c => [...(c.wheels ?? []), c.pinion, c.disc]).filter(Boolean);
 const colours = body => body === null ? ["var(--ground)", "var(--ink)"] : [`var(--f${body % 8})`, `var(--e${body % 8})`];
 /** What is done in every frame, and what after every run. */
 const frames = [], renewals = [];
-const move = (group, [x, y], angle) => group.setAttribute("transform", `translate(${round(x)} ${round(y)})${angle === undefined ? "" : ` rotate(${round(-angle * DEGREES)})`}`);
+/** What lies outside of the document keeps its place as numbers. */
+const move = (group, [x, y], angle) => group.isConnected ? group.setAttribute("transform", `translate(${round(x)} ${round(y)})${angle === undefined ? "" : ` rotate(${round(-angle * DEGREES)})`}`) : group.placed = [x, y, angle];
 const carried = (group, body) => body !== null && frames.push(() => move(group, pixel(pose[body]), pose[body][2]));
 
+/** A mass centre: a ring and two quarters of it. */
+const MARK = (() => {
+  const r = .72 * PIN, ring = (radius, way) => `M${radius} 0A${radius} ${radius} 0 0 ${way} ${-radius} 0A${radius} ${radius} 0 0 ${way} ${radius} 0Z`;
+  return `${ring(r + .55, 1)}${ring(r - .55, 0)}M0 0V${-r}A${r} ${r} 0 0 1 ${r} 0ZM0 0V${r}A${r} ${r} 0 0 1 ${-r} 0Z`;
+})();
+
+/** Few elements: each costs style, layout and painting in every frame. */
 function drawBody(index) {
   const body = G.bodies[index], [fill, edge] = colours(index), group = element("g", { class: "body" }, $("bodies"));
   element("title", {}, group, body.name);
-  const outer = element("path", { style: `fill:${edge};stroke:${edge}` }, group), inner = element("path", { style: `fill:${fill};stroke:${fill}` }, group);
-  renewals.push(() => {
-    const points = body.barred ? bar(index) : [], long = extent(points) > 2 * PIN, width = long ? 2.9 * PIN : 5 * PIN;
-    const hidden = !long && body.block;
-    [[outer, width + 2.6], [inner, width]].forEach(([path, stroke]) => { path.setAttribute("d", hidden ? "" : outlineData(points)); path.setAttribute("stroke-width", round(stroke)); });
-  });
-  if (body.rim.length) element("path", { d: outlineData(body.rim.map(pixel)), style: `fill:${fill};fill-opacity:.9;stroke:${edge}`, "stroke-width": 1.3 }, group);
-  if (body.block) drawBlock(body.block, fill, edge, index);
-  if (body.marked) {
-    const [x, y] = pixel(body.centre), r = .72 * PIN, mark = element("g", { transform: `translate(${round(x)} ${round(y)})` }, group);
-    element("circle", { r, style: `fill:var(--card);stroke:${edge}`, "stroke-width": 1.1 }, mark);
-    element("path", { d: `M0 0V${-r}A${r} ${r} 0 0 1 ${r} 0ZM0 0V${r}A${r} ${r} 0 0 1 ${-r} 0Z`, style: `fill:${edge}` }, mark);
+  if (body.barred) {
+    const path = element("path", { style: `fill:${fill};stroke:${edge}`, "stroke-width": 1.3 }, group);
+    renewals.push(() => {
+      const points = bar(index), long = extent(points) > 2 * PIN, hidden = !long && body.block;
+      path.setAttribute("d", hidden ? "" : roundedData(points, (long ? 1.45 : 2.5) * PIN + .65));
+    });
   }
+  if (body.rim.length) element("path", { d: outlineData(body.rim.map(pixel)), style: `fill:${fill};fill-opacity:.9;stroke:${edge}`, "stroke-width": 1.3 }, group);
+  if (body.block) drawBlock(body.block, fill, edge);
+  if (body.marked) element("path", { class: "mark", d: MARK, style: `fill:${edge}`, transform: `translate(${pixel(body.centre).map(round)})` }, group);
   carried(group, index);
   group.addEventListener("pointerenter", () => pointAt(index));
   group.addEventListener("pointerleave", () => pointAt(null));
-  return { group, index, outer };
+  return { group, index };
 }
 
 function drawBlock(block, fill, edge) {
@@ -171,12 +185,28 @@ function drawJoint(joint) {
   if (grounded && joint.hold === "fixed") drawWall(moving, () => [0, 1]);
   if (joint.axis) drawSlide(joint);
   if (joint.hold === "slider") return;
-  const group = element("g", { class: "joint" }, $("pins"));
-  element("title", {}, group, joint.name);
-  if (joint.hold === "fixed") element("rect", { class: "weld", x: -.8 * PIN, y: -.8 * PIN, width: 1.6 * PIN, height: 1.6 * PIN }, group);
-  else { element("circle", { class: "pin", r: .85 * PIN }, group); element("circle", { class: "dot", r: .2 * PIN }, group); }
-  frames.push(() => move(group, spot(moving)));
-  group.addEventListener("click", () => togglePath(moving));
+  joints.push({ name: joint.name, anchor: moving });
+  if (joint.hold !== "fixed") { pins.push(moving); return; }
+  const weld = element("rect", { class: "weld", x: -.8 * PIN, y: -.8 * PIN, width: 1.6 * PIN, height: 1.6 * PIN }, $("pins"));
+  frames.push(() => move(weld, spot(moving)));
+}
+
+/** Joints that can be pointed at, and where pins are drawn: all of them with three paths, each pin a point with a round end. */
+const joints = [], pins = [];
+function drawPins() {
+  if (!pins.length || crowded) return;
+  const paths = [["pin-edge", 1.7 * PIN + 1.7], ["pin", 1.7 * PIN - 1.7], ["pin-edge", .4 * PIN]].map(([kind, width]) => element("path", { class: kind, "stroke-width": round(width) }, $("pins")));
+  frames.push(() => {
+    let data = "";
+    for (const pin of pins) { const [x, y] = spot(pin); data += `M${round(x)} ${round(y)}h.01`; }
+    for (const path of paths) path.setAttribute("d", data);
+  });
+}
+/** The joint next to a place in the drawing, if it is near enough to be meant. */
+function jointAt(place) {
+  let [nearest, least] = [null, Math.max(1.2 * PIN, 7 * size)];
+  for (const joint of joints) { const far = Math.hypot(...minus(spot(joint.anchor), place)); if (far < least) [nearest, least] = [joint, far]; }
+  return nearest;
 }
 
 function drawSpring(spring) {
@@ -270,8 +300,8 @@ function drawRolling({ disc, base, axis }) {
 
 function drawLink({ ends }) {
   const bars = [["var(--ink)", .9 * PIN + 2], ["var(--card)", .9 * PIN]].map(([colour, width]) => element("path", { style: `stroke:${colour}`, "stroke-width": width }, $("pins")));
-  const pins = ends.map(end => { if (end.body === null) drawPedestal(end); const group = element("g", {}, $("pins")); element("circle", { class: "pin", r: .85 * PIN }, group); element("circle", { class: "dot", r: .2 * PIN }, group); return group; });
-  frames.push(() => { const spots = ends.map(spot); bars.forEach(bar => bar.setAttribute("d", line(spots))); pins.forEach((pin, side) => move(pin, spots[side])); });
+  for (const end of ends) { if (end.body === null) drawPedestal(end); pins.push(end); }
+  frames.push(() => { const data = line(ends.map(spot)); bars.forEach(bar => bar.setAttribute("d", data)); });
 }
 
 /** Everything, from back to front. */
@@ -280,5 +310,6 @@ function drawMechanism() {
   const bodies = G.order.map(drawBody);
   G.springs.forEach(drawSpring);
   G.joints.forEach(drawJoint);
+  drawPins();
   return bodies;
 }

@@ -22,6 +22,7 @@ function paint() {
   paintVelocities(at, size);
   paintNames(size);
   if (layers.traces) paintPaths(at);
+  paintSurface();
   paintHeads();
   if (digits.due) paintLegends();
   paintAcross(at);
@@ -54,6 +55,7 @@ function take(run) {
   takePose(run, [0, 0]);
   renewals.forEach(renew => { takePose(run, [0, 0]); renew(); });
   G.bodies.forEach((_, index) => { sizes[index] = extent(outline(index)) || 5 * PIN; });
+  for (const { centre, radius } of wheels) if (centre.body !== null) sizes[centre.body] = Math.max(sizes[centre.body], 2 * S * Math.abs(radius));
   renewPaths();
   renewGhosts(bodies);
   renewPlots();
@@ -104,6 +106,7 @@ async function begin() {
 let bodies = [];
 function open() {
   chooseGain(state.first);
+  makeSurface();
   bodies = drawMechanism();
   reportedPaths();
   makeSpeeds();

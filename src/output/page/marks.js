@@ -20,7 +20,7 @@ function reader(name) {
   };
 }
 /** What is set every frame but seldom changes. */
-function write(text, value) { if (text.textContent !== value) text.textContent = value; }
+function write(text, value) { if ((text.told ?? text.textContent) !== value) text.textContent = text.told = value; }
 function draw(path, data) { if (path.drawn !== data) { path.drawn = data; path.setAttribute("d", data); } }
 /** Where forces act, and which columns they are: force(run, at) gives newtons in the world at the present pose. */
 function forceSources() {
@@ -51,7 +51,9 @@ function typicalPeak(read) {
   return finite.length ? finite[Math.min(finite.length - 1, Math.floor(.985 * finite.length))] || finite.at(-1) : 0;
 }
 
-const forces = forceSources().map(source => ({ ...source, path: element("path", { class: "arrow" }, $("forces")), text: element("text", { class: "value" }, $("forces")) }));
+/** All arrows of a kind are one path. */
+const arrows = element("path", { class: "arrow many" }, $("forces")), rates = element("path", { class: "speed many" }, $("velocities"));
+const forces = forceSources().map(source => ({ ...source, text: element("text", { class: "value" }, $("forces")) }));
 for (const turn of G.turns.filter(turn => turn.strokes.length)) {
   const group = element("g", {}, $("turns"));
   element("title", {}, group, turn.name);
@@ -63,7 +65,7 @@ const turns = G.turns.filter(turn => MODEL.recorded.includes(`${turn.name}.torqu
   element("title", {}, group, turn.name);
   return { ...turn, group, torque: reader(`${turn.name}.torque`), arc: element("path", { class: "turn", "stroke-width": 1.8 }, group), head: element("path", { class: "turn-head" }, group) };
 });
-const velocities = G.bodies.flatMap((body, index) => MODEL.recorded.includes(`${body.name}.vx`) ? [{ index, rates: ["vx", "vy"].map(word => reader(`${body.name}.${word}`)), path: element("path", { class: "speed" }, $("velocities")) }] : []);
+const velocities = G.bodies.flatMap((body, index) => MODEL.recorded.includes(`${body.name}.vx`) ? [{ index, rates: ["vx", "vy"].map(word => reader(`${body.name}.${word}`)) }] : []);
 const names = G.bodies.map((body, index) => ({ index, name: body.name, text: element("text", { class: "name", style: `fill:color-mix(in oklab,var(--e${index % 8}),var(--text) 35%)` }, $("names"), body.name) }));
 const scales = { newton: 0, torque: 0, speed: 0 };
 
@@ -87,7 +89,7 @@ function claim([x, y], letters, size, height) {
   return true;
 }
 /** A transform moves a text without setting it anew. */
-function put(text, [x, y]) { text.setAttribute("transform", `translate(${round(x)} ${round(y)})`); }
+function put(text, place) { move(text, place); }
 
 /** Nobody reads digits that change sixty times a second: while the mechanism runs they change ten times. */
 const LEGIBLE = 100, digits = { due: true, last: 0 };
@@ -98,15 +100,18 @@ function ageDigits() {
 }
 
 function paintForces(at, size) {
-  for (const { anchor, force, path, text } of forces) {
+  let drawn = "";
+  for (const { anchor, force, text } of layers.forces ? forces : []) {
     const [fx, fy] = force(at), strength = Math.hypot(fx, fy), tip = [fx * scales.newton, -fy * scales.newton], length = Math.hypot(...tip), from = spot(anchor);
-    draw(path, layers.forces && Number.isFinite(length) ? arrowData(from, tip, size) : "");
-    if (!layers.forces || !(length > 24 * size)) { write(text, ""); continue; }
-    const value = !digits.due && text.textContent || `${three(strength >= 1e3 ? strength / 1e3 : strength)}\u202f${strength >= 1e3 ? "kN" : "N"}`;
+    if (Number.isFinite(length)) drawn += arrowData(from, tip, size);
+    if (!(length > 24 * size)) { write(text, ""); continue; }
+    const value = !digits.due && text.told || `${three(strength >= 1e3 ? strength / 1e3 : strength)}\u202f${strength >= 1e3 ? "kN" : "N"}`;
     const place = add(from, (length + 15 * size) / length, tip), free = claim(place, value.length, size, 11.5);
     write(text, free ? value : "");
     if (free) put(text, place);
   }
+  draw(arrows, drawn);
+  if (!layers.forces) forces.forEach(({ text }) => write(text, ""));
   paintHandles(at);
   for (const turn of turns) paintTurn(turn, at);
 }
@@ -124,9 +129,9 @@ function paintTurn({ torque: read, at: anchor, group, arc, head }, at) {
 }
 
 function paintVelocities(at, size) {
-  for (const { index, rates: [vx, vy], path } of velocities) {
-    draw(path, layers.velocities ? arrowData(pixel(pose[index]), [vx(at) * scales.speed, -vy(at) * scales.speed], size) : "");
-  }
+  let drawn = "";
+  for (const { index, rates: [vx, vy] } of layers.velocities ? velocities : []) drawn += arrowData(pixel(pose[index]), [vx(at) * scales.speed, -vy(at) * scales.speed], size);
+  draw(rates, drawn);
 }
 
 /** The body under the pointer: it has a name even where there is no room. */
@@ -160,6 +165,7 @@ function togglePath(anchor) {
   if (found < 0) addPath(key, () => world(anchor));
   else for (const part of ["all", "tail", "dot"]) paths[found][part].remove();
   if (found >= 0) paths.splice(found, 1);
+  surface.stale = true;
   renewPaths(); paint();
 }
 function reportedPaths() {

@@ -24,10 +24,11 @@ const UPLOT_STYLE: &str = include_str!("../../../vendor/uplot/uPlot.min.css");
 /// Renews the page while its scene is watched.
 const LIVE: &str = include_str!("live.js");
 /// One scope, in this order.
-const SCRIPTS: [&str; 10] = [
+const SCRIPTS: [&str; 11] = [
     include_str!("data.js"),
     include_str!("solver.js"),
     include_str!("worker.js"),
+    include_str!("canvas.js"),
     include_str!("figure.js"),
     include_str!("marks.js"),
     include_str!("plots.js"),

@@ -4,7 +4,15 @@ const COLOURS = ["--e0", "--e1", "--e2", "--e3", "--e4", "--e5"];
 const plots = [], FONT = getComputedStyle(document.body).fontFamily;
 let hovered = null;
 
-/** Reported variables by their unit, at most three plots of four curves. */
+/** What is measured in a unit. */
+const MEASURED = { rad: "Angle", "rad/s": "Angular velocity", "rad/s2": "Angular acceleration", m: "Position", "m/s": "Velocity", "m/s2": "Acceleration", N: "Force", "N.m": "Torque", J: "Energy", W: "Power" };
+/** An angle that goes round and round hides the others beside it. */
+const spins = name => {
+  const { columns, last } = state.first, column = columns.get(name)?.subarray(0, last + 1);
+  return VARIABLES[INDEX.get(name)].unit === "rad" && column !== undefined && column.reduce((a, b) => Math.max(a, b), -Infinity) - column.reduce((a, b) => Math.min(a, b), Infinity) > 4 * Math.PI;
+};
+
+/** Reported variables by their unit, at most three plots of four curves; those that say least come last. */
 function firstPlots() {
   const groups = new Map();
   for (const name of MODEL.outputs) {
@@ -12,7 +20,8 @@ function firstPlots() {
     if (name.startsWith("constraint.")) continue;
     groups.set(key, [...(groups.get(key) ?? []), name]);
   }
-  for (const list of [...groups.values()].slice(0, 3)) addPlot(list.slice(0, 4));
+  const lists = [...groups.values()].map(list => [...list.filter(name => !spins(name)), ...list.filter(spins)]).sort((a, b) => spins(a.at(-1)) - spins(b.at(-1)));
+  for (const list of lists.slice(0, 3)) addPlot(list.slice(0, 4));
 }
 
 function addPlot(list) {
@@ -20,10 +29,10 @@ function addPlot(list) {
   plot.box = document.createElement("div");
   plot.box.className = "plot";
   const head = document.createElement("div"), legend = document.createElement("div");
-  head.className = "plot-head"; legend.className = "legend";
+  head.className = list.length > 2 ? "plot-head many" : "plot-head"; legend.className = "legend";
   const title = document.createElement("span");
-  title.append(document.createElement("em"));
-  title.firstChild.textContent = pretty(unit.name);
+  title.append(MEASURED[VARIABLES[INDEX.get(list[0])].unit] ?? "", " ", document.createElement("em"));
+  title.lastChild.textContent = pretty(unit.name);
   plot.values = list.map((name, k) => {
     const item = document.createElement("span"), mark = document.createElement("i"), value = document.createElement("b");
     item.style.setProperty("--c", `var(${COLOURS[k % COLOURS.length]})`);
