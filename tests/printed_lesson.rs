@@ -366,6 +366,33 @@ fn chain(links: usize, preset: &str) -> String {
     text
 }
 
+/// The angle of the second rod is the sum of both joints' angles: the products of its sine and cosine with those of the first are one function of the
+/// second joint's.
+#[test]
+fn angles_that_are_sums_are_contracted() {
+    let text = equations(&written(&chain(2, "joint")));
+    assert_has(&text, &["c2 = cos(j1.angle)", "s2 = sin(j1.angle)"]);
+    assert!(!text.contains("c1*c") && !text.contains("s1*s"), "{text}");
+}
+
+#[test]
+fn accelerations_are_written_out_and_what_moves_what_is_read() {
+    let text = lesson(&written(SLIDER_CRANK));
+    assert_has(&text, &["a[m1] = (-l_5*(omega_1^2*c1 + alpha_1*s1), l_5*(alpha_1*c1 - omega_1^2*s1))"]);
+    assert!(text.contains("theta_1 moves crank, rod, slider; theta_2 moves rod, slider."), "{text}");
+}
+
+/// Two masses and a spring between them: nothing holds them, until a second spring does.
+#[test]
+fn masses_that_float_freely_are_said_to() {
+    let masses = "name = 'floats'\ndimension = 1\nbodies.a.mass = 1.0\nbodies.b.mass = 2.0\n\
+                  loads.spring = { type = 'spring', between = ['a', 'b'], stiffness = 40.0 }\n";
+    let held = "loads.wall = { type = 'spring', between = ['ground', 'a'], stiffness = 3.0 }\n";
+    let [floating, held] = [masses.to_owned(), format!("{masses}{held}")].map(|text| lesson(&written(&text)));
+    assert!(floating.contains("Free-floating: K and D times {q} = {1, 1}"), "{floating}");
+    assert!(!held.contains("Free-floating"), "{held}");
+}
+
 #[test]
 fn long_pages_say_so_and_how_they_get_shorter() {
     let [long, short] = ["joint", "recommended"].map(|preset| equations(&written(&chain(20, preset))));

@@ -243,8 +243,13 @@ fn latex_table(head: &[String], rows: &[Vec<Piece>]) -> String {
         let part = |part: Vec<usize>| latex_columns(head, rows, &part, &"l".repeat(part.len()));
         parts(&widths, !head.is_empty()).into_iter().map(part).collect()
     } else {
-        let cell =
-            |width: &f64| format!(">{{\\raggedright\\arraybackslash}}p{{{:.3}\\linewidth}}", 0.87 * width / total);
+        // What is narrow stays on its line; what is wide shares the rest.
+        let wide: f64 = widths.iter().filter(|width| **width > NARROW).sum();
+        let rest = (PAGE_WIDTH - (total - wide)).max(0.3 * PAGE_WIDTH) / PAGE_WIDTH;
+        let cell = |width: &f64| match *width <= NARROW {
+            true => "l".to_owned(),
+            false => format!(">{{\\raggedright\\arraybackslash}}p{{{:.3}\\linewidth}}", 0.87 * rest * width / wide),
+        };
         latex_columns(head, rows, &all, &widths.iter().map(cell).collect::<String>())
     }
 }
@@ -280,7 +285,7 @@ fn latex_columns(head: &[String], rows: &[Vec<Piece>], columns: &[usize], format
     if !head.is_empty() {
         let cells: Vec<String> =
             columns.iter().filter_map(|&column| head.get(column)).map(|cell| latex::escape(cell)).collect();
-        text += &format!("{} \\\\ \\hline\n", cells.join(" & "));
+        text += &format!("{} \\\\ \\hline\\noalign{{\\smallskip}}\n", cells.join(" & "));
     }
     for row in rows {
         let cells = columns.iter().filter_map(|&column| row.get(column)).map(|cell| DOCUMENT.piece(cell));

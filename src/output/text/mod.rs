@@ -1,5 +1,6 @@
 //! Equations for people and for other programs.
 
+pub(crate) mod contract;
 pub(crate) mod document;
 pub(crate) mod factor;
 pub(crate) mod json;

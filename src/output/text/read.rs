@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::contract::contracted;
 use super::normal::{Factor, Function, Sum, Term};
 use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
 
@@ -171,7 +172,7 @@ impl<'a> Reader<'a> {
             let sum = if variable.is_none() && !names.contains(&expr) {
                 sum
             } else {
-                let value = sum.tidy();
+                let value = contracted(&sum.tidy(), &reader.definitions);
                 let short =
                     if forced.contains(&expr) { value.leaves() < 2 } else { value.leaves() < long(arena, expr) };
                 if variable.is_none() && short {
@@ -185,7 +186,8 @@ impl<'a> Reader<'a> {
             };
             reader.known.insert(expr, sum);
         }
-        let roots: Vec<Sum> = roots.iter().map(|root| reader.known[root].clone().tidy()).collect();
+        let root = |root| contracted(&reader.known[root].clone().tidy(), &reader.definitions);
+        let roots: Vec<Sum> = roots.iter().map(root).collect();
         (Reading::counted(reader.definitions, roots), expressions)
     }
 

@@ -20,9 +20,9 @@ const COLUMNS: usize = 4;
 impl Lesson<'_, '_, '_> {
     /// Arm forces by chords; chord accelerations and angles by branches; then the worked row.
     pub fn eliminations(&mut self) -> Vec<Block> {
-        let mut sections = Vec::new();
+        let mut sections: Vec<(String, Rows, Vec<Block>)> = Vec::new();
         if self.dynamic {
-            sections.push(("(a) Forces in rigid arms, by their cutsets (16):".to_owned(), self.arms()));
+            sections.push(("(a) Forces in rigid arms, by their cutsets (16):".to_owned(), self.arms(), Vec::new()));
         }
         let what = if self.dynamic { "Accelerations" } else { "Positions" };
         let arms = match (self.dynamic, self.letters.has_two_components()) {
@@ -31,19 +31,22 @@ impl Lesson<'_, '_, '_> {
             (false, _) => "",
         };
         let text = format!("(b) {what} of mass centres, by the circuits of the bodies (17){arms}:");
-        sections.push((text, self.centres()));
+        let components = if self.dynamic { self.components() } else { Vec::new() };
+        sections.push((text, self.centres(), components));
         sections.push((
             "(c) Angles of chords, and in the same way their rates, by the circuits of R (18):".to_owned(),
             self.angles(),
+            Vec::new(),
         ));
-        sections.retain(|(_, rows)| !rows.is_empty());
+        sections.retain(|(_, rows, _)| !rows.is_empty());
         let mut blocks = vec![heading("8. Step 3. What must go? Secondary variables, and one row worked")];
         if sections.is_empty() {
             blocks.push(words("Nothing: every variable is a coordinate, known, or a reaction."));
         }
-        for (text, rows) in sections {
+        for (text, rows, further) in sections {
             blocks.push(words(text));
             blocks.extend(list(rows));
+            blocks.extend(further);
         }
         if self.dynamic {
             blocks.extend(self.worked_row());

@@ -51,7 +51,35 @@ pub fn matrices(lesson: &mut Lesson) -> Vec<Block> {
     blocks.extend(entries(lesson, &vibration));
     let same = agrees(lesson, &kinds, &rows, &vibration);
     blocks.push(check("the three products in numbers are M, D and K, and these are symmetric", same));
+    blocks.extend(floating(lesson, &kinds, &rows, &vibration));
     blocks
+}
+
+/// Whether anything holds the masses to the ground: what K and D make of a shift of all masses together.
+fn floating(lesson: &Lesson, kinds: &[Kind], rows: &[(String, Row)], vibration: &Vibration) -> Option<Block> {
+    let masses = &kinds.iter().find(|kind| kind.letter == "m")?.elements;
+    let n = rows.len();
+    if masses.len() != n || n == 0 || n > WIDEST {
+        return None;
+    }
+    let transposed = DMatrix::from_fn(n, n, |mass, row| {
+        rows[row].1.iter().find(|(label, _)| *label == masses[mass].0).map_or(0.0, |(_, sign)| f64::from(*sign))
+    });
+    let shift = transposed.lu().solve(&DMatrix::from_element(n, 1, 1.0))?;
+    let held = |matrix: &[Vec<Expr>]| {
+        let all: Vec<Expr> = matrix.iter().flatten().copied().collect();
+        let matrix = DMatrix::from_row_slice(n, n, &lesson.start().of(&lesson.equations, &all));
+        (&matrix * &shift).amax() > 1e-9 * matrix.amax()
+    };
+    if held(&vibration.stiffness) || held(&vibration.damping) {
+        return None;
+    }
+    let numbers: Vec<String> = shift.iter().map(|value| (value + 0.0).to_string()).collect();
+    Some(words(format!(
+        "Free-floating: K and D times {{q}} = {{{}}}, the shift of all masses together, are zero, so no spring or damper holds them to the ground; \
+         every tree contains a mass.",
+        numbers.join(", ")
+    )))
 }
 
 /// Bodies, dampers, springs, other loads. A spring with a damper is in two.

@@ -1,6 +1,7 @@
 //! The derivation as a lesson, in the order of the paper: parts and graphs, trees, cutsets and circuits, terminal equations, Steps 1 to 4, then
 //! rates, reactions and what was gained. Every section ends with a check that was carried out.
 
+mod centres;
 mod elimination;
 mod gain;
 mod graphs;

@@ -170,7 +170,7 @@ impl Lesson<'_, '_, '_> {
     }
 
     /// The partial derivative by time, through inputs and the drivers that follow them.
-    fn by_time(&mut self, expr: Expr) -> Expr {
+    pub fn by_time(&mut self, expr: Expr) -> Expr {
         let arena = &mut self.equations.system.arena;
         let mut sum = arena.derivative(expr, Symbol::Time);
         for symbol in arena.symbols([expr]) {

@@ -28,6 +28,7 @@ impl Lesson<'_, '_, '_> {
         }
         blocks.push(Block::Equations(self.form()));
         blocks.extend(self.mass_matrix());
+        blocks.extend(self.reading());
         blocks.extend(self.loads());
         blocks.extend(line::matrices(self));
         blocks.extend(self.checked());
