@@ -33,10 +33,10 @@ pub struct View {
     #[arg(short, long, value_name = "FILE", conflicts_with = "frames")]
     output: Option<PathBuf>,
     /// An animated SVG instead of the page, for a README: it plays the experiment again and again
-    #[arg(long, group = "film", conflicts_with_all = ["frames", "runtimes"])]
+    #[arg(long, group = "film", conflicts_with = "frames")]
     svg: bool,
     /// Single pictures instead of the page, as frame_0000.png and so on, in this folder
-    #[arg(long, value_name = "FOLDER", group = "film", conflicts_with = "runtimes")]
+    #[arg(long, value_name = "FOLDER", group = "film")]
     frames: Option<PathBuf>,
     /// Pictures in a second of the film
     #[arg(long, value_name = "NUMBER", default_value_t = 25.0, requires = "frames")]
