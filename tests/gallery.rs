@@ -185,6 +185,98 @@ fn jansens_leg_stays_closed_for_a_thousand_turns() {
     }
 }
 
+/// The rocker of a cam with its first two derivatives by the cam's angle, and its roller's centre seen from the shaft.
+fn rocker(theta: f64) -> ([f64; 3], Place) {
+    let [swing, rise, back, way] = [20.0_f64, 100.0, 150.0, 130.0].map(f64::to_radians);
+    let theta = theta.rem_euclid(TAU);
+    let up = match theta / rise {
+        x if x < 1.0 => {
+            [x - (TAU * x).sin() / TAU, (1.0 - (TAU * x).cos()) / rise, TAU * (TAU * x).sin() / (rise * rise)]
+        }
+        _ => [1.0, 0.0, 0.0],
+    };
+    let down = match ((theta - back) / way).clamp(0.0, 1.0) {
+        x => [
+            x.powi(4) * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x))),
+            140.0 * (x * (1.0 - x)).powi(3) / way,
+            420.0 * (x * (1.0 - x)).powi(2) * (1.0 - 2.0 * x) / (way * way),
+        ],
+    };
+    let law = [0, 1, 2].map(|order| swing * (up[order] - down[order]));
+    // On the base circle shaft, pivot and roller are a triangle.
+    let start = ((0.038_f64.powi(2) - 0.08 * 0.08 - 0.07 * 0.07) / (2.0 * 0.08 * 0.07)).acos();
+    let psi = [start - law[0], -law[1], -law[2]];
+    (psi, at([0.08, 0.0], 0.07, psi[0]))
+}
+
+#[test]
+fn a_cam_turns_a_rocker_by_its_law() {
+    let speed = 10.0;
+    check("cam_oscillating", 201, 1.256_637_061_435_917_2, 1e-8, |t| {
+        let theta = speed * t;
+        let ([psi, slope, second], centre) = rocker(theta);
+        // The pitch curve's tangent, seen in the carrier: the centre's motion less that of the cam below it.
+        let arm = [centre[0] - 0.08, centre[1]];
+        let tangent = [-slope * arm[1] + centre[1], slope * arm[0] - centre[0]];
+        let long = tangent[0].hypot(tangent[1]);
+        let out = [-tangent[1] / long, tangent[0] / long];
+        // The rocker rises clockwise.
+        let path = [arm[1] / 0.07, -arm[0] / 0.07];
+        let [along, aside] = [path[0] * out[0] + path[1] * out[1], path[0] * out[1] - path[1] * out[0]];
+        let alpha = second * speed * speed;
+        let pressed = 5e-4 * alpha + 2.0 * (psi - 190_f64.to_radians());
+        let force = -pressed / (0.07 * along);
+        vec![theta, psi, slope * speed, alpha, aside.atan2(along), force, pressed * slope]
+    });
+    let fastest = (0..36_000).map(|step| (speed * rocker(TAU * f64::from(step) / 36_000.0).0[1]).abs());
+    let fastest = fastest.fold(0.0, f64::max);
+    assert!((fastest - 4.0).abs() < 1e-6, "2 h/beta x speed is {fastest}");
+}
+
+/// The foot of Klann's leg, and the angles of its arm, rockers and leg from where the patent draws them.
+fn klann(turn: f64) -> (Place, [f64; 4]) {
+    let [shaft, upper, lower] = [[1.599, 0.75], [1.366, 1.366], [1.009, 0.574]];
+    let [drawn_pin, drawn_elbow, drawn_knee, drawn_hip] = [[1.331, 0.75], [0.741, 0.75], [0.232, 0.866], [0.866, 1.5]];
+    let from = |[x, y]: Place, [u, v]: Place| [x - u, y - v];
+    let pin = at(shaft, 0.268, PI + turn);
+    let elbow = meet(pin, distance(drawn_pin, drawn_elbow), lower, distance(lower, drawn_elbow), false);
+    // In the patent the line from pin to elbow points to the left.
+    let [x, y] = from(drawn_knee, drawn_pin);
+    let knee = beside(pin, elbow, [-x, -y]);
+    let hip = meet(knee, distance(drawn_knee, drawn_hip), upper, distance(upper, drawn_hip), true);
+    let leg = bearing(hip, knee) - bearing(drawn_hip, drawn_knee);
+    let (sine, cosine) = leg.sin_cos();
+    let [x, y] = from([0.0, 0.0], drawn_hip);
+    let foot = [hip[0] + cosine * x - sine * y, hip[1] + sine * x + cosine * y];
+    let turned = |a: Place, b: Place, c: Place, d: Place| bearing(a, b) - bearing(c, d);
+    let arm = turned(pin, elbow, drawn_pin, drawn_elbow);
+    (foot, [arm, turned(lower, elbow, lower, drawn_elbow), turned(upper, hip, upper, drawn_hip), leg])
+}
+
+#[test]
+fn klanns_leg_makes_a_stride_in_half_a_turn() {
+    check("klann", 201, 1.0, LIMIT, |t| {
+        let (foot, angles) = klann(TAU * t);
+        [TAU * t, foot[0], foot[1]].into_iter().chain(angles).collect()
+    });
+    let foot = |degrees: f64| klann(degrees.to_radians()).0;
+    assert!(distance(foot(0.0), [0.0, 0.0]) < 1e-12, "in the patent's first figure the foot is at the origin");
+    let path: Vec<Place> = (0..36_000).map(|step| foot(0.01 * f64::from(step))).collect();
+    let range = |path: &[Place], axis: usize| {
+        let values = path.iter().map(|place| place[axis]);
+        values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
+    };
+    let stride = range(&path, 0);
+    assert!((stride - 1.008_844_95).abs() < 1e-8, "{stride}");
+    assert!(range(&path[17_800..35_800], 1) < 0.06 * stride && range(&path, 1) > 0.5 * stride);
+    let mut run = instance("klann", 100.0);
+    for turn in [1.0, 99.0] {
+        run.step_to(turn + 0.3).expect("regular");
+        let found = ["leg.foot.x", "leg.foot.y"].map(|name| value(&mut run, name));
+        assert!(distance(found, foot(108.0)) < 1e-9, "{found:?} in turn {turn}");
+    }
+}
+
 #[test]
 fn whitworth_returns_quickly() {
     let (crank, offset, arm, rod) = (0.075_f64, 0.03, 0.06, 0.2_f64);

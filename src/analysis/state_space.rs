@@ -265,7 +265,7 @@ fn signal(formulated: &Formulated, point: &Point, symbol: Symbol) -> Signal {
             (name, input.unit.clone(), order)
         }
         // No other symbol is varied.
-        Symbol::Time | Symbol::Parameter(_) | Symbol::Reaction(_) | Symbol::Missing(..) => {
+        Symbol::Time | Symbol::Parameter(_) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => {
             (String::new(), Unit::default(), Order::Position)
         }
     };

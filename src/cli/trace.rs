@@ -10,6 +10,7 @@ use super::MessageFormat;
 use super::failure::Failure;
 use super::output::{self, Output};
 use crate::compile::{self, Compiled};
+use crate::component::Profile;
 use crate::diagnostic::suggest;
 use crate::mechanism::Dimension;
 use crate::output::csv::Writer;
@@ -17,17 +18,19 @@ use crate::output::dxf;
 use crate::scene::{Scene, Text};
 use crate::simulate::{Run, RunError};
 
-/// Trace points: the curves that they draw during the experiment, as CSV, or as DXF for CAD
+/// Trace points: the curves that they draw during the experiment, as CSV, or as DXF for CAD; and profiles of cams
 ///
-/// A point is `body.point`, or `body` for its mass centre.
+/// A point is `body.point`, or `body` for its mass centre. The name of a cam's joint stands for its profile, in the cam's axes with the shaft
+/// as origin.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  cotree trace four_bar.toml coupler.tracer\n  cotree trace four_bar.toml coupler.tracer crank.pin -o curves.dxf"
+    after_help = "Examples:\n  cotree trace four_bar.toml coupler.tracer\n  cotree trace four_bar.toml coupler.tracer crank.pin -o curves.dxf\n  \
+                  cotree trace cam_oscillating.toml cam -o profile.dxf"
 )]
 pub struct Trace {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// The points [default: those of which the scene reports x and y]
+    /// The points, or cams [default: the points of which the scene reports x and y]
     points: Vec<String>,
     /// Where the curves go: CSV in metres, or DXF in millimetres if the name ends with .dxf; `-` is standard output [default: -]
     #[arg(short, long, value_name = "FILE")]
@@ -39,19 +42,36 @@ impl Trace {
         let file = output::file(self.output.as_deref());
         output::apart(&[Some(&self.scene)], &[file])?;
         let mut scene = output::load(&self.scene)?;
-        let points = self.points(&scene)?;
+        let mechanism = scene.resolve()?.mechanism;
+        let cams = mechanism.profiles(&mechanism.parameter_values());
+        let (cams, points) = self.asked(&scene, cams)?;
         scene.outputs.variables = variables(&points).map(|name| Text::from(name.as_str())).collect();
         scene.outputs.expressions.clear();
         let compiled = compile::compile(&scene)?;
         output::warn_of(&compiled, format);
         match file.filter(|path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("dxf"))) {
-            Some(path) => curves(&compiled, &points, path),
-            None => table(&compiled, &points, file),
+            Some(path) => curves(&compiled, &points, &cams, path),
+            None => match &cams[..] {
+                [] => table(&compiled, &points, file),
+                [cam] if points.is_empty() => profile_table(cam, file),
+                _ => Err(Failure::Usage(
+                    "a table has one cam or the points of a run; a drawing (.dxf) takes them together".to_owned(),
+                )),
+            },
         }
     }
 
+    /// The cams and the points that are asked for, each once.
+    fn asked(&self, scene: &Scene, cams: Vec<Profile>) -> Result<(Vec<Profile>, Vec<String>), Failure> {
+        let (of_cams, points): (Vec<String>, Vec<String>) =
+            self.points.iter().cloned().partition(|name| cams.iter().any(|cam| cam.name == **name));
+        let cams: Vec<Profile> = cams.into_iter().filter(|cam| of_cams.contains(&cam.name)).collect();
+        let points = if points.is_empty() && !cams.is_empty() { Vec::new() } else { self.points(scene, points)? };
+        Ok((cams, points))
+    }
+
     /// The points that are asked for, each once.
-    fn points(&self, scene: &Scene) -> Result<Vec<String>, Failure> {
+    fn points(&self, scene: &Scene, named: Vec<String>) -> Result<Vec<String>, Failure> {
         if scene.dimension == Dimension::One {
             return Err(Failure::Usage(
                 "masses on a line draw no curves; `cotree simulate` gives their motion".to_owned(),
@@ -64,9 +84,9 @@ impl Trace {
                 std::iter::once(name.clone()).chain(points)
             })
             .collect();
-        let asked = match &self.points[..] {
-            [] => compile::film::points(scene).into_iter().map(str::to_owned).collect(),
-            points => points.to_vec(),
+        let asked = match named.is_empty() {
+            true => compile::film::points(scene).into_iter().map(str::to_owned).collect(),
+            false => named,
         };
         if asked.is_empty() {
             let known = suggest::list(known.iter().map(String::as_str));
@@ -121,7 +141,40 @@ fn table(compiled: &Compiled, points: &[String], file: Option<&Path>) -> Result<
     failure.map_or(Ok(()), Err)
 }
 
-fn curves(compiled: &Compiled, points: &[String], path: &Path) -> Result<(), Failure> {
+/// A profile with the curve of the follower's point, for each half degree of the cam's angle.
+fn profile_table(cam: &Profile, file: Option<&Path>) -> Result<(), Failure> {
+    let columns = ["x [m]", "y [m]", "pitch_x [m]", "pitch_y [m]"].map(|column| format!("{}.{column}", cam.name));
+    let header = std::iter::once("angle [rad]").chain(columns.iter().map(String::as_str));
+    let mut writer = Writer::with_header(Output::new(file)?, header)?;
+    for sample in cam.samples(PROFILE) {
+        let [profile, pitch] = [sample.contact, sample.point].map(|at| from_shaft(cam, at));
+        writer.row(sample.angle, &[profile, pitch].concat())?;
+    }
+    let named = |error| match file {
+        Some(path) => Failure::file("write", path, error),
+        None => Failure::from(error),
+    };
+    writer.finish().map_err(named)?.commit().map_err(named)
+}
+
+/// Points of a profile.
+const PROFILE: usize = 720;
+
+fn from_shaft(cam: &Profile, [x, y]: [f64; 2]) -> [f64; 2] {
+    [x - cam.hub[0], y - cam.hub[1]]
+}
+
+/// A profile as a curve that closes.
+fn outline(cam: &Profile) -> (String, Vec<[f64; 2]>) {
+    let mut curve: Vec<[f64; 2]> = cam.samples(PROFILE).iter().map(|sample| from_shaft(cam, sample.contact)).collect();
+    curve.extend(curve.first().copied());
+    (cam.name.clone(), curve)
+}
+
+fn curves(compiled: &Compiled, points: &[String], cams: &[Profile], path: &Path) -> Result<(), Failure> {
+    if points.is_empty() {
+        return output::write(path, &dxf::curves(&cams.iter().map(outline).collect::<Vec<_>>()));
+    }
     let mut curves: Vec<(String, Vec<[f64; 2]>)> = points.iter().map(|point| (point.clone(), Vec::new())).collect();
     let mut rows = 0;
     let ended = run(compiled, points, |_, values| {
@@ -130,6 +183,7 @@ fn curves(compiled: &Compiled, points: &[String], path: &Path) -> Result<(), Fai
         Ok(())
     });
     let failure = part(ended, rows)?;
+    curves.extend(cams.iter().map(outline));
     output::write(path, &dxf::curves(&curves))?;
     failure.map_or(Ok(()), Err)
 }

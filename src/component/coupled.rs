@@ -1,8 +1,8 @@
 //! The terms of couplings as edges of the linear graphs: chords that no tree takes. A term between the nodes of its own element's
 //! edge (a rolling disc) is that edge.
 
-use super::{Element, Port, System};
-use crate::graph::{ElementId, Node, Rotation, Translation};
+use super::{Curve, Element, Port, System};
+use crate::graph::{ElementId, Node, RNode, Rotation, Translation};
 
 /// A term of a coupling as an edge of one graph.
 #[derive(Clone, Debug)]
@@ -18,6 +18,14 @@ pub struct CoupledEdge<D> {
 }
 
 impl System<'_> {
+    /// The function that an element couples by, and between which bodies.
+    pub fn curve(&self, id: ElementId) -> Option<([RNode; 2], Curve)> {
+        let terms = self.element(id).coupling.iter().flat_map(|coupling| &coupling.terms);
+        terms
+            .copied()
+            .find_map(|term| if let Port::Curve(ends, curve) = term.port { Some((ends, curve)) } else { None })
+    }
+
     /// The edges of couplings between points.
     pub fn coupled_points(&self) -> Vec<CoupledEdge<Translation>> {
         self.coupled_edges(|element, port| match port {
@@ -29,7 +37,7 @@ impl System<'_> {
     /// The edges of couplings between bodies.
     pub fn coupled_bodies(&self) -> Vec<CoupledEdge<Rotation>> {
         self.coupled_edges(|element, port| match port {
-            Port::Angle(ends) if element.rotation.is_none() => Some(ends),
+            Port::Angle(ends) | Port::Curve(ends, _) if element.rotation.is_none() => Some(ends),
             _ => None,
         })
     }

@@ -1,8 +1,10 @@
 //! Elements: a component's edge in one or both graphs, its row of Table 1 (McPhee 1998) with its motion and reaction spaces, and its
 //! place in Tables 2 and 3.
 
+use std::f64::consts::TAU;
+
 use super::{Resistance, System};
-use crate::expr::Expr;
+use crate::expr::{Arena, Expr, Symbol, Unary, build};
 use crate::graph::{RNode, TNode};
 use crate::mechanism::{BodyId, Dimension, DriverId, Formula, JointId, LoadId, Part};
 
@@ -86,7 +88,7 @@ pub struct Coupling {
 }
 
 /// A term of a coupling.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Term {
     /// Constant factor.
     pub factor: Expr,
@@ -103,6 +105,48 @@ pub enum Port {
     Along([TNode; 2], Direction),
     /// The distance between two points.
     Length([TNode; 2]),
+    /// A function of the angle between two bodies.
+    Curve([RNode; 2], Curve),
+}
+
+/// A function of an angle that repeats every turn, with what is known of the contact that it stands for. All of it is in terms of
+/// [`Symbol::Argument`], the angle within the turn.
+#[derive(Clone, Copy, Debug)]
+pub struct Curve {
+    /// The function, its first and its second derivative.
+    pub value: [Expr; 3],
+    /// The reaction of the coupling for a normal force of one.
+    pub leverage: Expr,
+    /// From the direction in which the contact moves what is coupled to the common normal.
+    pub pressure: Expr,
+    /// Curvature of the profile, positive where it is convex.
+    pub curvature: Expr,
+    /// The body in whose axes the loads of the bearings are; `None` is the ground.
+    pub carrier: Option<BodyId>,
+    /// What the contact makes other joints carry.
+    pub bearings: [Bearing; 2],
+}
+
+/// What a joint carries because a force passes through it that its coupling replaces by the load along a guide, for a reaction of one.
+#[derive(Clone, Copy, Debug)]
+pub struct Bearing {
+    /// The joint.
+    pub joint: JointId,
+    /// The force on its second point.
+    pub force: [Expr; 2],
+    /// The torque on its second body.
+    pub torque: Expr,
+}
+
+impl Curve {
+    /// One of its expressions at an angle.
+    pub fn at(arena: &mut Arena, expr: Expr, angle: Expr) -> Expr {
+        let within = build(arena, [angle], |[angle]| {
+            let turn = angle.number(TAU);
+            angle - turn * (angle / turn).of(Unary::Floor)
+        });
+        arena.substituted(expr, Symbol::Argument, within)
+    }
 }
 
 /// What part of an across variable a loop equation holds.
@@ -120,7 +164,7 @@ impl Port {
     /// What it contributes to a loop equation.
     pub fn held(self) -> Held {
         match self {
-            Port::Angle(_) => Held::Angle,
+            Port::Angle(_) | Port::Curve(..) => Held::Angle,
             Port::Along(_, direction) => Held::Along(direction),
             Port::Length(_) => Held::Length,
         }

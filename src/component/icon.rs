@@ -23,6 +23,8 @@ pub(crate) enum Icon {
     Rack { carrier: Place, axis: [Formula; 2], radius: Formula },
     /// A disc on a line along an axis of the first body.
     Rolling { axis: [Formula; 2], radius: Formula },
+    /// A cam with its profile, and what of the follower touches it.
+    Cam,
     /// Strokes along the line between the points.
     Line(Glyph),
     /// An arrow on the second point, in the world's axes or the body's.

@@ -6,6 +6,7 @@ mod angle_driver;
 mod arm;
 mod belt;
 pub(crate) mod body;
+mod cam;
 mod constant_force;
 mod coupled;
 mod damper;
@@ -39,6 +40,8 @@ mod torsion_damper;
 mod torsion_spring;
 mod weld;
 
+pub use cam::Phase;
+pub(crate) use cam::Profile;
 pub use coupled::CoupledEdge;
 pub use element::*;
 pub(crate) use icon::{Glyph, Icon, RoundGlyph, Stroke};
@@ -47,6 +50,7 @@ pub use resistance::Resistance;
 pub use schema::schema;
 pub use system::System;
 
+use crate::diagnostic::Fault;
 use crate::mechanism::{Dimension, Formula, Mechanism, Part, Quantity, Variable};
 use crate::scene::key::Key;
 
@@ -62,6 +66,7 @@ pub(crate) const ALL: &[&dyn Component] = &[
     &rack::Rack,
     &belt::Belt,
     &screw::Screw,
+    &cam::Cam,
     &angle_driver::AngleDriver,
     &displacement_driver::DisplacementDriver,
     &position_driver::PositionDriver,
@@ -235,6 +240,16 @@ pub(crate) trait Component: Sync {
         Ok(None)
     }
 
+    /// What is wrong with it that only the whole mechanism shows.
+    fn check(&self, _part: &Part, _mechanism: &Mechanism) -> Vec<Fault> {
+        Vec::new()
+    }
+
+    /// The profile of a body that it stands for, at these parameters.
+    fn profile(&self, _part: &Part, _mechanism: &Mechanism, _parameters: &[f64]) -> Option<Profile> {
+        None
+    }
+
     /// What is drawn for it.
     fn icon(&self, part: &Part) -> Icon;
 }
@@ -263,6 +278,16 @@ impl Part {
 }
 
 impl Mechanism {
+    /// What is wrong with parts that only the whole mechanism shows.
+    pub(crate) fn check(&self) -> Vec<Fault> {
+        self.parts().flat_map(|part| of(part).check(part, self)).collect()
+    }
+
+    /// The profiles of its cams, at these parameters.
+    pub(crate) fn profiles(&self, parameters: &[f64]) -> Vec<Profile> {
+        self.joints.iter().filter_map(|part| of(part).profile(part, self, parameters)).collect()
+    }
+
     /// The reactions of each joint.
     pub fn joint_reactions(&self) -> Vec<Variable> {
         self.joints.iter().flat_map(|joint| self.reactions(joint)).collect()

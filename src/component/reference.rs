@@ -221,6 +221,7 @@ pub(super) fn unit(form: Form) -> String {
         Form::Constant(wanted, _) | Form::Law(wanted) | Form::Vector(wanted) | Form::ConstantVector(wanted) => {
             wanted.si.to_string()
         }
+        Form::Curve(_, [sliding, turning]) => format!("{} or {}", sliding.si, turning.si),
         Form::UnitOf(wanted) => wanted.si.to_string(),
         Form::Motion([motion, ..]) => motion.si.to_string(),
         Form::Friction([level, velocity]) => format!("{}, {}", level.si, velocity.si),
@@ -236,7 +237,7 @@ fn range(form: Form) -> String {
         Form::Constant(_, NotNegative) => ", not negative".to_string(),
         Form::Constant(_, Positive) => ", positive".to_string(),
         Form::Constant(_, NotZero) => ", not zero".to_string(),
-        Form::Law(_) | Form::Vector(_) => ", an expression".to_string(),
+        Form::Law(_) | Form::Curve(..) | Form::Vector(_) => ", an expression".to_string(),
         Form::Friction(_) => ": `{ coulomb = ..., velocity = ... }`".to_string(),
         Form::Motion(_) => ", an expression or `{ input = ..., as = ... }`".to_string(),
         Form::Choice(words, _) => {

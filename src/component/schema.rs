@@ -137,10 +137,12 @@ fn form(key: &Key) -> Value {
     let strings = |least: usize, most: usize| json!({ "type": "array", "items": { "type": "string" }, "minItems": least, "maxItems": most });
     match key.form {
         Form::Constant(_, range) => constant(range),
-        Form::Law(_) => reference("quantity"),
+        Form::Law(_) | Form::Curve(..) => reference("quantity"),
         Form::Vector(_) | Form::ConstantVector(_) | Form::Axis => reference("vector"),
         Form::Points | Form::Bodies | Form::BodyAndPoint => strings(2, 2),
-        Form::Point | Form::Body | Form::Joint | Form::CarrierBody | Form::CarrierPoint => json!({ "type": "string" }),
+        Form::Point | Form::Body | Form::Joint | Form::OtherJoint | Form::CarrierBody | Form::CarrierPoint => {
+            json!({ "type": "string" })
+        }
         Form::Text | Form::UnitOf(_) => json!({ "type": "string" }),
         Form::Names => json!({ "type": "array", "items": { "type": "string" } }),
         Form::Switch => json!({ "type": "boolean" }),

@@ -1,5 +1,5 @@
-//! Couplings: linear relations between across variables of both graphs. Each term is a chord in every tree; its
-//! through variable is the transposed relation, factor x reaction, so that the power of all terms together vanishes.
+//! Couplings: relations between across variables of both graphs, or functions of them. Each term is a chord in every tree; its
+//! through variable is the transposed relation, factor x reaction (times the slope of a function), so that the power of all terms together vanishes.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use super::constraints::{Constraint, assemble};
 use super::form::{Coefficient, Form};
 use super::kinematics::{Kinematics, Motion, project};
 use super::vector::{Scalar, Vector};
-use crate::component::{Coupling, Port, System};
+use crate::component::{Coupling, Curve, Port, System};
 use crate::expr::{Arena, Expr, Symbol, Unary};
 use crate::graph::{ElementId, RNode, TNode};
 use crate::mechanism::BodyId;
@@ -66,6 +66,10 @@ fn across(system: &mut System, kinematics: &Kinematics, port: Port, factor: Expr
                 [&angle.velocity, &angle.acceleration].map(|form| form.map(arena, |_, &c| Scalar::plain(c)));
             ((angle.position.total(arena), rate, second), CoupledChord::Torque(ends, factor))
         }
+        Port::Curve(ends, curve) => {
+            let (motion, slope) = on_curve(&mut system.arena, kinematics, ends, &curve);
+            (motion, CoupledChord::Torque(ends, system.arena.multiply(factor, slope)))
+        }
         Port::Along(ends, direction) => {
             let along = kinematics.direction(system, direction);
             let arena = &mut system.arena;
@@ -82,6 +86,19 @@ fn across(system: &mut System, kinematics: &Kinematics, port: Port, factor: Expr
             (motion, CoupledChord::Force(ends, vector, None))
         }
     }
+}
+
+/// f(theta) with its derivatives f' theta' and f' theta'' + f'' theta'^2, and the slope f'.
+fn on_curve(arena: &mut Arena, kinematics: &Kinematics, ends: [RNode; 2], curve: &Curve) -> (ScalarMotion, Expr) {
+    let angle = kinematics.angle_across(arena, ends);
+    let theta = angle.position.total(arena);
+    let [value, slope, second] = curve.value.map(|expr| Curve::at(arena, expr, theta));
+    let [rate, mut acceleration] = [&angle.velocity, &angle.acceleration]
+        .map(|form| form.map(arena, |arena, &coefficient| Scalar::plain(arena.multiply(slope, coefficient))));
+    let omega = angle.velocity.total(arena);
+    let square = arena.square(omega);
+    acceleration.add_term(arena, square, &Scalar::plain(second));
+    ((value, rate, acceleration), slope)
 }
 
 /// |r| with its derivatives v.e and a.e + (v.v - (v.e)^2)/|r|, and the unit vector e = r/|r|.

@@ -13,7 +13,7 @@ use super::inertias::{inertia, mass};
 use super::kinematics::Kinematics;
 use super::shares::Share;
 use super::vector::{FrameId, Scalar, Vector};
-use crate::component::{Angle, Direction, Force, Held, Resistance, System, Torque, TranslationalRow};
+use crate::component::{Angle, Curve, Direction, Force, Held, Origin, Resistance, System, Torque, TranslationalRow};
 use crate::expr::{Arena, Expr, Node, Order, Symbol};
 use crate::graph::{ElementId, Rotation, Topology, Translation, Tree};
 use crate::mechanism::BodyId;
@@ -92,7 +92,29 @@ impl Dynamics {
         for &branch in &r_tree.branches {
             dynamics.rotational_row(system, kinematics, laws, &moments, branch);
         }
+        dynamics.add_bearings(system, kinematics, constraints);
         dynamics
+    }
+
+    /// What contacts make the joints carry beside what the couplings in their place do. All of it together does no work and is in
+    /// balance, so the equations are the same.
+    pub(super) fn add_bearings(&mut self, system: &mut System, kinematics: &Kinematics, constraints: &[Constraint]) {
+        for (index, constraint) in constraints.iter().enumerate().filter(|(_, constraint)| !constraint.is_trivial()) {
+            let Some((ends, curve)) = system.curve(constraint.element).filter(|_| !constraint.coupled.is_empty())
+            else {
+                continue;
+            };
+            let angle = kinematics.angle_across(&mut system.arena, ends).position.total(&mut system.arena);
+            let reaction = system.arena.symbol(Symbol::Reaction(index));
+            for bearing in curve.bearings {
+                let Some(id) = system.find(Origin::Joint(bearing.joint)) else { continue };
+                let force = bearing.force.map(|load| Curve::at(&mut system.arena, load, angle));
+                let torque = Curve::at(&mut system.arena, bearing.torque, angle);
+                let (_, force) = kinematics.direction(system, Direction::Fixed(curve.carrier, force));
+                self.forces.entry(id).or_default().add_term(&mut system.arena, reaction, &force);
+                self.torques.entry(id).or_default().add_term(&mut system.arena, reaction, &Scalar::plain(torque));
+            }
+        }
     }
 
     /// The forces and torques alone, and sum r x F of each body.

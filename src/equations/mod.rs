@@ -125,7 +125,9 @@ impl<'m> Equations<'m> {
                 let (translation, rotation) = self.topologies();
                 let trees = ((&self.trees.translation, &translation), (&self.trees.rotation, &rotation));
                 let Equations { system, kinematics, constraints, laws, .. } = self;
-                Dynamics::through(system, kinematics, trees, constraints, laws, Sums::InWorld).0
+                let mut through = Dynamics::through(system, kinematics, trees, constraints, laws, Sums::InWorld).0;
+                through.add_bearings(system, kinematics, constraints);
+                through
             }
         };
         self.through.insert(through)

@@ -5,9 +5,9 @@ use super::inertias::{inertia, mass};
 use super::kinematics::{Kinematics, Motion, ScalarMotion};
 use super::vector::Vector;
 use super::{Constraint, Equations};
-use crate::component::{Angle, Direction, Force, Origin, Port, RotationalRow, System, Torque, TranslationalRow};
+use crate::component::{Angle, Curve, Direction, Force, Origin, Port, RotationalRow, System, Torque, TranslationalRow};
 use crate::expr::{Binary, Expr, Order, Symbol, Unary};
-use crate::graph::{ElementId, TNode};
+use crate::graph::{ElementId, RNode, TNode};
 use crate::mechanism::{BodyId, Dimension, DriverId, JointId, LoadId, Owner, Place, Quantity, Variable};
 
 impl Equations<'_> {
@@ -96,6 +96,9 @@ impl Equations<'_> {
 
     fn of_joint(&mut self, joint: JointId, quantity: Quantity) -> Expr {
         let Some(id) = self.system.find(Origin::Joint(joint)) else { return Expr::ZERO };
+        if let Some((ends, curve)) = self.system.curve(id) {
+            return self.of_curve(id, (ends, curve), quantity);
+        }
         match quantity {
             Quantity::Angle | Quantity::Omega | Quantity::Alpha => self.angle_across(id, quantity),
             Quantity::S | Quantity::V | Quantity::A => self.slide(id, quantity),
@@ -106,6 +109,40 @@ impl Equations<'_> {
             Quantity::Force | Quantity::Torque => self.joint_effort(id, quantity),
             Quantity::Power => self.power(id),
             _ => Expr::ZERO,
+        }
+    }
+
+    /// What is said of a coupling by a function of an angle: the angle within its turn, the contact, and the loads.
+    fn of_curve(&mut self, id: ElementId, (ends, curve): ([RNode; 2], Curve), quantity: Quantity) -> Expr {
+        let within = self.system.arena.symbol(Symbol::Argument);
+        let of = match quantity {
+            Quantity::Angle => within,
+            Quantity::PressureAngle => curve.pressure,
+            Quantity::Curvature => curve.curvature,
+            Quantity::Fn => curve.leverage,
+            Quantity::Torque => curve.value[1],
+            _ => return Expr::ZERO,
+        };
+        let arena = &mut self.system.arena;
+        let angle = self.kinematics.angle_across(arena, ends).position.total(arena);
+        let value = Curve::at(arena, of, angle);
+        match quantity {
+            Quantity::Fn => {
+                let reaction = self.coupling_reaction(id);
+                self.system.arena.divide(reaction, value)
+            }
+            Quantity::Torque => {
+                let terms = self.system.element(id).coupling.iter().flat_map(|coupling| &coupling.terms);
+                let factor = terms
+                    .copied()
+                    .find(|term| matches!(term.port, Port::Curve(..)))
+                    .map_or(Expr::ZERO, |term| term.factor);
+                let reaction = self.coupling_reaction(id);
+                let arena = &mut self.system.arena;
+                let lever = arena.multiply(factor, value);
+                arena.multiply(lever, reaction)
+            }
+            _ => value,
         }
     }
 

@@ -28,7 +28,7 @@ impl Arena {
                 Symbol::Input(i, order) => order.next().map(|next| Symbol::Input(i, next)),
                 Symbol::Follower(i, order) => order.next().map(|next| Symbol::Follower(i, next)),
                 Symbol::Coordinate(i, order) => order.next().map(|next| Symbol::Coordinate(i, next)),
-                Symbol::Parameter(_) | Symbol::Reaction(_) | Symbol::Missing(..) => None,
+                Symbol::Parameter(_) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => None,
             };
             next.map_or(Expr::ZERO, |next| arena.symbol(next))
         };

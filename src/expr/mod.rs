@@ -14,6 +14,7 @@ use std::collections::HashMap;
 pub use evaluate::Values;
 pub use expand::Expansions;
 pub use function::{Binary, Function, Run, Shown, Unary, Units};
+pub use term::{Term, build, build_all};
 
 /// Handle of an expression in an [`Arena`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -68,6 +69,8 @@ pub enum Symbol {
     Reaction(usize),
     /// A mass or inertia that the scene does not give: an error if it is needed.
     Missing(usize, Property),
+    /// What a law of one variable depends on, until the variable takes its place.
+    Argument,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -19,13 +19,24 @@ impl fmt::Debug for Term<'_> {
     }
 }
 
-pub(super) fn build<const N: usize>(
+/// The expression that a formula makes of others.
+pub fn build<const N: usize>(
     arena: &mut Arena,
     operands: [Expr; N],
     formula: impl for<'a> FnOnce([Term<'a>; N]) -> Term<'a>,
 ) -> Expr {
+    let [made] = build_all(arena, operands, |operands| [formula(operands)]);
+    made
+}
+
+/// The expressions that formulas make of others.
+pub fn build_all<const N: usize, const M: usize>(
+    arena: &mut Arena,
+    operands: [Expr; N],
+    formulas: impl for<'a> FnOnce([Term<'a>; N]) -> [Term<'a>; M],
+) -> [Expr; M] {
     let arena = RefCell::new(arena);
-    formula(operands.map(|expr| Term { arena: &arena, expr })).expr
+    formulas(operands.map(|expr| Term { arena: &arena, expr })).map(|term| term.expr)
 }
 
 impl<'a> Term<'a> {
@@ -36,6 +47,11 @@ impl<'a> Term<'a> {
 
     fn with(self, other: Self, make: impl FnOnce(&mut Arena, Expr, Expr) -> Expr) -> Self {
         self.make(|arena, a| make(arena, a, other.expr))
+    }
+
+    /// Another expression of the same arena.
+    pub fn other(self, expr: Expr) -> Self {
+        Term { expr, ..self }
     }
 
     pub fn number(self, value: f64) -> Self {

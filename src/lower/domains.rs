@@ -23,7 +23,7 @@ pub(super) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
     let arena = &equations.system.arena;
     let is_known = |symbol: Symbol| match symbol {
         Symbol::Coordinate(_, order) => order != Order::Acceleration,
-        Symbol::Reaction(_) | Symbol::Missing(..) => false,
+        Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => false,
         _ => true,
     };
     // What moves, and what is known before the accelerations are.

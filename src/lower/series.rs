@@ -213,7 +213,7 @@ impl SeriesBuilder {
             Symbol::Coordinate(_, Order::Acceleration) | Symbol::Reaction(_) => {
                 return Err("a law depends on accelerations or reactions".into());
             }
-            Symbol::Coordinate(..) | Symbol::Parameter(_) | Symbol::Missing(..) => {
+            Symbol::Coordinate(..) | Symbol::Parameter(_) | Symbol::Missing(..) | Symbol::Argument => {
                 return Err("a law depends on something that is no series".into());
             }
         };

@@ -114,7 +114,7 @@ impl<'a> Assembler<'a> {
     }
 }
 
-/// The register of a symbol. Missing masses are refused before.
+/// The register of a symbol. Missing masses are refused before, arguments of laws have been replaced.
 pub fn symbol_register(layout: &Layout, symbol: Symbol) -> usize {
     match symbol {
         Symbol::Time => layout.time(),
@@ -129,7 +129,7 @@ pub fn symbol_register(layout: &Layout, symbol: Symbol) -> usize {
         Symbol::Coordinate(i, Order::Velocity) => layout.rates() + i,
         Symbol::Coordinate(i, Order::Acceleration) => layout.accelerations() + i,
         Symbol::Reaction(i) => layout.reactions() + i,
-        Symbol::Missing(..) => layout.time(),
+        Symbol::Missing(..) | Symbol::Argument => layout.time(),
     }
 }
 

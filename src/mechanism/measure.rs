@@ -21,6 +21,7 @@ pub(crate) const TIME: Wanted = wanted("a time", "s", [0, 0, 1, 0]);
 pub(crate) const MASS: Wanted = wanted("a mass", "kg", [1, 0, 0, 0]);
 pub(crate) const INERTIA: Wanted = wanted("a moment of inertia", "kg.m2", [1, 2, 0, 0]);
 pub(crate) const LENGTH: Wanted = wanted("a length", "m", [0, 1, 0, 0]);
+pub(crate) const CURVATURE: Wanted = wanted("a curvature", "1/m", [0, -1, 0, 0]);
 pub(crate) const AREA: Wanted = wanted("an area", "m2", [0, 2, 0, 0]);
 pub(crate) const DENSITY: Wanted = wanted("a density", "kg/m3", [1, -3, 0, 0]);
 pub(crate) const AREA_DENSITY: Wanted = wanted("a density per area", "kg/m2", [1, -2, 0, 0]);

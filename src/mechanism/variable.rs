@@ -53,6 +53,8 @@ pub enum Quantity {
     Length,
     Rate,
     Acceleration,
+    PressureAngle,
+    Curvature,
     KineticEnergy,
     PotentialEnergy,
     TotalEnergy,
@@ -100,6 +102,8 @@ impl Quantity {
             Length => ("length", "length of", LENGTH, Position),
             Rate => ("rate", "rate of length of", VELOCITY, Velocity),
             Quantity::Acceleration => ("acceleration", "acceleration of length of", ACCELERATION, Class::Acceleration),
+            PressureAngle => ("pressure_angle", "pressure angle of", ANGLE, Position),
+            Curvature => ("curvature", "curvature of the profile of", CURVATURE, Position),
             KineticEnergy => ("kinetic", "kinetic energy", ENERGY, System),
             PotentialEnergy => ("potential", "potential energy", ENERGY, System),
             TotalEnergy => ("total", "total energy", ENERGY, System),
@@ -130,7 +134,7 @@ impl Quantity {
 
     /// Is there such a thing on a line?
     pub fn is_on_a_line(self) -> bool {
-        !matches!(self, Y | Vy | Ay | Fy | Angle | Omega | Alpha | Torque)
+        !matches!(self, Y | Vy | Ay | Fy | Angle | Omega | Alpha | Torque | PressureAngle | Curvature)
     }
 }
 

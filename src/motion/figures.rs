@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::cams::{Cam, cams};
 use super::centres::{Centres, RelativeCentres, centres};
 use super::curve::{self, Path};
 use super::drive::{self, Table, motion_of};
@@ -71,6 +72,8 @@ pub struct Figures {
     pub fluctuation: Option<Fluctuation>,
     /// The path of a point.
     pub path: Option<Path>,
+    /// Its cams.
+    pub cams: Vec<Cam>,
     /// Values over the input.
     pub table: Vec<Column>,
     /// Centres of the motion of each body against the ground, for each sample \[m\]; none while it does not turn.
@@ -166,6 +169,7 @@ pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> R
             figures.transmission(mechanism, part, table, &loaded);
         }
     }
+    figures.contacts(table);
     let masses = Masses::of(mechanism);
     if let Some(effort) = table.effort() {
         let unit = if figures.input.angular { "N.m" } else { "N" };
@@ -283,6 +287,7 @@ impl Figures {
             inertia: None,
             fluctuation: None,
             path: None,
+            cams: cams(mechanism),
             table: Vec::new(),
             instant_centres: Vec::new(),
             relative_centres: Vec::new(),
@@ -362,6 +367,20 @@ impl Figures {
             self.transmission.push(Transmission { joint: joint.name.clone(), min: angle.min(), max: angle.max() });
         }
         self.joint_force_index = largest.map(|largest| largest.max());
+    }
+
+    /// Pressure angle and radius of curvature where each cam touches its follower.
+    fn contacts(&mut self, table: &Table) {
+        let names: Vec<String> = self.cams.iter().map(|cam| cam.name.clone()).collect();
+        for name in names {
+            if let Some(angle) = table.get(&format!("{name}.{}", Quantity::PressureAngle.word())) {
+                self.push(&format!("pressure angle at {name}"), "rad", &angle);
+            }
+            if let Some(curvature) = table.get(&format!("{name}.{}", Quantity::Curvature.word())) {
+                // Infinite where the profile is straight.
+                self.push(&format!("radius at {name}"), "m", &curvature.map(|value| 1.0 / value));
+            }
+        }
     }
 
     /// What the loads take out of a constant torque, and the flywheel for it. The drive's effort less that of the masses, J' w^2/2, is that

@@ -2,6 +2,7 @@
 //! for one turn or stroke. The quantities are those of Norton, *Design of Machinery*, and Uicker, Pennock, Shigley, *Theory of Machines and
 //! Mechanisms*.
 
+mod cams;
 mod centres;
 mod curve;
 mod drive;
@@ -13,6 +14,7 @@ mod samples;
 
 use std::f64::consts::TAU;
 
+pub use cams::Cam;
 use drive::Table;
 pub use figures::{Figures, Link};
 pub use report::{step, usual};

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::cams::Cam;
 use super::figures::{Column, Extent, Figures, Link, Transmission};
 use super::samples::At;
 use crate::mechanism::{DisplayUnit, Unit, Units};
@@ -32,6 +33,42 @@ impl Shown<'_> {
     }
 }
 
+/// What there is to say of a cam, by its own angle.
+fn cam_lines(cam: &Cam, shown: &Shown) -> Vec<String> {
+    let at = |at: &At, unit: &str| format!("{} at {}", shown.value(at.value, unit), shown.value(at.input, "rad"));
+    let unit = if cam.turning { "rad" } else { "m" };
+    let base = shown.value(cam.base, "m");
+    let mut lines = vec![format!("cam `{}` with {}, base circle {base}, by the cam's angle:", cam.name, cam.follower)];
+    for phase in &cam.phases {
+        let word = if phase.rise > 0.0 { "rises" } else { "returns" };
+        let [from, to] = [phase.from, phase.to].map(|angle| shown.value(angle, "rad"));
+        let [velocity, acceleration, jerk] = phase.peaks.map(number);
+        let rise = shown.value(phase.rise.abs(), unit);
+        lines.push(format!(
+            "  {word} {rise} from {from} to {to}: peaks {velocity} h/beta, {acceleration} h/beta^2, {jerk} h/beta^3"
+        ));
+    }
+    lines.push(format!("  pressure angle up to {}", at(&cam.pressure_angle, "rad")));
+    lines.extend(cam.pitch_radius.iter().map(|own| format!("  smallest radius of the pitch curve {}", at(own, "m"))));
+    lines.extend(
+        cam.convex_radius.iter().map(|own| format!("  smallest convex radius of the profile {}", at(own, "m"))),
+    );
+    lines.extend(
+        cam.hollow_radius.iter().map(|own| format!("  smallest hollow radius of the profile {}", at(own, "m"))),
+    );
+    if let Some([low, high]) = &cam.face {
+        lines.push(format!("  touches its face from {} to {} from the follower's point", at(low, "m"), at(high, "m")));
+    }
+    if cam.undercut {
+        let needed = cam.least_base.map_or_else(
+            || "no larger base circle helps".to_string(),
+            |base| format!("the base circle must be at least {}", shown.value(base, "m")),
+        );
+        lines.push(format!("  UNDERCUT: {needed}"));
+    }
+    lines
+}
+
 impl Figures {
     fn input_unit(&self) -> &'static str {
         unit_of(&self.input)
@@ -52,6 +89,7 @@ impl Figures {
             let load = if output.angular { "N per N.m" } else { "N per N" };
             line(format!("joint-force index up to {} {load} at {}", number(index.value), self.at(index, &shown)));
         }
+        self.cams.iter().flat_map(|cam| cam_lines(cam, &shown)).for_each(&mut line);
         self.dynamics(&shown).into_iter().for_each(&mut line);
         self.path_lines(&shown).into_iter().for_each(&mut line);
         line(String::new());

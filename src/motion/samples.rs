@@ -87,12 +87,16 @@ impl Samples {
         (0..last).filter_map(|index| Some((index, [self.value(index as isize)?, self.value(index as isize + 1)?])))
     }
 
-    /// Where it changes its sign, by halving between samples.
+    /// Where it changes its sign, by halving between samples, and where it begins and ends to be zero.
     pub fn zeros(&self) -> Vec<f64> {
         let mut zeros = Vec::new();
         for (index, [a, b]) in self.pairs() {
             if a == 0.0 {
-                zeros.push(self.input(index));
+                // Of a dwell only its ends.
+                let before = self.value(index as isize - 1);
+                if b != 0.0 || before != Some(0.0) {
+                    zeros.push(self.input(index));
+                }
             } else if a * b < 0.0 {
                 let (mut low, mut high) = (index as f64, index as f64 + 1.0);
                 for _ in 0..60 {

@@ -183,6 +183,11 @@ impl Drawing {
                 CouplingKind::Gears(wheels) | CouplingKind::Band { wheels, .. } => wheels.iter().for_each(wheel),
                 CouplingKind::Rack { pinion: disc, .. } | CouplingKind::Rolling { disc, .. } => wheel(disc),
                 CouplingKind::Link(ends) => dxf.polyline(&joints, ends, false),
+                CouplingKind::Cam(cam) => {
+                    cam.roller.iter().for_each(&mut wheel);
+                    dxf.polyline(of(cam.hub.body), &cam.outline, true);
+                    cam.face.iter().for_each(|(body, ends)| dxf.polyline(of(*body), ends, false));
+                }
             }
         }
         dxf.finish()

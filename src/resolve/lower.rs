@@ -9,7 +9,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::expr::Function;
-use crate::mechanism::{BinaryOperator, Class, Formula, LoadId, Owner, Part, Quantity, Variable};
+use crate::mechanism::{BinaryOperator, Class, Formula, JointId, LoadId, Owner, Part, Quantity, Variable};
 use crate::scene::constant;
 use crate::scene::dimension::{self, Known, SECOND};
 use crate::scene::expression::{self, Tree, TreeKind};
@@ -21,7 +21,16 @@ pub(super) enum Context {
     Driver,
     /// All that and positions and velocities; the own ones of this load by their bare names.
     Law(LoadId),
+    /// Numbers, parameters and the own variables of this joint.
+    Curve(JointId),
     Output,
+}
+
+impl Context {
+    /// Does what is written there not depend on the time or the motion, but for a part's own variables?
+    fn is_constant(self) -> bool {
+        matches!(self, Context::Constant | Context::Curve(_))
+    }
 }
 
 /// A text that is being lowered, and its owner.
@@ -174,7 +183,11 @@ impl Resolver<'_> {
         match self.names.get(name) {
             Some(Named::Parameter(_) | Named::Input(_)) if own.is_some() => self.refuse(
                 "scene::ambiguous_name",
-                format!("in {}, `{name}` is both the load's own and one in `[parameters]` or `[inputs]`", site.what),
+                format!(
+                    "in {}, `{name}` is both the {}'s own and one in `[parameters]` or `[inputs]`",
+                    site.what,
+                    if let Context::Curve(_) = site.context { "joint" } else { "load" }
+                ),
                 "rename the parameter or input",
                 (tree, site),
             ),
@@ -182,7 +195,7 @@ impl Resolver<'_> {
                 let unit = self.parameter_units.get(id.0).copied().flatten();
                 Some((Formula::Parameter(id), Known::constant(unit)))
             }
-            Some(Named::Input(_)) if site.context == Context::Constant => {
+            Some(Named::Input(_)) if site.context.is_constant() => {
                 self.not_constant(&format!("the input `{name}`"), tree, site)
             }
             Some(Named::Input(id)) => {
@@ -191,7 +204,7 @@ impl Resolver<'_> {
             }
             _ => match (name, own) {
                 ("pi", _) => Some((Formula::Number(PI), Known::Number)),
-                ("t" | "time", _) if site.context == Context::Constant => {
+                ("t" | "time", _) if site.context.is_constant() => {
                     self.not_constant(&format!("the time `{name}`"), tree, site)
                 }
                 ("t" | "time", _) => Some((Formula::Time, Known::moving(Some(SECOND)))),
@@ -202,14 +215,16 @@ impl Resolver<'_> {
         }
     }
 
-    /// `length` and `rate` of an actuator, `angle` and `omega` of a torsion actuator.
+    /// `length` and `rate` of an actuator, `angle` and `omega` of a torsion actuator, `angle` of a cam.
     fn own_variable(&self, name: &str, context: Context) -> Option<Variable> {
-        let Context::Law(load) = context else {
-            return None;
+        let (part, section, owner) = match context {
+            Context::Law(load) => (self.scene.loads.get(load.0)?, Section::Loads, Owner::Load(load)),
+            Context::Curve(joint) => (self.scene.joints.get(joint.0)?, Section::Joints, Owner::Joint(joint)),
+            _ => return None,
         };
-        let own = self.scene.loads.get(load.0)?.component(Section::Loads)?.facts().own;
+        let own = part.component(section)?.facts().own;
         let quantity = own.iter().copied().find(|quantity| quantity.word() == name)?;
-        Some(Variable { owner: Owner::Load(load), quantity })
+        Some(Variable { owner, quantity })
     }
 
     fn lower_variable(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
@@ -218,7 +233,7 @@ impl Resolver<'_> {
         let class = variable.quantity.class();
         let refused = match (site.context, variable.owner, class) {
             (Context::Output, ..) => return Some(formula_of(variable)),
-            (Context::Constant, ..) => {
+            (Context::Constant | Context::Curve(_), ..) => {
                 return self.not_constant(&format!("the variable `{name}`"), tree, site);
             }
             (Context::Driver, ..) => {
@@ -258,13 +273,17 @@ impl Resolver<'_> {
     }
 
     fn not_constant(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
-        let message = format!("{} must be constant, but uses {used}", site.what);
-        self.refuse(
-            "scene::not_constant",
-            message,
-            "use numbers and parameters; for what varies there are drivers, force, torque and actuators",
-            (tree, site),
-        )
+        let (message, help) = match site.context {
+            Context::Curve(_) => (
+                format!("{} depends on the angle of its own part, but uses {used}", site.what),
+                "use `angle`, numbers and parameters",
+            ),
+            _ => (
+                format!("{} must be constant, but uses {used}", site.what),
+                "use numbers and parameters; for what varies there are drivers, force, torque and actuators",
+            ),
+        };
+        self.refuse("scene::not_constant", message, help, (tree, site))
     }
 
     fn refuse(

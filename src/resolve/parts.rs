@@ -9,7 +9,7 @@ use crate::diagnostic::suggest;
 use crate::mechanism::{BodyId, DriverId, JointId, LoadId, Owner, Part, Place, Value};
 use crate::scene::decode::Fields;
 use crate::scene::dimension::ANGLE;
-use crate::scene::document::Node;
+use crate::scene::document::{Kind, Node};
 use crate::scene::key::{Form, Key, Need, Range};
 use crate::scene::part as written;
 
@@ -210,6 +210,7 @@ impl Resolver<'_> {
             false => {
                 let context = match reading.owner {
                     Owner::Load(load) => Context::Law(load),
+                    Owner::Joint(joint) if matches!(key.form, Form::Curve(..)) => Context::Curve(joint),
                     _ => Context::Driver,
                 };
                 let reader = Reader { fields: &reading.fields, user: &reading.user, context };
@@ -291,6 +292,19 @@ impl Resolver<'_> {
                 let quantity = self.faults.quantity(node, &written)?;
                 Some(Value::Formula(self.formula(&quantity, &what, &wanted, context)))
             }
+            Form::Curve(guide, wanted) => {
+                let quantity = self.faults.quantity(node, &written)?;
+                let turns = self.turns(fields.get(guide));
+                Some(Value::Formula(self.formula(&quantity, &what, &wanted[usize::from(turns)], context)))
+            }
+            Form::OtherJoint => {
+                let name = self.faults.text(node, &written)?;
+                let Some(super::names::Named::Joint(id)) = self.names.get(&name.text) else {
+                    self.unknown_joint(&name, user);
+                    return None;
+                };
+                Some(Value::Joint(id))
+            }
             Form::Vector(wanted) => {
                 let vector = self.faults.vector(node, &written)?;
                 Some(Value::Vector(self.vector(&vector, &what, &wanted, context)))
@@ -371,6 +385,14 @@ impl Resolver<'_> {
         let fault = Fault::new("scene::driver_joint", message, name.span);
         self.faults.push(fault.label(format!("this joint is {found}")).help(help));
         None
+    }
+
+    /// Does this key name a joint that turns, and does not slide?
+    fn turns(&self, joint: Option<&Node>) -> bool {
+        let Some(Node { kind: Kind::Text(name), .. }) = joint else { return false };
+        let Some(super::names::Named::Joint(id)) = self.names.get(name) else { return false };
+        let component = self.scene.joints[id.0].component(Section::Joints);
+        component.is_some_and(|component| component.facts().drivers == ["angle"])
     }
 
     fn unknown_joint(&mut self, name: &Text, user: &str) {

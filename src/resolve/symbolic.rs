@@ -338,6 +338,7 @@ fn number_of(label: &str) -> &str {
 fn measure(form: Form) -> Wanted {
     match form {
         Form::Constant(wanted, _) | Form::Law(wanted) | Form::Vector(wanted) | Form::ConstantVector(wanted) => wanted,
+        Form::Curve(_, [wanted, _]) => wanted,
         _ => NUMBER,
     }
 }

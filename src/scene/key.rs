@@ -40,6 +40,8 @@ pub(crate) enum Form {
     Body,
     /// A joint that permits the motion: its bodies are those of this component.
     Joint,
+    /// A joint beside which it acts.
+    OtherJoint,
     /// A third body, neither of the two; the ground if absent.
     CarrierBody,
     /// A point of such a body.
@@ -48,6 +50,8 @@ pub(crate) enum Form {
     Constant(Wanted, Range),
     /// A law of this measure: whatever a load or a driver may depend on.
     Law(Wanted),
+    /// A function of the part's own angle, of the first measure if the joint of this key slides, else of the second.
+    Curve(&'static str, [Wanted; 2]),
     /// A law with two components.
     Vector(Wanted),
     /// Two components that do not change.

@@ -18,7 +18,7 @@ pub fn value(layout: &Layout, registers: &[f64], symbol: Symbol) -> f64 {
         Symbol::Coordinate(i, Order::Velocity) => layout.rates() + i,
         Symbol::Coordinate(i, Order::Acceleration) => layout.accelerations() + i,
         Symbol::Reaction(i) => layout.reactions() + i,
-        Symbol::Missing(..) => panic!("{symbol:?} has no value"),
+        Symbol::Missing(..) | Symbol::Argument => panic!("{symbol:?} has no value"),
     };
     registers[register]
 }

@@ -80,18 +80,31 @@ impl Course<'_, '_> {
         let beginning = motion.clone();
         let old = sides(&numbers.values(Row::Switches));
         let (rates, accelerations) = (self.values(&before, Order::Velocity), self.values(&before, Order::Acceleration));
-        let row = |column: Column| numbers.block(Row::Switches, column).row(switch).into_owned();
-        let own = row(Column::Signals);
-        let change = row(Column::Positions) * &self.positions
-            + row(Column::Rates) * &self.rates
-            + own.columns(0, self.parameters);
-        let speed =
-            (row(Column::Positions) * &rates)[0] + (row(Column::Rates) * &accelerations)[0] + own[self.parameters];
-        let (after, numbers) = self.at(&mut motion, time + 2.0 * interval * BESIDE)?;
-        let (new, values) = (self.values(&after, Order::Acceleration), numbers.values(Row::Switches));
+        // How a switching function changes with the parameters, and how fast.
+        let of = |switch: usize| {
+            let row = |column: Column| numbers.block(Row::Switches, column).row(switch).into_owned();
+            let own = row(Column::Signals);
+            let change = row(Column::Positions) * &self.positions
+                + row(Column::Rates) * &self.rates
+                + own.columns(0, self.parameters);
+            let speed =
+                (row(Column::Positions) * &rates)[0] + (row(Column::Rates) * &accelerations)[0] + own[self.parameters];
+            (change, speed)
+        };
+        let (change, speed) = of(switch);
+        let is_same = |other: usize| {
+            let (others, rate) = of(other);
+            (&others * speed - &change * rate).amax()
+                <= SAME * (change.amax() * rate.abs()).max(others.amax() * speed.abs())
+        };
+        let (after, beyond) = self.at(&mut motion, time + 2.0 * interval * BESIDE)?;
+        let (new, values) = (self.values(&after, Order::Acceleration), beyond.values(Row::Switches));
         let jump = &accelerations - &new;
         if jump.amax() > SAME * accelerations.amax().max(new.amax()) {
-            if old.iter().zip(sides(&values)).filter(|(old, new)| **old != *new).count() > 1 {
+            // Laws that switch for the same reason do so at the same time for all parameters.
+            let now = sides(&values);
+            let mut switched = (0..now.len()).filter(|&other| old[other] != now[other]);
+            if switched.any(|other| !is_same(other)) {
                 return Err(refused(time, "two laws switch at the same time"));
             }
             // Crossed at an angle it gets about as far as its speed takes it.

@@ -48,6 +48,7 @@ impl Equations<'_> {
             match term.port {
                 Port::Angle(ends) => self.angle_between(ends, factor, arms, &mut row),
                 Port::Along(ends, direction) => self.displacement_between(ends, direction, factor, arms, &mut row)?,
+                Port::Curve(..) => return Err("a cam's law is not linear in its angle".into()),
                 Port::Length(ends) => return self.rod(constraint, ends, coupling, arms),
             }
         }

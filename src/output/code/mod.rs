@@ -348,8 +348,8 @@ pub fn argument(symbol: Symbol) -> Option<(&'static str, usize)> {
         Symbol::Coordinate(i, Order::Velocity) => Some(("v", i)),
         Symbol::Coordinate(i, Order::Acceleration) => Some(("a", i)),
         Symbol::Reaction(i) => Some(("lambda", i)),
-        // Time is a scalar; missing masses are not part of the code.
-        Symbol::Time | Symbol::Missing(..) => None,
+        // Time is a scalar; missing masses and arguments of laws are not part of the code.
+        Symbol::Time | Symbol::Missing(..) | Symbol::Argument => None,
     }
 }
 

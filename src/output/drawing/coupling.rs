@@ -43,6 +43,18 @@ pub enum CouplingKind {
         axis: [f64; 2],
     },
     Link([[f64; 2]; 2]),
+    Cam(Cam),
+}
+
+/// A cam with its profile, and what of its follower touches it: a roller, a face, or only an edge.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cam {
+    /// The circle about its shaft that contains it.
+    pub hub: Wheel,
+    pub outline: Vec<[f64; 2]>,
+    pub roller: Option<Wheel>,
+    /// The body of the follower, and the ends of its face.
+    pub face: Option<(Option<usize>, [[f64; 2]; 2])>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +79,11 @@ impl Coupling {
             CouplingKind::Rack { pinion, at, .. } => pinion.corners().into_iter().chain([*at]).collect(),
             CouplingKind::Rolling { disc, base, .. } => disc.corners().into_iter().chain([*base]).collect(),
             CouplingKind::Link(ends) => ends.to_vec(),
+            CouplingKind::Cam(cam) => {
+                let wheels = [Some(cam.hub), cam.roller].into_iter().flatten();
+                let face = cam.face.iter().flat_map(|(_, ends)| *ends);
+                wheels.flat_map(|wheel| wheel.corners()).chain(cam.outline.iter().copied()).chain(face).collect()
+            }
         }
     }
 
@@ -89,6 +106,7 @@ impl Coupling {
             CouplingKind::Gears(wheels) | CouplingKind::Band { wheels, .. } => wheels.to_vec(),
             CouplingKind::Rack { pinion: wheel, .. } | CouplingKind::Rolling { disc: wheel, .. } => vec![*wheel],
             CouplingKind::Link(_) => Vec::new(),
+            CouplingKind::Cam(cam) => [Some(cam.hub), cam.roller].into_iter().flatten().collect(),
         }
     }
 
@@ -114,6 +132,7 @@ impl Coupling {
                 svg.line(spoke[0], spoke[1], &format!(r#"stroke="{}" stroke-width="1.6""#, disc.colours().1));
                 contact
             }
+            CouplingKind::Cam(cam) => cam.draw(view, svg, labels),
             CouplingKind::Link(ends) => {
                 let ends = ends.map(|end| view.pixel(end));
                 labels.obstruct(&ends, view.pin);
@@ -127,6 +146,29 @@ impl Coupling {
             svg.carry(Carrier::Link(index));
             symbols::link(svg, view, ends.map(|end| view.pixel(end)));
         }
+    }
+}
+
+impl Cam {
+    /// Draws the profile and what touches it. Returns where its name belongs.
+    fn draw(&self, view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
+        let corners: Vec<Pixel> = self.outline.iter().map(|&corner| view.pixel(corner)).collect();
+        let (fill, edge) = self.hub.colours();
+        svg.carry(Carrier::of(self.hub.body));
+        let style = format!(r#"fill="{fill}" fill-opacity="0.75" stroke="{edge}" stroke-width="1.3""#);
+        svg.path(&format!("{}Z", polyline(&corners)), &format!(r#"{style} stroke-linejoin="round""#));
+        labels.obstruct(&corners, view.pin);
+        if let Some(roller) = &self.roller {
+            roller.draw(view, svg, labels, None);
+        }
+        if let Some((body, ends)) = self.face {
+            let ends = ends.map(|end| view.pixel(end));
+            let edge = body.map_or(symbols::INK, |body| symbols::colour(body).1);
+            svg.carry(Carrier::of(body));
+            svg.line(ends[0], ends[1], &format!(r#"stroke="{edge}" stroke-width="3.2" stroke-linecap="round""#));
+            labels.obstruct(&ends, view.pin);
+        }
+        corners.into_iter().min_by(|a, b| a[0].total_cmp(&b[0])).unwrap_or_else(|| view.pixel(self.hub.centre))
     }
 }
 

@@ -111,6 +111,7 @@ enum CouplingForm {
     Rack { name: String, pinion: WheelForm, bar: Anchor, foot: [f64; 2] },
     Rolling { name: String, disc: WheelForm, base: Anchor, axis: [f64; 2] },
     Link { name: String, ends: [Anchor; 2] },
+    Cam { name: String, wheels: Vec<WheelForm>, rim: Vec<[f64; 2]>, face: Option<[Anchor; 2]> },
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -270,6 +271,12 @@ impl Forms<'_> {
                 disc: self.wheel(disc, None),
                 base: self.anchor(*line, *base),
                 axis: self.turned(*line, *axis),
+            },
+            CouplingKind::Cam(cam) => CouplingForm::Cam {
+                name,
+                wheels: coupling.wheels().iter().map(|wheel| self.wheel(wheel, None)).collect(),
+                rim: cam.outline.iter().map(|&corner| self.local(cam.hub.body, corner)).collect(),
+                face: cam.face.map(|(body, ends)| ends.map(|end| self.anchor(body, end))),
             },
             CouplingKind::Link(ends) => {
                 CouplingForm::Link { name, ends: [0, 1].map(|side| self.anchor(coupling.between[side], ends[side])) }

@@ -15,7 +15,7 @@ mod view;
 
 use super::svg::{Frame, Svg, number};
 use crate::component::{Glyph, RoundGlyph};
-pub use coupling::{Coupling, CouplingKind, Wheel};
+pub use coupling::{Cam, Coupling, CouplingKind, Wheel};
 pub use film::Film;
 pub use geometry::Geometry;
 use labels::Labels;

@@ -298,6 +298,17 @@ function drawRolling({ disc, base, axis }) {
   drawWheel(disc, true);
 }
 
+/** A profile in the cam's axes, and the roller or the face of its follower. */
+function drawCam({ wheels: [hub, roller], rim, face }) {
+  const { body } = hub.centre, [fill, edge] = colours(body), group = element("g", {}, $("couplings"));
+  element("path", { d: `${line(rim.map(pixel))}Z`, style: `fill:${fill};fill-opacity:.75;stroke:${edge}`, "stroke-width": 1.3, "stroke-linejoin": "round" }, group);
+  carried(group, body);
+  if (roller) drawWheel(roller, true);
+  if (!face) return;
+  const path = element("path", { style: `stroke:${colours(face[0].body)[1]};stroke-linecap:round`, "stroke-width": 3.2 }, $("couplings"));
+  frames.push(() => path.setAttribute("d", line(face.map(spot))));
+}
+
 function drawLink({ ends }) {
   const bars = [["var(--ink)", .9 * PIN + 2], ["var(--card)", .9 * PIN]].map(([colour, width]) => element("path", { style: `stroke:${colour}`, "stroke-width": width }, $("pins")));
   for (const end of ends) { if (end.body === null) drawPedestal(end); pins.push(end); }
@@ -306,7 +317,7 @@ function drawLink({ ends }) {
 
 /** Everything, from back to front. */
 function drawMechanism() {
-  for (const coupling of G.couplings) ({ gears: c => [...c.wheels].sort((a, b) => b.radius - a.radius).forEach(wheel => drawWheel(wheel)), band: drawBand, rack: drawRack, rolling: drawRolling, link: drawLink })[coupling.kind](coupling);
+  for (const coupling of G.couplings) ({ gears: c => [...c.wheels].sort((a, b) => b.radius - a.radius).forEach(wheel => drawWheel(wheel)), band: drawBand, rack: drawRack, rolling: drawRolling, link: drawLink, cam: drawCam })[coupling.kind](coupling);
   const bodies = G.order.map(drawBody);
   G.springs.forEach(drawSpring);
   G.joints.forEach(drawJoint);

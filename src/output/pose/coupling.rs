@@ -3,7 +3,14 @@
 use super::Pose;
 use crate::component::{self, Icon};
 use crate::mechanism::{BodyId, Formula, Part, Place};
-use crate::output::drawing::{Coupling, CouplingKind, Wheel};
+use crate::output::drawing::{Cam, Coupling, CouplingKind, Wheel};
+
+/// Corners of a drawn profile.
+const OUTLINE: usize = 240;
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
 
 impl Pose<'_, '_> {
     pub(super) fn coupling(&mut self, part: &Part, icon: &Icon) -> Option<Coupling> {
@@ -48,8 +55,42 @@ impl Pose<'_, '_> {
                 base: self.at(first),
                 axis: self.direction(axis, first.body()),
             }),
+            Icon::Cam => self.cam(part).map(CouplingKind::Cam),
             _ => None,
         }
+    }
+
+    /// A cam for the parameters of the pose.
+    fn cam(&mut self, part: &Part) -> Option<Cam> {
+        let mechanism = self.equations.system.mechanism;
+        let parameters = &self.state.parameters()[..mechanism.parameters.len()];
+        let profile = component::of(part).profile(part, mechanism, parameters)?;
+        let samples = profile.samples(OUTLINE);
+        let outline = samples.iter().map(|sample| self.carried(profile.body, sample.contact)).collect();
+        let radius = samples.iter().map(|sample| distance(sample.contact, profile.hub)).fold(0.0, f64::max);
+        let index = |body: Option<BodyId>| body.map(|body| body.0);
+        let (foot, follower) = (self.at(part.between[1]), index(profile.follower));
+        let roller = profile.roller.filter(|radius| *radius > 0.0);
+        let face = profile.roller.is_none().then(|| {
+            let [x, y] = self.direction(&part.vector("face"), profile.follower);
+            let beyond = 0.1 * profile.base;
+            let reaches = samples.iter().map(|sample| sample.reach);
+            let [low, high] = reaches.fold([0.0_f64; 2], |[low, high], reach| [low.min(reach), high.max(reach)]);
+            (follower, [low - beyond, high + beyond].map(|reach| [foot[0] + reach * x, foot[1] + reach * y]))
+        });
+        Some(Cam {
+            hub: Wheel { body: index(profile.body), centre: self.carried(profile.body, profile.hub), radius },
+            outline,
+            roller: roller.map(|radius| Wheel { body: follower, centre: foot, radius }),
+            face,
+        })
+    }
+
+    /// A place of a body in its axes from its mass centre.
+    fn carried(&mut self, body: Option<BodyId>, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sine, cosine) = self.angle(body).sin_cos();
+        let [u, v] = self.at(body.map_or(Place::Origin, Place::Centre));
+        [u + cosine * x - sine * y, v + sine * x + cosine * y]
     }
 
     /// Where a wheel turns on its carrier: at the pin between them, else at its mass centre.

@@ -187,7 +187,12 @@ impl<'a, 'm> Pose<'a, 'm> {
                 let (at, direction) = (self.at(part.between[1]), self.leaving(exprs));
                 drawing.targets.push(Target { name, on: between[1], at, direction });
             }
-            Icon::Link | Icon::Gears { .. } | Icon::Band { .. } | Icon::Rack { .. } | Icon::Rolling { .. } => {
+            Icon::Link
+            | Icon::Gears { .. }
+            | Icon::Band { .. }
+            | Icon::Rack { .. }
+            | Icon::Rolling { .. }
+            | Icon::Cam => {
                 drawing.couplings.extend(self.coupling(part, icon));
             }
         }

@@ -219,6 +219,7 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
             // Counted among the loop equations that constrain the motion.
             Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < i).count()])
         }
+        Symbol::Argument => Name::letter("theta", ""),
         Symbol::Missing(body, Property::Mass) => Name::variable(&format!("{}.mass", mechanism.bodies[body].name)),
         Symbol::Missing(body, Property::Inertia) => Name::variable(&format!("{}.inertia", mechanism.bodies[body].name)),
     }

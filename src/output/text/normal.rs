@@ -99,7 +99,7 @@ impl Factor {
                 Symbol::Time => 5,
                 Symbol::Follower(..) => 6,
                 Symbol::Reaction(_) => 7,
-                Symbol::Coordinate(_, Order::Position) => 8,
+                Symbol::Coordinate(_, Order::Position) | Symbol::Argument => 8,
                 Symbol::Coordinate(..) => 9,
             },
             Factor::Named(..) if self.is_constant() => 2,

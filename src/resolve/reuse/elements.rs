@@ -93,6 +93,15 @@ impl Placing<'_> {
                 Form::Law(wanted) if wanted.exponents == TORQUE.exponents => {
                     Placing::change(node, &wanted, |torque| self.signed(torque));
                 }
+                // The cam's angle would count from elsewhere, or the other way round.
+                Form::Curve(..) if self.used.mirror || self.angle.is_some() => {
+                    let span = node.span;
+                    self.refuse(
+                        &format!("`{owner}`, whose law counts from the carrier's x"),
+                        span,
+                        "turn it by parameters",
+                    );
+                }
                 Form::Vector(wanted) => self.components(node, wanted, in_body, &owner),
                 Form::Motion([wanted, ..]) if wanted.exponents == ANGLE.exponents => {
                     self.motion(node, turned.clone(), &owner)

@@ -150,14 +150,14 @@ impl Walk<'_> {
     fn value(&mut self, node: &mut Node, form: Form, own: &[Variable]) {
         use Form::{
             Axis, Bodies, Body, BodyAndPoint, CarrierBody, CarrierPoint, Constant, ConstantVector, Corner, Corners,
-            Friction, Joint, Law, Motion, NamedPoints, Names, Point, Points,
+            Curve, Friction, Joint, Law, Motion, NamedPoints, Names, OtherJoint, Point, Points,
         };
         match (form, &mut node.kind) {
             (Points | Bodies | BodyAndPoint | Names, Kind::Array(items)) => {
                 items.iter_mut().for_each(|item| self.value(item, Point, own));
             }
-            (Point | Body | Joint | CarrierBody | CarrierPoint, Kind::Text(text)) => (self.name)(text),
-            (Constant(..) | Law(_) | Motion(_), Kind::Text(text)) => self.law(text, own),
+            (Point | Body | Joint | OtherJoint | CarrierBody | CarrierPoint, Kind::Text(text)) => (self.name)(text),
+            (Constant(..) | Law(_) | Curve(..) | Motion(_), Kind::Text(text)) => self.law(text, own),
             // In a list of places a text is the name of a point of the body.
             (Form::Vector(_) | ConstantVector(_) | Axis | Corner, Kind::Array(items)) => {
                 items.iter_mut().for_each(|item| self.value(item, ANY, own));

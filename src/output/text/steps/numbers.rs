@@ -48,7 +48,7 @@ impl Values {
             Symbol::Coordinate(i, Order::Velocity) => of(&self.rates, i),
             Symbol::Coordinate(i, Order::Acceleration) => of(&self.accelerations, i),
             Symbol::Reaction(i) => of(&self.reactions, i),
-            Symbol::Input(..) | Symbol::Follower(..) | Symbol::Missing(..) => 0.0,
+            Symbol::Input(..) | Symbol::Follower(..) | Symbol::Missing(..) | Symbol::Argument => 0.0,
         }
     }
 

@@ -8,6 +8,7 @@ use super::{Lesson, check, heading, words};
 use crate::component::{Angle, Element, Origin};
 use crate::expr::{Expr, Order};
 use crate::formulate::equations;
+use crate::graph::ElementId;
 use crate::mechanism::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, Variable};
 use crate::output::text::document::{Block, Piece};
 use crate::output::text::name::Name;
@@ -35,6 +36,14 @@ impl Lesson<'_, '_, '_> {
             blocks.extend(list(rows));
         }
         blocks.extend(self.multipliers());
+        let system = &self.equations.system;
+        if (0..system.elements.len()).any(|index| system.curve(ElementId(index)).is_some()) {
+            blocks.push(words(
+                "A cam's coupling has the load along the guide alone. The normal force of the contact passes through the shaft and the \
+                 guide: beside what stands above they carry a share of it, the multiplier times a function of the cam's angle. \
+                 It does no work, and the numbers have it.",
+            ));
+        }
         let mut values = self.start();
         if values.solve(&mut self.equations).is_some() {
             blocks.extend(self.numbers(&values));

@@ -1,5 +1,5 @@
 //! The terminal equations of couplings: the relation between across variables, and the loads factor x reaction (the transposed
-//! relation).
+//! relation), times the slope where an angle is the argument of a function.
 
 use super::{Rows, Side, turned, unit};
 use crate::component::{Direction, Port, System, Term};
@@ -16,13 +16,23 @@ pub fn relation(equations: &mut Equations, letters: Letters, id: ElementId, rows
     let element = equations.system.element(id).clone();
     let Some(coupling) = &element.coupling else { return };
     let Some((first, others)) = coupling.terms.split_first() else { return };
-    let mut terms = Vec::new();
+    let (mut terms, mut within) = (Vec::new(), Vec::new());
     for (index, term) in others.iter().enumerate() {
         let minus = equations.system.arena.negate(term.factor);
-        terms.push((minus, Some(across(&equations.system, letters, id, index + 1, term))));
+        let own = across(&equations.system, letters, id, index + 1, term);
+        if let Port::Curve(_, curve) = term.port {
+            terms.push((equations.system.arena.multiply(minus, curve.value[0]), None));
+            within.push(own);
+        } else {
+            terms.push((minus, Some(own)));
+        }
     }
     terms.push((coupling.offset, None));
     rows.push((across(&equations.system, letters, id, 0, first), Side::Sum(terms)));
+    // A function of an angle repeats every turn.
+    let turn = || Tree::product(vec![Tree::Number(2.0), Tree::Pi]);
+    let theta = || Tree::Name(symbol_name(equations, Symbol::Argument));
+    rows.extend(within.into_iter().map(|angle| (theta(), Side::Tree(Tree::Call("mod", vec![angle, turn()])))));
     // The axis of a rolling disc is among its own rows.
     for term in coupling.terms.iter().filter(|_| element.translation.is_none()) {
         if let Port::Along(_, along @ Direction::Fixed(body, axis)) = term.port {
@@ -31,15 +41,20 @@ pub fn relation(equations: &mut Equations, letters: Letters, id: ElementId, rows
     }
 }
 
-pub fn loads(equations: &Equations, letters: Letters, id: ElementId, rows: &mut Rows) {
-    let element = equations.system.element(id);
+pub fn loads(equations: &mut Equations, letters: Letters, id: ElementId, rows: &mut Rows) {
+    let element = &equations.system.element(id).clone();
     let index = equations.constraints.iter().position(|row| row.element == id && !row.coupled.is_empty());
     let (Some(coupling), Some(index)) = (&element.coupling, index) else { return };
-    let reaction = || Tree::Name(symbol_name(equations, Symbol::Reaction(index)));
+    let name = symbol_name(equations, Symbol::Reaction(index));
+    let reaction = || Tree::Name(name.clone());
     for (number, term) in coupling.terms.iter().enumerate() {
         let label = label(&equations.system, id, number);
         let row = match term.port {
             Port::Angle(_) => (letters.torque(&label), Side::times(term.factor, reaction())),
+            Port::Curve(_, curve) => {
+                let slope = equations.system.arena.multiply(term.factor, curve.value[1]);
+                (letters.torque(&label), Side::times(slope, reaction()))
+            }
             Port::Along(_, along) if element.translation.is_some() => {
                 let projected = letters.projected(letters.force(&label), along, element, true);
                 (projected, Side::times(term.factor, reaction()))
@@ -72,7 +87,7 @@ fn across(system: &System, letters: Letters, id: ElementId, number: usize, term:
     let element = system.element(id);
     let label = label(system, id, number);
     match term.port {
-        Port::Angle(_) => letters.angle(&label),
+        Port::Angle(_) | Port::Curve(..) => letters.angle(&label),
         Port::Along(..) if element.translation.is_some() => letters.slide(&label),
         Port::Along(_, along) => letters.projected(letters.displacement(&label), along, element, true),
         Port::Length(_) => Tree::Call("abs", vec![letters.displacement(&label)]),

@@ -1,0 +1,241 @@
+//! A cam in numbers: its profile, and what designers ask of it.
+
+use std::f64::consts::TAU;
+
+use super::geometry::Geometry;
+use super::mounting::{Guide, Misfit, Mounting, place, value};
+use crate::expr::{Arena, Expr, Symbol};
+use crate::mechanism::{BodyId, Mechanism, Part};
+
+/// A cam for given parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct Profile {
+    /// The joint.
+    pub name: String,
+    /// The cam; `None` is the ground.
+    pub body: Option<BodyId>,
+    /// The follower.
+    pub follower: Option<BodyId>,
+    /// Radius of the roller \[m\]; 0 is an edge, none a flat face.
+    pub roller: Option<f64>,
+    /// Does the follower turn? Else it slides.
+    pub turning: bool,
+    /// Radius of the base circle \[m\].
+    pub base: f64,
+    /// Where the cam turns, in its axes from its mass centre.
+    pub hub: [f64; 2],
+    arena: Arena,
+    roots: [Expr; 13],
+    /// Parameters, then the radius of the base circle.
+    values: Vec<f64>,
+}
+
+/// A cam at one of its angles \[SI\].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample {
+    pub angle: f64,
+    /// The law and its derivatives by the angle.
+    pub law: [f64; 4],
+    /// Where it touches the follower, in the cam's axes from its mass centre.
+    pub contact: [f64; 2],
+    /// The follower's point there.
+    pub point: [f64; 2],
+    /// From the direction in which the follower rises to the common normal.
+    pub pressure: f64,
+    /// Of the profile, positive where it is convex.
+    pub curvature: f64,
+    /// Of the pitch curve.
+    pub pitch: f64,
+    /// Above zero where the profile is not undercut.
+    pub excess: f64,
+    /// From the follower's point along its face.
+    pub reach: f64,
+}
+
+/// A rise or a return, with the peaks of its first three derivatives in shares of h/beta, h/beta^2 and h/beta^3.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct Phase {
+    /// From which angle \[rad\].
+    pub from: f64,
+    /// To which angle \[rad\].
+    pub to: f64,
+    /// How far the follower rises, SI; negative for a return.
+    pub rise: f64,
+    /// Peak coefficients of velocity, acceleration and jerk.
+    pub peaks: [f64; 3],
+}
+
+/// At so many angles a turn is looked at before extremes are refined.
+const STEPS: usize = 720;
+
+impl Profile {
+    /// The cam of a part for these parameters.
+    pub fn of(part: &Part, mechanism: &Mechanism, parameters: &[f64]) -> Result<Profile, Misfit> {
+        let mounting = Mounting::of(part, mechanism)?;
+        let mut arena = Arena::default();
+        let base = arena.symbol(Symbol::Parameter(parameters.len()));
+        let Geometry { law, contact, .. } = Geometry::of(&mut arena, mechanism, part, &mounting, base);
+        let ([x, y], [u, v]) = (contact.at, contact.point);
+        let of_contact = [contact.pressure, contact.curvature, contact.pitch, contact.excess];
+        let mut roots = [Expr::ZERO; 13];
+        let all = law.into_iter().chain([x, y, u, v]).chain(of_contact).chain([contact.reach]);
+        roots.iter_mut().zip(all).for_each(|(root, expr)| *root = expr);
+        let own = [part.formula("base"), part.formula("roller")].map(|formula| value(&mut arena, formula));
+        let [hub_x, hub_y] = place(&mut arena, mechanism, mounting.shaft[1]);
+        let own = [own[0], own[1], hub_x, hub_y];
+        let known = |symbol: Symbol| if let Symbol::Parameter(index) = symbol { parameters[index] } else { 0.0 };
+        let numbers = arena.evaluate(&own, &known);
+        Ok(Profile {
+            name: part.name.clone(),
+            body: part.between[0].body(),
+            follower: part.between[1].body(),
+            roller: part.value("face").is_none().then_some(numbers[1]),
+            turning: matches!(mounting.guide, Guide::Pivot(_)),
+            base: numbers[0],
+            hub: [numbers[2], numbers[3]],
+            arena,
+            roots,
+            values: parameters.iter().copied().chain([numbers[0]]).collect(),
+        })
+    }
+
+    /// The same cam on another base circle.
+    pub fn on_base(&self, base: f64) -> Profile {
+        let mut other = self.clone();
+        other.base = base;
+        other.values.pop();
+        other.values.push(base);
+        other
+    }
+
+    pub fn sample(&self, angle: f64) -> Sample {
+        let known = |symbol: Symbol| match symbol {
+            Symbol::Argument => angle,
+            Symbol::Parameter(index) => self.values[index],
+            _ => 0.0,
+        };
+        let found = self.arena.evaluate(&self.roots, &known);
+        Sample {
+            angle,
+            law: [found[0], found[1], found[2], found[3]],
+            contact: [found[4], found[5]],
+            point: [found[6], found[7]],
+            pressure: found[8],
+            curvature: found[9],
+            pitch: found[10],
+            excess: found[11],
+            reach: found[12],
+        }
+    }
+
+    /// So many samples of a turn; the last is a step before the first.
+    pub fn samples(&self, count: usize) -> Vec<Sample> {
+        (0..count).map(|step| self.sample(TAU * step as f64 / count as f64)).collect()
+    }
+
+    /// The sample with the smallest value of a quantity.
+    pub fn least(&self, of: impl Fn(&Sample) -> f64) -> Sample {
+        let samples = self.samples(STEPS);
+        let finite = samples.into_iter().filter(|sample| of(sample).is_finite());
+        let Some(first) = finite.min_by(|a, b| of(a).total_cmp(&of(b))) else { return self.sample(0.0) };
+        let step = TAU / STEPS as f64;
+        let refined = self.narrowed([first.angle - step, first.angle + step], &of);
+        if of(&refined) < of(&first) { refined } else { first }
+    }
+
+    /// The smallest value between two angles: golden section.
+    fn narrowed(&self, [mut low, mut high]: [f64; 2], of: &impl Fn(&Sample) -> f64) -> Sample {
+        const SHARE: f64 = 0.618_033_988_749_894_9;
+        let at = |angle: f64| self.sample(angle.rem_euclid(TAU));
+        for _ in 0..60 {
+            let [left, right] = [high - SHARE * (high - low), low + SHARE * (high - low)];
+            if of(&at(left)) < of(&at(right)) { high = right } else { low = left }
+        }
+        at(0.5 * (low + high))
+    }
+
+    /// The smallest base circle without undercut, if this one has some and a larger one helps.
+    pub fn least_base(&self) -> Option<f64> {
+        let is_cut = |base: f64| {
+            let other = self.on_base(base);
+            !(other.least(|sample| sample.excess).excess > 0.0)
+        };
+        let mut high = self.base;
+        while is_cut(high) {
+            high *= 2.0;
+            if high > 1e3 * self.base {
+                return None;
+            }
+        }
+        let mut low = 0.5 * high;
+        if high == self.base {
+            return None;
+        }
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if is_cut(middle) { low = middle } else { high = middle }
+        }
+        Some(high)
+    }
+
+    /// The rises and returns of a turn, each between angles at which the follower stands still.
+    pub fn phases(&self) -> Vec<Phase> {
+        let samples = self.samples(STEPS);
+        let largest = [1, 2, 3].map(|order| samples.iter().map(|sample| sample.law[order].abs()).fold(0.0, f64::max));
+        let directions: Vec<i32> = samples.iter().map(|sample| direction(sample, largest)).collect();
+        let at = |step: usize| TAU * step as f64 / STEPS as f64;
+        let ends = (0..STEPS).filter_map(|step| {
+            let [before, after] = [step, (step + 1) % STEPS].map(|step| directions[step]);
+            (before != after).then(|| self.change([at(step), at(step + 1)], before, largest))
+        });
+        let ends: Vec<f64> = ends.collect();
+        let spans = (0..ends.len()).map(|end| {
+            let next = if end + 1 < ends.len() { ends[end + 1] } else { ends[0] + TAU };
+            [ends[end], next]
+        });
+        spans.filter(|[from, to]| to - from > 1e-6).filter_map(|span| self.phase(span)).collect()
+    }
+
+    /// Where the follower's direction changes, by bisection.
+    fn change(&self, [mut low, mut high]: [f64; 2], before: i32, largest: [f64; 3]) -> f64 {
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if direction(&self.sample(middle.rem_euclid(TAU)), largest) == before {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+        if before == 0 { low } else { high }
+    }
+
+    fn phase(&self, [from, to]: [f64; 2]) -> Option<Phase> {
+        let (beta, inset) = (to - from, 1e-9 * (to - from));
+        let law = |angle: f64| self.sample(angle.rem_euclid(TAU)).law;
+        let rise = law(to - inset)[0] - law(from + inset)[0];
+        if rise.abs() < 1e-12 * self.base {
+            return None;
+        }
+        let peak = |order: usize| {
+            let of = |sample: &Sample| -sample.law[order].abs();
+            let steps = 400;
+            let angle = |step: usize| from + inset + (beta - 2.0 * inset) * step as f64 / steps as f64;
+            let sizes: Vec<f64> = (0..=steps).map(|step| law(angle(step))[order].abs()).collect();
+            let best = (0..=steps).max_by(|&a, &b| sizes[a].total_cmp(&sizes[b])).unwrap_or(0);
+            let around = [angle(best.saturating_sub(1)), angle((best + 1).min(steps))];
+            let size = sizes[best].max(-of(&self.narrowed(around, &of)));
+            size * beta.powi(order as i32) / rise.abs()
+        };
+        Some(Phase { from, to, rise, peaks: [peak(1), peak(2), peak(3)] })
+    }
+}
+
+/// 1 while the follower rises, -1 while it returns, 0 while it stands still with all derivatives.
+fn direction(sample: &Sample, largest: [f64; 3]) -> i32 {
+    let still = (1..4).all(|order| sample.law[order].abs() <= 1e-12 * largest[order - 1]);
+    // Where a rise begins, the first derivatives may be too small for a number.
+    match sample.law[1..].iter().find(|derivative| **derivative != 0.0) {
+        Some(derivative) if !still => derivative.signum() as i32,
+        _ => 0,
+    }
+}

@@ -1,0 +1,536 @@
+//! Cams against what a workshop could measure: the follower touches the profile everywhere and enters it nowhere, its curvature is that
+//! of three neighbouring points, forces are those of statics and of Newton's law, and the motion is that of a law without a cam.
+
+use std::f64::consts::{PI, TAU};
+
+use cotree::scene::Scene;
+use serde_json::Value;
+
+#[path = "support/cam.rs"]
+mod cam;
+#[path = "support/command.rs"]
+mod command;
+#[path = "support/run.rs"]
+mod run;
+use cam::{Cam, Place, Random, Touch, turned};
+use command::{code, cotree, stderr, stdout};
+use run::sound;
+
+/// The cam turns once, with the speed 1.
+const TURN: &str = r#"
+[drivers.motor]
+joint = "shaft"
+angle = "t"
+[outputs]
+variables = ["cam.angle", "follower.angle", "follower.tip.x", "follower.tip.y", "follower.ax", "follower.ay", "follower.alpha",
+             "contact.fn", "contact.torque", "contact.pressure_angle", "contact.curvature", "contact.angle", "follower.x", "follower.y",
+             "cam.ax", "cam.ay", "shaft.fx", "shaft.fy", "follower.guide.x", "follower.guide.y"]
+[experiment]
+stop = 6.283185307179586
+step = 0.06283185307179587
+tolerance = 1e-10
+"#;
+
+/// Columns of a run by their names.
+fn columns(text: &str) -> impl Fn(&str) -> Vec<f64> + use<> {
+    let results = sound(Scene::from_toml(text)).simulate().unwrap_or_else(|error| panic!("{error}\n{text}"));
+    move |name: &str| results.get(name).unwrap_or_else(|| panic!("no {name}")).to_vec()
+}
+
+/// What `cotree trace` says of the profile: points and the follower's points, from the shaft in the cam's axes.
+fn profile(text: &str) -> Vec<[f64; 4]> {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cam.toml"), text).unwrap();
+    let output = cotree(folder.path(), &["trace", "cam.toml", "contact"]);
+    assert_eq!(code(&output), 0, "{}{text}", stderr(&output));
+    let text = stdout(&output);
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("angle [rad],contact.x [m],contact.y [m],contact.pitch_x [m],contact.pitch_y [m]"));
+    let row = |line: &str| {
+        let numbers: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
+        [numbers[1], numbers[2], numbers[3], numbers[4]]
+    };
+    lines.map(row).collect()
+}
+
+fn dot([ax, ay]: Place, [bx, by]: Place) -> f64 {
+    ax * bx + ay * by
+}
+
+fn minus([ax, ay]: Place, [bx, by]: Place) -> Place {
+    [ax - bx, ay - by]
+}
+
+/// How far a place is from a line between two others.
+fn from_edge(at: Place, [a, b]: [Place; 2]) -> f64 {
+    let (way, along) = (minus(at, a), minus(b, a));
+    let share = (dot(way, along) / dot(along, along)).clamp(0.0, 1.0);
+    let [x, y] = minus(way, [share * along[0], share * along[1]]);
+    x.hypot(y)
+}
+
+/// Random cams of all kinds that the program does not call undercut, with the side on which a turning follower touches.
+fn cams(seed: u64, count: usize) -> Vec<(Cam, &'static str)> {
+    let mut random = Random(seed);
+    let mut found = Vec::new();
+    while found.len() < count {
+        let (turning, flat) = (found.len() % 2 == 1, found.len() / 2 % 2 == 1);
+        let cam = if turning { Cam::turning(&mut random, flat) } else { Cam::sliding(&mut random, flat) };
+        let side = ["left", "right"][random.index(2)];
+        let resolved = sound(sound(Scene::from_toml(&cam.scene(side, TURN))).resolve());
+        if resolved.warnings.is_empty() {
+            found.push((cam, side));
+        }
+    }
+    found
+}
+
+/// At 100 angles the follower, where the simulation has it, touches the profile and does not enter it.
+#[test]
+fn the_profile_is_the_envelope_of_the_follower() {
+    for (cam, side) in cams(1, 40) {
+        let text = cam.scene(side, TURN);
+        let (points, of) = (profile(&text), columns(&text));
+        let [angles, turns, x, y] = ["cam.angle", "follower.angle", "follower.tip.x", "follower.tip.y"].map(of);
+        // A polygon's sides lie inside a convex profile, and outside a hollow one.
+        let limit = 1e-4 * cam.base;
+        for index in 0..100 {
+            let seen = |at: Place| turned(-angles[index], at);
+            let tip = seen(minus([x[index], y[index]], cam.shaft));
+            let gap = match cam.touch {
+                Touch::Roller(radius) => {
+                    let sides = (0..points.len()).map(|k| {
+                        let [a, b] = [k, (k + 1) % points.len()].map(|k| [points[k][0], points[k][1]]);
+                        from_edge(tip, [a, b])
+                    });
+                    sides.fold(f64::MAX, f64::min) - radius
+                }
+                Touch::Face(direction) => {
+                    let out = seen(turned(turns[index] + direction + 0.5 * PI, [1.0, 0.0]));
+                    let heights = points.iter().map(|&[u, v, ..]| dot(minus(tip, [u, v]), out));
+                    heights.fold(f64::MAX, f64::min)
+                }
+            };
+            assert!(gap.abs() < limit, "{gap} m at {} of\n{text}", angles[index]);
+        }
+        // On the base circle, and nowhere inside.
+        let least = points.iter().map(|[u, v, ..]| u.hypot(*v)).fold(f64::MAX, f64::min);
+        assert!(least > 0.8 * cam.base, "{least} {text}");
+    }
+}
+
+/// The circle through three points: its curvature, positive to the left.
+fn curvature([a, b, c]: [Place; 3]) -> f64 {
+    let (u, v, w) = (minus(b, a), minus(c, b), minus(c, a));
+    let size = |[x, y]: Place| x.hypot(y);
+    2.0 * (u[0] * v[1] - u[1] * v[0]) / (size(u) * size(v) * size(w))
+}
+
+/// Curvature and pressure angle at half a degree's steps against the points of the profile alone.
+#[test]
+fn curvature_and_pressure_angle_are_those_of_the_profile() {
+    let mut compared = 0;
+    for (cam, side) in cams(2, 24) {
+        let text = cam.scene(side, &TURN.replace("0.06283185307179587", "0.008726646259971648"));
+        let (points, of) = (profile(&text), columns(&text));
+        let [curvatures, pressures] = ["contact.curvature", "contact.pressure_angle"].map(&of);
+        let at = |k: usize| [points[k % 720][0], points[k % 720][1]];
+        for k in 2..718 {
+            let found = [curvatures[k - 2], curvatures[k], curvatures[k + 2]];
+            // Where pieces of the law meet, its second derivative may have a corner.
+            let smooth = (found[0] - 2.0 * found[1] + found[2]).abs() < 0.2 / cam.base;
+            let step = minus(at(k + 1), at(k - 1));
+            // A flat face rests on one point while the profile is sharp.
+            if !smooth || step[0].hypot(step[1]) < 1e-4 * cam.base {
+                continue;
+            }
+            // The contact goes clockwise while the cam turns counter-clockwise.
+            let expected = -curvature([at(k - 1), at(k), at(k + 1)]);
+            assert!((found[1] - expected).abs() < 0.03 / cam.base, "{} {expected} at {k} of\n{text}", found[1]);
+            compared += 1;
+            if !cam.turning {
+                // The normal in the carrier against the direction of the slide, which the tip follows.
+                let normal = turned(of_angle(k), turned(0.5 * PI, step));
+                let rise = minus(tip(&of, k + 40), tip(&of, k - 2));
+                if rise[0].hypot(rise[1]) > 1e-4 {
+                    let cosine = dot(normal, rise).abs() / (normal[0].hypot(normal[1]) * rise[0].hypot(rise[1]));
+                    assert!((cosine.acos() - pressures[k].abs()).abs() < 2e-3, "{} {}", cosine.acos(), pressures[k]);
+                }
+            }
+        }
+    }
+    assert!(compared > 8000, "{compared}");
+}
+
+fn of_angle(k: usize) -> f64 {
+    TAU * k as f64 / 720.0
+}
+
+fn tip(of: &impl Fn(&str) -> Vec<f64>, k: usize) -> Place {
+    ["follower.tip.x", "follower.tip.y"].map(|name| of(name)[k.min(720)])
+}
+
+/// Newton's law for the follower and statics for the massless lever: the normal force at the profile's own point, along its own normal,
+/// balances what accelerates the follower, and turns the cam.
+#[test]
+fn the_normal_force_accelerates_the_follower_and_turns_the_cam() {
+    for (cam, side) in cams(3, 24) {
+        let text = cam.scene(side, &TURN.replace("0.06283185307179587", "0.008726646259971648"));
+        let (points, of) = (profile(&text), columns(&text));
+        let names = ["contact.fn", "contact.torque", "follower.ax", "follower.ay", "follower.alpha"];
+        let [force, torque, ax, ay, alpha] = names.map(&of);
+        let [x, y, tip_x, tip_y] = ["follower.x", "follower.y", "follower.tip.x", "follower.tip.y"].map(&of);
+        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        for k in (2..718).step_by(7) {
+            let at = |k: usize| turned(of_angle(k), [points[k][0], points[k][1]]);
+            let step =
+                turned(of_angle(k), minus([points[k + 1][0], points[k + 1][1]], [points[k - 1][0], points[k - 1][1]]));
+            let long = step[0].hypot(step[1]);
+            if long < 1e-4 * cam.base {
+                continue;
+            }
+            let contact = at(k);
+            let out = turned(0.5 * PI, [step[0] / long, step[1] / long]);
+            let out = if dot(out, contact) > 0.0 { out } else { [-out[0], -out[1]] };
+            let push = [force[k] * out[0], force[k] * out[1]];
+            // What the follower does to the cam, about the shaft.
+            let expected = contact[1] * push[0] - contact[0] * push[1];
+            let scale = largest(&torque).max(largest(&force) * 1e-2 * cam.base);
+            assert!((torque[k] - expected).abs() < 3e-3 * scale, "{} {expected} at {k} of\n{text}", torque[k]);
+            let inertia = [0.4 * ax[k], 0.4 * ay[k]];
+            if cam.turning {
+                // About the pivot: the guide exerts no torque there.
+                let pivot = pivot(&text);
+                let (arm, own) =
+                    (minus([contact[0] + cam.shaft[0], contact[1] + cam.shaft[1]], pivot), minus([x[k], y[k]], pivot));
+                let moment = arm[0] * push[1] - arm[1] * push[0];
+                let needed = own[0] * inertia[1] - own[1] * inertia[0] + 3e-4 * alpha[k];
+                let scale = largest(&force) * 0.05;
+                assert!((moment - needed).abs() < 3e-3 * scale, "{moment} {needed} at {k} of\n{text}");
+            } else {
+                // Along the slide, the direction of the tip's acceleration: the guide exerts nothing along it.
+                let size = ax[k].hypot(ay[k]);
+                if size > 0.05 * largest(&ax).hypot(largest(&ay)) {
+                    let along = [ax[k] / size, ay[k] / size];
+                    let needed = dot(inertia, along);
+                    assert!(
+                        (dot(push, along) - needed).abs() < 3e-3 * largest(&force),
+                        "{push:?} {needed} at {k} of\n{text}"
+                    );
+                }
+            }
+            assert!(tip_x[k].is_finite() && tip_y[k].is_finite());
+        }
+    }
+}
+
+/// Newton's and Euler's laws for cam and follower as free bodies, whatever the trees: shaft and guide carry what the contact needs.
+#[test]
+fn shaft_and_guide_carry_the_contact_force() {
+    for (index, (cam, side)) in cams(4, 16).into_iter().enumerate() {
+        let guide = if cam.turning { "\"guide.fx\", \"guide.fy\"" } else { "\"guide.fn\", \"guide.torque\"" };
+        let outputs = TURN.replace("\"contact.fn\"", &format!("{guide}, \"contact.fn\""));
+        let preset = ["", "[coordinates]\npreset = \"absolute\"\n", "[coordinates]\npreset = \"joint\"\n"][index % 3];
+        let text = cam.scene(side, &(outputs.replace("0.06283185307179587", "0.008726646259971648") + preset));
+        let (points, of) = (profile(&text), columns(&text));
+        let vector = |names: [&str; 2]| {
+            let [x, y] = names.map(&of);
+            x.into_iter().zip(y).map(|(x, y)| [x, y]).collect::<Vec<Place>>()
+        };
+        let (force, shaft) = (of("contact.fn"), vector(["shaft.fx", "shaft.fy"]));
+        let (of_cam, of_follower) = (vector(["cam.ax", "cam.ay"]), vector(["follower.ax", "follower.ay"]));
+        let (centre, seat) = (vector(["follower.x", "follower.y"]), vector(["follower.guide.x", "follower.guide.y"]));
+        let alpha = of("follower.alpha");
+        let largest = force.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        let near = |found: f64, expected: f64, scale: f64| {
+            assert!((found - expected).abs() < 3e-3 * scale, "{found} {expected} of\n{text}");
+        };
+        for k in (2..718).step_by(7) {
+            let place = |k: usize| [points[k][0], points[k][1]];
+            let step = turned(of_angle(k), minus(place(k + 1), place(k - 1)));
+            let long = step[0].hypot(step[1]);
+            if long < 1e-4 * cam.base {
+                continue;
+            }
+            let contact = turned(of_angle(k), place(k));
+            let out = turned(0.5 * PI, [step[0] / long, step[1] / long]);
+            let sign = dot(out, contact).signum();
+            let push = out.map(|component| sign * force[k] * component);
+            let contact = [0, 1].map(|axis| contact[axis] + cam.shaft[axis]);
+            for axis in 0..2 {
+                near(shaft[k][axis], 1.5 * of_cam[k][axis] + push[axis], largest);
+            }
+            // What the guide must exert on the follower.
+            let needed = [0, 1].map(|axis| 0.4 * of_follower[k][axis] - push[axis]);
+            let moment = |at: Place, [fx, fy]: Place| {
+                let [x, y] = minus(at, centre[k]);
+                x * fy - y * fx
+            };
+            let rest = 3e-4 * alpha[k] - moment(contact, push) - moment(seat[k], needed);
+            if cam.turning {
+                let found = vector(["guide.fx", "guide.fy"])[k];
+                (0..2).for_each(|axis| near(found[axis], needed[axis], largest));
+                near(rest, 0.0, 0.05 * largest);
+            } else {
+                near(of("guide.fn")[k].abs(), needed[0].hypot(needed[1]), largest);
+                near(of("guide.torque")[k], rest, 0.05 * largest);
+            }
+        }
+    }
+}
+
+/// The follower's pivot, as the scene says.
+fn pivot(text: &str) -> Place {
+    let (_, rest) = text.split_once("guide = [").unwrap();
+    let numbers: Vec<f64> =
+        rest.split(']').next().unwrap().split(',').map(|number| number.trim().parse().unwrap()).collect();
+    [numbers[0], numbers[1]]
+}
+
+/// The free cam and its follower as one freedom: (I + m s'^2) theta'' + m s' s'' theta'^2 = -k s s', integrated by Runge and Kutta's method.
+#[test]
+fn a_free_cam_moves_as_one_freedom_with_the_law_in_it() {
+    let (inertia, mass, stiffness, lift) = (2e-3, 0.5, 4000.0, 0.012);
+    let text = format!(
+        r#"
+name = "free"
+ground.points = {{ shaft = [0, 0], guide = [0.005, 0], seat = [0.005, 1.0] }}
+[bodies]
+cam = {{ mass = 1, inertia = {inertia}, points = {{ hub = [0, 0] }} }}
+follower = {{ mass = {mass}, inertia = 1e-4, points = {{ tip = [0, 0], top = [0, 0.1] }} }}
+[joints]
+shaft = {{ type = "revolute", between = ["ground.shaft", "cam.hub"] }}
+guide = {{ type = "prismatic", between = ["ground.guide", "follower.tip"], axis = [0, 1] }}
+contact = {{ type = "cam", between = ["cam", "follower.tip"], shaft = "shaft", guide = "guide", base = 0.03, roller = 0.01, law = "{lift}*(poly4567(angle/2) - poly4567((angle - 3)/2.5))" }}
+[loads.spring]
+type = "force"
+on = "follower.tip"
+vector = [0, "-{stiffness}*(guide.s - 0.03968626966596886)"]
+[initial]
+"cam.angle" = 0.4
+"cam.omega" = 20
+[outputs]
+variables = ["cam.angle", "cam.omega", "energy.kinetic"]
+[experiment]
+stop = 2
+step = 0.5
+tolerance = 1e-10
+"#
+    );
+    // s0 = sqrt(0.04^2 - 0.005^2): the spring is free on the base circle.
+    let unit = |x: f64| if (0.0..=1.0).contains(&x) { x } else { x.clamp(0.0, 1.0) };
+    let poly = |x: f64| {
+        let x = unit(x);
+        let value = x.powi(4) * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)));
+        let slope = 140.0 * x.powi(3) * (1.0 - x).powi(3);
+        let second = 420.0 * x * x * (1.0 - x) * (1.0 - x) * (1.0 - 2.0 * x);
+        [value, slope, second]
+    };
+    let law = |theta: f64| {
+        let theta = theta.rem_euclid(TAU);
+        let (up, down) = (poly(theta / 2.0), poly((theta - 3.0) / 2.5));
+        [0, 1, 2].map(|order: usize| {
+            lift * (up[order] / 2.0_f64.powi(order as i32) - down[order] / 2.5_f64.powi(order as i32))
+        })
+    };
+    let rate = |[theta, omega]: [f64; 2]| {
+        let [s, first, second] = law(theta);
+        let effort = -stiffness * s * first - mass * first * second * omega * omega;
+        [omega, effort / (inertia + mass * first * first)]
+    };
+    let mut state = [0.4, 20.0];
+    let steps = 400_000;
+    let h = 2.0 / f64::from(steps);
+    let mut stored = Vec::new();
+    for step in 0..=steps {
+        if step % (steps / 4) == 0 {
+            stored.push(state);
+        }
+        let add = |a: [f64; 2], s: f64, b: [f64; 2]| [a[0] + s * b[0], a[1] + s * b[1]];
+        let k1 = rate(state);
+        let k2 = rate(add(state, 0.5 * h, k1));
+        let k3 = rate(add(state, 0.5 * h, k2));
+        let k4 = rate(add(state, h, k3));
+        state = [0, 1].map(|i| state[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+    }
+    let of = columns(&text);
+    let [angle, omega] = ["cam.angle", "cam.omega"].map(of);
+    for (index, [theta, rate]) in stored.into_iter().enumerate() {
+        assert!((angle[index] - theta).abs() < 1e-5, "{} {theta}", angle[index]);
+        assert!((omega[index] - rate).abs() < 1e-4, "{} {rate}", omega[index]);
+    }
+    assert!(angle[4] > TAU, "it turns more than once: {}", angle[4]);
+}
+
+/// The lift over a prescribed law: what the follower does and what its driver must exert are the same without a cam.
+#[test]
+fn a_follower_moves_as_if_its_law_were_prescribed() {
+    let law = "0.02*(modified_sine(x/1.5) - modified_sine((x - 3)/2))";
+    let scene = |joint: &str, outputs: &str| {
+        format!(
+            r#"
+name = "lift"
+gravity = [0, -9.81]
+ground.points = {{ shaft = [0, 0], guide = [0.006, 0] }}
+[bodies]
+cam = {{ mass = 1, inertia = 1e-3, points = {{ hub = [0, 0] }} }}
+follower = {{ mass = 0.5, inertia = 1e-4, points = {{ tip = [0, 0] }} }}
+[joints]
+shaft = {{ type = "revolute", between = ["ground.shaft", "cam.hub"] }}
+guide = {{ type = "prismatic", between = ["ground.guide", "follower.tip"], axis = [0, 1] }}
+{joint}
+[drivers.motor]
+joint = "shaft"
+angle = "2*t"
+[outputs]
+variables = ["guide.s", "guide.v", "guide.a", {outputs}]
+[experiment]
+stop = 3.1
+step = 0.01
+tolerance = 1e-10
+"#
+        )
+    };
+    let law_of = |x: &str| law.replace('x', x);
+    let joint = format!(
+        "contact = {{ type = \"cam\", between = [\"cam\", \"follower.tip\"], shaft = \"shaft\", guide = \"guide\", base = 0.03, roller = 0.01, law = \"{}\" }}",
+        law_of("angle")
+    );
+    let driver =
+        format!("[drivers.lift]\njoint = \"guide\"\ndisplacement = \"sqrt(0.04^2 - 0.006^2) + {}\"", law_of("(2*t)"));
+    let with_cam =
+        columns(&scene(&joint, "\"contact.fn\", \"contact.pressure_angle\", \"motor.torque\", \"contact.torque\""));
+    let without = columns(&scene(&driver, "\"lift.force\", \"energy.kinetic\""));
+    for name in ["guide.s", "guide.v", "guide.a"] {
+        let (found, expected) = (with_cam(name), without(name));
+        let scale = expected.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        for (a, b) in found.iter().zip(&expected) {
+            assert!((a - b).abs() < 1e-7 * scale, "{name} {a} {b}");
+        }
+    }
+    let [normal, pressure, motor, torque] =
+        ["contact.fn", "contact.pressure_angle", "motor.torque", "contact.torque"].map(&with_cam);
+    let (force, speed) = (without("lift.force"), without("guide.v"));
+    for k in 0..force.len() {
+        assert!((normal[k] * pressure[k].cos() - force[k]).abs() < 1e-6, "{} {}", normal[k], force[k]);
+        // Virtual work: the motor's torque times its speed 2 is the force times the follower's.
+        assert!((2.0 * motor[k] - force[k] * speed[k]).abs() < 1e-6, "{} {}", motor[k], force[k] * speed[k]);
+        assert!((motor[k] + torque[k]).abs() < 1e-9);
+    }
+}
+
+/// A cam of a text book, and what `cotree motion --json` says of it.
+fn motion(scene: &str) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cam.toml"), scene).unwrap();
+    let output = cotree(folder.path(), &["motion", "cam.toml", "--input", "shaft", "--json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let figures: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    figures["cams"][0].clone()
+}
+
+fn book(offset: f64, follower: &str, law: &str) -> String {
+    format!(
+        r#"
+name = "book"
+ground.points = {{ shaft = [0, 0], guide = [{offset}, 0], pivot = [0.08, 0] }}
+[bodies]
+cam = {{ points = {{ hub = [0, 0] }} }}
+follower = {{ points = {{ tip = [0, 0] }} }}
+[joints]
+shaft = {{ type = "revolute", between = ["ground.shaft", "cam.hub"] }}
+guide = {{ type = "prismatic", between = ["ground.guide", "follower.tip"], axis = [0, 1] }}
+contact = {{ type = "cam", between = ["cam", "follower.tip"], shaft = "shaft", guide = "guide", {follower}, law = "{law}" }}
+[drivers.motor]
+joint = "shaft"
+angle = "t"
+[outputs]
+variables = ["contact.pressure_angle", "contact.curvature"]
+"#
+    )
+}
+
+fn near(found: &Value, expected: f64, limit: f64) {
+    let found = found.as_f64().unwrap_or(f64::NAN);
+    assert!((found - expected).abs() <= limit, "{found} is not {expected}");
+}
+
+/// Rise of 20 mm in 90 degrees, a long return: numbers found from closed forms at 40 digits.
+#[test]
+fn the_figures_of_sliding_followers_are_those_of_closed_forms() {
+    let law = "0.02*(cycloidal(angle*2/pi) - cycloidal((angle - 1.8)/4.4))";
+    let radial = motion(&book(0.0, "base = 0.03, roller = 0.01", law));
+    near(&radial["pressure_angle"]["value"], 27.374_329_10_f64.to_radians(), 1e-9);
+    near(&radial["pressure_angle"]["input"], 41.3122_f64.to_radians(), 2e-6);
+    near(&radial["pitch_radius"]["value"], 0.031_610_820_40, 1e-11);
+    near(&radial["pitch_radius"]["input"], 66.2020_f64.to_radians(), 2e-6);
+    near(&radial["convex_radius"]["value"], 0.021_610_820_40, 1e-11);
+    let beside = motion(&book(0.008, "base = 0.03, roller = 0.01", law));
+    near(&beside["pressure_angle"]["value"], 19.758_164_93_f64.to_radians(), 1e-9);
+    near(&beside["pitch_radius"]["value"], 0.030_065_548_72, 1e-11);
+    let flat = motion(&book(0.0, "base = 0.03, face = [1, 0]", law));
+    assert_eq!(flat["undercut"], true);
+    near(&flat["least_base"], 0.032_852_625_57, 1e-10);
+    near(&flat["face"][1]["value"], 0.025_464_790_89, 1e-10);
+    let enough = motion(&book(0.0, "base = 0.0328527, face = [1, 0]", law));
+    assert_eq!(enough["undercut"], false);
+    assert_eq!(enough["least_base"], Value::Null);
+}
+
+/// The flat follower about a pivot at 80 mm that the literature's formula describes: 15 degrees in 100, from 18.
+#[test]
+fn the_figures_of_a_turning_flat_follower_are_those_of_closed_forms() {
+    // sin 18 = (base - 5 mm)/80 mm.
+    let base = 0.005 + 0.08 * 18_f64.to_radians().sin();
+    let rise = 15_f64.to_radians();
+    let law = format!("{rise}*(poly345(angle/{}) - poly345((angle - 2)/4.2))", 100_f64.to_radians());
+    let scene = book(0.0, &format!("base = {base}, face = [1, 0]"), &law)
+        .replace(
+            "type = \"prismatic\", between = [\"ground.guide\", \"follower.tip\"], axis = [0, 1]",
+            "type = \"revolute\", between = [\"ground.pivot\", \"follower.pivot\"]",
+        )
+        .replace("tip = [0, 0]", "tip = [0, 0], pivot = [0, -0.005]");
+    let figures = motion(&scene);
+    near(&figures["convex_radius"]["value"], 0.022_555_373_06, 1e-10);
+    near(&figures["convex_radius"]["input"], 82.8602_f64.to_radians(), 2e-6);
+    near(&figures["pressure_angle"]["value"].as_f64().map(f64::abs).into(), 5.112_260_283_f64.to_radians(), 1e-10);
+    // From the pivot's foot on the face to the left, which is back along it.
+    let ends = [0, 1].map(|end| figures["face"][end]["value"].as_f64().unwrap().abs());
+    assert!((ends[0].min(ends[1]) - 0.055_888_831_09).abs() < 1e-10, "{ends:?}");
+    let points = {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("cam.toml"), &scene).unwrap();
+        stdout(&cotree(folder.path(), &["trace", "cam.toml", "contact"]))
+    };
+    // At 30 degrees, three tenths of the rise.
+    let row: Vec<f64> = points.lines().nth(61).unwrap().split(',').map(|number| number.parse().unwrap()).collect();
+    assert!((row[0] - 30_f64.to_radians()).abs() < 1e-12);
+    assert!((row[1] - 0.033_306_764_81).abs() < 1e-11 && (row[2] - 0.011_409_820_76).abs() < 1e-11, "{row:?}");
+}
+
+/// Peak coefficients of velocity, acceleration and jerk of the laws in h/beta, h/beta^2, h/beta^3 (Norton; VDI 2143).
+#[test]
+fn laws_have_the_peaks_of_the_literature() {
+    let known = [
+        ("harmonic", [1.570_796, 4.934_802, 15.503_139]),
+        ("cycloidal", [2.0, 6.283_185, 39.478_418]),
+        ("poly345", [1.875, 5.773_503, 60.0]),
+        ("poly4567", [2.1875, 7.513_188, 52.5]),
+        ("modified_trapezoid", [2.0, 4.888_124, 61.425_975]),
+        ("modified_sine", [1.759_603, 5.527_957, 69.466_357]),
+    ];
+    for (law, peaks) in known {
+        let both = format!("0.02*({law}(angle/1.5) - {law}((angle - 2.5)/2))");
+        let figures = motion(&book(0.0, "base = 0.2, roller = 0.01", &both));
+        let phases = figures["phases"].as_array().unwrap();
+        assert_eq!(phases.len(), 2, "{law}: {phases:?}");
+        for (phase, [from, to, rise]) in phases.iter().zip([[0.0, 1.5, 0.02], [2.5, 4.5, -0.02]]) {
+            near(&phase["from"], from, 1e-6);
+            near(&phase["to"], to, 1e-6);
+            near(&phase["rise"], rise, 1e-12);
+            for (found, expected) in phase["peaks"].as_array().unwrap().iter().zip(peaks) {
+                near(found, expected, 2e-6 * f64::max(1.0, expected / 10.0));
+            }
+        }
+    }
+}
