@@ -3,7 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use cotree::scene::Scene;
+use cotree::scene::{Body, Joint, Scene};
 use serde_json::Value;
 
 #[path = "support/cam.rs"]
@@ -360,6 +360,94 @@ tolerance = 1e-10
         assert!((omega[index] - rate).abs() < 1e-4, "{} {rate}", omega[index]);
     }
     assert!(angle[4] > TAU, "it turns more than once: {}", angle[4]);
+}
+
+const LIFTED: &str = r#"
+name = "cam"
+gravity = [0, -9.81]
+[parameters]
+base = "30 mm"
+lift = "12 mm"
+[ground.points]
+shaft = [0, 0]
+guide = ["6 mm", 0]
+[bodies]
+disc = { mass = 1, inertia = 2e-3, points = { hub = [0, 0] } }
+lifter = { mass = 2, inertia = 1e-3, points = { roller = [0, 0] } }
+[joints]
+shaft = { type = "revolute", between = ["ground.shaft", "disc.hub"] }
+guide = { type = "prismatic", between = ["ground.guide", "lifter.roller"], axis = [0, 1] }
+[joints.cam]
+type = "cam"
+between = ["disc", "lifter.roller"]
+shaft = "shaft"
+guide = "guide"
+base = "base"
+roller = "8 mm"
+law = "lift*(harmonic(angle/2) - harmonic((angle - 3)/2))"
+[initial]
+"disc.angle" = "-20 deg"
+"disc.omega" = 25
+[outputs]
+variables = ["disc.angle", "guide.s"]
+[experiment]
+stop = "0.5 s"
+tolerance = 1e-9
+"#;
+
+/// The motion changes with base circle and lift as two runs differ, through the angles at which the law switches; at the beginning of a
+/// turn the angle and a rise switch together.
+#[test]
+fn derivatives_of_the_motion_are_differences_of_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cam.toml"), LIFTED).unwrap();
+    let run = |arguments: &[&str]| {
+        let output = cotree(folder.path(), &[&["simulate", "cam.toml"], arguments].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let text = stdout(&output);
+        let last: Vec<f64> = text.lines().last().unwrap().split(',').map(|number| number.parse().unwrap()).collect();
+        (text.lines().next().unwrap().to_string(), last)
+    };
+    let (header, found) = run(&["--sensitivity", "base", "--sensitivity", "lift"]);
+    for (parameter, value) in [("base", 0.03), ("lift", 0.012)] {
+        let step = 1e-4 * value;
+        let [less, more] = [-step, step].map(|step| run(&["--set", &format!("{parameter}={}", value + step)]).1);
+        for (column, output) in ["disc.angle", "guide.s"].into_iter().enumerate() {
+            let expected = (more[column + 1] - less[column + 1]) / (2.0 * step);
+            let name = format!("d({output})/d({parameter})");
+            let place = header.split(',').position(|own| own.starts_with(&name)).unwrap_or_else(|| panic!("{header}"));
+            let error = (found[place] - expected).abs();
+            assert!(error < 1e-3 * expected.abs().max(1.0), "{name} {} {expected}", found[place]);
+        }
+    }
+}
+
+/// A cam that is made in Rust is that of the text.
+#[test]
+fn a_cam_is_made_in_rust_as_in_a_text() {
+    let law = "lift*(harmonic(angle/2) - harmonic((angle - 3)/2))";
+    let scene = Scene::new("cam")
+        .gravity([0.0, -9.81])
+        .parameter("base", "30 mm")
+        .parameter("lift", "12 mm")
+        .ground_point("shaft", [0.0, 0.0])
+        .ground_point("guide", ("6 mm", 0))
+        .body("disc", Body::new().mass(1.0).inertia(2e-3).point("hub", [0.0, 0.0]))
+        .body("lifter", Body::new().mass(2.0).inertia(1e-3).point("roller", [0.0, 0.0]))
+        .revolute("shaft", "ground.shaft", "disc.hub")
+        .joint("guide", Joint::prismatic("ground.guide", "lifter.roller", [0.0, 1.0]))
+        .joint("cam", Joint::cam("disc", "lifter.roller", ["shaft", "guide"], "base", law).roller("8 mm"))
+        .initial("disc.angle", "-20 deg")
+        .initial("disc.omega", 25.0)
+        .output("disc.angle")
+        .output("guide.s")
+        .stop("0.5 s")
+        .tolerance(1e-9);
+    let of_text = columns(LIFTED);
+    let results = scene.simulate().unwrap();
+    for name in ["disc.angle", "guide.s"] {
+        assert_eq!(results.get(name).unwrap(), of_text(name), "{name}");
+    }
 }
 
 /// The lift over a prescribed law: what the follower does and what its driver must exert are the same without a cam.

@@ -291,6 +291,27 @@ between = ["ground", "link"]
 /// What is wrong, files by name, the fault, and where.
 type Wrong<'a> = (&'a str, &'a [(&'a str, &'a str)], &'a str, &'a str);
 
+/// What two parts and the scene report alike, the energy of everything, is one output.
+#[test]
+fn outputs_that_parts_share_are_listed_once() {
+    let part = format!("name = \"wishbone\"\n{}", WISHBONE.replace("\"pivot.fx\"]", "\"pivot.fx\", \"energy.total\"]"));
+    let uses = "name = \"two\"\n[parts.left]\nfile = \"wishbone.toml\"\n[parts.right]\nfile = \"wishbone.toml\"\n";
+    let scene = format!("{uses}[outputs]\nvariables = [\"left.arm.angle\"]\n");
+    let folder = Folder::new("shared_outputs", &[("wishbone.toml", &part), ("two.toml", &scene)]);
+    let mechanism = sound(folder.read("two.toml").and_then(|scene| scene.resolve())).mechanism;
+    let names: Vec<&str> = mechanism.outputs.iter().map(|output| output.name.as_str()).collect();
+    let expected = [
+        "left_arm.angle",
+        "left_strut.force",
+        "left_pivot.fx",
+        "energy.total",
+        "right_arm.angle",
+        "right_strut.force",
+        "right_pivot.fx",
+    ];
+    assert_eq!(names, expected);
+}
+
 #[test]
 fn faults_show_the_file_that_they_are_in() {
     let host = "name = \"host\"\n[parts.a]\nfile = \"sub/part.toml\"\n";

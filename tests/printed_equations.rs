@@ -108,10 +108,20 @@ fn evaluate(tree: &Value, names: &HashMap<String, f64>) -> f64 {
                 "exp" => a.exp(),
                 "abs" => a.abs(),
                 "tanh" => a.tanh(),
+                "acos" => a.acos(),
+                "atan2" => a.atan2(operands[1]),
                 "floor" => a.floor(),
                 "poly345" => {
                     let s = a.clamp(0.0, 1.0);
                     s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s)
+                }
+                "poly4567" => {
+                    let s = a.clamp(0.0, 1.0);
+                    s.powi(4) * (35.0 + s * (-84.0 + s * (70.0 - 20.0 * s)))
+                }
+                "cycloidal" => {
+                    let s = a.clamp(0.0, 1.0);
+                    s - (std::f64::consts::TAU * s).sin() / std::f64::consts::TAU
                 }
                 "<" => f64::from(u8::from(a < operands[1])),
                 "<=" => f64::from(u8::from(a <= operands[1])),

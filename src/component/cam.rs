@@ -16,7 +16,7 @@ use crate::diagnostic::Fault;
 use crate::expr::Expr;
 use crate::mechanism::measure::{ANGLE, LENGTH};
 use crate::mechanism::{JointId, Mechanism, Part, Quantity as Q};
-use crate::scene::{Joint, Quantity};
+use crate::scene::{Joint, Quantity, Vector};
 use geometry::{Contact, Geometry};
 use mounting::{Guide, Mounting};
 
@@ -150,7 +150,7 @@ fn bearings(mounting: &Mounting, contact: &Contact, system: &mut System) -> [Bea
 
 impl Joint {
     /// A cam, the first body, that moves the second point with its body. `shaft` and `guide` are the joints in which both move on
-    /// their carrier; `law` is the rise over the base circle in terms of `angle`. Keys `roller`, `face` and `side` say what touches the cam.
+    /// their carrier; `law` is the rise over the base circle in terms of `angle`. It touches an edge, unless it has a roller or a face.
     pub fn cam(
         cam: &str,
         follower: &str,
@@ -160,5 +160,23 @@ impl Joint {
     ) -> Joint {
         let joint = Joint::new("cam", cam, follower).set("shaft", shaft).set("guide", guide);
         joint.set("base", base.into()).set("law", law.into())
+    }
+
+    /// The radius of the roller of a cam's follower, about its point.
+    #[must_use]
+    pub fn roller(self, radius: impl Into<Quantity>) -> Joint {
+        self.set("roller", radius.into())
+    }
+
+    /// The direction of the face of a cam's flat follower in its frame; the follower is on its left.
+    #[must_use]
+    pub fn face(self, direction: impl Into<Vector>) -> Joint {
+        self.set("face", direction.into())
+    }
+
+    /// A cam's follower that turns touches it on the right, seen from the shaft towards its pivot.
+    #[must_use]
+    pub fn on_the_right(self) -> Joint {
+        self.set("side", "right")
     }
 }

@@ -163,6 +163,7 @@ fn input(mechanism: &Mechanism, name: Option<&str>) -> Result<JointId, MotionErr
             let known = suggest::known(name, names());
             MotionError::Request(format!("no joint `{name}` can be driven; {known}"))
         }
+        None if names().is_empty() => MotionError::Request("the scene has no joint that can be driven".to_string()),
         None => {
             let known = suggest::list(names());
             MotionError::Request(format!(

@@ -6,7 +6,7 @@ mod operand;
 mod placed;
 mod renamed;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use self::placed::Placing;
@@ -175,6 +175,9 @@ impl Library<'_> {
         scene.drivers.append(&mut part.drivers);
         scene.loads.append(&mut part.loads);
         scene.initial.append(&mut part.initial);
+        // What the scene reports already, such as the energy of everything, it reports once.
+        let listed: HashSet<&str> = scene.outputs.variables.iter().map(|known| known.text.as_str()).collect();
+        part.outputs.variables.retain(|variable| !listed.contains(variable.text.as_str()));
         scene.outputs.variables.append(&mut part.outputs.variables);
         scene.outputs.expressions.append(&mut part.outputs.expressions);
         scene.broken.append(&mut part.broken);
