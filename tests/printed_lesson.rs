@@ -146,9 +146,10 @@ fn lessons_of_all_models_hold_and_have_pictures() {
         let scene = Scene::read(folder.unwrap().path().join("scene.toml")).unwrap();
         assert_checked(&lesson(&scene), 5);
         let page = compile::steps(&scene, Prose::Html).unwrap();
-        assert_eq!(page.matches("<figure>").count(), 2, "the mechanism and its graphs");
+        let pictures = page.matches("<figure>").count();
+        assert!((2..=4).contains(&pictures), "the mechanism and its graphs, in the plane also a cut and a circuit");
         let page = compile::steps(&scene, Prose::Latex).unwrap();
-        assert_eq!(page.matches("\\begin{tikzpicture}").count(), 2);
+        assert_eq!(page.matches("\\begin{tikzpicture}").count(), pictures);
     }
 }
 
@@ -380,6 +381,20 @@ fn accelerations_are_written_out_and_what_moves_what_is_read() {
     let text = lesson(&written(SLIDER_CRANK));
     assert_has(&text, &["a[m1] = (-l_5*(omega_1^2*c1 + alpha_1*s1), l_5*(alpha_1*c1 - omega_1^2*s1))"]);
     assert!(text.contains("theta_1 moves crank, rod, slider; theta_2 moves rod, slider."), "{text}");
+}
+
+/// The mechanism with its angles, both graphs, the worked cut and the circuit of the loop.
+#[test]
+fn cut_and_circuit_are_drawn_into_the_mechanism() {
+    let scene = written(SLIDER_CRANK);
+    let html = compile::steps(&scene, Prose::Html).unwrap();
+    assert_eq!(html.matches("<figure>").count(), 4);
+    for angle in ["\u{3b8}1", "\u{3b8}2"] {
+        assert!(html.contains(&format!(">{angle}</text>")), "{angle}");
+    }
+    assert_eq!(html.matches("stroke-dasharray=\"7 4\"").count(), 2, "rod and slider are cut free");
+    let latex = compile::steps(&scene, Prose::Latex).unwrap();
+    assert_eq!(latex.matches("\\begin{tikzpicture}").count(), 4);
 }
 
 /// Two masses and a spring between them: nothing holds them, until a second spring does.

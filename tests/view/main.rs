@@ -6,6 +6,8 @@ mod colours;
 mod command;
 #[path = "../support/large_scenes.rs"]
 mod large_scenes;
+#[path = "../support/mod.rs"]
+mod support;
 mod watched;
 
 use std::fs;
@@ -13,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 use browser::{Browser, Seen, Source};
 use command::{code, cotree, stderr};
+use support::random::{Family, random_case};
 use watched::Watched;
 
 /// The page of a scene, made as a user makes it.
@@ -58,6 +61,27 @@ fn every_model_is_shown() {
         assert_eq!(verdict["odd"], serde_json::json!([]), "{}: {verdict}", scene.display());
         assert_eq!(verdict["bodies"], true, "{}: {verdict}", scene.display());
         assert_eq!(verdict["covered"], serde_json::json!([]), "names cover each other, {}: {verdict}", scene.display());
+    }
+}
+
+/// Mechanisms that nobody has drawn before: the browser has nothing to complain of, nothing is drawn at no place, no name covers another.
+#[test]
+fn random_mechanisms_are_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    for seed in 0..2 {
+        for family in [Family::Chain, Family::Tree, Family::Loops, Family::Driven, Family::Redundant] {
+            let scene = folder.path().join("scene.toml");
+            fs::write(&scene, random_case(seed, family).scene).unwrap();
+            let page = page(folder.path(), &scene, folder.path());
+            let Some(verdict) = seen(&page, include_str!("shows.js")) else { return };
+            assert_eq!(verdict["odd"], serde_json::json!([]), "{family:?} {seed}: {verdict}");
+            assert_eq!(verdict["bodies"], true, "{family:?} {seed}: {verdict}");
+            assert_eq!(
+                verdict["covered"],
+                serde_json::json!([]),
+                "names cover each other, {family:?} {seed}: {verdict}"
+            );
+        }
     }
 }
 

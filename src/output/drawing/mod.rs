@@ -6,6 +6,7 @@ mod gap;
 mod geometry;
 mod labels;
 mod layout;
+mod marks;
 mod paint;
 mod shapes;
 mod symbols;
@@ -19,6 +20,7 @@ pub use coupling::{Cam, Coupling, CouplingKind, Wheel};
 pub use film::Film;
 pub use geometry::Geometry;
 use labels::Labels;
+pub use marks::Mark;
 use view::View;
 
 /// What is drawn, in the world \[m\]. What has a coordinate that is not finite is left out.
@@ -36,6 +38,8 @@ pub struct Drawing {
     pub targets: Vec<Target>,
     /// Places that should be one where the mechanism cannot be assembled.
     pub gaps: Vec<[[f64; 2]; 2]>,
+    /// What explains it.
+    pub marks: Vec<Mark>,
     pub range: Range,
 }
 
@@ -177,6 +181,7 @@ impl Drawing {
         self.draw_joints(view, &mut svg, labels);
         self.draw_targets(view, &mut svg, labels);
         self.draw_gaps(view, &mut svg, labels);
+        self.draw_marks(view, &mut svg, labels);
         svg
     }
 }

@@ -21,6 +21,7 @@ fn slider_crank() -> Drawing {
             body("slider", &[], wrist),
         ],
         ground: vec![bearing, wall],
+        marks: vec![],
         couplings: vec![],
         joints: vec![
             joint("main_bearing", Hold::Pin, [None, Some(0)], [bearing; 2]),

@@ -23,7 +23,7 @@ pub enum Block {
     Equations(Vec<(Tree, Tree)>),
     /// A table; the head may be empty.
     Table(Vec<String>, Vec<Vec<Piece>>),
-    /// An SVG picture, and the option of `show` that writes it as a file.
+    /// An SVG picture, and the option of `show` that writes it as a file, if there is one.
     Picture(String, &'static str),
     /// What is only shown on request where that is possible; a line about it.
     Folded(String, Vec<Block>),
@@ -66,6 +66,9 @@ const TEXT: Format = Format {
     equations: text_equations,
     table: text_table,
     picture: |_, option| {
+        if option.is_empty() {
+            return "  [picture: in this page in html or latex]\n".to_owned();
+        }
         format!("  [picture: `cotree show` with `{option} FILE.svg`, or this page in html or latex]\n")
     },
     folded: None,

@@ -37,7 +37,7 @@ impl Lesson<'_, '_, '_> {
         blocks
     }
 
-    pub fn topology(&self) -> Vec<Block> {
+    pub fn topology(&mut self) -> Vec<Block> {
         let letters = self.letters;
         let mut blocks = vec![heading("4. What do the trees give? Fundamental cutsets and circuits")];
         blocks.push(words(
@@ -59,6 +59,7 @@ impl Lesson<'_, '_, '_> {
         ]));
         blocks.extend(circuits(&self.translation, &|label| letters.displacement(label), |edge| self.kind_of(edge)));
         blocks.extend(circuits(&self.rotation, &|label| letters.angle(label), |edge| self.kind_of(edge)));
+        blocks.extend(self.picture_of_circuit());
         let holds = self.translation.is_orthogonal() && self.rotation.is_orthogonal();
         blocks.push(check("cutsets, found from the nodes, and circuits are orthogonal in both graphs", holds));
         blocks
@@ -69,7 +70,7 @@ impl Lesson<'_, '_, '_> {
     }
 
     /// One cutset as a sum of node balances: the longest that is not the whole mechanism.
-    fn worked_cut(&self) -> Vec<Block> {
+    fn worked_cut(&mut self) -> Vec<Block> {
         let Some((branch, nodes)) = self.longest_cut() else { return Vec::new() };
         let system = &self.equations.system;
         let view = &self.translation;
@@ -97,7 +98,9 @@ impl Lesson<'_, '_, '_> {
         );
         let cut: Row = view.cut(branch).into_iter().filter(|(label, _)| *label != branch.label).collect();
         let sum = signed(Some(&branch.label), &cut, |label| self.letters.force(label));
-        vec![words(text), Block::Equations(vec![(sum, Tree::zero())])]
+        let mut blocks = vec![words(text), Block::Equations(vec![(sum, Tree::zero())])];
+        blocks.extend(self.picture_of_cut(&nodes));
+        blocks
     }
 
     fn longest_cut(&self) -> Option<(&Edge<Translation>, std::collections::BTreeSet<usize>)> {

@@ -11,6 +11,7 @@ mod line;
 mod numbers;
 mod own;
 mod parts;
+mod pictures;
 mod projection;
 mod rates;
 mod reactions;

@@ -6,7 +6,6 @@ use super::{Lesson, heading, thinned, words};
 use crate::component::{Angle, Direction, Element, Known, Origin};
 use crate::expr::{Expr, Symbol};
 use crate::graph::ElementId;
-use crate::output::pose::draw;
 use crate::output::text::document::{Block, Piece};
 use crate::output::text::name::symbol_name;
 use crate::output::text::symbols::number;
@@ -14,8 +13,7 @@ use crate::output::text::tree::Tree;
 
 impl Lesson<'_, '_, '_> {
     pub fn parts(&mut self) -> Vec<Block> {
-        let mut blocks =
-            vec![heading("1. What is the mechanism?"), Block::Picture(draw(self.source).svg(), "--drawing")];
+        let mut blocks = vec![heading("1. What is the mechanism?"), self.mechanism()];
         blocks.push(words(self.freedoms()));
         blocks.push(words(self.node_legend()));
         blocks.push(words(

@@ -88,6 +88,33 @@ impl<D> View<D> {
         self.circuit(chord).into_iter().map(|(label, sign)| (label, -sign)).collect()
     }
 
+    /// The nodes along the tree from the first node of a chord to its second.
+    pub fn walk(&self, chord: &Edge<D>) -> Vec<usize> {
+        let [from, to] = chord.ends.map(|node| node.index());
+        let mut before = vec![None; self.nodes.len()];
+        let mut reached = vec![from];
+        before[from] = Some(from);
+        while let Some(node) = reached.pop() {
+            for [a, b] in self.branches.iter().map(|branch| branch.ends.map(|node| node.index())) {
+                let next = if a == node {
+                    b
+                } else if b == node {
+                    a
+                } else {
+                    continue;
+                };
+                if before[next].is_none() {
+                    before[next] = Some(node);
+                    reached.push(next);
+                }
+            }
+        }
+        let mut walk: Vec<usize> =
+            std::iter::successors(Some(to), |&node| before[node].filter(|&previous| previous != node)).collect();
+        walk.reverse();
+        walk
+    }
+
     /// The rows of \[A\], one for each branch.
     pub fn cutsets(&self) -> Vec<Row> {
         let circuits: Vec<Row> = self.chords.iter().map(|chord| self.circuit(chord)).collect();
