@@ -600,8 +600,8 @@ fn the_figures_of_a_turning_flat_follower_are_those_of_closed_forms() {
 #[test]
 fn laws_have_the_peaks_of_the_literature() {
     let known = [
-        ("harmonic", [1.570_796, 4.934_802, 15.503_139]),
-        ("cycloidal", [2.0, 6.283_185, 39.478_418]),
+        ("harmonic", [0.5 * PI, 4.934_802, 15.503_139]),
+        ("cycloidal", [2.0, TAU, 39.478_418]),
         ("poly345", [1.875, 5.773_503, 60.0]),
         ("poly4567", [2.1875, 7.513_188, 52.5]),
         ("modified_trapezoid", [2.0, 4.888_124, 61.425_975]),

@@ -195,13 +195,12 @@ fn rocker(theta: f64) -> ([f64; 3], Place) {
         }
         _ => [1.0, 0.0, 0.0],
     };
-    let down = match ((theta - back) / way).clamp(0.0, 1.0) {
-        x => [
-            x.powi(4) * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x))),
-            140.0 * (x * (1.0 - x)).powi(3) / way,
-            420.0 * (x * (1.0 - x)).powi(2) * (1.0 - 2.0 * x) / (way * way),
-        ],
-    };
+    let x = ((theta - back) / way).clamp(0.0, 1.0);
+    let down = [
+        x.powi(4) * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x))),
+        140.0 * (x * (1.0 - x)).powi(3) / way,
+        420.0 * (x * (1.0 - x)).powi(2) * (1.0 - 2.0 * x) / (way * way),
+    ];
     let law = [0, 1, 2].map(|order| swing * (up[order] - down[order]));
     // On the base circle shaft, pivot and roller are a triangle.
     let start = ((0.038_f64.powi(2) - 0.08 * 0.08 - 0.07 * 0.07) / (2.0 * 0.08 * 0.07)).acos();

@@ -29,7 +29,7 @@ const FACTS: Facts = Facts {
         Key::required(
             "between",
             Form::BodyAndPoint,
-            "the cam and the follower's point: the roller's centre, the edge, or a point of the face",
+            "the cam and the follower's point: the roller's centre, the knife edge, or a point of the face",
             BODY_AND_POINT,
         ),
         Key::required(
@@ -53,7 +53,7 @@ const FACTS: Facts = Facts {
         Key::optional(
             "roller",
             Form::Constant(LENGTH, Range::NotNegative),
-            "the radius of the follower's roller; an edge if absent",
+            "the radius of the follower's roller; a knife edge if absent",
         ),
         Key::optional(
             "face",
@@ -150,7 +150,7 @@ fn bearings(mounting: &Mounting, contact: &Contact, system: &mut System) -> [Bea
 
 impl Joint {
     /// A cam, the first body, that moves the second point with its body. `shaft` and `guide` are the joints in which both move on
-    /// their carrier; `law` is the rise over the base circle in terms of `angle`. It touches an edge, unless it has a roller or a face.
+    /// their carrier; `law` is the rise over the base circle in terms of `angle`. It touches a knife edge, unless the follower has a roller or a face.
     pub fn cam(
         cam: &str,
         follower: &str,

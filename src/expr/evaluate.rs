@@ -16,8 +16,14 @@ impl<F: Fn(Symbol) -> f64> Values for F {
 
 impl Arena {
     pub fn evaluate(&self, roots: &[Expr], values: &impl Values) -> Vec<f64> {
+        let order = self.reachable(roots.iter().copied());
+        self.evaluate_in(&order, roots, values)
+    }
+
+    /// The same for many evaluations: `order` has all subexpressions, operands first.
+    pub fn evaluate_in(&self, order: &[Expr], roots: &[Expr], values: &impl Values) -> Vec<f64> {
         let mut results = vec![0.0; self.len()];
-        for expr in self.reachable(roots.iter().copied()) {
+        for &expr in order {
             results[expr.index()] = self.value(expr, values, |operand| results[operand.index()]);
         }
         roots.iter().map(|root| results[root.index()]).collect()

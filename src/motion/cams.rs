@@ -12,7 +12,7 @@ use crate::mechanism::Mechanism;
 pub struct Cam {
     /// The joint.
     pub name: String,
-    /// What touches it: `roller`, `edge` or `flat face`.
+    /// What touches it: `roller`, `knife edge` or `flat face`.
     pub follower: &'static str,
     /// Does the follower turn? Else it slides.
     pub turning: bool,
@@ -48,7 +48,7 @@ fn cam(profile: &Profile) -> Cam {
     };
     let tightest = profile.least(|sample| -sample.pitch);
     let worst = profile.least(|sample| sample.excess);
-    let undercut = !(worst.excess > 0.0);
+    let undercut = worst.excess <= 0.0;
     let reach = |sign: f64| {
         let at = profile.least(|sample| sign * sample.reach);
         At { input: at.angle, value: at.reach }
@@ -58,7 +58,7 @@ fn cam(profile: &Profile) -> Cam {
         follower: match profile.roller {
             None => "flat face",
             Some(radius) if radius > 0.0 => "roller",
-            Some(_) => "edge",
+            Some(_) => "knife edge",
         },
         turning: profile.turning,
         base: profile.base,

@@ -8,6 +8,7 @@ use super::curve::{self, Path};
 use super::drive::{self, Table, motion_of};
 use super::dwell::Dwell;
 use super::grashof;
+use super::report::radius_of;
 use super::samples::{ANGULAR, At, Samples};
 use super::{Drive, MotionError, Request};
 use crate::mechanism::{BodyId, JointId, Mechanism, Part, Place, Quantity};
@@ -373,12 +374,13 @@ impl Figures {
     fn contacts(&mut self, table: &Table) {
         let names: Vec<String> = self.cams.iter().map(|cam| cam.name.clone()).collect();
         for name in names {
-            if let Some(angle) = table.get(&format!("{name}.{}", Quantity::PressureAngle.word())) {
-                self.push(&format!("pressure angle at {name}"), "rad", &angle);
+            let pressure = format!("{name}.{}", Quantity::PressureAngle.word());
+            if let Some(angle) = table.get(&pressure) {
+                self.push(&pressure, "rad", &angle);
             }
             if let Some(curvature) = table.get(&format!("{name}.{}", Quantity::Curvature.word())) {
                 // Infinite where the profile is straight.
-                self.push(&format!("radius at {name}"), "m", &curvature.map(|value| 1.0 / value));
+                self.push(&radius_of(&name), "m", &curvature.map(|value| 1.0 / value));
             }
         }
     }

@@ -238,9 +238,12 @@ impl Figures {
         let shown = Shown { units };
         let series = |column: &Column| {
             let unit = shown.of(&column.unit);
-            // Beyond a hundred a ratio is on its way to infinity.
-            let is_ratio = column.name == "advantage";
-            let value = |value: &f64| if is_ratio && value.abs() > 100.0 { f64::NAN } else { value / unit.factor };
+            // Beyond a hundred a ratio is on its way to infinity, beyond ten base circles the radius of a profile.
+            let radius = |cam: &&Cam| column.name == radius_of(&cam.name);
+            let of_cam = self.cams.iter().find(radius).map(|cam| 10.0 * cam.base);
+            let limit = if column.name == "advantage" { Some(100.0) } else { of_cam };
+            let is_far = |value: f64| limit.is_some_and(|limit| value.abs() > limit);
+            let value = |value: &f64| if is_far(*value) { f64::NAN } else { value / unit.factor };
             Series {
                 name: column.name.clone(),
                 unit: unit.name.clone(),
@@ -258,6 +261,11 @@ impl Figures {
             series: rest.iter().map(series).collect(),
         }
     }
+}
+
+/// The column of the radius of curvature where a cam touches.
+pub(super) fn radius_of(cam: &str) -> String {
+    format!("{cam}.radius")
 }
 
 fn unit_of(link: &Link) -> &'static str {

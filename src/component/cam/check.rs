@@ -11,7 +11,9 @@ pub(super) fn check(part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
     if part.value("face").is_some() && part.value("roller").is_some() {
         let message = format!("{called} has both `roller` and `face`");
         let fault = Fault::new("scene::cam_contact", message, part.span).label("touches with one of them");
-        return vec![fault.help("keep `roller` for a round follower, or `face` for a flat one; an edge has neither")];
+        return vec![
+            fault.help("keep `roller` for a round follower, or `face` for a flat one; a knife edge has neither"),
+        ];
     }
     let profile = match Profile::of(part, mechanism, &mechanism.parameter_values()) {
         Ok(profile) => profile,

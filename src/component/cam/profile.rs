@@ -26,6 +26,8 @@ pub(crate) struct Profile {
     pub hub: [f64; 2],
     arena: Arena,
     roots: [Expr; 13],
+    /// All that the roots are made of.
+    order: Vec<Expr>,
     /// Parameters, then the radius of the base circle.
     values: Vec<f64>,
 }
@@ -93,6 +95,7 @@ impl Profile {
             turning: matches!(mounting.guide, Guide::Pivot(_)),
             base: numbers[0],
             hub: [numbers[2], numbers[3]],
+            order: arena.reachable(roots),
             arena,
             roots,
             values: parameters.iter().copied().chain([numbers[0]]).collect(),
@@ -114,7 +117,7 @@ impl Profile {
             Symbol::Parameter(index) => self.values[index],
             _ => 0.0,
         };
-        let found = self.arena.evaluate(&self.roots, &known);
+        let found = self.arena.evaluate_in(&self.order, &self.roots, &known);
         Sample {
             angle,
             law: [found[0], found[1], found[2], found[3]],
@@ -158,7 +161,7 @@ impl Profile {
     pub fn least_base(&self) -> Option<f64> {
         let is_cut = |base: f64| {
             let other = self.on_base(base);
-            !(other.least(|sample| sample.excess).excess > 0.0)
+            other.least(|sample| sample.excess).excess <= 0.0
         };
         let mut high = self.base;
         while is_cut(high) {
