@@ -450,6 +450,146 @@ fn a_cam_is_made_in_rust_as_in_a_text() {
     }
 }
 
+const ON_AN_ARM: &str = r#"
+name = "moving"
+gravity = [0.0, -9.81]
+[ground.points]
+pivot = [0, 0]
+[bodies.arm]
+mass = 2.0
+inertia = 0.05
+com = [0.1, 0.02]
+points = { pivot = [0, 0], shaft = [0.2, 0.05], guide = [0.206, 0.05], seat = [0.206, 0.25] }
+[bodies.disc]
+mass = 1.0
+inertia = 0.002
+com = [0.004, 0.002]
+points = { axis = [0, 0] }
+[bodies.lifter]
+mass = 0.5
+inertia = 1e-3
+com = [0.01, 0.03]
+points = { roller = [0, 0], top = [0, 0.06] }
+[joints.hinge]
+type = "revolute"
+between = ["ground.pivot", "arm.pivot"]
+[joints.shaft]
+type = "revolute"
+between = ["disc.axis", "arm.shaft"]
+[joints.guide]
+type = "prismatic"
+between = ["arm.guide", "lifter.roller"]
+axis = [0.2, 1]
+angle = 0.3
+[joints.cam]
+type = "cam"
+between = ["disc", "lifter.roller"]
+shaft = "shaft"
+guide = "guide"
+base = 0.03
+roller = 0.01
+law = "0.008*(1 - cos(angle)) + 0.002*sin(2*angle)"
+[loads.spring]
+type = "spring"
+between = ["arm.seat", "lifter.top"]
+stiffness = 2000
+length = 0.2
+[initial]
+"disc.angle" = 0.3
+"disc.omega" = 30
+"arm.omega" = -1
+[outputs]
+variables = ["arm.angle", "guide.s", "cam.angle", "cam.fn", "cam.torque", "hinge.fx", "hinge.fy", "guide.fn", "guide.torque", "energy.total"]
+[experiment]
+stop = "0.5 s"
+step = "10 ms"
+tolerance = 1e-10
+"#;
+
+const AT_REST: &str = r#"
+name = "moving"
+gravity = [0.0, -9.81]
+[ground.points]
+pivot = [0, 0]
+[bodies.arm]
+mass = 2.0
+inertia = 0.05
+com = [0.1, 0.02]
+points = { pivot = [0, 0], guide = [0.006, 0.0], seat = [0.006, 0.2] }
+[bodies.lifter]
+mass = 0.5
+inertia = 1e-3
+com = [0.01, 0.03]
+points = { roller = [0, 0], top = [0, 0.06] }
+[joints.hinge]
+type = "revolute"
+between = ["ground.pivot", "arm.pivot"]
+[joints.guide]
+type = "prismatic"
+between = ["arm.guide", "lifter.roller"]
+axis = [0.2, 1]
+angle = 0.3
+[joints.cam]
+type = "cam"
+between = ["ground", "lifter.roller"]
+shaft = "hinge"
+guide = "guide"
+base = 0.03
+roller = 0.01
+law = "0.008*(1 - cos(angle)) + 0.002*sin(2*angle)"
+[loads.spring]
+type = "spring"
+between = ["arm.seat", "lifter.top"]
+stiffness = 2000
+length = 0.2
+[initial]
+"arm.omega" = -1
+[outputs]
+variables = ["arm.angle", "guide.s", "cam.angle", "cam.fn", "cam.torque", "hinge.fx", "hinge.fy", "guide.fn", "guide.torque", "energy.total"]
+[experiment]
+stop = "0.5 s"
+step = "10 ms"
+tolerance = 1e-10
+"#;
+
+/// A cam on an arm that swings, and a follower that an arm carries around a cam at rest: energy stays, and all trees give the same motion
+/// and the same loads.
+#[test]
+fn cams_work_on_carriers_that_move() {
+    for text in [ON_AN_ARM, AT_REST] {
+        let presets = ["recommended", "absolute", "joint"];
+        let runs = presets.map(|preset| columns(&format!("{text}[coordinates]\npreset = \"{preset}\"\n")));
+        let names = [
+            "arm.angle",
+            "guide.s",
+            "cam.angle",
+            "cam.fn",
+            "cam.torque",
+            "hinge.fx",
+            "hinge.fy",
+            "guide.fn",
+            "guide.torque",
+        ];
+        for name in names {
+            let [first, second, third] = [0, 1, 2].map(|run| runs[run](name));
+            let scale = first.iter().fold(1e-3_f64, |most, value| most.max(value.abs()));
+            for (row, value) in first.iter().enumerate() {
+                for other in [second[row], third[row]] {
+                    assert!((value - other).abs() < 1e-5 * scale, "{name} {value} {other} in row {row}");
+                }
+            }
+        }
+        let energy = runs[0]("energy.total");
+        for value in &energy {
+            assert!((value - energy[0]).abs() < 1e-7 * energy[0].abs(), "{value} {}", energy[0]);
+        }
+        let angle = runs[0]("cam.angle");
+        assert!(angle.iter().all(|angle| (0.0..=TAU).contains(angle)), "{angle:?}");
+        let turned = angle.iter().fold([TAU, 0.0_f64], |[low, high], angle| [low.min(*angle), high.max(*angle)]);
+        assert!(turned[1] - turned[0] > 1.0, "{turned:?}");
+    }
+}
+
 /// The lift over a prescribed law: what the follower does and what its driver must exert are the same without a cam.
 #[test]
 fn a_follower_moves_as_if_its_law_were_prescribed() {
