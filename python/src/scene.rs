@@ -1,5 +1,6 @@
 //! A scene and everything that can be asked of it.
 
+use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
@@ -14,10 +15,12 @@ use cotree::output::csv::Table;
 use cotree::output::statistics::Accumulator;
 use cotree::output::text::Prose;
 use cotree::scene::Text;
-use cotree::simulate::{Ensemble, Measure, Run, points};
+use cotree::simulate::{Ended, Ensemble, Measure, Run, points};
 use cotree::{Compiled, Notation, Scene};
+use cotree_fmu::instance::{Inaccuracy, MOST_LANES};
 use cotree_fmu::model::Model;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
 use serde_json::json;
 
@@ -406,7 +409,9 @@ impl Core {
         let stop = AtomicBool::new(false);
         let table = inputs.as_ref().map(|(table, variables)| (table, variables.clone()));
         let run = Run { description, experiment, settings, inputs: table, reported };
-        let ensemble = Ensemble::new(run, Arc::clone(&ready.model), threads, &stop).map_err(file_error)?;
+        // One run is a simulation like any other.
+        let lanes = if names.is_empty() { 0 } else { MOST_LANES };
+        let ensemble = Ensemble::new(run, Arc::clone(&ready.model), (threads, lanes), &stop).map_err(file_error)?;
         let ended = py.detach(|| {
             std::thread::scope(|scope| {
                 let (send, receive) = mpsc::channel();
@@ -425,12 +430,22 @@ impl Core {
                 }
             })
         })?;
-        let outcome = |(collected, ended): (C, Result<(), cotree::RunError>)| match ended {
-            Ok(()) => Ok((collected, None)),
+        warn_of(py, &ended)?;
+        let outcome = |(collected, ended): (C, Ended)| match ended {
+            Ok(_) => Ok((collected, None)),
             Err(error) => Ok((collected, Some(run_error(error).ok_or_else(interrupted)?))),
         };
         ended.into_iter().map(outcome).collect()
     }
+}
+
+/// That rounding errors are larger than the tolerance in some runs.
+fn warn_of<C>(py: Python<'_>, ended: &[(C, Ended)]) -> PyResult<()> {
+    let mut found = ended.iter().filter_map(|(_, ended)| ended.as_ref().ok()?.as_ref());
+    let Some(first) = found.next() else { return Ok(()) };
+    let of = if ended.len() > 1 { format!("{} of {} runs: ", 1 + found.count(), ended.len()) } else { String::new() };
+    let text = CString::new(format!("{of}{first}; {}", Inaccuracy::HELP)).map_err(|error| wrong(error.to_string()))?;
+    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 1)
 }
 
 /// As arrays: the outputs (time, output), and their derivatives (time, output, parameter).

@@ -3,6 +3,8 @@
 use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
 use std::path::Path;
 
+use cotree_fmu::instance::Inaccuracy;
+
 use super::MessageFormat;
 use super::failure::{self, Failure};
 use crate::compile::{self, Compiled};
@@ -10,7 +12,7 @@ use crate::diagnostic::visible::visible;
 use crate::files::{self, Draft};
 use crate::output::csv::Table;
 use crate::output::png::{self, Size};
-use crate::scene::{Fault, Faults, Scene};
+use crate::scene::{Fault, Faults, Scene, Span};
 
 /// The largest table of values over time [bytes].
 const LARGEST_TABLE: u64 = 256 << 20;
@@ -200,6 +202,12 @@ pub fn warn_of(compiled: &Compiled, format: MessageFormat) {
     if let Some(warnings) = &compiled.warnings {
         warn(warnings, format);
     }
+}
+
+/// Shows on standard error that rounding errors are larger than the tolerance; `of` says in which runs.
+pub fn warn_inaccurate(compiled: &Compiled, of: &str, inaccuracy: &Inaccuracy, format: MessageFormat) {
+    let fault = Fault::warning("solver::accuracy", format!("{of}{inaccuracy}"), Span::default()).help(Inaccuracy::HELP);
+    warn(&Faults::new(compiled.source.clone(), vec![fault]), format);
 }
 
 /// Shows warnings on standard error.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
+use cotree_fmu::instance::MOST_LANES;
 use indicatif::{ProgressBar, ProgressStyle};
 use signal_hook::consts::SIGINT;
 
@@ -17,14 +18,14 @@ use crate::export::description::Description;
 use crate::files;
 use crate::scene::Scene;
 use crate::simulate::Measure;
-use crate::sweep::{self, Design, Factor, Kind, Outcome, Picture, Record, RecordError, Rows};
+use crate::sweep::{self, Design, Factor, Inaccurate, Kind, Outcome, Picture, Record, RecordError, Rows};
 
 /// The largest table of runs [bytes].
 const LARGEST_TABLE: u64 = 1 << 30;
 
 /// Run a scene with many values: a table with a few numbers of each run
 ///
-/// Runs are spread over all processors; a run has the same bits whatever their number. The table is CSV: the number of the run, what was set, what was
+/// Runs are spread over all processors and over the lanes of each; a run has the same bits whatever their number. The table is CSV: the number of the run, what was set, what was
 /// measured, and why a run failed if it did. With -o it is kept in FILE.part until the sweep is done: Ctrl-C loses nothing, and --resume goes on.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
@@ -68,6 +69,9 @@ pub struct Sweep {
     /// How many runs at a time [default: one for each processor]
     #[arg(long, value_name = "COUNT", default_value_t = 0, hide_default_value = true)]
     threads: usize,
+    /// How many runs side by side in each of them; the results are the same
+    #[arg(long, value_name = "COUNT", default_value_t = MOST_LANES as u64, value_parser = clap::value_parser!(u64).range(1..=MOST_LANES as u64))]
+    lanes: u64,
     #[command(flatten)]
     times: Times,
 }
@@ -91,8 +95,8 @@ impl Sweep {
             .and_then(|_| signal_hook::flag::register(SIGINT, Arc::clone(&stop)));
         listening.map_err(|error| Failure::Usage(format!("cannot listen to Ctrl-C: {error}")))?;
         match self.file() {
-            Some(path) => self.record(path, &sweep, &stop, picture.as_mut()),
-            None => self.print(&sweep, &stop, picture.as_mut()),
+            Some(path) => self.record(path, &sweep, &stop, picture.as_mut(), format),
+            None => self.print(&sweep, &stop, picture.as_mut(), format),
         }?;
         let (Some(path), Some(picture)) = (&self.plot, picture) else { return Ok(()) };
         output::picture(path, &picture.svg(&sweep))?;
@@ -116,6 +120,19 @@ impl Sweep {
             asked = names.map(|name| Measure::last(&name)).collect();
         }
         Ok(asked)
+    }
+
+    /// Threads, and lanes in each.
+    fn threads(&self) -> (usize, usize) {
+        (self.threads, self.lanes as usize)
+    }
+
+    /// That rounding errors are larger than the tolerance in some runs.
+    fn warn(&self, sweep: &sweep::Sweep, inaccurate: Option<&Inaccurate>, format: MessageFormat) {
+        if let Some(Inaccurate { runs, first }) = inaccurate {
+            let count = format!("{runs} of {} runs: ", sweep.design.len());
+            output::warn_inaccurate(&sweep.compiled, &count, first, format);
+        }
     }
 
     fn design(&self, description: &Description) -> Result<Design, Failure> {
@@ -142,6 +159,7 @@ impl Sweep {
         sweep: &sweep::Sweep,
         stop: &AtomicBool,
         mut picture: Option<&mut Picture>,
+        format: MessageFormat,
     ) -> Result<(), Failure> {
         let mut record = Record::open(path, sweep, self.resume)?;
         if let Some(picture) = &mut picture {
@@ -149,15 +167,15 @@ impl Sweep {
         }
         let bar = bar(sweep.design.len(), record.done());
         let mut failed = 0;
-        let ended = sweep.run(record.done(), self.threads, stop, |first, outcomes| {
+        let ended = sweep.run(record.done(), self.threads(), stop, |first, outcomes| {
             failed += failures(&outcomes);
             picture.iter_mut().for_each(|picture| picture.add(&outcomes));
             bar.set_position((first + outcomes.len()) as u64);
             record.write(sweep, first, &outcomes)
         });
         bar.finish_and_clear();
-        ended?;
         let all = sweep.design.len();
+        self.warn(sweep, ended?.as_ref(), format);
         if stop.load(Ordering::Relaxed) && record.done() < all {
             let (done, part) = (record.done(), record.part().display());
             return Err(Failure::Stopped(format!("stopped: {done} of {all} runs are in `{part}`; --resume goes on")));
@@ -166,16 +184,23 @@ impl Sweep {
         output::print(&format!("{}: {all} runs{}\n", path.display(), said(failed)))
     }
 
-    fn print(&self, sweep: &sweep::Sweep, stop: &AtomicBool, mut picture: Option<&mut Picture>) -> Result<(), Failure> {
+    fn print(
+        &self,
+        sweep: &sweep::Sweep,
+        stop: &AtomicBool,
+        mut picture: Option<&mut Picture>,
+        format: MessageFormat,
+    ) -> Result<(), Failure> {
         let mut rows = Rows::new(std::io::stdout().lock(), sweep)?;
         let mut done = 0;
-        sweep.run(0, self.threads, stop, |first, outcomes| {
+        let inaccurate = sweep.run(0, self.threads(), stop, |first, outcomes| {
             done = first + outcomes.len();
             picture.iter_mut().for_each(|picture| picture.add(&outcomes));
             rows.write(sweep, first, &outcomes)
         })?;
         rows.finish().flush()?;
         let all = sweep.design.len();
+        self.warn(sweep, inaccurate.as_ref(), format);
         match stop.load(Ordering::Relaxed) && done < all {
             true => Err(Failure::Stopped(format!("stopped after {done} of {all} runs"))),
             false => Ok(()),

@@ -75,6 +75,11 @@ impl std::fmt::Display for Measure {
 }
 
 impl Measure {
+    /// Does it follow from the two ends of a run?
+    pub fn is_of_ends(&self) -> bool {
+        matches!(self.kind, Kind::First | Kind::Last)
+    }
+
     /// The last value of a variable.
     pub fn last(variable: &str) -> Self {
         Measure { kind: Kind::Last, variable: variable.to_owned() }

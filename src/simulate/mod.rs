@@ -4,17 +4,19 @@ mod many;
 mod measure;
 mod results;
 pub mod settings;
+mod simulation;
 
 use std::sync::Arc;
 
 use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::check::Fault;
+use simulation::Simulation;
 
 use crate::export::description::Description;
 use crate::mechanism::Experiment;
 use crate::output::csv::Table;
-pub use many::{Ensemble, Settings};
+pub use many::{Ended, Ensemble, Settings};
 pub use measure::Measure;
 pub use results::{Column, Results, SimulateError};
 
@@ -55,32 +57,13 @@ impl Run<'_> {
     pub fn start(
         &self,
         model: Arc<Model>,
-        mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
+        report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
     ) -> Result<Option<Inaccuracy>, RunError> {
-        let Experiment { start, stop, tolerance, .. } = self.experiment;
-        let mut instance = Instance::new(model);
-        instance.setup(start, Some(stop), Some(tolerance))?;
-        for &(variable, value) in &self.settings {
-            instance.set(variable, value)?;
+        let mut simulation = Simulation::new(self, model, report)?;
+        while simulation.next_time().is_some() {
+            simulation.advance()?;
         }
-        self.set_inputs(&mut instance, start)?;
-        instance.initialise()?;
-        let mut values = vec![0.0; self.reported.len()];
-        let mut knots = self.knots().into_iter().peekable();
-        for point in points(self.experiment) {
-            while let Some(knot) = knots.next_if(|&knot| knot <= point) {
-                instance.step_to(knot)?;
-                self.set_inputs(&mut instance, knot)?;
-            }
-            if point > instance.time() {
-                instance.step_to(point)?;
-            }
-            for (value, &variable) in values.iter_mut().zip(&self.reported) {
-                *value = instance.get(variable)?;
-            }
-            report(point, &values)?;
-        }
-        Ok(instance.take_inaccuracy())
+        Ok(simulation.instance.take_inaccuracy())
     }
 
     /// Sets the inputs and their rates to the table's. They are constant until the next row, so this is done at the rows only
@@ -131,8 +114,13 @@ pub fn check(experiment: Experiment) -> Result<(), (&'static str, String)> {
 
 /// Start, every full step, and stop; computed from the start, so that rounding does not add up.
 pub fn points(experiment: Experiment) -> impl Iterator<Item = f64> {
+    (0..count(experiment)).map(move |index| point(experiment, index))
+}
+
+/// One of them.
+fn point(experiment: Experiment, index: u64) -> f64 {
     let Experiment { start, stop, step, .. } = experiment;
-    (0..steps(experiment)).map(move |index| start + index as f64 * step).chain([stop])
+    if index < steps(experiment) { start + index as f64 * step } else { stop }
 }
 
 /// How many points [`points`] gives.

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
+use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
 
 pub use design::Design;
@@ -23,7 +24,7 @@ use crate::compile::{Compiled, compile};
 use crate::mechanism::Experiment;
 use crate::output::statistics::Accumulator;
 use crate::scene::{Faults, Scene};
-use crate::simulate::{Ensemble, Measure, Run, RunError, Settings};
+use crate::simulate::{Ended, Ensemble, Measure, Run, RunError, Settings};
 
 /// Rows are handed over about as often.
 const PACE: Duration = Duration::from_millis(250);
@@ -41,6 +42,15 @@ pub struct Sweep {
 
 /// The numbers of a run, one for each measure; or why there are none.
 pub type Outcome = Result<Vec<f64>, String>;
+
+/// Runs whose rounding errors are larger than their tolerance.
+#[derive(Clone, Debug)]
+pub struct Inaccurate {
+    /// How many there are.
+    pub runs: usize,
+    /// What was found of the first one.
+    pub first: Inaccuracy,
+}
 
 /// The scene, computing these variables instead of its own outputs.
 ///
@@ -72,45 +82,63 @@ impl Sweep {
         self.compiled.description.variables.iter().position(|variable| variable.name == measure.variable)
     }
 
-    /// Runs the members from `first` on and hands their outcomes over in their order, some at a time, until all are done or `stop` is set.
+    /// Runs the members from `first` on and hands their outcomes over in their order, some at a time, until all are done or `stop` is set. Says which of them are
+    /// less accurate than their tolerance.
     ///
     /// # Errors
     /// The program is refused, there are no threads, or `report` fails.
     pub fn run(
         &self,
         first: usize,
-        threads: usize,
+        threads: (usize, usize),
         stop: &AtomicBool,
         mut report: impl FnMut(usize, Vec<Outcome>) -> io::Result<()>,
-    ) -> Result<(), RunError> {
+    ) -> Result<Option<Inaccurate>, RunError> {
         let model = Arc::new(Model::new(self.compiled.program.clone())?);
         let reported: Vec<usize> = self.measures.iter().filter_map(|measure| self.place(measure)).collect();
         let description = &self.compiled.description;
-        let run = Run { description, experiment: self.experiment, settings: Vec::new(), inputs: None, reported };
+        let run = Run { description, experiment: self.points(), settings: Vec::new(), inputs: None, reported };
         let ensemble = Ensemble::new(run, model, threads, stop).map_err(io::Error::other)?;
-        let (mut next, mut size) = (first, ensemble.threads());
+        let (mut next, mut size, mut inaccurate) = (first, ensemble.threads(), None);
         while next < self.design.len() && !ensemble.is_stopped() {
             let begin = Instant::now();
             let end = self.design.len().min(next + size);
             let members: Vec<Settings> = (next..end).map(|index| self.design.settings(index)).collect();
-            let outcomes = self.outcomes(&ensemble, &members);
+            let ended = ensemble.run(&members, Vec::new, Accumulator::add_all);
             if ensemble.is_stopped() {
                 break; // some of them were cut short
             }
-            report(next, outcomes)?;
+            inaccurate = note(inaccurate, &ended);
+            report(next, self.outcomes(ended))?;
             next = end;
             if begin.elapsed() < PACE {
                 size = (2 * size).min(MOST);
             }
         }
-        Ok(())
+        Ok(inaccurate)
     }
 
-    fn outcomes(&self, ensemble: &Ensemble, members: &[Settings]) -> Vec<Outcome> {
-        let outcome = |(kept, ended): (Vec<Accumulator>, Result<(), RunError>)| match ended {
-            Ok(()) => Ok(self.measures.iter().zip(&kept).map(|(measure, kept)| measure.of(kept)).collect()),
+    /// Without communication points within, where the ends of a run say everything.
+    fn points(&self) -> Experiment {
+        let Experiment { start, stop, step, .. } = self.experiment;
+        let ends = self.measures.iter().all(Measure::is_of_ends);
+        Experiment { step: if ends && stop > start { stop - start } else { step }, ..self.experiment }
+    }
+
+    fn outcomes(&self, ended: Vec<(Vec<Accumulator>, Ended)>) -> Vec<Outcome> {
+        let outcome = |(kept, ended): (Vec<Accumulator>, Ended)| match ended {
+            Ok(_) => Ok(self.measures.iter().zip(&kept).map(|(measure, kept)| measure.of(kept)).collect()),
             Err(error) => Err(error.to_string()),
         };
-        ensemble.run(members, Vec::new, Accumulator::add_all).into_iter().map(outcome).collect()
+        ended.into_iter().map(outcome).collect()
     }
+}
+
+/// Counts further runs that are not as accurate as they should be.
+fn note<C>(before: Option<Inaccurate>, ended: &[(C, Ended)]) -> Option<Inaccurate> {
+    let found = ended.iter().filter_map(|(_, ended)| ended.as_ref().ok()?.as_ref());
+    found.fold(before, |before, inaccuracy| match before {
+        Some(Inaccurate { runs, first }) => Some(Inaccurate { runs: runs + 1, first }),
+        None => Some(Inaccurate { runs: 1, first: inaccuracy.clone() }),
+    })
 }

@@ -9,6 +9,7 @@ mod derivatives;
 mod error;
 mod exchange;
 mod inputs;
+mod lanes;
 mod snapshot;
 
 use std::sync::Arc;
@@ -18,6 +19,7 @@ pub use crate::integrator::accuracy::Inaccuracy;
 pub use crossing::Crossing;
 pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
+pub use lanes::{Lanes, MOST_LANES, Member};
 pub use snapshot::Snapshot;
 
 use crate::constraints::accelerations::Accelerations;

@@ -7,7 +7,6 @@
 use std::fmt;
 
 use super::run::Run;
-use super::taylor::Taylor;
 use crate::context::Context;
 use crate::failure::number;
 use crate::model::Model;
@@ -74,13 +73,17 @@ impl Accuracy {
     }
 
     /// Counts a step, and measures where it ends if it is time.
-    pub fn note(&mut self, context: &mut Context, run: &Run, taylor: Option<&mut Taylor>) {
+    /// `amplification` says how many times rounding errors are multiplied there, and in which coordinate most.
+    pub fn note(
+        &mut self,
+        context: &mut Context,
+        run: &Run,
+        amplification: impl FnOnce(&mut Context, &Run) -> Option<(f64, Option<usize>)>,
+    ) {
         let due = self.steps.is_multiple_of(EVERY);
         self.steps = self.steps.wrapping_add(1);
-        let Some((amplification, index)) = taylor.filter(|_| due).and_then(|taylor| taylor.amplification(context, run))
-        else {
-            return;
-        };
+        let found = if due { amplification(context, run) } else { None };
+        let Some((amplification, index)) = found else { return };
         let attainable = f64::EPSILON * amplification;
         if attainable > self.attainable {
             self.attainable = attainable;

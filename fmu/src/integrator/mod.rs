@@ -3,6 +3,7 @@
 //! * [`stepping`]: from one communication point to the next.
 //! * `taylor`, `explicit` (DOP853), `implicit` (Radau IIA): the methods, each with what it remembers between steps.
 //! * `control`: bounds of the length of a step; `stiffness`: which method takes the next step; `detour`: past a pose that was not passed.
+//! * `together`: steps of several runs at once.
 //! * `accuracy`: how accurate rounding errors let a motion be.
 //! * `run`: what a run remembers between communication points: `signals`, the `last_step`, and the memories of the methods.
 //! * `right_hand_side`: the equations of motion, as the Runge-Kutta methods see them.
@@ -19,3 +20,4 @@ pub(crate) mod signals;
 pub mod stepping;
 pub(crate) mod stiffness;
 pub(crate) mod taylor;
+pub(crate) mod together;

@@ -32,14 +32,14 @@ const SHORTEST_PART: f64 = 1e-4;
 pub struct Stepper {
     explicit: Explicit,
     implicit: Implicit,
-    taylor: Option<Taylor>,
+    pub(super) taylor: Option<Taylor>,
     kinematic: Kinematic,
-    projection: Projection,
+    pub(super) projection: Projection,
     work: State,
     reprojection: Reprojection,
     /// The run before the steps to a communication point: what lies before them has been read.
-    checkpoint: Run,
-    statistics: Statistics,
+    pub(super) checkpoint: Run,
+    pub(super) statistics: Statistics,
     accuracy: Accuracy,
 }
 
@@ -73,6 +73,18 @@ impl Stepper {
         if !self.implicit.is_allocated(model) {
             self.implicit = Implicit::allocate(model);
         }
+    }
+
+    /// The engines, and what they work on.
+    pub(super) fn parts<'a>(
+        &'a mut self,
+        model: &'a Model,
+        machine: &'a mut Machine,
+        settings: &'a Settings,
+    ) -> (Engines<'a>, Context<'a>) {
+        let Self { explicit, implicit, taylor, projection, statistics, accuracy, .. } = self;
+        let context = Context { model, machine, projection, statistics, settings };
+        (Engines { taylor: taylor.as_mut(), explicit, implicit, accuracy }, context)
     }
 
     /// What has been done so far.

@@ -94,6 +94,11 @@ impl Choice {
         self.patience == FIRST_LOOK
     }
 
+    /// Does another method than the one that the settings name take the steps?
+    pub fn is_other(&self) -> bool {
+        self.stiff || self.detour.is_some()
+    }
+
     /// Is it one that a run would write?
     pub fn is_sound(&self) -> bool {
         self.held_back.is_finite()
@@ -179,6 +184,14 @@ fn undefined(context: &mut Context, run: &Run) -> Option<Failure> {
     domains::undefined(model, machine)
 }
 
+/// Takes note of where a step has ended.
+fn note_end(context: &mut Context, run: &mut Run) -> Result<(), Failure> {
+    branch::watch(context, run)?;
+    run.last.undefined = undefined(context, run).is_some();
+    run.singular.refuge.note(context.model, run.last.end_time, &run.last.end);
+    Ok(())
+}
+
 /// The engines of a model, side by side.
 pub(crate) struct Engines<'a> {
     pub taylor: Option<&'a mut Taylor>,
@@ -211,12 +224,19 @@ impl Engines<'_> {
             } else {
                 self.other_step(context, run, horizon)?;
             }
-            branch::watch(context, run)?;
-            run.last.undefined = undefined(context, run).is_some();
-            self.accuracy.note(context, run, self.taylor.as_deref_mut());
-            run.singular.refuge.note(context.model, run.last.end_time, &run.last.end);
+            let taylor = self.taylor.as_deref_mut();
+            self.accuracy.note(context, run, |context, run| taylor?.amplification(context, run));
+            note_end(context, run)?;
         }
         Ok(())
+    }
+
+    /// After a step by series together with other runs, whose accelerations multiply rounding errors so much where it begins.
+    pub fn conclude(&mut self, context: &mut Context, run: &mut Run, amplification: f64) -> Result<(), Failure> {
+        run.radau.forget();
+        self.look_for_stiffness(context, run);
+        self.accuracy.note(context, run, |_, _| Some((amplification, None)));
+        note_end(context, run)
     }
 
     /// Another method goes on.
@@ -293,6 +313,12 @@ impl Engines<'_> {
                 take_step(self.explicit, context, run, horizon)?;
             }
         }
+        self.look_for_stiffness(context, run);
+        Ok(())
+    }
+
+    /// Now and then, whether stiffness holds the steps back.
+    fn look_for_stiffness(&mut self, context: &mut Context, run: &mut Run) {
         // Without laws of positions and rates nothing is stiff. The implicit method knows nothing of singular poses.
         let lawful = self.taylor.as_ref().is_none_or(|taylor| taylor.has_laws());
         if context.settings.automatic && lawful && (is_regular(run) || run.stiffness.is_new()) && run.stiffness.looks()
@@ -301,7 +327,6 @@ impl Engines<'_> {
             run.stiffness.look(held_back);
             run.stiffness.held_back = run.last.natural;
         }
-        Ok(())
     }
 
     /// Is the step as long as the fastest rate permits?

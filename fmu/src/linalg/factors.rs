@@ -5,6 +5,7 @@
 
 use std::collections::BTreeSet;
 
+use super::many::{Number, Which};
 use super::matrix::{Entries, Places, most};
 
 /// A pivot that is smaller than this share of what it is the difference of does not count.
@@ -31,6 +32,8 @@ pub(crate) struct Pattern {
     /// foreseen by the processor.
     by_rows: Vec<[u32; 2]>,
     turned: Vec<u32>,
+    /// Where each row begins there, from the first row on.
+    row_ends: Vec<u32>,
 }
 
 impl Pattern {
@@ -56,10 +59,11 @@ impl Pattern {
             .collect();
         let mut turned: Vec<u32> = (0..rows.len() as u32).collect();
         turned.sort_by_key(|&entry| std::cmp::Reverse(by_columns[entry as usize]));
-        let by_rows = turned.iter().map(|&entry| by_columns[entry as usize]).collect();
+        let by_rows: Vec<[u32; 2]> = turned.iter().map(|&entry| by_columns[entry as usize]).collect();
+        let row_ends = (0..size).map(|row| by_rows_end(&by_rows, row)).collect();
         let (first_product, products) = (vec![0], Vec::new());
         let mut pattern =
-            Self { equations, columns, first, rows, first_product, products, by_columns, by_rows, turned };
+            Self { equations, columns, first, rows, first_product, products, by_columns, by_rows, turned, row_ends };
         for column in 0..size {
             let entries = pattern.first[column]..pattern.first[column + 1];
             for upper in entries.clone() {
@@ -89,6 +93,11 @@ impl Pattern {
         let (a, b) = (self.columns[row], self.columns[column]);
         if a == b { a } else { self.equations.len() + self.entry(a.min(b) as u32, a.max(b) as u32) }
     }
+}
+
+/// Where a row begins among entries from the last row up.
+fn by_rows_end(by_rows: &[[u32; 2]], row: usize) -> u32 {
+    by_rows.partition_point(|entry| entry[0] as usize > row) as u32
 }
 
 /// The order of elimination, and for each equation those that it is coupled with when its turn comes.
@@ -124,31 +133,31 @@ fn eliminate(mut neighbours: Vec<BTreeSet<usize>>, unknowns: usize) -> (Vec<usiz
     (order, below)
 }
 
-/// The factors of one matrix.
+/// The factors of one matrix, or of the same matrix of several motions.
 #[derive(Clone, Debug)]
-pub(crate) struct Factors {
+pub(crate) struct Factors<N = f64> {
     pattern: Pattern,
     /// Where each equation's part of a solution goes.
     targets: Vec<usize>,
     /// D, from the matrix; then 1 / D.
-    diagonal: Vec<f64>,
+    diagonal: Vec<N>,
     /// Entries of the matrix, then of L.
-    entries: Vec<f64>,
+    entries: Vec<N>,
     /// What each pivot is the difference of.
-    sizes: Vec<f64>,
+    sizes: Vec<N>,
     /// Columns whose part of the inverse is needed.
     wanted: Vec<bool>,
     /// The inverse where the factors have entries.
-    inverse_diagonal: Vec<f64>,
-    inverse: Vec<f64>,
+    inverse_diagonal: Vec<N>,
+    inverse: Vec<N>,
     /// L by rows, from the last one up.
-    by_rows: Vec<f64>,
-    solution: Vec<f64>,
+    by_rows: Vec<N>,
+    solution: Vec<N>,
 }
 
-impl Entries for Factors {
+impl<N: Number> Entries<N> for Factors<N> {
     #[inline(always)]
-    fn add(&mut self, [place, _]: Places, value: f64) {
+    fn add(&mut self, [place, _]: Places, value: N) {
         match place.checked_sub(self.diagonal.len()) {
             None => self.diagonal[place] += value,
             Some(entry) => self.entries[entry] += value,
@@ -156,7 +165,7 @@ impl Entries for Factors {
     }
 }
 
-impl Factors {
+impl<N: Number> Factors<N> {
     /// Storage; the inverse will be asked for the diagonal of the equations from `unknowns` on, solutions go to `targets`.
     pub fn new(pattern: Pattern, unknowns: usize, targets: Vec<usize>) -> Self {
         let size = targets.len();
@@ -168,13 +177,13 @@ impl Factors {
         Self {
             targets,
             wanted,
-            diagonal: vec![0.0; size],
-            sizes: vec![0.0; size],
-            inverse_diagonal: vec![0.0; size],
-            entries: vec![0.0; pattern.rows.len()],
-            inverse: vec![0.0; pattern.rows.len()],
-            by_rows: vec![0.0; pattern.rows.len()],
-            solution: vec![0.0; size],
+            diagonal: vec![N::ZERO; size],
+            sizes: vec![N::ZERO; size],
+            inverse_diagonal: vec![N::ZERO; size],
+            entries: vec![N::ZERO; pattern.rows.len()],
+            inverse: vec![N::ZERO; pattern.rows.len()],
+            by_rows: vec![N::ZERO; pattern.rows.len()],
+            solution: vec![N::ZERO; size],
             pattern,
         }
     }
@@ -191,24 +200,26 @@ impl Factors {
 
     /// Zero.
     pub fn clear(&mut self) {
-        self.diagonal.fill(0.0);
-        self.entries.fill(0.0);
+        self.diagonal.fill(N::ZERO);
+        self.entries.fill(N::ZERO);
     }
 
-    /// Replaces the matrix by its factors. False if it has none.
-    pub fn factor(&mut self) -> bool {
+    /// Replaces the matrix by its factors. Says of which motions it has some.
+    #[inline(always)]
+    pub fn factor(&mut self) -> N::Which {
+        let mut regular = N::Which::ALL;
         for (size, entry) in self.sizes.iter_mut().zip(&self.diagonal) {
-            *size = entry.abs();
+            *size = entry.magnitude();
         }
         let Pattern { first, rows, first_product, products, .. } = &self.pattern;
         for column in 0..self.diagonal.len() {
             let pivot = self.diagonal[column];
-            // Written so that NaN is singular too.
-            let regular = pivot.abs() > SINGULAR * self.sizes[column];
-            if !regular {
-                return false;
+            // Not a number is singular too.
+            regular = regular.and(pivot.magnitude().exceeds(self.sizes[column].times(SINGULAR)));
+            if regular.is_none() {
+                return regular;
             }
-            let inverse = 1.0 / pivot;
+            let inverse = pivot.reciprocal();
             self.diagonal[column] = inverse;
             let range = first[column]..first[column + 1];
             let (own, others) = self.entries.split_at_mut(range.end);
@@ -219,11 +230,11 @@ impl Factors {
                 let factor = value * inverse;
                 let product = value * factor;
                 self.diagonal[rows[upper] as usize] -= product;
-                self.sizes[rows[upper] as usize] += product.abs();
+                self.sizes[rows[upper] as usize] += product.magnitude();
                 let below = &own[upper + 1..];
                 let (now, later) = targets.split_at(below.len());
                 for (target, entry) in now.iter().zip(below) {
-                    others[*target as usize - range.end] -= entry * factor;
+                    others[*target as usize - range.end] -= *entry * factor;
                 }
                 targets = later;
                 own[upper] = factor;
@@ -233,10 +244,11 @@ impl Factors {
             *factor = self.entries[entry as usize];
         }
         self.invert();
-        true
+        regular
     }
 
     /// The inverse where the factors have entries, from the last column to the first (Takahashi, Fagan and Chin, 1973).
+    #[inline(always)]
     fn invert(&mut self) {
         let Pattern { first, rows, first_product, products, .. } = &self.pattern;
         for column in (0..self.diagonal.len()).rev().filter(|&column| self.wanted[column]) {
@@ -245,7 +257,7 @@ impl Factors {
             let (own, rows, factors) = (&mut own[range.start..], &rows[range.clone()], &self.entries[range.clone()]);
             let mut sources = &products[first_product[column]..first_product[column + 1]];
             for ((entry, row), factor) in own.iter_mut().zip(rows).zip(factors) {
-                *entry = -(factor * self.inverse_diagonal[*row as usize]);
+                *entry = -(*factor * self.inverse_diagonal[*row as usize]);
             }
             for upper in 0..own.len() {
                 for lower in upper + 1..own.len() {
@@ -257,42 +269,72 @@ impl Factors {
             }
             let products = factors.iter().zip(&*own);
             self.inverse_diagonal[column] =
-                products.fold(self.diagonal[column], |sum, (factor, entry)| sum - factor * entry);
+                products.fold(self.diagonal[column], |sum, (factor, entry)| sum - *factor * *entry);
         }
     }
 
     /// An entry of the diagonal of the inverse.
-    pub fn diagonal(&self, equation: usize) -> f64 {
+    pub fn diagonal(&self, equation: usize) -> N {
         self.inverse_diagonal[self.pattern.columns[equation]]
     }
 
-    /// The largest share of what the pivot of an equation before `unknowns` is the difference of in that pivot, and the equation.
-    pub fn cancellation(&self, unknowns: usize) -> (f64, usize) {
-        most((0..unknowns).map(|equation| {
-            let column = self.pattern.columns[equation];
-            self.sizes[column] * self.diagonal[column].abs()
-        }))
+    /// The same, each part in one sum: several motions at once have enough to do while the processor finds out where a sum ends.
+    #[inline(always)]
+    pub fn solve_by_rows(&mut self, vector: &[N], solution: &mut [N]) {
+        let Pattern { equations, first, rows, by_rows, row_ends, .. } = &self.pattern;
+        let x = &mut self.solution[..];
+        let mut end = by_rows.len();
+        for (row, (&equation, &begin)) in equations.iter().zip(row_ends).enumerate() {
+            let mut sum = vector[equation];
+            for place in (begin as usize..end).rev() {
+                sum -= self.by_rows[place] * x[by_rows[place][1] as usize];
+            }
+            (x[row], end) = (sum, begin as usize);
+        }
+        for column in (0..equations.len()).rev() {
+            let mut sum = x[column] * self.diagonal[column];
+            for place in first[column]..first[column + 1] {
+                sum -= self.entries[place] * x[rows[place] as usize];
+            }
+            x[column] = sum;
+            solution[self.targets[equations[column]]] = sum;
+        }
+    }
+
+    /// How much larger than the pivot of an equation that is which it is the difference of.
+    #[inline(always)]
+    pub fn growth(&self, equation: usize) -> N {
+        let column = self.pattern.columns[equation];
+        self.sizes[column] * self.diagonal[column].magnitude()
     }
 
     /// The solution for right-hand sides by equations, at its places.
-    pub fn solve(&mut self, vector: &[f64], solution: &mut [f64]) {
+    #[inline(always)]
+    pub fn solve(&mut self, vector: &[N], solution: &mut [N]) {
         let Pattern { equations, by_columns, by_rows, .. } = &self.pattern;
         let x = &mut self.solution[..];
         for (place, &equation) in x.iter_mut().zip(equations) {
             *place = vector[equation];
         }
         for (&[row, column], factor) in by_columns.iter().zip(&self.entries) {
-            x[row as usize] -= factor * x[column as usize];
+            x[row as usize] -= *factor * x[column as usize];
         }
         for (value, inverse) in x.iter_mut().zip(&self.diagonal) {
-            *value *= inverse;
+            *value = *value * *inverse;
         }
         for (&[row, column], factor) in by_rows.iter().zip(&self.by_rows) {
-            x[column as usize] -= factor * x[row as usize];
+            x[column as usize] -= *factor * x[row as usize];
         }
         for (value, &equation) in x.iter().zip(equations) {
             solution[self.targets[equation]] = *value;
         }
+    }
+}
+
+impl Factors {
+    /// The largest share of what the pivot of an equation before `unknowns` is the difference of in that pivot, and the equation.
+    pub fn cancellation(&self, unknowns: usize) -> (f64, usize) {
+        most((0..unknowns).map(|equation| self.growth(equation)))
     }
 }
 

@@ -63,7 +63,7 @@ pub(crate) fn largest(lane: Lane) -> f64 {
 }
 
 #[inline(always)]
-fn above(a: f64, b: f64) -> f64 {
+pub(super) fn above(a: f64, b: f64) -> f64 {
     let (a, b) = (a.abs().to_bits() as i64, b.abs().to_bits() as i64);
     f64::from_bits(if b > a { b } else { a } as u64)
 }

@@ -27,9 +27,9 @@ pub(crate) enum Matrix {
 }
 
 /// Receives the entries of a matrix.
-pub(crate) trait Entries {
+pub(crate) trait Entries<N = f64> {
     /// Adds to an entry and its mirror image.
-    fn add(&mut self, places: Places, value: f64);
+    fn add(&mut self, places: Places, value: N);
 }
 
 impl Matrix {

@@ -5,7 +5,7 @@
 //! * `inverse`, `matrix`: the matrix of a pose, as a whole or by its entries.
 //! * `chain`, `columns`: open chains of frames, and sparse constants by columns.
 //! * `least_squares`, `spectrum`: minimum-norm solutions, and the ends of a spectrum.
-//! * `lane`, `turn`: four numbers and four angles at a time.
+//! * `lane`, `turn`: four numbers and four angles at a time; `many`: the same number of several motions.
 
 pub(crate) mod chain;
 pub(crate) mod columns;
@@ -14,6 +14,7 @@ pub(crate) mod factors;
 pub(crate) mod inverse;
 pub(crate) mod lane;
 pub(crate) mod least_squares;
+pub(crate) mod many;
 pub(crate) mod matrix;
 pub(crate) mod sparse;
 pub(crate) mod spectrum;

@@ -102,6 +102,11 @@ impl Trail {
                 .all(|(all, expected)| all.len() == expected.len() && all.iter().all(|value| value.is_finite()))
     }
 
+    /// May the next state decide whether the motion has left its branch?
+    pub fn decides(&self) -> bool {
+        self.count + 1 >= WINDOW
+    }
+
     fn state(&self, place: usize) -> &[f64] {
         let size = self.states.len() / WINDOW;
         &self.states[place * size..][..size]

@@ -12,7 +12,7 @@ mod fused;
 mod jet;
 mod tape;
 
-pub use jet::{Jet, Singular};
+pub use jet::{Begun, Jet, Members, Singular};
 
 /// The highest order of positions.
 pub const MAX_ORDER: usize = 28;

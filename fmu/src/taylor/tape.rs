@@ -341,7 +341,7 @@ fn steepness(a: f64) -> f64 {
 
 /// The polynomial of time about now that a given series is.
 #[inline(always)]
-fn polynomial(model: &Model, registers: &[f64], given: Given) -> [f64; 5] {
+pub(super) fn polynomial(model: &Model, registers: &[f64], given: Given) -> [f64; 5] {
     let layout = model.layout();
     let input = |index: u32| {
         [layout.inputs(), layout.input_rates(), layout.input_accelerations()]

@@ -19,7 +19,6 @@ use super::output::{self, Output};
 use super::study;
 use super::times::Times;
 use crate::compile::compile_with;
-use crate::diagnostic::{Fault, Faults, Span};
 use crate::output::csv::{Table, Writer};
 use crate::simulate::{self, Run, RunError};
 use asked::Shown;
@@ -122,9 +121,7 @@ impl Simulate {
         let model = Model::new(compiled.program.clone()).map_err(|error| Failure::Numerical(error.to_string()))?;
         let (rows, ended) = self.table(&run, Arc::new(model), &mut record, &shown)?;
         if let Ok(Some(inaccuracy)) = &ended {
-            let fault =
-                Fault::warning("solver::accuracy", inaccuracy.to_string(), Span::default()).help(Inaccuracy::HELP);
-            output::warn(&Faults::new(compiled.source.clone(), vec![fault]), format);
+            output::warn_inaccurate(&compiled, "", inaccuracy, format);
         }
         self.draw(&run, &record, overlay.as_ref(), &shown, format)?;
         self.conclude(&record, rows, format)?;

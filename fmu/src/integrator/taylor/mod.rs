@@ -5,6 +5,7 @@
 //! that is not analytic at this very state), the step is declined, and another method takes it.
 
 mod laws;
+mod member;
 mod memory;
 mod passage;
 mod propose;
@@ -19,6 +20,7 @@ use crate::model::Model;
 use crate::singular::dependence::begins_near;
 use crate::singular::detect::Guard;
 use crate::taylor::Jet;
+pub(crate) use member::{Motions, Proposed};
 pub(crate) use memory::Memory;
 #[cfg(test)]
 pub(crate) use passage::COURSE;

@@ -13,7 +13,7 @@ use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
 pub(crate) const COURSE: Course =
     Course { take_off: 0.77, passes: 0.85, landing: 1.28, nearer: 0.0, missed: f64::INFINITY };
 /// A pose predicted no further ahead than so many natural steps is located: a row that has just begun to fall falls faster and faster.
-const FORESEEN: f64 = 3.0;
+pub(super) const FORESEEN: f64 = 3.0;
 /// A row that has passed a pose has less than this share of its distance about there.
 const HALF: f64 = 0.5;
 

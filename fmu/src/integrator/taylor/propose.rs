@@ -21,13 +21,13 @@ const FINEST: f64 = 1e-15;
 /// A step that is cut short ends its series when two terms are this much smaller than the tolerance.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Loops may open so much along a step, and its end accelerate otherwise than the equations demand, in units of the tolerance.
-const OPENING: f64 = 10.0;
+pub(super) const OPENING: f64 = 10.0;
 /// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
 pub(super) const REACH: f64 = 1.6;
 /// Share of the step that the last coefficients permit: the terms after the last one count too.
-const SAFETY: f64 = 0.9;
+pub(super) const SAFETY: f64 = 0.9;
 /// A step is at most so many times as long as the one before.
-const GROW: f64 = 4.0;
+pub(super) const GROW: f64 = 4.0;
 /// A step shorter than this share of the one before is cut short.
 const CUT: f64 = 0.9;
 /// A step is not rejected for what rounding errors do, of the order of one and of positions, in units of their spacing.
@@ -213,14 +213,14 @@ fn is_near(run: &Run) -> bool {
 }
 
 /// How far loops are open by rounding errors alone: those of the positions count, for angles grow with every turn.
-fn rounding(model: &Model, positions: &[f64]) -> f64 {
+pub(super) fn rounding(model: &Model, positions: &[f64]) -> f64 {
     let coordinates = model.program().coordinates.iter().zip(positions);
     let largest = coordinates.fold(0.0, |largest, (coordinate, q)| math::maximum(largest, q.abs() / coordinate.scale));
     math::maximum(ROUNDING, SPACINGS * f64::EPSILON * largest)
 }
 
 /// What one step may be wrong by at a tolerance.
-fn share(tolerance: f64) -> f64 {
+pub(super) fn share(tolerance: f64) -> f64 {
     (SHARE_OF_TOLERANCE * tolerance).max(FINEST)
 }
 

@@ -131,7 +131,7 @@ impl Taylor {
     }
 
     /// The end of the step becomes that of the run.
-    fn accept(&mut self, context: &mut Context, run: &mut Run, end: f64, cut: bool) {
+    pub(super) fn accept(&mut self, context: &mut Context, run: &mut Run, end: f64, cut: bool) {
         let h = end - run.last.end_time;
         run.singular.ahead = self.guard.ahead(h);
         run.singular.follow_on(self.guard.arrival(h));

@@ -9,6 +9,7 @@
 //! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
 
 mod frames;
+mod members;
 mod orders;
 mod pairs;
 mod pieces;
@@ -26,8 +27,9 @@ use crate::machine::Machine;
 use crate::model::Model;
 use crate::taylor::ORDERS;
 use crate::taylor::coupling::Coupling;
-use crate::taylor::form::{ArmForm, Factor, Place, Row, Slot};
+use crate::taylor::form::{ArmForm, Factor, Load, Place, Row, Slot};
 use crate::taylor::tape::{Scalars, Vectors};
+pub use members::{Begun, Members};
 use response::Response;
 use step::Read;
 use terms::{Plan, Terms};
@@ -77,12 +79,20 @@ struct Shape {
     /// Lanes of frames, of products, of world arms.
     lanes: [usize; 3],
     counts: [usize; 3],
+    /// Places of a lane.
+    width: usize,
 }
 
 impl Shape {
     fn new(form: &ArmForm) -> Self {
         let counts = [form.frames.len(), form.products.len(), form.world.len()];
-        Self { lanes: counts.map(lanes), counts }
+        Self { lanes: counts.map(lanes), counts, width: WIDTH }
+    }
+
+    /// Every arm has the place of its number.
+    fn plain(form: &ArmForm) -> Self {
+        let counts = Self::new(form).counts;
+        Self { lanes: counts, counts, width: 1 }
     }
 
     fn all(&self) -> usize {
@@ -97,9 +107,13 @@ impl Shape {
                 return first + arm;
             }
             arm -= count;
-            first += lanes * WIDTH;
+            first += lanes * self.width;
         }
         first
+    }
+
+    fn places(&self) -> usize {
+        self.all() * self.width
     }
 }
 
@@ -120,6 +134,21 @@ struct Loads {
 }
 
 impl Loads {
+    /// Those on unknowns.
+    fn of_pushes(form: &ArmForm, shape: &Shape) -> Self {
+        Self::new(form.pushes.iter().map(|push| Scatter {
+            place: shape.place(push.unknown),
+            value: push.value,
+            factors: [push.factor, 0],
+        }))
+    }
+
+    /// Those on arms.
+    fn of_arms(form: &ArmForm, shape: &Shape) -> Self {
+        let place = |load: &Load| Scatter { place: shape.place(load.arm), value: load.value, factors: load.along };
+        Self::new(form.loads.iter().map(place))
+    }
+
     fn new(entries: impl Iterator<Item = Scatter>) -> Self {
         let mut entries: Vec<Scatter> = entries.collect();
         entries.sort_by_key(|entry| entry.value.is_some());
@@ -227,11 +256,6 @@ impl Jet {
         let transposed: Vec<Entry> = arms_of_rows.iter().map(|&(row, arm, p)| (arm, row, p)).collect();
         let masses: Vec<Entry> =
             form.coupling.iter().map(|entry| (place(entry.on), place(entry.from), entry.mass)).collect();
-        let one = |slot, factor| Scatter { place: slot, value: None, factors: [factor, 0] };
-        let pushes =
-            form.pushes.iter().map(|push| Scatter { value: push.value, ..one(place(push.unknown), push.factor) });
-        let loads =
-            form.loads.iter().map(|load| Scatter { place: place(load.arm), value: load.value, factors: load.along });
         let orders = |lanes: usize| vec![ZERO; ORDERS * lanes];
         let mut jet = Self {
             frames: [0; 2],
@@ -247,8 +271,8 @@ impl Jet {
             response: Response::default(),
             groups: groups(model, &form),
             terms,
-            pushes: Loads::new(pushes),
-            loads: Loads::new(loads),
+            pushes: Loads::of_pushes(&form, &shape),
+            loads: Loads::of_arms(&form, &shape),
             applied: [vec![ZERO; all], vec![ZERO; all]],
             chain: chain(&form),
             x: orders(all),
@@ -370,7 +394,7 @@ impl Jet {
         let targets: Vec<usize> = self.unknowns.iter().copied().chain(rows).collect();
         let (room, unknowns) = (self.solution.len() * WIDTH, self.unknowns.len());
         self.matrix = Matrix::new(&targets, room, unknowns, self.terms.entries(), layout.alike);
-        self.terms.aim(&self.matrix);
+        self.terms.aim(|row, column| self.matrix.places(row, column));
     }
 }
 

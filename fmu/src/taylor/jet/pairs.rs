@@ -7,7 +7,7 @@
 
 use super::terms::{Plan, Slope};
 use crate::linalg::lane::Lane;
-use crate::linalg::matrix::{Entries, Matrix, Places};
+use crate::linalg::matrix::{Entries, Places};
 use crate::taylor::form::ArmForm;
 
 /// All of them.
@@ -87,10 +87,10 @@ impl Pairs {
     }
 
     /// Entries go to their places in this matrix from now on.
-    pub(super) fn aim(&mut self, matrix: &Matrix) {
+    pub(super) fn aim(&mut self, at: impl Fn(usize, usize) -> Places) {
         for Pair { equation, columns, places, .. } in &mut self.pairs {
             for (place, column) in places.iter_mut().zip(columns) {
-                *place = matrix.places(*equation, *column);
+                *place = at(*equation, *column);
             }
         }
     }

@@ -9,7 +9,7 @@ use crate::model::Model;
 use crate::taylor::form::{Auxiliary, Factor, Place, Rod, Slot};
 
 /// Loops that are open less than this, relative to their scales, are left alone.
-const CLOSED: f64 = 1e-13;
+pub(super) const CLOSED: f64 = 1e-13;
 /// The cube of a smaller angle, over six, is below the rounding errors of its cosine and sine.
 const SMALL: f64 = 1e-6;
 /// Newton steps onto the loops where they must be closed tightly.

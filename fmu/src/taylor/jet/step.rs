@@ -2,6 +2,7 @@
 
 use super::{Jet, Shape};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, multiply, plus, splat, subtract};
+use crate::linalg::many::Number;
 use crate::math;
 use crate::taylor::MAX_ORDER;
 use crate::taylor::form::{ArmForm, Place};
@@ -32,7 +33,13 @@ impl Read {
 
     #[inline(always)]
     fn value(self, values: &[f64]) -> f64 {
-        let value = values[self.place] - self.from.map_or(0.0, |from| values[from]);
+        self.value_in(|place| values[place])
+    }
+
+    /// From the unknowns by their places.
+    #[inline(always)]
+    pub(super) fn value_in<N: Number>(self, unknown: impl Fn(usize) -> N) -> N {
+        let value = unknown(self.place) - self.from.map_or(N::ZERO, &unknown);
         if self.reversed { -value } else { value }
     }
 }
@@ -136,7 +143,7 @@ impl Jet {
 }
 
 /// 1 / k
-const RECIPROCALS: [f64; MAX_ORDER + 1] = {
+pub(super) const RECIPROCALS: [f64; MAX_ORDER + 1] = {
     let mut table = [0.0; MAX_ORDER + 1];
     let mut k = 1;
     while k <= MAX_ORDER {
@@ -148,7 +155,7 @@ const RECIPROCALS: [f64; MAX_ORDER + 1] = {
 
 /// Four logarithms with the bits of [`math::rough_log2`].
 #[inline(always)]
-fn rough_log2(x: Lane) -> Lane {
+pub(super) fn rough_log2(x: Lane) -> Lane {
     let least = math::minimum(math::minimum(x[0], x[1]), math::minimum(x[2], x[3]));
     // Written so that NaN is not normal.
     let normal = least >= f64::MIN_POSITIVE && largest(x) < f64::INFINITY;
@@ -163,7 +170,7 @@ fn rough_log2(x: Lane) -> Lane {
 }
 
 /// k and k - 1.
-const FACTORS: [[f64; 2]; MAX_ORDER + 1] = {
+pub(super) const FACTORS: [[f64; 2]; MAX_ORDER + 1] = {
     let mut table = [[0.0; 2]; MAX_ORDER + 1];
     let mut k = 1;
     while k <= MAX_ORDER {

@@ -5,7 +5,8 @@ use super::pairs::{Pairs, candidates};
 use crate::linalg::columns::Columns;
 use crate::linalg::inverse::Inverse;
 use crate::linalg::lane::{Lane, WIDTH, minus, multiply, plus, splat};
-use crate::linalg::matrix::{Entries, Matrix, Places};
+use crate::linalg::many::Number;
+use crate::linalg::matrix::{Entries, Places};
 use crate::taylor::form::{ArmForm, Factor};
 
 /// Masses that differ by more than this factor ask for a search for pivots.
@@ -85,7 +86,7 @@ impl<'a> Plan<'a> {
             form,
             shape,
             turned_by,
-            equations: vec![None; shape.all() * WIDTH],
+            equations: vec![None; shape.places()],
             unknowns: Vec::new(),
             rows: vec![None; form.rows.len()],
             pairs: Vec::new(),
@@ -153,7 +154,7 @@ impl<'a> Plan<'a> {
             (None, Some(self.form.world[index - frames - products]))
         };
         let turning = frame.and_then(|frame| self.turned_by[frame]);
-        let slide = (factor == Some(Factor::Unknown)).then(|| (place, self.shape.all() * WIDTH + place));
+        let slide = (factor == Some(Factor::Unknown)).then(|| (place, self.shape.places() + place));
         turning.map(|unknown| (unknown, place)).into_iter().chain(slide)
     }
 }
@@ -202,17 +203,17 @@ impl Terms {
     }
 
     /// Entries go to their places in this matrix from now on.
-    pub(super) fn aim(&mut self, matrix: &Matrix) {
+    pub(super) fn aim(&mut self, places: impl Fn(usize, usize) -> Places) {
         for term in self.inertia.iter_mut().chain(&mut self.linear) {
-            term.places = matrix.places(term.row, term.column);
+            term.places = places(term.row, term.column);
         }
         for term in &mut self.masses {
-            term.places = matrix.places(term.row, term.column);
+            term.places = places(term.row, term.column);
         }
         for term in &mut self.loops {
-            term.places = matrix.places(term.row, term.column);
+            term.places = places(term.row, term.column);
         }
-        self.pairs.aim(matrix);
+        self.pairs.aim(places);
     }
 
     /// Is none of the masses that resist the unknowns by themselves much smaller than another of its kind: inertias of angles, masses of
@@ -259,13 +260,25 @@ impl Terms {
     /// Adds all entries up.
     #[inline(always)]
     pub(super) fn assemble(&mut self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
-        let (dx, dy) = (derivatives[0].as_flattened(), derivatives[1].as_flattened());
+        let [dx, dy] = derivatives;
+        self.add_masses(matrix, c, [dx.as_flattened(), dy.as_flattened()]);
+        self.assemble_rest(matrix, c, derivatives);
+    }
+
+    /// The same without pairs of loop equations, for one motion or several.
+    #[inline(always)]
+    pub(super) fn assemble_plain<N: Number>(&self, matrix: &mut impl Entries<N>, c: &[N], derivatives: [&[N]; 2]) {
+        self.add_masses(matrix, c, derivatives);
+        self.add_plain(matrix, c, derivatives);
+    }
+
+    #[inline(always)]
+    fn add_masses<N: Number>(&self, matrix: &mut impl Entries<N>, c: &[N], [dx, dy]: [&[N]; 2]) {
         for Term { places, value: Mass { left, right, mass }, .. } in &self.masses {
             let (ax, ay, bx, by) = (dx[*left], dy[*left], dx[*right], dy[*right]);
             let (re, im) = (c[mass[0] as usize], c[mass[1] as usize]);
             matrix.add(*places, re * (ax * bx + ay * by) - im * (ax * by - ay * bx));
         }
-        self.assemble_rest(matrix, c, derivatives);
     }
 
     /// The same of frames only, whose arms are x + i y: an entry of the masses for every two of them, four at a time.
@@ -294,7 +307,16 @@ impl Terms {
     /// All but the masses between arms.
     #[inline(always)]
     fn assemble_rest(&mut self, matrix: &mut impl Entries, c: &[f64], derivatives: &[Vec<Lane>; 2]) {
-        let (dx, dy) = (derivatives[0].as_flattened(), derivatives[1].as_flattened());
+        let [dx, dy] = derivatives;
+        self.add_plain(matrix, c, [dx.as_flattened(), dy.as_flattened()]);
+        if !self.pairs.is_empty() {
+            self.pairs.assemble(matrix, c, derivatives);
+        }
+    }
+
+    /// Inertias and loop equations.
+    #[inline(always)]
+    fn add_plain<N: Number>(&self, matrix: &mut impl Entries<N>, c: &[N], [dx, dy]: [&[N]; 2]) {
         for term in &self.inertia {
             matrix.add(term.places, c[term.value as usize]);
         }
@@ -304,9 +326,6 @@ impl Terms {
         }
         for term in &self.linear {
             matrix.add(term.places, c[term.value as usize]);
-        }
-        if !self.pairs.is_empty() {
-            self.pairs.assemble(matrix, c, derivatives);
         }
     }
 }

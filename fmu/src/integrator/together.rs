@@ -1,0 +1,108 @@
+//! Steps of several runs at once: what [`super::stepping`] does for one.
+
+use super::control::Horizon;
+use super::stepping::{Run, Stepper};
+use super::taylor::{Motions, Proposed};
+use crate::context::{Context, Settings};
+use crate::failure::Failure;
+use crate::machine::Machine;
+use crate::model::Model;
+use crate::program::Motion;
+
+/// One of the runs, with what it works with.
+pub(crate) struct Member<'a> {
+    pub model: &'a Model,
+    pub machine: &'a mut Machine,
+    pub stepper: &'a mut Stepper,
+    pub run: &'a mut Run,
+    pub settings: Settings,
+}
+
+impl Member<'_> {
+    /// May its next step be found together with those of others?
+    pub fn joins(&self, tolerance: f64) -> bool {
+        let taylor = self.stepper.taylor.as_ref();
+        let same = self.settings.tolerance == tolerance && self.model.program().motion == Motion::Dynamic;
+        same && taylor.is_some_and(|taylor| taylor.joins(self.run, &self.settings))
+    }
+
+    /// Takes the next step by itself. On failure nothing has happened.
+    pub fn step_alone(&mut self) -> Result<(), Failure> {
+        let Self { model, machine, stepper, run, settings } = self;
+        stepper.checkpoint.copy_from(run);
+        let (mut engines, mut context) = stepper.parts(model, machine, settings);
+        let context = &mut context;
+        context.machine.load(model, &run.signals.origin);
+        let limit = settings.stop.unwrap_or(f64::INFINITY);
+        let horizon = Horizon { target: run.last.end_time.next_up(), limit };
+        let done = engines.advance(context, run, horizon);
+        if done.is_err() {
+            run.copy_from(&stepper.checkpoint);
+            stepper.forget();
+        }
+        done
+    }
+
+    /// Takes its place among the others: what its series need of its parameters.
+    pub fn enter(&mut self, motions: &mut Motions, place: usize) {
+        self.machine.load(self.model, &self.run.signals.origin);
+        motions.series.enter(place, self.machine.registers());
+        motions.place(place, &self.run.last.end);
+    }
+
+    /// What the series need of the signals of a time.
+    pub fn signal(&mut self, motions: &mut Motions, place: usize, time: f64) {
+        if motions.series.has_signals() {
+            self.machine.load_signals(self.model, &self.run.signals.origin, time);
+            motions.series.signal(place, self.model, self.machine.registers());
+        }
+    }
+
+    /// The same where the last step ends.
+    pub fn signal_now(&mut self, motions: &mut Motions, place: usize) {
+        self.signal(motions, place, self.run.last.end_time);
+    }
+
+    /// Is there a series where it begins?
+    pub fn begins(&mut self, motions: &Motions, place: usize) -> bool {
+        if let Some(taylor) = &mut self.stepper.taylor {
+            taylor.join(|closeness| motions.series.closeness(place, closeness));
+        }
+        motions.is_regular(place)
+    }
+
+    /// The next step, by how far rates and positions reach; none if it must be taken alone.
+    pub fn propose(&mut self, motions: &Motions, place: usize, reach: [f64; 2]) -> Option<Proposed> {
+        let Self { model, machine, stepper, run, settings } = self;
+        let Stepper { projection, statistics, taylor, .. } = &mut **stepper;
+        let context = Context { model, machine, projection, statistics, settings };
+        let step = taylor.as_ref()?.propose_with(&context, run, reach, motions.order)?;
+        run.last.order = motions.order as u32;
+        motions.series.polynomial(place, motions.order, &mut run.last.dense);
+        Some(step)
+    }
+
+    /// Accepts the step; false if it must be taken alone.
+    ///
+    /// # Errors
+    /// What is wrong where it ends. Nothing has happened then.
+    pub fn conclude(&mut self, motions: &Motions, place: usize, step: &Proposed) -> Result<bool, Failure> {
+        let Self { model, machine, stepper, run, settings } = self;
+        let may_fail = run.singular.trail.decides();
+        if may_fail {
+            stepper.checkpoint.copy_from(run);
+        }
+        let (mut engines, mut context) = stepper.parts(model, machine, settings);
+        let context = &mut context;
+        let Some(taylor) = engines.taylor.as_deref_mut() else { return Ok(false) };
+        if !taylor.conclude_with(context, run, step, motions, place) {
+            return Ok(false);
+        }
+        let done = engines.conclude(context, run, motions.amplification(place));
+        if done.is_err() {
+            run.copy_from(&stepper.checkpoint);
+            stepper.forget();
+        }
+        done.map(|()| true)
+    }
+}

@@ -1,0 +1,223 @@
+//! Real numbers of one motion, or of several motions at once: what is written for either serves for both.
+
+use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
+
+use super::lane;
+
+/// So many motions at once.
+pub(crate) const MANY: usize = 8;
+
+/// A real number, or several that take part in the same operations.
+pub(crate) trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> + AddAssign + SubAssign
+{
+    /// Nothing.
+    const ZERO: Self;
+    /// For which of them something is true.
+    type Which: Which;
+
+    /// 1 / self
+    fn reciprocal(self) -> Self;
+    /// |self|
+    fn magnitude(self) -> Self;
+    /// c self
+    fn times(self, c: f64) -> Self;
+    /// Which of them are larger than a bound? Not a number is not.
+    fn exceeds(self, bound: Self) -> Self::Which;
+}
+
+/// Truth values.
+pub(crate) trait Which: Copy {
+    /// True for all.
+    const ALL: Self;
+    /// Where both are true.
+    fn and(self, other: Self) -> Self;
+    /// Is none true?
+    fn is_none(self) -> bool;
+}
+
+impl Number for f64 {
+    const ZERO: Self = 0.0;
+    type Which = bool;
+
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        1.0 / self
+    }
+
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn times(self, c: f64) -> Self {
+        c * self
+    }
+
+    #[inline(always)]
+    fn exceeds(self, bound: Self) -> bool {
+        self > bound
+    }
+}
+
+impl Which for bool {
+    const ALL: Self = true;
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        self && other
+    }
+
+    #[inline(always)]
+    fn is_none(self) -> bool {
+        !self
+    }
+}
+
+/// The same number of several motions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Many(pub [f64; MANY]);
+
+/// One operation on each of them.
+macro_rules! each {
+    ($i:ident => $value:expr) => {{
+        let mut result = [0.0; MANY];
+        let mut $i = 0;
+        while $i < MANY {
+            result[$i] = $value;
+            $i += 1;
+        }
+        Self(result)
+    }};
+}
+
+impl Many {
+    /// The same for all.
+    #[inline(always)]
+    pub fn all(value: f64) -> Self {
+        Self([value; MANY])
+    }
+
+    /// The square root.
+    #[inline(always)]
+    pub fn root(self) -> Self {
+        each!(i => self.0[i].sqrt())
+    }
+
+    /// self / other
+    #[inline(always)]
+    pub fn over(self, other: Self) -> Self {
+        each!(i => self.0[i] / other.0[i])
+    }
+
+    /// The larger magnitude of each motion; NaN stays.
+    #[inline(always)]
+    pub fn larger(self, other: Self) -> Self {
+        each!(i => lane::above(self.0[i], other.0[i]))
+    }
+
+    /// One after the other.
+    pub fn each(self, function: impl Fn(f64) -> f64) -> Self {
+        Self(self.0.map(function))
+    }
+}
+
+impl Default for Many {
+    fn default() -> Self {
+        Self::ZERO
+    }
+}
+
+impl Add for Many {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        each!(i => self.0[i] + other.0[i])
+    }
+}
+
+impl Sub for Many {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        each!(i => self.0[i] - other.0[i])
+    }
+}
+
+impl Mul for Many {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        each!(i => self.0[i] * other.0[i])
+    }
+}
+
+impl Neg for Many {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        each!(i => -self.0[i])
+    }
+}
+
+impl AddAssign for Many {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl SubAssign for Many {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl Number for Many {
+    const ZERO: Self = Self([0.0; MANY]);
+    type Which = [bool; MANY];
+
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        Self::all(1.0).over(self)
+    }
+
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        each!(i => self.0[i].abs())
+    }
+
+    #[inline(always)]
+    fn times(self, c: f64) -> Self {
+        self * Self::all(c)
+    }
+
+    #[inline(always)]
+    fn exceeds(self, bound: Self) -> [bool; MANY] {
+        let mut result = [false; MANY];
+        for i in 0..MANY {
+            result[i] = self.0[i] > bound.0[i];
+        }
+        result
+    }
+}
+
+impl Which for [bool; MANY] {
+    const ALL: Self = [true; MANY];
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        let mut result = self;
+        for i in 0..MANY {
+            result[i] &= other[i];
+        }
+        result
+    }
+
+    #[inline(always)]
+    fn is_none(self) -> bool {
+        self == [false; MANY]
+    }
+}

@@ -1,0 +1,219 @@
+//! Scalar series of several motions: signals of time and the laws of loads, as [`crate::taylor::tape`] has them of one.
+
+use super::{Arm, Series};
+use crate::linalg::many::{Many, Number};
+use crate::linalg::turn::cosines_and_sines;
+use crate::model::Model;
+use crate::taylor::ORDERS;
+use crate::taylor::form::{Operation, SeriesTape, Slot, Source, Step};
+use crate::taylor::tape::polynomial;
+
+/// Order k of a source that is no scalar series.
+#[inline(always)]
+fn read(arms: &[Arm], source: Source, k: usize) -> Many {
+    match source {
+        Source::X(arm) => arms[arm as usize].x[k],
+        Source::Y(arm) => arms[arm as usize].y[k],
+        Source::Unknown(arm) => arms[arm as usize].value[k],
+        Source::UnknownRate(arm) => arms[arm as usize].value[k + 1].times((k + 1) as f64),
+        Source::Slot(_) => Many::ZERO,
+    }
+}
+
+/// All series of a tape.
+#[derive(Clone, Debug)]
+pub(super) struct Laws {
+    tape: SeriesTape,
+    series: Vec<Series>,
+}
+
+impl Laws {
+    pub fn new(tape: &SeriesTape) -> Self {
+        Self { series: vec![[Many::ZERO; ORDERS]; tape.slots as usize], tape: tape.clone() }
+    }
+
+    /// The given series of one member at a start.
+    pub fn give(&mut self, member: usize, model: &Model, registers: &[f64]) {
+        for &(slot, given) in &self.tape.given {
+            let series = &mut self.series[slot as usize];
+            for (place, value) in series.iter_mut().zip(polynomial(model, registers, given)) {
+                place.0[member] = value;
+            }
+        }
+    }
+
+    /// One member has the given series of another one.
+    pub fn follow(&mut self, member: usize, other: usize) {
+        for &(slot, _) in &self.tape.given {
+            for place in &mut self.series[slot as usize] {
+                place.0[member] = place.0[other];
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub fn get(&self, slot: Slot, order: usize) -> Many {
+        self.series[slot as usize][order]
+    }
+
+    /// Does nothing depend on positions, and nothing on rates?
+    #[inline(always)]
+    pub fn are_none(&self) -> bool {
+        self.tape.positions.is_empty() && self.tape.rates.is_empty()
+    }
+
+    /// What depends on given series only, up to an order.
+    #[inline(always)]
+    pub fn begin(&mut self, c: &[Many], order: usize) {
+        for k in 0..=order {
+            for index in 0..self.tape.signals.len() {
+                self.step(self.tape.signals[index], c, k, &[]);
+            }
+        }
+    }
+
+    /// Next order of what depends on positions.
+    #[inline(always)]
+    pub fn positions(&mut self, c: &[Many], k: usize, arms: &[Arm]) {
+        for index in 0..self.tape.positions.len() {
+            self.step(self.tape.positions[index], c, k, arms);
+        }
+    }
+
+    /// Next order of what depends on rates; positions must be one order further.
+    #[inline(always)]
+    pub fn rates(&mut self, c: &[Many], k: usize, arms: &[Arm]) {
+        for index in 0..self.tape.rates.len() {
+            self.step(self.tape.rates[index], c, k, arms);
+        }
+    }
+
+    #[inline(always)]
+    fn step(&mut self, step: Step, c: &[Many], k: usize, arms: &[Arm]) {
+        let of = |slot: Slot| &self.series[slot as usize];
+        let value = match step.operation {
+            Operation::Linear { first, count, constant } => {
+                let mut sum = constant.filter(|_| k == 0).map_or(Many::ZERO, |place| c[place as usize]);
+                for term in &self.tape.terms[first as usize..(first + count) as usize] {
+                    let value = match term.source {
+                        Source::Slot(slot) => of(slot)[k],
+                        source => read(arms, source, k),
+                    };
+                    sum += c[term.factor as usize] * value;
+                }
+                sum
+            }
+            Operation::Multiply(a, b) => convolution(of(a), of(b), k),
+            Operation::SquareSum(a, b) => convolution(of(a), of(a), k) + convolution(of(b), of(b), k),
+            Operation::Divide(a, b) => {
+                let (a, b, quotient) = (of(a), of(b), of(step.target));
+                (a[k] - tail(b, quotient, k)).over(b[0])
+            }
+            Operation::Power(a, exponent) => power(of(a), of(step.target), c[exponent as usize], k),
+            Operation::SquareRoot(a) => {
+                let (a, root) = (of(a), of(step.target));
+                if k == 0 { a[0].root() } else { (a[k] - inner_square(root, k)).over(root[0] + root[0]) }
+            }
+            Operation::SineCosine(a, cosine) => {
+                let (a, s, c) = (of(a), of(step.target), of(cosine));
+                let [next, sine] = if k == 0 {
+                    cosines_and_sines(a[0])
+                } else {
+                    [-weighted(a, s, k), weighted(a, c, k)].map(|sum| sum.times(1.0 / k as f64))
+                };
+                self.series[cosine as usize][k] = next;
+                sine
+            }
+            Operation::Logarithm(a) => {
+                let (a, logarithm) = (of(a), of(step.target));
+                match k {
+                    0 => a[0].each(libm::log),
+                    _ => (a[k] - weighted_tail(logarithm, a, k).times(1.0 / k as f64)).over(a[0]),
+                }
+            }
+            Operation::ArcTangent(y, x, square) => {
+                let [y, x, square, u] = [y, x, square, step.target].map(of);
+                if k == 0 {
+                    let (y, x) = (y[0].0, x[0].0);
+                    Many(std::array::from_fn(|member| libm::atan2(y[member], x[member])))
+                } else {
+                    let turning = weighted(y, x, k) - weighted(x, y, k) - weighted_tail(u, square, k);
+                    turning.over(square[0].times(k as f64))
+                }
+            }
+            Operation::Rate(a) => of(a)[k + 1].times((k + 1) as f64),
+            // Steep laws and laws in pieces are not taken.
+            Operation::Exponential(_)
+            | Operation::HyperbolicTangent(..)
+            | Operation::Floor { .. }
+            | Operation::Choose { .. } => Many::all(f64::NAN),
+        };
+        self.series[step.target as usize][k] = value;
+    }
+}
+
+/// sum a_j b_(k-j)
+#[inline(always)]
+fn convolution(a: &Series, b: &Series, k: usize) -> Many {
+    let (mut sum, mut j) = (Many::ZERO, 0);
+    let (a, b) = (&a[..=k], &b[..=k]);
+    while j < a.len().min(b.len()) {
+        sum += a[j] * b[b.len() - 1 - j];
+        j += 1;
+    }
+    sum
+}
+
+/// The k-th coefficient of a^2 without the terms of a_k.
+#[inline(always)]
+fn inner_square(a: &Series, k: usize) -> Many {
+    let (mut sum, mut j) = (Many::ZERO, 1);
+    while j < k {
+        sum += a[j] * a[k - j];
+        j += 1;
+    }
+    sum
+}
+
+/// sum of b_j q_(k-j) over 1 <= j <= k
+#[inline(always)]
+fn tail(b: &Series, q: &Series, k: usize) -> Many {
+    let (mut sum, mut j) = (Many::ZERO, 1);
+    while j <= k {
+        sum += b[j] * q[k - j];
+        j += 1;
+    }
+    sum
+}
+
+/// sum of j a_j b_(k-j) over 1 <= j <= k
+#[inline(always)]
+fn weighted(a: &Series, b: &Series, k: usize) -> Many {
+    weighted_tail(a, b, k) + (a[k] * b[0]).times(k as f64)
+}
+
+/// The same without j = k.
+#[inline(always)]
+fn weighted_tail(a: &Series, b: &Series, k: usize) -> Many {
+    let (mut sum, mut j) = (Many::ZERO, 1);
+    while j < k {
+        sum += (a[j] * b[k - j]).times(j as f64);
+        j += 1;
+    }
+    sum
+}
+
+/// u = a^p: a u' = p u a'
+#[inline(always)]
+fn power(a: &Series, u: &Series, exponent: Many, k: usize) -> Many {
+    if k == 0 {
+        let (a, p) = (a[0].0, exponent.0);
+        return Many(std::array::from_fn(|member| libm::pow(a[member], p[member])));
+    }
+    let (n, mut sum, mut j) = (Many::all(k as f64), Many::ZERO, 1);
+    while j <= k {
+        sum += ((exponent + Many::all(1.0)).times(j as f64) - n) * (a[j] * u[k - j]);
+        j += 1;
+    }
+    sum.over(n * a[0])
+}

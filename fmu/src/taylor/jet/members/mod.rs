@@ -1,0 +1,234 @@
+//! The series of several motions of one mechanism at once, each with its own parameters, pose and step: the members of an ensemble.
+//!
+//! What [`super::orders`] does for four arms of one motion is done here for one arm of several motions, by the same operations for every member, so that its bits do
+//! not depend on its neighbours. Mechanisms whose laws are steep or in pieces, whose loop equations turn, or that need pivots or chains, are not taken: their
+//! members run one by one.
+
+mod laws;
+mod orders;
+mod sparse;
+mod start;
+mod step;
+
+use super::step::Read;
+use super::terms::{Plan, Terms};
+use super::{Jet, Loads, Shape, chain, groups, turned_by, unknowns};
+use crate::linalg::factors::{Factors, Pattern};
+use crate::linalg::many::{MANY, Many, Number};
+use crate::model::Model;
+use crate::taylor::ORDERS;
+use crate::taylor::form::{ArmForm, Factor, Slot};
+use laws::Laws;
+use sparse::{Complex, Pairs};
+pub use start::Begun;
+
+/// More equations are served as well by the four arms of one motion.
+const MOST_EQUATIONS: usize = 64;
+
+/// The coefficients of one function of time.
+type Series = [Many; ORDERS];
+
+/// One arm, and the unknown that bears its number.
+#[derive(Clone, Debug)]
+struct Arm {
+    /// World components.
+    x: Series,
+    y: Series,
+    /// The rate of a frame, the length of another arm.
+    rate: Series,
+    force: [Series; 2],
+    /// The unknown, if there is one.
+    value: Series,
+    /// At the present order: second derivatives, loads with their signs turned, what is known of a product, what balance lacks.
+    second: [Many; 2],
+    applied: [Many; 2],
+    inner: [Many; 2],
+    lack: Many,
+    /// What counts of the unknown's rates.
+    weight: Many,
+    /// The unknown and its first two derivatives where the polynomial was last evaluated.
+    end: [Many; 3],
+}
+
+impl Arm {
+    const NEW: Self = Self {
+        x: [Many::ZERO; ORDERS],
+        y: [Many::ZERO; ORDERS],
+        rate: [Many::ZERO; ORDERS],
+        force: [[Many::ZERO; ORDERS]; 2],
+        value: [Many::ZERO; ORDERS],
+        second: [Many::ZERO; 2],
+        applied: [Many::ZERO; 2],
+        inner: [Many::ZERO; 2],
+        lack: Many::ZERO,
+        weight: Many::ZERO,
+        end: [Many::ZERO; 3],
+    };
+}
+
+/// How a frame turns.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    /// The arm that bears the number of its unknown.
+    unknown: Option<usize>,
+    signal: Option<Slot>,
+    inertia: u32,
+}
+
+/// An arm of changing length, in a frame or along the world's X axis.
+#[derive(Clone, Copy, Debug)]
+struct Slide {
+    arm: usize,
+    factor: Factor,
+    frame: Option<usize>,
+}
+
+/// The series of several motions.
+#[derive(Clone, Debug)]
+pub struct Members {
+    form: ArmForm,
+    /// Coordinates, what carries an angle before what it carries.
+    chain: Vec<usize>,
+    reads: Vec<Read>,
+    /// The arm of each unknown, in the order of their equations, with its scale, and its place in a polynomial.
+    unknowns: Vec<usize>,
+    scales: Vec<f64>,
+    stored: Vec<usize>,
+    /// Numbers of one order of a polynomial.
+    stride: usize,
+    turns: Vec<Turn>,
+    slides: Vec<Slide>,
+    /// The joint and the scale of each loop equation.
+    groups: Vec<usize>,
+    row_scales: Vec<f64>,
+    terms: Terms,
+    pushes: Loads,
+    loads: Loads,
+    coupling: Complex,
+    rows: Pairs,
+    factors: Factors<Many>,
+    coefficients: Vec<Many>,
+    laws: Laws,
+    arms: Vec<Arm>,
+    /// Gaps of the loops; right-hand sides and solution by equations.
+    gaps: Vec<Many>,
+    vector: Vec<Many>,
+    solution: Vec<Many>,
+    /// Derivatives of arms: first by the angle, then by the length.
+    derivatives: [Vec<Many>; 2],
+}
+
+impl Members {
+    /// Storage for a model whose motions can be found together.
+    pub fn new(model: &Model) -> Option<Self> {
+        let form = model.program().arms.as_ref().filter(|form| serves(form))?.clone();
+        let (shape, turned_by) = (Shape::plain(&form), turned_by(&form));
+        let plan = Plan::new(&form, &shape, &turned_by, &unknowns(&form, &shape));
+        let (mut terms, unknowns) = (Terms::new(&plan), plan.unknowns.clone());
+        let size = unknowns.len() + form.rows.len();
+        if size > MOST_EQUATIONS || unknowns.is_empty() {
+            return None;
+        }
+        let pattern = Pattern::new(size, unknowns.len(), terms.entries());
+        let factors = Factors::new(pattern, unknowns.len(), (0..size).collect());
+        terms.aim(|row, column| factors.places(row, column));
+        let zero = zeros(model, &form);
+        let coupling = form.coupling.iter().map(|entry| (entry.on as usize, entry.from as usize, entry.mass));
+        let rows = form.rows.iter().enumerate();
+        let rows = rows.flat_map(|(row, data)| data.arms.iter().map(move |&(arm, p)| (row, arm as usize, p)));
+        let (coupling, rows): (Vec<_>, Vec<_>) = (coupling.collect(), rows.collect());
+        let constraints = &model.program().constraints;
+        let (padded, arms) = (Shape::new(&form), shape.places());
+        let scale = |arm: &usize| if *arm < form.frames.len() { 1.0 } else { model.program().length };
+        Some(Self {
+            reads: form.coordinates.iter().map(|&coordinate| Read::new(&shape, coordinate)).collect(),
+            chain: chain(&form),
+            scales: unknowns.iter().map(scale).collect(),
+            stored: unknowns.iter().map(|arm| padded.place(*arm as u32)).collect(),
+            stride: padded.places(),
+            turns: turns(&form, &turned_by),
+            slides: slides(&form),
+            groups: groups(model, &form),
+            row_scales: form.rows.iter().map(|row| constraints[row.constraint as usize].scale).collect(),
+            pushes: Loads::of_pushes(&form, &shape),
+            loads: Loads::of_arms(&form, &shape),
+            coupling: Complex::new(arms, &coupling, &zero),
+            rows: Pairs::new(form.rows.len(), arms, &rows, &zero),
+            coefficients: vec![Many::ZERO; form.coefficients.results.len()],
+            laws: Laws::new(&form.tape),
+            arms: vec![Arm::NEW; arms],
+            gaps: vec![Many::ZERO; form.rows.len()],
+            vector: vec![Many::ZERO; size],
+            solution: vec![Many::ZERO; size],
+            derivatives: [vec![Many::ZERO; 2 * arms], vec![Many::ZERO; 2 * arms]],
+            factors,
+            terms,
+            unknowns,
+            form,
+        })
+    }
+
+    /// Takes the coefficients of one member over from its registers, after the parameter stage ran.
+    pub fn enter(&mut self, member: usize, registers: &[f64]) {
+        for (place, value) in self.coefficients.iter_mut().zip(self.form.coefficients.results(registers)) {
+            place.0[member] = value;
+        }
+    }
+
+    /// One member has what another one has.
+    pub fn follow_member(&mut self, member: usize, other: usize) {
+        for place in &mut self.coefficients {
+            place.0[member] = place.0[other];
+        }
+        self.laws.follow(member, other);
+    }
+
+    /// Are there signals of time, which each start of a series needs from the registers?
+    pub fn has_signals(&self) -> bool {
+        !self.form.tape.given.is_empty()
+    }
+
+    /// Takes the signals of one member at the start of its series over from its registers.
+    pub fn signal(&mut self, member: usize, model: &Model, registers: &[f64]) {
+        self.laws.give(member, model, registers);
+    }
+
+    /// The polynomial of one member, as [`Jet::polynomial`].
+    pub fn polynomial(&self, member: usize, order: usize, polynomial: &mut [f64]) {
+        for (&arm, &place) in self.unknowns.iter().zip(&self.stored) {
+            let orders = polynomial[place..].iter_mut().step_by(self.stride);
+            orders.zip(&self.arms[arm].value[..=order]).for_each(|(place, value)| *place = value.0[member]);
+        }
+    }
+}
+
+impl Jet {
+    /// May this motion be one of several that are found together, with its present parameters?
+    pub fn joins(&self) -> bool {
+        self.layout.is_some_and(|layout| layout.alike && !layout.chained)
+    }
+}
+
+/// Are all laws analytic and gentle, and no loop equations turning?
+fn serves(form: &ArmForm) -> bool {
+    let plain = form.rods.is_empty() && form.auxiliary.is_empty();
+    plain && form.tape.switches.is_empty() && form.tape.steep_laws().is_empty()
+}
+
+/// Which coefficients are zero whatever the parameters are.
+fn zeros(model: &Model, form: &ArmForm) -> Vec<bool> {
+    let (first, constants) = (model.layout().constants(), &model.program().constants);
+    let constant = |register: u32| (register as usize).checked_sub(first).and_then(|index| constants.get(index));
+    form.coefficients.results.iter().map(|register| constant(*register) == Some(&0.0)).collect()
+}
+
+fn turns(form: &ArmForm, turned_by: &[Option<usize>]) -> Vec<Turn> {
+    let frames = form.frames.iter().zip(turned_by);
+    frames.map(|(frame, &unknown)| Turn { unknown, signal: frame.signal, inertia: frame.inertia }).collect()
+}
+
+fn slides(form: &ArmForm) -> Vec<Slide> {
+    let products = form.products.iter().map(|product| (product.factor, Some(product.frame as usize)));
+    let all = products.chain(form.world.iter().map(|&factor| (factor, None))).zip(form.frames.len()..);
+    all.map(|((factor, frame), arm)| Slide { arm, factor, frame }).collect()
+}

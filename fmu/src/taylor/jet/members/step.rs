@@ -1,0 +1,110 @@
+//! What a step of several motions needs of their series: how far it reaches, and the motions at its end.
+
+use super::super::step::{FACTORS, RECIPROCALS, rough_log2};
+use super::{MANY, Many, Members, Number};
+use crate::linalg::lane::{WIDTH, by_width};
+use crate::math;
+use crate::taylor::MAX_ORDER;
+
+impl Members {
+    by_width! {
+        /// As [`super::Jet::reach`].
+        pub fn reach(&self: Members, order: usize, tolerance: f64, derivative: usize) -> [f64; MANY] = reach_any
+    }
+
+    #[inline(always)]
+    fn reach_any(&self, order: usize, tolerance: f64, derivative: usize) -> [f64; MANY] {
+        let last = order.min(MAX_ORDER);
+        let share = math::rough_log2(tolerance) / (order - derivative) as f64;
+        let mut least = [f64::INFINITY; MANY];
+        for i in 0..WIDTH {
+            let k = last.saturating_sub(i).max(2.min(last));
+            let factor = if derivative == 1 { k as f64 } else { 1.0 };
+            let sizes = self.size(k).times(factor).0;
+            for first in (0..MANY).step_by(WIDTH) {
+                let four = [sizes[first], sizes[first + 1], sizes[first + 2], sizes[first + 3]];
+                let logarithms = rough_log2(four);
+                for i in 0..WIDTH {
+                    let bound = share - logarithms[i] * RECIPROCALS[k - derivative];
+                    least[first + i] = math::minimum(least[first + i], bound);
+                }
+            }
+        }
+        for member in 0..MANY {
+            least[member] = math::rough_exp2(least[member]);
+        }
+        least
+    }
+
+    /// The largest coefficient of one order, relative to what counts of rates.
+    #[inline(always)]
+    fn size(&self, order: usize) -> Many {
+        let mut worst = Many::ZERO;
+        for &arm in &self.unknowns {
+            let arm = &self.arms[arm];
+            worst = worst.larger(arm.value[order] * arm.weight);
+        }
+        worst
+    }
+
+    by_width! {
+        /// The motions, each so long after the start of its step; the accelerations there are kept for [`Members::defect`].
+        pub(crate) fn evaluate(&mut self: Members, order: usize, dt: [f64; MANY], motion: &mut [Many]) = evaluate_any
+    }
+
+    #[inline(always)]
+    fn evaluate_any(&mut self, order: usize, dt: [f64; MANY], motion: &mut [Many]) {
+        let step = Many(dt);
+        let square = step * step;
+        for index in 0..self.unknowns.len() {
+            let arm = &mut self.arms[self.unknowns[index]];
+            arm.end = derivatives(&arm.value[..order.min(MAX_ORDER) + 1], step, square);
+        }
+        let (q, v) = motion.split_at_mut(self.reads.len());
+        for ((q, v), read) in q.iter_mut().zip(v).zip(&self.reads) {
+            *q = read.value_in(|arm| self.arms[arm].end[0]);
+            *v = read.value_in(|arm| self.arms[arm].end[1]);
+        }
+    }
+
+    /// As [`super::Jet::defect`].
+    pub fn defect(&self, order: usize, dt: [f64; MANY]) -> [f64; MANY] {
+        let mut worst = Many::ZERO;
+        for &arm in &self.unknowns {
+            let arm = &self.arms[arm];
+            worst = worst.larger((arm.end[2] - (arm.value[2] + arm.value[2])) * arm.weight);
+        }
+        (worst * Many(dt)).times(1.0 / order as f64).0
+    }
+}
+
+/// One term more of the value and its first two derivatives, by Horner's rule in the square of the step.
+#[inline(always)]
+fn more([value, rate, second]: [Many; 3], coefficient: Many, k: usize, square: Many) -> [Many; 3] {
+    let [first, next] = FACTORS[k].map(Many::all);
+    let slope = coefficient * first;
+    [coefficient + value * square, slope + rate * square, slope * next + second * square]
+}
+
+/// Value and first two derivatives of a polynomial, even and odd terms apart.
+#[inline(always)]
+fn derivatives(coefficients: &[Many], step: Many, square: Many) -> [Many; 3] {
+    let (mut even, mut odd) = ([Many::ZERO; 3], [Many::ZERO; 3]);
+    let mut k = coefficients.len() - 1;
+    if k >= 2 && k.is_multiple_of(2) {
+        even = more(even, coefficients[k], k, square);
+        k -= 1;
+    }
+    // Two at a time: their sums stay in registers.
+    while k >= 3 {
+        odd = more(odd, coefficients[k], k, square);
+        even = more(even, coefficients[k - 1], k - 1, square);
+        k -= 2;
+    }
+    let first = coefficients[1];
+    [
+        coefficients[0] + even[0] * square + (first + odd[0] * square) * step,
+        first + odd[1] * square + even[1] * step,
+        even[2] + odd[2] * step,
+    ]
+}
