@@ -41,4 +41,9 @@ $("theme").click();
 const recoloured = ink() !== start;
 $("theme").click();
 const asBefore = ink() === start;
-return { moved, back, still, each, named, traced, untraced, pointed, recoloured, asBefore };
+// Paper gets the elements, the screen its canvas back.
+page.dispatchEvent(new page.Event("beforeprint"));
+const printed = canvas.hidden && $("scene").querySelectorAll("#bodies .body[transform]").length === MODEL.geometry.bodies.length;
+page.dispatchEvent(new page.Event("afterprint"));
+const paper = printed && !canvas.hidden && ink() === start;
+return { paper, moved, back, still, each, named, traced, untraced, pointed, recoloured, asBefore };

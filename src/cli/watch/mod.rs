@@ -91,7 +91,11 @@ impl Watched {
             if now != self.shown && settled && self.show(board, module, now.clone()) {
                 changes.follow(&self.files);
             }
-            changes.wait(if now == self.shown { PATIENCE } else { SETTLED });
+            match now == self.shown {
+                true => changes.wait(PATIENCE),
+                // Every write is an event: what is still being written would look settled between two of them.
+                false => std::thread::sleep(SETTLED),
+            }
             before = now;
         }
     }

@@ -16,6 +16,17 @@ function makeSurface() {
   shelf.append(...PAINTED.map($));
 }
 
+/** Paper gets the elements themselves: they are sharp at any size. */
+function putOnPaper(paper) {
+  if (!crowded) return;
+  const layers = PAINTED.map($), { canvas } = surface;
+  canvas.hidden = paper;
+  if (!paper) { shelf.append(...layers); return; }
+  $("scene").append(...layers);
+  for (const layer of layers) for (const node of layer.querySelectorAll("*")) if (node.placed) move(node, ...placeOf(node));
+}
+const placeOf = ({ placed: [x, y, angle] }) => [[x, y], angle];
+
 /** Reads how each element looks. */
 function readLooks() {
   const layers = PAINTED.map($);
@@ -91,9 +102,9 @@ function paintText({ node, fill, stroke, letters }) {
 /** The picture, after everything has been moved. */
 function paintSurface() {
   const { canvas, context } = surface;
-  if (!context) return;
+  if (!context || printing) return;
   if (surface.stale) readLooks();
-  const { width, height } = stageSize(), ratio = printing ? 3 : devicePixelRatio, wide = Math.round(width * ratio), high = Math.round(height * ratio);
+  const { width, height } = stageSize(), ratio = devicePixelRatio, wide = Math.round(width * ratio), high = Math.round(height * ratio);
   if (canvas.width !== wide || canvas.height !== high) { canvas.width = wide; canvas.height = high; }
   context.setTransform(1, 0, 0, 1, 0, 0);
   context.clearRect(0, 0, wide, high);

@@ -246,8 +246,8 @@ function listenToButtons() {
   matchMedia("(prefers-color-scheme:dark)").addEventListener("change", recolour);
   // Paper is white, and shows the whole motion, however the screen was zoomed.
   let before = null, theme;
-  addEventListener("beforeprint", () => { before = fitted ? null : view; printing = true; theme = document.documentElement.dataset.theme; document.documentElement.dataset.theme = "light"; recolour(); fit(); plots.forEach(({ chart }) => chart.setSize({ width: 660, height: 130 })); });
-  addEventListener("afterprint", () => { printing = false; if (theme) document.documentElement.dataset.theme = theme; else delete document.documentElement.dataset.theme; recolour(); plots.forEach(fitPlot); if (before) { view = before; fitted = false; look(); } else fit(); });
+  addEventListener("beforeprint", () => { before = fitted ? null : view; printing = true; putOnPaper(true); theme = document.documentElement.dataset.theme; document.documentElement.dataset.theme = "light"; recolour(); fit(); plots.forEach(({ chart }) => chart.setSize({ width: 660, height: 130 })); });
+  addEventListener("afterprint", () => { printing = false; putOnPaper(false); if (theme) document.documentElement.dataset.theme = theme; else delete document.documentElement.dataset.theme; recolour(); plots.forEach(fitPlot); if (before) { view = before; fitted = false; look(); } else fit(); });
   const known = state.solver ? VARIABLES.filter(({ kind }) => kind === "output" || kind === "local").map(({ name }) => name) : MODEL.recorded;
   for (const name of known) for (const list of ["add", "across"]) $(list).append(new Option(name, name));
   $("add").addEventListener("change", event => { if (event.target.value) { record(event.target.value); addPlot([event.target.value]); renewPlots(); paintLegends(); } event.target.value = ""; });

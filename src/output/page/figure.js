@@ -194,12 +194,13 @@ function drawJoint(joint) {
 /** Joints that can be pointed at, and where pins are drawn: all of them with three paths, each pin a point with a round end. */
 const joints = [], pins = [];
 function drawPins() {
-  if (!pins.length || crowded) return;
+  if (!pins.length) return;
   const paths = [["pin-edge", 1.7 * PIN + 1.7], ["pin", 1.7 * PIN - 1.7], ["pin-edge", .4 * PIN]].map(([kind, width]) => element("path", { class: kind, "stroke-width": round(width) }, $("pins")));
   frames.push(() => {
     let data = "";
-    for (const pin of pins) { const [x, y] = spot(pin); data += `M${round(x)} ${round(y)}h.01`; }
-    for (const path of paths) path.setAttribute("d", data);
+    // A canvas has them as pictures.
+    for (const pin of crowded && !printing ? [] : pins) { const [x, y] = spot(pin); data += `M${round(x)} ${round(y)}h.01`; }
+    for (const path of paths) draw(path, data);
   });
 }
 /** The joint next to a place in the drawing, if it is near enough to be meant. */

@@ -38,10 +38,8 @@ fn within(term: &Term, definitions: &[Definition]) -> Term {
 
 /// Two terms that are one, and what they are.
 fn pair(terms: &[Term], definitions: &[Definition]) -> Option<(usize, usize, Term)> {
-    let pairs = (0..terms.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
-    pairs
-        .into_iter()
-        .find_map(|(first, second)| Some((first, second, together([&terms[first], &terms[second]], definitions)?)))
+    let mut pairs = (0..terms.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
+    pairs.find_map(|(first, second)| Some((first, second, together([&terms[first], &terms[second]], definitions)?)))
 }
 
 fn together(terms: [&Term; 2], definitions: &[Definition]) -> Option<Term> {
