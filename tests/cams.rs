@@ -590,6 +590,33 @@ fn cams_work_on_carriers_that_move() {
     }
 }
 
+/// What is wrong with a cam is said with its place, and what has no effect.
+#[test]
+fn wrong_cams_are_told_from_right_ones() {
+    let first = |text: &str| match Scene::from_toml(text).and_then(|scene| scene.resolve()) {
+        Ok(resolved) => resolved.warnings.first().map(|fault| fault.code),
+        Err(faults) => faults.list.first().map(|fault| fault.code),
+    };
+    assert_eq!(first(LIFTED), None);
+    let changes = [
+        ("roller = \"8 mm\"", "roller = \"8 mm\"\nface = [1, 0]", "scene::cam_contact"),
+        ("roller = \"8 mm\"", "face = [0, 1]", "scene::cam_contact"),
+        ("base = \"base\"\nroller = \"8 mm\"", "base = \"1 mm\"\nface = [1, 0]", "scene::cam_undercut"),
+        ("base = \"base\"", "base = \"base\"\nside = \"left\"", "scene::unused"),
+        ("- harmonic((angle - 3)/2)", "", "scene::cam_law"),
+        ("harmonic(angle/2)", "harmonic(t/2)", "scene::not_constant"),
+        ("harmonic(angle/2)", "harmonic(disc.angle/2)", "scene::not_constant"),
+        ("guide = \"guide\"", "guide = \"cam\"", "scene::cam_joint"),
+        ("shaft = \"shaft\"", "shaft = \"guide\"", "scene::cam_joint"),
+        ("shaft = \"shaft\"", "shaft = \"axle\"", "scene::unknown_joint"),
+        ("shaft = \"shaft\"", "", "scene::missing_key"),
+    ];
+    for (right, wrong, code) in changes {
+        assert!(LIFTED.contains(right), "{right}");
+        assert_eq!(first(&LIFTED.replace(right, wrong)), Some(code), "{wrong}");
+    }
+}
+
 /// The lift over a prescribed law: what the follower does and what its driver must exert are the same without a cam.
 #[test]
 fn a_follower_moves_as_if_its_law_were_prescribed() {

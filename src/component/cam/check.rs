@@ -22,8 +22,16 @@ pub(super) fn check(part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
             return vec![Fault::new("scene::cam_joint", message, part.span).label("not mounted as a cam").help(help)];
         }
     };
-    let faults = open(&profile, part, mechanism).or_else(|| out_of_reach(&profile, part, mechanism));
-    faults.or_else(|| undercut(&profile, part, mechanism)).into_iter().collect()
+    let fault = open(&profile, part, mechanism).or_else(|| out_of_reach(&profile, part, mechanism));
+    let fault = fault.or_else(|| undercut(&profile, part, mechanism));
+    fault.into_iter().chain(needless_side(&profile, part)).collect()
+}
+
+/// A follower that slides has no side.
+fn needless_side(profile: &Profile, part: &Part) -> Option<Fault> {
+    let is_needless = !profile.turning && part.choice("side").is_some();
+    let message = format!("`side` of joint `{}` has no effect on a follower that slides", part.name);
+    is_needless.then(|| Fault::warning("scene::unused", message, part.span).label("not used").help("remove it"))
 }
 
 /// A length or an angle in the scene's units.
