@@ -765,6 +765,7 @@ fn the_figures_of_a_turning_flat_follower_are_those_of_closed_forms() {
 
 /// Peak coefficients of velocity, acceleration and jerk of the laws in h/beta, h/beta^2, h/beta^3 (Norton; VDI 2143).
 #[test]
+#[allow(clippy::approx_constant, reason = "figures of published tables")]
 fn laws_have_the_peaks_of_the_literature() {
     let known = [
         ("harmonic", [0.5 * PI, 4.934_802, 15.503_139]),
