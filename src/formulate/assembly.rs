@@ -59,7 +59,24 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
     }
 }
 
+/// A loop whose equations are not numbers: what is prescribed is none, or a law of positions.
+fn without_value(equations: &Equations, gap: &Gap) -> Fault {
+    let drivers = drivers(equations);
+    let span =
+        drivers.first().map_or_else(|| owner_span(equations, &gap.owner), |driver| owner_span(equations, driver));
+    let message = format!("the loop that closes at `{}` has no finite value at the start", gap.owner);
+    let what =
+        if drivers.is_empty() { "its laws".to_owned() } else { format!("the prescribed motion ({})", list(&drivers)) };
+    let help = format!(
+        "look in {what} for a division by zero, a root or logarithm of a negative number, or a number too large"
+    );
+    Fault::new("assembly::not_finite", message, span).label("not a number").help(help)
+}
+
 fn open_loop(equations: &Equations, gap: &Gap, length: f64) -> Fault {
+    if !gap.size.is_finite() {
+        return without_value(equations, gap);
+    }
     let missing = show(gap.size, gap.angular);
     let message = format!("the loops cannot be closed: at best, {missing} are missing at `{}`", gap.owner);
     if let Some(suspect) = suspect(equations, length) {
