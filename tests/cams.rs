@@ -450,6 +450,7 @@ fn a_cam_is_made_in_rust_as_in_a_text() {
     }
 }
 
+/// A follower on an arm that swings, with places for what is different where the cam turns and where it is at rest.
 const ON_AN_ARM: &str = r#"
 name = "moving"
 gravity = [0.0, -9.81]
@@ -459,12 +460,8 @@ pivot = [0, 0]
 mass = 2.0
 inertia = 0.05
 com = [0.1, 0.02]
-points = { pivot = [0, 0], shaft = [0.2, 0.05], guide = [0.206, 0.05], seat = [0.206, 0.25] }
-[bodies.disc]
-mass = 1.0
-inertia = 0.002
-com = [0.004, 0.002]
-points = { axis = [0, 0] }
+points = { pivot = [0, 0], POINTS }
+DISC
 [bodies.lifter]
 mass = 0.5
 inertia = 1e-3
@@ -473,9 +470,7 @@ points = { roller = [0, 0], top = [0, 0.06] }
 [joints.hinge]
 type = "revolute"
 between = ["ground.pivot", "arm.pivot"]
-[joints.shaft]
-type = "revolute"
-between = ["disc.axis", "arm.shaft"]
+SHAFT
 [joints.guide]
 type = "prismatic"
 between = ["arm.guide", "lifter.roller"]
@@ -483,8 +478,7 @@ axis = [0.2, 1]
 angle = 0.3
 [joints.cam]
 type = "cam"
-between = ["disc", "lifter.roller"]
-shaft = "shaft"
+CAM
 guide = "guide"
 base = 0.03
 roller = 0.01
@@ -495,54 +489,7 @@ between = ["arm.seat", "lifter.top"]
 stiffness = 2000
 length = 0.2
 [initial]
-"disc.angle" = 0.3
-"disc.omega" = 30
-"arm.omega" = -1
-[outputs]
-variables = ["arm.angle", "guide.s", "cam.angle", "cam.fn", "cam.torque", "hinge.fx", "hinge.fy", "guide.fn", "guide.torque", "energy.total"]
-[experiment]
-stop = "0.5 s"
-step = "10 ms"
-tolerance = 1e-10
-"#;
-
-const AT_REST: &str = r#"
-name = "moving"
-gravity = [0.0, -9.81]
-[ground.points]
-pivot = [0, 0]
-[bodies.arm]
-mass = 2.0
-inertia = 0.05
-com = [0.1, 0.02]
-points = { pivot = [0, 0], guide = [0.006, 0.0], seat = [0.006, 0.2] }
-[bodies.lifter]
-mass = 0.5
-inertia = 1e-3
-com = [0.01, 0.03]
-points = { roller = [0, 0], top = [0, 0.06] }
-[joints.hinge]
-type = "revolute"
-between = ["ground.pivot", "arm.pivot"]
-[joints.guide]
-type = "prismatic"
-between = ["arm.guide", "lifter.roller"]
-axis = [0.2, 1]
-angle = 0.3
-[joints.cam]
-type = "cam"
-between = ["ground", "lifter.roller"]
-shaft = "hinge"
-guide = "guide"
-base = 0.03
-roller = 0.01
-law = "0.008*(1 - cos(angle)) + 0.002*sin(2*angle)"
-[loads.spring]
-type = "spring"
-between = ["arm.seat", "lifter.top"]
-stiffness = 2000
-length = 0.2
-[initial]
+INITIAL
 "arm.omega" = -1
 [outputs]
 variables = ["arm.angle", "guide.s", "cam.angle", "cam.fn", "cam.torque", "hinge.fx", "hinge.fy", "guide.fn", "guide.torque", "energy.total"]
@@ -556,7 +503,22 @@ tolerance = 1e-10
 /// and the same loads.
 #[test]
 fn cams_work_on_carriers_that_move() {
-    for text in [ON_AN_ARM, AT_REST] {
+    let turning = [
+        ("POINTS", "shaft = [0.2, 0.05], guide = [0.206, 0.05], seat = [0.206, 0.25]"),
+        ("DISC", "[bodies.disc]\nmass = 1.0\ninertia = 0.002\ncom = [0.004, 0.002]\npoints = { axis = [0, 0] }"),
+        ("SHAFT", "[joints.shaft]\ntype = \"revolute\"\nbetween = [\"disc.axis\", \"arm.shaft\"]"),
+        ("CAM", "between = [\"disc\", \"lifter.roller\"]\nshaft = \"shaft\""),
+        ("INITIAL", "\"disc.angle\" = 0.3\n\"disc.omega\" = 30"),
+    ];
+    let at_rest = [
+        ("POINTS", "guide = [0.006, 0.0], seat = [0.006, 0.2]"),
+        ("DISC", ""),
+        ("SHAFT", ""),
+        ("CAM", "between = [\"ground\", \"lifter.roller\"]\nshaft = \"hinge\""),
+        ("INITIAL", ""),
+    ];
+    for parts in [turning, at_rest] {
+        let text = parts.iter().fold(ON_AN_ARM.to_owned(), |text, (place, part)| text.replace(place, part));
         let presets = ["recommended", "absolute", "joint"];
         let runs = presets.map(|preset| columns(&format!("{text}[coordinates]\npreset = \"{preset}\"\n")));
         let names = [

@@ -42,6 +42,11 @@ impl Deadline {
 }
 
 impl Settings {
+    /// No step goes beyond this time, if the communication point does not [s].
+    pub(crate) fn limit(&self) -> f64 {
+        self.stop.unwrap_or(f64::INFINITY)
+    }
+
     /// Fails when the time that the computer may take is over; `time` is that of the motion.
     pub(crate) fn check_deadline(&self, time: f64) -> Result<(), Failure> {
         match self.deadline {

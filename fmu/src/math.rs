@@ -136,6 +136,26 @@ pub fn rough_exp2(x: f64) -> f64 {
     power * (1.0 + f * (0.695_856_85 + f * (0.224_998_18 + f * 0.079_144_97)))
 }
 
+/// Where a function with one peak between two places is largest, and its value there, by golden sections.
+pub fn largest_between([mut from, mut to]: [f64; 2], sections: usize, mut value: impl FnMut(f64) -> f64) -> (f64, f64) {
+    // (sqrt 5 - 1)/2
+    const GOLDEN: f64 = 0.618_033_988_749_894_8;
+    let (mut left, mut right) = (to - GOLDEN * (to - from), from + GOLDEN * (to - from));
+    let (mut at_left, mut at_right) = (value(left), value(right));
+    for _ in 0..sections {
+        if at_left > at_right {
+            (to, right, at_right) = (right, left, at_left);
+            left = to - GOLDEN * (to - from);
+            at_left = value(left);
+        } else {
+            (from, left, at_left) = (left, right, at_right);
+            right = from + GOLDEN * (to - from);
+            at_right = value(right);
+        }
+    }
+    if at_left > at_right { (left, at_left) } else { (right, at_right) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

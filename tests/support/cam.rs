@@ -3,22 +3,12 @@
 
 use std::fmt::Write;
 
-/// SplitMix64 (Steele, Lea, Flood 2014).
-pub struct Random(pub u64);
+pub use random::Random;
+
+#[path = "split_mix.rs"]
+mod random;
 
 impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub fn range(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
     pub fn index(&mut self, count: usize) -> usize {
         (self.next() % count as u64) as usize
     }
@@ -63,25 +53,25 @@ fn law(random: &mut Random, rise: f64) -> String {
         return format!("{rise}*(1 - cos(angle))/2 + {}*sin(2*angle)", 0.05 * rise);
     }
     let [up, down] = [0; 2].map(|_| LAWS[random.index(LAWS.len())]);
-    let [first, beta] = [random.range(0.0, 0.5), random.range(1.7, 2.3)];
-    let [second, gamma] = [first + beta + random.range(0.0, 0.3), random.range(1.8, 2.4)];
+    let [first, beta] = [random.between(0.0, 0.5), random.between(1.7, 2.3)];
+    let [second, gamma] = [first + beta + random.between(0.0, 0.3), random.between(1.8, 2.4)];
     format!("{rise}*({up}((angle - {first})/{beta}) - {down}((angle - {second})/{gamma}))")
 }
 
 impl Cam {
     /// A follower that slides, with an offset, an inclined axis, a guide that turns it.
     pub fn sliding(random: &mut Random, flat: bool) -> Cam {
-        let base = random.range(0.03, 0.06);
-        let shaft = [random.range(-0.1, 0.1), random.range(-0.1, 0.1)];
-        let (axis, delta) = (random.range(-3.0, 3.0), random.range(-1.0, 1.0));
+        let base = random.between(0.03, 0.06);
+        let shaft = [random.between(-0.1, 0.1), random.between(-0.1, 0.1)];
+        let (axis, delta) = (random.between(-3.0, 3.0), random.between(-1.0, 1.0));
         let touch = match flat {
             // About across the axis.
-            true => Touch::Face(axis - 0.5 * std::f64::consts::PI + random.range(-0.1, 0.1) - delta),
-            false => Touch::Roller([0.0, random.range(0.005, 0.02)][random.index(2)]),
+            true => Touch::Face(axis - 0.5 * std::f64::consts::PI + random.between(-0.1, 0.1) - delta),
+            false => Touch::Roller([0.0, random.between(0.005, 0.02)][random.index(2)]),
         };
-        let rise = base * random.range(0.15, 0.35);
+        let rise = base * random.between(0.15, 0.35);
         let law = law(random, rise);
-        let [beside, below] = [random.range(-0.008, 0.008), random.range(0.0, 0.05)];
+        let [beside, below] = [random.between(-0.008, 0.008), random.between(0.0, 0.05)];
         let [across, along] = [turned(axis, [0.0, 1.0]), turned(axis, [1.0, 0.0])];
         let ground = [0, 1].map(|k| shaft[k] + beside * across[k] + 0.01 * along[k]);
         let [ax, ay] = along;
@@ -90,7 +80,7 @@ impl Cam {
             base,
             touch,
             tip: turned(axis - delta, [-below, 0.0]),
-            hub: [random.range(-0.01, 0.01), random.range(-0.01, 0.01)],
+            hub: [random.between(-0.01, 0.01), random.between(-0.01, 0.01)],
             turning: false,
             law,
             guide: format!("type = \"prismatic\"\naxis = [{ax}, {ay}]\nangle = {delta}"),
@@ -100,17 +90,17 @@ impl Cam {
 
     /// A follower that turns, on the left or on the right.
     pub fn turning(random: &mut Random, flat: bool) -> Cam {
-        let base = random.range(0.03, 0.05);
-        let shaft = [random.range(-0.1, 0.1), random.range(-0.1, 0.1)];
-        let away = turned(random.range(-3.0, 3.0), [random.range(2.4, 3.0) * base, 0.0]);
-        let own = random.range(-3.0, 3.0);
-        let rise = random.range(0.08, 0.16);
+        let base = random.between(0.03, 0.05);
+        let shaft = [random.between(-0.1, 0.1), random.between(-0.1, 0.1)];
+        let away = turned(random.between(-3.0, 3.0), [random.between(2.4, 3.0) * base, 0.0]);
+        let own = random.between(-3.0, 3.0);
+        let rise = random.between(0.08, 0.16);
         let law = law(random, rise);
         let (touch, tip) = match flat {
-            true => (Touch::Face(own), turned(own, [0.02, random.range(-0.004, 0.004)])),
+            true => (Touch::Face(own), turned(own, [0.02, random.between(-0.004, 0.004)])),
             false => {
-                let roller = random.range(0.005, 0.012);
-                (Touch::Roller(roller), turned(own, [random.range(0.85, 0.95) * (away[0].hypot(away[1])), 0.0]))
+                let roller = random.between(0.005, 0.012);
+                (Touch::Roller(roller), turned(own, [random.between(0.85, 0.95) * (away[0].hypot(away[1])), 0.0]))
             }
         };
         Cam {
@@ -118,7 +108,7 @@ impl Cam {
             base,
             touch,
             tip,
-            hub: [random.range(-0.01, 0.01), random.range(-0.01, 0.01)],
+            hub: [random.between(-0.01, 0.01), random.between(-0.01, 0.01)],
             turning: true,
             law,
             guide: "type = \"revolute\"".to_string(),

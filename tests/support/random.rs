@@ -60,21 +60,12 @@ fn well_posed(system: &System, state: &State, family: Family) -> bool {
     looped && free && !vague && (rank < rows) == (family == Family::Redundant)
 }
 
-/// SplitMix64.
-pub struct Random(pub u64);
+pub use super::hard::random::Random;
 
 impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
     /// Uniform in `low..high`.
     pub fn number(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.next() >> 11) as f64 / (1u64 << 53) as f64
+        self.between(low, high)
     }
 
     /// Uniform in `0..n`.

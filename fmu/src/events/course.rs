@@ -1,6 +1,7 @@
 //! The course of one argument along a step: its extremes, and where a law of it may be steep.
 
 use super::Steep;
+use crate::math::largest_between;
 
 /// Where an argument is looked at, in steps: evenly, and closer and closer to both ends, where a narrow extreme may lie as well.
 pub(super) const PLACES: [f64; 19] = [
@@ -26,8 +27,6 @@ pub(super) const PLACES: [f64; 19] = [
 ];
 /// Sections of an interval in which an extreme is sought: the last is 1e-8 of the first.
 const SECTIONS: usize = 40;
-/// (sqrt 5 - 1)/2
-const GOLDEN: f64 = 0.618_033_988_749_894_8;
 /// Halvings of an interval in which an edge is sought.
 const HALVINGS: usize = 30;
 /// An exponential that grows by no more than exp of this to its largest value shows before or after.
@@ -146,7 +145,7 @@ fn above(course: &mut impl Course, sign: f64, level: impl Fn(f64) -> f64, after:
         if !peaks {
             return None;
         }
-        let (place, value) = largest(before.0, behind.0, |place| sign * course.value(place));
+        let (place, value) = largest_between([before.0, behind.0], SECTIONS, |place| sign * course.value(place));
         let (place, value) = if value > at.1 { (place, value) } else { at };
         (value > level).then_some((place, sign * value))
     })
@@ -158,24 +157,6 @@ fn peak([(x0, y0), (x1, y1), (x2, y2)]: [(f64, f64); 3]) -> f64 {
     let curvature = (right - left) / (x2 - x0);
     let slope = (left * (x2 - x1) + right * (x1 - x0)) / (x2 - x0);
     if curvature < 0.0 { y1 - 0.25 * slope * slope / curvature } else { y1 }
-}
-
-/// By golden sections.
-fn largest(mut from: f64, mut to: f64, mut value: impl FnMut(f64) -> f64) -> (f64, f64) {
-    let (mut left, mut right) = (to - GOLDEN * (to - from), from + GOLDEN * (to - from));
-    let (mut at_left, mut at_right) = (value(left), value(right));
-    for _ in 0..SECTIONS {
-        if at_left > at_right {
-            (to, right, at_right) = (right, left, at_left);
-            left = to - GOLDEN * (to - from);
-            at_left = value(left);
-        } else {
-            (from, left, at_left) = (left, right, at_right);
-            right = from + GOLDEN * (to - from);
-            at_right = value(right);
-        }
-    }
-    if at_left > at_right { (left, at_left) } else { (right, at_right) }
 }
 
 #[cfg(test)]

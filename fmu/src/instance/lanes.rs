@@ -137,15 +137,14 @@ fn step<M: Member>(motions: &mut Motions, slots: &mut Slots<M>) {
         enter(motions, slots);
     }
     motions.expand();
-    let [rates, positions] = motions.reach();
+    let lengths = motions.lengths();
     let mut h = [0.0; MANY];
     for (place, slot) in taken(slots) {
         let mut member = slot.member.instance().member();
-        let reach = [rates[place], positions[place]];
-        slot.proposed = if slot.begun { member.propose(motions, place, reach) } else { None };
+        slot.proposed = if slot.begun { member.propose(motions, place, lengths[place]) } else { None };
         if let Some(step) = &slot.proposed {
             h[place] = step.h;
-            member.signal(motions, place, step.end);
+            member.signal(motions, place, Some(step.end));
         }
     }
     motions.evaluate(h);
@@ -164,7 +163,7 @@ fn enter<M: Member>(motions: &mut Motions, slots: &mut Slots<M>) {
         if !slot.begun {
             member.enter(motions, place);
         }
-        member.signal_now(motions, place);
+        member.signal(motions, place, None);
         first = first.or(Some(place));
     }
     for place in 0..MANY {

@@ -193,8 +193,7 @@ impl Stepper {
                 taylor.forget();
             }
         }
-        let stop = settings.stop.unwrap_or(f64::INFINITY);
-        let limit = if exact { target } else { stop.max(target) };
+        let limit = if exact { target } else { settings.limit().max(target) };
         match model.program().motion {
             Motion::Kinematic => kinematic.advance(context, &mut run.track(), [target, limit], work)?,
             Motion::Dynamic => {

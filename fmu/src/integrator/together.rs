@@ -33,8 +33,7 @@ impl Member<'_> {
         let (mut engines, mut context) = stepper.parts(model, machine, settings);
         let context = &mut context;
         context.machine.load(model, &run.signals.origin);
-        let limit = settings.stop.unwrap_or(f64::INFINITY);
-        let horizon = Horizon { target: run.last.end_time.next_up(), limit };
+        let horizon = Horizon { target: run.last.end_time.next_up(), limit: settings.limit() };
         let done = engines.advance(context, run, horizon);
         if done.is_err() {
             run.copy_from(&stepper.checkpoint);
@@ -50,17 +49,13 @@ impl Member<'_> {
         motions.place(place, &self.run.last.end);
     }
 
-    /// What the series need of the signals of a time.
-    pub fn signal(&mut self, motions: &mut Motions, place: usize, time: f64) {
+    /// What the series need of the signals where the next step begins, or at this time.
+    pub fn signal(&mut self, motions: &mut Motions, place: usize, time: Option<f64>) {
         if motions.series.has_signals() {
+            let time = time.unwrap_or(self.run.last.end_time);
             self.machine.load_signals(self.model, &self.run.signals.origin, time);
             motions.series.signal(place, self.model, self.machine.registers());
         }
-    }
-
-    /// The same where the last step ends.
-    pub fn signal_now(&mut self, motions: &mut Motions, place: usize) {
-        self.signal(motions, place, self.run.last.end_time);
     }
 
     /// Is there a series where it begins?
@@ -71,12 +66,12 @@ impl Member<'_> {
         motions.is_regular(place)
     }
 
-    /// The next step, by how far rates and positions reach; none if it must be taken alone.
-    pub fn propose(&mut self, motions: &Motions, place: usize, reach: [f64; 2]) -> Option<Proposed> {
+    /// The next step, of this length if nothing else limits it; none if it must be taken alone.
+    pub fn propose(&mut self, motions: &Motions, place: usize, length: f64) -> Option<Proposed> {
         let Self { model, machine, stepper, run, settings } = self;
         let Stepper { projection, statistics, taylor, .. } = &mut **stepper;
         let context = Context { model, machine, projection, statistics, settings };
-        let step = taylor.as_ref()?.propose_with(&context, run, reach, motions.order)?;
+        let step = taylor.as_ref()?.propose_with(&context, run, length)?;
         run.last.order = motions.order as u32;
         motions.series.polynomial(place, motions.order, &mut run.last.dense);
         Some(step)
@@ -88,6 +83,7 @@ impl Member<'_> {
     /// What is wrong where it ends. Nothing has happened then.
     pub fn conclude(&mut self, motions: &Motions, place: usize, step: &Proposed) -> Result<bool, Failure> {
         let Self { model, machine, stepper, run, settings } = self;
+        // Nothing else at the end of a step can fail.
         let may_fail = run.singular.trail.decides();
         if may_fail {
             stepper.checkpoint.copy_from(run);

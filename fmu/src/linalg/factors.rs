@@ -33,7 +33,7 @@ pub(crate) struct Pattern {
     by_rows: Vec<[u32; 2]>,
     turned: Vec<u32>,
     /// Where each row begins there, from the first row on.
-    row_ends: Vec<u32>,
+    row_begins: Vec<u32>,
 }
 
 impl Pattern {
@@ -60,10 +60,10 @@ impl Pattern {
         let mut turned: Vec<u32> = (0..rows.len() as u32).collect();
         turned.sort_by_key(|&entry| std::cmp::Reverse(by_columns[entry as usize]));
         let by_rows: Vec<[u32; 2]> = turned.iter().map(|&entry| by_columns[entry as usize]).collect();
-        let row_ends = (0..size).map(|row| by_rows_end(&by_rows, row)).collect();
+        let row_begins = (0..size).map(|row| begin_of_row(&by_rows, row)).collect();
         let (first_product, products) = (vec![0], Vec::new());
         let mut pattern =
-            Self { equations, columns, first, rows, first_product, products, by_columns, by_rows, turned, row_ends };
+            Self { equations, columns, first, rows, first_product, products, by_columns, by_rows, turned, row_begins };
         for column in 0..size {
             let entries = pattern.first[column]..pattern.first[column + 1];
             for upper in entries.clone() {
@@ -96,7 +96,7 @@ impl Pattern {
 }
 
 /// Where a row begins among entries from the last row up.
-fn by_rows_end(by_rows: &[[u32; 2]], row: usize) -> u32 {
+fn begin_of_row(by_rows: &[[u32; 2]], row: usize) -> u32 {
     by_rows.partition_point(|entry| entry[0] as usize > row) as u32
 }
 
@@ -281,10 +281,10 @@ impl<N: Number> Factors<N> {
     /// The same, each part in one sum: several motions at once have enough to do while the processor finds out where a sum ends.
     #[inline(always)]
     pub fn solve_by_rows(&mut self, vector: &[N], solution: &mut [N]) {
-        let Pattern { equations, first, rows, by_rows, row_ends, .. } = &self.pattern;
+        let Pattern { equations, first, rows, by_rows, row_begins, .. } = &self.pattern;
         let x = &mut self.solution[..];
         let mut end = by_rows.len();
-        for (row, (&equation, &begin)) in equations.iter().zip(row_ends).enumerate() {
+        for (row, (&equation, &begin)) in equations.iter().zip(row_begins).enumerate() {
             let mut sum = vector[equation];
             for place in (begin as usize..end).rev() {
                 sum -= self.by_rows[place] * x[by_rows[place][1] as usize];

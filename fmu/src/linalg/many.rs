@@ -16,6 +16,10 @@ pub(crate) trait Number:
     /// For which of them something is true.
     type Which: Which;
 
+    /// The same for all.
+    fn all(value: f64) -> Self;
+    /// self / other
+    fn over(self, other: Self) -> Self;
     /// 1 / self
     fn reciprocal(self) -> Self;
     /// |self|
@@ -39,6 +43,16 @@ pub(crate) trait Which: Copy {
 impl Number for f64 {
     const ZERO: Self = 0.0;
     type Which = bool;
+
+    #[inline(always)]
+    fn all(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn over(self, other: Self) -> Self {
+        self / other
+    }
 
     #[inline(always)]
     fn reciprocal(self) -> Self {
@@ -93,22 +107,10 @@ macro_rules! each {
 }
 
 impl Many {
-    /// The same for all.
-    #[inline(always)]
-    pub fn all(value: f64) -> Self {
-        Self([value; MANY])
-    }
-
     /// The square root.
     #[inline(always)]
     pub fn root(self) -> Self {
         each!(i => self.0[i].sqrt())
-    }
-
-    /// self / other
-    #[inline(always)]
-    pub fn over(self, other: Self) -> Self {
-        each!(i => self.0[i] / other.0[i])
     }
 
     /// The larger magnitude of each motion; NaN stays.
@@ -120,12 +122,6 @@ impl Many {
     /// One after the other.
     pub fn each(self, function: impl Fn(f64) -> f64) -> Self {
         Self(self.0.map(function))
-    }
-}
-
-impl Default for Many {
-    fn default() -> Self {
-        Self::ZERO
     }
 }
 
@@ -178,6 +174,16 @@ impl SubAssign for Many {
 impl Number for Many {
     const ZERO: Self = Self([0.0; MANY]);
     type Which = [bool; MANY];
+
+    #[inline(always)]
+    fn all(value: f64) -> Self {
+        Self([value; MANY])
+    }
+
+    #[inline(always)]
+    fn over(self, other: Self) -> Self {
+        each!(i => self.0[i] / other.0[i])
+    }
 
     #[inline(always)]
     fn reciprocal(self) -> Self {

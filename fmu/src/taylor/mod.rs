@@ -2,7 +2,7 @@
 //!
 //! * [`form`]: the mechanism as data: arms, masses between them, loop equations, loads.
 //! * `jet`: the series of one motion, by one factorisation and one pass for each order.
-//! * `tape`, `fused`: scalar series for signals of time and the laws of loads.
+//! * `tape`, `fused`, `products`: scalar series for signals of time and the laws of loads.
 //! * `coupling`: the masses among sparse constants.
 
 mod check;
@@ -10,6 +10,7 @@ pub(crate) mod coupling;
 pub mod form;
 mod fused;
 mod jet;
+mod products;
 mod tape;
 
 pub use jet::{Begun, Jet, Members, Singular};

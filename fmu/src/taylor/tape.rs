@@ -3,6 +3,7 @@
 use super::ORDERS;
 use super::form::{Given, Operation, SeriesTape, Slot, Source, Step};
 use super::fused::{Task, tasks};
+use super::products::{convolution, inner_square, power, square, tail, weighted, weighted_tail};
 use crate::events::switch::Choices;
 use crate::linalg::lane::{WIDTH, by_width};
 use crate::math;
@@ -227,7 +228,8 @@ impl Store {
                 (a[k] - tail(b, quotient, k)) / b[0]
             }
             Operation::Power(a, exponent) => {
-                power(self.series(a), self.series(step.target), self.coefficients[exponent as usize], k)
+                let (a, exponent) = (self.series(a), self.coefficients[exponent as usize]);
+                if k == 0 { libm::pow(a[0], exponent) } else { power(a, self.series(step.target), exponent, k) }
             }
             Operation::SquareRoot(a) => {
                 let (a, root) = (self.series(a), self.series(step.target));
@@ -374,92 +376,4 @@ pub(super) fn polynomial(model: &Model, registers: &[f64], given: Given) -> [f64
         values[4] = 0.0;
     }
     values
-}
-
-/// sum a_j b_(k-j), the newest coefficients last, so that the others do not wait for them.
-#[inline(always)]
-fn convolution(a: &Numbers, b: &Numbers, k: usize) -> f64 {
-    if k == 0 {
-        return a[0] * b[0];
-    }
-    (dot(&a[1..k], &b[1..k]) + a[0] * b[k]) + a[k] * b[0]
-}
-
-/// sum of the products of one end of a with the other end of b, in two sums that do not wait for each other.
-#[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let count = a.len().min(b.len());
-    let (a, b) = (&a[..count], &b[..count]);
-    let (mut even, mut odd, mut j) = (0.0, 0.0, 0);
-    while j + 1 < count {
-        even += a[j] * b[count - 1 - j];
-        odd += a[j + 1] * b[count - 2 - j];
-        j += 2;
-    }
-    if j < count {
-        even += a[j] * b[count - 1 - j];
-    }
-    even + odd
-}
-
-/// The k-th coefficient of a^2.
-#[inline(always)]
-fn square(a: &[f64], k: usize) -> f64 {
-    inner_square(a, k) + if k == 0 { a[0] * a[0] } else { 2.0 * (a[0] * a[k]) }
-}
-
-/// The k-th coefficient of a^2 without the terms of a_k.
-#[inline(always)]
-fn inner_square(a: &[f64], k: usize) -> f64 {
-    if k < 2 {
-        return 0.0;
-    }
-    let half = k.div_ceil(2);
-    let middle = if k.is_multiple_of(2) { a[k / 2] * a[k / 2] } else { 0.0 };
-    2.0 * dot(&a[1..half], &a[k + 1 - half..k]) + middle
-}
-
-/// sum of b_j q_(k-j) over 1 <= j <= k
-#[inline(always)]
-fn tail(b: &[f64], q: &[f64], k: usize) -> f64 {
-    if k == 0 { 0.0 } else { dot(&b[1..k], &q[1..k]) + b[k] * q[0] }
-}
-
-/// sum of j a_j b_(k-j) over 1 <= j <= k
-#[inline(always)]
-fn weighted(a: &[f64], b: &[f64], k: usize) -> f64 {
-    weighted_dot(&a[1..=k], &b[..k])
-}
-
-/// The same without j = k.
-#[inline(always)]
-fn weighted_tail(a: &[f64], b: &[f64], k: usize) -> f64 {
-    if k == 0 { 0.0 } else { weighted_dot(&a[1..k], &b[1..k]) }
-}
-
-#[inline(always)]
-fn weighted_dot(a: &[f64], b: &[f64]) -> f64 {
-    let count = a.len().min(b.len());
-    let (a, b) = (&a[..count], &b[..count]);
-    let (mut sum, mut j) = (0.0, 0);
-    while j < count {
-        sum += (j + 1) as f64 * (a[j] * b[count - 1 - j]);
-        j += 1;
-    }
-    sum
-}
-
-/// u = a^p: a u' = p u a'
-#[inline(always)]
-fn power(a: &[f64], u: &[f64], exponent: f64, k: usize) -> f64 {
-    if k == 0 {
-        return libm::pow(a[0], exponent);
-    }
-    let n = k as f64;
-    let (mut sum, mut j) = (0.0, 1);
-    while j <= k {
-        sum += ((exponent + 1.0) * j as f64 - n) * (a[j] * u[k - j]);
-        j += 1;
-    }
-    sum / (n * a[0])
 }

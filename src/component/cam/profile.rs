@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use cotree_fmu::math::largest_between;
+
 use super::geometry::Geometry;
 use super::mounting::{Guide, Misfit, Mounting, place, value};
 use crate::expr::{Arena, Expr, Symbol};
@@ -146,15 +148,10 @@ impl Profile {
         if of(&refined) < of(&first) { refined } else { first }
     }
 
-    /// The smallest value between two angles: golden section.
-    fn narrowed(&self, [mut low, mut high]: [f64; 2], of: &impl Fn(&Sample) -> f64) -> Sample {
-        const SHARE: f64 = 0.618_033_988_749_894_9;
+    /// The smallest value between two angles.
+    fn narrowed(&self, range: [f64; 2], of: &impl Fn(&Sample) -> f64) -> Sample {
         let at = |angle: f64| self.sample(angle.rem_euclid(TAU));
-        for _ in 0..60 {
-            let [left, right] = [high - SHARE * (high - low), low + SHARE * (high - low)];
-            if of(&at(left)) < of(&at(right)) { high = right } else { low = left }
-        }
-        at(0.5 * (low + high))
+        at(largest_between(range, 60, |angle| -of(&at(angle))).0)
     }
 
     /// The smallest base circle without undercut, if this one has some and a larger one helps.

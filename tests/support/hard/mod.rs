@@ -13,6 +13,7 @@ pub mod four_bar;
 mod jansen;
 pub mod law;
 mod others;
+#[path = "../split_mix.rs"]
 pub mod random;
 pub mod reference;
 mod steep;

@@ -3,8 +3,8 @@
 //! Only the usual is done there: steps of natural length, far from singular poses, that are accepted. For everything else the run takes the step by itself, from the
 //! same state. Both ways follow from its own state alone, so its neighbours do not matter.
 
-use super::passage::FORESEEN;
-use super::propose::{GROW, OPENING, SAFETY, rounding, share};
+use super::passage::is_foreseen;
+use super::propose::{GROW, goal, is_long, natural, share};
 use super::{Taylor, order_for};
 use crate::context::{Context, Settings};
 use crate::events::Choices;
@@ -28,12 +28,11 @@ pub(crate) struct Proposed {
 impl Taylor {
     /// May the next step of this run be found together with those of others?
     pub fn joins(&self, run: &Run, settings: &Settings) -> bool {
-        let (last, singular) = (&run.last, &run.singular);
-        let room = settings.stop.unwrap_or(f64::INFINITY) - last.end_time;
-        let regular = singular.ahead == 0.0 || singular.ahead >= FORESEEN * last.natural;
+        let (last, limit) = (&run.last, settings.limit());
+        let regular = !is_foreseen(run, last.natural) && run.following().is_none() && !run.in_zone(limit);
         let series = run.taylor.series == Some(false) && run.taylor.branches == Choices::default();
-        let usual = !run.stiffness.is_other() && run.following().is_none() && !run.in_zone(last.end_time + room);
-        let known = last.natural > 0.0 && last.natural <= room && !last.undefined;
+        let usual = !run.stiffness.is_other() && !last.undefined;
+        let known = last.natural > 0.0 && last.natural <= limit - last.end_time;
         settings.engine == Engine::Taylor && self.jet.joins() && regular && series && usual && known
     }
 
@@ -44,31 +43,22 @@ impl Taylor {
         self.forget();
     }
 
-    /// The next step, whose rates and positions reach so far by the last coefficients of the series; none if the run must look for itself.
-    pub fn propose_with(
-        &self,
-        context: &Context,
-        run: &Run,
-        [rates, positions]: [f64; 2],
-        order: usize,
-    ) -> Option<Proposed> {
+    /// The next step, of this length if nothing else limits it; none if the run must take it alone.
+    pub fn propose_with(&self, context: &Context, run: &Run, length: f64) -> Option<Proposed> {
         let (time, settings) = (run.last.end_time, context.settings);
-        let step = SAFETY * rates;
-        let step = if step > order as f64 { step.min(SAFETY * positions) } else { step };
-        let natural = step.min(GROW * run.last.natural).min(LONGEST).min(settings.max_step);
+        let natural = length.min(GROW * run.last.natural).min(LONGEST).min(settings.max_step);
         // Written so that NaN is too short.
         let long = natural >= shortest(time);
-        if !long || run.singular.ahead > 0.0 && run.singular.ahead < FORESEEN * natural {
+        if !long || is_foreseen(run, natural) {
             return None;
         }
-        let limit = settings.stop.unwrap_or(f64::INFINITY);
+        let limit = settings.limit();
         let cut = STRETCH * natural >= limit - time;
         let end = if cut { limit } else { time + natural };
-        let goal = f64::max(OPENING * share(settings.tolerance), rounding(context.model, &run.last.end));
-        Some(Proposed { h: end - time, end, cut, goal })
+        Some(Proposed { h: end - time, end, cut, goal: goal(context, run) })
     }
 
-    /// Accepts the step, unless it is one that the run must look at for itself.
+    /// Accepts the step, unless the run must take it alone.
     pub fn conclude_with(
         &mut self,
         context: &mut Context,
@@ -151,9 +141,12 @@ impl Motions {
         self.series.advance(1, self.order - 2);
     }
 
-    /// How far the series of each member reach: rates, and positions.
-    pub fn reach(&self) -> [[f64; MANY]; 2] {
-        [1, 0].map(|derivative| self.series.reach(self.order, share(self.tolerance), derivative))
+    /// The lengths that the tolerance permits.
+    pub fn lengths(&self) -> [f64; MANY] {
+        let reach = |derivative| self.series.reach(self.order, share(self.tolerance), derivative);
+        let rates = reach(1);
+        let positions = if rates.iter().any(|rate| is_long(self.order, *rate)) { reach(0) } else { rates };
+        std::array::from_fn(|member| natural(self.order, rates[member], || positions[member]))
     }
 
     /// The motions so long after the starts.

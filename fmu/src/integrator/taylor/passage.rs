@@ -13,12 +13,17 @@ use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
 pub(crate) const COURSE: Course =
     Course { take_off: 0.77, passes: 0.85, landing: 1.28, nearer: 0.0, missed: f64::INFINITY };
 /// A pose predicted no further ahead than so many natural steps is located: a row that has just begun to fall falls faster and faster.
-pub(super) const FORESEEN: f64 = 3.0;
+const FORESEEN: f64 = 3.0;
 /// A row that has passed a pose has less than this share of its distance about there.
 const HALF: f64 = 0.5;
 
 /// The rounding errors of the last coefficients are larger than this next to a singular pose: a step is as long as one at this tolerance.
 const NOISE: f64 = 1e-9;
+
+/// Is a singular pose ahead, near enough to be located before a step of this length?
+pub(super) fn is_foreseen(run: &Run, natural: f64) -> bool {
+    run.singular.ahead > 0.0 && run.singular.ahead < FORESEEN * natural
+}
 
 impl Taylor {
     /// Finds the next singular pose along the polynomial, near a guess of how far it is ahead.
@@ -28,7 +33,7 @@ impl Taylor {
 
     /// Locates the next singular pose, if one may be near. Says whether there is one.
     pub(super) fn locate_ahead(&mut self, context: &mut Context, run: &mut Run, natural: f64) -> bool {
-        let near = run.singular.ahead > 0.0 && run.singular.ahead < FORESEEN * natural;
+        let near = is_foreseen(run, natural);
         if near {
             let guess = f64::min(run.singular.ahead, REACH * natural);
             let found = self.locate(context, run, guess).unwrap_or(0.0);

@@ -21,11 +21,11 @@ const FINEST: f64 = 1e-15;
 /// A step that is cut short ends its series when two terms are this much smaller than the tolerance.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Loops may open so much along a step, and its end accelerate otherwise than the equations demand, in units of the tolerance.
-pub(super) const OPENING: f64 = 10.0;
+const OPENING: f64 = 10.0;
 /// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
 pub(super) const REACH: f64 = 1.6;
 /// Share of the step that the last coefficients permit: the terms after the last one count too.
-pub(super) const SAFETY: f64 = 0.9;
+const SAFETY: f64 = 0.9;
 /// A step is at most so many times as long as the one before.
 pub(super) const GROW: f64 = 4.0;
 /// A step shorter than this share of the one before is cut short.
@@ -125,7 +125,7 @@ impl Taylor {
         let usual = if before > 0.0 { before.min(natural.max(SHORTENED * before)) } else { natural };
         let branches = self.jet.chosen();
         let located = self.locate_ahead(context, run, natural.min(room));
-        let goal = f64::max(OPENING * tolerance, rounding(context.model, &run.last.end));
+        let goal = goal(context, run);
         let follows = following.is_some();
         let step = Step {
             h: natural,
@@ -147,10 +147,9 @@ impl Taylor {
         Proposal::Step(Step { h: step.planned(run.singular.ahead), ..step })
     }
 
-    /// The length that the tolerance permits. Rates decide, or positions if the step is so long that their error is larger.
+    /// The length that the tolerance permits.
     pub(super) fn natural_length(&mut self, order: usize, tolerance: f64) -> f64 {
-        let step = SAFETY * self.jet.reach(order, tolerance, 1);
-        if step > order as f64 { step.min(SAFETY * self.jet.reach(order, tolerance, 0)) } else { step }
+        natural(order, self.jet.reach(order, tolerance, 1), || self.jet.reach(order, tolerance, 0))
     }
 
     /// The rest of the series, as far as a step within the room may need it; returns its order.
@@ -194,6 +193,22 @@ impl Taylor {
     }
 }
 
+/// The length of a step whose rates reach so far by the last coefficients. They decide, or positions if the step is so long that their error is larger.
+pub(super) fn natural(order: usize, rates: f64, positions: impl FnOnce() -> f64) -> f64 {
+    let step = SAFETY * rates;
+    if is_long(order, rates) { step.min(SAFETY * positions()) } else { step }
+}
+
+/// May the error of positions be larger than that of rates?
+pub(super) fn is_long(order: usize, rates: f64) -> bool {
+    SAFETY * rates > order as f64
+}
+
+/// What the loops may open by in the next step, and the accelerations at its end miss.
+pub(super) fn goal(context: &Context, run: &Run) -> f64 {
+    f64::max(OPENING * share(context.settings.tolerance), rounding(context.model, &run.last.end))
+}
+
 /// Notes the pose that the last step predicts, if it is near, unless a curve is followed. Says whether there is one.
 fn predict(run: &mut Run) -> bool {
     if run.following().is_some() {
@@ -213,7 +228,7 @@ fn is_near(run: &Run) -> bool {
 }
 
 /// How far loops are open by rounding errors alone: those of the positions count, for angles grow with every turn.
-pub(super) fn rounding(model: &Model, positions: &[f64]) -> f64 {
+fn rounding(model: &Model, positions: &[f64]) -> f64 {
     let coordinates = model.program().coordinates.iter().zip(positions);
     let largest = coordinates.fold(0.0, |largest, (coordinate, q)| math::maximum(largest, q.abs() / coordinate.scale));
     math::maximum(ROUNDING, SPACINGS * f64::EPSILON * largest)

@@ -6,6 +6,7 @@ use crate::linalg::turn::cosines_and_sines;
 use crate::model::Model;
 use crate::taylor::ORDERS;
 use crate::taylor::form::{Operation, SeriesTape, Slot, Source, Step};
+use crate::taylor::products::{convolution, inner_square, power, square, tail, weighted, weighted_tail};
 use crate::taylor::tape::polynomial;
 
 /// Order k of a source that is no scalar series.
@@ -104,12 +105,18 @@ impl Laws {
                 sum
             }
             Operation::Multiply(a, b) => convolution(of(a), of(b), k),
-            Operation::SquareSum(a, b) => convolution(of(a), of(a), k) + convolution(of(b), of(b), k),
+            Operation::SquareSum(a, b) => square(of(a), k) + square(of(b), k),
             Operation::Divide(a, b) => {
                 let (a, b, quotient) = (of(a), of(b), of(step.target));
                 (a[k] - tail(b, quotient, k)).over(b[0])
             }
-            Operation::Power(a, exponent) => power(of(a), of(step.target), c[exponent as usize], k),
+            Operation::Power(a, exponent) => {
+                let (a, exponent) = (of(a), c[exponent as usize]);
+                match k {
+                    0 => Many(std::array::from_fn(|member| libm::pow(a[0].0[member], exponent.0[member]))),
+                    _ => power(a, of(step.target), exponent, k),
+                }
+            }
             Operation::SquareRoot(a) => {
                 let (a, root) = (of(a), of(step.target));
                 if k == 0 { a[0].root() } else { (a[k] - inner_square(root, k)).over(root[0] + root[0]) }
@@ -150,70 +157,4 @@ impl Laws {
         };
         self.series[step.target as usize][k] = value;
     }
-}
-
-/// sum a_j b_(k-j)
-#[inline(always)]
-fn convolution(a: &Series, b: &Series, k: usize) -> Many {
-    let (mut sum, mut j) = (Many::ZERO, 0);
-    let (a, b) = (&a[..=k], &b[..=k]);
-    while j < a.len().min(b.len()) {
-        sum += a[j] * b[b.len() - 1 - j];
-        j += 1;
-    }
-    sum
-}
-
-/// The k-th coefficient of a^2 without the terms of a_k.
-#[inline(always)]
-fn inner_square(a: &Series, k: usize) -> Many {
-    let (mut sum, mut j) = (Many::ZERO, 1);
-    while j < k {
-        sum += a[j] * a[k - j];
-        j += 1;
-    }
-    sum
-}
-
-/// sum of b_j q_(k-j) over 1 <= j <= k
-#[inline(always)]
-fn tail(b: &Series, q: &Series, k: usize) -> Many {
-    let (mut sum, mut j) = (Many::ZERO, 1);
-    while j <= k {
-        sum += b[j] * q[k - j];
-        j += 1;
-    }
-    sum
-}
-
-/// sum of j a_j b_(k-j) over 1 <= j <= k
-#[inline(always)]
-fn weighted(a: &Series, b: &Series, k: usize) -> Many {
-    weighted_tail(a, b, k) + (a[k] * b[0]).times(k as f64)
-}
-
-/// The same without j = k.
-#[inline(always)]
-fn weighted_tail(a: &Series, b: &Series, k: usize) -> Many {
-    let (mut sum, mut j) = (Many::ZERO, 1);
-    while j < k {
-        sum += (a[j] * b[k - j]).times(j as f64);
-        j += 1;
-    }
-    sum
-}
-
-/// u = a^p: a u' = p u a'
-#[inline(always)]
-fn power(a: &Series, u: &Series, exponent: Many, k: usize) -> Many {
-    if k == 0 {
-        let (a, p) = (a[0].0, exponent.0);
-        return Many(std::array::from_fn(|member| libm::pow(a[member], p[member])));
-    }
-    let (n, mut sum, mut j) = (Many::all(k as f64), Many::ZERO, 1);
-    while j <= k {
-        sum += ((exponent + Many::all(1.0)).times(j as f64) - n) * (a[j] * u[k - j]);
-        j += 1;
-    }
-    sum.over(n * a[0])
 }
