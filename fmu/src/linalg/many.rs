@@ -3,6 +3,7 @@
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
 use super::lane;
+use super::turn::cosines_and_sines;
 
 /// So many motions at once.
 pub(crate) const MANY: usize = 8;
@@ -26,8 +27,28 @@ pub(crate) trait Number:
     fn magnitude(self) -> Self;
     /// c self
     fn times(self, c: f64) -> Self;
+    /// The larger magnitude of each; NaN stays.
+    fn larger(self, other: Self) -> Self;
     /// Which of them are larger than a bound? Not a number is not.
     fn exceeds(self, bound: Self) -> Self::Which;
+    /// Which of them, and of what belongs to them, are smaller than a bound? Not a number is not.
+    fn is_below(self, bound: f64) -> Self::Which;
+    /// Nothing where something is true.
+    fn unless(self, which: Self::Which) -> Self;
+}
+
+/// What laws need besides.
+pub(crate) trait Elementary: Number {
+    /// The square root.
+    fn root(self) -> Self;
+    /// The natural logarithm.
+    fn logarithm(self) -> Self;
+    /// self^exponent
+    fn power(self, exponent: Self) -> Self;
+    /// Cosine and sine.
+    fn cosine_and_sine(self) -> [Self; 2];
+    /// The angle of (x, self).
+    fn arc_tangent(self, x: Self) -> Self;
 }
 
 /// Truth values.
@@ -38,6 +59,8 @@ pub(crate) trait Which: Copy {
     fn and(self, other: Self) -> Self;
     /// Is none true?
     fn is_none(self) -> bool;
+    /// Are all true?
+    fn is_all(self) -> bool;
 }
 
 impl Number for f64 {
@@ -70,8 +93,23 @@ impl Number for f64 {
     }
 
     #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        lane::above(self, other)
+    }
+
+    #[inline(always)]
     fn exceeds(self, bound: Self) -> bool {
         self > bound
+    }
+
+    #[inline(always)]
+    fn is_below(self, bound: f64) -> bool {
+        self < bound
+    }
+
+    #[inline(always)]
+    fn unless(self, which: bool) -> Self {
+        if which { 0.0 } else { self }
     }
 }
 
@@ -86,6 +124,11 @@ impl Which for bool {
     #[inline(always)]
     fn is_none(self) -> bool {
         !self
+    }
+
+    #[inline(always)]
+    fn is_all(self) -> bool {
+        self
     }
 }
 
@@ -104,25 +147,6 @@ macro_rules! each {
         }
         Self(result)
     }};
-}
-
-impl Many {
-    /// The square root.
-    #[inline(always)]
-    pub fn root(self) -> Self {
-        each!(i => self.0[i].sqrt())
-    }
-
-    /// The larger magnitude of each motion; NaN stays.
-    #[inline(always)]
-    pub fn larger(self, other: Self) -> Self {
-        each!(i => lane::above(self.0[i], other.0[i]))
-    }
-
-    /// One after the other.
-    pub fn each(self, function: impl Fn(f64) -> f64) -> Self {
-        Self(self.0.map(function))
-    }
 }
 
 impl Add for Many {
@@ -208,6 +232,45 @@ impl Number for Many {
         }
         result
     }
+
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        each!(i => lane::above(self.0[i], other.0[i]))
+    }
+
+    #[inline(always)]
+    fn is_below(self, bound: f64) -> [bool; MANY] {
+        Self::all(bound).exceeds(self)
+    }
+
+    #[inline(always)]
+    fn unless(self, which: [bool; MANY]) -> Self {
+        each!(i => if which[i] { 0.0 } else { self.0[i] })
+    }
+}
+
+impl Elementary for Many {
+    #[inline(always)]
+    fn root(self) -> Self {
+        each!(i => self.0[i].sqrt())
+    }
+
+    fn logarithm(self) -> Self {
+        Self(self.0.map(libm::log))
+    }
+
+    fn power(self, exponent: Self) -> Self {
+        each!(i => libm::pow(self.0[i], exponent.0[i]))
+    }
+
+    #[inline(always)]
+    fn cosine_and_sine(self) -> [Self; 2] {
+        cosines_and_sines(self)
+    }
+
+    fn arc_tangent(self, x: Self) -> Self {
+        each!(i => libm::atan2(self.0[i], x.0[i]))
+    }
 }
 
 impl Which for [bool; MANY] {
@@ -225,5 +288,10 @@ impl Which for [bool; MANY] {
     #[inline(always)]
     fn is_none(self) -> bool {
         self == [false; MANY]
+    }
+
+    #[inline(always)]
+    fn is_all(self) -> bool {
+        self == [true; MANY]
     }
 }

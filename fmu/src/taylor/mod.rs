@@ -13,7 +13,8 @@ mod jet;
 mod products;
 mod tape;
 
-pub use jet::{Begun, Jet, Members, Singular};
+pub(crate) use jet::{Begun, Members};
+pub use jet::{Jet, Singular};
 
 /// The highest order of positions.
 pub const MAX_ORDER: usize = 28;

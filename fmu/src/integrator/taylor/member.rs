@@ -69,7 +69,7 @@ impl Taylor {
     ) -> bool {
         let Motions { begun, defect, .. } = motions;
         motions.series.closeness(member, &mut self.guard.next);
-        let good = begun.open[member] <= step.goal && defect[member] <= step.goal;
+        let good = begun.open.0[member] <= step.goal && defect[member] <= step.goal;
         let passed = run.singular.ahead > 0.0 && self.guard.turned(step.h).is_some();
         let near = self.guard.arrives() || self.guard.ends_near() || self.guard.began_near() || passed;
         if !good || near || !motions.is_regular(member) {
@@ -88,13 +88,13 @@ impl Taylor {
 /// Several motions and their series.
 #[derive(Clone, Debug)]
 pub(crate) struct Motions {
-    pub series: Members,
+    pub series: Members<Many>,
     pub tolerance: f64,
     pub order: usize,
     /// (q, v) where the steps begin, and where they end.
     start: Vec<Many>,
     end: Vec<Many>,
-    begun: Begun,
+    begun: Begun<Many>,
     finite: [bool; MANY],
     defect: [f64; MANY],
 }
@@ -109,7 +109,7 @@ impl Motions {
             order: order_for(tolerance),
             start: motion.clone(),
             end: motion,
-            begun: Begun::default(),
+            begun: Begun { open: Many::ZERO, regular: [false; MANY], amplification: Many::ZERO },
             finite: [false; MANY],
             defect: [0.0; MANY],
         })
@@ -151,7 +151,7 @@ impl Motions {
 
     /// The motions so long after the starts.
     pub fn evaluate(&mut self, h: [f64; MANY]) {
-        self.series.evaluate(self.order, h, &mut self.end);
+        self.series.evaluate(self.order, Many(h), &mut self.end);
     }
 
     /// Begins all series where the steps end.
@@ -173,6 +173,6 @@ impl Motions {
 
     /// How many times rounding errors are multiplied where the series of a member begins.
     pub fn amplification(&self, member: usize) -> f64 {
-        self.begun.amplification[member]
+        self.begun.amplification.0[member]
     }
 }

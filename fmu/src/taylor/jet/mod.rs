@@ -29,7 +29,7 @@ use crate::taylor::ORDERS;
 use crate::taylor::coupling::Coupling;
 use crate::taylor::form::{ArmForm, Factor, Load, Place, Row, Slot};
 use crate::taylor::tape::{Scalars, Vectors};
-pub use members::{Begun, Members};
+pub(crate) use members::{Begun, Members};
 use response::Response;
 use step::Read;
 use terms::{Plan, Terms};

@@ -1,8 +1,7 @@
 //! Scalar series of several motions: signals of time and the laws of loads, as [`crate::taylor::tape`] has them of one.
 
 use super::{Arm, Series};
-use crate::linalg::many::{Many, Number};
-use crate::linalg::turn::cosines_and_sines;
+use crate::linalg::many::{Elementary, Many, Number};
 use crate::model::Model;
 use crate::taylor::ORDERS;
 use crate::taylor::form::{Operation, SeriesTape, Slot, Source, Step};
@@ -11,28 +10,24 @@ use crate::taylor::tape::polynomial;
 
 /// Order k of a source that is no scalar series.
 #[inline(always)]
-fn read(arms: &[Arm], source: Source, k: usize) -> Many {
+fn read<N: Number>(arms: &[Arm<N>], source: Source, k: usize) -> N {
     match source {
         Source::X(arm) => arms[arm as usize].x[k],
         Source::Y(arm) => arms[arm as usize].y[k],
         Source::Unknown(arm) => arms[arm as usize].value[k],
         Source::UnknownRate(arm) => arms[arm as usize].value[k + 1].times((k + 1) as f64),
-        Source::Slot(_) => Many::ZERO,
+        Source::Slot(_) => N::ZERO,
     }
 }
 
 /// All series of a tape.
 #[derive(Clone, Debug)]
-pub(super) struct Laws {
+pub(super) struct Laws<N> {
     tape: SeriesTape,
-    series: Vec<Series>,
+    series: Vec<Series<N>>,
 }
 
-impl Laws {
-    pub fn new(tape: &SeriesTape) -> Self {
-        Self { series: vec![[Many::ZERO; ORDERS]; tape.slots as usize], tape: tape.clone() }
-    }
-
+impl Laws<Many> {
     /// The given series of one member at a start.
     pub fn give(&mut self, member: usize, model: &Model, registers: &[f64]) {
         for &(slot, given) in &self.tape.given {
@@ -51,9 +46,15 @@ impl Laws {
             }
         }
     }
+}
+
+impl<N: Elementary> Laws<N> {
+    pub fn new(tape: &SeriesTape) -> Self {
+        Self { series: vec![[N::ZERO; ORDERS]; tape.slots as usize], tape: tape.clone() }
+    }
 
     #[inline(always)]
-    pub fn get(&self, slot: Slot, order: usize) -> Many {
+    pub fn get(&self, slot: Slot, order: usize) -> N {
         self.series[slot as usize][order]
     }
 
@@ -65,7 +66,7 @@ impl Laws {
 
     /// What depends on given series only, up to an order.
     #[inline(always)]
-    pub fn begin(&mut self, c: &[Many], order: usize) {
+    pub fn begin(&mut self, c: &[N], order: usize) {
         for k in 0..=order {
             for index in 0..self.tape.signals.len() {
                 self.step(self.tape.signals[index], c, k, &[]);
@@ -75,7 +76,7 @@ impl Laws {
 
     /// Next order of what depends on positions.
     #[inline(always)]
-    pub fn positions(&mut self, c: &[Many], k: usize, arms: &[Arm]) {
+    pub fn positions(&mut self, c: &[N], k: usize, arms: &[Arm<N>]) {
         for index in 0..self.tape.positions.len() {
             self.step(self.tape.positions[index], c, k, arms);
         }
@@ -83,18 +84,18 @@ impl Laws {
 
     /// Next order of what depends on rates; positions must be one order further.
     #[inline(always)]
-    pub fn rates(&mut self, c: &[Many], k: usize, arms: &[Arm]) {
+    pub fn rates(&mut self, c: &[N], k: usize, arms: &[Arm<N>]) {
         for index in 0..self.tape.rates.len() {
             self.step(self.tape.rates[index], c, k, arms);
         }
     }
 
     #[inline(always)]
-    fn step(&mut self, step: Step, c: &[Many], k: usize, arms: &[Arm]) {
+    fn step(&mut self, step: Step, c: &[N], k: usize, arms: &[Arm<N>]) {
         let of = |slot: Slot| &self.series[slot as usize];
         let value = match step.operation {
             Operation::Linear { first, count, constant } => {
-                let mut sum = constant.filter(|_| k == 0).map_or(Many::ZERO, |place| c[place as usize]);
+                let mut sum = constant.filter(|_| k == 0).map_or(N::ZERO, |place| c[place as usize]);
                 for term in &self.tape.terms[first as usize..(first + count) as usize] {
                     let value = match term.source {
                         Source::Slot(slot) => of(slot)[k],
@@ -113,7 +114,7 @@ impl Laws {
             Operation::Power(a, exponent) => {
                 let (a, exponent) = (of(a), c[exponent as usize]);
                 match k {
-                    0 => Many(std::array::from_fn(|member| libm::pow(a[0].0[member], exponent.0[member]))),
+                    0 => a[0].power(exponent),
                     _ => power(a, of(step.target), exponent, k),
                 }
             }
@@ -124,7 +125,7 @@ impl Laws {
             Operation::SineCosine(a, cosine) => {
                 let (a, s, c) = (of(a), of(step.target), of(cosine));
                 let [next, sine] = if k == 0 {
-                    cosines_and_sines(a[0])
+                    a[0].cosine_and_sine()
                 } else {
                     [-weighted(a, s, k), weighted(a, c, k)].map(|sum| sum.times(1.0 / k as f64))
                 };
@@ -134,15 +135,14 @@ impl Laws {
             Operation::Logarithm(a) => {
                 let (a, logarithm) = (of(a), of(step.target));
                 match k {
-                    0 => a[0].each(libm::log),
+                    0 => a[0].logarithm(),
                     _ => (a[k] - weighted_tail(logarithm, a, k).times(1.0 / k as f64)).over(a[0]),
                 }
             }
             Operation::ArcTangent(y, x, square) => {
                 let [y, x, square, u] = [y, x, square, step.target].map(of);
                 if k == 0 {
-                    let (y, x) = (y[0].0, x[0].0);
-                    Many(std::array::from_fn(|member| libm::atan2(y[member], x[member])))
+                    y[0].arc_tangent(x[0])
                 } else {
                     let turning = weighted(y, x, k) - weighted(x, y, k) - weighted_tail(u, square, k);
                     turning.over(square[0].times(k as f64))
@@ -153,7 +153,7 @@ impl Laws {
             Operation::Exponential(_)
             | Operation::HyperbolicTangent(..)
             | Operation::Floor { .. }
-            | Operation::Choose { .. } => Many::all(f64::NAN),
+            | Operation::Choose { .. } => N::all(f64::NAN),
         };
         self.series[step.target as usize][k] = value;
     }

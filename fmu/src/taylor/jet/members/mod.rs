@@ -14,55 +14,55 @@ use super::step::Read;
 use super::terms::{Plan, Terms};
 use super::{Jet, Loads, Shape, chain, groups, turned_by, unknowns};
 use crate::linalg::factors::{Factors, Pattern};
-use crate::linalg::many::{MANY, Many, Number};
+use crate::linalg::many::{Elementary, Many, Number};
 use crate::model::Model;
 use crate::taylor::ORDERS;
 use crate::taylor::form::{ArmForm, Factor, Slot};
 use laws::Laws;
 use sparse::{Complex, Pairs};
-pub use start::Begun;
+pub(crate) use start::Begun;
 
 /// More equations are served as well by the four arms of one motion.
 const MOST_EQUATIONS: usize = 64;
 
 /// The coefficients of one function of time.
-type Series = [Many; ORDERS];
+type Series<N> = [N; ORDERS];
 
 /// One arm, and the unknown that bears its number.
 #[derive(Clone, Debug)]
-struct Arm {
+struct Arm<N> {
     /// World components.
-    x: Series,
-    y: Series,
+    x: Series<N>,
+    y: Series<N>,
     /// The rate of a frame, the length of another arm.
-    rate: Series,
-    force: [Series; 2],
+    rate: Series<N>,
+    force: [Series<N>; 2],
     /// The unknown, if there is one.
-    value: Series,
+    value: Series<N>,
     /// At the present order: second derivatives, loads with their signs turned, what is known of a product, what balance lacks.
-    second: [Many; 2],
-    applied: [Many; 2],
-    inner: [Many; 2],
-    lack: Many,
+    second: [N; 2],
+    applied: [N; 2],
+    inner: [N; 2],
+    lack: N,
     /// What counts of the unknown's rates.
-    weight: Many,
+    weight: N,
     /// The unknown and its first two derivatives where the polynomial was last evaluated.
-    end: [Many; 3],
+    end: [N; 3],
 }
 
-impl Arm {
+impl<N: Number> Arm<N> {
     const NEW: Self = Self {
-        x: [Many::ZERO; ORDERS],
-        y: [Many::ZERO; ORDERS],
-        rate: [Many::ZERO; ORDERS],
-        force: [[Many::ZERO; ORDERS]; 2],
-        value: [Many::ZERO; ORDERS],
-        second: [Many::ZERO; 2],
-        applied: [Many::ZERO; 2],
-        inner: [Many::ZERO; 2],
-        lack: Many::ZERO,
-        weight: Many::ZERO,
-        end: [Many::ZERO; 3],
+        x: [N::ZERO; ORDERS],
+        y: [N::ZERO; ORDERS],
+        rate: [N::ZERO; ORDERS],
+        force: [[N::ZERO; ORDERS]; 2],
+        value: [N::ZERO; ORDERS],
+        second: [N::ZERO; 2],
+        applied: [N::ZERO; 2],
+        inner: [N::ZERO; 2],
+        lack: N::ZERO,
+        weight: N::ZERO,
+        end: [N::ZERO; 3],
     };
 }
 
@@ -85,7 +85,7 @@ struct Slide {
 
 /// The series of several motions.
 #[derive(Clone, Debug)]
-pub struct Members {
+pub(crate) struct Members<N> {
     form: ArmForm,
     /// Coordinates, what carries an angle before what it carries.
     chain: Vec<usize>,
@@ -106,19 +106,19 @@ pub struct Members {
     loads: Loads,
     coupling: Complex,
     rows: Pairs,
-    factors: Factors<Many>,
-    coefficients: Vec<Many>,
-    laws: Laws,
-    arms: Vec<Arm>,
+    factors: Factors<N>,
+    coefficients: Vec<N>,
+    laws: Laws<N>,
+    arms: Vec<Arm<N>>,
     /// Gaps of the loops; right-hand sides and solution by equations.
-    gaps: Vec<Many>,
-    vector: Vec<Many>,
-    solution: Vec<Many>,
+    gaps: Vec<N>,
+    vector: Vec<N>,
+    solution: Vec<N>,
     /// Derivatives of arms: first by the angle, then by the length.
-    derivatives: [Vec<Many>; 2],
+    derivatives: [Vec<N>; 2],
 }
 
-impl Members {
+impl<N: Elementary> Members<N> {
     /// Storage for a model whose motions can be found together.
     pub fn new(model: &Model) -> Option<Self> {
         let form = model.program().arms.as_ref().filter(|form| serves(form))?.clone();
@@ -154,20 +154,22 @@ impl Members {
             loads: Loads::of_arms(&form, &shape),
             coupling: Complex::new(arms, &coupling, &zero),
             rows: Pairs::new(form.rows.len(), arms, &rows, &zero),
-            coefficients: vec![Many::ZERO; form.coefficients.results.len()],
+            coefficients: vec![N::ZERO; form.coefficients.results.len()],
             laws: Laws::new(&form.tape),
             arms: vec![Arm::NEW; arms],
-            gaps: vec![Many::ZERO; form.rows.len()],
-            vector: vec![Many::ZERO; size],
-            solution: vec![Many::ZERO; size],
-            derivatives: [vec![Many::ZERO; 2 * arms], vec![Many::ZERO; 2 * arms]],
+            gaps: vec![N::ZERO; form.rows.len()],
+            vector: vec![N::ZERO; size],
+            solution: vec![N::ZERO; size],
+            derivatives: [vec![N::ZERO; 2 * arms], vec![N::ZERO; 2 * arms]],
             factors,
             terms,
             unknowns,
             form,
         })
     }
+}
 
+impl Members<Many> {
     /// Takes the coefficients of one member over from its registers, after the parameter stage ran.
     pub fn enter(&mut self, member: usize, registers: &[f64]) {
         for (place, value) in self.coefficients.iter_mut().zip(self.form.coefficients.results(registers)) {

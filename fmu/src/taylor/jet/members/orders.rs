@@ -1,16 +1,19 @@
 //! One order after the other, of several motions.
 
-use super::{Many, Members, Number, Slide, Turn};
+use super::{Members, Slide, Turn};
 use crate::linalg::lane::by_width;
+use crate::linalg::many::{Elementary, Many};
 use crate::taylor::ORDERS;
 use crate::taylor::form::Factor;
 
-impl Members {
+impl Members<Many> {
     by_width! {
         /// Orders k of accelerations from the first to the last, orders k + 2 of positions; all lower ones are known.
-        pub fn advance(&mut self: Members, first: usize, last: usize) = advance_all
+        pub fn advance(&mut self: Members<Many>, first: usize, last: usize) = advance_all
     }
+}
 
+impl<N: Elementary> Members<N> {
     #[inline(always)]
     pub(super) fn advance_all(&mut self, first: usize, last: usize) {
         let lawful = !self.laws.are_none();
@@ -57,7 +60,7 @@ impl Members {
         let arm = &mut self.arms[frame];
         let omega = arm.rate[0];
         let (mut x, mut y) = (omega * arm.y[k + 1], omega * arm.x[k + 1]);
-        let (mut left, mut right) = (Many::ZERO, Many::ZERO);
+        let (mut left, mut right) = (N::ZERO, N::ZERO);
         let (bx, by, rates) = (&arm.x[1..k + 1], &arm.y[1..k + 1], &arm.rate[1..k + 1]);
         let forces = arm.force[0][..k].iter().zip(&arm.force[1][..k]);
         for (((cosine, sine), rate), (fx, fy)) in bx.iter().rev().zip(by.iter().rev()).zip(rates).zip(forces) {
@@ -73,7 +76,7 @@ impl Members {
 
     /// Adds an angular acceleration to the second derivative of a frame's arm.
     #[inline(always)]
-    fn accelerate(&mut self, frame: usize, alpha: Many) {
+    fn accelerate(&mut self, frame: usize, alpha: N) {
         let arm = &mut self.arms[frame];
         arm.second[0] -= alpha * arm.y[0];
         arm.second[1] += alpha * arm.x[0];
@@ -82,7 +85,7 @@ impl Members {
     /// Coefficients of the frames' arms from their second derivatives.
     #[inline(always)]
     fn place_frames(&mut self, order: usize, scale: f64) {
-        let share = Many::all(1.0 / scale);
+        let share = N::all(1.0 / scale);
         for arm in &mut self.arms[..self.turns.len()] {
             arm.x[order] = arm.second[0] * share;
             arm.y[order] = arm.second[1] * share;
@@ -91,10 +94,10 @@ impl Members {
 
     /// sum of sigma_j e_(k+2-j) without its ends.
     #[inline(always)]
-    fn convolve_product(&self, arm: usize, frame: usize, k: usize) -> [Many; 2] {
+    fn convolve_product(&self, arm: usize, frame: usize, k: usize) -> [N; 2] {
         let (arm, frame) = (&self.arms[arm], &self.arms[frame]);
         let (length, ex, ey) = (&arm.rate[1..k + 2], &frame.x[1..k + 2], &frame.y[1..k + 2]);
-        let (mut x, mut y, mut j) = (Many::ZERO, Many::ZERO, 0);
+        let (mut x, mut y, mut j) = (N::ZERO, N::ZERO, 0);
         while j < k + 1 {
             x += length[j] * ex[k - j];
             y += length[j] * ey[k - j];
@@ -109,14 +112,14 @@ impl Members {
         for index in 0..self.slides.len() {
             let Slide { arm, factor, frame } = self.slides[index];
             let is_known = found || factor != Factor::Unknown;
-            let length = if is_known { self.length(arm, factor, k + 2) } else { Many::ZERO };
+            let length = if is_known { self.length(arm, factor, k + 2) } else { N::ZERO };
             let ends = frame.map(|frame| {
                 let (start, frame) = (self.arms[arm].rate[0], &self.arms[frame]);
                 [length * frame.x[0] + start * frame.x[k + 2], length * frame.y[0] + start * frame.y[k + 2]]
             });
             let arm = &mut self.arms[arm];
             arm.rate[k + 2] = length;
-            let [x, y] = ends.map_or([length, Many::ZERO], |[x, y]| [arm.inner[0] + x, arm.inner[1] + y]);
+            let [x, y] = ends.map_or([length, N::ZERO], |[x, y]| [arm.inner[0] + x, arm.inner[1] + y]);
             (arm.x[k + 2], arm.y[k + 2]) = (x, y);
             arm.second = [x.times(scale), y.times(scale)];
         }
@@ -129,11 +132,11 @@ impl Members {
             return;
         }
         for arm in &mut self.arms {
-            arm.applied = [Many::ZERO; 2];
+            arm.applied = [N::ZERO; 2];
         }
         for load in self.loads.at(k) {
             let [fx, fy] = load.factors.map(|factor| self.coefficients[factor as usize]);
-            let value = load.value.map_or(Many::all(1.0), |slot| self.laws.get(slot, k));
+            let value = load.value.map_or(N::all(1.0), |slot| self.laws.get(slot, k));
             let applied = &mut self.arms[load.place].applied;
             applied[0] -= fx * value;
             applied[1] -= fy * value;
@@ -157,7 +160,7 @@ impl Members {
             self.share_moment(frame, k);
         }
         for push in self.pushes.at(k) {
-            let value = push.value.map_or(Many::all(1.0), |slot| self.laws.get(slot, k));
+            let value = push.value.map_or(N::all(1.0), |slot| self.laws.get(slot, k));
             self.arms[push.place].lack -= self.coefficients[push.factors[0] as usize] * value;
         }
         let (balanced, closed) = self.vector.split_at_mut(self.unknowns.len());
@@ -200,7 +203,7 @@ impl Members {
         let (gx, gy) = (&arm.force[0][..k + 1], &arm.force[1][..k + 1]);
         let (ex, ey) = (&self.arms[frame].x[..k + 1], &self.arms[frame].y[..k + 1]);
         let (bx, by) = (&arm.x[..k + 1], &arm.y[..k + 1]);
-        let (mut pull, mut moment, mut j) = (Many::ZERO, Many::ZERO, 0);
+        let (mut pull, mut moment, mut j) = (N::ZERO, N::ZERO, 0);
         while j < k + 1 {
             pull += ex[j] * gx[k - j] + ey[j] * gy[k - j];
             moment += bx[j] * gy[k - j] - by[j] * gx[k - j];
@@ -216,14 +219,14 @@ impl Members {
     #[inline(always)]
     fn correct(&mut self, k: usize) {
         let scale = ((k + 1) * (k + 2)) as f64;
-        let share = Many::all(1.0 / scale);
+        let share = N::all(1.0 / scale);
         for (found, &arm) in self.solution.iter().zip(&self.unknowns) {
             let arm = &mut self.arms[arm];
             (arm.value[k + 2], arm.lack) = (*found * share, *found);
         }
         for frame in 0..self.turns.len() {
             let Turn { unknown, signal, .. } = self.turns[frame];
-            let own = unknown.map_or(Many::ZERO, |unknown| self.arms[unknown].lack);
+            let own = unknown.map_or(N::ZERO, |unknown| self.arms[unknown].lack);
             let alpha = signal.map_or(own, |slot| own + self.laws.get(slot, k + 2).times(scale));
             self.arms[frame].rate[k + 1] = alpha.times(1.0 / (k + 1) as f64);
             self.accelerate(frame, own);
@@ -241,7 +244,7 @@ impl Members {
 
     /// The force of order k on an arm.
     #[inline(always)]
-    fn push(&mut self, arm: usize, k: usize, force: [Many; 2]) {
+    fn push(&mut self, arm: usize, k: usize, force: [N; 2]) {
         let places = &mut self.arms[arm].force;
         (places[0][k], places[1][k]) = (force[0], force[1]);
     }

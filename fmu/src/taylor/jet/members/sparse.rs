@@ -1,7 +1,7 @@
 //! Sparse constants between arms, without those that are zero whatever the parameters are.
 
 use super::Arm;
-use crate::linalg::many::{Many, Number};
+use crate::linalg::many::Number;
 
 /// Row, column, components.
 pub(super) type Entry = (usize, usize, [u32; 2]);
@@ -50,7 +50,7 @@ impl Complex {
 
     /// The force on an arm, and the forces that go with the second derivatives of all.
     #[inline(always)]
-    pub fn add(&self, c: &[Many], arms: &[Arm], to: usize, [mut fx, mut fy]: [Many; 2]) -> [Many; 2] {
+    pub fn add<N: Number>(&self, c: &[N], arms: &[Arm<N>], to: usize, [mut fx, mut fy]: [N; 2]) -> [N; 2] {
         for part in self.real.row(to) {
             let (arm, mass) = (&arms[part.from as usize], c[part.coefficient as usize]);
             fx += mass * arm.second[0];
@@ -86,8 +86,8 @@ impl Pairs {
 
     /// The sum of one row over what each arm has.
     #[inline(always)]
-    pub fn sum(&self, c: &[Many], arms: &[Arm], row: usize, of: impl Fn(&Arm) -> [Many; 2]) -> Many {
-        let mut sum = Many::ZERO;
+    pub fn sum<N: Number>(&self, c: &[N], arms: &[Arm<N>], row: usize, of: impl Fn(&Arm<N>) -> [N; 2]) -> N {
+        let mut sum = N::ZERO;
         for part in self.x.row(row) {
             sum += c[part.coefficient as usize] * of(&arms[part.from as usize])[0];
         }
@@ -99,7 +99,7 @@ impl Pairs {
 
     /// The force on an arm, and the reactions on it.
     #[inline(always)]
-    pub fn react(&self, c: &[Many], reactions: &[Many], arm: usize, [mut fx, mut fy]: [Many; 2]) -> [Many; 2] {
+    pub fn react<N: Number>(&self, c: &[N], reactions: &[N], arm: usize, [mut fx, mut fy]: [N; 2]) -> [N; 2] {
         for part in self.reactions[0].row(arm) {
             fx += c[part.coefficient as usize] * reactions[part.from as usize];
         }

@@ -1,32 +1,51 @@
 //! The start of a step of several motions: their poses, matrices, and the motions put back on the loops.
 
 use super::super::start::CLOSED;
-use super::{MANY, Many, Members, Number, Slide, Turn};
+use super::{Members, Slide, Turn};
 use crate::linalg::inverse::LEFT;
 use crate::linalg::lane::by_width;
-use crate::linalg::many::Which;
-use crate::linalg::turn::cosines_and_sines;
+use crate::linalg::many::{Elementary, MANY, Many, Number, Which};
 use crate::taylor::form::{Factor, Place};
 
 /// What is known of the start of a step.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Begun {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Begun<N: Number> {
     /// How far the loops were open, relative to their scales.
-    pub open: [f64; MANY],
+    pub open: N,
     /// Which motions have a series that needs no pivots.
-    pub regular: [bool; MANY],
+    pub regular: N::Which,
     /// How many times the accelerations multiply rounding errors of the masses and forces.
-    pub amplification: [f64; MANY],
+    pub amplification: N,
 }
 
-impl Members {
+impl Members<Many> {
     by_width! {
         /// Begins at (q, v) of several members, as [`super::Jet::begin`] does for one.
-        pub(crate) fn begin(&mut self: Members, order: usize, motion: &[Many]) -> Begun = begin_any
+        pub(crate) fn begin(&mut self: Members<Many>, order: usize, motion: &[Many]) -> Begun<Many> = begin_any
     }
 
+    /// As [`super::Jet::closeness`], of one member.
+    pub fn closeness(&self, member: usize, values: &mut [f64]) {
+        values.fill(0.0);
+        for ((row, scale), group) in self.row_scales.iter().enumerate().zip(&self.groups) {
+            let own = self.factors.diagonal(self.unknowns.len() + row).0[member].abs();
+            values[*group] += scale * scale * own;
+        }
+    }
+
+    /// Which motions are finite where the step begins?
+    pub fn finite(&self) -> [bool; MANY] {
+        let mut sum = Many::ZERO;
+        for &arm in &self.unknowns {
+            sum += (self.arms[arm].value[0] + self.arms[arm].value[1]).times(0.0);
+        }
+        sum.0.map(|sum| sum == 0.0)
+    }
+}
+
+impl<N: Elementary> Members<N> {
     #[inline(always)]
-    fn begin_any(&mut self, order: usize, motion: &[Many]) -> Begun {
+    fn begin_any(&mut self, order: usize, motion: &[N]) -> Begun<N> {
         self.laws.begin(&self.coefficients, order);
         let (positions, rates) = motion.split_at(self.form.coordinates.len());
         self.load(0, positions);
@@ -43,22 +62,18 @@ impl Members {
         }
         self.advance_all(0, 0);
         // Not a number is not alike.
-        Begun {
-            open: open.0,
-            regular: regular.and(Many::all(1.0 / LEFT).exceeds(amplification)),
-            amplification: amplification.0,
-        }
+        Begun { open, regular: regular.and(N::all(1.0 / LEFT).exceeds(amplification)), amplification }
     }
 
     /// The unknowns of coordinates.
     #[inline(always)]
-    fn load(&mut self, order: usize, motion: &[Many]) {
+    fn load(&mut self, order: usize, motion: &[N]) {
         for &index in &self.chain {
             let value = motion[index];
             match self.form.coordinates[index] {
                 Place::Displacement { arm } => self.arms[arm as usize].value[order] = value,
                 Place::Angle { arm, parent, reversed } => {
-                    let carried = parent.map_or(Many::ZERO, |parent| self.arms[parent as usize].value[order]);
+                    let carried = parent.map_or(N::ZERO, |parent| self.arms[parent as usize].value[order]);
                     self.arms[arm as usize].value[order] = if reversed { carried - value } else { carried + value };
                 }
             }
@@ -67,8 +82,8 @@ impl Members {
 
     /// One coefficient of a frame's angle.
     #[inline(always)]
-    fn angle(&self, turn: Turn, order: usize) -> Many {
-        let own = turn.unknown.map_or(Many::ZERO, |unknown| self.arms[unknown].value[order]);
+    fn angle(&self, turn: Turn, order: usize) -> N {
+        let own = turn.unknown.map_or(N::ZERO, |unknown| self.arms[unknown].value[order]);
         turn.signal.map_or(own, |slot| own + self.laws.get(slot, order))
     }
 
@@ -76,7 +91,7 @@ impl Members {
     #[inline(always)]
     fn turn(&mut self) {
         for frame in 0..self.turns.len() {
-            let [cosine, sine] = cosines_and_sines(self.angle(self.turns[frame], 0));
+            let [cosine, sine] = self.angle(self.turns[frame], 0).cosine_and_sine();
             let arm = &mut self.arms[frame];
             (arm.x[0], arm.y[0]) = (cosine, sine);
         }
@@ -118,7 +133,7 @@ impl Members {
 
     /// One coefficient of the length of an arm.
     #[inline(always)]
-    pub(super) fn length(&self, arm: usize, factor: Factor, order: usize) -> Many {
+    pub(super) fn length(&self, arm: usize, factor: Factor, order: usize) -> N {
         match factor {
             Factor::Unknown => self.arms[arm].value[order],
             Factor::Signal(slot) => self.laws.get(slot, order),
@@ -146,26 +161,24 @@ impl Members {
 
     /// One Newton step of positions or rates onto the loops, in the metric of the masses, for those that are open. Returns how far they were.
     #[inline(always)]
-    fn close(&mut self, order: usize) -> Many {
+    fn close(&mut self, order: usize) -> N {
         if self.gaps.is_empty() {
-            return Many::ZERO;
+            return N::ZERO;
         }
         self.gap(order);
-        let mut open = Many::ZERO;
+        let mut open = N::ZERO;
         for (gap, scale) in self.gaps.iter().zip(&self.row_scales) {
-            open = open.larger(gap.over(Many::all(*scale)));
+            open = open.larger(gap.over(N::all(*scale)));
         }
         // Not a number is not closed.
-        let closed = Many::all(CLOSED).exceeds(open);
-        if closed == [true; MANY] {
+        let closed = open.is_below(CLOSED);
+        if closed.is_all() {
             return open;
         }
         let unknowns = self.unknowns.len();
-        self.vector[..unknowns].fill(Many::ZERO);
+        self.vector[..unknowns].fill(N::ZERO);
         for (place, gap) in self.vector[unknowns..].iter_mut().zip(&self.gaps) {
-            for member in 0..MANY {
-                place.0[member] = if closed[member] { 0.0 } else { -gap.0[member] };
-            }
+            *place = (-*gap).unless(closed);
         }
         self.factors.solve_by_rows(&self.vector, &mut self.solution);
         for (change, &arm) in self.solution.iter().zip(&self.unknowns) {
@@ -184,13 +197,13 @@ impl Members {
     fn weigh(&mut self) {
         for (&arm, scale) in self.unknowns.iter().zip(&self.scales) {
             let arm = &mut self.arms[arm];
-            arm.weight = Many::all(*scale).larger(arm.value[1]).reciprocal();
+            arm.weight = N::all(*scale).larger(arm.value[1]).reciprocal();
         }
     }
 
     /// Factors the matrices of the poses; says which have factors.
     #[inline(always)]
-    fn factor(&mut self) -> [bool; MANY] {
+    fn factor(&mut self) -> N::Which {
         let [dx, dy] = &mut self.derivatives;
         for ((dx, dy), arm) in dx.iter_mut().zip(&mut *dy).zip(&self.arms) {
             (*dx, *dy) = (-arm.y[0], arm.x[0]);
@@ -199,7 +212,7 @@ impl Members {
             let place = self.arms.len() + arm;
             (dx[place], dy[place]) = match frame {
                 Some(frame) => (self.arms[frame].x[0], self.arms[frame].y[0]),
-                None => (Many::all(1.0), Many::ZERO),
+                None => (N::all(1.0), N::ZERO),
             };
         }
         self.factors.clear();
@@ -210,29 +223,11 @@ impl Members {
 
     /// The largest share of what the pivot of an unknown is the difference of in that pivot, as [`super::Jet::amplification`].
     #[inline(always)]
-    fn amplification(&self) -> Many {
-        let mut most = Many::ZERO;
+    fn amplification(&self) -> N {
+        let mut most = N::ZERO;
         for equation in 0..self.unknowns.len() {
             most = most.larger(self.factors.growth(equation));
         }
         most
-    }
-
-    /// As [`super::Jet::closeness`], of one member.
-    pub fn closeness(&self, member: usize, values: &mut [f64]) {
-        values.fill(0.0);
-        for ((row, scale), group) in self.row_scales.iter().enumerate().zip(&self.groups) {
-            let own = self.factors.diagonal(self.unknowns.len() + row).0[member].abs();
-            values[*group] += scale * scale * own;
-        }
-    }
-
-    /// Which motions are finite where the step begins?
-    pub fn finite(&self) -> [bool; MANY] {
-        let mut sum = Many::ZERO;
-        for &arm in &self.unknowns {
-            sum += (self.arms[arm].value[0] + self.arms[arm].value[1]).times(0.0);
-        }
-        sum.0.map(|sum| sum == 0.0)
     }
 }

@@ -1,15 +1,16 @@
 //! What a step of several motions needs of their series: how far it reaches, and the motions at its end.
 
 use super::super::step::{FACTORS, RECIPROCALS, rough_log2};
-use super::{MANY, Many, Members, Number};
+use super::Members;
 use crate::linalg::lane::{WIDTH, by_width};
+use crate::linalg::many::{Elementary, MANY, Many, Number};
 use crate::math;
 use crate::taylor::MAX_ORDER;
 
-impl Members {
+impl Members<Many> {
     by_width! {
         /// As [`super::Jet::reach`].
-        pub fn reach(&self: Members, order: usize, tolerance: f64, derivative: usize) -> [f64; MANY] = reach_any
+        pub fn reach(&self: Members<Many>, order: usize, tolerance: f64, derivative: usize) -> [f64; MANY] = reach_any
     }
 
     #[inline(always)]
@@ -49,22 +50,7 @@ impl Members {
 
     by_width! {
         /// The motions, each so long after the start of its step; the accelerations there are kept for [`Members::defect`].
-        pub(crate) fn evaluate(&mut self: Members, order: usize, dt: [f64; MANY], motion: &mut [Many]) = evaluate_any
-    }
-
-    #[inline(always)]
-    fn evaluate_any(&mut self, order: usize, dt: [f64; MANY], motion: &mut [Many]) {
-        let step = Many(dt);
-        let square = step * step;
-        for index in 0..self.unknowns.len() {
-            let arm = &mut self.arms[self.unknowns[index]];
-            arm.end = derivatives(&arm.value[..order.min(MAX_ORDER) + 1], step, square);
-        }
-        let (q, v) = motion.split_at_mut(self.reads.len());
-        for ((q, v), read) in q.iter_mut().zip(v).zip(&self.reads) {
-            *q = read.value_in(|arm| self.arms[arm].end[0]);
-            *v = read.value_in(|arm| self.arms[arm].end[1]);
-        }
+        pub(crate) fn evaluate(&mut self: Members<Many>, order: usize, dt: Many, motion: &mut [Many]) = evaluate_any
     }
 
     /// As [`super::Jet::defect`].
@@ -78,18 +64,34 @@ impl Members {
     }
 }
 
+impl<N: Elementary> Members<N> {
+    #[inline(always)]
+    fn evaluate_any(&mut self, order: usize, step: N, motion: &mut [N]) {
+        let square = step * step;
+        for index in 0..self.unknowns.len() {
+            let arm = &mut self.arms[self.unknowns[index]];
+            arm.end = derivatives(&arm.value[..order.min(MAX_ORDER) + 1], step, square);
+        }
+        let (q, v) = motion.split_at_mut(self.reads.len());
+        for ((q, v), read) in q.iter_mut().zip(v).zip(&self.reads) {
+            *q = read.value_in(|arm| self.arms[arm].end[0]);
+            *v = read.value_in(|arm| self.arms[arm].end[1]);
+        }
+    }
+}
+
 /// One term more of the value and its first two derivatives, by Horner's rule in the square of the step.
 #[inline(always)]
-fn more([value, rate, second]: [Many; 3], coefficient: Many, k: usize, square: Many) -> [Many; 3] {
-    let [first, next] = FACTORS[k].map(Many::all);
+fn more<N: Number>([value, rate, second]: [N; 3], coefficient: N, k: usize, square: N) -> [N; 3] {
+    let [first, next] = FACTORS[k].map(N::all);
     let slope = coefficient * first;
     [coefficient + value * square, slope + rate * square, slope * next + second * square]
 }
 
 /// Value and first two derivatives of a polynomial, even and odd terms apart.
 #[inline(always)]
-fn derivatives(coefficients: &[Many], step: Many, square: Many) -> [Many; 3] {
-    let (mut even, mut odd) = ([Many::ZERO; 3], [Many::ZERO; 3]);
+fn derivatives<N: Number>(coefficients: &[N], step: N, square: N) -> [N; 3] {
+    let (mut even, mut odd) = ([N::ZERO; 3], [N::ZERO; 3]);
     let mut k = coefficients.len() - 1;
     if k >= 2 && k.is_multiple_of(2) {
         even = more(even, coefficients[k], k, square);
