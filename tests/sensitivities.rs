@@ -422,3 +422,75 @@ tolerance = 1e-10
     // The deepest place in the wall is one: where a contact law is continuous the peak has a derivative.
     assert!(found.features[0].changes.as_ref().unwrap().value[0] < 0.0, "{:?}", found.features[0]);
 }
+
+/// Derivatives of a model by these parameters at these times.
+fn derivatives(text: &str, names: &[&str], times: &[f64]) -> cotree::analysis::Sensitivities {
+    let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+    Study::new(&Scene::from_toml(text).unwrap()).unwrap().sensitivities(&names, times).unwrap()
+}
+
+#[test]
+fn many_parameters_have_the_bits_of_one_by_one() {
+    let pendulum = ["upper_length", "lower_length", "upper_mass", "lower_mass"];
+    let crank = ["crank_length", "rod_length", "load_stiffness", "gas_force", "crank.angle", "crank.omega"];
+    let rates = ["upper.angle", "lower.angle", "upper.omega", "lower.omega"];
+    // More than eight are found in two groups.
+    let twice: Vec<&str> = [&pendulum[..], &rates, &pendulum].concat();
+    for (name, parameters) in [("double_pendulum", &twice[..]), ("slider_crank", &crank)] {
+        let text = model(name);
+        let times = [0.0, 0.7, 1.9];
+        let together = derivatives(&text, parameters, &times);
+        for (column, parameter) in parameters.iter().enumerate() {
+            let alone = derivatives(&text, &[parameter], &times);
+            for row in 0..times.len() {
+                let both = [together.derivatives[row].column(column), alone.derivatives[row].column(0)];
+                let bits = both.map(|column| column.iter().map(|value| value.to_bits()).collect::<Vec<u64>>());
+                assert_eq!(bits[0], bits[1], "{name}: {parameter} at {}", times[row]);
+            }
+        }
+    }
+}
+
+#[test]
+fn motions_under_gravity_do_not_depend_on_the_scale_of_masses() {
+    let found = derivatives(&model("double_pendulum"), &["upper_mass", "lower_mass"], &[0.5, 2.0]);
+    for derivatives in &found.derivatives {
+        for output in 0..4 {
+            let [upper, lower] = [derivatives[(output, 0)], 0.7 * derivatives[(output, 1)]];
+            assert!(upper.abs() > 1e-3 && (upper + lower).abs() < 1e-9 * upper.abs(), "{output}: {upper} {lower}");
+        }
+    }
+}
+
+#[test]
+fn the_derivative_of_a_conserved_energy_is_conserved() {
+    for (name, parameters) in
+        [("double_pendulum", ["upper_length", "lower_mass"]), ("slider_crank", ["crank_length", "load_stiffness"])]
+    {
+        let found = derivatives(&model(name), &parameters, &[0.0, 0.4, 1.1, 2.0]);
+        let energy = found.outputs.iter().position(|(name, _)| name == "energy.total").unwrap();
+        for column in 0..parameters.len() {
+            let [first, rest @ ..] = &found.derivatives[..] else { panic!() };
+            let size = found.derivatives.iter().map(|own| own.column(column).amax()).fold(0.0, f64::max);
+            for own in rest {
+                let change = own[(energy, column)] - first[(energy, column)];
+                assert!(change.abs() < 1e-8 * size, "{name}, {}: {change} of {size}", parameters[column]);
+            }
+        }
+    }
+}
+
+#[test]
+fn other_trees_give_the_same_derivatives() {
+    let text = model("slider_crank");
+    let parameters = ["crank_length", "rod_length", "crank.angle"];
+    let times = [0.3, 1.0];
+    let minimal = derivatives(&text, &parameters, &times);
+    for preset in ["joint", "absolute"] {
+        let other = derivatives(&format!("coordinates = {{ preset = '{preset}' }}\n{text}"), &parameters, &times);
+        for (one, two) in minimal.derivatives.iter().zip(&other.derivatives) {
+            let scale = one.amax();
+            assert!((one - two).amax() < 1e-9 * scale, "{preset}: {one} {two}");
+        }
+    }
+}

@@ -68,18 +68,23 @@ impl Variation {
         Variation::of(&mut formulated.equations, active, roots, signals)
     }
 
-    /// The same with the equations of the start and the switching functions, differentiated by these symbols.
+    /// The same with the loop equations that repeat others, differentiated by these symbols.
     pub(super) fn by(formulated: &mut Formulated, signals: Vec<Symbol>) -> Self {
         let active = active(formulated);
+        let mut roots = roots(&mut formulated.equations, &active);
+        roots.push((Row::Repeated, repeated(&formulated.equations, &active)));
+        Variation::of(&mut formulated.equations, active, roots, signals)
+    }
+
+    /// Of the loops, the start and the switching functions only.
+    pub(super) fn of_constraints(formulated: &mut Formulated, signals: Vec<Symbol>) -> Self {
+        let active = active(formulated);
         let equations = &mut formulated.equations;
-        let mut roots = roots(equations, &active);
+        let mut roots = loops(equations, &active);
         for (row, order) in [(Row::Starts, Order::Position), (Row::StartRates, Order::Velocity)] {
             roots.push((row, starts(equations, order)));
         }
-        let repeated = equations.loops().map(|(index, _)| index).filter(|index| !active.contains(index));
-        let repeated =
-            repeated.collect::<Vec<_>>().into_iter().map(|index| equations.constraints[index].value).collect();
-        roots.push((Row::Repeated, repeated));
+        roots.push((Row::Repeated, repeated(equations, &active)));
         let switches = indicators(&mut equations.system.arena, &formulated.lowered.solved);
         roots.push((Row::Switches, switches));
         Variation::of(equations, active, roots, signals)
@@ -221,13 +226,26 @@ fn active(formulated: &Formulated) -> Vec<usize> {
 
 fn roots(equations: &mut Equations, active: &[usize]) -> Vec<(Row, Vec<Expr>)> {
     let mechanism: &Mechanism = equations.system.mechanism;
-    vec![
-        (Row::Loops, active.iter().map(|&row| equations.constraints[row].value).collect()),
-        (Row::Rates, active.iter().map(|&row| equations.constraint_rate(row)).collect()),
+    let mut roots = loops(equations, active);
+    roots.extend([
         (Row::Motion, motion(equations)),
         (Row::Accelerations, active.iter().map(|&row| acceleration(equations, row)).collect()),
         (Row::Outputs, mechanism.outputs.iter().map(|output| equations.formula(&output.value)).collect()),
+    ]);
+    roots
+}
+
+fn loops(equations: &mut Equations, active: &[usize]) -> Vec<(Row, Vec<Expr>)> {
+    vec![
+        (Row::Loops, active.iter().map(|&row| equations.constraints[row].value).collect()),
+        (Row::Rates, active.iter().map(|&row| equations.constraint_rate(row)).collect()),
     ]
+}
+
+/// The loop equations that repeat others.
+fn repeated(equations: &Equations, active: &[usize]) -> Vec<Expr> {
+    let repeated = equations.loops().map(|(index, _)| index).filter(|index| !active.contains(index));
+    repeated.map(|index| equations.constraints[index].value).collect()
 }
 
 /// What is known at the start, less what it should be.

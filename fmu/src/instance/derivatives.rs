@@ -98,7 +98,7 @@ impl Instance {
         })
     }
 
-    fn defined(&self, variable: usize, value: f64) -> Result<f64, InstanceError> {
+    pub(super) fn defined(&self, variable: usize, value: f64) -> Result<f64, InstanceError> {
         if value.is_finite() {
             return Ok(value);
         }

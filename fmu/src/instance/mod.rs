@@ -11,6 +11,7 @@ mod exchange;
 mod inputs;
 mod lanes;
 mod snapshot;
+mod variational;
 
 use std::sync::Arc;
 
@@ -21,6 +22,7 @@ pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
 pub use lanes::{Lanes, MOST_LANES, Member};
 pub use snapshot::Snapshot;
+pub use variational::{Variational, Varied};
 
 use crate::constraints::accelerations::Accelerations;
 use crate::constraints::domains::{outside, undefined};

@@ -10,6 +10,7 @@
 pub(crate) mod chain;
 pub(crate) mod columns;
 pub(crate) mod dense;
+pub(crate) mod dual;
 pub(crate) mod factors;
 pub(crate) mod inverse;
 pub(crate) mod lane;

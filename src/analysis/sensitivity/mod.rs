@@ -5,8 +5,8 @@
 //!
 //! K \[a_p; lambda_p\] = -(d/dq q_p + d/dv v_p + d/dp) \[M a + Phi_q^T lambda - Q; Phi_q a - gamma\].
 //!
-//! It is linear in q_p and v_p: collocation at the Gauss nodes, with the motion from the program that runs in the FMU, steps that the last
-//! coefficients of a_p choose, and q_p and v_p put back onto the varied loop equations after each step.
+//! Its solution comes from Taylor series in dual numbers ([`cotree_fmu::instance::Variational`]); where there are none, from collocation at the Gauss nodes, with steps that
+//! the last coefficients of a_p choose. The motion is that of the program that runs in the FMU; q_p and v_p are put back onto the varied loop equations after each step.
 
 mod event;
 mod feature;
@@ -15,6 +15,7 @@ mod rule;
 mod start;
 mod step;
 
+use cotree_fmu::instance;
 use nalgebra::{DMatrix, DVector};
 
 use super::variation::Variation;
@@ -62,6 +63,8 @@ pub struct Varied {
     pub start: f64,
     /// Smallest and largest permitted value, SI.
     pub bounds: [Option<f64>; 2],
+    /// What it is in the program, and in the equations.
+    place: instance::Varied,
     symbol: Symbol,
 }
 
@@ -75,7 +78,7 @@ impl<'f, 'm> Varying<'f, 'm> {
         }
         // Time is a column of its own: switching functions may depend on it.
         let signals = parameters.iter().map(|own| own.symbol).chain([Symbol::Time]).collect();
-        let variation = Variation::by(formulated, signals);
+        let variation = Variation::of_constraints(formulated, signals);
         Ok(Varying { formulated, variation, parameters })
     }
 
@@ -97,7 +100,7 @@ impl<'f, 'm> Varying<'f, 'm> {
     pub fn at(&self, values: &[f64], times: &[f64]) -> Result<Vec<At>, Failure> {
         let changed = self.parameters.iter().zip(values).filter(|(own, value)| own.start != **value);
         let changed: Vec<(&str, f64)> = changed.map(|(own, &value)| (own.name.as_str(), value)).collect();
-        let mut course = Course::new(self.formulated, &self.variation, self.parameters.len(), &changed)?;
+        let mut course = Course::new(self.formulated, &self.variation, &self.parameters, &changed)?;
         let mut found = Vec::with_capacity(times.len());
         course.run(times, |outputs| found.push(outputs))?;
         Ok(found)
@@ -157,12 +160,15 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, Failure> {
         };
         let cotree_fmu::program::Parameter { start, min, max, .. } = program.parameters[index];
         let (name, symbol) = (name.to_owned(), Symbol::Parameter(index));
-        return Ok(Varied { name, unit, start, bounds: [min, max], symbol });
+        let place = instance::Varied::Parameter(index);
+        return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
     }
     if let Some(index) = program.inputs.iter().position(|own| own.name == name) {
         let cotree_fmu::program::Input { start, min, max, .. } = program.inputs[index];
         let (name, symbol) = (name.to_owned(), Symbol::Input(index, Order::Position));
-        return Ok(Varied { name, unit: mechanism.inputs[index].unit.clone(), start, bounds: [min, max], symbol });
+        let place = instance::Varied::Input(index);
+        let unit = mechanism.inputs[index].unit.clone();
+        return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
     }
     let names = program.parameters.iter().map(|own| own.name.as_str());
     let names = names.chain(program.inputs.iter().map(|own| own.name.as_str()));

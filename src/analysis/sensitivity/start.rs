@@ -21,7 +21,7 @@ pub fn start(
     let by = |row: Row| numbers.block(row, Column::Signals).columns(0, parameters).into_owned();
     let known = stacked(&of(Row::Loops, Column::Positions), &of(Row::Starts, Column::Positions));
     let (positions, _) = least(&known, &-stacked(&by(Row::Loops), &by(Row::Starts)))?;
-    let turning = |row: Row| of(row, Column::Positions) * &positions + by(row);
+    let turning = |row: Row| product(&of(row, Column::Positions), &positions) + by(row);
     let known = stacked(&of(Row::Rates, Column::Rates), &of(Row::StartRates, Column::Rates));
     let (changes, full) = least(&known, &-stacked(&turning(Row::Rates), &turning(Row::StartRates)))?;
     // The rates that were left open are the smallest ones; where they are not zero, their derivative needs the curvature of the loops.
@@ -51,12 +51,24 @@ fn least(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(DMatrix<f64>, bool), Str
     let parts = svd(a.clone(), true, true).map_err(|error: Failure| error.to_string())?;
     let limit = RANK * parts.singular_values.max();
     let rank = parts.singular_values.iter().filter(|value| **value > limit).count();
-    let solution = parts.solve(b, limit).map_err(str::to_owned)?;
-    let left = a * &solution - b;
+    let mut solution = DMatrix::zeros(n, b.ncols());
+    for (mut place, column) in solution.column_iter_mut().zip(b.column_iter()) {
+        place.copy_from(&parts.solve(&column, limit).map_err(str::to_owned)?);
+    }
+    let left = product(a, &solution) - b;
     if left.amax() > CONTRADICTION * (1.0 + b.amax()) {
         return Err("what is known at the start and the loops fit for these very values only".to_owned());
     }
     Ok((solution, rank == n))
+}
+
+/// A B, each column by itself: its bits do not depend on the others.
+fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut product = DMatrix::zeros(a.nrows(), b.ncols());
+    for (mut place, column) in product.column_iter_mut().zip(b.column_iter()) {
+        place.copy_from(&(a * column));
+    }
+    product
 }
 
 /// One matrix above another.

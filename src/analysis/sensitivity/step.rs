@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cotree_fmu::instance::Instance;
+use cotree_fmu::instance::{self, Instance, Variational};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Motion;
 use nalgebra::{DMatrix, DVector};
@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use super::super::point::Point;
 use super::super::variation::{Column, Numbers, Row, Variation};
 use super::super::{Failure, decompose};
+use super::Varied;
 use super::event::Crossing;
 use super::rule::{NODES, Rule};
 use super::start::{check_repeated, start};
@@ -45,6 +46,9 @@ pub struct Course<'f, 'm> {
     pub(super) model: Arc<Model>,
     /// The motion at the time that the derivatives belong to.
     pub(super) motion: Instance,
+    pub(super) variational: Variational,
+    /// The variables that the outputs are.
+    outputs: Vec<usize>,
     pub(super) parameters: usize,
     /// q_p and v_p: a column for each parameter.
     pub(super) positions: DMatrix<f64>,
@@ -76,27 +80,32 @@ impl<'f, 'm> Course<'f, 'm> {
     pub fn new(
         formulated: &'f Formulated<'m>,
         variation: &'f Variation,
-        parameters: usize,
+        varied: &[Varied],
         changed: &[(&str, f64)],
     ) -> Result<Self, Failure> {
         let program = formulated.lowered.program.clone();
         let (experiment, kinematic) = (program.experiment, program.motion == Motion::Kinematic);
         let model = Arc::new(Model::new(program)?);
         let mut motion = Instance::new(Arc::clone(&model));
-        motion.setup(experiment.start, None, Some((experiment.tolerance * FINER).max(FINEST)))?;
+        let finer = (experiment.tolerance * FINER).max(FINEST);
+        motion.setup(experiment.start, None, Some(finer))?;
         for (name, value) in changed {
             let variable = model.program().variables.iter().position(|own| own.name == *name);
             let unknown = || Failure::Unknown { name: (*name).to_owned(), known: "it cannot be set".to_owned() };
             motion.set(variable.ok_or_else(unknown)?, *value)?;
         }
         motion.initialise()?;
-        let empty = DMatrix::zeros(formulated.equations.coordinates.len(), parameters);
+        let empty = DMatrix::zeros(formulated.equations.coordinates.len(), varied.len());
+        let places: Vec<instance::Varied> = varied.iter().map(|own| own.place).collect();
+        let rows = formulated.lowered.table.rows.iter().enumerate();
         let mut course = Course {
             formulated,
             variation,
-            model,
             motion,
-            parameters,
+            variational: Variational::new(&model, &places, finer),
+            outputs: rows.filter(|(_, row)| row.output).map(|(place, _)| place).collect(),
+            parameters: varied.len(),
+            model,
             positions: empty.clone(),
             rates: empty,
             sides: Vec::new(),
@@ -130,14 +139,9 @@ impl<'f, 'm> Course<'f, 'm> {
         DVector::from_fn(count, |index, _| point.value(Symbol::Coordinate(index, order)))
     }
 
-    /// Moves a motion on to a time, and varies the equations there.
+    /// Moves a motion on to a time, and varies the loops there.
     pub(super) fn at(&self, motion: &mut Instance, time: f64) -> Result<(Point, Numbers<'_>), Failure> {
-        if time > motion.time() {
-            motion.step_to(time)?;
-        }
-        if let Some(passage) = motion.take_passages().first() {
-            return Err(singular_pose(passage.time));
-        }
+        move_on(motion, time)?;
         let point = Point::moving(&self.model, &motion.state())?;
         let numbers = self.variation.at(&self.formulated.equations, &point)?;
         Ok((point, numbers))
@@ -148,14 +152,10 @@ impl<'f, 'm> Course<'f, 'm> {
         let begin = self.motion.time();
         let end = times.last().copied().unwrap_or(begin);
         let mut due = times.iter().copied().peekable();
-        while let Some(time) = due.next_if(|&time| time <= begin) {
-            report(self.outputs(&mut self.motion.clone(), time, &self.positions, &self.rates)?);
-        }
-        if self.kinematic {
-            for time in due {
-                report(self.driven(time)?);
-            }
-            return Ok(());
+        while let Some(time) = due.next_if(|&time| time <= begin || self.kinematic) {
+            move_on(&mut self.motion, time)?;
+            let state = [&self.positions, &self.rates];
+            report(read(&mut self.variational, &mut self.motion, &self.outputs, state)?);
         }
         let span = end - begin;
         let mut length = span * FIRST;
@@ -168,10 +168,39 @@ impl<'f, 'm> Course<'f, 'm> {
             if length < span * SHORTEST {
                 return Err(self.stuck());
             }
-            length = self.advance(length.min(left), &mut due, &mut report)?;
+            if !self.continue_series([end, span], &mut due, &mut report)? {
+                length = self.advance(length.min(left), &mut due, &mut report)?;
+            }
         }
         let what = format!("they take more than {MOST_STEPS} steps");
         Err(Failure::NoDerivative { time: self.motion.time(), what })
+    }
+
+    /// Takes a step by series, if there are some.
+    fn continue_series(
+        &mut self,
+        [last, span]: [f64; 2],
+        due: &mut std::iter::Peekable<impl Iterator<Item = f64>>,
+        report: &mut impl FnMut(At),
+    ) -> Result<bool, Failure> {
+        let Self { variational, motion, outputs, positions, rates, .. } = self;
+        let begin = motion.time();
+        let left = last - begin;
+        let length = variational.begin(motion, [positions.as_slice(), rates.as_slice()], left)?;
+        let Some(length) = length.filter(|length| *length >= left.min(span * SHORTEST)) else { return Ok(false) };
+        let end = if length < left { begin + length } else { last };
+        loop {
+            let (time, is_due) = match due.next_if(|&time| time <= end) {
+                Some(time) => (time, true),
+                None => (end, false),
+            };
+            move_on(motion, time)?;
+            variational.continued(time - begin, positions.as_mut_slice(), rates.as_mut_slice());
+            if !is_due {
+                return Ok(true);
+            }
+            report(read(variational, motion, outputs, [positions, rates])?);
+        }
     }
 
     /// Why the steps become ever shorter: most likely a singular pose is near, which the motion itself passes.
@@ -224,7 +253,7 @@ impl<'f, 'm> Course<'f, 'm> {
     }
 
     /// The equations at the nodes of a step, and the first crossing of a switching function in it.
-    fn nodes(&self, length: f64) -> Result<(Vec<Node>, Option<Crossing>), Failure> {
+    fn nodes(&mut self, length: f64) -> Result<(Vec<Node>, Option<Crossing>), Failure> {
         let (nodes, mut motion) = self.within(length)?;
         let begin = self.motion.time();
         let (mut sides, mut last) = (self.sides.clone(), begin);
@@ -235,39 +264,30 @@ impl<'f, 'm> Course<'f, 'm> {
             }
             last = time;
         }
-        let (_, numbers) = self.at(&mut motion, begin + length)?;
-        let crossing = self.first_crossing(&mut sides, &numbers.values(Row::Switches), [last, begin + length])?;
+        move_on(&mut motion, begin + length)?;
+        let crossing = self.first_crossing(&mut sides, &switches(&mut motion)?, [last, begin + length])?;
         Ok((nodes, crossing))
     }
 
     /// The same without looking for crossings.
-    fn within(&self, length: f64) -> Result<(Vec<Node>, Instance), Failure> {
+    fn within(&mut self, length: f64) -> Result<(Vec<Node>, Instance), Failure> {
         let mut motion = self.motion.clone();
         let begin = motion.time();
+        let (n, parameters) = self.positions.shape();
+        let mut matrix = DMatrix::zeros(n, 2 * n + parameters);
         let nodes = self.rule.nodes.iter().map(|node| {
-            let (point, numbers) = self.at(&mut motion, begin + node * length)?;
-            self.node(&point, &numbers)
+            move_on(&mut motion, begin + node * length)?;
+            self.variational.accelerations(&mut motion, matrix.as_mut_slice())?;
+            let columns = |first: usize, count: usize| matrix.columns(first, count).into_owned();
+            Ok(Node {
+                by_positions: columns(0, n),
+                by_rates: columns(n, n),
+                own: columns(2 * n, parameters),
+                switches: switches(&mut motion)?,
+            })
         });
         let nodes = nodes.collect::<Result<_, Failure>>()?;
         Ok((nodes, motion))
-    }
-
-    fn node(&self, point: &Point, numbers: &Numbers) -> Result<Node, Failure> {
-        let n = self.positions.nrows();
-        let (by_positions, by_rates) = (rows(numbers, Column::Positions), rows(numbers, Column::Rates));
-        let own = rows(numbers, Column::Signals).columns(0, self.parameters).into_owned();
-        let factors = numbers.system().lu();
-        let solve = |right: DMatrix<f64>| -> Result<DMatrix<f64>, Failure> {
-            let solution = if right.is_empty() { Some(right) } else { factors.solve(&-right) };
-            Ok(solution.ok_or_else(|| self.singular(point))?.rows(0, n).into_owned())
-        };
-        let switches = numbers.values(Row::Switches);
-        Ok(Node { by_positions: solve(by_positions)?, by_rates: solve(by_rates)?, own: solve(own)?, switches })
-    }
-
-    fn singular(&self, point: &Point) -> Failure {
-        let coordinate = self.formulated.equations.coordinates.first().map(|own| own.name.position.clone());
-        Failure::Singular { time: point.time(), coordinate: coordinate.unwrap_or_default() }
     }
 
     /// Collocation by sweeps over the nodes (Picard's iteration): the equations are linear and the steps short. `None` if it does not settle.
@@ -345,7 +365,8 @@ impl<'f, 'm> Course<'f, 'm> {
         let mut motion = self.motion.clone();
         while let Some(time) = due.next_if(|&time| time <= end) {
             let (positions, rates) = state(((time - begin) / length).min(1.0));
-            report(self.outputs(&mut motion, time, &positions, &rates)?);
+            move_on(&mut motion, time)?;
+            report(read(&mut self.variational, &mut motion, &self.outputs, [&positions, &rates])?);
         }
         let (positions, rates) = state(1.0);
         let (_, numbers) = self.at(&mut motion, end)?;
@@ -376,67 +397,39 @@ impl<'f, 'm> Course<'f, 'm> {
         rates -= nearest(gap).map_err(|_| Failure::Range)?;
         Ok((positions, rates))
     }
+}
 
-    /// Derivatives of the outputs at a time, not before that of the motion.
-    fn outputs(
-        &self,
-        motion: &mut Instance,
-        time: f64,
-        positions: &DMatrix<f64>,
-        rates: &DMatrix<f64>,
-    ) -> Result<At, Failure> {
-        let (point, numbers) = self.at(motion, time)?;
-        self.varied(&point, &numbers, positions, rates)
+/// Moves a motion on to a time, not before its own.
+fn move_on(motion: &mut Instance, time: f64) -> Result<(), Failure> {
+    if time > motion.time() {
+        motion.step_to(time)?;
     }
+    motion.take_passages().first().map_or(Ok(()), |passage| Err(singular_pose(passage.time)))
+}
 
-    fn varied(
-        &self,
-        point: &Point,
-        numbers: &Numbers,
-        positions: &DMatrix<f64>,
-        rates: &DMatrix<f64>,
-    ) -> Result<At, Failure> {
-        let n = positions.nrows();
-        let own = |numbers: DMatrix<f64>| numbers.columns(0, self.parameters).into_owned();
-        let right = rows(numbers, Column::Positions) * positions
-            + rows(numbers, Column::Rates) * rates
-            + own(rows(numbers, Column::Signals));
-        let solution = if right.is_empty() { Some(right) } else { numbers.system().lu().solve(&-right) };
-        let solution = solution.ok_or_else(|| self.singular(point))?;
-        let (accelerations, reactions) = (solution.rows(0, n), solution.rows(n, solution.nrows() - n));
-        let of = |column: Column| numbers.block(Row::Outputs, column);
-        let derivatives = of(Column::Positions) * positions
-            + of(Column::Rates) * rates
-            + of(Column::Accelerations) * accelerations
-            + of(Column::Reactions) * reactions
-            + own(of(Column::Signals));
-        Ok((numbers.values(Row::Outputs), derivatives))
-    }
+/// The outputs at the time of a motion, with these q_p and v_p.
+fn read(
+    variational: &mut Variational,
+    motion: &mut Instance,
+    outputs: &[usize],
+    [positions, rates]: [&DMatrix<f64>; 2],
+) -> Result<At, Failure> {
+    let mut derivatives = DMatrix::zeros(outputs.len(), positions.ncols());
+    variational.outputs(motion, [positions.as_slice(), rates.as_slice()], outputs, derivatives.as_mut_slice())?;
+    let values = outputs.iter().map(|&output| motion.get(output)).collect::<Result<_, _>>()?;
+    Ok((DVector::from_vec(values), derivatives))
+}
 
-    /// The same where drivers determine the motion: there is nothing to integrate.
-    fn driven(&mut self, time: f64) -> Result<At, Failure> {
-        let mut motion = self.motion.clone();
-        let (point, numbers) = self.at(&mut motion, time)?;
-        let empty = DMatrix::zeros(self.positions.nrows(), self.parameters);
-        let (positions, rates) = self.projected(&numbers, empty.clone(), empty)?;
-        let outputs = self.varied(&point, &numbers, &positions, &rates)?;
-        self.motion = motion;
-        Ok(outputs)
-    }
+/// The switching functions of the laws.
+fn switches(motion: &mut Instance) -> Result<DVector<f64>, Failure> {
+    let mut values = vec![0.0; motion.model().program().tapes.indicators.results.len()];
+    motion.indicators(&mut values)?;
+    Ok(DVector::from_vec(values))
 }
 
 fn singular_pose(time: f64) -> Failure {
     let what = "the motion passes a singular pose, where changed lengths part the branches".to_owned();
     Failure::NoDerivative { time, what }
-}
-
-/// The equations of motion and the accelerations of the loops, differentiated.
-fn rows(numbers: &Numbers, column: Column) -> DMatrix<f64> {
-    let (motion, loops) = (numbers.block(Row::Motion, column), numbers.block(Row::Accelerations, column));
-    let mut all = DMatrix::zeros(motion.nrows() + loops.nrows(), motion.ncols());
-    all.rows_mut(0, motion.nrows()).copy_from(&motion);
-    all.rows_mut(motion.nrows(), loops.nrows()).copy_from(&loops);
-    all
 }
 
 /// On which side of zero values are; none for zero.

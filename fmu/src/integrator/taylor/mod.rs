@@ -24,7 +24,7 @@ pub(crate) use member::{Motions, Proposed};
 pub(crate) use memory::Memory;
 #[cfg(test)]
 pub(crate) use passage::COURSE;
-pub(crate) use propose::order_for;
+pub(crate) use propose::{order_for, share};
 
 /// Storage for Taylor series.
 #[derive(Clone, Debug)]

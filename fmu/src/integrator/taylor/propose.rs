@@ -235,7 +235,7 @@ fn rounding(model: &Model, positions: &[f64]) -> f64 {
 }
 
 /// What one step may be wrong by at a tolerance.
-pub(super) fn share(tolerance: f64) -> f64 {
+pub(crate) fn share(tolerance: f64) -> f64 {
     (SHARE_OF_TOLERANCE * tolerance).max(FINEST)
 }
 

@@ -1,10 +1,11 @@
 //! Scalar series of several motions: signals of time and the laws of loads, as [`crate::taylor::tape`] has them of one.
 
 use super::{Arm, Series};
+use crate::linalg::dual::{DIRECTIONS, Dual};
 use crate::linalg::many::{Elementary, Many, Number};
 use crate::model::Model;
 use crate::taylor::ORDERS;
-use crate::taylor::form::{Operation, SeriesTape, Slot, Source, Step};
+use crate::taylor::form::{Given, Operation, SeriesTape, Slot, Source, Step};
 use crate::taylor::products::{convolution, inner_square, power, square, tail, weighted, weighted_tail};
 use crate::taylor::tape::polynomial;
 
@@ -43,6 +44,21 @@ impl Laws<Many> {
         for &(slot, _) in &self.tape.given {
             for place in &mut self.series[slot as usize] {
                 place.0[member] = place.0[other];
+            }
+        }
+    }
+}
+
+impl Laws<Dual> {
+    /// The given series at a start, with the tangents of inputs, which stay as they are.
+    pub fn give_duals(&mut self, model: &Model, registers: &[f64], input: impl Fn(usize) -> [f64; DIRECTIONS]) {
+        for &(slot, given) in &self.tape.given {
+            let series = &mut self.series[slot as usize];
+            for (place, value) in series.iter_mut().zip(polynomial(model, registers, given)) {
+                *place = Dual::all(value);
+            }
+            if let Given::Input(index, 0) = given {
+                series[0].tangents = input(index as usize);
             }
         }
     }

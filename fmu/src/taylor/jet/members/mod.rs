@@ -9,6 +9,7 @@ mod orders;
 mod sparse;
 mod start;
 mod step;
+mod variation;
 
 use super::step::Read;
 use super::terms::{Plan, Terms};

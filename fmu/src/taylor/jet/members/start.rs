@@ -45,7 +45,7 @@ impl Members<Many> {
 
 impl<N: Elementary> Members<N> {
     #[inline(always)]
-    fn begin_any(&mut self, order: usize, motion: &[N]) -> Begun<N> {
+    pub(super) fn begin_any(&mut self, order: usize, motion: &[N]) -> Begun<N> {
         self.laws.begin(&self.coefficients, order);
         let (positions, rates) = motion.split_at(self.form.coordinates.len());
         self.load(0, positions);

@@ -66,7 +66,7 @@ impl Members<Many> {
 
 impl<N: Elementary> Members<N> {
     #[inline(always)]
-    fn evaluate_any(&mut self, order: usize, step: N, motion: &mut [N]) {
+    pub(super) fn evaluate_any(&mut self, order: usize, step: N, motion: &mut [N]) {
         let square = step * step;
         for index in 0..self.unknowns.len() {
             let arm = &mut self.arms[self.unknowns[index]];

@@ -1,0 +1,266 @@
+//! Derivatives of a motion by parameters and inputs, and of what can be read along it.
+//!
+//! Where the laws permit, q_p and v_p are continued by their Taylor series. Derivatives at one point come from the tapes of the model, four directions at a time.
+
+use super::{Instance, InstanceError};
+use crate::integrator::taylor::{order_for, share};
+use crate::linalg::dual::{DIRECTIONS, Dual};
+use crate::linalg::lane::{Lane, WIDTH, ZERO};
+use crate::linalg::many::Number;
+use crate::model::Model;
+use crate::program::{Motion, Source};
+use crate::tape::Tape;
+use crate::taylor::Members;
+
+/// What a motion is differentiated with respect to, by its place in the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Varied {
+    /// A parameter; one that is an initial value changes nothing but the start.
+    Parameter(usize),
+    /// An input that stays as it is.
+    Input(usize),
+}
+
+/// Derivatives of one motion by several parameters. Matrices have a column for each direction, one after the other.
+#[derive(Clone, Debug)]
+pub struct Variational {
+    /// The register of each parameter.
+    registers: Vec<usize>,
+    /// Eight parameters each; none if there are no such series.
+    groups: Vec<Group>,
+    order: usize,
+    tolerance: f64,
+    /// The tangents of a whole register file.
+    tangents: Vec<Lane>,
+    solved: Vec<Lane>,
+    /// Where accelerations and reactions are among the registers.
+    results: std::ops::Range<usize>,
+}
+
+/// The series of a motion with its derivatives by some parameters.
+#[derive(Clone, Debug)]
+struct Group {
+    series: Members<Dual>,
+    motion: Vec<Dual>,
+    /// The parameters.
+    places: std::ops::Range<usize>,
+    /// Are the coefficients those of the present parameters?
+    entered: bool,
+}
+
+impl Variational {
+    /// For motions of a model; the series are found to this tolerance.
+    pub fn new(model: &Model, varied: &[Varied], tolerance: f64) -> Self {
+        let (program, layout) = (model.program(), model.layout());
+        let register = |varied: &Varied| match varied {
+            Varied::Parameter(index) => layout.parameters() + index,
+            Varied::Input(index) => layout.inputs() + index,
+        };
+        let is_continued = program.motion == Motion::Dynamic && program.followers.is_empty();
+        let series =
+            if is_continued && program.tapes.indicators.results.is_empty() { Members::new(model) } else { None };
+        let groups = series.iter().flat_map(|series| {
+            (0..varied.len()).step_by(DIRECTIONS).map(|first| Group {
+                series: series.clone(),
+                motion: vec![Dual::ZERO; 2 * model.coordinates()],
+                places: first..varied.len().min(first + DIRECTIONS),
+                entered: false,
+            })
+        });
+        Self {
+            registers: varied.iter().map(register).collect(),
+            groups: groups.collect(),
+            order: order_for(tolerance),
+            tolerance: share(tolerance),
+            tangents: vec![ZERO; program.registers as usize],
+            solved: vec![ZERO; program.tapes.acceleration.results.len()],
+            results: layout.accelerations()..layout.constants(),
+        }
+    }
+
+    /// Begins the series at the present state of a motion, with these q_p and v_p. Says how long a step they permit, up to a limit; none where there are none, because of the laws
+    /// or of the pose.
+    ///
+    /// # Errors
+    /// Those of [`Instance::get`].
+    pub fn begin(
+        &mut self,
+        motion: &mut Instance,
+        [positions, rates]: [&[f64]; 2],
+        limit: f64,
+    ) -> Result<Option<f64>, InstanceError> {
+        if self.groups.is_empty() {
+            return Ok(None);
+        }
+        motion.load()?;
+        let mut length = limit;
+        for index in 0..self.groups.len() {
+            if !self.groups[index].entered {
+                self.enter(index, motion);
+            }
+            let group = &mut self.groups[index];
+            group.place(motion, &self.registers, [positions, rates]);
+            if !group.series.expand(self.order, &group.motion) {
+                return Ok(None);
+            }
+            length = length.min(group.series.step_length(self.order, self.tolerance, limit));
+        }
+        Ok(Some(length))
+    }
+
+    /// The coefficients of the series with their tangents.
+    fn enter(&mut self, index: usize, motion: &mut Instance) {
+        let size = self.tangents.len();
+        let mut halves = [vec![ZERO; size], vec![ZERO; size]];
+        let group = &mut self.groups[index];
+        for (place, &register) in self.registers[group.places.clone()].iter().enumerate() {
+            halves[place / WIDTH][register][place % WIDTH] = 1.0;
+        }
+        let parameters = &motion.model.program().tapes.parameters;
+        for half in &mut halves {
+            motion.machine.run_tangents(parameters, half);
+        }
+        let both = |register: usize| std::array::from_fn(|i| halves[i / WIDTH][register][i % WIDTH]);
+        group.series.enter_duals(motion.machine.registers(), both);
+        group.entered = true;
+    }
+
+    /// q_p and v_p so long after the series began.
+    pub fn continued(&mut self, dt: f64, positions: &mut [f64], rates: &mut [f64]) {
+        for group in &mut self.groups {
+            group.series.state(self.order, dt, &mut group.motion);
+            let n = group.motion.len() / 2;
+            for (place, column) in group.places.clone().enumerate() {
+                for (index, dual) in group.motion.iter().enumerate() {
+                    let target =
+                        if index < n { &mut positions[column * n + index] } else { &mut rates[column * n + index - n] };
+                    *target = dual.tangents[place];
+                }
+            }
+        }
+    }
+
+    /// How accelerations change with each coordinate, each rate and each parameter, everything else the same.
+    ///
+    /// # Errors
+    /// Those of [`Instance::get`].
+    pub fn accelerations(&mut self, motion: &mut Instance, matrix: &mut [f64]) -> Result<(), InstanceError> {
+        let layout = *motion.model.layout();
+        let n = motion.model.coordinates();
+        let direction = (layout.positions()..layout.positions() + 2 * n).chain(self.registers.clone());
+        let directions: Vec<usize> = direction.collect();
+        for (four, columns) in directions.chunks(WIDTH).zip(matrix.chunks_mut(WIDTH * n)) {
+            self.tangents.fill(ZERO);
+            for (place, &register) in four.iter().enumerate() {
+                self.tangents[register][place] = 1.0;
+            }
+            self.accelerate(motion)?;
+            for (place, column) in columns.chunks_mut(n).enumerate() {
+                column.iter_mut().zip(&self.solved).for_each(|(target, lane)| *target = lane[place]);
+            }
+        }
+        Ok(())
+    }
+
+    /// How variables change with each parameter, with these q_p and v_p: a row for each variable. A driven mechanism needs neither.
+    ///
+    /// # Errors
+    /// Those of [`Instance::get`], and a variable that has no finite derivative.
+    pub fn outputs(
+        &mut self,
+        motion: &mut Instance,
+        [positions, rates]: [&[f64]; 2],
+        variables: &[usize],
+        derivatives: &mut [f64],
+    ) -> Result<(), InstanceError> {
+        if motion.model.program().motion == Motion::Kinematic {
+            return self.driven(motion, variables, derivatives);
+        }
+        let layout = *motion.model.layout();
+        let n = motion.model.coordinates();
+        for first in (0..self.registers.len()).step_by(WIDTH) {
+            self.tangents.fill(ZERO);
+            let columns = first..self.registers.len().min(first + WIDTH);
+            for (place, column) in columns.clone().enumerate() {
+                self.tangents[self.registers[column]][place] = 1.0;
+                for index in 0..n {
+                    self.tangents[layout.positions() + index][place] = positions[column * n + index];
+                    self.tangents[layout.rates() + index][place] = rates[column * n + index];
+                }
+            }
+            self.accelerate(motion)?;
+            let tape = &motion.model.program().tapes.outputs;
+            motion.machine.run_tangents(tape, &mut self.tangents);
+            for (row, &variable) in variables.iter().enumerate() {
+                let lane = motion.register(variable, tape).map_or(ZERO, |register| self.tangents[register]);
+                for (place, column) in columns.clone().enumerate() {
+                    derivatives[column * variables.len() + row] = motion.defined(variable, lane[place])?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Those of accelerations and reactions along the directions.
+    fn accelerate(&mut self, motion: &mut Instance) -> Result<(), InstanceError> {
+        motion.accelerate()?;
+        motion.load()?;
+        let tapes = &motion.model.program().tapes;
+        motion.machine.run_tangents(&tapes.parameters, &mut self.tangents);
+        motion.machine.run_tangents(&tapes.acceleration, &mut self.tangents);
+        for (place, &register) in self.solved.iter_mut().zip(&tapes.acceleration.results) {
+            *place = self.tangents[register as usize];
+        }
+        self.tangents[self.results.clone()].copy_from_slice(&self.solved);
+        Ok(())
+    }
+
+    /// The loops alone determine the derivatives.
+    fn driven(&self, motion: &mut Instance, variables: &[usize], derivatives: &mut [f64]) -> Result<(), InstanceError> {
+        for (&register, column) in self.registers.iter().zip(derivatives.chunks_mut(variables.len().max(1))) {
+            motion.begin_direction();
+            motion.tangent.direction()[register] = 1.0;
+            motion.differentiate()?;
+            for (target, &variable) in column.iter_mut().zip(variables) {
+                *target = motion.derivative(variable)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Group {
+    /// The motion where the series begins, and its signals.
+    fn place(&mut self, motion: &Instance, registers: &[usize], [positions, rates]: [&[f64]; 2]) {
+        let (layout, n) = (motion.model.layout(), motion.model.coordinates());
+        let values = &motion.machine.registers()[layout.positions()..];
+        for (index, (dual, &value)) in self.motion.iter_mut().zip(values).enumerate() {
+            *dual = Dual::all(value);
+            for (place, column) in self.places.clone().enumerate() {
+                let from = if index < n { positions[column * n + index] } else { rates[column * n + index - n] };
+                dual.tangents[place] = from;
+            }
+        }
+        let own = &registers[self.places.clone()];
+        let is_own = |register: usize, place: usize| own.get(place) == Some(&register);
+        let input =
+            |input: usize| std::array::from_fn(|place| if is_own(layout.inputs() + input, place) { 1.0 } else { 0.0 });
+        self.series.signal_duals(&motion.model, motion.machine.registers(), input);
+    }
+}
+
+impl Instance {
+    /// The register of a variable after a tape of outputs has run; none of what does not change with the parameters.
+    fn register(&self, variable: usize, outputs: &Tape) -> Option<usize> {
+        let layout = self.model.layout();
+        Some(match self.model.program().variables[variable].source {
+            Source::Time => return None,
+            Source::Parameter(index) => layout.parameters() + index as usize,
+            Source::Input(index) => layout.inputs() + index as usize,
+            Source::Coordinate(index) => layout.positions() + index as usize,
+            Source::Rate(index) => layout.rates() + index as usize,
+            Source::Acceleration(index) => layout.accelerations() + index as usize,
+            Source::Output { result, .. } => outputs.results[result as usize] as usize,
+        })
+    }
+}

@@ -1,0 +1,240 @@
+//! Dual numbers: a value with its derivatives along several directions, each operation with its chain rule.
+//!
+//! What is written for any kind of number gives, in dual numbers, its own derivatives, exactly. A direction does not know of the others: its bits are the same alone.
+
+use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
+
+use super::many::{Elementary, Number};
+use crate::math;
+
+/// So many directions at once.
+pub(crate) const DIRECTIONS: usize = 8;
+
+/// A value and its derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Dual {
+    pub value: f64,
+    pub tangents: [f64; DIRECTIONS],
+}
+
+/// The derivative along each direction.
+macro_rules! along {
+    ($value:expr, $i:ident => $tangent:expr) => {{
+        let mut tangents = [0.0; DIRECTIONS];
+        let mut $i = 0;
+        while $i < DIRECTIONS {
+            tangents[$i] = $tangent;
+            $i += 1;
+        }
+        Self { value: $value, tangents }
+    }};
+}
+
+impl Dual {
+    /// f of a value, with the slope of f there.
+    #[inline(always)]
+    fn chained(self, value: f64, slope: f64) -> Self {
+        along!(value, i => slope * self.tangents[i])
+    }
+}
+
+impl Add for Dual {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        along!(self.value + other.value, i => self.tangents[i] + other.tangents[i])
+    }
+}
+
+impl Sub for Dual {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        along!(self.value - other.value, i => self.tangents[i] - other.tangents[i])
+    }
+}
+
+impl Mul for Dual {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        along!(self.value * other.value, i => self.tangents[i] * other.value + self.value * other.tangents[i])
+    }
+}
+
+impl Neg for Dual {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        along!(-self.value, i => -self.tangents[i])
+    }
+}
+
+impl AddAssign for Dual {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl SubAssign for Dual {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl Number for Dual {
+    const ZERO: Self = Self { value: 0.0, tangents: [0.0; DIRECTIONS] };
+    type Which = bool;
+
+    #[inline(always)]
+    fn all(value: f64) -> Self {
+        Self { value, tangents: [0.0; DIRECTIONS] }
+    }
+
+    #[inline(always)]
+    fn over(self, other: Self) -> Self {
+        let (value, inverse) = (self.value / other.value, 1.0 / other.value);
+        along!(value, i => (self.tangents[i] - value * other.tangents[i]) * inverse)
+    }
+
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        let value = 1.0 / self.value;
+        self.chained(value, -(value * value))
+    }
+
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.chained(self.value.abs(), math::sign(self.value))
+    }
+
+    #[inline(always)]
+    fn times(self, c: f64) -> Self {
+        self.chained(c * self.value, c)
+    }
+
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        // Not a number is the larger one.
+        let (a, b) = (self.magnitude(), other.magnitude());
+        if a.value >= b.value || a.value.is_nan() { a } else { b }
+    }
+
+    #[inline(always)]
+    fn exceeds(self, bound: Self) -> bool {
+        self.value > bound.value
+    }
+
+    /// Never: derivatives have no natural size.
+    #[inline(always)]
+    fn is_below(self, _: f64) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn unless(self, which: bool) -> Self {
+        if which { Self::ZERO } else { self }
+    }
+}
+
+impl Elementary for Dual {
+    #[inline(always)]
+    fn root(self) -> Self {
+        let root = self.value.sqrt();
+        self.chained(root, 0.5 / root)
+    }
+
+    fn logarithm(self) -> Self {
+        self.chained(libm::log(self.value), 1.0 / self.value)
+    }
+
+    fn power(self, exponent: Self) -> Self {
+        let value = libm::pow(self.value, exponent.value);
+        let slope = exponent.value * libm::pow(self.value, exponent.value - 1.0);
+        let growth = value * libm::log(self.value);
+        // An exponent that stands still does not ask for the logarithm.
+        let other = |tangent: f64| if tangent == 0.0 { 0.0 } else { growth * tangent };
+        along!(value, i => slope * self.tangents[i] + other(exponent.tangents[i]))
+    }
+
+    #[inline(always)]
+    fn cosine_and_sine(self) -> [Self; 2] {
+        let (sine, cosine) = math::sin_cos(self.value);
+        [self.chained(cosine, -sine), self.chained(sine, cosine)]
+    }
+
+    fn arc_tangent(self, x: Self) -> Self {
+        let inverse = 1.0 / (self.value * self.value + x.value * x.value);
+        let [by_y, by_x] = [x.value * inverse, self.value * inverse];
+        along!(libm::atan2(self.value, x.value), i => by_y * self.tangents[i] - by_x * x.tangents[i])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Operation = fn(Dual, Dual) -> Dual;
+
+    const OPERATIONS: [(&str, Operation); 18] = [
+        ("a + b", |a, b| a + b),
+        ("a - b", |a, b| a - b),
+        ("a b", |a, b| a * b),
+        ("-a", |a, _| -a),
+        ("a += b", |mut a, b| {
+            a += b;
+            a
+        }),
+        ("a -= b", |mut a, b| {
+            a -= b;
+            a
+        }),
+        ("a / b", Number::over),
+        ("1 / a", |a, _| a.reciprocal()),
+        ("|a|", |a, _| a.magnitude()),
+        ("3 a", |a, _| a.times(3.0)),
+        ("larger", Number::larger),
+        ("unless", |a, _| a.unless(false)),
+        ("root", |a, _| a.magnitude().root()),
+        ("log", |a, _| a.magnitude().logarithm()),
+        ("a^b", |a, b| a.magnitude().power(b)),
+        ("cos", |a, _| a.cosine_and_sine()[0]),
+        ("sin", |a, _| a.cosine_and_sine()[1]),
+        ("atan2", Elementary::arc_tangent),
+    ];
+
+    fn dual(value: f64, tangent: f64, place: usize) -> Dual {
+        let mut dual = Dual::all(value);
+        dual.tangents[place] = tangent;
+        dual
+    }
+
+    #[test]
+    fn every_operation_agrees_with_differences() {
+        let h = 1e-5;
+        for (name, operation) in OPERATIONS {
+            for [a, b] in [[0.6, 1.7], [-2.3, 0.4], [1.1, -0.8], [-0.3, -2.0]] {
+                for [da, db] in [[1.0, 0.0], [0.0, 1.0], [0.3, -0.7]] {
+                    let at = |s: f64| operation(Dual::all(a + s * da), Dual::all(b + s * db)).value;
+                    let difference = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+                    for place in 0..DIRECTIONS {
+                        let found = operation(dual(a, da, place), dual(b, db, place));
+                        assert_eq!(found.value.to_bits(), at(0.0).to_bits(), "{name}");
+                        for (index, tangent) in found.tangents.iter().enumerate() {
+                            let expected = if index == place { difference } else { 0.0 };
+                            assert!((tangent - expected).abs() < 1e-9, "{name} {a} {b}: {tangent} {expected}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn not_a_number_is_the_larger_one() {
+        let nan = Dual::all(f64::NAN);
+        assert!(nan.larger(Dual::all(1.0)).value.is_nan() && Dual::all(1.0).larger(nan).value.is_nan());
+    }
+}
