@@ -5,9 +5,6 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 use super::lane;
 use super::turn::cosines_and_sines;
 
-/// So many motions at once.
-pub(crate) const MANY: usize = 8;
-
 /// A real number, or several that take part in the same operations.
 pub(crate) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> + AddAssign + SubAssign
@@ -132,16 +129,16 @@ impl Which for bool {
     }
 }
 
-/// The same number of several motions.
+/// The same number of W motions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Many(pub [f64; MANY]);
+pub(crate) struct Many<const W: usize>(pub [f64; W]);
 
 /// One operation on each of them.
 macro_rules! each {
     ($i:ident => $value:expr) => {{
-        let mut result = [0.0; MANY];
+        let mut result = [0.0; W];
         let mut $i = 0;
-        while $i < MANY {
+        while $i < W {
             result[$i] = $value;
             $i += 1;
         }
@@ -149,7 +146,7 @@ macro_rules! each {
     }};
 }
 
-impl Add for Many {
+impl<const W: usize> Add for Many<W> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -157,7 +154,7 @@ impl Add for Many {
     }
 }
 
-impl Sub for Many {
+impl<const W: usize> Sub for Many<W> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -165,7 +162,7 @@ impl Sub for Many {
     }
 }
 
-impl Mul for Many {
+impl<const W: usize> Mul for Many<W> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -173,7 +170,7 @@ impl Mul for Many {
     }
 }
 
-impl Neg for Many {
+impl<const W: usize> Neg for Many<W> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -181,27 +178,27 @@ impl Neg for Many {
     }
 }
 
-impl AddAssign for Many {
+impl<const W: usize> AddAssign for Many<W> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl SubAssign for Many {
+impl<const W: usize> SubAssign for Many<W> {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
 }
 
-impl Number for Many {
-    const ZERO: Self = Self([0.0; MANY]);
-    type Which = [bool; MANY];
+impl<const W: usize> Number for Many<W> {
+    const ZERO: Self = Self([0.0; W]);
+    type Which = [bool; W];
 
     #[inline(always)]
     fn all(value: f64) -> Self {
-        Self([value; MANY])
+        Self([value; W])
     }
 
     #[inline(always)]
@@ -225,9 +222,9 @@ impl Number for Many {
     }
 
     #[inline(always)]
-    fn exceeds(self, bound: Self) -> [bool; MANY] {
-        let mut result = [false; MANY];
-        for i in 0..MANY {
+    fn exceeds(self, bound: Self) -> [bool; W] {
+        let mut result = [false; W];
+        for i in 0..W {
             result[i] = self.0[i] > bound.0[i];
         }
         result
@@ -239,17 +236,17 @@ impl Number for Many {
     }
 
     #[inline(always)]
-    fn is_below(self, bound: f64) -> [bool; MANY] {
+    fn is_below(self, bound: f64) -> [bool; W] {
         Self::all(bound).exceeds(self)
     }
 
     #[inline(always)]
-    fn unless(self, which: [bool; MANY]) -> Self {
+    fn unless(self, which: [bool; W]) -> Self {
         each!(i => if which[i] { 0.0 } else { self.0[i] })
     }
 }
 
-impl Elementary for Many {
+impl<const W: usize> Elementary for Many<W> {
     #[inline(always)]
     fn root(self) -> Self {
         each!(i => self.0[i].sqrt())
@@ -273,13 +270,13 @@ impl Elementary for Many {
     }
 }
 
-impl Which for [bool; MANY] {
-    const ALL: Self = [true; MANY];
+impl<const W: usize> Which for [bool; W] {
+    const ALL: Self = [true; W];
 
     #[inline(always)]
     fn and(self, other: Self) -> Self {
         let mut result = self;
-        for i in 0..MANY {
+        for i in 0..W {
             result[i] &= other[i];
         }
         result
@@ -287,11 +284,11 @@ impl Which for [bool; MANY] {
 
     #[inline(always)]
     fn is_none(self) -> bool {
-        self == [false; MANY]
+        self == [false; W]
     }
 
     #[inline(always)]
     fn is_all(self) -> bool {
-        self == [true; MANY]
+        self == [true; W]
     }
 }

@@ -10,7 +10,7 @@ use crate::context::{Context, Settings};
 use crate::events::Choices;
 use crate::integrator::control::{LONGEST, STRETCH, shortest};
 use crate::integrator::run::Run;
-use crate::linalg::many::{MANY, Many, Number};
+use crate::linalg::many::{Many, Number};
 use crate::model::Model;
 use crate::program::Engine;
 use crate::taylor::{Begun, Members};
@@ -59,12 +59,12 @@ impl Taylor {
     }
 
     /// Accepts the step, unless the run must take it alone.
-    pub fn conclude_with(
+    pub fn conclude_with<const W: usize>(
         &mut self,
         context: &mut Context,
         run: &mut Run,
         step: &Proposed,
-        motions: &Motions,
+        motions: &Motions<W>,
         member: usize,
     ) -> bool {
         let Motions { begun, defect, .. } = motions;
@@ -87,19 +87,19 @@ impl Taylor {
 
 /// Several motions and their series.
 #[derive(Clone, Debug)]
-pub(crate) struct Motions {
-    pub series: Members<Many>,
+pub(crate) struct Motions<const W: usize> {
+    pub series: Members<Many<W>>,
     pub tolerance: f64,
     pub order: usize,
     /// (q, v) where the steps begin, and where they end.
-    start: Vec<Many>,
-    end: Vec<Many>,
-    begun: Begun<Many>,
-    finite: [bool; MANY],
-    defect: [f64; MANY],
+    start: Vec<Many<W>>,
+    end: Vec<Many<W>>,
+    begun: Begun<Many<W>>,
+    finite: [bool; W],
+    defect: [f64; W],
 }
 
-impl Motions {
+impl<const W: usize> Motions<W> {
     /// For a model whose motions can be found together.
     pub fn new(model: &Model, tolerance: f64) -> Option<Self> {
         let motion = vec![Many::ZERO; 2 * model.coordinates()];
@@ -109,9 +109,9 @@ impl Motions {
             order: order_for(tolerance),
             start: motion.clone(),
             end: motion,
-            begun: Begun { open: Many::ZERO, regular: [false; MANY], amplification: Many::ZERO },
-            finite: [false; MANY],
-            defect: [0.0; MANY],
+            begun: Begun { open: Many::ZERO, regular: [false; W], amplification: Many::ZERO },
+            finite: [false; W],
+            defect: [0.0; W],
         })
     }
 
@@ -142,7 +142,7 @@ impl Motions {
     }
 
     /// The lengths that the tolerance permits.
-    pub fn lengths(&self) -> [f64; MANY] {
+    pub fn lengths(&self) -> [f64; W] {
         let reach = |derivative| self.series.reach(self.order, share(self.tolerance), derivative);
         let rates = reach(1);
         let positions = if rates.iter().any(|rate| is_long(self.order, *rate)) { reach(0) } else { rates };
@@ -150,12 +150,12 @@ impl Motions {
     }
 
     /// The motions so long after the starts.
-    pub fn evaluate(&mut self, h: [f64; MANY]) {
+    pub fn evaluate(&mut self, h: [f64; W]) {
         self.series.evaluate(self.order, Many(h), &mut self.end);
     }
 
     /// Begins all series where the steps end.
-    pub fn test(&mut self, h: [f64; MANY]) {
+    pub fn test(&mut self, h: [f64; W]) {
         self.begun = self.series.begin(self.order, &self.end);
         self.finite = self.series.finite();
         self.defect = self.series.defect(self.order, h);

@@ -4,6 +4,7 @@
 //! not depend on its neighbours. Mechanisms whose laws are steep or in pieces, whose loop equations turn, or that need pivots or chains, are not taken: their
 //! members run one by one.
 
+mod frames;
 mod laws;
 mod orders;
 mod sparse;
@@ -88,6 +89,9 @@ struct Slide {
 #[derive(Clone, Debug)]
 pub(crate) struct Members<N> {
     form: ArmForm,
+    /// Frames, if there is nothing else and few of them, and how their pose responds.
+    frames: usize,
+    response: Vec<N>,
     /// Coordinates, what carries an angle before what it carries.
     chain: Vec<usize>,
     reads: Vec<Read>,
@@ -141,7 +145,9 @@ impl<N: Elementary> Members<N> {
         let constraints = &model.program().constraints;
         let (padded, arms) = (Shape::new(&form), shape.places());
         let scale = |arm: &usize| if *arm < form.frames.len() { 1.0 } else { model.program().length };
-        Some(Self {
+        let mut members = Self {
+            frames: 0,
+            response: Vec::new(),
             reads: form.coordinates.iter().map(|&coordinate| Read::new(&shape, coordinate)).collect(),
             chain: chain(&form),
             scales: unknowns.iter().map(scale).collect(),
@@ -166,11 +172,14 @@ impl<N: Elementary> Members<N> {
             terms,
             unknowns,
             form,
-        })
+        };
+        members.frames = members.few_frames();
+        members.response = Self::room(members.frames);
+        Some(members)
     }
 }
 
-impl Members<Many> {
+impl<const W: usize> Members<Many<W>> {
     /// Takes the coefficients of one member over from its registers, after the parameter stage ran.
     pub fn enter(&mut self, member: usize, registers: &[f64]) {
         for (place, value) in self.coefficients.iter_mut().zip(self.form.coefficients.results(registers)) {

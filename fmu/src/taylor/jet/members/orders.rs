@@ -6,16 +6,21 @@ use crate::linalg::many::{Elementary, Many};
 use crate::taylor::ORDERS;
 use crate::taylor::form::Factor;
 
-impl Members<Many> {
+impl<const W: usize> Members<Many<W>> {
     by_width! {
         /// Orders k of accelerations from the first to the last, orders k + 2 of positions; all lower ones are known.
-        pub fn advance(&mut self: Members<Many>, first: usize, last: usize) = advance_all
+        pub fn advance[W](&mut self: Members<Many<W>>, first: usize, last: usize) = advance_all
     }
 }
 
 impl<N: Elementary> Members<N> {
     #[inline(always)]
     pub(super) fn advance_all(&mut self, first: usize, last: usize) {
+        if self.frames > 0 { self.advance_few(first, last) } else { self.advance_any(first, last) }
+    }
+
+    #[inline(always)]
+    fn advance_any(&mut self, first: usize, last: usize) {
         let lawful = !self.laws.are_none();
         for k in first..(last + 1).min(ORDERS - 2) {
             if lawful {
@@ -127,7 +132,7 @@ impl<N: Elementary> Members<N> {
 
     /// Minus the loads on arms.
     #[inline(always)]
-    fn load_arms(&mut self, k: usize) {
+    pub(super) fn load_arms(&mut self, k: usize) {
         if !self.loads.act(k) {
             return;
         }

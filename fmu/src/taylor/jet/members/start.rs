@@ -4,7 +4,7 @@ use super::super::start::CLOSED;
 use super::{Members, Slide, Turn};
 use crate::linalg::inverse::LEFT;
 use crate::linalg::lane::by_width;
-use crate::linalg::many::{Elementary, MANY, Many, Number, Which};
+use crate::linalg::many::{Elementary, Many, Number, Which};
 use crate::taylor::form::{Factor, Place};
 
 /// What is known of the start of a step.
@@ -18,10 +18,10 @@ pub(crate) struct Begun<N: Number> {
     pub amplification: N,
 }
 
-impl Members<Many> {
+impl<const W: usize> Members<Many<W>> {
     by_width! {
         /// Begins at (q, v) of several members, as [`super::Jet::begin`] does for one.
-        pub(crate) fn begin(&mut self: Members<Many>, order: usize, motion: &[Many]) -> Begun<Many> = begin_any
+        pub(crate) fn begin[W](&mut self: Members<Many<W>>, order: usize, motion: &[Many<W>]) -> Begun<Many<W>> = begin_any
     }
 
     /// As [`super::Jet::closeness`], of one member.
@@ -34,7 +34,7 @@ impl Members<Many> {
     }
 
     /// Which motions are finite where the step begins?
-    pub fn finite(&self) -> [bool; MANY] {
+    pub fn finite(&self) -> [bool; W] {
         let mut sum = Many::ZERO;
         for &arm in &self.unknowns {
             sum += (self.arms[arm].value[0] + self.arms[arm].value[1]).times(0.0);
@@ -57,6 +57,7 @@ impl<N: Elementary> Members<N> {
         self.turn_rates();
         self.close(1);
         self.weigh();
+        self.respond();
         for k in 0..2 {
             self.laws.positions(&self.coefficients, k, &self.arms);
         }
