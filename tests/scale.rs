@@ -14,7 +14,8 @@ use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
-use cotree_fmu::program::Program;
+use cotree_fmu::program::{Engine, Program};
+use cotree_fmu::taylor::Jet;
 use nalgebra::{DMatrix, DVector};
 
 const GRAVITY: f64 = 9.81;
@@ -39,8 +40,8 @@ fn counts(text: &str) -> [usize; 5] {
 /// Twice as many more bodies cost twice as much more, up to the digits of larger numbers.
 #[test]
 fn cost_grows_with_the_number_of_bodies() {
-    // Indices of registers take more bytes from 16384 on.
-    let most = [2.2, 2.2, 2.2, 2.6, 2.2];
+    // Indices of registers take three bytes from 16384 on, where there are about 900 bodies.
+    let most = [2.2, 2.2, 2.2, 2.9, 2.2];
     for scene in [scenes::chain, scenes::four_bars] {
         let [small, middle, large] = [400, 800, 1600].map(|size| counts(&scene(size)));
         for index in 0..small.len() {
@@ -48,6 +49,54 @@ fn cost_grows_with_the_number_of_bodies() {
             let ratio = second as f64 / first as f64;
             assert!((1.8..most[index]).contains(&ratio), "count {index}: {small:?}, {middle:?}, {large:?}");
         }
+    }
+}
+
+/// What the series of a chain or a ladder keep: arms, masses between them, links, loads, coefficients, and what a step costs.
+fn arm_form(text: &str) -> [usize; 6] {
+    let program = program(text);
+    let form = program.arms.clone().expect("an arm form");
+    let (arms, coefficients) =
+        (form.frames.len() + form.products.len() + form.world.len(), form.coefficients.results.len());
+    let cost = Jet::new(&Model::new(program).unwrap()).expect("series").cost() as usize;
+    [arms, form.coupling.len(), form.links.len(), form.loads.len(), coefficients, cost]
+}
+
+/// The arm form of long chains is as long as they are: no masses of every two bars.
+#[test]
+fn the_arm_form_grows_with_the_number_of_bodies() {
+    for (scene, sizes) in [
+        (scenes::chain as fn(usize) -> String, [20, 139, 141, 200, 2000]),
+        (scenes::four_bars, [20, 70, 100, 200, 1000]),
+    ] {
+        let counts = sizes.map(|size| arm_form(&scene(size)));
+        for index in 0..6 {
+            let slope =
+                |a: usize, b: usize| (counts[b][index] as f64 - counts[a][index] as f64) / (sizes[b] - sizes[a]) as f64;
+            let [first, last] = [slope(0, 1), slope(3, 4)];
+            assert!(last <= 1.1 * first + 0.01, "count {index}: {sizes:?} have {counts:?}");
+            let cliff = slope(1, 2);
+            assert!(cliff <= 1.5 * first + 1.0, "count {index}: {sizes:?} have {counts:?}");
+        }
+    }
+}
+
+/// Steps by series and explicit ones, on both sides of what used to be the longest chain that had an arm form.
+#[test]
+fn series_of_chains_of_any_length_agree_with_explicit_steps() {
+    for links in [10, 50, 139, 141, 200, 1000] {
+        let text = scenes::chain(links);
+        let span = 0.2 / (links as f64).sqrt();
+        let ends = ["auto", "explicit"].map(|method| {
+            let program = program(&format!("{text}[solver]\nmethod = \"{method}\"\n"));
+            let series = program.engine == Engine::Taylor;
+            assert_eq!(series, method == "auto", "{links}");
+            run_at(program, span, 1e-11).1
+        });
+        let [series, explicit] = ends.each_ref().map(|state| [state.positions(), state.rates()].concat());
+        let largest = explicit.iter().fold(1.0, |largest: f64, value| largest.max(value.abs()));
+        let error = series.iter().zip(&explicit).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) / largest;
+        assert!(error < 1e-8, "{links} bars: {error}");
     }
 }
 
@@ -137,9 +186,13 @@ fn a_long_chain_accelerates_as_the_full_mass_matrix_says() {
 }
 
 fn run(program: Program, until: f64) -> (Arc<Model>, State) {
+    run_at(program, until, 1e-8)
+}
+
+fn run_at(program: Program, until: f64, tolerance: f64) -> (Arc<Model>, State) {
     let model = Arc::new(Model::new(program).unwrap());
     let mut instance = Instance::new(model.clone());
-    instance.setup(0.0, None, Some(1e-8)).unwrap();
+    instance.setup(0.0, None, Some(tolerance)).unwrap();
     instance.initialise().unwrap();
     if until > 0.0 {
         instance.step_to(until).unwrap();

@@ -17,12 +17,13 @@ use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
+use cotree_fmu::program::Program;
 
 type Failure = Box<dyn std::error::Error>;
 
 /// Links of a chain, or loops of a ladder.
 const SIZES: [(&str, &[usize]); 2] =
-    [("chain", &[100, 200, 500, 1000, 2000, 5000]), ("ladder", &[50, 100, 250, 500, 1000, 2500])];
+    [("chain", &[10, 50, 100, 200, 500, 1000, 2000, 5000, 10_000]), ("ladder", &[50, 100, 250, 500, 1000, 2500, 5000])];
 /// The motion that is simulated [s].
 const SPAN: f64 = 0.01;
 /// Repetitions of an evaluation.
@@ -35,9 +36,9 @@ fn main() -> Result<(), Failure> {
         return Ok(());
     }
     println!(
-        "| scene | bodies | loop equations | formulate | export | peak memory | program | FMU | instructions | accelerations | a step |"
+        "| scene | bodies | loop equations | formulate | export | peak memory | program | FMU | load and start | instructions | accelerations | a step | of it a body |"
     );
-    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
     for (scene, sizes) in SIZES {
         for size in sizes {
             let output = Command::new(std::env::current_exe()?).args([scene, &size.to_string()]).output()?;
@@ -69,18 +70,26 @@ fn row(name: &str, size: usize) -> Result<String, Failure> {
     let memory = peak_memory();
 
     let (loops, instructions) = (program.constraints.len(), program.tapes.acceleration.instructions.len());
-    let program_bytes = program.to_bytes()?.len();
-    let model = Arc::new(Model::new(program)?);
-    let (evaluation, step) = (evaluation(&model), step(&model)?);
+    let file = program.to_bytes()?;
+    drop(program);
+    let start = Instant::now();
+    let model = Arc::new(Model::new(Program::from_bytes(&file)?)?);
+    let mut instance = Instance::new(model.clone());
+    instance.setup(0.0, Some(SPAN), Some(1e-6))?;
+    instance.initialise()?;
+    let starting = start.elapsed();
+    let (evaluation, step) = (evaluation(&model), step(instance)?);
+    let bodies = mechanism.bodies.len();
     Ok(format!(
-        "| {name} of {size} | {} | {loops} | {} s | {} s | {memory} | {} kB | {} kB | {instructions} | {:.0} us | {:.0} us |",
-        mechanism.bodies.len(),
+        "| {name} of {size} | {bodies} | {loops} | {} s | {} s | {memory} | {} kB | {} kB | {} s | {instructions} | {:.0} us | {:.0} us | {:.2} us |",
         seconds(formulating),
         seconds(exporting),
-        program_bytes / 1000,
+        file.len() / 1000,
         bytes / 1000,
+        seconds(starting),
         1e6 * evaluation.as_secs_f64(),
         1e6 * step.as_secs_f64(),
+        1e6 * step.as_secs_f64() / bodies as f64,
     ))
 }
 
@@ -110,10 +119,7 @@ fn evaluation(model: &Arc<Model>) -> Duration {
 }
 
 /// A step of the solver, with its projections.
-fn step(model: &Arc<Model>) -> Result<Duration, Failure> {
-    let mut instance = Instance::new(model.clone());
-    instance.setup(0.0, Some(SPAN), Some(1e-6))?;
-    instance.initialise()?;
+fn step(mut instance: Instance) -> Result<Duration, Failure> {
     let start = Instant::now();
     instance.step_to(SPAN)?;
     let steps = instance.statistics().steps.max(1);

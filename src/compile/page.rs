@@ -11,7 +11,7 @@ use crate::formulate::Formulated;
 use crate::mechanism::{Dimension, Experiment, Place};
 use crate::output::drawing::Geometry;
 use crate::output::page::{GroundPoint, Live, Model, Motion, Page, Variable, point_names, prose};
-use crate::output::pose::{draw, frames, position};
+use crate::output::pose::{draw, frames, positions};
 use crate::scene::{Faults, Scene, Text};
 
 /// A stored run has at most so many samples.
@@ -90,16 +90,12 @@ fn moving(scene: &Scene, compiled: &Compiled, origin: Origin) -> Result<Result<L
 fn picture(formulated: &mut Formulated) -> Picture {
     let mechanism = formulated.equations.system.mechanism;
     let frames = frames(formulated);
-    let ground = mechanism.ground.iter().enumerate();
+    let places = positions(formulated, (0..mechanism.ground.len()).map(Place::Ground));
+    let ground = mechanism.ground.iter().zip(places);
     Picture {
         points: point_names(mechanism),
         line: mechanism.dimension == Dimension::One,
-        ground: ground
-            .map(|(index, point)| GroundPoint {
-                name: point.name.clone(),
-                at: position(formulated, Place::Ground(index)),
-            })
-            .collect(),
+        ground: ground.map(|(point, at)| GroundPoint { name: point.name.clone(), at }).collect(),
         geometry: draw(formulated).geometry(&frames),
     }
 }

@@ -70,11 +70,16 @@ impl Equations<'_> {
 
     /// F = f d / |d|
     fn line_force(&mut self, ends: [crate::graph::TNode; 2], law: &Formula) -> Form<Vector> {
+        let (density, across) = self.density(ends, law);
+        Form::term(&mut self.system.arena, density, &across)
+    }
+
+    /// f / |d| and d
+    pub(super) fn density(&mut self, ends: [crate::graph::TNode; 2], law: &Formula) -> (Expr, Vector) {
         let value = self.formula(law);
         let across = self.kinematics.spanned(&mut self.system, ends).position;
         let length = self.length(&across);
-        let density = self.system.arena.divide(value, length);
-        Form::term(&mut self.system.arena, density, &across)
+        (self.system.arena.divide(value, length), across)
     }
 
     pub(super) fn length(&mut self, across: &Vector) -> Expr {

@@ -1,6 +1,6 @@
 //! From the arm equations to their data.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use cotree_fmu::taylor::form;
 use cotree_fmu::taylor::form::{
@@ -64,6 +64,7 @@ impl Lowering<'_> {
         let arms = self.arms;
         let mut used: BTreeSet<Arm> = BTreeSet::new();
         used.extend(arms.coupling.keys().flat_map(|(k, l)| [*k, *l]));
+        used.extend(arms.links.iter().map(|link| link.arm));
         used.extend(arms.rows.iter().flat_map(|row| row.arms.keys().copied()));
         used.extend(arms.loads.iter().flat_map(|load| load.across.keys().chain(load.along.keys()).copied()));
         used.extend(arms.lines.iter().flat_map(|(_, _, across)| across.keys().copied()));
@@ -134,9 +135,11 @@ impl Lowering<'_> {
     }
 
     fn shapes(&mut self) -> Result<(), Reason> {
+        let mut first: HashMap<Vec<(usize, u64)>, u32> = HashMap::new();
         for (index, turning) in self.arms.frames.iter().enumerate() {
-            let first = self.arms.frames.iter().position(|other| other.coordinates == turning.coordinates);
-            let unknown = first.filter(|_| !turning.coordinates.is_empty()).map(|first| first as u32);
+            let angle = turning.coordinates.iter().map(|(&coordinate, sign)| (coordinate, sign.to_bits())).collect();
+            let first = *first.entry(angle).or_insert(index as u32);
+            let unknown = (!turning.coordinates.is_empty()).then_some(first);
             let signal = match turning.signal == Expr::ZERO {
                 true => None,
                 false => Some(self.builder.slot(self.arena, &mut self.coefficients, turning.signal)?),
@@ -180,6 +183,20 @@ impl Lowering<'_> {
                 let mass = mass.map(|part| self.coefficients.place(part));
                 self.form.coupling.push(Coupling { on: self.numbers[&k], from: self.numbers[&l], mass });
             }
+        }
+        for link in &self.arms.links {
+            let arm = self.numbers[&link.arm];
+            let inertia = match self.form.frames.get(arm as usize) {
+                Some(frame) => frame.inertia,
+                None => self.coefficients.place(link.carried.inertia),
+            };
+            self.form.links.push(form::Link {
+                arm,
+                parent: link.parent.map(|parent| parent as u32),
+                begin: link.begin.map(|part| self.coefficients.place(part)),
+                carried: link.carried.moment.map(|part| self.coefficients.place(part)),
+                inertia,
+            });
         }
     }
 

@@ -25,8 +25,9 @@ use super::table::Table;
 use super::tape::Assembler;
 use crate::component::Held;
 use crate::equations::Equations;
+use crate::equations::arms::TOO_MANY;
 use crate::expr::{Expr, Order, Symbol};
-use crate::mechanism::{BodyId, Method, Owner};
+use crate::mechanism::{Method, Owner};
 
 /// With more coordinates there are no implicit steps unless the scene asks for them: their matrices are full.
 const MOST_IMPLICIT: usize = 500;
@@ -137,19 +138,10 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     Ok(Lowered { program, table, solved, solve_tree, no_series, sharing })
 }
 
-/// Why the motion is not integrated by series, though it could be.
-const TOO_MANY: &str = "its equations are many and weakly coupled";
-
-/// Up to so many masses between arms the arm form is formulated.
-const COUPLINGS: usize = 1_000_000;
-
 /// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because
 /// many bodies move with many angles each.
 fn series(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Expr>), String> {
-    let bodies = equations.system.mechanism.bodies.len();
-    let couplings: usize = (0..bodies).map(|body| equations.depth(BodyId(body)).pow(2)).sum();
     match equations.system.mechanism.solver.method {
-        Method::Auto if couplings > COUPLINGS => Err(TOO_MANY.into()),
         Method::Auto => arm_form(equations, active),
         Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
         Method::Implicit => Err("the scene asks for `method = \"implicit\"`".into()),

@@ -8,6 +8,9 @@ use cotree_fmu::taylor::form::{Given, Operation, SeriesTape, Slot, Source, Step,
 use crate::equations::arms::Reason;
 use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
 
+/// Series of deeper expressions are not sought: each sum along a path would repeat those before it.
+const DEEPEST: usize = 600;
+
 /// What a series depends on; later levels may depend on earlier ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Level {
@@ -68,22 +71,57 @@ impl SeriesBuilder {
         self.tape
     }
 
+    /// Does an expression depend on parameters alone?
     pub fn is_constant(&mut self, arena: &Arena, expr: Expr) -> bool {
-        if let Some(&constant) = self.constants.get(&expr) {
-            return constant;
+        let mut pending = vec![expr];
+        while let Some(&next) = pending.last() {
+            let node = arena.node(next);
+            let unknown = |operand: &Expr| !self.constants.contains_key(operand);
+            let before = pending.len();
+            if !self.constants.contains_key(&next) {
+                pending.extend(node.operands().filter(unknown));
+            }
+            if pending.len() > before {
+                continue;
+            }
+            let constant = match node {
+                Node::Constant(_) => true,
+                Node::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
+                node => node.operands().all(|operand| self.constants[&operand]),
+            };
+            self.constants.insert(next, constant);
+            pending.pop();
         }
-        let constant = match arena.node(expr) {
-            Node::Constant(_) => true,
-            Node::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
-            node => node.operands().all(|operand| self.is_constant(arena, operand)),
-        };
-        self.constants.insert(expr, constant);
-        constant
+        self.constants[&expr]
+    }
+
+    /// Is an expression so deep, down to what is known as a series, that finding its series would take too much room?
+    fn is_too_deep(&self, arena: &Arena, expr: Expr) -> bool {
+        let (mut depths, mut pending) = (HashMap::new(), vec![expr]);
+        while let Some(&next) = pending.last() {
+            let known = self.known.contains_key(&next) || self.series.contains_key(&next);
+            let node = arena.node(next);
+            let ends = known || self.sources.contains_key(&next) || self.constants.get(&next) == Some(&true);
+            let before = pending.len();
+            if !ends && !depths.contains_key(&next) {
+                pending.extend(node.operands().filter(|operand| !depths.contains_key(operand)));
+            }
+            if pending.len() > before {
+                continue;
+            }
+            let below = node.operands().map(|operand| depths.get(&operand).copied().unwrap_or(0)).max();
+            depths.insert(next, if ends { 0 } else { below.map_or(0, |depth: usize| depth + 1) });
+            pending.pop();
+        }
+        depths[&expr] > DEEPEST
     }
 
     pub fn slot(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<Slot, Reason> {
         if let Some(&slot) = self.known.get(&expr) {
             return Ok(slot);
+        }
+        if self.is_too_deep(arena, expr) {
+            return Err("a law depends on too long a path".into());
         }
         let slot = match self.series(arena, c, expr)? {
             Series::Sum(Expr::ZERO, terms, _) if matches!(terms[..], [(Source::Slot(_), Expr::ONE)]) => {

@@ -3,6 +3,7 @@
 
 pub mod absolute;
 pub mod chain;
+pub mod hanging;
 pub mod hard;
 pub mod jet;
 pub mod loads;

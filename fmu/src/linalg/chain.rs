@@ -1,22 +1,17 @@
-//! An open chain of frames, whose full matrices are simple.
+//! An open chain of frames, whose full matrices are simple. (Chains that branch are in `tree`.)
 //!
 //! Of two frames let k be the one nearer to the ground. The masses between their arms are A_kl = a_k m_l, where a_k is the link of k (conjugated) and m_l what
-//! l carries; A_lk is the conjugate. So sums over l are found while one walks along the chain, and cost its length, not the square of it. With arms b, their
-//! derivatives i b, c_k = conj(a_k) i b_k and d_l = m_l i b_l the mass matrix is M_kl = c_k . d_l: a semiseparable matrix, whose factors L D L^T, from the tip
-//! to the ground, follow from a 2 x 2 matrix that is handed on from link to link (as the inertia in the method of articulated bodies is).
+//! l carries; A_lk is the conjugate. So sums over l are found while one walks along the chain, and cost its length, not the square of it.
 
 use super::columns::Entry;
-use super::lane::{Lane, ZERO, lanes, minus, multiply, plus, splat};
-use super::matrix::most;
-use crate::math;
+use super::lane::{Lane, ZERO, lanes, minus, plus, splat};
+use super::tree::Limb;
 
 /// Products of links and loads are the masses up to rounding errors, relative to their size.
 const ROUNDING: f64 = 1e-14;
-/// The smallest pivot that counts, relative to the mass that it is left of.
-const SINGULAR: f64 = 1e-13;
 
 /// A complex number.
-type Complex = [f64; 2];
+pub(super) type Complex = [f64; 2];
 
 /// The masses of a chain of frames, numbered from the ground.
 #[derive(Clone, Debug)]
@@ -40,6 +35,22 @@ impl Chain {
         let zeros = || vec![ZERO; lanes(frames)];
         let full = entries.len() == frames * (frames - 1) && entries.iter().all(|entry| entry.0 != entry.1);
         full.then(|| Self { holds: false, frames, entries, links: [zeros(), zeros()], loads: [zeros(), zeros()] })
+    }
+
+    /// For so many frames whose links and loads are told.
+    pub fn of_limbs(frames: usize) -> Self {
+        let zeros = || vec![ZERO; lanes(frames)];
+        Self { holds: true, frames, entries: Vec::new(), links: [zeros(), zeros()], loads: [zeros(), zeros()] }
+    }
+
+    /// Takes links and loads over.
+    pub fn renew(&mut self, limbs: &[Limb]) {
+        for (k, limb) in limbs.iter().enumerate() {
+            put(&mut self.loads, k, limb.carried);
+            if let Some(before) = limb.parent {
+                put(&mut self.links, before, conjugate(limb.begin));
+            }
+        }
     }
 
     /// Is it one, with the present coefficients?
@@ -77,16 +88,18 @@ impl Chain {
         });
     }
 
-    /// The smallest share of a frame's mass M_kk that is left as its pivot while the arms lie in line.
-    pub fn share_left(&self, inertia: &[Lane]) -> f64 {
-        let (mut carried, mut least) = (Carried::default(), f64::INFINITY);
-        for (k, own) in inertia.as_flattened().iter().enumerate().take(self.frames).rev() {
-            let c = conjugate(part(&self.links, k));
-            let pivot = carried.pivot(c, *own);
-            least = math::minimum(least, pivot / own);
-            carried.hand_on(c, part(&self.loads, k), 1.0 / pivot);
-        }
-        least
+    /// Its frames as limbs, with these inertias; each has the equation of its number.
+    pub fn limbs(&self, inertia: &[Lane]) -> Vec<Limb> {
+        let limb = |(k, &inertia): (usize, &f64)| Limb {
+            place: k,
+            derivative: k,
+            parent: k.checked_sub(1),
+            equation: Some(k),
+            begin: conjugate(k.checked_sub(1).map_or([0.0; 2], |before| part(&self.links, before))),
+            carried: part(&self.loads, k),
+            inertia,
+        };
+        inertia.as_flattened().iter().take(self.frames).enumerate().map(limb).collect()
     }
 
     /// Adds the forces between frames of different lanes: a_k times the sum of m_l (x + i y)_l over those further out, and the conjugate of m_k times that
@@ -115,134 +128,6 @@ impl Chain {
     }
 }
 
-/// The symmetric matrix that is handed on from link to link: the sum of g r^T over the frames further out.
-#[derive(Clone, Copy, Debug, Default)]
-struct Carried {
-    xx: f64,
-    xy: f64,
-    yy: f64,
-}
-
-impl Carried {
-    #[inline(always)]
-    fn times(&self, [x, y]: Complex) -> Complex {
-        [self.xx * x + self.xy * y, self.xy * x + self.yy * y]
-    }
-
-    /// What is left of a frame's own mass.
-    #[inline(always)]
-    fn pivot(&self, c: Complex, own: f64) -> f64 {
-        let [qx, qy] = self.times(c);
-        own - (c[0] * qx + c[1] * qy)
-    }
-
-    /// Takes a frame with one over its pivot in; returns what is left of d, over the pivot.
-    #[inline(always)]
-    fn hand_on(&mut self, c: Complex, d: Complex, inverse: f64) -> Complex {
-        let [qx, qy] = self.times(c);
-        let (rx, ry) = (d[0] - qx, d[1] - qy);
-        let (gx, gy) = (rx * inverse, ry * inverse);
-        *self = Self { xx: self.xx + gx * rx, xy: self.xy + gx * ry, yy: self.yy + gy * ry };
-        [gx, gy]
-    }
-}
-
-/// The factors L D L^T of the mass matrix of a chain.
-#[derive(Clone, Debug)]
-pub(crate) struct Recursion {
-    joints: Vec<Joint>,
-    /// c and d, by lanes.
-    inward: [Vec<Lane>; 2],
-    outward: [Vec<Lane>; 2],
-}
-
-/// One pivot.
-#[derive(Clone, Copy, Debug, Default)]
-struct Joint {
-    c: Complex,
-    /// What is left of d, over the pivot.
-    g: Complex,
-    inverse: f64,
-    /// 1 - g c^T by rows.
-    across: [Complex; 2],
-    /// The right-hand side over the pivot, on the way.
-    rest: f64,
-}
-
-impl Recursion {
-    /// Storage for so many frames.
-    pub fn new(count: usize) -> Self {
-        let zeros = || vec![ZERO; lanes(count)];
-        Self { joints: vec![Joint::default(); count], inward: [zeros(), zeros()], outward: [zeros(), zeros()] }
-    }
-
-    /// Number of equations.
-    pub fn size(&self) -> usize {
-        self.joints.len()
-    }
-
-    /// Factors the matrix of arms with these derivatives and inertias M_kk. False if it is singular.
-    // One number after the other: a copy for AVX2 would gain nothing, and old versions of valgrind do not know all of its moves.
-    #[inline(never)]
-    pub fn factor(&mut self, chain: &Chain, [dx, dy]: [&[Lane]; 2], inertia: &[Lane]) -> bool {
-        self.load(chain, dx, dy);
-        let [cx, cy] = [&self.inward[0], &self.inward[1]].map(|lanes| lanes.as_flattened());
-        let [dx, dy] = [&self.outward[0], &self.outward[1]].map(|lanes| lanes.as_flattened());
-        let own = inertia.as_flattened();
-        let mut carried = Carried::default();
-        for k in (0..self.joints.len()).rev() {
-            let (cx, cy) = (cx[k], cy[k]);
-            let pivot = carried.pivot([cx, cy], own[k]);
-            // Written so that NaN is singular too.
-            let regular = pivot > SINGULAR * own[k];
-            if !regular {
-                return false;
-            }
-            let inverse = 1.0 / pivot;
-            let [gx, gy] = carried.hand_on([cx, cy], [dx[k], dy[k]], inverse);
-            let across = [[1.0 - gx * cx, -gx * cy], [-gy * cx, 1.0 - gy * cy]];
-            self.joints[k] = Joint { c: [cx, cy], g: [gx, gy], inverse, across, rest: 0.0 };
-        }
-        true
-    }
-
-    /// The largest share of an inertia M_kk in its pivot: so much larger do rounding errors become.
-    pub fn cancellation(&self, inertia: &[Lane]) -> (f64, usize) {
-        let pivots = self.joints.iter().zip(inertia.as_flattened()).map(|(joint, own)| own * joint.inverse);
-        most(pivots)
-    }
-
-    #[inline(always)]
-    fn load(&mut self, chain: &Chain, dx: &[Lane], dy: &[Lane]) {
-        for lane in 0..self.inward[0].len() {
-            let (dx, dy) = (dx[lane], dy[lane]);
-            let ([ax, ay], [mx, my]) =
-                ([0, 1].map(|part| chain.links[part][lane]), [0, 1].map(|part| chain.loads[part][lane]));
-            self.inward[0][lane] = plus(multiply(ax, dx), ay, dy);
-            self.inward[1][lane] = minus(multiply(ax, dy), ay, dx);
-            self.outward[0][lane] = minus(multiply(mx, dx), my, dy);
-            self.outward[1][lane] = plus(multiply(mx, dy), my, dx);
-        }
-    }
-
-    /// The solution for a right-hand side.
-    #[inline(never)]
-    pub fn solve(&mut self, vector: &[f64], solution: &mut [f64]) {
-        let (mut sx, mut sy) = (0.0, 0.0);
-        for (joint, value) in self.joints.iter_mut().zip(vector).rev() {
-            let Joint { c: [cx, cy], g: [gx, gy], inverse, across: [[a, b], [c, d]], rest } = joint;
-            *rest = (value - *cx * sx - *cy * sy) * *inverse;
-            (sx, sy) = ((*gx * value + *a * sx) + *b * sy, (*gy * value + *c * sx) + *d * sy);
-        }
-        let (mut tx, mut ty) = (0.0, 0.0);
-        for (joint, place) in self.joints.iter().zip(solution) {
-            let Joint { c: [cx, cy], g: [gx, gy], across: [[a, b], [c, d]], rest, .. } = *joint;
-            *place = rest - gx * tx - gy * ty;
-            (tx, ty) = ((cx * rest + a * tx) + c * ty, (cy * rest + b * tx) + d * ty);
-        }
-    }
-}
-
 /// The sum of the four, in every place.
 #[inline(always)]
 fn sum([a, b, c, d]: Lane) -> Lane {
@@ -259,11 +144,11 @@ fn part(lanes: &[Vec<Lane>; 2], place: usize) -> Complex {
     [lanes[0].as_flattened()[place], lanes[1].as_flattened()[place]]
 }
 
-fn conjugate([re, im]: Complex) -> Complex {
+pub(super) fn conjugate([re, im]: Complex) -> Complex {
     [re, -im]
 }
 
-fn product([a, b]: Complex, [c, d]: Complex) -> Complex {
+pub(super) fn product([a, b]: Complex, [c, d]: Complex) -> Complex {
     [a * c - b * d, a * d + b * c]
 }
 
@@ -281,6 +166,7 @@ fn distance([a, b]: Complex, [c, d]: Complex) -> f64 {
 mod tests {
     use super::*;
     use crate::linalg::lane::{WIDTH, subtract};
+    use crate::linalg::tree::Recursion;
     use crate::taylor::coupling::Coupling;
 
     /// Entries of a chain of links a, carrying m: A_kl = a_k m_l for k < l.
@@ -339,8 +225,8 @@ mod tests {
         let [dx, dy]: [Vec<Lane>; 2] =
             [f64::cos, f64::sin].map(|f| angles.iter().map(|lane| lane.map(|a| f(3.0 * a))).collect());
         let inertia = vec![splat(20.0); lanes(count)];
-        let mut recursion = Recursion::new(count);
-        assert!(recursion.factor(&chain, [&dx, &dy], &inertia));
+        let mut recursion = Recursion::new(&chain.limbs(&inertia));
+        assert!(recursion.factor([&dx, &dy]));
         let x: Vec<f64> = (0..count).map(|k| 1.0 - 0.3 * k as f64).collect();
         let arm = |k: usize| [dx.as_flattened()[k], dy.as_flattened()[k]];
         let mut right: Vec<f64> = x.iter().map(|x| 20.0 * x).collect();
@@ -351,25 +237,8 @@ mod tests {
         let mut found = vec![0.0; count];
         recursion.solve(&right, &mut found);
         assert!(found.iter().zip(&x).all(|(found, x)| (found - x).abs() < 1e-11), "{found:?} {x:?}");
-        assert!(!recursion.factor(&chain, [&dx, &dy], &vec![splat(f64::NAN); lanes(count)]));
-    }
-
-    #[test]
-    fn what_is_left_of_masses_in_line_is_that_of_the_factors() {
-        for count in [5, 14] {
-            let (entries, coefficients) = chain(count, None);
-            let mut chain = Chain::new(count, &entries).unwrap();
-            chain.fill(&coefficients);
-            for own in [5.0, 20.0] {
-                let (ones, zeros) = (vec![splat(1.0); lanes(count)], vec![ZERO; lanes(count)]);
-                let inertia = vec![splat(own); lanes(count)];
-                let mut recursion = Recursion::new(count);
-                assert!(recursion.factor(&chain, [&ones, &zeros], &inertia));
-                let shares = recursion.joints.iter().map(|joint| 1.0 / (joint.inverse * own));
-                let least = shares.fold(f64::INFINITY, f64::min);
-                assert!((chain.share_left(&inertia) / least - 1.0).abs() < 1e-12, "{count} {own}");
-            }
-        }
+        recursion.renew(&chain.limbs(&vec![splat(f64::NAN); lanes(count)]));
+        assert!(!recursion.factor([&dx, &dy]));
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! The matrix \[M J^T; J 0\] of a pose: inverted as a whole where it is small or full, factored where it is large and sparse or an open
 //! chain's.
 
-use super::chain::Recursion;
 use super::factors::{Factors, Pattern};
 use super::inverse::Inverse;
 use super::lane::{Lane, WIDTH};
+use super::tree::Recursion;
 
 /// What a multiplication of four numbers costs, in units of one by itself whose places must be looked up.
 pub(crate) const FOUR_AT_ONCE: f64 = 0.35;
@@ -22,7 +22,7 @@ pub(crate) type Places = [usize; 2];
 pub(crate) enum Matrix {
     Whole(Inverse),
     Factored(Box<Factors>),
-    /// Of an open chain of frames.
+    /// Of an open chain, or tree, of arms.
     Chained(Recursion),
 }
 
@@ -87,7 +87,7 @@ impl Matrix {
 
     /// How many times the solution for the `unknowns` first equations multiplies rounding errors, and for which of them most; `masses` is the diagonal
     /// of the matrix there.
-    pub fn cancellation(&self, masses: &[f64], inertia: &[Lane]) -> (f64, usize) {
+    pub fn cancellation(&self, masses: &[f64]) -> (f64, usize) {
         match self {
             // Multiplying by an inverse adds as many errors up as it has columns (Higham 2002, 14.1).
             Self::Whole(inverse) => {
@@ -95,7 +95,7 @@ impl Matrix {
                 most(masses.iter().enumerate().map(|(row, mass)| size * mass * inverse.diagonal(row).abs()))
             }
             Self::Factored(factors) => factors.cancellation(masses.len()),
-            Self::Chained(recursion) => recursion.cancellation(inertia),
+            Self::Chained(recursion) => recursion.cancellation(),
         }
     }
 

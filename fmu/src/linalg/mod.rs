@@ -3,7 +3,7 @@
 //! * `dense`: LU factors of a square matrix.
 //! * `sparse`, `factors`: sparse factors, of normal equations and of a symmetric matrix with a static pattern.
 //! * `inverse`, `matrix`: the matrix of a pose, as a whole or by its entries.
-//! * `chain`, `columns`: open chains of frames, and sparse constants by columns.
+//! * `chain`, `tree`, `columns`: open chains of frames, trees of arms, and sparse constants by columns.
 //! * `least_squares`, `spectrum`: minimum-norm solutions, and the ends of a spectrum.
 //! * `lane`, `turn`: four numbers and four angles at a time; `many`: the same number of several motions.
 
@@ -19,4 +19,5 @@ pub(crate) mod many;
 pub(crate) mod matrix;
 pub(crate) mod sparse;
 pub(crate) mod spectrum;
+pub(crate) mod tree;
 pub(crate) mod turn;

@@ -1,6 +1,6 @@
 //! What must hold for an arm form, so that finding series cannot fail.
 
-use super::form::{ArmForm, Factor, Given, Operation, Place, Slot, Source, Step};
+use super::form::{ArmForm, Factor, Frame, Given, Operation, Place, Slot, Source, Step};
 use crate::events::switch::MAX_SWITCHES;
 use crate::program::Program;
 
@@ -39,6 +39,7 @@ impl ArmForm {
             let places = self.is_arm(entry.on) && self.is_arm(entry.from);
             holds(places && entry.mass.iter().all(coefficient), "a mass")?;
         }
+        self.check_links()?;
         for row in &self.rows {
             let arms = row.arms.iter().all(|(arm, p)| self.is_arm(*arm) && p.iter().all(coefficient));
             let unknowns = row.unknowns.iter().all(|(unknown, c)| self.is_unknown(*unknown) && coefficient(c));
@@ -57,17 +58,39 @@ impl ArmForm {
         Ok(())
     }
 
+    /// A tree has all arms, once each, of frames that turn by themselves and of lines in the world; and nothing else couples them.
+    fn check_links(&self) -> Check {
+        if self.links.is_empty() {
+            return Ok(());
+        }
+        let coefficient = |place: &u32| (*place as usize) < self.coefficients.results.len();
+        let open = self.rows.is_empty() && self.rods.is_empty() && self.auxiliary.is_empty();
+        let own = |(index, frame): (usize, &Frame)| frame.unknown.is_none_or(|unknown| unknown as usize == index);
+        let plain = self.products.is_empty() && self.frames.iter().enumerate().all(own);
+        holds(open && plain && self.coupling.is_empty(), "a tree of arms")?;
+        let mut found = vec![false; self.frames.len() + self.world.len()];
+        for (index, link) in self.links.iter().enumerate() {
+            let place = found.get_mut(link.arm as usize).ok_or("the arm of a link")?;
+            holds(!std::mem::replace(place, true), "an arm has two links")?;
+            holds(link.parent.is_none_or(|parent| (parent as usize) < index), "what a link hangs from")?;
+            let masses = link.begin.iter().chain(&link.carried).chain([&link.inertia]);
+            holds({ masses }.all(coefficient), "the masses of a link")?;
+        }
+        holds(found.iter().all(|found| *found), "an arm has no link")
+    }
+
     fn is_arm(&self, arm: u32) -> bool {
         (arm as usize) < self.frames.len() + self.products.len() + self.world.len()
     }
 
     fn is_unknown(&self, arm: u32) -> bool {
-        let index = arm as usize;
-        let lengths = self.products.iter().map(|product| product.factor).chain(self.world.iter().copied());
-        match self.frames.get(index) {
-            Some(frame) => frame.unknown == Some(arm),
-            None => lengths.into_iter().nth(index - self.frames.len()) == Some(Factor::Unknown),
+        let (index, frames) = (arm as usize, self.frames.len());
+        if let Some(frame) = self.frames.get(index) {
+            return frame.unknown == Some(arm);
         }
+        let product = self.products.get(index - frames).map(|product| product.factor);
+        let world = || self.world.get((index - frames).checked_sub(self.products.len())?).copied();
+        product.or_else(world) == Some(Factor::Unknown)
     }
 
     fn check_unknowns(&self, coordinates: usize) -> Check {

@@ -3,6 +3,7 @@
 use crate::linalg::chain::Chain;
 use crate::linalg::columns::{Columns, Entry};
 use crate::linalg::lane::{Lane, WIDTH, lanes};
+use crate::linalg::tree::{Limb, Masses, Tree};
 
 /// With fewer lanes of frames sums along a chain gain nothing.
 const LONG: usize = 4;
@@ -15,6 +16,11 @@ pub(crate) struct Coupling {
     chain: Option<Chain>,
     /// Of a long one: what is left without the entries between different lanes of frames.
     rest: Option<Columns>,
+    /// Of all arms, instead of the entries; a long chain has both.
+    tree: Option<Tree>,
+    /// Of such a chain the pairs of frames within a lane, and the masses between them.
+    near: Vec<(usize, usize)>,
+    products: Vec<f64>,
 }
 
 impl Coupling {
@@ -24,11 +30,39 @@ impl Coupling {
         let is_between = |row: usize, column: usize| row < frames && column < frames && row / WIDTH != column / WIDTH;
         let rest = || -> Vec<Entry> { entries.iter().filter(|entry| !is_between(entry.0, entry.1)).copied().collect() };
         let long = chain.is_some() && lanes(frames) >= LONG;
-        Self { all: Columns::new(count, entries), chain, rest: long.then(|| Columns::new(count, &rest())) }
+        let rest = long.then(|| Columns::new(count, &rest()));
+        Self { all: Columns::new(count, entries), chain, rest, tree: None, near: Vec::new(), products: Vec::new() }
+    }
+
+    /// For all arms of so many lanes as a tree; places before `lines` are those of frames.
+    pub fn of_tree(count: usize, lines: usize, limbs: Vec<Limb>, masses: Vec<Masses>) -> Self {
+        let frames = limbs.len();
+        let tree = Tree::new(limbs, masses, lines);
+        let chained = tree.is_chain() && lanes(frames) >= LONG;
+        let (near, far): (Vec<(usize, usize)>, Vec<Entry>) = within_lanes(frames);
+        Self {
+            all: Columns::new(count, &[]),
+            chain: chained.then(|| Chain::of_limbs(frames)),
+            rest: chained.then(|| Columns::new(count, &far)),
+            products: vec![0.0; 2 * near.len()],
+            near,
+            tree: Some(tree),
+        }
     }
 
     /// Takes the coefficients over.
     pub fn fill(&mut self, coefficients: &[f64]) {
+        if let Some(tree) = &mut self.tree {
+            tree.fill(coefficients);
+            if let (Some(chain), Some(rest)) = (&mut self.chain, &mut self.rest) {
+                chain.renew(tree.limbs());
+                for (&(row, column), product) in self.near.iter().zip(self.products.as_chunks_mut().0) {
+                    *product = tree.between(row, column);
+                }
+                rest.fill(&self.products);
+            }
+            return;
+        }
         self.all.fill(coefficients);
         if let Some(chain) = &mut self.chain {
             chain.fill(coefficients);
@@ -38,14 +72,23 @@ impl Coupling {
         }
     }
 
-    /// Entry by entry.
+    /// Entry by entry; none of a tree.
     pub fn entries(&self) -> &Columns {
         &self.all
     }
 
     /// So many constants the forces are found with.
     pub fn count(&self) -> usize {
-        self.sums().map_or(self.all.count(), |(chain, rest)| rest.count() + chain.count())
+        match (self.sums(), &self.tree) {
+            (Some((chain, rest)), _) => rest.count() + chain.count(),
+            (None, Some(tree)) => 4 * tree.limbs().len(),
+            (None, None) => self.all.count(),
+        }
+    }
+
+    /// The arms, if they are a tree.
+    pub fn tree(&self) -> Option<&Tree> {
+        self.tree.as_ref()
     }
 
     /// The chain of frames, if they are one with the present coefficients.
@@ -65,10 +108,14 @@ impl Coupling {
 
     /// forces + A (x + i y), all lanes.
     #[inline(always)]
-    pub fn add_forces(&self, x: &[Lane], y: &[Lane], forces: &mut [Vec<Lane>; 2]) {
+    pub fn add_forces(&mut self, x: &[Lane], y: &[Lane], forces: &mut [Vec<Lane>; 2]) {
+        let [fx, fy] = forces;
+        if let (None, Some(tree)) = (&self.chain, &mut self.tree) {
+            let forces = [fx.as_flattened_mut(), fy.as_flattened_mut()];
+            return tree.add_forces([x.as_flattened(), y.as_flattened()], forces);
+        }
         let sums = self.sums();
         let entries = sums.map_or(&self.all, |(_, rest)| rest);
-        let [fx, fy] = forces;
         for (lane, (fx, fy)) in fx.iter_mut().zip(fy.iter_mut()).enumerate() {
             [*fx, *fy] = entries.complex(lane, x.as_flattened(), y.as_flattened(), [*fx, *fy]);
         }
@@ -76,4 +123,15 @@ impl Coupling {
             chain.add_forces(x, y, fx, fy);
         }
     }
+}
+
+/// Pairs of different frames of one lane, and entries for them whose coefficients are numbered likewise.
+fn within_lanes(frames: usize) -> (Vec<(usize, usize)>, Vec<Entry>) {
+    let end = |row: usize| frames.min((row / WIDTH + 1) * WIDTH);
+    let columns = |row: usize| (row / WIDTH * WIDTH..end(row)).filter(move |&column| column != row);
+    let pairs: Vec<(usize, usize)> =
+        (0..frames).flat_map(|row| columns(row).map(move |column| (row, column))).collect();
+    let entries =
+        pairs.iter().zip(0..).map(|(&(row, column), index)| (row, column, [2 * index, 2 * index + 1])).collect();
+    (pairs, entries)
 }

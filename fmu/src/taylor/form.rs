@@ -35,6 +35,9 @@ pub struct ArmForm {
     pub world: Vec<Factor>,
     /// Masses: the force on arm k is sum A_kl b_l''.
     pub coupling: Vec<Coupling>,
+    /// The same of many arms that hang from each other without a loop: instead of the masses of every two, all arms as a tree, each after the one that it
+    /// hangs from.
+    pub links: Vec<Link>,
     /// Loop equations.
     pub rows: Vec<Row>,
     /// Loads along arms.
@@ -126,6 +129,22 @@ pub struct Coupling {
     pub from: u32,
     /// Real and imaginary part.
     pub mass: [Coefficient; 2],
+}
+
+/// An arm of a tree. Masses between an arm k and an arm l further out are A_kl = conj(z) m, where z is the place along k where the way to l goes on, and m what
+/// l carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Link {
+    /// The arm.
+    pub arm: u32,
+    /// The link that it hangs from, by its place among the links.
+    pub parent: Option<u32>,
+    /// Where it begins along the arm of that one.
+    pub begin: [Coefficient; 2],
+    /// The first moment of all masses that move with it, along its arm.
+    pub carried: [Coefficient; 2],
+    /// What resists its acceleration by itself: the inertia of a frame, or the mass on a line.
+    pub inertia: Coefficient,
 }
 
 /// A loop equation: the sum of its terms is zero.

@@ -1,7 +1,7 @@
 //! Applied forces and torques by arms: the displacements that they work along, and their values.
 
 use super::linear::conjugate_product;
-use super::{Arm, ArmEquations, Arms, Equations, Factor, Load, Push, Reason};
+use super::{Arm, ArmEquations, Arms, Equations, Factor, Load, MOST, Push, Reason, TOO_MANY};
 use crate::component::{Force, Origin, Torque, TranslationalRow};
 use crate::equations::dynamics::resisting_force;
 use crate::equations::form::Coefficient;
@@ -14,15 +14,29 @@ use crate::mechanism::{BodyId, Owner, Quantity, Variable};
 impl Equations<'_> {
     pub(super) fn force(&mut self, id: ElementId, arms: &mut ArmEquations) -> Result<(), Reason> {
         let Some(row) = self.system.element(id).translation.clone() else { return Ok(()) };
-        let across = self.kinematics.across(&mut self.system.arena, row.ends).position;
-        let across = self.decompose(&across)?;
-        for (value, vector) in self.applied(id, &row) {
-            let along = self.decompose(&vector)?;
-            match self.slides(&across, &along) {
-                Some(slides) => {
-                    arms.pushes.extend(slides.into_iter().map(|(index, factor)| Push { on: Err(index), value, factor }))
+        if !arms.links.is_empty() {
+            if matches!(row.through, Force::None | Force::Inertia(_)) {
+                return Ok(());
+            }
+            arms.spanned += self.kinematics.angles_between(row.ends);
+            if arms.spanned > MOST {
+                return Err(TOO_MANY.into());
+            }
+        }
+        let straight = self.kinematics.across(&mut self.system.arena, row.ends).position;
+        let across = self.decompose(&straight)?;
+        if let Some(value) = self.along_deep_line(&row, &straight) {
+            arms.loads.push(Load { across: across.clone(), value, along: across.clone() });
+        } else {
+            for (value, vector) in self.applied(id, &row) {
+                let along = self.decompose(&vector)?;
+                match self.slides(&across, &along) {
+                    Some(slides) => {
+                        let push = |(index, factor)| Push { on: Err(index), value, factor };
+                        arms.pushes.extend(slides.into_iter().map(push));
+                    }
+                    None => arms.loads.push(Load { across: across.clone(), value, along }),
                 }
-                None => arms.loads.push(Load { across: across.clone(), value, along }),
             }
         }
         if let (Force::Line(_), Origin::Load(load)) = (&row.through, self.system.element(id).origin) {
@@ -31,6 +45,13 @@ impl Equations<'_> {
             arms.lines.push((length, rate, across));
         }
         Ok(())
+    }
+
+    /// Force over length along a line whose ends are so far apart in the tree that what lies between is known by shared sums, which are no combination of arms.
+    fn along_deep_line(&mut self, row: &TranslationalRow, straight: &Vector) -> Option<Expr> {
+        let Force::Line(law) = &row.through else { return None };
+        let (density, across) = self.density(row.ends, law);
+        (across != *straight).then_some(density)
     }
 
     /// Forces on the second node that are no reactions, by the scalars that they are made of; weight among them.
@@ -44,6 +65,19 @@ impl Equations<'_> {
             }
         };
         force.terms().map(|(value, vector)| (value, vector.clone())).collect()
+    }
+
+    /// Weights of bodies that hang from each other: on each link that of all that it carries.
+    pub(super) fn weights(&mut self, arms: &mut ArmEquations) {
+        let gravity = self.system.mechanism.gravity.each_ref().map(|component| self.system.value(component));
+        if gravity == [Expr::ZERO; 2] {
+            return;
+        }
+        let along = Arms::from([(Arm::of(FrameId::WORLD), gravity)]);
+        for link in arms.links.iter().filter(|link| link.heavy.moment != [Expr::ZERO; 2]) {
+            let across = Arms::from([(link.arm, link.heavy.moment)]);
+            arms.loads.push(Load { across, value: Expr::ONE, along: along.clone() });
+        }
     }
 
     fn weight(&mut self, body: BodyId, row: &TranslationalRow) -> Vec<(Expr, Vector)> {

@@ -1,11 +1,12 @@
 //! The frames that turn, their inertia, and the masses between arms.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::linear::{conjugate_product, linear};
 use super::{Arm, ArmEquations, Arms, Equations, Factor, Reason, Turning};
 use crate::component::Origin;
 use crate::equations::inertias::{inertia, mass};
+use crate::equations::vector::FrameId;
 use crate::expr::Expr;
 use crate::mechanism::BodyId;
 
@@ -36,6 +37,19 @@ impl Equations<'_> {
             turning.push(part);
         }
         Ok(turning)
+    }
+
+    /// The frames' own inertias.
+    pub(super) fn inertias(&mut self, arms: &mut ArmEquations) {
+        let places: HashMap<FrameId, usize> =
+            arms.frames.iter().enumerate().map(|(place, turning)| (turning.frame, place)).collect();
+        for body in (0..self.system.mechanism.bodies.len()).map(BodyId) {
+            let node = self.system.r_node(Some(body));
+            if let Some(&place) = places.get(&self.kinematics.placement(node).0) {
+                let inertia = inertia(&mut self.system, body);
+                arms.frames[place].inertia = self.system.arena.add(arms.frames[place].inertia, inertia);
+            }
+        }
     }
 
     pub(super) fn masses(&mut self, arms: &mut ArmEquations) -> Result<(), Reason> {

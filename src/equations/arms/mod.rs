@@ -7,6 +7,7 @@ mod linear;
 mod loads;
 mod masses;
 mod rows;
+mod tree;
 
 use std::collections::BTreeMap;
 
@@ -14,13 +15,21 @@ use super::Equations;
 use super::vector::FrameId;
 use crate::expr::Expr;
 use crate::graph::ElementId;
+use crate::mechanism::BodyId;
 
 pub use linear::conjugate_product;
+pub use tree::Link;
 
 /// Why there is no arm form: a clause about the mechanism.
 pub type Reason = String;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// Why the motion is not integrated by series, though it could be.
+pub const TOO_MANY: &str = "its equations are many and weakly coupled";
+
+/// Up to so many masses between arms, or arms that loads work along, the arm form is formulated.
+const MOST: usize = 1_000_000;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Factor {
     /// 1
     One,
@@ -29,7 +38,7 @@ pub enum Factor {
     Signal(Expr),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Arm {
     pub frame: FrameId,
     pub factor: Factor,
@@ -106,6 +115,10 @@ pub struct Rod {
 pub struct ArmEquations {
     pub frames: Vec<Turning>,
     pub coupling: BTreeMap<(Arm, Arm), [Expr; 2]>,
+    /// Instead of the masses of every two arms, where many bodies hang from each other without a loop.
+    pub links: Vec<Link>,
+    /// Arms that loads work along, at most.
+    spanned: usize,
     pub rows: Vec<Row>,
     pub auxiliary: Vec<Auxiliary>,
     pub rods: Vec<Rod>,
@@ -118,17 +131,31 @@ impl Equations<'_> {
     /// The arm form; only the `active` loop equations enter.
     ///
     /// # Errors
-    /// A displacement that is no constant combination of arms.
+    /// A displacement that is no constant combination of arms, or too many masses between arms.
     pub fn arms(&mut self, active: &[bool]) -> Result<ArmEquations, Reason> {
         let mut arms = ArmEquations { frames: self.turning()?, ..ArmEquations::default() };
-        self.masses(&mut arms)?;
+        if !active.contains(&true) {
+            self.tree(&mut arms)?;
+        }
+        if arms.links.is_empty() {
+            self.are_few()?;
+            self.masses(&mut arms)?;
+        }
         for (index, _) in active.iter().enumerate().filter(|(_, active)| **active) {
             self.row(index, &mut arms)?;
         }
+        self.weights(&mut arms);
         for index in 0..self.system.elements.len() {
             self.force(ElementId(index), &mut arms)?;
             self.torque(ElementId(index), &mut arms);
         }
         Ok(arms)
+    }
+
+    /// Are the masses between every two arms few enough?
+    fn are_few(&self) -> Result<(), Reason> {
+        let bodies = self.system.mechanism.bodies.len();
+        let couplings: usize = (0..bodies).map(|body| self.depth(BodyId(body)).pow(2)).sum();
+        if couplings > MOST { Err(TOO_MANY.into()) } else { Ok(()) }
     }
 }

@@ -1,7 +1,7 @@
 //! The tree of steps from node to node, and the paths through it.
 
 use super::{Kinematics, Motion};
-use crate::equations::vector::FrameId;
+use crate::equations::vector::{FrameId, Vector};
 use crate::expr::{Arena, Expr};
 use crate::graph::TNode;
 
@@ -34,6 +34,18 @@ impl Kinematics {
             motion.accumulate(arena, Expr::ONE, across);
         }
         motion
+    }
+
+    /// The nodes but the datum, each after the one before it: their places and its, and their positions relative to it.
+    pub fn outward(&self) -> impl Iterator<Item = (usize, usize, &Vector)> {
+        let mut nodes: Vec<(usize, usize, &Step)> = self
+            .steps
+            .iter()
+            .enumerate()
+            .filter_map(|(node, step)| step.as_ref().map(|s| (s.depth, node, s)))
+            .collect();
+        nodes.sort_unstable_by_key(|(depth, node, _)| (*depth, *node));
+        nodes.into_iter().map(|(_, node, step)| (node, step.parent.index(), &step.across.position))
     }
 
     /// Across variables of the branches from a node on the path to the datum to another node.

@@ -10,6 +10,8 @@ const ROOM: f64 = 1.0;
 const ROUNDS: usize = 600;
 /// Beyond so many nodes the local search takes too long.
 const LARGE: usize = 60;
+/// Beyond so many nodes they stay at their places: a picture of them is not read, and the forces between every two of them would take minutes.
+const CROWD: usize = 300;
 
 /// Near given places, with room between the nodes; the datum is at the bottom.
 pub fn near(graph: &Graph, places: &[Point]) -> Vec<Point> {
@@ -21,7 +23,8 @@ pub fn near(graph: &Graph, places: &[Point]) -> Vec<Point> {
         *datum = [middle, low - 1.6 * ROOM];
     }
     let mut now: Vec<Point> = home.iter().enumerate().map(|(index, place)| nudged(*place, index)).collect();
-    for round in 0..ROUNDS {
+    let rounds = if count > CROWD { 0 } else { ROUNDS };
+    for round in 0..rounds {
         let cooling = 1.0 - round as f64 / ROUNDS as f64;
         let mut forces = vec![[0.0; 2]; count];
         repel(&now, &mut forces);

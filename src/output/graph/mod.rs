@@ -107,12 +107,11 @@ fn node_places(formulated: &mut Formulated) -> Vec<[f64; 2]> {
         points.chain([Place::Centre(id)])
     });
     let ground = (0..mechanism.ground.len()).map(Place::Ground);
-    let mut places = vec![[0.0; 2]; formulated.equations.system.translation.nodes()];
-    for place in bodies.chain(ground).collect::<Vec<_>>() {
-        if formulated.equations.system.has_node(place) {
-            let node = formulated.equations.system.t_node(place);
-            places[node.index()] = pose::position(formulated, place);
-        }
+    let system = &formulated.equations.system;
+    let mut places = vec![[0.0; 2]; system.translation.nodes()];
+    let used: Vec<Place> = bodies.chain(ground).filter(|place| system.has_node(*place)).collect();
+    for (place, at) in used.iter().zip(pose::positions(formulated, used.iter().copied())) {
+        places[formulated.equations.system.t_node(*place).index()] = at;
     }
     places
 }

@@ -76,8 +76,15 @@ pub fn frames(formulated: &mut Formulated) -> Vec<[f64; 3]> {
     (0..mechanism.bodies.len()).map(|index| frame(BodyId(index))).collect()
 }
 
+/// Where a place is at the start.
 pub fn position(formulated: &mut Formulated, place: Place) -> [f64; 2] {
     Pose::new(formulated).at(place)
+}
+
+/// Where many places are at the start; they share what their paths share.
+pub fn positions(formulated: &mut Formulated, places: impl IntoIterator<Item = Place>) -> Vec<[f64; 2]> {
+    let mut pose = Pose::new(formulated);
+    places.into_iter().map(|place| pose.at(place)).collect()
 }
 
 struct Pose<'a, 'm> {

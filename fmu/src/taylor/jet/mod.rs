@@ -18,16 +18,16 @@ mod start;
 mod step;
 mod terms;
 
-use crate::linalg::chain::Recursion;
 use crate::linalg::columns::{Columns, Entry};
 use crate::linalg::inverse::LEFT;
 use crate::linalg::lane::{Lane, WIDTH, ZERO, lanes, splat};
 use crate::linalg::matrix::{FOUR_AT_ONCE, Matrix};
+use crate::linalg::tree::{Limb, Recursion};
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::taylor::ORDERS;
 use crate::taylor::coupling::Coupling;
-use crate::taylor::form::{ArmForm, Factor, Load, Place, Row, Slot};
+use crate::taylor::form::{ArmForm, Factor, Link, Load, Place, Row, Slot};
 use crate::taylor::tape::{Scalars, Vectors};
 pub(crate) use members::{Begun, Members};
 use response::Response;
@@ -243,6 +243,7 @@ impl Jet {
             .filter(|&index| turned_by[index] != Some(index) || form.frames[index].signal.is_some())
             .collect();
         let plan = Plan::new(&form, &shape, &turned_by, &unknowns(&form, &shape));
+        let coupling = coupling(&form, &shape, &plan);
         let (terms, unknowns, equations) = (Terms::new(&plan), plan.unknowns, plan.rows);
         let room = (all + lanes(form.rows.len())) * WIDTH;
         let count = form.coefficients.results.len();
@@ -254,12 +255,10 @@ impl Jet {
             .flat_map(|(row, data)| data.arms.iter().map(move |&(arm, p)| (row, shape.place(arm), p)))
             .collect();
         let transposed: Vec<Entry> = arms_of_rows.iter().map(|&(row, arm, p)| (arm, row, p)).collect();
-        let masses: Vec<Entry> =
-            form.coupling.iter().map(|entry| (place(entry.on), place(entry.from), entry.mass)).collect();
         let orders = |lanes: usize| vec![ZERO; ORDERS * lanes];
         let mut jet = Self {
             frames: [0; 2],
-            coupling: Coupling::new(all, form.frames.len(), &masses),
+            coupling,
             rows: Columns::new(lanes(form.rows.len()), &arms_of_rows),
             reactions: Columns::new(all, &transposed),
             scalars: Scalars::new(&form.tape, count, place, |arm| flat(place(arm), 0)),
@@ -307,7 +306,9 @@ impl Jet {
         jet.update(machine.registers());
         if jet.has_only_frames() {
             jet.frames = [all, room / WIDTH];
-            jet.response = Response::new(jet.unknowns.len(), jet.form.rows.len(), jet.frames[1]);
+            if all == 1 {
+                jet.response = Response::new(jet.unknowns.len(), jet.form.rows.len(), jet.frames[1]);
+            }
         }
         Some(jet)
     }
@@ -368,25 +369,34 @@ impl Jet {
             *place = c[frame.inertia as usize];
         }
         let alike = self.terms.are_alike(c, self.unknowns.len(), self.shape.lanes[0]);
-        let chained = self.is_open() && self.has_only_frames() && self.prefers_links();
-        let layout = Layout { alike, chained };
+        let limbs = self.limbs();
+        let layout = Layout { alike, chained: !limbs.is_empty() };
         if self.layout != Some(layout) {
             self.layout = Some(layout);
-            self.lay_out(layout);
+            self.lay_out(layout, &limbs);
+        }
+        if let Matrix::Chained(recursion) = &mut self.matrix {
+            recursion.renew(&limbs);
         }
     }
 
-    /// Is there a chain whose factors are cheaper than the inverse, or better where little is left of a mass?
-    fn prefers_links(&self) -> bool {
-        let chain = self.coupling.chain();
-        chain.is_some_and(|chain| self.coupling.is_long() || chain.share_left(&self.inertia) < LEFT)
+    /// The arms as a tree, if its factors are the only ones, or cheaper than the inverse, or better where little is left of a mass.
+    fn limbs(&self) -> Vec<Limb> {
+        if let Some(tree) = self.coupling.tree() {
+            return tree.limbs().to_vec();
+        }
+        let Some(chain) = self.coupling.chain().filter(|_| self.is_open() && self.has_only_frames()) else {
+            return Vec::new();
+        };
+        let limbs = chain.limbs(&self.inertia);
+        if self.coupling.is_long() || Recursion::share_left(&limbs) < LEFT { limbs } else { Vec::new() }
     }
 
     /// Storage for the matrix. It allocates: once for a model, and when a changed parameter makes masses alike that were not, or the other way
     /// round.
-    fn lay_out(&mut self, layout: Layout) {
+    fn lay_out(&mut self, layout: Layout, limbs: &[Limb]) {
         if layout.chained {
-            self.matrix = Matrix::Chained(Recursion::new(self.unknowns.len()));
+            self.matrix = Matrix::Chained(Recursion::new(limbs));
             return;
         }
         let first = self.shape.all() * WIDTH;
@@ -412,6 +422,33 @@ impl ArmForm {
         let angles = plan.unknowns.iter().filter(|place| **place < shape.lanes[0] * WIDTH).count();
         [angles, plan.unknowns.len() - angles, plan.rows.iter().flatten().count()]
     }
+}
+
+/// The masses between arms: of a tree by its links, else of every two.
+fn coupling(form: &ArmForm, shape: &Shape, plan: &Plan) -> Coupling {
+    let (all, frames) = (shape.all(), form.frames.len());
+    let place = |arm: u32| shape.place(arm);
+    if form.links.is_empty() {
+        let masses: Vec<Entry> =
+            form.coupling.iter().map(|entry| (place(entry.on), place(entry.from), entry.mass)).collect();
+        return Coupling::new(all, frames, &masses);
+    }
+    let limb = |link: &Link| {
+        let (place, lines) = (place(link.arm), link.arm as usize >= frames);
+        let derivative = if lines { shape.places() + place } else { place };
+        let parent = link.parent.map(|parent| parent as usize);
+        Limb {
+            place,
+            derivative,
+            parent,
+            equation: plan.equation(place),
+            begin: [0.0; 2],
+            carried: [0.0; 2],
+            inertia: 0.0,
+        }
+    };
+    let masses = form.links.iter().map(|link| (link.begin, link.carried, link.inertia)).collect();
+    Coupling::of_tree(all, shape.lanes[0] * WIDTH, form.links.iter().map(limb).collect(), masses)
 }
 
 /// What scalar series read of the others.

@@ -356,7 +356,7 @@ impl Jet {
     pub fn amplification(&mut self) -> (f64, Option<usize>) {
         let masses = &mut self.lack[..self.unknowns.len()];
         self.terms.diagonal(&self.coefficients, &self.derivatives, masses);
-        let (size, equation) = self.matrix.cancellation(masses, &self.inertia);
+        let (size, equation) = self.matrix.cancellation(masses);
         let place = self.unknowns.get(equation);
         (size, self.reads.iter().position(|read| Some(&read.place()) == place))
     }
@@ -394,7 +394,7 @@ impl Jet {
             }
             Matrix::Chained(recursion) => {
                 let [dx, dy] = &self.derivatives;
-                self.coupling.chain().is_some_and(|chain| recursion.factor(chain, [dx, dy], &self.inertia))
+                recursion.factor([dx, dy])
             }
         };
         if regular { Ok(()) } else { Err(Singular) }

@@ -223,7 +223,7 @@ impl Jet {
 
 /// Are all laws analytic and gentle, and no loop equations turning?
 fn serves(form: &ArmForm) -> bool {
-    let plain = form.rods.is_empty() && form.auxiliary.is_empty();
+    let plain = form.rods.is_empty() && form.auxiliary.is_empty() && form.links.is_empty();
     plain && form.tape.switches.is_empty() && form.tape.steep_laws().is_empty()
 }
 
