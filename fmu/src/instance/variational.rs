@@ -4,13 +4,11 @@
 
 use super::{Instance, InstanceError};
 use crate::integrator::taylor::{order_for, share};
-use crate::linalg::dual::{DIRECTIONS, Dual};
 use crate::linalg::lane::{Lane, WIDTH, ZERO};
-use crate::linalg::many::Number;
 use crate::model::Model;
 use crate::program::{Motion, Source};
 use crate::tape::Tape;
-use crate::taylor::Members;
+use crate::taylor::{DIRECTIONS, Tangents, Variations, variations};
 
 /// What a motion is differentiated with respect to, by its place in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,7 +20,7 @@ pub enum Varied {
 }
 
 /// Derivatives of one motion by several parameters. Matrices have a column for each direction, one after the other.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Variational {
     /// The register of each parameter.
     registers: Vec<usize>,
@@ -38,10 +36,10 @@ pub struct Variational {
 }
 
 /// The series of a motion with its derivatives by some parameters.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct Group {
-    series: Members<Dual>,
-    motion: Vec<Dual>,
+    series: Box<dyn Variations>,
+    tangents: Tangents,
     /// The parameters.
     places: std::ops::Range<usize>,
     /// Are the coefficients those of the present parameters?
@@ -57,15 +55,12 @@ impl Variational {
             Varied::Input(index) => layout.inputs() + index,
         };
         let is_continued = program.motion == Motion::Dynamic && program.followers.is_empty();
-        let series =
-            if is_continued && program.tapes.indicators.results.is_empty() { Members::new(model) } else { None };
-        let groups = series.iter().flat_map(|series| {
-            (0..varied.len()).step_by(DIRECTIONS).map(|first| Group {
-                series: series.clone(),
-                motion: vec![Dual::ZERO; 2 * model.coordinates()],
-                places: first..varied.len().min(first + DIRECTIONS),
-                entered: false,
-            })
+        let has_series = is_continued && program.tapes.indicators.results.is_empty();
+        let firsts = (0..varied.len()).step_by(DIRECTIONS).take_while(|_| has_series);
+        let groups = firsts.filter_map(|first| {
+            let places = first..varied.len().min(first + DIRECTIONS);
+            let tangents = std::array::from_fn(|_| vec![ZERO; program.registers as usize]);
+            Some(Group { series: variations(model, places.len())?, tangents, places, entered: false })
         });
         Self {
             registers: varied.iter().map(register).collect(),
@@ -86,7 +81,7 @@ impl Variational {
     pub fn begin(
         &mut self,
         motion: &mut Instance,
-        [positions, rates]: [&[f64]; 2],
+        state: [&[f64]; 2],
         limit: f64,
     ) -> Result<Option<f64>, InstanceError> {
         if self.groups.is_empty() {
@@ -94,13 +89,10 @@ impl Variational {
         }
         motion.load()?;
         let mut length = limit;
-        for index in 0..self.groups.len() {
-            if !self.groups[index].entered {
-                self.enter(index, motion);
-            }
-            let group = &mut self.groups[index];
-            group.place(motion, &self.registers, [positions, rates]);
-            if !group.series.expand(self.order, &group.motion) {
+        for group in &mut self.groups {
+            group.load(motion, &self.registers, state);
+            let registers = motion.machine.registers();
+            if !group.series.begin(&motion.model, self.order, registers, &group.tangents) {
                 return Ok(None);
             }
             length = length.min(group.series.step_length(self.order, self.tolerance, limit));
@@ -108,35 +100,18 @@ impl Variational {
         Ok(Some(length))
     }
 
-    /// The coefficients of the series with their tangents.
-    fn enter(&mut self, index: usize, motion: &mut Instance) {
-        let size = self.tangents.len();
-        let mut halves = [vec![ZERO; size], vec![ZERO; size]];
-        let group = &mut self.groups[index];
-        for (place, &register) in self.registers[group.places.clone()].iter().enumerate() {
-            halves[place / WIDTH][register][place % WIDTH] = 1.0;
-        }
-        let parameters = &motion.model.program().tapes.parameters;
-        for half in &mut halves {
-            motion.machine.run_tangents(parameters, half);
-        }
-        let both = |register: usize| std::array::from_fn(|i| halves[i / WIDTH][register][i % WIDTH]);
-        group.series.enter_duals(motion.machine.registers(), both);
-        group.entered = true;
-    }
-
     /// q_p and v_p so long after the series began.
-    pub fn continued(&mut self, dt: f64, positions: &mut [f64], rates: &mut [f64]) {
-        for group in &mut self.groups {
-            group.series.state(self.order, dt, &mut group.motion);
-            let n = group.motion.len() / 2;
-            for (place, column) in group.places.clone().enumerate() {
-                for (index, dual) in group.motion.iter().enumerate() {
+    pub fn continued(&mut self, dt: f64, [positions, rates]: [&mut [f64]; 2]) {
+        let n = positions.len() / self.registers.len().max(1);
+        for Group { series, places, .. } in &mut self.groups {
+            series.continued(self.order, dt, &mut |index, direction, tangent| {
+                let column = places.start + direction;
+                if column < places.end {
                     let target =
                         if index < n { &mut positions[column * n + index] } else { &mut rates[column * n + index - n] };
-                    *target = dual.tangents[place];
+                    *target = tangent;
                 }
-            }
+            });
         }
     }
 
@@ -230,22 +205,24 @@ impl Variational {
 }
 
 impl Group {
-    /// The motion where the series begins, and its signals.
-    fn place(&mut self, motion: &Instance, registers: &[usize], [positions, rates]: [&[f64]; 2]) {
-        let (layout, n) = (motion.model.layout(), motion.model.coordinates());
-        let values = &motion.machine.registers()[layout.positions()..];
-        for (index, (dual, &value)) in self.motion.iter_mut().zip(values).enumerate() {
-            *dual = Dual::all(value);
-            for (place, column) in self.places.clone().enumerate() {
-                let from = if index < n { positions[column * n + index] } else { rates[column * n + index - n] };
-                dual.tangents[place] = from;
+    /// The directions, with the coefficients of the series where they do not have them yet.
+    fn load(&mut self, motion: &mut Instance, registers: &[usize], [positions, rates]: [&[f64]; 2]) {
+        let (layout, n) = (*motion.model.layout(), motion.model.coordinates());
+        for (direction, column) in self.places.clone().enumerate() {
+            let (half, place) = (&mut self.tangents[direction / WIDTH], direction % WIDTH);
+            half[registers[column]][place] = 1.0;
+            for index in 0..n {
+                half[layout.positions() + index][place] = positions[column * n + index];
+                half[layout.rates() + index][place] = rates[column * n + index];
             }
         }
-        let own = &registers[self.places.clone()];
-        let is_own = |register: usize, place: usize| own.get(place) == Some(&register);
-        let input =
-            |input: usize| std::array::from_fn(|place| if is_own(layout.inputs() + input, place) { 1.0 } else { 0.0 });
-        self.series.signal_duals(&motion.model, motion.machine.registers(), input);
+        if !self.entered {
+            for half in &mut self.tangents {
+                motion.machine.run_tangents(&motion.model.program().tapes.parameters, half);
+            }
+            self.series.enter(motion.machine.registers(), &self.tangents);
+            self.entered = true;
+        }
     }
 }
 

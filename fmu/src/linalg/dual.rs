@@ -4,25 +4,25 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
+use super::lane::{Lane, WIDTH, ZERO, add, multiply, splat, subtract};
 use super::many::{Elementary, Number};
 use crate::math;
 
-/// So many directions at once.
-pub(crate) const DIRECTIONS: usize = 8;
-
-/// A value and its derivatives.
+/// A value, in every place of a lane so that it meets each tangent without being moved, and its derivatives along `D` directions: whole lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Dual {
-    pub value: f64,
-    pub tangents: [f64; DIRECTIONS],
+#[repr(C, align(32))]
+pub(crate) struct Dual<const D: usize> {
+    value: Lane,
+    tangents: [f64; D],
 }
 
-/// The derivative along each direction.
+/// The derivative along direction i, which lies in place j of its lane.
 macro_rules! along {
-    ($value:expr, $i:ident => $tangent:expr) => {{
-        let mut tangents = [0.0; DIRECTIONS];
+    ($value:expr, $i:ident, $j:ident => $tangent:expr) => {{
+        let mut tangents = [0.0; D];
         let mut $i = 0;
-        while $i < DIRECTIONS {
+        while $i < D {
+            let $j = $i % WIDTH;
             tangents[$i] = $tangent;
             $i += 1;
         }
@@ -30,101 +30,118 @@ macro_rules! along {
     }};
 }
 
-impl Dual {
+impl<const D: usize> Dual<D> {
+    /// A value and its derivatives.
+    #[inline(always)]
+    pub fn new(value: f64, tangents: [f64; D]) -> Self {
+        Self { value: splat(value), tangents }
+    }
+
+    #[inline(always)]
+    pub fn value(&self) -> f64 {
+        self.value[0]
+    }
+
+    #[inline(always)]
+    pub fn tangents(&self) -> &[f64; D] {
+        &self.tangents
+    }
+
     /// f of a value, with the slope of f there.
     #[inline(always)]
     fn chained(self, value: f64, slope: f64) -> Self {
-        along!(value, i => slope * self.tangents[i])
+        along!(splat(value), i, _j => slope * self.tangents[i])
     }
 }
 
-impl Add for Dual {
+impl<const D: usize> Add for Dual<D> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        along!(self.value + other.value, i => self.tangents[i] + other.tangents[i])
+        along!(add(self.value, other.value), i, _j => self.tangents[i] + other.tangents[i])
     }
 }
 
-impl Sub for Dual {
+impl<const D: usize> Sub for Dual<D> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        along!(self.value - other.value, i => self.tangents[i] - other.tangents[i])
+        along!(subtract(self.value, other.value), i, _j => self.tangents[i] - other.tangents[i])
     }
 }
 
-impl Mul for Dual {
+impl<const D: usize> Mul for Dual<D> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        along!(self.value * other.value, i => self.tangents[i] * other.value + self.value * other.tangents[i])
+        let [a, b] = [self.value, other.value];
+        along!(multiply(a, b), i, j => self.tangents[i] * b[j] + a[j] * other.tangents[i])
     }
 }
 
-impl Neg for Dual {
+impl<const D: usize> Neg for Dual<D> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        along!(-self.value, i => -self.tangents[i])
+        along!(self.value.map(|value| -value), i, _j => -self.tangents[i])
     }
 }
 
-impl AddAssign for Dual {
+impl<const D: usize> AddAssign for Dual<D> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl SubAssign for Dual {
+impl<const D: usize> SubAssign for Dual<D> {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
 }
 
-impl Number for Dual {
-    const ZERO: Self = Self { value: 0.0, tangents: [0.0; DIRECTIONS] };
+impl<const D: usize> Number for Dual<D> {
+    const ZERO: Self = Self { value: ZERO, tangents: [0.0; D] };
     type Which = bool;
 
     #[inline(always)]
     fn all(value: f64) -> Self {
-        Self { value, tangents: [0.0; DIRECTIONS] }
+        Self::new(value, [0.0; D])
     }
 
     #[inline(always)]
     fn over(self, other: Self) -> Self {
-        let (value, inverse) = (self.value / other.value, 1.0 / other.value);
-        along!(value, i => (self.tangents[i] - value * other.tangents[i]) * inverse)
+        let (value, inverse) = (self.value() / other.value(), 1.0 / other.value());
+        along!(splat(value), i, _j => (self.tangents[i] - value * other.tangents[i]) * inverse)
     }
 
     #[inline(always)]
     fn reciprocal(self) -> Self {
-        let value = 1.0 / self.value;
+        let value = 1.0 / self.value();
         self.chained(value, -(value * value))
     }
 
     #[inline(always)]
     fn magnitude(self) -> Self {
-        self.chained(self.value.abs(), math::sign(self.value))
+        self.chained(self.value().abs(), math::sign(self.value()))
     }
 
     #[inline(always)]
     fn times(self, c: f64) -> Self {
-        self.chained(c * self.value, c)
+        along!(multiply(splat(c), self.value), i, _j => c * self.tangents[i])
     }
 
     #[inline(always)]
     fn larger(self, other: Self) -> Self {
         // Not a number is the larger one.
         let (a, b) = (self.magnitude(), other.magnitude());
-        if a.value >= b.value || a.value.is_nan() { a } else { b }
+        if a.value() >= b.value() || a.value().is_nan() { a } else { b }
     }
 
     #[inline(always)]
     fn exceeds(self, bound: Self) -> bool {
-        self.value > bound.value
+        self.value() > bound.value()
     }
 
     /// Never: derivatives have no natural size.
@@ -139,42 +156,46 @@ impl Number for Dual {
     }
 }
 
-impl Elementary for Dual {
+impl<const D: usize> Elementary for Dual<D> {
     #[inline(always)]
     fn root(self) -> Self {
-        let root = self.value.sqrt();
+        let root = self.value().sqrt();
         self.chained(root, 0.5 / root)
     }
 
     fn logarithm(self) -> Self {
-        self.chained(libm::log(self.value), 1.0 / self.value)
+        self.chained(libm::log(self.value()), 1.0 / self.value())
     }
 
     fn power(self, exponent: Self) -> Self {
-        let value = libm::pow(self.value, exponent.value);
-        let slope = exponent.value * libm::pow(self.value, exponent.value - 1.0);
-        let growth = value * libm::log(self.value);
+        let value = libm::pow(self.value(), exponent.value());
+        let slope = exponent.value() * libm::pow(self.value(), exponent.value() - 1.0);
+        let growth = value * libm::log(self.value());
         // An exponent that stands still does not ask for the logarithm.
         let other = |tangent: f64| if tangent == 0.0 { 0.0 } else { growth * tangent };
-        along!(value, i => slope * self.tangents[i] + other(exponent.tangents[i]))
+        along!(splat(value), i, _j => slope * self.tangents[i] + other(exponent.tangents[i]))
     }
 
     #[inline(always)]
     fn cosine_and_sine(self) -> [Self; 2] {
-        let (sine, cosine) = math::sin_cos(self.value);
+        let (sine, cosine) = math::sin_cos(self.value());
         [self.chained(cosine, -sine), self.chained(sine, cosine)]
     }
 
     fn arc_tangent(self, x: Self) -> Self {
-        let inverse = 1.0 / (self.value * self.value + x.value * x.value);
-        let [by_y, by_x] = [x.value * inverse, self.value * inverse];
-        along!(libm::atan2(self.value, x.value), i => by_y * self.tangents[i] - by_x * x.tangents[i])
+        let inverse = 1.0 / (self.value() * self.value() + x.value() * x.value());
+        let [by_y, by_x] = [x.value() * inverse, self.value() * inverse];
+        let angle = libm::atan2(self.value(), x.value());
+        along!(splat(angle), i, _j => by_y * self.tangents[i] - by_x * x.tangents[i])
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const DIRECTIONS: usize = 4;
+    type Dual = super::Dual<DIRECTIONS>;
 
     type Operation = fn(Dual, Dual) -> Dual;
 
@@ -217,11 +238,11 @@ mod tests {
         for (name, operation) in OPERATIONS {
             for [a, b] in [[0.6, 1.7], [-2.3, 0.4], [1.1, -0.8], [-0.3, -2.0]] {
                 for [da, db] in [[1.0, 0.0], [0.0, 1.0], [0.3, -0.7]] {
-                    let at = |s: f64| operation(Dual::all(a + s * da), Dual::all(b + s * db)).value;
+                    let at = |s: f64| operation(Dual::all(a + s * da), Dual::all(b + s * db)).value();
                     let difference = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
                     for place in 0..DIRECTIONS {
                         let found = operation(dual(a, da, place), dual(b, db, place));
-                        assert_eq!(found.value.to_bits(), at(0.0).to_bits(), "{name}");
+                        assert_eq!(found.value().to_bits(), at(0.0).to_bits(), "{name}");
                         for (index, tangent) in found.tangents.iter().enumerate() {
                             let expected = if index == place { difference } else { 0.0 };
                             assert!((tangent - expected).abs() < 1e-9, "{name} {a} {b}: {tangent} {expected}");
@@ -235,6 +256,6 @@ mod tests {
     #[test]
     fn not_a_number_is_the_larger_one() {
         let nan = Dual::all(f64::NAN);
-        assert!(nan.larger(Dual::all(1.0)).value.is_nan() && Dual::all(1.0).larger(nan).value.is_nan());
+        assert!(nan.larger(Dual::all(1.0)).value().is_nan() && Dual::all(1.0).larger(nan).value().is_nan());
     }
 }

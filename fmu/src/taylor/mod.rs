@@ -13,7 +13,7 @@ mod jet;
 mod products;
 mod tape;
 
-pub(crate) use jet::{Begun, Members};
+pub(crate) use jet::{Begun, DIRECTIONS, Members, Tangents, Variations, variations};
 pub use jet::{Jet, Singular};
 
 /// The highest order of positions.

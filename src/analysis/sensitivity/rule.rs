@@ -1,6 +1,8 @@
 //! Gauss-Legendre collocation: nodes, and integrals of the polynomials through the nodes (Hairer, Norsett and Wanner, *Solving Ordinary
 //! Differential Equations I*, II.7).
 
+use std::sync::LazyLock;
+
 use nalgebra::{DMatrix, DVector};
 
 /// How many nodes: the order is twice that.
@@ -18,7 +20,13 @@ pub struct Rule {
 }
 
 impl Rule {
-    pub fn new() -> Self {
+    /// The one of all motions.
+    pub fn shared() -> &'static Self {
+        static RULE: LazyLock<Rule> = LazyLock::new(Rule::new);
+        &RULE
+    }
+
+    fn new() -> Self {
         let pairs: Vec<(f64, f64)> = (0..NODES).map(node).collect();
         let nodes = DVector::from_iterator(NODES, pairs.iter().map(|(node, _)| *node));
         let weights = DVector::from_iterator(NODES, pairs.iter().map(|(_, weight)| *weight));

@@ -19,6 +19,8 @@ use crate::formulate::Formulated;
 
 /// The motion is computed that much more accurately than its derivatives.
 const FINER: f64 = 1e-2;
+/// So are the series of the derivatives.
+const CLOSER: f64 = 0.1;
 /// No finer than this.
 const FINEST: f64 = 1e-13;
 /// The last coefficients of a_p may be this share of all, times the tolerance; no smaller than rounding permits.
@@ -55,7 +57,7 @@ pub struct Course<'f, 'm> {
     pub(super) rates: DMatrix<f64>,
     /// On which side of zero the switching functions are.
     pub(super) sides: Vec<Option<bool>>,
-    rule: Rule,
+    rule: &'static Rule,
     pub(super) tolerance: f64,
     kinematic: bool,
 }
@@ -68,10 +70,10 @@ struct Node {
     switches: DVector<f64>,
 }
 
-/// A step that was tried: v_p and a_p at its nodes, and by how much the last coefficients of a_p exceed what is permitted.
+/// A step that was tried: v_p and a_p, a column for each node, and by how much the last coefficients of a_p exceed what is permitted.
 struct Tried {
-    rates: Vec<DMatrix<f64>>,
-    accelerations: Vec<DMatrix<f64>>,
+    rates: DMatrix<f64>,
+    accelerations: DMatrix<f64>,
     excess: f64,
 }
 
@@ -102,14 +104,14 @@ impl<'f, 'm> Course<'f, 'm> {
             formulated,
             variation,
             motion,
-            variational: Variational::new(&model, &places, finer),
+            variational: Variational::new(&model, &places, (experiment.tolerance * CLOSER).max(FINEST)),
             outputs: rows.filter(|(_, row)| row.output).map(|(place, _)| place).collect(),
             parameters: varied.len(),
             model,
             positions: empty.clone(),
             rates: empty,
             sides: Vec::new(),
-            rule: Rule::new(),
+            rule: Rule::shared(),
             tolerance: experiment.tolerance,
             kinematic,
         };
@@ -195,7 +197,7 @@ impl<'f, 'm> Course<'f, 'm> {
                 None => (end, false),
             };
             move_on(motion, time)?;
-            variational.continued(time - begin, positions.as_mut_slice(), rates.as_mut_slice());
+            variational.continued(time - begin, [positions.as_mut_slice(), rates.as_mut_slice()]);
             if !is_due {
                 return Ok(true);
             }
@@ -292,25 +294,21 @@ impl<'f, 'm> Course<'f, 'm> {
 
     /// Collocation by sweeps over the nodes (Picard's iteration): the equations are linear and the steps short. `None` if it does not settle.
     fn solve(&self, nodes: &[Node], length: f64) -> Option<Tried> {
-        let integrals = &self.rule.integrals;
-        let zero = DMatrix::zeros(self.positions.nrows(), self.parameters);
-        let mut accelerations = vec![zero.clone(); NODES];
-        let mut rates = vec![self.rates.clone(); NODES];
-        let integrated = |from: &DMatrix<f64>, values: &[DMatrix<f64>], row: usize| {
-            values
-                .iter()
-                .enumerate()
-                .fold(from.clone(), |sum, (node, value)| sum + value * (length * integrals[(row, node)]))
-        };
+        let (n, parameters) = self.positions.shape();
+        let integrals = self.rule.integrals.transpose() * length;
+        let mut accelerations = DMatrix::zeros(n * parameters, NODES);
         for _ in 0..SWEEPS {
             let mut change: f64 = 0.0;
-            rates = (0..NODES).map(|row| integrated(&self.rates, &accelerations, row)).collect();
-            for (row, node) in nodes.iter().enumerate() {
-                let positions = integrated(&self.positions, &rates, row);
-                let next = &node.by_positions * positions + &node.by_rates * &rates[row] + &node.own;
-                let size = next.amax();
-                change = change.max(if size > 0.0 { (&next - &accelerations[row]).amax() / size } else { 0.0 });
-                accelerations[row] = next;
+            let rates = integrated(&self.rates, &accelerations, &integrals);
+            let positions = integrated(&self.positions, &rates, &integrals);
+            for (index, node) in nodes.iter().enumerate() {
+                let at = |all: &DMatrix<f64>| DMatrix::from_column_slice(n, parameters, all.column(index).as_slice());
+                let mut next = node.own.clone();
+                next.gemm(1.0, &node.by_positions, &at(&positions), 1.0);
+                next.gemm(1.0, &node.by_rates, &at(&rates), 1.0);
+                let (size, moved) = (next.amax(), (&next - at(&accelerations)).amax());
+                change = change.max(if size > 0.0 { moved / size } else { 0.0 });
+                accelerations.column_mut(index).copy_from_slice(next.as_slice());
             }
             if change.is_nan() {
                 return None;
@@ -324,23 +322,14 @@ impl<'f, 'm> Course<'f, 'm> {
     }
 
     /// The last coefficients of a_p against the tolerance, the worst parameter.
-    fn excess(&self, accelerations: &[DMatrix<f64>], length: f64) -> f64 {
-        let tail = self.rule.tail();
+    fn excess(&self, accelerations: &DMatrix<f64>, length: f64) -> f64 {
+        let n = self.positions.nrows();
+        let last = accelerations * self.rule.tail().transpose();
         let worst = |column: usize| {
-            let coefficients = (0..tail.nrows()).map(|row| {
-                let sum = |index: usize| {
-                    accelerations
-                        .iter()
-                        .enumerate()
-                        .map(|(node, a)| tail[(row, node)] * a[(index, column)])
-                        .sum::<f64>()
-                };
-                (0..self.positions.nrows()).map(|index| sum(index).abs()).fold(0.0, f64::max)
-            });
-            let error = length * coefficients.sum::<f64>();
+            let own = |all: &DMatrix<f64>| all.rows(column * n, n).into_owned();
+            let error = length * own(&last).column_iter().map(|column| column.amax()).sum::<f64>();
             let size = |matrix: &DMatrix<f64>| matrix.column(column).amax();
-            let accelerated = accelerations.iter().map(size).fold(0.0, f64::max);
-            let scale = size(&self.rates).max(size(&self.positions)).max(length * accelerated);
+            let scale = size(&self.rates).max(size(&self.positions)).max(length * own(accelerations).amax());
             if scale > 0.0 { error / scale } else { 0.0 }
         };
         (0..self.parameters).map(worst).fold(0.0, f64::max) / self.tolerance.max(SMALLEST)
@@ -356,12 +345,14 @@ impl<'f, 'm> Course<'f, 'm> {
     ) -> Result<(), Failure> {
         let begin = self.motion.time();
         let end = begin + length;
-        let moved = |from: &DMatrix<f64>, values: &[DMatrix<f64>], place: f64| {
-            let shares = self.rule.up_to(place);
-            values.iter().zip(shares.iter()).fold(from.clone(), |sum, (value, share)| sum + value * (length * share))
+        let (n, parameters) = self.positions.shape();
+        let state = |place: f64| {
+            let shares = DMatrix::from_column_slice(NODES, 1, (self.rule.up_to(place) * length).as_slice());
+            let moved = |from: &DMatrix<f64>, rates: &DMatrix<f64>| {
+                DMatrix::from_column_slice(n, parameters, integrated(from, rates, &shares).as_slice())
+            };
+            (moved(&self.positions, &tried.rates), moved(&self.rates, &tried.accelerations))
         };
-        let state =
-            |place: f64| (moved(&self.positions, &tried.rates, place), moved(&self.rates, &tried.accelerations, place));
         let mut motion = self.motion.clone();
         while let Some(time) = due.next_if(|&time| time <= end) {
             let (positions, rates) = state(((time - begin) / length).min(1.0));
@@ -405,6 +396,15 @@ fn move_on(motion: &mut Instance, time: f64) -> Result<(), Failure> {
         motion.step_to(time)?;
     }
     motion.take_passages().first().map_or(Ok(()), |passage| Err(singular_pose(passage.time)))
+}
+
+/// What begins with `from` and changes at these rates, a column for each node; a column for each place that the integrals go to.
+fn integrated(from: &DMatrix<f64>, rates: &DMatrix<f64>, integrals: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut all = rates * integrals;
+    for mut column in all.column_iter_mut() {
+        column.iter_mut().zip(from).for_each(|(place, value)| *place += value);
+    }
+    all
 }
 
 /// The outputs at the time of a motion, with these q_p and v_p.

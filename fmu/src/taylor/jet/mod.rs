@@ -29,7 +29,7 @@ use crate::taylor::ORDERS;
 use crate::taylor::coupling::Coupling;
 use crate::taylor::form::{ArmForm, Factor, Link, Load, Place, Row, Slot};
 use crate::taylor::tape::{Scalars, Vectors};
-pub(crate) use members::{Begun, Members};
+pub(crate) use members::{Begun, DIRECTIONS, Members, Tangents, Variations, variations};
 use response::Response;
 use step::Read;
 use terms::{Plan, Terms};

@@ -1,7 +1,7 @@
 //! Scalar series of several motions: signals of time and the laws of loads, as [`crate::taylor::tape`] has them of one.
 
 use super::{Arm, Series};
-use crate::linalg::dual::{DIRECTIONS, Dual};
+use crate::linalg::dual::Dual;
 use crate::linalg::many::{Elementary, Many, Number};
 use crate::model::Model;
 use crate::taylor::ORDERS;
@@ -49,16 +49,16 @@ impl<const W: usize> Laws<Many<W>> {
     }
 }
 
-impl Laws<Dual> {
-    /// The given series at a start, with the tangents of inputs, which stay as they are.
-    pub fn give_duals(&mut self, model: &Model, registers: &[f64], input: impl Fn(usize) -> [f64; DIRECTIONS]) {
+impl<const D: usize> Laws<Dual<D>> {
+    /// The given series at a start, with the directions of inputs, which stay as they are.
+    pub fn give_duals(&mut self, model: &Model, registers: &[f64], directions: impl Fn(usize) -> [f64; D]) {
         for &(slot, given) in &self.tape.given {
             let series = &mut self.series[slot as usize];
             for (place, value) in series.iter_mut().zip(polynomial(model, registers, given)) {
                 *place = Dual::all(value);
             }
             if let Given::Input(index, 0) = given {
-                series[0].tangents = input(index as usize);
+                series[0] = Dual::new(series[0].value(), directions(model.layout().inputs() + index as usize));
             }
         }
     }

@@ -23,6 +23,7 @@ use crate::taylor::form::{ArmForm, Factor, Slot};
 use laws::Laws;
 use sparse::{Complex, Pairs};
 pub(crate) use start::Begun;
+pub(crate) use variation::{DIRECTIONS, Tangents, Variations, variations};
 
 /// More equations are served as well by the four arms of one motion.
 const MOST_EQUATIONS: usize = 64;

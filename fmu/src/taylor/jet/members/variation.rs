@@ -2,13 +2,15 @@
 //! their own (Barrio, *SIAM J. Sci. Comput.* 27(6), 2006).
 
 use super::Members;
-use crate::linalg::dual::{DIRECTIONS, Dual};
-use crate::linalg::lane::by_width;
+use crate::linalg::dual::Dual;
+use crate::linalg::lane::{Lane, WIDTH, by_width};
 use crate::linalg::many::Number;
 use crate::math;
 use crate::model::Model;
 use crate::taylor::ORDERS;
 
+/// So many directions at once, at most.
+pub(crate) const DIRECTIONS: usize = 8;
 /// Share of the step that the last coefficients permit: the terms after the last one count too.
 const SAFETY: f64 = 0.9;
 /// So many last coefficients count: some vanish by symmetry.
@@ -20,39 +22,120 @@ const MOST_CUTS: usize = 60;
 /// must, so that derivatives by one parameter do not depend on what else is asked for.
 const LOOSER: f64 = 1e3;
 
-impl Members<Dual> {
-    /// Takes the coefficients over from the registers after the parameter stage ran, with their tangents.
-    pub fn enter_duals(&mut self, registers: &[f64], tangents: impl Fn(usize) -> [f64; DIRECTIONS]) {
-        let results = &self.form.coefficients.results;
-        for (place, &register) in self.coefficients.iter_mut().zip(results) {
-            *place = Dual { value: registers[register as usize], tangents: tangents(register as usize) };
+/// The tangents of a register file along four directions, and along four more.
+pub(crate) type Tangents = [Vec<Lane>; DIRECTIONS / WIDTH];
+
+/// The series of a motion along some directions.
+pub(crate) trait Variations: std::fmt::Debug {
+    /// Takes the coefficients over from the registers after the parameter stage ran.
+    fn enter(&mut self, registers: &[f64], tangents: &Tangents);
+
+    /// The series at the signals, q and v in the registers up to an order, if it needs no pivots there. Loops are closed first, and those of the derivatives with them.
+    fn begin(&mut self, model: &Model, order: usize, registers: &[f64], tangents: &Tangents) -> bool;
+
+    /// The step that a tolerance on rates permits if the coefficients shrink as the last ones do (Jorba and Zou, 2005). The values choose it; it is shorter where
+    /// derivatives, relative to the largest of their direction, demand that; zero if they demand too much.
+    fn step_length(&self, order: usize, tolerance: f64, limit: f64) -> f64;
+
+    /// Hands over the tangent of q, v along each direction so long after the start of the series: (place, direction, tangent).
+    fn continued(&mut self, order: usize, dt: f64, report: &mut dyn FnMut(usize, usize, f64));
+}
+
+/// Storage for as many directions as are needed; none if the laws of the model have no such series.
+pub(crate) fn variations(model: &Model, directions: usize) -> Option<Box<dyn Variations>> {
+    Some(match directions {
+        ..=4 => Box::new(Motion::<4>::new(model)?),
+        _ => Box::new(Motion::<DIRECTIONS>::new(model)?),
+    })
+}
+
+/// A motion with its derivatives.
+#[derive(Debug)]
+struct Motion<const D: usize> {
+    series: Members<Dual<D>>,
+    /// (q, v)
+    state: Vec<Dual<D>>,
+}
+
+impl<const D: usize> Motion<D> {
+    fn new(model: &Model) -> Option<Self> {
+        Some(Self { series: Members::new(model)?, state: vec![Dual::ZERO; 2 * model.coordinates()] })
+    }
+
+    fn load(&mut self, model: &Model, registers: &[f64], tangents: &Tangents) {
+        let first = model.layout().positions();
+        for (index, place) in self.state.iter_mut().enumerate() {
+            *place = Dual::new(registers[first + index], along(tangents, first + index));
         }
+        self.series.laws.give_duals(model, registers, |register| along(tangents, register));
     }
+}
 
-    /// Takes the signals at the start of the series over, with the tangents of inputs.
-    pub fn signal_duals(&mut self, model: &Model, registers: &[f64], input: impl Fn(usize) -> [f64; DIRECTIONS]) {
-        self.laws.give_duals(model, registers, input);
-    }
+/// The tangents of a register.
+fn along<const D: usize>(tangents: &Tangents, register: usize) -> [f64; D] {
+    std::array::from_fn(|i| tangents[i / WIDTH][register][i % WIDTH])
+}
 
-    by_width! {
-        /// The series at (q, v) up to an order, if it needs no pivots there. Loops are closed first, and those of the derivatives with them.
-        pub fn expand(&mut self: Members<Dual>, order: usize, motion: &[Dual]) -> bool = expand_any
+macro_rules! with_directions {
+    ($directions:literal) => {
+        impl Motion<$directions> {
+            by_width! {
+                fn expand(&mut self: Motion<$directions>, order: usize) -> bool = expand_any
+            }
+
+            by_width! {
+                fn evaluate(&mut self: Motion<$directions>, order: usize, dt: f64) = evaluate_any
+            }
+        }
+
+        impl Variations for Motion<$directions> {
+            fn enter(&mut self, registers: &[f64], tangents: &Tangents) {
+                let Members { form, coefficients, .. } = &mut self.series;
+                for (place, &register) in coefficients.iter_mut().zip(&form.coefficients.results) {
+                    let register = register as usize;
+                    *place = Dual::new(registers[register], along(tangents, register));
+                }
+            }
+
+            fn begin(&mut self, model: &Model, order: usize, registers: &[f64], tangents: &Tangents) -> bool {
+                self.load(model, registers, tangents);
+                self.expand(order)
+            }
+
+            by_width! {
+                fn step_length(&self: Motion<$directions>, order: usize, tolerance: f64, limit: f64) -> f64 = step_length_any
+            }
+
+            fn continued(&mut self, order: usize, dt: f64, report: &mut dyn FnMut(usize, usize, f64)) {
+                self.evaluate(order, dt);
+                for (index, dual) in self.state.iter().enumerate() {
+                    dual.tangents().iter().enumerate().for_each(|(direction, tangent)| report(index, direction, *tangent));
+                }
+            }
+        }
+    };
+}
+
+with_directions!(4);
+with_directions!(8);
+
+impl<const D: usize> Motion<D> {
+    #[inline(always)]
+    fn expand_any(&mut self, order: usize) -> bool {
+        let Self { series, state } = self;
+        if !series.begin_any(order, state).regular {
+            return false;
+        }
+        series.advance_all(1, order - 2);
+        let unknowns = series.unknowns.iter().map(|&arm| &series.arms[arm].value[..=order]);
+        unknowns
+            .flatten()
+            .all(|own| own.value().is_finite() && own.tangents().iter().all(|tangent| tangent.is_finite()))
     }
 
     #[inline(always)]
-    fn expand_any(&mut self, order: usize, motion: &[Dual]) -> bool {
-        if !self.begin_any(order, motion).regular {
-            return false;
-        }
-        self.advance_all(1, order - 2);
-        let unknowns = self.unknowns.iter().map(|&arm| &self.arms[arm].value[..=order]);
-        unknowns.flatten().all(|own| own.value.is_finite() && own.tangents.iter().all(|tangent| tangent.is_finite()))
-    }
-
-    by_width! {
-        /// The step that a tolerance on rates permits if the coefficients shrink as the last ones do (Jorba and Zou, 2005). The values choose it; it is shorter where
-        /// derivatives, relative to the largest of their direction, demand that; zero if they demand too much.
-        pub fn step_length(&self: Members<Dual>, order: usize, tolerance: f64, limit: f64) -> f64 = step_length_any
+    fn evaluate_any(&mut self, order: usize, dt: f64) {
+        self.series.evaluate_any(order, Dual::all(dt), &mut self.state);
     }
 
     #[inline(always)]
@@ -63,8 +146,7 @@ impl Members<Dual> {
             length = length.min(math::rough_exp2(math::rough_log2(tolerance / size) / (k - 1) as f64));
         }
         length = f64::min(SAFETY * length, limit);
-        let sizes: [[f64; DIRECTIONS]; ORDERS] =
-            std::array::from_fn(|k| if k > order { [0.0; DIRECTIONS] } else { self.tangents(k) });
+        let sizes: [[f64; D]; ORDERS] = std::array::from_fn(|k| if k > order { [0.0; D] } else { self.tangents(k) });
         for _ in 0..MOST_CUTS {
             if excess(&sizes[..=order], length) <= LOOSER * tolerance {
                 return length;
@@ -78,44 +160,34 @@ impl Members<Dual> {
     #[inline(always)]
     fn largest(&self, k: usize) -> f64 {
         let mut largest: f64 = 0.0;
-        for &arm in &self.unknowns {
-            let arm = &self.arms[arm];
-            largest = largest.max((arm.value[k].value * arm.weight.value).abs());
+        for &arm in &self.series.unknowns {
+            let arm = &self.series.arms[arm];
+            largest = largest.max((arm.value[k].value() * arm.weight.value()).abs());
         }
         largest
     }
 
     /// The largest tangent of each direction at one order.
     #[inline(always)]
-    fn tangents(&self, k: usize) -> [f64; DIRECTIONS] {
-        let mut largest = [0.0; DIRECTIONS];
-        for &arm in &self.unknowns {
-            let tangents = &self.arms[arm].value[k].tangents;
-            for direction in 0..DIRECTIONS {
+    fn tangents(&self, k: usize) -> [f64; D] {
+        let mut largest = [0.0; D];
+        for &arm in &self.series.unknowns {
+            let tangents = self.series.arms[arm].value[k].tangents();
+            for direction in 0..D {
                 largest[direction] = f64::max(largest[direction], tangents[direction].abs());
             }
         }
         largest
     }
-
-    by_width! {
-        /// The motion and its derivatives so long after the start of the series.
-        pub fn state(&mut self: Members<Dual>, order: usize, dt: f64, motion: &mut [Dual]) = state_any
-    }
-
-    #[inline(always)]
-    fn state_any(&mut self, order: usize, dt: f64, motion: &mut [Dual]) {
-        self.evaluate_any(order, Dual::all(dt), motion);
-    }
 }
 
 /// The last terms of v_p, relative to what it or q_p reaches within the step; of all directions the largest.
 #[inline(always)]
-fn excess(sizes: &[[f64; DIRECTIONS]], length: f64) -> f64 {
-    let (mut reached, mut last, mut power) = (sizes[0], [0.0; DIRECTIONS], 1.0);
+fn excess<const D: usize>(sizes: &[[f64; D]], length: f64) -> f64 {
+    let (mut reached, mut last, mut power) = (sizes[0], [0.0; D], 1.0);
     for (k, size) in sizes.iter().enumerate().skip(1) {
         let kind = if k + LAST < sizes.len() { &mut reached } else { &mut last };
-        for direction in 0..DIRECTIONS {
+        for direction in 0..D {
             kind[direction] = f64::max(kind[direction], k as f64 * size[direction] * power);
         }
         power *= length;
