@@ -385,7 +385,59 @@ fn peaks_and_crossings() {
     }
 }
 
-/// The highest value is at a corner of the output.
+/// A cart is pushed by F as far as c and braked by G from there on: v^2 = 2 F c / m where it is fastest.
+#[test]
+fn peaks_and_jumps_where_a_law_switches() {
+    let scene = r#"
+name = "cart"
+dimension = 1
+[parameters]
+F = "8 N"
+G = "3 N"
+c = "0.5 m"
+[bodies.a]
+mass = 2.0
+[loads.push]
+type = "force"
+on = "a"
+vector = ["if(a.x < c, F*(1 + a.x), -G)"]
+[initial]
+"a.x" = 0.0
+"a.vx" = 0.0
+[outputs]
+variables = ["a.vx", "push.fx"]
+[experiment]
+stop = "1.2 s"
+tolerance = 1e-10
+"#;
+    let scene = Scene::from_toml(scene).unwrap();
+    let times: Vec<f64> = (0..=60).map(|index| 0.02 * f64::from(index)).collect();
+    let to = ["F", "G", "c"];
+    let levels = [("push.fx".to_owned(), 5.0)];
+    let found = Study::new(&scene).unwrap().features(&names(&to), &times, &levels).unwrap().features;
+    // x'' = k (1 + x), x = cosh(w t) - 1 with w^2 = F/m: v = w sinh(w t) where cosh(w t) = 1 + c.
+    let (force, c, mass) = (8.0_f64, 0.5_f64, 2.0);
+    let rate = (force / mass).sqrt();
+    let (time, depth) = ((1.0 + c).acosh() / rate, ((1.0 + c).powi(2) - 1.0).sqrt());
+    let time_by = [-time / (2.0 * force), 0.0, 1.0 / (rate * depth)];
+    let largest = |name: &str| {
+        found.iter().find(|own| own.output.0 == name && own.kind == cotree::analysis::Kind::Largest).unwrap()
+    };
+    let speed_by = [rate * depth / (2.0 * force), 0.0, rate * (1.0 + c) / depth];
+    let check = |own: &cotree::analysis::Feature, value: f64, by: [f64; 3]| {
+        assert!((own.value - value).abs() < 1e-7 && (own.time - time).abs() < 1e-7, "{own:?}");
+        let changes = own.changes.as_ref().unwrap();
+        assert_close(&changes.value, &by, 1e-6, "value");
+        assert_close(&changes.time, &time_by, 1e-6, "time");
+    };
+    check(largest("a.vx"), rate * depth, speed_by);
+    check(largest("push.fx"), force * (1.0 + c), [1.0 + c, 0.0, force]);
+    let crossings: Vec<_> = found.iter().filter(|own| own.kind == cotree::analysis::Kind::Crossing).collect();
+    let [jump] = crossings[..] else { panic!("{crossings:?}") };
+    check(jump, 5.0, [0.0; 3]);
+}
+
+/// The highest value is at a corner of the output itself.
 #[test]
 fn peaks_that_have_no_derivative_are_refused() {
     let scene = r#"

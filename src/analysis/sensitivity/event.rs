@@ -4,6 +4,7 @@ use nalgebra::DVector;
 
 use super::super::Failure;
 use super::super::variation::{Column, Row};
+use super::corner::Switched;
 use super::step::{Course, sides};
 use crate::expr::Order;
 
@@ -100,6 +101,8 @@ impl Course<'_, '_> {
         let (after, beyond) = self.at(&mut motion, time + 2.0 * interval * BESIDE)?;
         let (new, values) = (self.values(&after, Order::Acceleration), beyond.values(Row::Switches));
         let jump = &accelerations - &new;
+        // Crossed at an angle it gets about as far as its speed takes it.
+        let crosses = speed.abs() * interval > self.tolerance.sqrt() * reached;
         if jump.amax() > SAME * accelerations.amax().max(new.amax()) {
             // Laws that switch for the same reason do so at the same time for all parameters.
             let now = sides(&values);
@@ -107,12 +110,14 @@ impl Course<'_, '_> {
             if switched.any(|other| !is_same(other)) {
                 return Err(refused(time, "two laws switch at the same time"));
             }
-            // Crossed at an angle it gets about as far as its speed takes it.
-            let crosses = speed.abs() * interval > self.tolerance.sqrt() * reached;
             if !crosses {
                 return Err(refused(time, "a law that jumps is touched without being crossed"));
             }
-            self.rates -= &jump * change / speed;
+            self.rates -= &jump * &change / speed;
+        }
+        if crosses {
+            let times = [time, time + 2.0 * interval * BESIDE];
+            self.switched.push(Switched { times, changes: (-&change / speed).iter().copied().collect() });
         }
         self.sides = sides(&values);
         self.motion = beginning;

@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 
 use super::super::report::Features;
 use super::super::{Failure, Study, StudyError};
+use super::corner::Switched;
 use super::{At, Varying};
 
 /// Points of the polynomial, less one.
@@ -14,13 +15,13 @@ const DEGREE: usize = 14;
 /// Its last coefficients may be this share of the largest derivative over the whole motion.
 const EXACT: f64 = 1e-8;
 /// How often the interval is made shorter, and to which share.
-const ROUNDS: usize = 8;
-const SHORTER: f64 = 0.2;
+pub(super) const ROUNDS: usize = 8;
+pub(super) const SHORTER: f64 = 0.2;
 /// Peaks that are lower by more than this share of the extent are not the highest; so many are looked at.
 const LOWER: f64 = 1e-2;
 const MOST: usize = 12;
 /// Peaks are equally high within this share of the extent.
-const EQUAL: f64 = 1e-8;
+pub(super) const EQUAL: f64 = 1e-8;
 /// An output is constant if its extent is below this share of its size.
 const CONSTANT: f64 = 1e-7;
 /// Derivatives are the same within this share.
@@ -67,19 +68,19 @@ pub enum Kind {
 
 /// An interval in which something happens.
 #[derive(Clone, Debug)]
-struct Search {
-    output: usize,
-    kind: Kind,
+pub(super) struct Search {
+    pub output: usize,
+    pub kind: Kind,
     /// The value that is crossed.
-    level: f64,
-    interval: [f64; 2],
+    pub level: f64,
+    pub interval: [f64; 2],
 }
 
 impl Study {
     /// The largest and the smallest value of each output, and the times at which outputs cross given values \[SI\]; with their derivatives. The motion is looked at
     /// at these times \[s\], ascending: what happens and is gone again between two of them is not seen.
     ///
-    /// There are no derivatives at a corner, of two different peaks that are equally high, where a value is touched without being crossed, and of what is constant.
+    /// There are no derivatives at a corner of the output itself, of two different peaks that are equally high, where a value is touched without being crossed, and of what is constant.
     ///
     /// # Errors
     /// Those of [`Study::sensitivities`].
@@ -87,8 +88,8 @@ impl Study {
         let name = self.name().to_owned();
         self.varying(to, |varying| {
             let start: Vec<f64> = varying.parameters().iter().map(|own| own.start).collect();
-            let rows = varying.at(&start, times)?;
-            let course = Seen { varying, start, times, rows };
+            let (rows, switched) = varying.seen(&start, times)?;
+            let course = Seen { varying, start, times, rows, switched };
             let outputs: Vec<(String, String)> =
                 varying.outputs().map(|(name, unit)| (name.to_owned(), unit.si.clone())).collect();
             let mut features = Vec::new();
@@ -109,11 +110,13 @@ impl Study {
 }
 
 /// A motion that has been looked at.
-struct Seen<'a, 'f, 'm> {
+pub(super) struct Seen<'a, 'f, 'm> {
     varying: &'a Varying<'f, 'm>,
     start: Vec<f64>,
     times: &'a [f64],
     rows: Vec<At>,
+    /// Laws that have switched.
+    pub switched: Vec<Switched>,
 }
 
 impl Seen<'_, '_, '_> {
@@ -122,7 +125,7 @@ impl Seen<'_, '_, '_> {
     }
 
     /// Largest less smallest value.
-    fn extent(&self, output: usize) -> f64 {
+    pub(super) fn extent(&self, output: usize) -> f64 {
         let values = || (0..self.rows.len()).map(|row| self.value(row, output));
         values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min)
     }
@@ -211,11 +214,8 @@ impl Seen<'_, '_, '_> {
                 Kind::Smallest => values.highest(-1.0),
             };
             let time = low + 0.5 * (place + 1.0) * (high - low);
-            let all: Vec<f64> = [self.extent(output)].into_iter().chain(self.sizes(output)).collect();
-            let is_exact =
-                [&values].into_iter().chain(&derivatives).zip(&all).all(|(own, size)| own.tail() <= EXACT * size);
             (near, seen) = (time, values.at(place));
-            if !is_exact {
+            if !self.are_exact(output, &values, &derivatives) {
                 let half = 0.5 * SHORTER * (high - low);
                 interval = [(time - half).max(low), (time + half).min(high)];
                 continue;
@@ -226,7 +226,7 @@ impl Seen<'_, '_, '_> {
             let is_end = kind != Kind::Crossing && (time <= begin || time >= end);
             let times_by = match kind {
                 _ if is_end => vec![0.0; values_by.len()],
-                Kind::Crossing if slope.at(place).abs() <= TOUCHED * all[0] => {
+                Kind::Crossing if slope.at(place).abs() <= TOUCHED * self.extent(output) => {
                     return Ok(feature(time, level, Err("it is touched without being crossed".to_owned())));
                 }
                 Kind::Crossing => values_by.iter().map(|by| -by / (slope.at(place) * per_second)).collect(),
@@ -241,12 +241,25 @@ impl Seen<'_, '_, '_> {
             };
             return Ok(feature(time, value, Ok(Changes { value: values_by, time: times_by })));
         }
-        let what = "there is a corner: a law switches, and derivatives differ on both sides";
+        if let Some(corner) = self.corner(search, named, near)? {
+            return Ok(corner);
+        }
+        let what = "there is a corner: derivatives differ on both sides";
         Ok(feature(near, seen, Err(what.to_owned())))
     }
 
+    /// Do the last coefficients say that an output and its derivatives are these polynomials?
+    pub(super) fn are_exact(&self, output: usize, values: &Polynomial, derivatives: &[Polynomial]) -> bool {
+        let sizes = [self.extent(output)].into_iter().chain(self.sizes(output));
+        [values].into_iter().chain(derivatives).zip(sizes).all(|(own, size)| own.tail() <= EXACT * size)
+    }
+
     /// An output and its derivatives over an interval.
-    fn polynomials(&self, output: usize, [low, high]: [f64; 2]) -> Result<(Polynomial, Vec<Polynomial>), Failure> {
+    pub(super) fn polynomials(
+        &self,
+        output: usize,
+        [low, high]: [f64; 2],
+    ) -> Result<(Polynomial, Vec<Polynomial>), Failure> {
         let place = |index: usize| -(PI * index as f64 / DEGREE as f64).cos();
         let mut times: Vec<f64> = (0..=DEGREE).map(|index| low + 0.5 * (place(index) + 1.0) * (high - low)).collect();
         (times[0], times[DEGREE]) = (low, high);
@@ -266,7 +279,7 @@ fn differs(one: &Feature, other: &Feature, sizes: &[f64]) -> bool {
 
 /// Coefficients of Chebyshev's polynomials on -1..1.
 #[derive(Clone, Debug)]
-struct Polynomial(Vec<f64>);
+pub(super) struct Polynomial(Vec<f64>);
 
 impl Polynomial {
     /// Through values at the extremes of the last one, ascending.
@@ -284,7 +297,7 @@ impl Polynomial {
     }
 
     /// Clenshaw's sum.
-    fn at(&self, x: f64) -> f64 {
+    pub fn at(&self, x: f64) -> f64 {
         let (mut last, mut before) = (0.0, 0.0);
         for coefficient in self.0.iter().skip(1).rev() {
             (last, before) = (2.0 * x * last - before + coefficient, last);
@@ -292,7 +305,7 @@ impl Polynomial {
         x * last - before + self.0.first().copied().unwrap_or(0.0)
     }
 
-    fn slope(&self) -> Self {
+    pub fn slope(&self) -> Self {
         let count = self.0.len();
         let mut slope = vec![0.0; count + 1];
         for degree in (1..count).rev() {

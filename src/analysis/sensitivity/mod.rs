@@ -8,6 +8,7 @@
 //! Its solution comes from Taylor series in dual numbers ([`cotree_fmu::instance::Variational`]); where there are none, from collocation at the Gauss nodes, with steps that
 //! the last coefficients of a_p choose. The motion is that of the program that runs in the FMU; q_p and v_p are put back onto the varied loop equations after each step.
 
+mod corner;
 mod event;
 mod feature;
 mod rest;
@@ -24,6 +25,7 @@ use crate::diagnostic::suggest;
 use crate::expr::{Order, Symbol};
 use crate::formulate::Formulated;
 use crate::mechanism::Unit;
+use corner::Switched;
 pub use feature::{Changes, Feature, Kind};
 pub use rest::ModeChanges;
 pub use step::At;
@@ -98,12 +100,17 @@ impl<'f, 'm> Varying<'f, 'm> {
     /// # Errors
     /// A motion that cannot be continued, or derivatives that do not exist.
     pub fn at(&self, values: &[f64], times: &[f64]) -> Result<Vec<At>, Failure> {
+        Ok(self.seen(values, times)?.0)
+    }
+
+    /// The same, and the laws that have switched.
+    fn seen(&self, values: &[f64], times: &[f64]) -> Result<(Vec<At>, Vec<Switched>), Failure> {
         let changed = self.parameters.iter().zip(values).filter(|(own, value)| own.start != **value);
         let changed: Vec<(&str, f64)> = changed.map(|(own, &value)| (own.name.as_str(), value)).collect();
         let mut course = Course::new(self.formulated, &self.variation, &self.parameters, &changed)?;
         let mut found = Vec::with_capacity(times.len());
         course.run(times, |outputs| found.push(outputs))?;
-        Ok(found)
+        Ok((found, course.switched))
     }
 }
 

@@ -11,6 +11,7 @@ use super::super::point::Point;
 use super::super::variation::{Column, Numbers, Row, Variation};
 use super::super::{Failure, decompose};
 use super::Varied;
+use super::corner::Switched;
 use super::event::Crossing;
 use super::rule::{NODES, Rule};
 use super::start::{check_repeated, start};
@@ -57,6 +58,8 @@ pub struct Course<'f, 'm> {
     pub(super) rates: DMatrix<f64>,
     /// On which side of zero the switching functions are.
     pub(super) sides: Vec<Option<bool>>,
+    /// Laws that have switched.
+    pub(super) switched: Vec<Switched>,
     rule: &'static Rule,
     pub(super) tolerance: f64,
     kinematic: bool,
@@ -111,6 +114,7 @@ impl<'f, 'm> Course<'f, 'm> {
             positions: empty.clone(),
             rates: empty,
             sides: Vec::new(),
+            switched: Vec::new(),
             rule: Rule::shared(),
             tolerance: experiment.tolerance,
             kinematic,

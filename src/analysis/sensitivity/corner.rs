@@ -1,0 +1,96 @@
+//! What happens just where a law switches: a peak at a corner, a value that is jumped over.
+//!
+//! At the time t_s of the switch a peak Y = y(t_s) changes by dY/dp = y_p(-) + y'(-) dt_s/dp, its time and that of a jump by dt_s/dp.
+
+use super::super::Failure;
+use super::feature::{Changes, EQUAL, Feature, Kind, ROUNDS, SHORTER, Search, Seen};
+
+/// A law that has switched.
+#[derive(Clone, Debug)]
+pub(super) struct Switched {
+    /// Just before, and just after it \[s\].
+    pub times: [f64; 2],
+    /// How its time changes, one for each parameter.
+    pub changes: Vec<f64>,
+}
+
+/// An output on one side of a switch.
+struct Side {
+    value: f64,
+    /// A second.
+    slope: f64,
+    /// Derivatives, one for each parameter.
+    by: Vec<f64>,
+}
+
+impl Seen<'_, '_, '_> {
+    /// What happens at a switch near this time, if it does and has derivatives.
+    pub(super) fn corner(
+        &self,
+        search: &Search,
+        named: &(String, String),
+        near: f64,
+    ) -> Result<Option<Feature>, Failure> {
+        let [low, high] = search.interval;
+        let close = 2.0 * (high - low) * SHORTER.powi(ROUNDS as i32 - 1);
+        let within = |times: [f64; 2]| (times[0] - near).abs() <= close && low < times[0] && times[1] < high;
+        let Some(switch) = self.switched.iter().find(|own| within(own.times)) else { return Ok(None) };
+        let before = self.beside(search.output, [low, switch.times[0]], 1.0)?;
+        let after = self.beside(search.output, [switch.times[1], high], -1.0)?;
+        let (Some(before), Some(after)) = (before, after) else { return Ok(None) };
+        let extent = self.extent(search.output);
+        let found = match search.kind {
+            Kind::Crossing => jumped(&before, &after, search.level, switch),
+            Kind::Largest => peak([&before, &after], 1.0, extent, switch),
+            Kind::Smallest => peak([&before, &after], -1.0, extent, switch),
+        };
+        let feature = |(value, changes)| Feature {
+            output: named.clone(),
+            kind: search.kind,
+            time: switch.times[0],
+            value,
+            changes: Ok(changes),
+        };
+        Ok(found.map(feature))
+    }
+
+    /// An output at one end of an interval in which no law switches near that end.
+    fn beside(&self, output: usize, mut interval: [f64; 2], end: f64) -> Result<Option<Side>, Failure> {
+        for _ in 0..ROUNDS {
+            let [low, high] = interval;
+            if high <= low {
+                break;
+            }
+            let (values, derivatives) = self.polynomials(output, interval)?;
+            if self.are_exact(output, &values, &derivatives) {
+                let slope = values.slope().at(end) * 2.0 / (high - low);
+                let by = derivatives.iter().map(|own| own.at(end)).collect();
+                return Ok(Some(Side { value: values.at(end), slope, by }));
+            }
+            let length = SHORTER * (high - low);
+            interval = if end > 0.0 { [high - length, high] } else { [low, low + length] };
+        }
+        Ok(None)
+    }
+}
+
+/// Is a value jumped over?
+fn jumped(before: &Side, after: &Side, level: f64, switch: &Switched) -> Option<(f64, Changes)> {
+    let jumps = (before.value - level) * (after.value - level) < 0.0;
+    jumps.then(|| (level, Changes { value: vec![0.0; switch.changes.len()], time: switch.changes.clone() }))
+}
+
+/// Does the output, with this sign, rise before and fall after, or jump down or up to where it does?
+fn peak([before, after]: [&Side; 2], sign: f64, extent: f64, switch: &Switched) -> Option<(f64, Changes)> {
+    let (rises, falls) = (sign * before.slope >= 0.0, sign * after.slope <= 0.0);
+    let jump = sign * (after.value - before.value);
+    let (side, is_peak) = if jump > EQUAL * extent {
+        (after, falls)
+    } else if jump < -EQUAL * extent {
+        (before, rises)
+    } else {
+        (before, rises && falls)
+    };
+    let value = || side.by.iter().zip(&switch.changes).map(|(by, time)| by + side.slope * time).collect();
+    is_peak.then(|| (side.value, Changes { value: value(), time: switch.changes.clone() }))
+}
