@@ -395,12 +395,13 @@ dimension = 1
 F = "8 N"
 G = "3 N"
 c = "0.5 m"
+l = "1 m"
 [bodies.a]
 mass = 2.0
 [loads.push]
 type = "force"
 on = "a"
-vector = ["if(a.x < c, F*(1 + a.x), -G)"]
+vector = ["if(a.x < c, F*(1 + a.x/l), -G)"]
 [initial]
 "a.x" = 0.0
 "a.vx" = 0.0

@@ -3,7 +3,10 @@
 //! At the time t_s of the switch a peak Y = y(t_s) changes by dY/dp = y_p(-) + y'(-) dt_s/dp, its time and that of a jump by dt_s/dp.
 
 use super::super::Failure;
-use super::feature::{Changes, EQUAL, Feature, Kind, ROUNDS, SHORTER, Search, Seen};
+use super::feature::{CORNER, Changes, EQUAL, Feature, Kind, ROUNDS, SHORTER, Search, Seen};
+
+/// What is found within this share of an interval from its end is found at its end.
+const NEAR: f64 = 1e-9;
 
 /// A law that has switched.
 #[derive(Clone, Debug)]
@@ -24,17 +27,54 @@ struct Side {
 }
 
 impl Seen<'_, '_, '_> {
-    /// What happens at a switch near this time, if it does and has derivatives.
-    pub(super) fn corner(
+    /// What happens in an interval in which laws switch: between two of them, or where one does.
+    pub(super) fn pieces(
         &self,
         search: &Search,
         named: &(String, String),
-        near: f64,
-    ) -> Result<Option<Feature>, Failure> {
+        switched: &[&Switched],
+    ) -> Result<Feature, Failure> {
+        let mut found = Vec::new();
+        for switch in switched {
+            found.extend(self.corner(search, named, switch)?);
+        }
+        let begins = [search.interval[0]].into_iter().chain(switched.iter().map(|own| own.times[1]));
+        let ends = switched.iter().map(|own| own.times[0]).chain([search.interval[1]]);
+        for interval in begins.zip(ends).map(|(low, high)| [low, high]).filter(|[low, high]| low < high) {
+            found.extend(self.piece(&Search { interval, ..search.clone() }, named)?);
+        }
+        let sign = if search.kind == Kind::Smallest { -1.0 } else { 1.0 };
+        let before = |one: &Feature, other: &Feature| match search.kind {
+            Kind::Crossing => one.time.total_cmp(&other.time),
+            _ => (sign * other.value).total_cmp(&(sign * one.value)),
+        };
+        if let Some(best) = found.into_iter().min_by(before) {
+            return Ok(best);
+        }
+        let time = switched.first().map_or(search.interval[0], |own| own.times[0]);
+        let [value, _] = self.ends(&Search { interval: [time, time], ..search.clone() })?;
+        let changes = Err(CORNER.to_owned());
+        Ok(Feature { output: named.clone(), kind: search.kind, time, value, changes })
+    }
+
+    /// What happens between two switches; at their times it is that of the switch.
+    fn piece(&self, search: &Search, named: &(String, String)) -> Result<Option<Feature>, Failure> {
         let [low, high] = search.interval;
-        let close = 2.0 * (high - low) * SHORTER.powi(ROUNDS as i32 - 1);
-        let within = |times: [f64; 2]| (times[0] - near).abs() <= close && low < times[0] && times[1] < high;
-        let Some(switch) = self.switched.iter().find(|own| within(own.times)) else { return Ok(None) };
+        if search.kind == Kind::Crossing {
+            let [first, last] = self.ends(search)?;
+            let crosses = (first > search.level) != (last > search.level);
+            return crosses.then(|| self.smooth(search, named)).transpose();
+        }
+        let found = self.smooth(search, named)?;
+        let near = NEAR * (high - low);
+        let is_inside =
+            (found.time - low > near || self.is_end(low)) && (high - found.time > near || self.is_end(high));
+        Ok(Some(found).filter(|_| is_inside))
+    }
+
+    /// What happens at a switch, if it has derivatives.
+    fn corner(&self, search: &Search, named: &(String, String), switch: &Switched) -> Result<Option<Feature>, Failure> {
+        let [low, high] = search.interval;
         let before = self.beside(search.output, [low, switch.times[0]], 1.0)?;
         let after = self.beside(search.output, [switch.times[1], high], -1.0)?;
         let (Some(before), Some(after)) = (before, after) else { return Ok(None) };

@@ -28,6 +28,8 @@ const CONSTANT: f64 = 1e-7;
 const SAME: f64 = 1e-5;
 /// A value is touched, not crossed, if its rate over the interval is below this share of the extent.
 const TOUCHED: f64 = 1e-9;
+/// Why there are no derivatives.
+pub(super) const CORNER: &str = "there is a corner: derivatives differ on both sides";
 /// Places that are looked at for the highest value of a polynomial.
 const PLACES: usize = 64;
 
@@ -195,8 +197,16 @@ impl Seen<'_, '_, '_> {
         rows.map(search).collect()
     }
 
-    /// Finds what happens in an interval; where the polynomial is not exact the interval becomes shorter.
+    /// Finds what happens in an interval: between the times at which laws switch, or at one of them.
     fn refined(&self, search: &Search, named: &(String, String)) -> Result<Feature, Failure> {
+        let [low, high] = search.interval;
+        let switched: Vec<&Switched> =
+            self.switched.iter().filter(|own| low < own.times[0] && own.times[1] < high).collect();
+        if switched.is_empty() { self.smooth(search, named) } else { self.pieces(search, named, &switched) }
+    }
+
+    /// The same where no law switches; where the polynomial is not exact the interval becomes shorter.
+    pub(super) fn smooth(&self, search: &Search, named: &(String, String)) -> Result<Feature, Failure> {
         let Search { output, kind, level, interval } = search.clone();
         let [begin, end] = [self.times.first(), self.times.last()].map(|time| time.copied().unwrap_or(0.0));
         let mut interval = interval;
@@ -220,6 +230,10 @@ impl Seen<'_, '_, '_> {
                 interval = [(time - half).max(low), (time + half).min(high)];
                 continue;
             }
+            // The interval ends before the peak does: there is something that no polynomial follows.
+            if (place >= 1.0 && high < search.interval[1]) || (place <= -1.0 && low > search.interval[0]) {
+                break;
+            }
             let per_second = 2.0 / (high - low);
             let values_by: Vec<f64> = derivatives.iter().map(|own| own.at(place)).collect();
             let slope = values.slope();
@@ -241,11 +255,19 @@ impl Seen<'_, '_, '_> {
             };
             return Ok(feature(time, value, Ok(Changes { value: values_by, time: times_by })));
         }
-        if let Some(corner) = self.corner(search, named, near)? {
-            return Ok(corner);
-        }
-        let what = "there is a corner: derivatives differ on both sides";
-        Ok(feature(near, seen, Err(what.to_owned())))
+        Ok(feature(near, seen, Err(CORNER.to_owned())))
+    }
+
+    /// The values at both ends of an interval.
+    pub(super) fn ends(&self, search: &Search) -> Result<[f64; 2], Failure> {
+        let rows = self.varying.at(&self.start, &search.interval)?;
+        let value = |row: Option<&At>| row.map_or(f64::NAN, |row| row.0[search.output]);
+        Ok([value(rows.first()), value(rows.last())])
+    }
+
+    /// Does the motion begin or end then?
+    pub(super) fn is_end(&self, time: f64) -> bool {
+        self.times.first() == Some(&time) || self.times.last() == Some(&time)
     }
 
     /// Do the last coefficients say that an output and its derivatives are these polynomials?
