@@ -375,7 +375,7 @@ mod tests {
             inertia: 0.0,
         };
         let mut limbs: Vec<Limb> = (0..COUNT).map(limb).collect();
-        let mut masses = vec![0.0; COUNT];
+        let mut masses = [0.0; COUNT];
         for k in (0..COUNT).rev() {
             let (own, at) = (1.5 + wave(k, 2.3), [wave(k, 0.4), wave(k, 3.1)]);
             masses[k] += own;
