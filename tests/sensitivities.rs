@@ -116,6 +116,44 @@ fn a_spring_that_only_pushes_and_a_damper_that_is_cut_in() {
 }
 
 #[test]
+fn a_weight_that_bounces_on_a_stiff_stop_with_damping() {
+    // The force jumps at the beginning of a contact; it ends where the stop would have to pull.
+    let text = "
+        name = 'bounce'
+        gravity = [0, -9.81]
+        [parameters]
+        stiffness = '40 kN/m'
+        damping = '20 N.s/m'
+        mass = '2 kg'
+        height = '0.3 m'
+        [ground.points]
+        floor = [0, -1]
+        [bodies.weight]
+        mass = 'mass'
+        [joints.guide]
+        type = 'prismatic'
+        between = ['ground', 'weight']
+        axis = [0, 1]
+        [loads.stop]
+        type = 'spring'
+        between = ['ground.floor', 'weight']
+        stiffness = 'stiffness'
+        length = '0.8 m'
+        damping = 'damping'
+        side = 'below'
+        [initial]
+        'guide.s' = 'height'
+        'guide.v' = 0
+        [outputs]
+        variables = ['guide.s', 'guide.v']
+        [experiment]
+        tolerance = 1e-9
+        stop = 1.2
+    ";
+    check(text, &["stiffness", "damping", "mass", "height", "guide.v"], 1.2, 1e-4, 1e-7);
+}
+
+#[test]
 fn a_driven_mechanism_and_its_reactions() {
     check(&model("quick_return"), &["l8", "l2", "l6"], 0.3, 1e-4, 1e-7);
 }

@@ -10,9 +10,11 @@ use crate::expr::Order;
 
 /// Halvings of the interval that a crossing lies in.
 const HALVINGS: usize = 60;
-/// The laws before and after are read that far from the crossing, as a share of the interval it was found in: nearer, rounding decides which law it is; the
-/// derivatives stand still for that long.
-const BESIDE: f64 = 1e-8;
+/// The laws before and after are read that far from the crossing, as a share of the interval it was found in, and no nearer than so many roundings of the time:
+/// nearer, rounding decides which law it is. The derivatives stand still for that long, which a stiff law makes them feel: the first share at which the
+/// laws are clear is taken.
+const BESIDE: [f64; 5] = [1e-12, 1e-11, 1e-10, 1e-9, 1e-8];
+const ROUNDINGS: f64 = 64.0;
 /// Accelerations are the same within this share.
 const SAME: f64 = 1e-6;
 
@@ -23,6 +25,8 @@ pub struct Crossing {
     pub switch: usize,
     /// Just before it \[s\].
     pub time: f64,
+    /// From there to the crossing, and on to where the laws after it are read \[s\].
+    beside: f64,
     /// The interval that it was found in \[s\].
     interval: f64,
     /// What the switching function reaches at the end of the interval.
@@ -46,9 +50,11 @@ impl Course<'_, '_> {
                 continue;
             }
             let located = self.located(switch, old, [from, to])?;
-            let time = (located - (to - from) * BESIDE).max(self.motion.time());
+            let (interval, reached) = (to - from, after[switch].abs());
+            let beside = self.beside(switch, old, located, interval)?;
+            let time = (located - beside).max(self.motion.time());
             if first.is_none_or(|first| time < first.time) {
-                first = Some(Crossing { switch, time, interval: to - from, reached: after[switch].abs() });
+                first = Some(Crossing { switch, time, beside, interval, reached });
             }
         }
         Ok(first)
@@ -73,9 +79,30 @@ impl Course<'_, '_> {
         Ok(low)
     }
 
+    /// How far from a crossing the law is the one before or after it: there and twice as far the accelerations are the same.
+    fn beside(&self, switch: usize, side: bool, located: f64, interval: f64) -> Result<f64, Failure> {
+        let shortest = ROUNDINGS * f64::EPSILON * located.abs();
+        let [.., longest] = BESIDE.map(|share| (share * interval).max(shortest));
+        for distance in BESIDE.map(|share| (share * interval).max(shortest)) {
+            let mut motion = self.motion.clone();
+            let mut read = |shift: f64| -> Result<_, Failure> {
+                let (point, numbers) = self.at(&mut motion, (located + shift * distance).max(self.motion.time()))?;
+                let is_before = (numbers.values(Row::Switches)[switch] > 0.0) == side;
+                Ok((is_before, self.values(&point, Order::Acceleration)))
+            };
+            let [farther, before, after, beyond] = [read(-2.0)?, read(-1.0)?, read(1.0)?, read(2.0)?];
+            let same =
+                |one: &DVector<f64>, other: &DVector<f64>| (one - other).amax() <= SAME * one.amax().max(other.amax());
+            if before.0 && !after.0 && same(&farther.1, &before.1) && same(&after.1, &beyond.1) {
+                return Ok(distance);
+            }
+        }
+        Ok(longest)
+    }
+
     /// Goes over a crossing; the motion and its derivatives are those just before it.
     pub(super) fn cross(&mut self, crossing: &Crossing) -> Result<(), Failure> {
-        let Crossing { switch, time, interval, reached } = *crossing;
+        let Crossing { switch, time, beside, interval, reached } = *crossing;
         let mut motion = self.motion.clone();
         let (before, numbers) = self.at(&mut motion, time)?;
         let beginning = motion.clone();
@@ -98,7 +125,7 @@ impl Course<'_, '_> {
             (&others * speed - &change * rate).amax()
                 <= SAME * (change.amax() * rate.abs()).max(others.amax() * speed.abs())
         };
-        let (after, beyond) = self.at(&mut motion, time + 2.0 * interval * BESIDE)?;
+        let (after, beyond) = self.at(&mut motion, time + 2.0 * beside)?;
         let (new, values) = (self.values(&after, Order::Acceleration), beyond.values(Row::Switches));
         let jump = &accelerations - &new;
         // Crossed at an angle it gets about as far as its speed takes it.
@@ -116,7 +143,7 @@ impl Course<'_, '_> {
             self.rates -= &jump * &change / speed;
         }
         if crosses {
-            let times = [time, time + 2.0 * interval * BESIDE];
+            let times = [time, time + 2.0 * beside];
             self.switched.push(Switched { times, changes: (-&change / speed).iter().copied().collect() });
         }
         self.sides = sides(&values);
