@@ -240,7 +240,7 @@ fn what_is_wrong_is_said() {
         ("outside.csv", "damping", "", 2, &["3 of 5 times", "-1.0 s"]),
         ("unit.csv", "damping", "", 2, &["`kg`"]),
         ("one.csv", "damping", "", 2, &["1 measured values"]),
-        ("measured.csv", "dampng", "", 3, &["did you mean `damping`"]),
+        ("measured.csv", "dampng", "", 2, &["did you mean `damping`"]),
         ("measured.csv", "damping,damping", "", 2, &["varied twice"]),
         ("measured.csv", "damping=5..4,stiffness=1..2 m", "", 2, &["is not below", "not in N/m"]),
         ("measured.csv", "damping=5..9", "", 2, &["starts at 4.0"]),

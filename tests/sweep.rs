@@ -156,13 +156,65 @@ fn what_is_wrong_is_said() {
         (&["--set", "rod_length=1..2 kg:3"], 2, "kg"),
         (&["--output", "largest(cylinder.s)"], 2, "none of max"),
         (&["--output", "max(cylinder.z)"], 1, "cylinder"),
+        (&["--output", "max(cylinder.z)"], 1, "what is asked for"),
+        (&["--set", "rod_length=0.1,1.5"], 2, "0.1 must be at least 0.6 m"),
         (&["--random", "10", "--latin", "3"], 2, "cannot be used with"),
+        (&["--random", "0", "--set", "rod_length=1.4..1.5"], 2, "0 runs"),
         (&["--resume"], 2, "--csv"),
         (&["--stop", "-1"], 2, "before the start"),
     ] {
         let output = cotree(folder.path(), &[&["sweep", SCENE], arguments].concat());
         assert!(code(&output) == exit && stderr(&output).contains(message), "{arguments:?}: {}", stderr(&output));
     }
+}
+
+#[test]
+fn everything_that_is_wrong_is_said_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = |command: &str, arguments: &[&str], messages: &[&str]| {
+        let output = cotree(folder.path(), &[&[command, SCENE], arguments].concat());
+        let text = stderr(&output);
+        assert_eq!(code(&output), 2, "{text}");
+        assert!(messages.iter().all(|message| text.contains(message)), "{text}");
+    };
+    let sets = ["--set", "rod_lenght=1", "--set", "crank_length=1 kg", "--set", "gas_force=x"];
+    let said = ["`rod_length`", "1 kg", "`x`"];
+    wrong("simulate", &sets, &said);
+    wrong("equilibrium", &sets, &said);
+    wrong("sweep", &sets, &said);
+    let measures = ["--output", "mox(cylinder.s)", "--output", "max(cylinder.s"];
+    wrong("sweep", &[&sets[..], &measures].concat(), &[&said[..], &["`mox`", "max(variable)"]].concat());
+    fs::write(folder.path().join("runs.csv"), "rod_length;gas_force [kN]\n1,5\n1,4;x\n1,3;2\n0,5;0\n").unwrap();
+    wrong(
+        "sweep",
+        &["--table", "runs.csv"],
+        &["line 2: 1 fields", "line 3, `gas_force`", "line 5, `rod_length`: 0.5 must"],
+    );
+    fs::write(folder.path().join("names.csv"), "rod,gas_force [kg],crank\n1,2,3\n").unwrap();
+    wrong("sweep", &["--table", "names.csv"], &["`rod`", "in kg, not in N", "`crank`"]);
+    fs::write(folder.path().join("none.csv"), "rod_length\n").unwrap();
+    wrong("sweep", &["--table", "none.csv"], &["no runs"]);
+    wrong("simulate", &["--sensitivity", "rod_lenght"], &["`rod_length`"]);
+}
+
+#[test]
+fn tables_and_tolerances_are_written_as_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let measure = ["--output", "cylinder.s"];
+    let table = |text: &str| {
+        fs::write(folder.path().join("runs.csv"), text).unwrap();
+        swept(folder.path(), &[&["--table", "runs.csv"][..], &measure].concat())
+    };
+    let wanted = table("rod_length,crank.angle\n1.5,0.5\n1.25,1\n");
+    assert_eq!(table("rod_length [mm];crank.angle [rad]\n1500;0,5\n1,25 m;1\n"), wanted);
+    assert_eq!(table("rod_length [cm]\tcrank.angle\n150\t0.5\n125\t1\n"), wanted);
+    let drawn = |within: &str| {
+        let set = format!("rod_length=1.5{within}");
+        swept(folder.path(), &[&["--random", "3", "--set", set.as_str()][..], &measure].concat())
+    };
+    assert_eq!(drawn("+-2 %"), drawn("+-0.03"));
+    assert_eq!(drawn("~2%"), drawn("~30 mm"));
+    assert_eq!(drawn("+-2 %").lines().count(), 4);
 }
 
 #[test]

@@ -42,6 +42,23 @@ impl Failure {
         Failure::Usage(format!("cannot {action} `{}`: {error}", path.display()))
     }
 
+    /// All of them, or every message: a line for each.
+    pub fn every<T>(results: impl Iterator<Item = Result<T, String>>) -> Result<Vec<T>, Failure> {
+        let (mut good, mut wrong) = (Vec::new(), Vec::new());
+        for result in results {
+            match result {
+                Ok(one) => good.push(one),
+                Err(message) => wrong.push(message),
+            }
+        }
+        if wrong.is_empty() { Ok(good) } else { Err(Failure::usage(&wrong)) }
+    }
+
+    /// Several faults of the command line.
+    pub fn usage(messages: &[String]) -> Self {
+        Failure::Usage(messages.join("\nerror: "))
+    }
+
     /// Adds what else there is to know.
     pub fn with_note(self, note: &str) -> Self {
         match self {

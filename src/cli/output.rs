@@ -161,7 +161,7 @@ pub fn unknown(faults: Faults, asked: &str) -> Failure {
     let is_asked = |fault: &&Fault| fault.code == "scene::unknown_output" && fault.span.is_nowhere();
     let asked_for = faults.list.iter().filter(is_asked);
     let message = |fault: &Fault| {
-        let message = fault.message.replace("`[outputs]` names", &format!("{asked} names"));
+        let message = fault.message.replace("what is asked for names", &format!("{asked} names"));
         format!("{message}; {}", fault.help)
     };
     let messages: Vec<String> = asked_for.map(message).collect();

@@ -8,7 +8,7 @@ use super::MessageFormat;
 use super::failure::Failure;
 use super::output;
 use crate::analysis::report::{Report, Style};
-use crate::analysis::{Study, StudyError};
+use crate::analysis::{self, Study, StudyError};
 use crate::compile;
 use crate::mechanism::Unit;
 use crate::scene::Scene;
@@ -75,9 +75,8 @@ pub fn time(option: &str, text: &str, start: f64) -> Result<f64, Failure> {
 /// A study of a scene with `name=value` of parameters and inputs.
 pub fn with_settings(scene: &Scene, settings: &[String]) -> Result<Study, Failure> {
     let mut study = Study::new(scene)?;
-    for setting in settings {
-        set(&mut study, setting).map_err(|message| Failure::Usage(format!("--set {setting}: {message}")))?;
-    }
+    let set = |setting: &String| set(&mut study, setting).map_err(|message| format!("--set {setting}: {message}"));
+    Failure::every(settings.iter().map(set))?;
     Ok(study)
 }
 
@@ -91,6 +90,7 @@ impl From<StudyError> for Failure {
     fn from(error: StudyError) -> Self {
         match error {
             StudyError::Scene(faults) => Failure::Scene(faults),
+            StudyError::Analysis(error @ analysis::Failure::Unknown { .. }) => Failure::Usage(error.to_string()),
             StudyError::Analysis(error) => Failure::Numerical(error.to_string()),
         }
     }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use cotree_fmu::instance::MOST_LANES;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use signal_hook::consts::SIGINT;
 
 use super::failure::Failure;
@@ -33,7 +33,7 @@ const LARGEST_TABLE: u64 = 1 << 30;
                   cotree sweep slider_crank.toml --random 10000 --set \"rod_length=1.5 m~1 mm\" --output \"max(cylinder.s)\" -o out.csv\n  \
                   cotree sweep slider_crank.toml --table runs.csv --output \"peak(crank.omega)\" -o out.csv --resume\n\n\
                   Values: 1,1.2 (these); 0.4..0.6:21 (so many, both ends among them); with --random or --latin also 0.4..0.6 (any\n\
-                  between), 0.5+-0.01 (any within), 0.5~0.01 (normal, by its standard deviation). Numbers may have units.\n\
+                  between), 0.5+-0.01 or 0.5+-2% (any within), 0.5~0.01 (normal, by its standard deviation). Numbers may have units.\n\
                   Measures: max, min, peak (of the magnitude), range, mean, rms, first, last, when_max, when_min of a variable, of its\n\
                   values at communication points; a variable alone is its last value.")]
 pub struct Sweep {
@@ -81,9 +81,7 @@ impl Sweep {
         output::apart(&[Some(&self.scene), self.table.as_deref()], &[self.file(), self.plot.as_deref()])?;
         self.plot.as_deref().map_or(Ok(()), |path| output::is_picture(path, &["svg", "png"]))?;
         let scene = output::load(&self.scene)?;
-        let measures = self.measures(&scene, format)?;
-        let compiled = sweep::measured(&scene, &measures)?;
-        output::warn_of(&compiled, format);
+        let (compiled, measures) = self.compiled(&scene, format)?;
         let design = self.design(&compiled.description)?;
         let experiment = self.times.experiment(compiled.description.experiment)?;
         let sweep = sweep::Sweep { compiled, experiment, measures, design };
@@ -108,18 +106,29 @@ impl Sweep {
         output::file(self.output.as_deref())
     }
 
-    /// What is measured: what was asked for, else the last value of each output.
-    fn measures(&self, scene: &Scene, format: MessageFormat) -> Result<Vec<Measure>, Failure> {
-        let read = |text: &String| {
-            text.parse::<Measure>().map_err(|message| Failure::Usage(format!("--output {text}: {message}")))
-        };
-        let mut asked = self.measures.iter().map(read).collect::<Result<Vec<Measure>, _>>()?;
-        if asked.is_empty() {
-            let Compiled { description, .. } = output::compile_scene(scene, format)?;
-            let names = description.reported().into_iter().map(|index| description.variables[index].name.clone());
-            asked = names.map(|name| Measure::last(&name)).collect();
+    /// The scene with what is measured: what was asked for, else the last value of each output.
+    fn compiled(&self, scene: &Scene, format: MessageFormat) -> Result<(Compiled, Vec<Measure>), Failure> {
+        let read = |text: &String| text.parse::<Measure>().map_err(|message| format!("--output {text}: {message}"));
+        match Failure::every(self.measures.iter().map(read)) {
+            Ok(asked) if !asked.is_empty() => {
+                let compiled = sweep::measured(scene, &asked)?;
+                output::warn_of(&compiled, format);
+                Ok((compiled, asked))
+            }
+            Ok(_) => {
+                let compiled = output::compile_scene(scene, format)?;
+                let Compiled { description, .. } = &compiled;
+                let name = |index: usize| &description.variables[index].name;
+                let measures = description.reported().into_iter().map(|index| Measure::last(name(index))).collect();
+                Ok((compiled, measures))
+            }
+            // What is wrong with the values is said, too.
+            Err(Failure::Usage(wrong)) => match self.design(&output::compile_scene(scene, format)?.description) {
+                Err(Failure::Usage(more)) => Err(Failure::usage(&[wrong, more])),
+                _ => Err(Failure::Usage(wrong)),
+            },
+            Err(other) => Err(other),
         }
-        Ok(asked)
     }
 
     /// Threads, and lanes in each.
@@ -136,15 +145,16 @@ impl Sweep {
     }
 
     fn design(&self, description: &Description) -> Result<Design, Failure> {
-        let read = |text: &String| {
-            Factor::read(description, text).map_err(|message| Failure::Usage(format!("--set {text}: {message}")))
-        };
-        let factors = self.factors.iter().map(read).collect::<Result<Vec<Factor>, _>>()?;
+        let read =
+            |text: &String| Factor::read(description, text).map_err(|message| format!("--set {text}: {message}"));
+        let factors = Failure::every(self.factors.iter().map(read))?;
         let design = match (&self.table, self.random, self.latin) {
             (Some(path), ..) => {
                 let bytes = files::read(path, LARGEST_TABLE).map_err(|error| Failure::file("read", path, error))?;
                 let text = String::from_utf8(bytes).map_err(|_| Failure::file("read", path, "it is not a text"))?;
-                Design::table(description, &text, factors).map_err(|message| format!("{}: {message}", path.display()))
+                let placed = |message: String| format!("{}: {message}", path.display());
+                return Design::table(description, &text, factors)
+                    .map_err(|wrong| Failure::usage(&wrong.into_iter().map(placed).collect::<Vec<_>>()));
             }
             (_, Some(count), _) => Design::random(factors, Kind::Random, count, self.seed),
             (_, _, Some(count)) => Design::random(factors, Kind::Latin, count, self.seed),
@@ -210,8 +220,12 @@ impl Sweep {
 
 /// A bar on standard error, if that is a terminal.
 fn bar(all: usize, done: usize) -> ProgressBar {
-    let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} runs, {per_sec}, {eta} left");
-    let bar = ProgressBar::new(all as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} runs, {rate}/s, {eta} left");
+    let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+        let _ = write!(out, "{:.0}", state.per_sec()); // a bar cannot say that it cannot be drawn
+    };
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar()).with_key("rate", rate);
+    let bar = ProgressBar::new(all as u64).with_style(style);
     bar.set_position(done as u64);
     bar.reset_eta();
     bar

@@ -38,7 +38,9 @@ impl Resolver<'_> {
     }
 
     fn variable_output(&mut self, name: &Text) -> Option<Output> {
-        let variable = self.variable(name, "`[outputs]`", "scene::unknown_output")?;
+        // What is asked for beside the scene has no place in it.
+        let user = if name.span.is_nowhere() { "what is asked for" } else { "`[outputs]`" };
+        let variable = self.variable(name, user, "scene::unknown_output")?;
         let wanted = variable.quantity.measure();
         Some(Output {
             name: name.text.clone(),

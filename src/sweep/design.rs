@@ -2,10 +2,9 @@
 
 use super::factor::{Factor, Values};
 use super::sample::{Kind, drawn};
-use crate::compile::quantity;
+use super::table;
 use crate::export::description::Description;
-use crate::output::csv::records;
-use crate::simulate::{Settings, settings};
+use crate::simulate::Settings;
 
 /// The runs of a sweep.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,46 +47,32 @@ impl Design {
     /// So many random combinations.
     ///
     /// # Errors
-    /// A factor is there twice, or there are too many runs.
+    /// A factor is there twice, or there are no runs or too many.
     pub fn random(factors: Vec<Factor>, kind: Kind, count: usize, seed: u64) -> Result<Self, String> {
         different(&factors)?;
-        if count > MOST_RUNS {
-            return Err(too_many());
+        if !(1..=MOST_RUNS).contains(&count) {
+            return Err(if count == 0 { "0 runs are none: draw at least one".to_owned() } else { too_many() });
         }
         let columns = factors.iter().enumerate().map(|(place, factor)| drawn(kind, &factor.values, count, seed, place));
         let columns = columns.collect();
         Ok(Design { factors, runs: Runs::Drawn(columns, count) })
     }
 
-    /// The rows of a CSV table whose first line names the factors; values may have units. `constant` factors have one level each.
+    /// The rows of a CSV table whose first line names the factors, with units if wanted; values may have units of their own. `constant` factors have one level each.
     ///
     /// # Errors
-    /// The first thing that is wrong with the table, with its line.
-    pub fn table(description: &Description, text: &str, constant: Vec<Factor>) -> Result<Self, String> {
-        let mut rows = records(text).map_err(|error| error.to_string())?.into_iter();
-        let (_, names) = rows.next().ok_or("the table is empty; begin with a line of names")?;
-        let mut factors = names.iter().map(|name| column(description, name)).collect::<Result<Vec<_>, _>>()?;
-        let mut columns = vec![Vec::new(); factors.len()];
-        for (line, fields) in rows {
-            if fields.len() != factors.len() {
-                return Err(format!("line {line}: {} fields, but the header has {}", fields.len(), factors.len()));
-            }
-            for ((field, factor), column) in fields.iter().zip(&factors).zip(&mut columns) {
-                let variable = &description.variables[factor.variable];
-                let value = quantity(field.trim(), &variable.unit)
-                    .and_then(|value| settings::permitted(variable, value).map(|()| value));
-                column.push(value.map_err(|error| format!("line {line}, `{}`: {error}", factor.name))?);
-            }
-        }
+    /// Everything that is wrong with the table, with its lines.
+    pub fn table(description: &Description, text: &str, constant: Vec<Factor>) -> Result<Self, Vec<String>> {
+        let (mut factors, mut columns) = table::columns(description, text)?;
         let count = columns.first().map_or(0, Vec::len);
         for factor in constant {
             match &factor.values {
                 Values::Levels(levels) if levels.len() == 1 => columns.push(vec![levels[0]; count]),
-                _ => return Err(format!("beside a table `{}` can have one value only", factor.name)),
+                _ => return Err(vec![format!("beside a table `{}` can have one value only", factor.name)]),
             }
             factors.push(factor);
         }
-        different(&factors)?;
+        different(&factors).map_err(|message| vec![message])?;
         Ok(Design { factors, runs: Runs::Columns(columns, count) })
     }
 
@@ -144,23 +129,6 @@ impl Design {
     pub fn settings(&self, run: usize) -> Settings {
         self.factors.iter().map(|factor| factor.variable).zip(self.values(run)).collect()
     }
-}
-
-/// The factor of a column, called `name` or `name [unit]`.
-fn column(description: &Description, heading: &str) -> Result<Factor, String> {
-    let name = heading.split_once('[').map_or(heading, |(name, _)| name).trim();
-    let variable = settings::settable(description, name)?;
-    let known = &description.variables[variable];
-    if let Some((_, unit)) = heading.split_once('[')
-        && unit.trim_end().strip_suffix(']').map(str::trim) != Some(&known.unit.si)
-    {
-        return Err(format!(
-            "the column `{}` is not in {}; write units beside the values",
-            heading.trim(),
-            known.unit.si
-        ));
-    }
-    Ok(Factor { variable, name: known.name.clone(), unit: known.unit.si.clone(), values: Values::Levels(Vec::new()) })
 }
 
 fn different(factors: &[Factor]) -> Result<(), String> {

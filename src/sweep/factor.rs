@@ -33,8 +33,8 @@ pub enum Values {
 const MOST_LEVELS: usize = 10_000_000;
 
 impl Factor {
-    /// Reads `name=values`: `1,1.2`, `0.4..0.6:21` (so many, both ends among them), `0.4..0.6` (any between), `0.5+-0.01` (any within), `0.5~0.01` (normal). Numbers may have
-    /// units: `"400 mm..600 mm:21"`.
+    /// Reads `name=values`: `1,1.2`, `0.4..0.6:21` (so many, both ends among them), `0.4..0.6` (any between), `0.5+-0.01` (any within), `0.5~0.01` (normal); tolerances may be
+    /// shares, as in `0.5+-2%`. Numbers may have units: `"400 mm..600 mm:21"`.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -44,7 +44,7 @@ impl Factor {
         let known = &description.variables[variable];
         let values = Values::read(values.trim(), &known.unit)?;
         for value in values.bounds() {
-            settings::permitted(known, value)?;
+            settings::permitted(known, value).map_err(|message| format!("{value:?} {message}"))?;
         }
         Ok(Factor { variable, name: known.name.clone(), unit: known.unit.si.clone(), values })
     }
@@ -54,11 +54,13 @@ impl Values {
     fn read(text: &str, unit: &Unit) -> Result<Self, String> {
         let number = |text: &str| quantity(text.trim(), unit);
         if let Some((mean, within)) = text.split_once("+-").or_else(|| text.split_once('±')) {
-            let (mean, within) = (number(mean)?, number(within)?);
+            let mean = number(mean)?;
+            let within = share(within, mean)?.map_or_else(|| number(within), Ok)?;
             return ordered(mean - within, mean + within).map(|[low, high]| Values::Uniform(low, high));
         }
         if let Some((mean, deviation)) = text.split_once('~') {
-            let (mean, deviation) = (number(mean)?, number(deviation)?);
+            let mean = number(mean)?;
+            let deviation = share(deviation, mean)?.map_or_else(|| number(deviation), Ok)?;
             let positive = deviation > 0.0 && deviation.is_finite();
             return if positive {
                 Ok(Values::Normal(mean, deviation))
@@ -87,6 +89,14 @@ impl Values {
             Values::Normal(mean, _) => vec![*mean],
         }
     }
+}
+
+/// A tolerance such as `2 %` of a mean; none if it is no share.
+fn share(text: &str, mean: f64) -> Result<Option<f64>, String> {
+    let Some(percent) = text.trim().strip_suffix('%') else { return Ok(None) };
+    let number = percent.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    let number = number.ok_or_else(|| format!("`{}` is no number of percent", text.trim()))?;
+    Ok(Some(0.01 * number * mean.abs()))
 }
 
 fn ordered(low: f64, high: f64) -> Result<[f64; 2], String> {
@@ -122,6 +132,8 @@ mod tests {
         assert_eq!(values("-1..-0.5"), Ok(Values::Uniform(-1.0, -0.5)));
         assert_eq!(values("500 mm +- 125 mm"), Ok(Values::Uniform(0.375, 0.625)));
         assert_eq!(values("0.5~10 mm"), Ok(Values::Normal(0.5, 0.01)));
+        assert_eq!(values("-500 mm +- 25 %"), Ok(Values::Uniform(-0.625, -0.375)));
+        assert_eq!(values("0.5 ~ 50%"), Ok(Values::Normal(0.5, 0.25)));
     }
 
     #[test]
@@ -132,6 +144,8 @@ mod tests {
             ("1..2:x", "count"),
             ("2..1", "above"),
             ("1~0", "above zero"),
+            ("1+-x%", "percent"),
+            ("1~-2%", "above zero"),
             ("1 kg", "not in m"),
             ("", "not a number"),
         ] {

@@ -5,6 +5,7 @@ mod factor;
 mod picture;
 mod record;
 mod sample;
+mod table;
 
 use std::io;
 use std::sync::Arc;

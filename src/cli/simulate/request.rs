@@ -22,7 +22,7 @@ pub fn run<'a>(
     };
     // A run from equilibrium has them in its scene.
     let settings = options.settings.iter().filter(|_| !options.from_equilibrium);
-    let settings: Vec<(usize, f64)> = settings.map(|setting| set(description, setting)).collect::<Result<_, _>>()?;
+    let settings: Vec<(usize, f64)> = Failure::every(settings.map(|setting| set(description, setting)))?;
     if let Some((_, columns)) = &inputs
         && let Some((index, _)) = settings.iter().find(|(index, _)| columns.contains(index))
     {
@@ -48,8 +48,8 @@ pub fn thinning(options: &Simulate) -> Result<u64, Failure> {
 }
 
 /// `name=value` as variable and SI value.
-fn set(description: &Description, setting: &str) -> Result<(usize, f64), Failure> {
-    let wrong = |message: String| Failure::Usage(format!("--set {setting}: {message}"));
+fn set(description: &Description, setting: &str) -> Result<(usize, f64), String> {
+    let wrong = |message: String| format!("--set {setting}: {message}");
     let (name, value) = setting.split_once('=').ok_or_else(|| wrong("write name=value".to_owned()))?;
     let (name, value) = (name.trim(), value.trim());
     let index = settings::settable(description, name).map_err(wrong)?;

@@ -2,7 +2,7 @@
 
 mod table;
 
-pub use table::{Table, TableError, records};
+pub use table::{Cells, Table, TableError, named};
 
 use std::io::{self, Write};
 

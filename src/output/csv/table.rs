@@ -200,8 +200,7 @@ fn name_and_unit(line: usize, column: usize, field: &str) -> Result<(String, Opt
 
 fn number(line: usize, column: usize, field: &str, separator: char) -> Result<f64, TableError> {
     let field = field.trim();
-    let decimal = if separator == ';' { field.replacen(',', ".", 1) } else { field.to_owned() };
-    let value = decimal.parse::<f64>().ok().filter(|value| value.is_finite());
+    let value = plain(field, separator).parse::<f64>().ok().filter(|value| value.is_finite());
     value.ok_or_else(|| fault(line, column, format!("`{field}` is not a finite number")))
 }
 
@@ -209,12 +208,41 @@ fn fault(line: usize, column: usize, message: impl Into<String>) -> TableError {
     TableError { line, column, message: message.into() }
 }
 
-/// The rows of a text as fields, each with the line it begins on; empty lines are skipped.
+/// The fields of a text, whatever they mean.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cells {
+    /// Fields, and the line each row begins on; empty lines are skipped.
+    pub rows: Vec<Row>,
+    separator: char,
+}
+
+impl Cells {
+    /// Reads a table whose columns are separated by commas, semicolons or tabs.
+    ///
+    /// # Errors
+    /// A quote that is not closed or stands in the middle of a field.
+    pub fn read(text: &str) -> Result<Self, TableError> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let separator = separator(text);
+        Ok(Cells { rows: rows(text, separator)?, separator })
+    }
+
+    /// A field without blanks around it and with a point as its decimal sign: between semicolons it may be a comma.
+    pub fn plain(&self, field: &str) -> String {
+        plain(field.trim(), self.separator)
+    }
+}
+
+fn plain(field: &str, separator: char) -> String {
+    if separator == ';' { field.replacen(',', ".", 1) } else { field.to_owned() }
+}
+
+/// The name and the unit of a heading such as `gas_force [kN]`.
 ///
 /// # Errors
-/// A quote that is not closed or stands in the middle of a field.
-pub fn records(text: &str) -> Result<Vec<Row>, TableError> {
-    rows(text.strip_prefix('\u{feff}').unwrap_or(text), ',')
+/// The unit is none.
+pub fn named(heading: &str) -> Result<(String, Option<Unit>), String> {
+    name_and_unit(1, 1, heading).map_err(|fault| fault.message)
 }
 
 /// The rows of a text, each with the line it begins on; empty lines are skipped.
