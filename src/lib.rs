@@ -108,7 +108,7 @@
 //! | what a scene can have | [`Scene`], [`Body`], [`Shape`], [`Joint`], [`Driver`], [`Load`], [`Parameter`], [`Input`] |
 //! | numbers, vectors, places | [`Quantity`], [`Vector`], [`Corner`] |
 //! | faults | [`Faults`], [`Fault`], [`Severity`] |
-//! | results | [`Results`], [`Column`] |
+//! | results | [`Results`], [`Column`]; of many runs at once [`Scene::simulate_many`] |
 //! | equations and programs | [`compile()`], [`Compiled`], [`equations()`], [`Notation`] |
 //!
 //! The repository has a reference of the scene (`docs/scene-reference.md`), a page for each method in `docs`, and a map of the sources in

@@ -255,3 +255,30 @@ fn inputs_change_for_one_member_only() {
     }
     assert!(all[0].1 != all[9].1);
 }
+
+#[test]
+fn members_are_given_by_name() {
+    let study = Study::of("slider_crank");
+    let variables = ["rod_length", "crank.angle"].map(|name| study.variable(name));
+    let mut members: Vec<_> =
+        (0..7).map(|run| vec![("rod_length", 1.2 + 0.05 * f64::from(run)), ("crank.angle", 0.5)]).collect();
+    members.push(vec![("crank_length", 9.0)]); // cannot be assembled
+    let found = study.compiled.simulate_many(&members).unwrap();
+    assert!(found[7].is_err());
+    let experiment = study.compiled.description.experiment;
+    for (run, results) in found.iter().take(7).enumerate() {
+        let results = results.as_ref().unwrap();
+        let settings = variables.into_iter().zip(members[run].iter().map(|(_, value)| *value)).collect();
+        let (rows, ended) = study.runs([experiment.stop, experiment.step], &[settings], 1, MOST_LANES).remove(0);
+        assert_eq!(ended, Ok(()));
+        for (index, row) in rows.chunks(1 + results.columns().len()).enumerate() {
+            let values = results.columns().iter().map(|column| column.values[index]);
+            assert!(row[0] == results.times()[index] && values.eq(row[1..].iter().copied()), "{run}: {row:?}");
+        }
+        // Among others.
+        assert_eq!(study.compiled.simulate_many(&members[run..=run]).unwrap()[0].as_ref().unwrap(), results);
+    }
+    let wrong = study.compiled.simulate_many(&[vec![("rod_lenght", 1.0)], vec![("rod_length", 0.1)]]);
+    let wrong = wrong.unwrap_err().to_string();
+    assert!(wrong.contains("`rod_length`") && wrong.contains("0.1 must be at least 0.6 m"), "{wrong}");
+}

@@ -65,6 +65,7 @@ impl From<SimulateError> for MotionError {
         match error {
             SimulateError::Scene(faults) => MotionError::Scene(faults),
             SimulateError::Run(error) => MotionError::Run(error),
+            error @ SimulateError::Settings(_) => MotionError::Request(error.to_string()),
         }
     }
 }

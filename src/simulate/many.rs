@@ -15,6 +15,8 @@ use super::{Run, RunError};
 
 /// Members that a thread takes at a time, at most: enough that its lanes are seldom empty.
 const SHARE: usize = 64;
+/// More threads than this only cost memory.
+const MOST_THREADS: usize = 256;
 
 /// Runs that differ in their settings only. A member's result is that of a single run within the tolerance, and has the same bits whatever its neighbours are and
 /// however many lanes and threads there are: members share the program and nothing else.
@@ -34,7 +36,7 @@ pub type Settings = Vec<(usize, f64)>;
 pub type Ended = Result<Option<Inaccuracy>, RunError>;
 
 impl<'a> Ensemble<'a> {
-    /// `threads`: 0 for one a processor. `lanes`: 1 to [`instance::MOST_LANES`] members at a time in each; 0 for runs with the very bits of single ones. Once `stop` is set, members end at their next
+    /// `threads`: 0 for one a processor; 256 at most. `lanes`: 1 to [`instance::MOST_LANES`] members at a time in each; 0 for runs with the very bits of single ones. Once `stop` is set, members end at their next
     /// communication point.
     ///
     /// # Errors
@@ -45,7 +47,13 @@ impl<'a> Ensemble<'a> {
         (threads, lanes): (usize, usize),
         stop: &'a AtomicBool,
     ) -> Result<Self, ThreadPoolBuildError> {
-        Ok(Self { run, model, threads: ThreadPoolBuilder::new().num_threads(threads).build()?, lanes, stop })
+        Ok(Self {
+            run,
+            model,
+            threads: ThreadPoolBuilder::new().num_threads(threads.min(MOST_THREADS)).build()?,
+            lanes,
+            stop,
+        })
     }
 
     /// How many threads run.
@@ -82,6 +90,10 @@ impl<'a> Ensemble<'a> {
         runs.iter_mut().zip(members).for_each(|(run, settings)| run.settings.extend_from_slice(settings));
         let mut collected: Vec<(C, Ended)> = members.iter().map(|_| (begin(), Ok(None))).collect();
         let started = runs.iter().zip(&mut collected).filter_map(|(run, (collected, ended))| {
+            if self.is_stopped() {
+                *ended = Err(RunError::Output(io::ErrorKind::Interrupted.into())); // a start takes its time, too
+                return None;
+            }
             let report = |time: f64, values: &[f64]| {
                 if self.is_stopped() {
                     return Err(io::ErrorKind::Interrupted.into());

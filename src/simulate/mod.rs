@@ -2,6 +2,7 @@
 
 mod many;
 mod measure;
+mod members;
 mod results;
 pub mod settings;
 mod simulation;

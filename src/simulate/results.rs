@@ -40,9 +40,31 @@ pub enum SimulateError {
     /// The motion cannot be found or continued.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// Names or values that a run cannot be given.
+    #[error("{}", .0.join("\n"))]
+    Settings(Vec<String>),
 }
 
 impl Results {
+    /// Those of a scene, before anything is known.
+    pub(super) fn of(compiled: &Compiled) -> Self {
+        let variables = compiled.reported().into_iter().map(|index| &compiled.description.variables[index]);
+        let column = |name: &str, unit: &str| Column { name: name.into(), unit: unit.into(), values: Vec::new() };
+        let columns = variables.map(|variable| column(&variable.name, &variable.unit.si)).collect();
+        Results { times: Vec::new(), columns, inaccuracy: None }
+    }
+
+    /// Adds a communication point.
+    pub(super) fn push(&mut self, time: f64, values: &[f64]) {
+        self.times.push(time);
+        self.columns.iter_mut().zip(values).for_each(|(column, &value)| column.values.push(value));
+    }
+
+    /// The same with what is known of their accuracy.
+    pub(super) fn with(self, inaccuracy: Option<Inaccuracy>) -> Self {
+        Results { inaccuracy, ..self }
+    }
+
     /// Communication points \[s\]: start, every full step, and stop.
     pub fn times(&self) -> &[f64] {
         &self.times
@@ -89,16 +111,12 @@ impl Compiled {
     /// # Errors
     /// The motion cannot be found or continued.
     pub fn simulate(&self) -> Result<Results, RunError> {
-        let variables = self.reported().into_iter().map(|index| &self.description.variables[index]);
-        let column = |name: &str, unit: &str| Column { name: name.into(), unit: unit.into(), values: Vec::new() };
-        let columns = variables.map(|variable| column(&variable.name, &variable.unit.si)).collect();
-        let mut results = Results { times: Vec::new(), columns, inaccuracy: None };
+        let mut results = Results::of(self);
         let inaccuracy = self.run(|time, values| {
-            results.times.push(time);
-            results.columns.iter_mut().zip(values).for_each(|(column, &value)| column.values.push(value));
+            results.push(time, values);
             Ok(())
         })?;
-        Ok(Results { inaccuracy, ..results })
+        Ok(results.with(inaccuracy))
     }
 
     /// The same, handing over time and the values of [`Compiled::reported`] at every communication point as they come. Says if

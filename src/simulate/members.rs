@@ -1,0 +1,61 @@
+//! Many runs of a scene, by the names of what differs.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use cotree_fmu::instance::MOST_LANES;
+use cotree_fmu::model::Model;
+
+use super::{Ensemble, Results, Run, RunError, Settings, SimulateError, settings};
+use crate::compile::{Compiled, compile};
+use crate::scene::Scene;
+
+impl Compiled {
+    /// Runs the experiment of the scene for many values at once: on all processors, and side by side in the vector instructions of each. A member names parameters,
+    /// constant inputs and initial values \[SI\]; the rest is the scene's.
+    ///
+    /// Its results have the same bits whatever the other members are and however many processors there are, and are those of a single run within the tolerance. A member
+    /// that fails leaves the others alone.
+    ///
+    /// # Errors
+    /// Every name that is unknown and every value that is not permitted; a program that the runtime refuses. What is wrong with a single motion is with its results.
+    pub fn simulate_many(&self, members: &[Vec<(&str, f64)>]) -> Result<Vec<Result<Results, RunError>>, SimulateError> {
+        let settings = self.members(members)?;
+        let model = Arc::new(Model::new(self.program.clone()).map_err(RunError::from)?);
+        let (description, reported) = (&self.description, self.reported());
+        let experiment = description.experiment;
+        let run = Run { description, experiment, settings: Vec::new(), inputs: None, reported };
+        let stop = AtomicBool::new(false);
+        let ensemble = Ensemble::new(run, model, (0, MOST_LANES), &stop);
+        let ensemble = ensemble.map_err(|error| RunError::from(io::Error::other(error)))?;
+        let empty = Results::of(self);
+        let ended = ensemble.run(&settings, || empty.clone(), Results::push);
+        Ok(ended.into_iter().map(|(results, ended)| Ok(results.with(ended?))).collect())
+    }
+
+    /// The variables of the names; or everything that is wrong with them.
+    fn members(&self, members: &[Vec<(&str, f64)>]) -> Result<Vec<Settings>, SimulateError> {
+        let mut wrong = Vec::new();
+        let setting = |&(name, value): &(&str, f64)| {
+            let variable = settings::settable(&self.description, name)?;
+            settings::permitted(&self.description.variables[variable], value)
+                .map_err(|message| format!("{name}: {value:?} {message}"))?;
+            Ok((variable, value))
+        };
+        let mut setting = |own| setting(own).map_err(|message: String| wrong.push(message)).ok();
+        let settings = members.iter().map(|member| member.iter().filter_map(&mut setting).collect()).collect();
+        wrong.dedup();
+        if wrong.is_empty() { Ok(settings) } else { Err(SimulateError::Settings(wrong)) }
+    }
+}
+
+impl Scene {
+    /// Runs the experiment of the scene for many values at once, as [`Compiled::simulate_many`] does.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the scene, or with names and values.
+    pub fn simulate_many(&self, members: &[Vec<(&str, f64)>]) -> Result<Vec<Result<Results, RunError>>, SimulateError> {
+        compile(self)?.simulate_many(members)
+    }
+}
