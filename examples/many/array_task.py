@@ -48,4 +48,7 @@ if __name__ == "__main__":
     if "--join" in sys.argv:
         join(int(sys.argv[2]), Path(sys.argv[3]))
     else:
-        task(int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3]), int(os.environ["SLURM_ARRAY_TASK_ID"]))
+        number, tasks = os.environ.get("SLURM_ARRAY_TASK_ID", ""), int(sys.argv[2])
+        if not number.isdecimal() or int(number) >= tasks:
+            sys.exit(f"error: SLURM_ARRAY_TASK_ID is {number!r}, not one of 0 to {tasks - 1}; an array of jobs sets it")
+        task(int(sys.argv[1]), tasks, Path(sys.argv[3]), int(number))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.resources
 import json
+import numbers
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ import numpy as np
 
 from . import _cotree
 from ._faults import Fault, RunError, faults, raised
-from ._results import Results, ResultsList, Table, frame, parameters
+from ._results import Results, ResultsList, Table, formulas, frame, parameters
 from ._studies import Equilibrium, Fit, Mode, Modes, Peak, Sensitivities, StateSpace, fitted, sensitivities
 
 #: A number in SI units, or a text with a unit such as "120 mm".
@@ -121,7 +122,7 @@ class Model:
         tolerance: float | None = None,
         set: Mapping[str, Value] | None = None,
         inputs: Any = None,
-        outputs: Sequence[str] | None = None,
+        outputs: str | Sequence[str] | None = None,
     ) -> Results:
         """Runs the code that runs in the FMU.
 
@@ -131,9 +132,8 @@ class Model:
 
         Raises SceneError, ValueError for arguments, RunError if the motion cannot be continued: its `results` has what comes before.
         """
-        settings = dict(set or {})
         [run] = self._members(
-            _Times(start, stop, step, tolerance), settings, outputs, inputs, [], np.zeros((1, 0)), 1
+            _Times(start, stop, step, tolerance), _settings(set), outputs, inputs, [], np.zeros((1, 0)), 1
         )
         if run.failure:
             raise RunError(run.failure, run)
@@ -149,7 +149,7 @@ class Model:
         tolerance: float | None = None,
         set: Mapping[str, Value] | None = None,
         inputs: Any = None,
-        outputs: Sequence[str] | None = None,
+        outputs: str | Sequence[str] | None = None,
         threads: int = 0,
     ) -> ResultsList:
         """Runs many sets of parameters, constant inputs or initial values: a data frame with a column for each, a mapping of names to arrays, or a
@@ -160,7 +160,7 @@ class Model:
         """
         names, values = _parameters(parameters)
         times = _Times(start, stop, step, tolerance)
-        return ResultsList(self._members(times, dict(set or {}), outputs, inputs, names, values, threads))
+        return ResultsList(self._members(times, _settings(set), outputs, inputs, names, values, _threads(threads)))
 
     def measure(
         self,
@@ -181,21 +181,20 @@ class Model:
         at communication points. Runs that end early have nan, and the reason in `failures`.
         """
         names, values = _parameters(parameters)
-        asked = [measures] if isinstance(measures, str) else list(measures)
         times = _Times(start, stop, step, tolerance)
         with raised():
             columns, table, failures = self._core.measure(
-                times, list(dict(set or {}).items()), asked, _inputs(inputs), names, values, threads
+                times, _settings(set), _names(measures), _inputs(inputs), names, values, _threads(threads)
             )
         given = {name: values[:, place] for place, name in enumerate(names)}
         return Table(given, columns, table, failures)
 
     def _members(self, times, settings, outputs, inputs, names, values, threads) -> list[Results]:
-        outputs = None if outputs is None else list(outputs)
+        outputs = None if outputs is None else _names(outputs)
         with raised():
             columns = self._core.outputs(outputs)
             runs = self._core.simulate(
-                times, list(settings.items()), outputs, _inputs(inputs), names, values, threads
+                times, settings, outputs, _inputs(inputs), names, values, threads
             )
         labels, units = [name for name, _ in columns], [unit for _, unit in columns]
         return [
@@ -235,17 +234,21 @@ class Model:
             return self._core.page(module.read_bytes() if module.is_file() else None)
 
     def linearize(
-        self, at: Value | Iterable[float] | None = None, *, set: Mapping[str, Value] | None = None
+        self, at: float | Iterable[float] | Literal["equilibrium"] | None = None, *, set: Mapping[str, Value] | None = None
     ) -> StateSpace | list[StateSpace]:
         """A, B, C, D from the inputs of the scene to its outputs.
 
         `at` is a time [s], "equilibrium", several times (which give a list), or the start if it is not given. Raises SceneError, and RunError if there is no
         linear system there.
         """
-        several = isinstance(at, Iterable) and not isinstance(at, str)
-        times = None if at == "equilibrium" else [] if at is None else list(at) if several else [float(at)]
+        several = at is not None and not isinstance(at, str) and np.ndim(at) > 0
+        if several and len(at) == 0:
+            return []
+        if isinstance(at, str) and at != "equilibrium":
+            raise ValueError(f'at: {at!r} is neither "equilibrium" nor a time [s]')
+        times = None if isinstance(at, str) else [] if at is None else _times("at", at)
         with raised():
-            report = json.loads(self._core.linearize(times, list(dict(set or {}).items())))
+            report = json.loads(self._core.linearize(times, _settings(set)))
         points = [_state_space(point) for point in report.get("points", [report])]
         return points if several else points[0]
 
@@ -255,7 +258,7 @@ class Model:
         Raises SceneError, and RunError if none is found.
         """
         with raised():
-            report = json.loads(self._core.equilibrium(list(dict(set or {}).items())))
+            report = json.loads(self._core.equilibrium(_settings(set)))
         values = {name: value for group in report["values"].values() for name, value in group.items()}
         return Equilibrium(report["time"], report["stability"], report["moves_most"], values, report["values"])
 
@@ -274,20 +277,20 @@ class Model:
         """
         if to is not None and at is not None:
             raise ValueError("to: derivatives are those of modes about an equilibrium; leave `at` out")
+        time = None if at is None else _times("at", at)[0]
         with raised():
-            report = json.loads(self._core.modes(at, list(dict(set or {}).items())))
+            report = json.loads(self._core.modes(time, _settings(set)))
             changes = [{}] * len(report["modes"])
             if to is not None:
-                names = [to] if isinstance(to, str) else list(to)
-                found = json.loads(self._core.mode_sensitivities(names, list(dict(set or {}).items())))
+                found = json.loads(self._core.mode_sensitivities(_names(to), _settings(set)))
                 changes = [mode["derivatives"] for mode in found["modes"]]
         return Modes(report["time"], [_mode(mode, own) for mode, own in zip(report["modes"], changes, strict=True)])
 
     def sensitivities(
         self,
         of: str | Sequence[str] | None = None,
-        to: str | Sequence[str] = (),
-        times: Iterable[float] | Literal["equilibrium"] = (),
+        to: str | Sequence[str] | None = None,
+        times: float | Iterable[float] | Literal["equilibrium"] | None = None,
         *,
         tolerance: float | None = None,
         set: Mapping[str, Value] | None = None,
@@ -298,14 +301,17 @@ class Model:
         They are integrated beside the motion (variational equations), not differenced: as accurate as the motion. Where laws switch they jump as they should.
         Raises SceneError, ValueError, and RunError where there are no derivatives: at singular poses, where a law that jumps is touched without being crossed.
         """
-        of, to = ([names] if isinstance(names, str) else names for names in (of, to))
-        asked = None if of is None else list(of), list(to), list(dict(set or {}).items())
+        if to is None:
+            raise ValueError("to: name what the derivatives are with respect to: parameters, constant inputs, initial values")
+        if times is None:
+            raise ValueError('times: give times [s], or "equilibrium"')
+        asked = None if of is None else _names(of), _names(to), _settings(set)
         if isinstance(times, str):
             if times != "equilibrium":
                 raise ValueError(f'times: {times!r} is neither "equilibrium" nor times')
             with raised():
                 return sensitivities(*self._core.equilibrium_sensitivities(*asked))
-        times = [float(time) for time in times]
+        times = _times("times", times)
         with raised():
             return sensitivities(times, *self._core.sensitivities(times, tolerance, *asked))
 
@@ -326,14 +332,14 @@ class Model:
         The motion is looked at every `step`: what happens between two points and is gone again is not seen. Where there are no derivatives, at a corner or of
         two equal peaks, `refused` says why. Raises as `sensitivities` does.
         """
-        of, to = ([names] if isinstance(names, str) else names for names in (of, to))
+        levels = [(name, _times(f"crossing: {name}", level)[0]) for name, level in (crossing or {}).items()]
         with raised():
             report = self._core.peaks(
                 _Times(None, stop, step, tolerance),
-                None if of is None else list(of),
-                list(to),
-                list((crossing or {}).items()),
-                list(dict(set or {}).items()),
+                None if of is None else _names(of),
+                _names(to),
+                levels,
+                _settings(set),
             )
         return [Peak(**feature) for feature in json.loads(report)["features"]]
 
@@ -362,7 +368,7 @@ class Model:
         bounds = [(name, *(pair or (None, None))) for name, pair in named.items()]
         with raised():
             report = self._core.fit(
-                _Times(None, stop, None, tolerance), list(dict(set or {}).items()), columns, bounds, list((sigma or {}).items())
+                _Times(None, stop, None, tolerance), _settings(set), columns, bounds, _settings(sigma, "sigma")
             )
         return fitted(json.loads(report))
 
@@ -375,7 +381,7 @@ class Model:
         return frame(self.page(), 640)
 
     def _repr_latex_(self) -> str:
-        return self.equations("latex")
+        return formulas(self.equations("latex"))
 
 
 class _Times:
@@ -384,10 +390,53 @@ class _Times:
     __slots__ = ("start", "step", "stop", "tolerance")
 
     def __init__(self, start: Value | None, stop: Value | None, step: Value | None, tolerance: float | None) -> None:
+        for name, value in (("start", start), ("stop", stop), ("step", step)):
+            _value(name, value)
+        if tolerance is not None and not isinstance(tolerance, numbers.Real):
+            raise TypeError(f"tolerance: {tolerance!r} is not a number")
         self.start, self.stop, self.step, self.tolerance = start, stop, step, tolerance
 
 
 _parameters = parameters
+
+
+def _value(name: str, value: Any) -> None:
+    """Raises TypeError unless it is None, a number, or a text."""
+    is_number = isinstance(value, numbers.Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
+    if value is not None and not is_number and not isinstance(value, str):
+        raise TypeError(f"{name}: {value!r} is neither a number nor a text with a unit")
+
+
+def _settings(given: Mapping[str, Value] | None, what: str = "set") -> list[tuple[str, Value]]:
+    """Names and values; TypeError says which is none."""
+    if given is None:
+        return []
+    if not isinstance(given, Mapping):
+        raise TypeError(f"{what}: give a mapping of names to values, not {type(given).__name__}")
+    for name, value in given.items():
+        if value is None:
+            raise TypeError(f"{what}: {name} has no value")
+        _value(f"{what}: {name}", value)
+    return [(str(name), value) for name, value in given.items()]
+
+
+def _names(given: str | Iterable[str]) -> list[str]:
+    """One name, or several."""
+    return [given] if isinstance(given, str) else list(given)
+
+
+def _times(name: str, given: Any) -> list[float]:
+    """One number, or several."""
+    try:
+        return [float(value) for value in np.atleast_1d(np.asarray(given if np.ndim(given) else [given]))]
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: {given!r} is to be one number or several, in SI units") from None
+
+
+def _threads(count: int) -> int:
+    if count < 0:
+        raise ValueError(f"threads: {count} is below 0, which stands for one for each processor")
+    return count
 
 
 def _inputs(given: Any, what: str = "inputs") -> tuple[list[float], list[str], list[list[float]]] | None:

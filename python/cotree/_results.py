@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, overload
 
@@ -115,7 +116,19 @@ class ResultsList(Sequence[Results]):
         """One long data frame with the index (run, time)."""
         import pandas
 
+        if not self._members:
+            return pandas.DataFrame(index=pandas.MultiIndex.from_arrays([[], []], names=["run", "time"]))
         return pandas.concat([run.to_pandas() for run in self._members], keys=range(len(self)), names=["run"])
+
+    def to_polars(self) -> polars.DataFrame:
+        """One long data frame whose first columns are `run` and `time` [s]."""
+        import polars
+
+        frames = [
+            run.to_polars().select(polars.lit(index, dtype=polars.Int64).alias("run"), polars.all())
+            for index, run in enumerate(self._members)
+        ]
+        return polars.concat(frames) if frames else polars.DataFrame(schema={"run": polars.Int64, "time": polars.Float64})
 
     def __repr__(self) -> str:
         return f"<{len(self)} runs, {len(self.failures)} of them ended early>"
@@ -173,27 +186,56 @@ def frame(page: str, height: int) -> str:
     )
 
 
+def formulas(document: str) -> str:
+    """The formulas of a document in LaTeX, in the form that notebooks show: the coordinates by their numbers, then every group of equations."""
+    rows = re.findall(r"^\$(q_\{\d+\})\$ & \$(.*?)\$ &", document, re.MULTILINE)
+    coordinates = [r"\begin{align*}" + r" \\ ".join(f"{name} &= {symbol}" for name, symbol in rows) + r"\end{align*}"] if rows else []
+    return "\n\n".join(coordinates + re.findall(r"\\begin\{align\*\}.*?\\end\{align\*\}", document, re.DOTALL))
+
+
 def parameters(given: Any) -> tuple[list[str], np.ndarray]:
     """Names and a row of numbers for each run, from a data frame, a mapping of arrays, or a sequence of mappings."""
     if hasattr(given, "columns") and hasattr(given, "to_numpy"):
         names = [str(name) for name in given.columns]
-        return names, np.ascontiguousarray(given.to_numpy(), dtype=float).reshape(-1, len(names))
+        again = sorted({name for name in names if names.count(name) > 1})
+        if again:
+            raise ValueError(f"parameters: {', '.join(again)} given by more than one column")
+        columns = [_numbers(name, given[own]) for name, own in zip(names, given.columns, strict=True)]
+        return _table(names, columns, len(given))
     if isinstance(given, Mapping):
         names = [str(name) for name in given]
-        columns = [np.atleast_1d(np.asarray(values, dtype=float)) for values in given.values()]
-        if any(column.ndim != 1 for column in columns):
-            raise ValueError("parameters: each is to be one number or a list of numbers")
-        rows = max((len(column) for column in columns), default=0)
-        for name, column in zip(names, columns, strict=True):
-            if len(column) not in (1, rows):
-                raise ValueError(f"parameters: {name!r} has {len(column)} values, others {rows}")
-        full = [np.broadcast_to(column, rows) for column in columns]
-        return names, np.ascontiguousarray(np.stack(full, axis=1) if full else np.zeros((0, 0)))
-    runs = list(given)
+        columns = [_numbers(name, values) for name, values in zip(names, given.values(), strict=True)]
+        lengths = {len(column) for column in columns} - {1} or ({1} if columns else {0})
+        if len(lengths) > 1:
+            each = ", ".join(f"{name!r} {len(column)}" for name, column in zip(names, columns, strict=True))
+            raise ValueError(f"parameters: the lists differ in length: {each}")
+        [rows] = lengths
+        return _table(names, [np.broadcast_to(column, rows) for column in columns], rows)
+    try:
+        runs = list(given)
+    except TypeError:
+        runs = [None]
     if not all(isinstance(run, Mapping) for run in runs):
         raise TypeError("parameters: give a data frame, a mapping of names to arrays, or a list of mappings")
     names = list(dict.fromkeys(name for run in runs for name in run))
     missing = {name for name in names if any(name not in run for run in runs)}
     if missing:
         raise ValueError(f"parameters: {', '.join(sorted(missing))} not given in every run")
-    return names, np.array([[float(run[name]) for name in names] for run in runs]).reshape(len(runs), len(names))
+    return _table([str(name) for name in names], [_numbers(str(name), [run[name] for run in runs]) for name in names], len(runs))
+
+
+def _numbers(name: str, values: Any) -> np.ndarray:
+    """A column of finite numbers."""
+    try:
+        column = np.atleast_1d(np.asarray(values, dtype=float))
+    except (TypeError, ValueError):
+        raise ValueError(f"parameters: {name!r} has values that are no numbers; give them in SI units") from None
+    if column.ndim != 1:
+        raise ValueError(f"parameters: {name!r} is to be one number or a list of numbers")
+    for run in np.flatnonzero(~np.isfinite(column))[:1]:
+        raise ValueError(f"parameters: {name!r} of run {run} is {column[run]}, not a finite number")
+    return column
+
+
+def _table(names: list[str], columns: Sequence[np.ndarray], rows: int) -> tuple[list[str], np.ndarray]:
+    return names, np.ascontiguousarray(np.stack(columns, axis=1) if columns else np.zeros((rows, 0)))

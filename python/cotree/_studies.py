@@ -163,6 +163,8 @@ class Sensitivities:
 
     def __getitem__(self, pair: tuple[str, str]) -> np.ndarray:
         of, to = pair
+        if of not in self.of or to not in self.to:
+            raise KeyError(f"{pair!r}: there are derivatives of {', '.join(self.of)} with respect to {', '.join(self.to)}")
         return self.derivatives[:, self.of.index(of), self.to.index(to)]
 
     def __array__(self, dtype=None, copy=None) -> np.ndarray:

@@ -1,7 +1,7 @@
 //! What a call ends with: exceptions, and columns of numbers.
 
 use cotree::Faults;
-use cotree::analysis::StudyError;
+use cotree::analysis::{Failure, StudyError};
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyKeyboardInterrupt, PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -37,6 +37,7 @@ pub fn file_error(error: impl ToString) -> PyErr {
 pub fn study_error(error: StudyError) -> PyErr {
     match error {
         StudyError::Scene(faults) => scene_error(&faults),
+        StudyError::Analysis(error @ Failure::Unknown { .. }) => wrong(error.to_string()),
         StudyError::Analysis(error) => RunError::new_err(error.to_string()),
     }
 }

@@ -80,17 +80,21 @@ pub fn word<T: ValueEnum>(name: &str, text: &str) -> PyResult<T> {
 
 /// Variables and their values, checked against their bounds.
 pub fn settings(description: &Description, values: &[(String, Value)]) -> PyResult<Vec<(usize, f64)>> {
-    let setting = |(name, value): &(String, Value)| {
+    let setting = |(name, value): &(String, Value)| -> Result<(usize, f64), String> {
         let index = settings::settable(description, name)?;
         let variable = &description.variables[index];
         let value = value.read(&variable.unit)?;
         settings::permitted(variable, value).map_err(|message| format!("{value:?} {message}"))?;
         Ok((index, value))
     };
-    values
-        .iter()
-        .map(|value| setting(value).map_err(|message: String| wrong(format!("{}: {message}", value.0))))
-        .collect()
+    let (mut known, mut faults) = (Vec::new(), Vec::new());
+    for value in values {
+        match setting(value) {
+            Ok(one) => known.push(one),
+            Err(message) => faults.push(format!("{}: {message}", value.0)),
+        }
+    }
+    if faults.is_empty() { Ok(known) } else { Err(wrong(faults.join("\n"))) }
 }
 
 /// Inputs over time: times, names, columns.

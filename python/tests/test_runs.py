@@ -190,3 +190,43 @@ def test_ctrl_c_ends_a_long_call(root):
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     assert process.communicate(timeout=60)[0] == "interrupted\n"
+
+
+def test_arguments_that_cannot_be_meant_are_named(pendulum):
+    pandas = pytest.importorskip("pandas")
+    twice = pandas.DataFrame([[0.5, 1.0]], columns=["length", "length"])
+    for wrong, message in [
+        (twice, "length given by more than one column"),
+        (pandas.DataFrame({"length": ["70 mm"]}), "'length' has values that are no numbers"),
+        ({"length": [1.0, np.nan]}, "'length' of run 1 is nan"),
+        ({"length": [1, 2], "bob.angle": [1, 2, 3]}, "'length' 2, 'bob.angle' 3"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            pendulum.simulate_many(wrong, stop=0.1)
+    with pytest.raises(ValueError, match="threads"):
+        pendulum.simulate_many({"length": [1.0]}, threads=-1)
+    for wrong, message in [
+        ({"stop": [1]}, r"stop: \[1\]"),
+        ({"tolerance": "fine"}, "tolerance"),
+        ({"set": {"length": None}}, "length has no value"),
+        ({"set": {"length": [1]}}, "length"),
+        ({"set": [("length", 1)]}, "set: give a mapping"),
+    ]:
+        with pytest.raises(TypeError, match=message):
+            pendulum.simulate(**wrong)
+    with pytest.raises(TypeError, match="parameters: give"):
+        pendulum.simulate_many(None)
+    with pytest.raises(ValueError) as wrong:
+        pendulum.simulate(set={"lenght": 1, "length": "2 kg"})
+    assert "lenght" in str(wrong.value) and "kg" in str(wrong.value)
+
+
+def test_no_runs_one_name_and_many_threads_are_fine(pendulum):
+    pytest.importorskip("pandas")
+    pytest.importorskip("polars")
+    assert list(pendulum.simulate(outputs="hinge.fy", stop=0.1)) == ["hinge.fy"]
+    none = pendulum.simulate_many({"length": []}, stop=0.1)
+    assert none.to_pandas().index.names == ["run", "time"] and len(none.to_polars()) == 0
+    two = pendulum.simulate_many({"length": [1, 2]}, stop=0.1, threads=1_000_000)
+    frame = two.to_polars()
+    assert frame.columns[:2] == ["run", "time"] and np.array_equal(frame["bob.angle"][-101:], two[1]["bob.angle"])

@@ -118,6 +118,31 @@ def test_values_that_fit_are_those_of_scipy(pendulum):
     assert "cannot determine" in str(wrong.value) or "outside" in str(wrong.value)
 
 
+def test_times_and_names_of_studies_may_be_one_or_many(pendulum):
+    points = pendulum.linearize(np.linspace(0, 1, 3))
+    assert [point.time for point in points] == [0, 0.5, 1] and pendulum.linearize([]) == []
+    assert np.array_equal(pendulum.linearize(np.float64(0.5)).A, points[1].A)
+    one = pendulum.sensitivities("bob.angle", "length", 1.0)
+    assert np.array_equal(one["bob.angle", "length"], pendulum.sensitivities(["bob.angle"], ["length"], [1])["bob.angle", "length"])
+    with pytest.raises(KeyError, match="with respect to length"):
+        one["bob.angle", "mass"]
+    for wrong, message in [
+        ({"at": "1 s"}, "equilibrium"),
+        ({"at": "here"}, "equilibrium"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            pendulum.linearize(**wrong)
+    for wrong, message in [
+        ({"to": "length"}, "times"),
+        ({"times": 1}, "to"),
+        ({"to": "lenght", "times": 1}, "lenght"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            pendulum.sensitivities(**wrong)
+    with pytest.raises(ValueError, match="lenght"):
+        pendulum.modes(to="lenght")
+
+
 def test_speed_and_error_are_measured(pendulum):
     bench = pendulum.bench()
     assert json.dumps(bench).count("error") > 2
@@ -127,7 +152,10 @@ def test_notebooks_show_the_page_in_a_frame_of_its_own(slider_crank):
     html = slider_crank._repr_html_()
     assert html.startswith("<iframe") and "<script" not in html and 'sandbox="allow-scripts"' in html
     assert slider_crank.drawing().startswith("<svg")
-    assert "documentclass" in slider_crank._repr_latex_()
+    # What MathJax can show: formulas, not a document.
+    formulas = slider_crank._repr_latex_()
+    assert formulas.startswith(r"\begin{align*}q_{1} &= ") and r"\mathbf{M}" in formulas and "document" not in formulas
+    assert formulas.count(r"\begin{align*}") == formulas.count(r"\end{align*}") > 3
 
 
 def test_the_package_has_the_command(tmp_path):
