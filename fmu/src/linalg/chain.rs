@@ -37,7 +37,7 @@ impl Chain {
         full.then(|| Self { holds: false, frames, entries, links: [zeros(), zeros()], loads: [zeros(), zeros()] })
     }
 
-    /// For so many frames whose links and loads are told.
+    /// For so many frames whose links and loads are given.
     pub fn of_limbs(frames: usize) -> Self {
         let zeros = || vec![ZERO; lanes(frames)];
         Self { holds: true, frames, entries: Vec::new(), links: [zeros(), zeros()], loads: [zeros(), zeros()] }

@@ -41,14 +41,6 @@ pub(super) struct Fixed<'a> {
 }
 
 impl Jet {
-    /// Are there only frames?
-    pub(super) fn has_only_frames(&self) -> bool {
-        self.shape.counts[1..] == [0, 0]
-            && self.special.is_empty()
-            && self.unknowns.len() == self.shape.counts[0]
-            && self.form.rows.iter().all(|row| row.signals.is_empty())
-    }
-
     /// Finds how the pose responds, if there are no more than a lane of frames: what is saved in orders of more is lost here.
     #[inline(always)]
     pub(super) fn respond_any(&mut self) {

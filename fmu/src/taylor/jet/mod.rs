@@ -304,7 +304,7 @@ impl Jet {
         let mut machine = Machine::new(model);
         machine.load(model, &model.default_state(0.0));
         jet.update(machine.registers());
-        if jet.has_only_frames() {
+        if jet.form.has_only_frames() {
             jet.frames = [all, room / WIDTH];
             if all == 1 {
                 jet.response = Response::new(jet.unknowns.len(), jet.form.rows.len(), jet.frames[1]);
@@ -385,7 +385,7 @@ impl Jet {
         if let Some(tree) = self.coupling.tree() {
             return tree.limbs().to_vec();
         }
-        let Some(chain) = self.coupling.chain().filter(|_| self.is_open() && self.has_only_frames()) else {
+        let Some(chain) = self.coupling.chain().filter(|_| self.is_open() && self.form.has_only_frames()) else {
             return Vec::new();
         };
         let limbs = chain.limbs(&self.inertia);
@@ -414,6 +414,17 @@ fn turned_by(form: &ArmForm) -> Vec<Option<usize>> {
 }
 
 impl ArmForm {
+    /// Is every arm a frame whose angle is an unknown of its own, and does no loop equation depend on signals?
+    fn has_only_frames(&self) -> bool {
+        let own = |(index, frame): (usize, &super::form::Frame)| {
+            frame.unknown == Some(index as u32) && frame.signal.is_none()
+        };
+        self.products.is_empty()
+            && self.world.is_empty()
+            && self.frames.iter().enumerate().all(own)
+            && self.rows.iter().all(|row| row.signals.is_empty())
+    }
+
     /// Angles, displacements and loop equations of the linear equations that each order is found by: without those that one component of a gap across a
     /// turning direction says.
     pub fn unknowns_and_equations(&self) -> [usize; 3] {

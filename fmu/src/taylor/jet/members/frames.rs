@@ -28,12 +28,8 @@ impl<N: Elementary> Members<N> {
     /// The number of frames, if there is nothing else and few of them; otherwise none.
     pub(super) fn few_frames(&self) -> usize {
         let frames = self.turns.len();
-        let own =
-            self.turns.iter().enumerate().all(|(frame, turn)| turn.unknown == Some(frame) && turn.signal.is_none());
-        let ordered = self.unknowns.iter().copied().eq(0..frames);
-        let plain = self.arms.len() == frames && self.form.rows.iter().all(|row| row.signals.is_empty());
         let few = frames <= MOST_FRAMES && frames + self.form.rows.len() <= MOST_EQUATIONS;
-        if own && ordered && plain && few { frames } else { 0 }
+        if few && self.form.has_only_frames() { frames } else { 0 }
     }
 
     /// Room for the response.
