@@ -514,6 +514,60 @@ tolerance = 1e-10
     assert!(found.features[0].changes.as_ref().unwrap().value[0] < 0.0, "{:?}", found.features[0]);
 }
 
+/// A hard stop is touched for a few milliseconds within a long free flight: no step may pass over that.
+#[test]
+fn a_short_contact_in_a_long_flight() {
+    let scene = r#"
+name = "falling ball"
+gravity = [0, -9.81]
+[parameters]
+stiffness = "2e7 N/m"
+height = "0.3 m"
+[ground.points]
+o = [0, 0]
+below = [0, -1]
+[bodies.ball]
+mass = 2.0
+[joints.guide]
+type = "prismatic"
+between = ["ground.o", "ball"]
+axis = [0, 1]
+[loads.stop]
+type = "spring"
+between = ["ground.below", "ball"]
+stiffness = "stiffness"
+length = "1 m"
+side = "below"
+[initial]
+"guide.s" = "height"
+"guide.v" = 0
+[outputs]
+variables = ["guide.s", "guide.v"]
+[experiment]
+stop = "0.7 s"
+tolerance = 1e-10
+"#;
+    let (m, g, k, h, end) = (2.0_f64, 9.81_f64, 2e7_f64, 0.3_f64, 0.7_f64);
+    let found = derivatives(scene, &["height", "stiffness"], &[end]);
+    // Through the contact x'' = -w^2 x - g from the speed u; it lasts 2 (pi - atan(u w / g)) / w, and the ball leaves as fast as it came.
+    let motion = |h: f64, k: f64| {
+        let (u, w) = ((2.0 * g * h).sqrt(), (k / m).sqrt());
+        let contact = 2.0 * (std::f64::consts::PI - (u * w / g).atan()) / w;
+        let flown = end - u / g - contact;
+        [u * flown - 0.5 * g * flown * flown, u - g * flown]
+    };
+    let exact = motion(h, k);
+    for row in 0..2 {
+        assert!((found.values[0][row] - exact[row]).abs() < 1e-7, "{} {}", found.values[0], exact[row]);
+    }
+    for (column, [dh, dk]) in [[1e-4, 0.0], [0.0, 2e3]].into_iter().enumerate() {
+        let [low, high] = [motion(h - dh, k - dk), motion(h + dh, k + dk)];
+        let by: Vec<f64> = low.iter().zip(&high).map(|(low, high)| (high - low) / (2.0 * (dh + dk))).collect();
+        let column: Vec<f64> = found.derivatives[0].column(column).iter().copied().collect();
+        assert_close(&column, &by, 1e-6, "after the contact");
+    }
+}
+
 /// Derivatives of a model by these parameters at these times.
 fn derivatives(text: &str, names: &[&str], times: &[f64]) -> cotree::analysis::Sensitivities {
     let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();

@@ -359,6 +359,11 @@ impl Instance {
         Ok(())
     }
 
+    /// Where the last step of the method ended \[s\], not before the present time: so far the motion is known.
+    pub fn end_of_step(&self) -> f64 {
+        self.now.run.last.end_time.max(self.time())
+    }
+
     /// Moves on to a later time along the last step's polynomial, if that is all there is to do and nothing is to be reported; the time must be finite.
     /// What most communication points cost: a handful of comparisons, none of which can panic.
     #[inline]

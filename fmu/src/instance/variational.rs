@@ -2,13 +2,19 @@
 //!
 //! Where the laws permit, q_p and v_p are continued by their Taylor series. Derivatives at one point come from the tapes of the model, four directions at a time.
 
+use std::iter::once;
+
 use super::{Instance, InstanceError};
 use crate::integrator::taylor::{order_for, share};
 use crate::linalg::lane::{Lane, WIDTH, ZERO};
+use crate::math;
 use crate::model::Model;
 use crate::program::{Motion, Source};
 use crate::tape::Tape;
 use crate::taylor::{DIRECTIONS, Tangents, Variations, variations};
+
+/// Rounding errors leave this of a defect (Andrews' mechanism and the double pendulum: 4e-14).
+const ROUNDING: f64 = 1e-12;
 
 /// What a motion is differentiated with respect to, by its place in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,6 +121,13 @@ impl Variational {
         }
     }
 
+    /// By how much the accelerations that the series continued so long differ from those at which the series that have begun since start, in the motion and its derivatives, as a
+    /// multiple of what the tolerance permits.
+    pub fn defect(&self, dt: f64) -> f64 {
+        let defects = self.groups.iter().map(|group| group.series.defect(self.order, dt));
+        defects.fold(0.0, math::maximum) / self.tolerance.max(ROUNDING)
+    }
+
     /// How accelerations change with each coordinate, each rate and each parameter, everything else the same.
     ///
     /// # Errors
@@ -144,23 +157,19 @@ impl Variational {
     pub fn outputs(
         &mut self,
         motion: &mut Instance,
-        [positions, rates]: [&[f64]; 2],
+        state: [&[f64]; 2],
         variables: &[usize],
         derivatives: &mut [f64],
     ) -> Result<(), InstanceError> {
         if motion.model.program().motion == Motion::Kinematic {
             return self.driven(motion, variables, derivatives);
         }
-        let layout = *motion.model.layout();
-        let n = motion.model.coordinates();
         for first in (0..self.registers.len()).step_by(WIDTH) {
             self.tangents.fill(ZERO);
             let columns = first..self.registers.len().min(first + WIDTH);
             for (place, column) in columns.clone().enumerate() {
-                self.tangents[self.registers[column]][place] = 1.0;
-                for index in 0..n {
-                    self.tangents[layout.positions() + index][place] = positions[column * n + index];
-                    self.tangents[layout.rates() + index][place] = rates[column * n + index];
+                for (register, tangent) in direction(&motion.model, self.registers[column], column, state) {
+                    self.tangents[register][place] = tangent;
                 }
             }
             self.accelerate(motion)?;
@@ -206,14 +215,11 @@ impl Variational {
 
 impl Group {
     /// The directions, with the coefficients of the series where they do not have them yet.
-    fn load(&mut self, motion: &mut Instance, registers: &[usize], [positions, rates]: [&[f64]; 2]) {
-        let (layout, n) = (*motion.model.layout(), motion.model.coordinates());
+    fn load(&mut self, motion: &mut Instance, registers: &[usize], state: [&[f64]; 2]) {
         for (direction, column) in self.places.clone().enumerate() {
             let (half, place) = (&mut self.tangents[direction / WIDTH], direction % WIDTH);
-            half[registers[column]][place] = 1.0;
-            for index in 0..n {
-                half[layout.positions() + index][place] = positions[column * n + index];
-                half[layout.rates() + index][place] = rates[column * n + index];
+            for (register, tangent) in self::direction(&motion.model, registers[column], column, state) {
+                half[register][place] = tangent;
             }
         }
         if !self.entered {
@@ -224,6 +230,18 @@ impl Group {
             self.entered = true;
         }
     }
+}
+
+/// The registers that change with a parameter at a point, and by how much: its own, and those of q and v.
+fn direction<'a>(
+    model: &Model,
+    register: usize,
+    column: usize,
+    [positions, rates]: [&'a [f64]; 2],
+) -> impl Iterator<Item = (usize, f64)> + use<'a> {
+    let (layout, n) = (model.layout(), model.coordinates());
+    let own = |first: usize, all: &'a [f64]| (first..).zip(all[column * n..][..n].iter().copied());
+    once((register, 1.0)).chain(own(layout.positions(), positions)).chain(own(layout.rates(), rates))
 }
 
 impl Instance {

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::super::Failure;
 use super::super::variation::{Column, Row};
 use super::corner::Switched;
-use super::step::{Course, sides};
+use super::step::{Course, move_on, sides, switches};
 use crate::expr::Order;
 
 /// Halvings of the interval that a crossing lies in.
@@ -69,8 +69,8 @@ impl Course<'_, '_> {
                 break;
             }
             let mut motion = before.clone();
-            let (_, numbers) = self.at(&mut motion, middle)?;
-            if (numbers.values(Row::Switches)[switch] > 0.0) == side {
+            move_on(&mut motion, middle)?;
+            if (switches(&mut motion)?[switch] > 0.0) == side {
                 (low, before) = (middle, motion);
             } else {
                 high = middle;
@@ -147,6 +147,7 @@ impl Course<'_, '_> {
             self.switched.push(Switched { times, changes: (-&change / speed).iter().copied().collect() });
         }
         self.sides = sides(&values);
+        self.clear = time + 2.0 * beside;
         self.motion = beginning;
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cotree_fmu::instance::{self, Instance, Variational};
+use cotree_fmu::instance::{self, Instance, Snapshot, Variational};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Motion;
 use nalgebra::{DMatrix, DVector};
@@ -38,6 +38,10 @@ const FIRST: f64 = 1e-2;
 const SINGULAR: f64 = 1e-4;
 /// The shortest step, as a share of the run.
 const SHORTEST: f64 = 1e-10;
+/// Signs of switching functions are looked at so often in a step of the motion.
+const LOOKS: usize = 4;
+/// A step by series that was not good enough is made that much shorter.
+const SHORTER: f64 = 0.6;
 
 /// The outputs at a time and their derivatives: a row for each output, a column for each parameter.
 pub type At = (DVector<f64>, DMatrix<f64>);
@@ -58,11 +62,30 @@ pub struct Course<'f, 'm> {
     pub(super) rates: DMatrix<f64>,
     /// On which side of zero the switching functions are.
     pub(super) sides: Vec<Option<bool>>,
+    /// From here on they are told apart from those before the last crossing \[s\].
+    pub(super) clear: f64,
     /// Laws that have switched.
     pub(super) switched: Vec<Switched>,
     rule: &'static Rule,
     pub(super) tolerance: f64,
     kinematic: bool,
+    /// Series that have begun already, if the derivatives are still where they did.
+    begun: Option<Begun>,
+    before: Before,
+}
+
+/// The time at which series begin, and how long a step they permit; none where there are none \[s\].
+#[derive(Clone, Copy)]
+struct Begun {
+    time: f64,
+    length: Option<f64>,
+}
+
+/// Where a step by series begins.
+struct Before {
+    motion: Snapshot,
+    positions: DMatrix<f64>,
+    rates: DMatrix<f64>,
 }
 
 /// The variational equations at a node: a_p = by_positions q_p + by_rates v_p + own.
@@ -70,7 +93,6 @@ struct Node {
     by_positions: DMatrix<f64>,
     by_rates: DMatrix<f64>,
     own: DMatrix<f64>,
-    switches: DVector<f64>,
 }
 
 /// A step that was tried: v_p and a_p, a column for each node, and by how much the last coefficients of a_p exceed what is permitted.
@@ -106,6 +128,8 @@ impl<'f, 'm> Course<'f, 'm> {
         let mut course = Course {
             formulated,
             variation,
+            before: Before { motion: motion.save(), positions: empty.clone(), rates: empty.clone() },
+            begun: None,
             motion,
             variational: Variational::new(&model, &places, (experiment.tolerance * CLOSER).max(FINEST)),
             outputs: rows.filter(|(_, row)| row.output).map(|(place, _)| place).collect(),
@@ -114,6 +138,7 @@ impl<'f, 'm> Course<'f, 'm> {
             positions: empty.clone(),
             rates: empty,
             sides: Vec::new(),
+            clear: f64::NEG_INFINITY,
             switched: Vec::new(),
             rule: Rule::shared(),
             tolerance: experiment.tolerance,
@@ -157,8 +182,8 @@ impl<'f, 'm> Course<'f, 'm> {
     pub fn run(&mut self, times: &[f64], mut report: impl FnMut(At)) -> Result<(), Failure> {
         let begin = self.motion.time();
         let end = times.last().copied().unwrap_or(begin);
-        let mut due = times.iter().copied().peekable();
-        while let Some(time) = due.next_if(|&time| time <= begin || self.kinematic) {
+        let (begun, mut due) = times.split_at(if self.kinematic { times.len() } else { until(times, begin) });
+        for &time in begun {
             move_on(&mut self.motion, time)?;
             let state = [&self.positions, &self.rates];
             report(read(&mut self.variational, &mut self.motion, &self.outputs, state)?);
@@ -182,31 +207,63 @@ impl<'f, 'm> Course<'f, 'm> {
         Err(Failure::NoDerivative { time: self.motion.time(), what })
     }
 
-    /// Takes a step by series, if there are some.
+    /// Takes a step by series, if there are some. It counts if the accelerations at its end are those that the equations give there, in the motion and in its derivatives.
     fn continue_series(
         &mut self,
         [last, span]: [f64; 2],
-        due: &mut std::iter::Peekable<impl Iterator<Item = f64>>,
+        due: &mut &[f64],
         report: &mut impl FnMut(At),
     ) -> Result<bool, Failure> {
-        let Self { variational, motion, outputs, positions, rates, .. } = self;
-        let begin = motion.time();
-        let left = last - begin;
-        let length = variational.begin(motion, [positions.as_slice(), rates.as_slice()], left)?;
-        let Some(length) = length.filter(|length| *length >= left.min(span * SHORTEST)) else { return Ok(false) };
-        let end = if length < left { begin + length } else { last };
-        loop {
-            let (time, is_due) = match due.next_if(|&time| time <= end) {
-                Some(time) => (time, true),
-                None => (end, false),
-            };
-            move_on(motion, time)?;
-            variational.continued(time - begin, [positions.as_mut_slice(), rates.as_mut_slice()]);
-            if !is_due {
+        let begin = self.motion.time();
+        let begun = self.begun.take().filter(|begun| begun.time == begin);
+        let mut length = match begun {
+            Some(begun) => begun.length,
+            None => self.begin_series(last)?,
+        };
+        let shortest = (last - begin).min(span * SHORTEST);
+        self.motion.save_into(&mut self.before.motion);
+        self.before.positions.copy_from(&self.positions);
+        self.before.rates.copy_from(&self.rates);
+        while let Some(tried) = length.filter(|length| *length >= shortest) {
+            let end = if tried < last - begin { begin + tried } else { last };
+            let (now, later) = due.split_at(until(due, end));
+            let found = self.follow_series(now, end)?;
+            let next = self.begin_series(last)?;
+            if next.is_some() && self.variational.defect(end - begin) <= 1.0 {
+                self.begun = Some(Begun { time: end, length: next });
+                found.into_iter().for_each(report);
+                *due = later;
                 return Ok(true);
             }
-            report(read(variational, motion, outputs, [positions, rates])?);
+            self.motion.restore(&self.before.motion)?;
+            self.positions.copy_from(&self.before.positions);
+            self.rates.copy_from(&self.before.rates);
+            // Where the series cannot begin again another method goes on.
+            length = self.begin_series(last)?.map(|_| SHORTER * tried).filter(|_| next.is_some());
         }
+        Ok(false)
+    }
+
+    /// Begins the series at the present time; says how long a step they permit.
+    fn begin_series(&mut self, last: f64) -> Result<Option<f64>, Failure> {
+        let state = [self.positions.as_slice(), self.rates.as_slice()];
+        let left = last - self.motion.time();
+        Ok(self.variational.begin(&mut self.motion, state, left)?)
+    }
+
+    /// Moves on along the series to the end of a step; gives the outputs at these times in it.
+    fn follow_series(&mut self, due: &[f64], end: f64) -> Result<Vec<At>, Failure> {
+        let Self { variational, motion, outputs, positions, rates, .. } = self;
+        let begin = motion.time();
+        let mut found = Vec::with_capacity(due.len());
+        for &time in due {
+            move_on(motion, time)?;
+            variational.continued(time - begin, [positions.as_mut_slice(), rates.as_mut_slice()]);
+            found.push(read(variational, motion, outputs, [positions, rates])?);
+        }
+        move_on(motion, end)?;
+        variational.continued(end - begin, [positions.as_mut_slice(), rates.as_mut_slice()]);
+        Ok(found)
     }
 
     /// Why the steps become ever shorter: most likely a singular pose is near, which the motion itself passes.
@@ -230,18 +287,12 @@ impl<'f, 'm> Course<'f, 'm> {
     }
 
     /// Tries a step; gives the length of the next.
-    fn advance(
-        &mut self,
-        length: f64,
-        due: &mut std::iter::Peekable<impl Iterator<Item = f64>>,
-        report: &mut impl FnMut(At),
-    ) -> Result<f64, Failure> {
+    fn advance(&mut self, length: f64, due: &mut &[f64], report: &mut impl FnMut(At)) -> Result<f64, Failure> {
         let begin = self.motion.time();
-        let (nodes, crossing) = self.nodes(length)?;
-        if let Some(crossing) = crossing {
+        if let Some(crossing) = self.next_crossing(begin + length)? {
             let before = crossing.time - begin;
             if before > f64::EPSILON * crossing.time.abs().max(1.0) {
-                let (nodes, _) = self.within(before)?;
+                let nodes = self.nodes(before)?;
                 let Some(tried) = self.solve(&nodes, before).filter(|tried| tried.excess <= 1.0) else {
                     return Ok(0.5 * before);
                 };
@@ -250,6 +301,7 @@ impl<'f, 'm> Course<'f, 'm> {
             self.cross(&crossing)?;
             return Ok(length);
         }
+        let nodes = self.nodes(length)?;
         let Some(tried) = self.solve(&nodes, length) else { return Ok(0.5 * length) };
         let factor = (0.9 * tried.excess.max(1e-30).powf(-1.0 / (NODES - 1) as f64)).clamp(0.3, 2.0);
         if tried.excess <= 1.0 {
@@ -258,25 +310,31 @@ impl<'f, 'm> Course<'f, 'm> {
         Ok(length * factor)
     }
 
-    /// The equations at the nodes of a step, and the first crossing of a switching function in it.
-    fn nodes(&mut self, length: f64) -> Result<(Vec<Node>, Option<Crossing>), Failure> {
-        let (nodes, mut motion) = self.within(length)?;
-        let begin = self.motion.time();
-        let (mut sides, mut last) = (self.sides.clone(), begin);
-        let times = self.rule.nodes.iter().map(|node| begin + node * length);
-        for (node, time) in nodes.iter().zip(times) {
-            if let Some(crossing) = self.first_crossing(&mut sides, &node.switches, [last, time])? {
-                return Ok((nodes, Some(crossing)));
-            }
-            last = time;
+    /// The first crossing of a switching function up to a time. Where laws switch the motion takes steps of its own: signs are looked at in each of them, so that none passes
+    /// unseen, however soon the next one follows.
+    fn next_crossing(&self, end: f64) -> Result<Option<Crossing>, Failure> {
+        if self.sides.is_empty() {
+            return Ok(None);
         }
-        move_on(&mut motion, begin + length)?;
-        let crossing = self.first_crossing(&mut sides, &switches(&mut motion)?, [last, begin + length])?;
-        Ok((nodes, crossing))
+        let mut motion = self.motion.clone();
+        let (mut sides, mut last) = (self.sides.clone(), motion.time().max(self.clear));
+        while last < end {
+            move_on(&mut motion, last.next_up())?;
+            let [from, to] = [last, motion.end_of_step().min(end)];
+            for look in 1..=LOOKS {
+                let time = if look < LOOKS { from + (to - from) * look as f64 / LOOKS as f64 } else { to };
+                move_on(&mut motion, time)?;
+                if let Some(crossing) = self.first_crossing(&mut sides, &switches(&mut motion)?, [last, time])? {
+                    return Ok(Some(crossing));
+                }
+                last = time;
+            }
+        }
+        Ok(None)
     }
 
-    /// The same without looking for crossings.
-    fn within(&mut self, length: f64) -> Result<(Vec<Node>, Instance), Failure> {
+    /// The equations at the nodes of a step.
+    fn nodes(&mut self, length: f64) -> Result<Vec<Node>, Failure> {
         let mut motion = self.motion.clone();
         let begin = motion.time();
         let (n, parameters) = self.positions.shape();
@@ -285,15 +343,9 @@ impl<'f, 'm> Course<'f, 'm> {
             move_on(&mut motion, begin + node * length)?;
             self.variational.accelerations(&mut motion, matrix.as_mut_slice())?;
             let columns = |first: usize, count: usize| matrix.columns(first, count).into_owned();
-            Ok(Node {
-                by_positions: columns(0, n),
-                by_rates: columns(n, n),
-                own: columns(2 * n, parameters),
-                switches: switches(&mut motion)?,
-            })
+            Ok(Node { by_positions: columns(0, n), by_rates: columns(n, n), own: columns(2 * n, parameters) })
         });
-        let nodes = nodes.collect::<Result<_, Failure>>()?;
-        Ok((nodes, motion))
+        nodes.collect()
     }
 
     /// Collocation by sweeps over the nodes (Picard's iteration): the equations are linear and the steps short. `None` if it does not settle.
@@ -344,7 +396,7 @@ impl<'f, 'm> Course<'f, 'm> {
         &mut self,
         tried: &Tried,
         length: f64,
-        due: &mut std::iter::Peekable<impl Iterator<Item = f64>>,
+        due: &mut &[f64],
         report: &mut impl FnMut(At),
     ) -> Result<(), Failure> {
         let begin = self.motion.time();
@@ -358,11 +410,13 @@ impl<'f, 'm> Course<'f, 'm> {
             (moved(&self.positions, &tried.rates), moved(&self.rates, &tried.accelerations))
         };
         let mut motion = self.motion.clone();
-        while let Some(time) = due.next_if(|&time| time <= end) {
+        let (now, later) = due.split_at(until(due, end));
+        for &time in now {
             let (positions, rates) = state(((time - begin) / length).min(1.0));
             move_on(&mut motion, time)?;
             report(read(&mut self.variational, &mut motion, &self.outputs, [&positions, &rates])?);
         }
+        *due = later;
         let (positions, rates) = state(1.0);
         let (_, numbers) = self.at(&mut motion, end)?;
         let (positions, rates) = self.projected(&numbers, positions, rates)?;
@@ -394,8 +448,13 @@ impl<'f, 'm> Course<'f, 'm> {
     }
 }
 
+/// How many of these times come no later than a time.
+fn until(times: &[f64], end: f64) -> usize {
+    times.partition_point(|&time| time <= end)
+}
+
 /// Moves a motion on to a time, not before its own.
-fn move_on(motion: &mut Instance, time: f64) -> Result<(), Failure> {
+pub(super) fn move_on(motion: &mut Instance, time: f64) -> Result<(), Failure> {
     if time > motion.time() {
         motion.step_to(time)?;
     }
@@ -425,7 +484,7 @@ fn read(
 }
 
 /// The switching functions of the laws.
-fn switches(motion: &mut Instance) -> Result<DVector<f64>, Failure> {
+pub(super) fn switches(motion: &mut Instance) -> Result<DVector<f64>, Failure> {
     let mut values = vec![0.0; motion.model().program().tapes.indicators.results.len()];
     motion.indicators(&mut values)?;
     Ok(DVector::from_vec(values))

@@ -1,7 +1,7 @@
 //! The series of one motion and of its derivatives by parameters: the same operations in dual numbers, so that the variational equations need no equations of
 //! their own (Barrio, *SIAM J. Sci. Comput.* 27(6), 2006).
 
-use super::Members;
+use super::{Arm, Members};
 use crate::linalg::dual::Dual;
 use crate::linalg::lane::{Lane, WIDTH, by_width};
 use crate::linalg::many::Number;
@@ -36,6 +36,10 @@ pub(crate) trait Variations: std::fmt::Debug {
     /// The step that a tolerance on rates permits if the coefficients shrink as the last ones do (Jorba and Zou, 2005). The values choose it; it is shorter where
     /// derivatives, relative to the largest of their direction, demand that; zero if they demand too much.
     fn step_length(&self, order: usize, tolerance: f64, limit: f64) -> f64;
+
+    /// The difference between the second derivatives where the series before has been continued to, so long after its start, and those with which this one begins, as a
+    /// share of the rates that count: in the motion, and in its derivatives as a share of what they may be wrong by.
+    fn defect(&self, order: usize, dt: f64) -> f64;
 
     /// Hands over the tangent of q, v along each direction so long after the start of the series: (place, direction, tangent).
     fn continued(&mut self, order: usize, dt: f64, report: &mut dyn FnMut(usize, usize, f64));
@@ -106,6 +110,10 @@ macro_rules! with_directions {
                 fn step_length(&self: Motion<$directions>, order: usize, tolerance: f64, limit: f64) -> f64 = step_length_any
             }
 
+            fn defect(&self, order: usize, dt: f64) -> f64 {
+                self.defect_any(order, dt)
+            }
+
             fn continued(&mut self, order: usize, dt: f64, report: &mut dyn FnMut(usize, usize, f64)) {
                 self.evaluate(order, dt);
                 for (index, dual) in self.state.iter().enumerate() {
@@ -154,6 +162,26 @@ impl<const D: usize> Motion<D> {
             length *= SHORTER;
         }
         0.0
+    }
+
+    fn defect_any(&self, order: usize, dt: f64) -> f64 {
+        let share = dt / order as f64;
+        let (mut worst, mut changes, mut reached) = (0.0, [0.0; D], [0.0; D]);
+        for &arm in &self.series.unknowns {
+            let Arm { end, value, weight, .. } = &self.series.arms[arm];
+            let change = end[2] - (value[2] + value[2]);
+            worst = math::maximum(worst, share * (change.value() * weight.value()).abs());
+            for direction in 0..D {
+                let own = |of: &Dual<D>| of.tangents()[direction].abs();
+                changes[direction] = math::maximum(changes[direction], share * own(&change));
+                let largest = math::maximum(own(&value[1]), math::maximum(own(&value[0]), share * own(&value[2])));
+                reached[direction] = math::maximum(reached[direction], largest);
+            }
+        }
+        for (change, reached) in changes.iter().zip(&reached).filter(|(change, _)| **change > 0.0) {
+            worst = math::maximum(worst, change / reached / LOOSER);
+        }
+        worst
     }
 
     /// The largest coefficient of one order, relative to what counts of rates.
