@@ -17,11 +17,14 @@ struct Column {
     values: Vec<f64>,
 }
 
-/// The factors of a table and their values, a column for each.
+/// Factors and their values, a column for each.
+type Columns = (Vec<Factor>, Vec<Vec<f64>>);
+
+/// The columns of a table.
 ///
 /// # Errors
 /// Everything that is wrong with the table, with its lines.
-pub fn columns(description: &Description, text: &str) -> Result<(Vec<Factor>, Vec<Vec<f64>>), Vec<String>> {
+pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<String>> {
     let cells = Cells::read(text).map_err(|error| vec![error.to_string()])?;
     let Some(((_, names), rows)) = cells.rows.split_first() else {
         return Err(vec!["the table is empty; begin with a line of names".to_owned()]);
