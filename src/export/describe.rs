@@ -1,5 +1,6 @@
 //! The description of an FMU from the table of variables.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use cotree_fmu::program::{Motion, Source};
@@ -15,6 +16,7 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
     let mechanism = formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;
     let rows = &formulated.lowered.table.rows;
+    let mut changing = Changing { rows, known: HashMap::new() };
     Description {
         model_name: mechanism.name.clone(),
         identifier: identifier(&mechanism.name),
@@ -26,7 +28,7 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         indicators: program.tapes.indicators.results.len(),
         moves_states: program.motion == Motion::Dynamic
             && program.constraints.iter().any(|constraint| constraint.active),
-        variables: rows.iter().map(|row| variable(mechanism, rows, row)).collect(),
+        variables: rows.iter().map(|row| variable(mechanism, &mut changing, row)).collect(),
         terminals: terminals(mechanism, rows),
     }
 }
@@ -36,16 +38,25 @@ fn is_settable(row: &Row) -> bool {
     matches!(row.source, Source::Parameter(_) | Source::Input(_)) || row.start.is_some_and(|start| start.known)
 }
 
-/// The states and inputs among what a variable depends on.
-fn changing(rows: &[Row], places: &Arc<[usize]>) -> Arc<[usize]> {
-    let changes = |place: &usize| rows.get(*place).is_some_and(|row| !matches!(row.source, Source::Parameter(_)));
-    match places.iter().all(changes) {
-        true => places.clone(),
-        false => places.iter().copied().filter(changes).collect(),
+/// The states and inputs among what variables depend on: found once for a list, because many variables share a long one.
+struct Changing<'a> {
+    rows: &'a [Row],
+    known: HashMap<*const usize, Arc<[usize]>>,
+}
+
+impl Changing<'_> {
+    fn among(&mut self, places: &Arc<[usize]>) -> Arc<[usize]> {
+        let Self { rows, known } = self;
+        let changes = |place: &usize| rows.get(*place).is_some_and(|row| !matches!(row.source, Source::Parameter(_)));
+        let found = known.entry(places.as_ptr()).or_insert_with(|| match places.iter().all(changes) {
+            true => places.clone(),
+            false => places.iter().copied().filter(changes).collect(),
+        });
+        found.clone()
     }
 }
 
-fn variable(mechanism: &Mechanism, rows: &[Row], row: &Row) -> ScalarVariable {
+fn variable(mechanism: &Mechanism, changing: &mut Changing, row: &Row) -> ScalarVariable {
     let causality = match row.source {
         Source::Parameter(index) => {
             let parameter = &mechanism.parameters[index as usize];
@@ -84,7 +95,7 @@ fn variable(mechanism: &Mechanism, rows: &[Row], row: &Row) -> ScalarVariable {
             Source::Acceleration(index) => Some(2 * index as usize + 1),
             _ => None,
         }),
-        dependencies: changing(rows, &row.dependencies),
+        dependencies: changing.among(&row.dependencies),
         all_dependencies: row.dependencies.clone(),
         initial_dependencies: if is_settable(row) { Arc::default() } else { row.initial_dependencies.clone() },
     }

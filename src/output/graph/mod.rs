@@ -1,5 +1,6 @@
 //! The two linear graphs of a mechanism beside its drawing, as in the paper's Figs 1-3: tree edges bold, elements by their labels.
 
+mod covered;
 mod dot;
 mod layout;
 mod picture;

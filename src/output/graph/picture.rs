@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::covered::Covered;
 use super::layout::distance;
 use super::{Edge, Graph, GraphDrawing};
 use crate::output::drawing::Drawing;
@@ -69,15 +70,16 @@ impl<'a> Panel<'a> {
     fn new(title: &'a str, graph: &'a Graph) -> Self {
         let nodes: Vec<Pixel> = graph.places.iter().map(|[x, y]| [SCALE * x, -SCALE * y]).collect();
         let curves = curves(graph, &nodes);
-        let mut covered: Vec<Frame> = nodes.iter().map(|&at| Frame::centred(at, 3.2 * NODE, 3.2 * NODE)).collect();
+        let mut covered = Covered::default();
+        nodes.iter().for_each(|&at| covered.add(Frame::centred(at, 3.2 * NODE, 3.2 * NODE)));
         for curve in &curves {
-            covered.extend((1..12).map(|step| Frame::centred(curve.at(f64::from(step) / 12.0), 4.0, 4.0)));
+            (1..12).for_each(|step| covered.add(Frame::centred(curve.at(f64::from(step) / 12.0), 4.0, 4.0)));
         }
         let labels: Vec<Frame> =
             curves.iter().zip(&graph.edges).map(|(curve, edge)| place_label(curve, edge, &mut covered)).collect();
         let names: Vec<Frame> =
             nodes.iter().zip(&graph.nodes).map(|(&at, name)| place_name(at, name, &mut covered)).collect();
-        let frame = Frame::around(covered.iter());
+        let frame = Frame::around(covered.frames().iter());
         let heading = text_width(title, 13.0);
         let frame = Frame { y: frame.y - 26.0, height: frame.height + 26.0, width: frame.width.max(heading), ..frame };
         Panel { title, graph, curves, frame, names, labels }
@@ -120,6 +122,8 @@ fn curves(graph: &Graph, nodes: &[Pixel]) -> Vec<Curve> {
         let [a, b] = edge.ends;
         parallel.entry([a.min(b), a.max(b)]).or_default().push(index);
     }
+    let mut by_x: Vec<usize> = (0..nodes.len()).collect();
+    by_x.sort_by(|&a, &b| nodes[a][0].total_cmp(&nodes[b][0]));
     let blank = Curve { from: [0.0; 2], over: [0.0; 2], to: [0.0; 2] };
     let mut curves = vec![blank; graph.edges.len()];
     for ([low, high], edges) in parallel {
@@ -127,8 +131,10 @@ fn curves(graph: &Graph, nodes: &[Pixel]) -> Vec<Curve> {
         let length = (b[0] - a[0]).hypot(b[1] - a[1]).max(1.0);
         let side = [-(b[1] - a[1]) / length, (b[0] - a[0]) / length];
         // A single edge bends only where a node stands in its way.
-        let blocked =
-            (0..nodes.len()).any(|node| node != low && node != high && distance(nodes[node], a, b) < 4.0 * NODE);
+        let [left, right] = [a[0].min(b[0]) - 4.0 * NODE, a[0].max(b[0]) + 4.0 * NODE];
+        let first = by_x.partition_point(|&node| nodes[node][0] < left);
+        let mut around = by_x[first..].iter().take_while(|&&node| nodes[node][0] <= right);
+        let blocked = around.any(|&node| node != low && node != high && distance(nodes[node], a, b) < 4.0 * NODE);
         for (position, &index) in edges.iter().enumerate() {
             let offset = position as f64 - 0.5 * (edges.len() as f64 - 1.0);
             let offset = if blocked && edges.len() == 1 { 0.6 } else { offset };
@@ -172,7 +178,7 @@ impl Curve {
     }
 }
 
-fn place_label(curve: &Curve, edge: &Edge, covered: &mut Vec<Frame>) -> Frame {
+fn place_label(curve: &Curve, edge: &Edge, covered: &mut Covered) -> Frame {
     let (width, height) = (text_width(&printed(&edge.label), 12.0), 14.0);
     let shares = [0.45, 0.36, 0.54, 0.28, 0.68, 0.2, 0.78];
     let candidates = shares.iter().enumerate().flat_map(|(order, &share)| {
@@ -186,7 +192,7 @@ fn place_label(curve: &Curve, edge: &Edge, covered: &mut Vec<Frame>) -> Frame {
     choose(candidates.map(|(frame, order)| (frame, 4.0 * order as f64)), covered)
 }
 
-fn place_name(at: Pixel, name: &str, covered: &mut Vec<Frame>) -> Frame {
+fn place_name(at: Pixel, name: &str, covered: &mut Covered) -> Frame {
     let (width, height) = (text_width(name, 10.5), 12.5);
     let candidates = (0..36).map(|turn| {
         let (ring, turn) = (turn / 12, turn % 12);
@@ -202,11 +208,11 @@ fn place_name(at: Pixel, name: &str, covered: &mut Vec<Frame>) -> Frame {
 }
 
 /// The candidate with the least cost and common area with the covered ones; it is covered from now on.
-fn choose(candidates: impl Iterator<Item = (Frame, f64)>, covered: &mut Vec<Frame>) -> Frame {
-    let cost = |(frame, own): &(Frame, f64)| own + covered.iter().map(|other| frame.overlap(other)).sum::<f64>();
-    let best = candidates.min_by(|a, b| cost(a).total_cmp(&cost(b)));
+fn choose(candidates: impl Iterator<Item = (Frame, f64)>, covered: &mut Covered) -> Frame {
+    let costs = candidates.map(|(frame, own)| (frame, own + covered.overlap(&frame)));
+    let best = costs.min_by(|(_, a), (_, b)| a.total_cmp(b));
     let frame = best.map_or(Frame { x: 0.0, y: 0.0, width: 0.0, height: 0.0 }, |(frame, _)| frame);
-    covered.push(frame);
+    covered.add(frame);
     frame
 }
 
