@@ -285,6 +285,8 @@ impl Parts {
                 growing: false,
                 engine: Engine::Dop853,
                 measurements: vec![measurement(1e-4, 240), measurement(1e-6, 600)],
+                attainable: 0.0,
+                inaccuracy: None,
             }),
             runtimes: vec![Runtime::embedded().unwrap()],
             source: Source::new("scene.toml", "format = 1\n"),

@@ -257,7 +257,10 @@ fn a_tolerance_finer_than_rounding_errors_permit_is_warned_of() {
     scene += "[initial]\n\"a.angle\" = 0.1\n\"b.angle\" = 0.2\n\"c.angle\" = 0.1\n\"load.angle\" = 0.3\n";
     scene += "[outputs]\nvariables = [\"load.angle\"]\n[experiment]\nstop = 0.01\nstep = 0.005\n";
     let folder = with(&scene);
-    for (method, tolerance, warned) in [("auto", "1e-12", true), ("auto", "1e-4", false)] {
+    let methods = ["auto", "explicit", "implicit"];
+    for (method, tolerance, warned) in
+        methods.into_iter().flat_map(|name| [(name, "1e-9", true), (name, "1e-4", false)])
+    {
         let text = format!("{scene}[solver]\nmethod = \"{method}\"\n");
         std::fs::write(folder.path().join("a.toml"), text).unwrap();
         let output = cotree(folder.path(), &["simulate", "a.toml", "--tolerance", tolerance]);
@@ -266,4 +269,24 @@ fn a_tolerance_finer_than_rounding_errors_permit_is_warned_of() {
         assert_eq!(said.contains("solver::accuracy"), warned, "{method} {tolerance}: {said}");
         assert_eq!(said.contains("the attainable accuracy of about"), warned, "{method} {tolerance}: {said}");
     }
+    // A law with more pieces than series can have.
+    let law = (0..70).map(|k| format!("sign(t - {k})")).collect::<Vec<String>>().join(" + ");
+    let lawful = scene.clone() + "tolerance = 1e-9\n[loads.push]\ntype = \"torque\"\non = \"load\"\n";
+    std::fs::write(folder.path().join("a.toml"), lawful + &format!("value = \"1e-3*({law})\"\n")).unwrap();
+    let commands: [&[&str]; 6] = [
+        &["simulate", "a.toml"],
+        &["sweep", "a.toml", "--set", "load.angle=0.3,0.31"],
+        &["trace", "a.toml", "load.q"],
+        &["trace", "a.toml", "load.q", "-o", "a.dxf"],
+        &["view", "a.toml", "--svg"],
+        &["export", "a.toml"],
+    ];
+    for command in commands {
+        let output = cotree(folder.path(), command);
+        let said = stderr(&output);
+        assert_eq!(code(&output), 0, "{command:?}: {said}");
+        assert!(said.contains("solver::accuracy"), "{command:?}: {said}");
+    }
+    let measured = cotree(folder.path(), &["bench", "a.toml"]);
+    assert!(stdout(&measured).contains("rounding errors leave a relative accuracy of about"), "{}", stdout(&measured));
 }

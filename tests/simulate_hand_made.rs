@@ -58,6 +58,7 @@ fn program() -> data::Program {
         engine: data::Engine::Dop853,
         automatic: true,
         arms: None,
+        masses: None,
     }
 }
 

@@ -52,6 +52,9 @@ impl Export {
         let accuracy = compiled.accuracy();
         compiled.warn_of_growth(&accuracy);
         output::warn_of(&compiled, format);
+        if let Some(inaccuracy) = accuracy.as_ref().ok().and_then(|accuracy| accuracy.inaccuracy.as_ref()) {
+            output::warn_inaccurate(&compiled, "", inaccuracy, format);
+        }
         let origin = self.origin(compiled.affordable(&accuracy))?;
         let live = page::documentation(&scene, &compiled, origin);
         let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
+use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
 
 use super::MessageFormat;
@@ -50,9 +51,9 @@ impl Trace {
         let compiled = compile::compile(&scene)?;
         output::warn_of(&compiled, format);
         match file.filter(|path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("dxf"))) {
-            Some(path) => curves(&compiled, &points, &cams, path),
+            Some(path) => curves(&compiled, (&points, &cams), path, format),
             None => match &cams[..] {
-                [] => table(&compiled, &points, file),
+                [] => table(&compiled, &points, file, format),
                 [cam] if points.is_empty() => profile_table(cam, file),
                 _ => Err(Failure::Usage(
                     "a table has one cam or the points of a run; a drawing (.dxf) takes them together".to_owned(),
@@ -115,16 +116,16 @@ fn run(
     compiled: &Compiled,
     points: &[String],
     report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
-) -> Result<(), RunError> {
+) -> Result<Option<Inaccuracy>, RunError> {
     let description = &compiled.description;
     let model = Model::new(compiled.program.clone())?;
     let place = |name: String| description.variables.iter().position(|variable| variable.name == name);
     let reported = variables(points).filter_map(place).collect();
     let run = Run { description, experiment: description.experiment, settings: Vec::new(), inputs: None, reported };
-    run.start(Arc::new(model), report).map(drop)
+    run.start(Arc::new(model), report)
 }
 
-fn table(compiled: &Compiled, points: &[String], file: Option<&Path>) -> Result<(), Failure> {
+fn table(compiled: &Compiled, points: &[String], file: Option<&Path>, format: MessageFormat) -> Result<(), Failure> {
     let columns: Vec<String> = variables(points).collect();
     let mut writer = Writer::new(Output::new(file)?, columns.iter().map(String::as_str))?;
     let mut rows = 0;
@@ -132,7 +133,7 @@ fn table(compiled: &Compiled, points: &[String], file: Option<&Path>) -> Result<
         rows += 1;
         writer.row(time, values)
     });
-    let failure = part(ended, rows)?;
+    let failure = part(compiled, ended, rows, format)?;
     let named = |error| match file {
         Some(path) => Failure::file("write", path, error),
         None => Failure::from(error),
@@ -171,7 +172,12 @@ fn outline(cam: &Profile) -> (String, Vec<[f64; 2]>) {
     (cam.name.clone(), curve)
 }
 
-fn curves(compiled: &Compiled, points: &[String], cams: &[Profile], path: &Path) -> Result<(), Failure> {
+fn curves(
+    compiled: &Compiled,
+    (points, cams): (&[String], &[Profile]),
+    path: &Path,
+    format: MessageFormat,
+) -> Result<(), Failure> {
     if points.is_empty() {
         return output::write(path, &dxf::curves(&cams.iter().map(outline).collect::<Vec<_>>()));
     }
@@ -182,16 +188,24 @@ fn curves(compiled: &Compiled, points: &[String], cams: &[Profile], path: &Path)
         curves.iter_mut().zip(values.chunks(2)).for_each(|((_, curve), at)| curve.push([at[0], at[1]]));
         Ok(())
     });
-    let failure = part(ended, rows)?;
+    let failure = part(compiled, ended, rows, format)?;
     curves.extend(cams.iter().map(outline));
     output::write(path, &dxf::curves(&curves))?;
     failure.map_or(Ok(()), Err)
 }
 
 /// What was worked out before the solver gave up is worth having: the failure is reported after it.
-fn part(ended: Result<(), RunError>, rows: u64) -> Result<Option<Failure>, Failure> {
+fn part(
+    compiled: &Compiled,
+    ended: Result<Option<Inaccuracy>, RunError>,
+    rows: u64,
+    format: MessageFormat,
+) -> Result<Option<Failure>, Failure> {
     match ended {
-        Ok(()) => Ok(None),
+        Ok(inaccuracy) => {
+            inaccuracy.iter().for_each(|found| output::warn_inaccurate(compiled, "", found, format));
+            Ok(None)
+        }
         Err(error @ RunError::Instance(_)) if rows > 0 => {
             Ok(Some(Failure::from(error).with_note(&format!("the curves have the {rows} points before that"))))
         }

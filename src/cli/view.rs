@@ -78,7 +78,8 @@ impl View {
         let take = Take { rate: self.frames.is_some().then_some(self.fps), speed: self.speed };
         let (compiled, taken) = film::film(scene, take, MOST_PICTURES)?;
         output::warn_of(&compiled, format);
-        let Taken { film, cut } = taken.map_err(Failure::Numerical)?;
+        let Taken { film, cut, inaccuracy } = taken.map_err(Failure::Numerical)?;
+        inaccuracy.iter().for_each(|found| output::warn_inaccurate(&compiled, "", found, format));
         match &self.frames {
             Some(folder) => {
                 self.write_frames(folder, film.len(), |sample| film.frame(sample))?;

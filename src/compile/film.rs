@@ -1,5 +1,7 @@
 //! From a scene to a film of it.
 
+use cotree_fmu::instance::Inaccuracy;
+
 use super::page::{Sampled, sampled};
 use super::{Compiled, compile_with, with_everything};
 use crate::formulate::Formulated;
@@ -27,6 +29,8 @@ pub struct Taken {
     pub film: Film,
     /// Why the motion could not be continued.
     pub cut: Option<String>,
+    /// Are rounding errors of the run larger than its tolerance?
+    pub inaccuracy: Option<Inaccuracy>,
 }
 
 /// A film of the scene's experiment, with the paths of the points that it reports; an error if it does not move at all.
@@ -77,7 +81,7 @@ fn taken(
         .filter_map(|point| Some([variable(&format!("{point}.x"))?, variable(&format!("{point}.y"))?]));
     let paths: Vec<[usize; 2]> = if scene.dimension == Dimension::One { Vec::new() } else { paths.collect() };
     let recorded: Vec<usize> = places.iter().flatten().copied().chain(paths.iter().flatten().copied()).collect();
-    let Sampled { times, columns, cut } = sampled(everything, &recorded, description.experiment, count)?;
+    let Sampled { times, columns, cut, inaccuracy } = sampled(everything, &recorded, description.experiment, count)?;
     let column = |variable: usize| recorded.iter().position(|&known| known == variable).map(|place| &columns[place]);
     let value = |variable: usize, sample: usize| column(variable).map_or(f64::NAN, |column| column[sample]);
     let pose = |sample: usize| -> Vec<[f64; 3]> {
@@ -99,7 +103,7 @@ fn taken(
     let curve = |[x, y]: &[usize; 2]| (0..times.len()).map(|sample| [value(*x, sample), value(*y, sample)]).collect();
     let duration = duration * (times.len() - 1) as f64 / f64::from(count);
     let film = Film::new(drawing, poses, paths.iter().map(curve).collect(), duration, step);
-    Ok(Taken { film, cut })
+    Ok(Taken { film, cut, inaccuracy })
 }
 
 /// Points of which the scene reports both coordinates.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cotree_fmu::instance::{Instance, InstanceError};
+use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
 use cotree_fmu::model::Model as Runnable;
 
 use super::{Compiled, Front, compile_with, front, with_everything};
@@ -123,6 +123,7 @@ fn assemble(compiled: &Compiled, everything: &Compiled, picture: Picture, origin
         recorded: named(&recorded, description),
         stored: Vec::new(),
         cut: None,
+        warning: None,
         experiment: description.experiment.into(),
     };
     let motion = match origin {
@@ -135,11 +136,12 @@ fn assemble(compiled: &Compiled, everything: &Compiled, picture: Picture, origin
             let whole = stop == description.experiment.stop;
             let part = Experiment { stop, ..description.experiment };
             let count = ((stop - part.start) / part.step).ceil().clamp(1.0, SAMPLES);
-            let Sampled { times, columns, cut } = sampled(everything, &recorded, part, count as u32)?;
+            let Sampled { times, columns, cut, inaccuracy } = sampled(everything, &recorded, part, count as u32)?;
             let columns = columns.iter().map(|column| column.iter().map(|&value| value as f32).collect());
             model.stored = model.recorded.clone();
             let early = || format!("The stored run ends at {stop:.3} s: there is much to compute.");
             model.cut = cut.or_else(|| (!whole).then(early));
+            model.warning = inaccuracy.map(|found| format!("Warning: {found}; {}", Inaccuracy::HELP));
             Motion::Stored { times, columns: columns.collect() }
         }
     };
@@ -183,6 +185,7 @@ pub(super) struct Sampled {
     pub columns: Vec<Vec<f64>>,
     /// Why it ends early, if it does.
     pub cut: Option<String>,
+    pub inaccuracy: Option<Inaccuracy>,
 }
 
 /// A run with the scene's values, in so many equal parts.
@@ -211,8 +214,10 @@ pub(super) fn sampled(
         times.push(time);
         Ok(())
     };
-    match (0..=count).try_for_each(&mut sample) {
+    let ended = (0..=count).try_for_each(&mut sample);
+    let inaccuracy = instance.take_inaccuracy();
+    match ended {
         Err(error) if times.is_empty() => Err(error.to_string()),
-        ended => Ok(Sampled { times, columns, cut: ended.err().map(|error| error.to_string()) }),
+        ended => Ok(Sampled { times, columns, cut: ended.err().map(|error| error.to_string()), inaccuracy }),
     }
 }

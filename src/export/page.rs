@@ -3,11 +3,12 @@
 use std::fmt::Write;
 
 use cotree_fmu::context::Statistics;
+use cotree_fmu::instance::Inaccuracy;
 
 use super::FmiVersion;
 use super::description::{Causality, Description, ScalarVariable, Start};
 use crate::mechanism::Unit;
-use crate::output::accuracy::{Accuracy, Measurement, REFERENCE};
+use crate::output::accuracy::{Accuracy, FINEST, Measurement, REFERENCE};
 use crate::output::drawing::Drawing;
 use crate::output::page::{Facts, Live, Page as LivePage, prose};
 use crate::output::svg::escape;
@@ -191,6 +192,16 @@ fn accuracy(measured: &Result<Accuracy, String>, default: f64) -> String {
              is {default:e}.</p>\n"
         ),
     );
+    if accuracy.attainable > FINEST {
+        let attainable = accuracy.attainable;
+        let help = escape(Inaccuracy::HELP);
+        add(
+            &mut text,
+            format_args!(
+                "<p><strong>Rounding errors leave a relative accuracy of about {attainable:.0e}</strong>, at smaller tolerances too: {help}.</p>\n"
+            ),
+        );
+    }
     if let Some(curve) = accuracy.curve() {
         text.push_str(&curve.svg());
     }

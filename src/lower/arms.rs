@@ -18,10 +18,23 @@ use crate::expr::{Arena, Expr, Node, Order, Symbol, Unary};
 /// Why there is none, as a clause.
 pub fn arm_form(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Expr>), Reason> {
     let arms = equations.arms(active)?;
+    lower(equations, &arms)
+}
+
+/// The same without loads: what the accuracy of a motion is measured by that has no series.
+///
+/// # Errors
+/// As [`arm_form`].
+pub fn mass_form(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Expr>), Reason> {
+    let arms = equations.arms_without_loads(active)?;
+    lower(equations, &arms)
+}
+
+fn lower(equations: &mut Equations, arms: &ArmEquations) -> Result<(ArmForm, Vec<Expr>), Reason> {
     let angular: Vec<bool> = equations.coordinates.iter().map(|coordinate| coordinate.angular).collect();
     let mut lowering = Lowering {
         arena: &mut equations.system.arena,
-        arms: &arms,
+        arms,
         builder: SeriesBuilder::default(),
         coefficients: Coefficients::default(),
         form: ArmForm::default(),

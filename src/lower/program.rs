@@ -10,7 +10,7 @@ use cotree_fmu::program::{
 use cotree_fmu::taylor::Jet;
 use cotree_fmu::taylor::form::ArmForm;
 
-use super::arms::arm_form;
+use super::arms::{arm_form, mass_form};
 use super::blocks::blocks;
 use super::cost::Cost;
 use super::dependencies::{Beginning, Moving};
@@ -79,6 +79,7 @@ struct MotionKernels {
     domains: Vec<(Domain, Expr)>,
     outputs: Vec<Expr>,
     arms: Option<(ArmForm, Vec<Expr>)>,
+    masses: Option<(ArmForm, Vec<Expr>)>,
     solve_tree: Option<SolveTree>,
 }
 
@@ -125,7 +126,10 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     if motion == Motion::Dynamic {
         match series(equations, active) {
             Ok(arms) => moving.arms = Some(arms),
-            Err(reason) => no_series = Some(reason),
+            Err(reason) => {
+                no_series = Some(reason);
+                moving.masses = mass_form(equations, active).ok();
+            }
         }
     }
     let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
@@ -259,7 +263,8 @@ fn assemble(
     let (kinds, laws): (Vec<Steep>, Vec<Expr>) = moving.laws.iter().copied().unzip();
     let (domains, arguments): (Vec<Domain>, Vec<Expr>) = moving.domains.iter().cloned().unzip();
     let acceleration: Vec<Expr> = moving.acceleration.iter().chain(&moving.closeness).copied().collect();
-    let coefficients = moving.arms.as_ref().map_or(&[][..], |(_, coefficients)| coefficients);
+    let [coefficients, masses] =
+        [&moving.arms, &moving.masses].map(|form| form.as_ref().map_or(&[][..], |(_, coefficients)| coefficients));
     let mut assembler = Assembler::new(
         &equations.system.arena,
         layout,
@@ -281,6 +286,7 @@ fn assemble(
             &arguments,
             &moving.outputs,
             coefficients,
+            masses,
         ],
     );
     let places = |entries: &[((u32, u32), Expr)]| entries.iter().map(|(place, _)| *place).collect();
@@ -318,9 +324,9 @@ fn assemble(
         first_positions: Vec::new(),
         first_rates: Vec::new(),
     };
-    let arms = moving.arms.as_ref().map(|(form, coefficients)| {
-        let coefficients = assembler.tape(coefficients);
-        ArmForm { coefficients, ..form.clone() }
+    let [arms, masses] = [&moving.arms, &moving.masses].map(|form| {
+        let (form, coefficients) = form.as_ref()?;
+        Some(ArmForm { coefficients: assembler.tape(coefficients), ..form.clone() })
     });
     Program {
         name: mechanism.name.clone(),
@@ -346,6 +352,7 @@ fn assemble(
         },
         automatic: mechanism.solver.method == Method::Auto && equations.coordinates.len() <= MOST_IMPLICIT,
         arms,
+        masses,
     }
 }
 

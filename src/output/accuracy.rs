@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use cotree_fmu::context::Statistics;
-use cotree_fmu::instance::{Instance, InstanceError};
+use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use cotree_fmu::taylor::Jet;
@@ -13,7 +13,9 @@ use super::bench::trajectory::Trajectory;
 use super::curve::Curve;
 use crate::mechanism::Experiment;
 
-const TOLERANCES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
+const TOLERANCES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, FINEST];
+/// The smallest of the compared tolerances.
+pub const FINEST: f64 = 1e-10;
 /// The tolerance of the run that counts as exact.
 pub const REFERENCE: f64 = 1e-12;
 /// Points of time at which results are compared: fewer than `cotree bench` takes, so that reading them stays within the budget.
@@ -36,6 +38,10 @@ pub struct Accuracy {
     pub growing: bool,
     pub engine: Engine,
     pub measurements: Vec<Measurement>,
+    /// Relative accuracy that rounding errors permit; 0 if nothing limits it.
+    pub attainable: f64,
+    /// That it is not as good as the tolerance of the experiment.
+    pub inaccuracy: Option<Inaccuracy>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,10 +60,15 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
     let mut stop = experiment.start;
     let growing = affordable(model, experiment, &mut stop)?;
     let part = Experiment { stop, ..experiment };
-    let (exact, _) = run(model, variables, part, REFERENCE)?;
+    let (exact, mut reference) = run(model, variables, part, REFERENCE)?;
+    let attainable = reference.attainable_accuracy();
+    let inaccuracy = match attainable > experiment.tolerance {
+        true => run(model, variables, part, experiment.tolerance)?.1.take_inaccuracy(),
+        false => None,
+    };
     let measurements = TOLERANCES.into_iter().map(|tolerance| -> Result<_, InstanceError> {
-        let (values, statistics) = run(model, variables, part, tolerance)?;
-        Ok(Measurement { tolerance, error: values.distance(&exact), statistics })
+        let (values, instance) = run(model, variables, part, tolerance)?;
+        Ok(Measurement { tolerance, error: values.distance(&exact), statistics: instance.statistics() })
     });
     let span = [part.start, part.stop];
     Ok(Accuracy {
@@ -65,6 +76,8 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
         growing,
         engine: model.program().engine,
         measurements: measurements.collect::<Result<_, _>>()?,
+        attainable,
+        inaccuracy,
     })
 }
 
@@ -104,13 +117,13 @@ pub fn reach(model: &Arc<Model>, experiment: Experiment) -> f64 {
     reached
 }
 
-/// The variables at all points of time, and what the solver did.
+/// The variables at all points of time, and the simulation at its end.
 fn run(
     model: &Arc<Model>,
     variables: &[usize],
     part: Experiment,
     tolerance: f64,
-) -> Result<(Trajectory, Statistics), InstanceError> {
+) -> Result<(Trajectory, Instance), InstanceError> {
     let mut instance = start(model, part, tolerance)?;
     let mut found = Trajectory::of(variables.len());
     for point in 1..=POINTS {
@@ -122,7 +135,7 @@ fn run(
             values.push(instance.get(variable)?);
         }
     }
-    Ok((found, instance.statistics()))
+    Ok((found, instance))
 }
 
 fn start(model: &Arc<Model>, experiment: Experiment, tolerance: f64) -> Result<Instance, InstanceError> {

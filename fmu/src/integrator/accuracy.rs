@@ -10,6 +10,7 @@ use super::run::Run;
 use crate::context::Context;
 use crate::failure::number;
 use crate::model::Model;
+use crate::taylor::Jet;
 
 /// It is measured at the end of the first step, and of every so many.
 const EVERY: u32 = 16;
@@ -44,6 +45,26 @@ impl fmt::Display for Inaccuracy {
             number(*tolerance),
             number(*time),
         )
+    }
+}
+
+/// The masses of a motion that has no series.
+#[derive(Clone, Debug)]
+pub(crate) struct Masses(Jet);
+
+impl Masses {
+    /// Storage for them, if the program has them.
+    pub fn new(model: &Model) -> Option<Self> {
+        Some(Self(Jet::of(model, model.program().masses.as_ref()?)))
+    }
+
+    /// How many times rounding errors are multiplied where the last step ends, and the coordinate; none in a singular pose.
+    pub fn amplification(&mut self, context: &mut Context, run: &Run) -> Option<(f64, Option<usize>)> {
+        let Context { model, machine, .. } = context;
+        machine.load_signals(model, &run.signals.origin, run.last.end_time);
+        self.0.update(machine.registers());
+        self.0.probe(model, machine.registers(), &run.last.end).ok()?;
+        Some(self.0.amplification())
     }
 }
 

@@ -5,7 +5,7 @@
 //! So, while nothing changes, steps have their natural length and communication points are read from the dense output; after a change the
 //! step that went too far is forgotten; and when changes come at every communication point, steps end exactly there.
 
-use super::accuracy::Accuracy;
+use super::accuracy::{Accuracy, Masses};
 use super::control::Horizon;
 use super::explicit::Explicit;
 use super::implicit::Implicit;
@@ -40,6 +40,7 @@ pub struct Stepper {
     /// The run before the steps to a communication point: what lies before them has been read.
     pub(super) checkpoint: Run,
     pub(super) statistics: Statistics,
+    masses: Option<Masses>,
     accuracy: Accuracy,
 }
 
@@ -64,6 +65,7 @@ impl Stepper {
             checkpoint: Run::new(model, &work),
             work,
             statistics: Statistics::default(),
+            masses: Masses::new(model),
             accuracy: Accuracy::default(),
         }
     }
@@ -82,9 +84,9 @@ impl Stepper {
         machine: &'a mut Machine,
         settings: &'a Settings,
     ) -> (Engines<'a>, Context<'a>) {
-        let Self { explicit, implicit, taylor, projection, statistics, accuracy, .. } = self;
+        let Self { explicit, implicit, taylor, projection, statistics, masses, accuracy, .. } = self;
         let context = Context { model, machine, projection, statistics, settings };
-        (Engines { taylor: taylor.as_mut(), explicit, implicit, accuracy }, context)
+        (Engines { taylor: taylor.as_mut(), explicit, implicit, masses: masses.as_mut(), accuracy }, context)
     }
 
     /// What has been done so far.
@@ -168,6 +170,7 @@ impl Stepper {
             reprojection,
             checkpoint,
             statistics,
+            masses,
             accuracy,
         } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
@@ -199,7 +202,8 @@ impl Stepper {
             Motion::Dynamic => {
                 let horizon = Horizon { target, limit };
                 context.machine.load(model, &run.signals.origin);
-                let mut engines = Engines { taylor: taylor.as_mut(), explicit, implicit, accuracy };
+                let (taylor, masses) = (taylor.as_mut(), masses.as_mut());
+                let mut engines = Engines { taylor, explicit, implicit, masses, accuracy };
                 // Where there are singular poses the steps may have to be taken again.
                 let again =
                     settings.automatic && settings.engine == Engine::Taylor && !run.singular.smallest.is_empty();

@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::accuracy::Accuracy;
+use super::accuracy::{Accuracy, Masses};
 use super::control::{Horizon, Progress, because, take_step};
 use super::detour::Detour;
 use super::explicit::Explicit;
@@ -197,6 +197,8 @@ pub(crate) struct Engines<'a> {
     pub taylor: Option<&'a mut Taylor>,
     pub explicit: &'a mut Explicit,
     pub implicit: &'a mut Implicit,
+    /// Where there are no series.
+    pub masses: Option<&'a mut Masses>,
     pub accuracy: &'a mut Accuracy,
 }
 
@@ -224,8 +226,11 @@ impl Engines<'_> {
             } else {
                 self.other_step(context, run, horizon)?;
             }
-            let taylor = self.taylor.as_deref_mut();
-            self.accuracy.note(context, run, |context, run| taylor?.amplification(context, run));
+            let Self { taylor, masses, accuracy, .. } = self;
+            accuracy.note(context, run, |context, run| match taylor {
+                Some(taylor) => taylor.amplification(context, run),
+                None => masses.as_mut()?.amplification(context, run),
+            });
             note_end(context, run)?;
         }
         Ok(())

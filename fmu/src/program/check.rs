@@ -118,16 +118,18 @@ impl Program {
     }
 
     fn check_arms(&self) -> Result<(), Fault> {
-        let Some(form) = &self.arms else {
-            return match self.engine {
-                Engine::Taylor => Err(Fault::Arms { what: "there is none" }),
-                Engine::Dop853 | Engine::Radau => Ok(()),
-            };
-        };
-        if self.motion == Motion::Kinematic || !form.coefficients.instructions.is_empty() {
-            return Err(Fault::Arms { what: "its coefficients" });
+        let fault = |what| Err(Fault::Arms { what });
+        if self.arms.is_none() && self.engine == Engine::Taylor {
+            return fault("there is none");
         }
-        form.check(self).map_err(|what| Fault::Arms { what })
+        if self.arms.is_some() && self.masses.is_some() {
+            return fault("there are two");
+        }
+        let Some(form) = self.arms.as_ref().or(self.masses.as_ref()) else { return Ok(()) };
+        if self.motion == Motion::Kinematic || !form.coefficients.instructions.is_empty() {
+            return fault("its coefficients");
+        }
+        form.check(self).or_else(fault)
     }
 
     /// Checks what the analysis of positions reads, before the kernels of the motion exist: everything but the numbers of results
@@ -272,7 +274,7 @@ impl Program {
         if let Some(inverse) = &tapes.inverse {
             registers.kernel("inverse", inverse, layout.reactions())?;
         }
-        if let Some(form) = &self.arms {
+        for form in self.arms.iter().chain(&self.masses) {
             registers.kernel("coefficients", &form.coefficients, layout.inputs())?;
         }
         registers.kernel("indicators", &tapes.indicators, rates)?;

@@ -56,6 +56,8 @@ pub struct Program {
     pub automatic: bool,
     /// What the Taylor series of the motion are found from, if they exist.
     pub arms: Option<ArmForm>,
+    /// The same without loads, where there are no series: what the attainable accuracy is measured by.
+    pub masses: Option<ArmForm>,
 }
 
 /// The integrator of dynamic motion.

@@ -74,6 +74,7 @@ fn empty(name: &str, motion: Motion) -> Program {
         engine: cotree_fmu::program::Engine::Dop853,
         automatic: true,
         arms: None,
+        masses: None,
     }
 }
 

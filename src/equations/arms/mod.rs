@@ -133,6 +133,20 @@ impl Equations<'_> {
     /// # Errors
     /// A displacement that is no constant combination of arms, or too many masses between arms.
     pub fn arms(&mut self, active: &[bool]) -> Result<ArmEquations, Reason> {
+        let mut arms = self.arms_without_loads(active)?;
+        self.weights(&mut arms);
+        for index in 0..self.system.elements.len() {
+            self.force(ElementId(index), &mut arms)?;
+            self.torque(ElementId(index), &mut arms);
+        }
+        Ok(arms)
+    }
+
+    /// The same without loads: masses, and the `active` loop equations.
+    ///
+    /// # Errors
+    /// As [`Equations::arms`].
+    pub fn arms_without_loads(&mut self, active: &[bool]) -> Result<ArmEquations, Reason> {
         let mut arms = ArmEquations { frames: self.turning()?, ..ArmEquations::default() };
         if !active.contains(&true) {
             self.tree(&mut arms)?;
@@ -143,11 +157,6 @@ impl Equations<'_> {
         }
         for (index, _) in active.iter().enumerate().filter(|(_, active)| **active) {
             self.row(index, &mut arms)?;
-        }
-        self.weights(&mut arms);
-        for index in 0..self.system.elements.len() {
-            self.force(ElementId(index), &mut arms)?;
-            self.torque(ElementId(index), &mut arms);
         }
         Ok(arms)
     }

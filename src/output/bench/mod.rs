@@ -40,6 +40,8 @@ pub struct Bench {
     /// The share of a processor that the measured thread had.
     pub share: f64,
     pub energy_kept: bool,
+    /// Relative accuracy that rounding errors permit, the coarsest of all runs; 0 if nothing limits it.
+    pub attainable: f64,
     /// One for each method and tolerance, methods together.
     pub runs: Vec<Run>,
 }
@@ -104,7 +106,7 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
     let methods = methods(model);
     let (times, exact, reference) = reference::find(&subject, &methods)?;
     let energy_kept = exact.energy_drift().is_some_and(|drift| drift < KEPT);
-    let (mut runs, mut total) = (Vec::new(), Elapsed::default());
+    let (mut runs, mut total, mut attainable) = (Vec::new(), Elapsed::default(), exact.attainable);
     for &(method, engine) in &methods {
         let mut affordable = true;
         for tolerance in TOLERANCES {
@@ -115,6 +117,7 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
                     total.add(all);
                     fastest.as_secs_f64()
                 });
+                attainable = f64::max(attainable, found.attainable);
                 let error = found.trajectory.distance(&exact.trajectory);
                 let resolved = error > RESOLVED * reference.error;
                 Measured { cpu_seconds, resolved, ..Measured::of(&found, error, energy_kept) }
@@ -132,6 +135,7 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
         clock: clock::NAME,
         share: total.share(),
         energy_kept,
+        attainable,
         runs,
     })
 }
@@ -180,8 +184,10 @@ mod tests {
         let name = "four_bar".to_owned();
         let refused = Run { result: Err("it left its branch".to_owned()), ..run.clone() };
         let (points, clock, share, runs) = (1024, "processor time", 0.5, vec![run, refused]);
-        let bench = Bench { name, span: [0.0, 1.0], reference, points, clock, share, energy_kept: false, runs };
+        let (span, energy_kept, attainable) = ([0.0, 1.0], false, 4e-8);
+        let bench = Bench { name, span, reference, points, clock, share, energy_kept, attainable, runs };
         let table = bench.to_string();
+        assert!(table.contains("rounding errors leave a relative accuracy of about 4e-8"), "{table}");
         assert!(table.contains("too slow") && table.contains("no result") && table.contains("it left its branch"));
         assert!(table.contains("50 % of a processor"), "{table}");
         assert!(bench.svg().contains("there are no errors to draw"));

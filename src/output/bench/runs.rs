@@ -40,6 +40,8 @@ pub(crate) struct Found {
     energy: Vec<f64>,
     pub residual: f64,
     pub statistics: Statistics,
+    /// Relative accuracy that rounding errors permit; 0 if nothing limits it.
+    pub attainable: f64,
 }
 
 impl Subject<'_> {
@@ -50,7 +52,8 @@ impl Subject<'_> {
         let mut machine = Machine::new(self.model);
         let energy = instance.variable(ENERGY);
         let trajectory = Trajectory::of(self.variables.len());
-        let mut found = Found { trajectory, energy: Vec::new(), residual: 0.0, statistics: Statistics::default() };
+        let statistics = Statistics::default();
+        let mut found = Found { trajectory, energy: Vec::new(), residual: 0.0, statistics, attainable: 0.0 };
         for &time in times {
             if time > instance.time() {
                 instance.step_to(time).map_err(|error| error.to_string())?;
@@ -66,7 +69,7 @@ impl Subject<'_> {
             }
             found.residual = found.residual.max(residual(self.model, &mut machine, &instance));
         }
-        found.statistics = instance.statistics();
+        (found.statistics, found.attainable) = (instance.statistics(), instance.attainable_accuracy());
         Ok(found)
     }
 

@@ -2,8 +2,10 @@
 
 use std::fmt;
 
+use cotree_fmu::instance::Inaccuracy;
+
 use super::runs::TOO_LONG;
-use super::{BUSY, Bench, LOOPS, Reference, Run};
+use super::{BUSY, Bench, LOOPS, Reference, Run, TOLERANCES};
 
 impl fmt::Display for Bench {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -16,6 +18,14 @@ impl fmt::Display for Bench {
                 f,
                 "warning: the machine is busy, this program had {share:.0} % of a processor: times may be too long"
             )?;
+        }
+        if self.attainable > TOLERANCES[TOLERANCES.len() - 1] {
+            let attainable = self.attainable;
+            writeln!(
+                f,
+                "warning: rounding errors leave a relative accuracy of about {attainable:.0e}, at smaller tolerances too"
+            )?;
+            writeln!(f, "{}", Inaccuracy::HELP)?;
         }
         let energy = if self.energy_kept { "energy" } else { "" };
         let head = ["method", "tolerance", "time [ms]", "error", "steps", "evaluations", "factors", "loops", energy];

@@ -24,7 +24,7 @@ function storedRun(bytes) {
   const names = MODEL.stored, count = view.byteLength / (8 + 4 * names.length);
   const column = place => Float64Array.from({ length: count }, (_, k) => view.getFloat32(8 * count + 4 * (place * count + k), true));
   const times = Float64Array.from({ length: count }, (_, k) => view.getFloat64(8 * k, true));
-  return { times, columns: new Map(names.map((name, k) => [name, column(k)])), last: count - 1, error: MODEL.cut };
+  return { times, columns: new Map(names.map((name, k) => [name, column(k)])), last: count - 1, error: MODEL.cut, warning: MODEL.warning };
 }
 
 /** Where a time lies between the samples of a run: index and part. */

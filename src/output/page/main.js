@@ -72,7 +72,7 @@ function solveAgain() {
   const set = settings(), list = moves(), values = knobs.map(knob => knob.value), changed = set.length > 0 || list.length > 0;
   $("reset").disabled = !changed;
   ask(set, list, MODEL.recorded, run => {
-    tell(run.error);
+    tell(run.error ?? run.warning);
     $("status").textContent = `${changed ? "dashed: before · " : ""}solved in ${run.ms.toFixed(run.ms < 10 ? 1 : 0)}\u202fms`;
     if (run.last < 0) return;
     knobs.forEach((knob, k) => { knob.solved = values[k]; });
@@ -100,7 +100,7 @@ async function begin() {
   }
   state.run = state.first;
   if (state.first.last < 0) throw new Error(state.first.error);
-  tell(state.first.error);
+  tell(state.first.error ?? state.first.warning);
 }
 
 let bodies = [];

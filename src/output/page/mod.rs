@@ -85,6 +85,8 @@ pub struct Model {
     pub stored: Vec<String>,
     /// Why the stored run ends early, if it does.
     pub cut: Option<String>,
+    /// What the stored run warns of.
+    pub warning: Option<String>,
     /// Times and tolerance.
     pub experiment: Times,
 }

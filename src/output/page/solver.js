@@ -33,7 +33,7 @@ class Solver {
   /** A run with these values (by index), inputs changed on the way as the list says, and these variables recorded. */
   solve(values, moves, names, times = Solver.times()) {
     const { calls, model } = this, began = performance.now();
-    const run = { times, columns: new Map(names.map(name => [name, new Float64Array(times.length).fill(NaN)])), last: -1, error: null };
+    const run = { times, columns: new Map(names.map(name => [name, new Float64Array(times.length).fill(NaN)])), last: -1, error: null, warning: null };
     const failed = what => { run.error = what + this.message(); run.ms = performance.now() - began; return run; };
     calls.cotree_reset(model);
     if (calls.cotree_setup(model, START, STOP, TOLERANCE)) return failed("");
@@ -53,6 +53,7 @@ class Solver {
     }
     calls.cotree_free(ids, 4 * names.length);
     calls.cotree_free(out, 8 * names.length);
+    if (calls.cotree_inaccurate(model)) run.warning = "Warning: " + this.message();
     run.ms = performance.now() - began;
     return run;
   }

@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use std::fmt::Display;
 use std::sync::Arc;
 
-use cotree_fmu::instance::Instance;
+use cotree_fmu::instance::{Inaccuracy, Instance};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Program;
 
@@ -122,6 +122,17 @@ pub unsafe extern "C" fn cotree_reset(instance: *mut Instance) {
 pub unsafe extern "C" fn cotree_step(instance: *mut Instance, time: f64) -> i32 {
     // SAFETY: the caller says so.
     code(unsafe { &mut *instance }.step_to(time))
+}
+
+/// Whether rounding errors are larger than the tolerance, said once a run: 1 if they are, and the message is kept as that of a failure.
+///
+/// # Safety
+/// As for [`cotree_setup`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn cotree_inaccurate(instance: *mut Instance) -> i32 {
+    // SAFETY: the caller says so.
+    let found = unsafe { &mut *instance }.take_inaccuracy();
+    code(found.map_or(Ok(()), |found| Err(format!("{found}; {}", Inaccuracy::HELP))))
 }
 
 /// The present values of so many variables, by their places.

@@ -235,7 +235,12 @@ pub struct Singular;
 impl Jet {
     /// Storage for a model with an arm form.
     pub fn new(model: &Model) -> Option<Self> {
-        let form = model.program().arms.clone()?;
+        Some(Self::of(model, model.program().arms.as_ref()?))
+    }
+
+    /// Storage for an arm form of a model.
+    pub fn of(model: &Model, form: &ArmForm) -> Self {
+        let form = form.clone();
         let shape = Shape::new(&form);
         let all = shape.all();
         let turned_by = turned_by(&form);
@@ -310,7 +315,7 @@ impl Jet {
                 jet.response = Response::new(jet.unknowns.len(), jet.form.rows.len(), jet.frames[1]);
             }
         }
-        Some(jet)
+        jet
     }
 
     /// Has the mechanism no loops?
