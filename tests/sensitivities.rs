@@ -6,8 +6,9 @@ use cotree::simulate::{Run, settings};
 use cotree_fmu::model::Model;
 use std::sync::Arc;
 
-#[path = "support/run.rs"]
-mod run;
+#[path = "support/fine.rs"]
+mod fine;
+use fine::model;
 
 /// Outputs at the end of a run with one value changed.
 fn end(compiled: &cotree::Compiled, name: &str, by: f64, stop: f64) -> Vec<f64> {
@@ -67,18 +68,6 @@ fn check(text: &str, names: &[&str], stop: f64, step: f64, limit: f64) {
     }
 }
 
-fn model(name: &str) -> String {
-    let path = format!("{}/models/{name}/scene.toml", env!("CARGO_MANIFEST_DIR"));
-    let text = run::from_here(name, std::fs::read_to_string(path).unwrap());
-    assert!(text.contains("[experiment]"));
-    let at = text.find("[experiment]").unwrap();
-    let (before, after) = text.split_at(at);
-    let mut lines: Vec<String> = after.lines().map(str::to_owned).collect();
-    lines.retain(|line| !line.trim_start().starts_with("tolerance"));
-    lines.insert(1, "tolerance = 1e-10".to_owned());
-    format!("{before}{}\n", lines.join("\n"))
-}
-
 #[test]
 fn a_slider_crank_with_lengths_masses_and_its_start() {
     check(&model("slider_crank"), &["crank_length", "rod_length", "crank.angle", "gas_force"], 1.0, 1e-3, 1e-7);
@@ -115,15 +104,15 @@ fn a_spring_that_only_pushes_and_a_damper_that_is_cut_in() {
     check(text, &["stiffness", "damping", "speed", "gap"], 0.4, 1e-4, 1e-6);
 }
 
-#[test]
-fn a_weight_that_bounces_on_a_stiff_stop_with_damping() {
-    // The force jumps at the beginning of a contact; it ends where the stop would have to pull.
-    let text = "
+/// A weight that falls from 0.5 m above a stop.
+fn bounce(stiffness: &str, damping: &str) -> String {
+    format!(
+        "
         name = 'bounce'
         gravity = [0, -9.81]
         [parameters]
-        stiffness = '40 kN/m'
-        damping = '20 N.s/m'
+        stiffness = '{stiffness}'
+        damping = '{damping}'
         mass = '2 kg'
         height = '0.3 m'
         [ground.points]
@@ -149,8 +138,42 @@ fn a_weight_that_bounces_on_a_stiff_stop_with_damping() {
         [experiment]
         tolerance = 1e-9
         stop = 1.2
-    ";
-    check(text, &["stiffness", "damping", "mass", "height", "guide.v"], 1.2, 1e-4, 1e-7);
+    "
+    )
+}
+
+#[test]
+fn a_weight_that_bounces_on_a_stiff_stop_with_damping() {
+    // The force jumps at the beginning of a contact; it ends where the stop would have to pull.
+    let names = ["stiffness", "damping", "mass", "height", "guide.v"];
+    check(&bounce("40 kN/m", "20 N.s/m"), &names, 1.2, 1e-4, 1e-7);
+}
+
+/// A hard stop is touched for a millisecond within a long flight: no step may pass over that.
+#[test]
+fn a_short_contact_in_a_long_flight() {
+    let end = 0.7;
+    let found = derivatives(&bounce("20 MN/m", "0 N.s/m"), &["height", "stiffness"], &[end]);
+    // Through the contact x'' = -w^2 x - g from the speed u; it lasts 2 (pi - atan(u w / g)) / w, and the weight leaves as fast as it came.
+    let motion = |height: f64, stiffness: f64| {
+        let (g, w) = (9.81, (stiffness / 2.0).sqrt());
+        let u = (2.0 * g * (height + 0.2)).sqrt();
+        let contact = 2.0 * (std::f64::consts::PI - (u * w / g).atan()) / w;
+        let flown = end - u / g - contact;
+        [u * flown - 0.5 * g * flown * flown - 0.2, u - g * flown]
+    };
+    let exact = motion(0.3, 2e7);
+    for row in 0..2 {
+        assert!((found.values[0][row] - exact[row]).abs() < 1e-7, "{} {}", found.values[0], exact[row]);
+    }
+    for (column, [height, stiffness]) in [[1e-4, 0.0], [0.0, 2e3]].into_iter().enumerate() {
+        let [low, high] = [-1.0, 1.0].map(|sign| motion(0.3 + sign * height, 2e7 + sign * stiffness));
+        let by = [0, 1].map(|row| (high[row] - low[row]) / (2.0 * (height + stiffness)));
+        for row in 0..2 {
+            let value = found.derivatives[0][(row, column)];
+            assert!((value - by[row]).abs() < 1e-6 * by[0].abs().max(by[1].abs()), "{value} instead of {}", by[row]);
+        }
+    }
 }
 
 #[test]
@@ -272,300 +295,6 @@ fn parameters_that_do_nothing_give_zeros_and_many_are_those_of_one_by_one() {
     let alone = Study::new(&scene).unwrap().sensitivities(&names[1..2], &[0.3]).unwrap();
     let [both, one] = [together.derivatives[0][(0, 1)], alone.derivatives[0][(0, 0)]];
     assert!((both - one).abs() < 1e-6 * one.abs(), "{both} {one}");
-}
-
-/// Rests between gravity and its spring; every motion is damped.
-fn resting() -> Scene {
-    let text = model("slider_crank").replace("load_stiffness = { value = 0.0,", "load_stiffness = { value = 60.0,");
-    let text = text.replace("[parameters]", "[parameters]\ndrag = \"0.2 N.s/m\"\n");
-    let text = text.replace("\"0.6 rad\"", "\"-1.2 rad\"").replace("\"-0.19 rad\"", "\"0.3 rad\"");
-    let text = text.replace("damping   = 0.0", "damping   = \"drag\"");
-    assert!(text.contains("60.0") && text.contains("damping   = \"drag\""), "{text}");
-    Scene::from_toml(&text).unwrap()
-}
-
-/// Central differences of the sixth order of what a study finds with a value changed.
-fn difference_of(scene: &Scene, name: &str, find: impl Fn(Study) -> Vec<f64>) -> Vec<f64> {
-    let mut nominal = 0.0;
-    let with = |value: Option<f64>| {
-        let mut study = Study::new(scene).unwrap();
-        value.iter().for_each(|value| study.set(name, |_| Ok(*value)).unwrap());
-        study
-    };
-    with(None)
-        .varying(&[name.to_owned()], |varying| {
-            nominal = varying.parameters()[0].start;
-            Ok(())
-        })
-        .unwrap();
-    let step = 2e-3 * nominal.abs().max(0.5);
-    let at = |times: f64| find(with(Some(nominal + times * step)));
-    let pairs = [1.0, 2.0, 3.0].map(|times| (at(times), at(-times)));
-    let weights = [45.0, -9.0, 1.0];
-    let sum = |index: usize| {
-        let term = |(pair, weight): (&(Vec<f64>, Vec<f64>), &f64)| weight * (pair.0[index] - pair.1[index]);
-        pairs.iter().zip(&weights).map(term).sum::<f64>() / (60.0 * step)
-    };
-    (0..pairs[0].0.len()).map(sum).collect()
-}
-
-const AT_REST: [&str; 5] = ["crank_length", "rod_length", "load_stiffness", "gas_force", "drag"];
-
-fn names(names: &[&str]) -> Vec<String> {
-    names.iter().map(|name| (*name).to_owned()).collect()
-}
-
-fn assert_close(found: &[f64], exact: &[f64], limit: f64, what: &str) {
-    assert_eq!(found.len(), exact.len(), "{what}");
-    let largest = exact.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
-    for (found, exact) in found.iter().zip(exact) {
-        assert!((found - exact).abs() <= limit * largest.max(1e-9), "{what}: {found} instead of {exact}");
-    }
-}
-
-#[test]
-fn an_equilibrium() {
-    let scene = resting();
-    let found = Study::new(&scene).unwrap().equilibrium_sensitivities(&names(&AT_REST)).unwrap();
-    for (column, name) in AT_REST.iter().enumerate() {
-        let values = |mut study: Study| {
-            study.equilibrium_sensitivities(&[]).unwrap().values[0].iter().copied().collect::<Vec<f64>>()
-        };
-        let exact = difference_of(&scene, name, values);
-        let own: Vec<f64> = found.derivatives[0].column(column).iter().copied().collect();
-        assert_close(&own, &exact, 1e-7, name);
-    }
-    // A damper does nothing at rest, and the derivative says so exactly; the others do something.
-    assert_eq!(found.derivatives[0].column(4).amax(), 0.0);
-    assert!((0..4).all(|column| found.derivatives[0].column(column).amax() > 1e-4));
-}
-
-#[test]
-fn vibrations_about_an_equilibrium_that_moves() {
-    let scene = resting();
-    let found = Study::new(&scene).unwrap().mode_sensitivities(&names(&AT_REST)).unwrap();
-    assert_eq!(found.modes.len(), 1);
-    assert!(found.modes[0].frequency() > 0.1 && found.modes[0].damping_ratio().unwrap() > 1e-3, "{:?}", found.modes);
-    for (column, name) in AT_REST.iter().enumerate() {
-        let values = |mut study: Study| {
-            let modes = study.modes(None).unwrap().modes;
-            modes.iter().flat_map(|mode| [mode.eigenvalue.re, mode.eigenvalue.im]).collect::<Vec<f64>>()
-        };
-        let own: Vec<f64> = found.derivatives.iter().flatten().flat_map(|by| [by[column].re, by[column].im]).collect();
-        assert_close(&own, &difference_of(&scene, name, values), 1e-7, name);
-    }
-}
-
-/// Two equal masses on equal springs: s^2 = -k/m, with the same damping; a third one apart.
-#[test]
-fn eigenvalues_of_oscillators() {
-    let scene = |stiffness: f64| {
-        let mass = |name: &str, stiffness: &str| {
-            format!(
-                "[bodies.{name}]\nmass = \"m\"\n[loads.s_{name}]\ntype = \"spring\"\nbetween = [\"ground\", \"{name}\"]\n\
-                 stiffness = {stiffness}\nlength = 0.0\ndamping = \"c\"\n"
-            )
-        };
-        let parts = [mass("a", "\"k\""), mass("b", &format!("{stiffness:?}"))].concat();
-        let head = "name = \"o\"\ndimension = 1\n[parameters]\nk = \"200 N/m\"\nc = \"6 N.s/m\"\nm = \"2 kg\"\n";
-        Scene::from_toml(&format!("{head}{parts}[outputs]\nvariables = [\"a.x\"]\n")).unwrap()
-    };
-    let by = names(&["k", "c", "m"]);
-    let found = Study::new(&scene(450.0)).unwrap().mode_sensitivities(&by).unwrap();
-    let slow = found.modes.iter().position(|mode| (mode.eigenvalue.norm() - 10.0).abs() < 1e-9).unwrap();
-    let s = found.modes[slow].eigenvalue;
-    // m s^2 + c s + k = 0.
-    let slope = s * 4.0 + 6.0;
-    let exact = [-1.0 / slope, -s / slope, -s * s / slope];
-    for (own, exact) in found.derivatives[slow].as_ref().unwrap().iter().zip(exact) {
-        assert!((own - exact).norm() < 1e-9 * exact.norm(), "{own} instead of {exact}");
-    }
-    let other = found.derivatives[1 - slow].as_ref().unwrap();
-    assert!(other[0].norm() < 1e-12, "{other:?}");
-    // Twice the same: which of the two changes is not determined.
-    let found = Study::new(&scene(200.0)).unwrap().mode_sensitivities(&by).unwrap();
-    assert!(found.modes.len() == 2 && found.derivatives.iter().all(Option::is_none), "{found:?}");
-}
-
-#[test]
-fn what_rests_without_stiffness_has_no_derivatives() {
-    let text = model("slider_crank").replace("gravity = [0.0, -9.81]", "gravity = [0.0, 0.0]");
-    let error =
-        Study::new(&Scene::from_toml(&text).unwrap()).unwrap().equilibrium_sensitivities(&names(&["rod_length"]));
-    assert!(error.unwrap_err().to_string().contains("no stiffness against it"));
-}
-
-#[test]
-fn peaks_and_crossings() {
-    let scene = Scene::from_toml(&model("slider_crank")).unwrap();
-    let to = ["crank_length", "rod_length", "crank.angle"];
-    let times: Vec<f64> = (0..=125).map(|index| 0.02 * f64::from(index)).collect();
-    let levels = [("cylinder.s".to_owned(), 1.7), ("crank.angle".to_owned(), 0.0)];
-    let found = Study::new(&scene).unwrap().features(&names(&to), &times, &levels).unwrap().features;
-    assert!(found.iter().filter(|own| own.kind == cotree::analysis::Kind::Crossing).count() >= 3, "{found:?}");
-    for (column, name) in to.iter().enumerate() {
-        let values = |mut study: Study| {
-            let features = study.features(&[], &times, &levels).unwrap().features;
-            features.iter().flat_map(|own| [own.value, own.time]).collect::<Vec<f64>>()
-        };
-        let exact = difference_of(&scene, name, values);
-        for (own, exact) in found.iter().zip(exact.chunks(2)) {
-            let what = format!("{name}, {own:?}, {exact:?}");
-            if own.output.0 == "energy.total" {
-                assert!(own.changes.as_ref().is_err_and(|why| why.contains("constant")), "{what}");
-                continue;
-            }
-            let by = own.changes.as_ref().unwrap();
-            let error = [by.value[column] - exact[0], by.time[column] - exact[1]].map(f64::abs);
-            assert!(error[0] < 1e-7 * exact[0].abs().max(own.value.abs()).max(1e-2), "{what}");
-            assert!(error[1] < 1e-6 * exact[1].abs().max(1.0), "{what}");
-        }
-    }
-}
-
-/// A cart is pushed by F as far as c and braked by G from there on: v^2 = 2 F c / m where it is fastest.
-#[test]
-fn peaks_and_jumps_where_a_law_switches() {
-    let scene = r#"
-name = "cart"
-dimension = 1
-[parameters]
-F = "8 N"
-G = "3 N"
-c = "0.5 m"
-l = "1 m"
-[bodies.a]
-mass = 2.0
-[loads.push]
-type = "force"
-on = "a"
-vector = ["if(a.x < c, F*(1 + a.x/l), -G)"]
-[initial]
-"a.x" = 0.0
-"a.vx" = 0.0
-[outputs]
-variables = ["a.vx", "push.fx"]
-[experiment]
-stop = "1.2 s"
-tolerance = 1e-10
-"#;
-    let scene = Scene::from_toml(scene).unwrap();
-    let times: Vec<f64> = (0..=60).map(|index| 0.02 * f64::from(index)).collect();
-    let to = ["F", "G", "c"];
-    let levels = [("push.fx".to_owned(), 5.0)];
-    let found = Study::new(&scene).unwrap().features(&names(&to), &times, &levels).unwrap().features;
-    // x'' = k (1 + x), x = cosh(w t) - 1 with w^2 = F/m: v = w sinh(w t) where cosh(w t) = 1 + c.
-    let (force, c, mass) = (8.0_f64, 0.5_f64, 2.0);
-    let rate = (force / mass).sqrt();
-    let (time, depth) = ((1.0 + c).acosh() / rate, ((1.0 + c).powi(2) - 1.0).sqrt());
-    let time_by = [-time / (2.0 * force), 0.0, 1.0 / (rate * depth)];
-    let largest = |name: &str| {
-        found.iter().find(|own| own.output.0 == name && own.kind == cotree::analysis::Kind::Largest).unwrap()
-    };
-    let speed_by = [rate * depth / (2.0 * force), 0.0, rate * (1.0 + c) / depth];
-    let check = |own: &cotree::analysis::Feature, value: f64, by: [f64; 3]| {
-        assert!((own.value - value).abs() < 1e-7 && (own.time - time).abs() < 1e-7, "{own:?}");
-        let changes = own.changes.as_ref().unwrap();
-        assert_close(&changes.value, &by, 1e-6, "value");
-        assert_close(&changes.time, &time_by, 1e-6, "time");
-    };
-    check(largest("a.vx"), rate * depth, speed_by);
-    check(largest("push.fx"), force * (1.0 + c), [1.0 + c, 0.0, force]);
-    let crossings: Vec<_> = found.iter().filter(|own| own.kind == cotree::analysis::Kind::Crossing).collect();
-    let [jump] = crossings[..] else { panic!("{crossings:?}") };
-    check(jump, 5.0, [0.0; 3]);
-}
-
-/// The highest value is at a corner of the output itself.
-#[test]
-fn peaks_that_have_no_derivative_are_refused() {
-    let scene = r#"
-name = "bouncer"
-dimension = 1
-[parameters]
-k = "100 N/m"
-[bodies.a]
-mass = 1.0
-[loads.wall]
-type = "force"
-on = "a"
-vector = ["if(a.x > 0, -k*a.x, 0)"]
-[loads.damp]
-type = "force"
-on = "a"
-vector = ["-3"]
-[initial]
-"a.x" = -1.0
-"a.vx" = 4.0
-[outputs]
-variables = ["a.x"]
-kink = "-abs(a.x - 0.1)"
-[experiment]
-stop = "1 s"
-tolerance = 1e-10
-"#;
-    let scene = Scene::from_toml(scene).unwrap();
-    let times: Vec<f64> = (0..=50).map(|index| 0.02 * f64::from(index)).collect();
-    let found = Study::new(&scene).unwrap().features(&names(&["k"]), &times, &[]).unwrap();
-    let kink = found.features.iter().find(|own| own.output.0 == "kink").unwrap();
-    let why = kink.changes.as_ref().unwrap_err();
-    assert!(kink.value.abs() < 1e-6 && (why.contains("corner") || why.contains("equally high")), "{kink:?}");
-    // The deepest place in the wall is one: where a contact law is continuous the peak has a derivative.
-    assert!(found.features[0].changes.as_ref().unwrap().value[0] < 0.0, "{:?}", found.features[0]);
-}
-
-/// A hard stop is touched for a few milliseconds within a long free flight: no step may pass over that.
-#[test]
-fn a_short_contact_in_a_long_flight() {
-    let scene = r#"
-name = "falling ball"
-gravity = [0, -9.81]
-[parameters]
-stiffness = "2e7 N/m"
-height = "0.3 m"
-[ground.points]
-o = [0, 0]
-below = [0, -1]
-[bodies.ball]
-mass = 2.0
-[joints.guide]
-type = "prismatic"
-between = ["ground.o", "ball"]
-axis = [0, 1]
-[loads.stop]
-type = "spring"
-between = ["ground.below", "ball"]
-stiffness = "stiffness"
-length = "1 m"
-side = "below"
-[initial]
-"guide.s" = "height"
-"guide.v" = 0
-[outputs]
-variables = ["guide.s", "guide.v"]
-[experiment]
-stop = "0.7 s"
-tolerance = 1e-10
-"#;
-    let (m, g, k, h, end) = (2.0_f64, 9.81_f64, 2e7_f64, 0.3_f64, 0.7_f64);
-    let found = derivatives(scene, &["height", "stiffness"], &[end]);
-    // Through the contact x'' = -w^2 x - g from the speed u; it lasts 2 (pi - atan(u w / g)) / w, and the ball leaves as fast as it came.
-    let motion = |h: f64, k: f64| {
-        let (u, w) = ((2.0 * g * h).sqrt(), (k / m).sqrt());
-        let contact = 2.0 * (std::f64::consts::PI - (u * w / g).atan()) / w;
-        let flown = end - u / g - contact;
-        [u * flown - 0.5 * g * flown * flown, u - g * flown]
-    };
-    let exact = motion(h, k);
-    for row in 0..2 {
-        assert!((found.values[0][row] - exact[row]).abs() < 1e-7, "{} {}", found.values[0], exact[row]);
-    }
-    for (column, [dh, dk]) in [[1e-4, 0.0], [0.0, 2e3]].into_iter().enumerate() {
-        let [low, high] = [motion(h - dh, k - dk), motion(h + dh, k + dk)];
-        let by: Vec<f64> = low.iter().zip(&high).map(|(low, high)| (high - low) / (2.0 * (dh + dk))).collect();
-        let column: Vec<f64> = found.derivatives[0].column(column).iter().copied().collect();
-        assert_close(&column, &by, 1e-6, "after the contact");
-    }
 }
 
 /// Derivatives of a model by these parameters at these times.
