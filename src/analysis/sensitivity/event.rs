@@ -15,6 +15,8 @@ const HALVINGS: usize = 60;
 /// laws are clear is taken.
 const BESIDE: [f64; 5] = [1e-12, 1e-11, 1e-10, 1e-9, 1e-8];
 const ROUNDINGS: f64 = 64.0;
+/// A switching function that has this share of its value just behind a crossing has jumped there.
+const JUMPED: f64 = 0.5;
 /// Accelerations are the same within this share.
 const SAME: f64 = 1e-6;
 
@@ -125,11 +127,13 @@ impl Course<'_, '_> {
             (&others * speed - &change * rate).amax()
                 <= SAME * (change.amax() * rate.abs()).max(others.amax() * speed.abs())
         };
-        let (after, beyond) = self.at(&mut motion, time + 2.0 * beside)?;
-        let (new, values) = (self.values(&after, Order::Acceleration), beyond.values(Row::Switches));
+        let (after, numbers) = self.at(&mut motion, time + 2.0 * beside)?;
+        let (new, values) = (self.values(&after, Order::Acceleration), numbers.values(Row::Switches));
         let jump = &accelerations - &new;
-        // Crossed at an angle it gets about as far as its speed takes it.
-        let crosses = speed.abs() * interval > self.tolerance.sqrt() * reached;
+        // Crossed at an angle it gets about as far as its speed takes it; one that jumps itself, where an angle begins a new turn, goes on far from zero.
+        let beyond = values[switch].abs();
+        let jumps = speed != 0.0 && beyond > JUMPED * reached && beyond > 4.0 * beside * speed.abs();
+        let crosses = jumps || speed.abs() * interval > self.tolerance.sqrt() * reached;
         if jump.amax() > SAME * accelerations.amax().max(new.amax()) {
             // Laws that switch for the same reason do so at the same time for all parameters.
             let now = sides(&values);
