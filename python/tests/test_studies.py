@@ -66,7 +66,7 @@ def test_derivatives_are_those_of_the_closed_form(pendulum):
     above, below = (pendulum.simulate(set={"length": 0.5 + by}, step=0.25, tolerance=1e-13) for by in (step, -step))
     difference = (above["bob.angle"] - below["bob.angle"]) / (2 * step)
     assert np.allclose(found["bob.angle", "length"], difference, atol=1e-8)
-    with pytest.raises(cotree.RunError, match="lenght"):
+    with pytest.raises(ValueError, match="lenght"):
         pendulum.sensitivities(to="lenght", times=[1])
     with pytest.raises(ValueError, match="ascending"):
         pendulum.sensitivities(to="length", times=[1, 0])
