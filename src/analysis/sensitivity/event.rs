@@ -11,8 +11,8 @@ use crate::expr::Order;
 /// Halvings of the interval that a crossing lies in.
 const HALVINGS: usize = 60;
 /// The laws before and after are read that far from the crossing, as a share of the interval it was found in, and no nearer than so many roundings of the time:
-/// nearer, rounding decides which law it is. The derivatives stand still for that long, which a stiff law makes them feel: the first share at which the
-/// laws are clear is taken.
+/// nearer, rounding decides which law it is. The derivatives are not integrated over that interval, an error that grows with the stiffness: the smallest
+/// share at which both laws are clear is taken.
 const BESIDE: [f64; 5] = [1e-12, 1e-11, 1e-10, 1e-9, 1e-8];
 const ROUNDINGS: f64 = 64.0;
 /// A switching function that has this share of its value just behind a crossing has jumped there.

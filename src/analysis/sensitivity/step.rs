@@ -62,7 +62,7 @@ pub struct Course<'f, 'm> {
     pub(super) rates: DMatrix<f64>,
     /// On which side of zero the switching functions are.
     pub(super) sides: Vec<Option<bool>>,
-    /// From here on they are told apart from those before the last crossing \[s\].
+    /// From here on the signs are those after the last crossing \[s\].
     pub(super) clear: f64,
     /// Laws that have switched.
     pub(super) switched: Vec<Switched>,

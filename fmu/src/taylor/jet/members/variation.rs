@@ -164,6 +164,7 @@ impl<const D: usize> Motion<D> {
         0.0
     }
 
+    /// As [`Variations::defect`].
     fn defect_any(&self, order: usize, dt: f64) -> f64 {
         let share = dt / order as f64;
         let (mut worst, mut changes, mut reached) = (0.0, [0.0; D], [0.0; D]);
