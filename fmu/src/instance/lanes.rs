@@ -5,14 +5,11 @@
 //! neighbours are and however many lanes there are.
 
 use super::{Computed, Instance};
-use crate::integrator::taylor::{Motions, Proposed};
+pub use crate::integrator::taylor::MOST_LANES;
+use crate::integrator::taylor::{Each, Motions, Proposed, motions};
 use crate::integrator::together;
 use crate::model::Model;
 
-/// Members at a time, at most.
-pub const MOST_LANES: usize = 8;
-/// Vectors of so many numbers, if that is enough: a short vector costs little more than half of a long one.
-const FEW: usize = MOST_LANES / 2;
 /// So many steps to one communication point; beyond, the run goes on alone, and finds out whether there are too many.
 const MOST_STEPS: u32 = 1 << 20;
 
@@ -31,16 +28,9 @@ pub trait Member {
 /// Several simulations of one model at a time.
 #[derive(Debug)]
 pub struct Lanes {
-    motions: Found,
+    /// None if each goes alone.
+    motions: Option<Box<dyn Motions>>,
     width: usize,
-}
-
-/// How steps are found.
-#[derive(Debug)]
-enum Found {
-    Alone,
-    Few(Motions<FEW>),
-    Many(Motions<MOST_LANES>),
 }
 
 /// A lane with its member.
@@ -58,58 +48,43 @@ struct Slot<M> {
 }
 
 /// One slot for each lane.
-type Slots<M, const W: usize> = [Option<Slot<M>>; W];
+type Slots<M> = Each<Option<Slot<M>>>;
 
 impl Lanes {
     /// For members with this tolerance, up to `width` at a time; 0 for each by itself, as a single simulation.
     pub fn new(model: &Model, tolerance: f64, width: usize) -> Self {
-        let found = match width {
-            0 => None,
-            1..=FEW => Motions::new(model, tolerance).map(Found::Few),
-            _ => Motions::new(model, tolerance).map(Found::Many),
-        };
-        Self { motions: found.unwrap_or(Found::Alone), width: width.clamp(1, MOST_LANES) }
+        let motions = if width == 0 { None } else { motions(model, tolerance, width) };
+        Self { motions, width: width.clamp(1, MOST_LANES) }
     }
 
     /// Are several motions of this model found together at all?
     pub fn has_lanes(&self) -> bool {
-        !matches!(self.motions, Found::Alone)
+        self.motions.is_some()
     }
 
     /// Runs all members; `done` receives each at its end.
-    pub fn run<M: Member>(&mut self, members: impl Iterator<Item = M>, done: impl FnMut(M)) {
-        match &mut self.motions {
-            Found::Alone => run::<M, 1>(None, self.width, members, done),
-            Found::Few(motions) => run(Some(motions), self.width, members, done),
-            Found::Many(motions) => run(Some(motions), self.width, members, done),
-        }
-    }
-}
-
-fn run<M: Member, const W: usize>(
-    mut motions: Option<&mut Motions<W>>,
-    width: usize,
-    mut members: impl Iterator<Item = M>,
-    mut done: impl FnMut(M),
-) {
-    let tolerance = motions.as_ref().map(|motions| motions.tolerance);
-    let mut slots: Slots<M, W> = [const { None }; W];
-    loop {
-        for place in slots.iter_mut().take(width) {
-            loop {
-                if place.is_none() {
-                    *place = members.next().map(Slot::new);
-                }
-                if place.as_mut().is_none_or(|slot| slot.settle(tolerance)) {
-                    break;
-                }
-                if let Some(ended) = place.take() {
-                    done(ended.member);
+    pub fn run<M: Member>(&mut self, mut members: impl Iterator<Item = M>, mut done: impl FnMut(M)) {
+        let tolerance = self.motions.as_ref().map(|motions| motions.tolerance());
+        let mut slots: Slots<M> = [const { None }; MOST_LANES];
+        loop {
+            for place in slots.iter_mut().take(self.width) {
+                loop {
+                    if place.is_none() {
+                        *place = members.next().map(Slot::new);
+                    }
+                    if place.as_mut().is_none_or(|slot| slot.settle(tolerance)) {
+                        break;
+                    }
+                    if let Some(ended) = place.take() {
+                        done(ended.member);
+                    }
                 }
             }
+            let Some(motions) = self.motions.as_deref_mut().filter(|_| slots.iter().any(Option::is_some)) else {
+                return;
+            };
+            step(motions, &mut slots);
         }
-        let Some(motions) = motions.as_deref_mut().filter(|_| slots.iter().any(Option::is_some)) else { return };
-        step(motions, &mut slots);
     }
 }
 
@@ -141,14 +116,14 @@ impl<M: Member> Slot<M> {
     }
 
     /// Its series begins where its last step ends, if there is one.
-    fn begin<const W: usize>(&mut self, motions: &Motions<W>, place: usize) {
+    fn begin(&mut self, motions: &dyn Motions, place: usize) {
         if !self.begun {
             self.begun = self.member.instance().member().begins(motions, place);
         }
     }
 
     /// Accepts the proposed step, or leaves the lane.
-    fn conclude<const W: usize>(&mut self, motions: &Motions<W>, place: usize) {
+    fn conclude(&mut self, motions: &dyn Motions, place: usize) {
         let mut member = self.member.instance().member();
         let done = self.proposed.map_or(Ok(false), |step| member.conclude(motions, place, &step));
         self.alone = done.is_err();
@@ -159,13 +134,13 @@ impl<M: Member> Slot<M> {
 }
 
 /// One step of all lanes.
-fn step<M: Member, const W: usize>(motions: &mut Motions<W>, slots: &mut Slots<M, W>) {
+fn step<M: Member>(motions: &mut dyn Motions, slots: &mut Slots<M>) {
     if slots.iter().flatten().any(|slot| !slot.begun) {
         enter(motions, slots);
     }
     motions.expand();
     let lengths = motions.lengths();
-    let mut h = [0.0; W];
+    let mut h = [0.0; MOST_LANES];
     for (place, slot) in taken(slots) {
         let mut member = slot.member.instance().member();
         slot.proposed = if slot.begun { member.propose(motions, place, lengths[place]) } else { None };
@@ -174,8 +149,7 @@ fn step<M: Member, const W: usize>(motions: &mut Motions<W>, slots: &mut Slots<M
             member.signal(motions, place, Some(step.end));
         }
     }
-    motions.evaluate(h);
-    motions.test(h);
+    motions.go(&h);
     for (place, slot) in taken(slots) {
         slot.conclude(motions, place);
     }
@@ -183,7 +157,7 @@ fn step<M: Member, const W: usize>(motions: &mut Motions<W>, slots: &mut Slots<M
 }
 
 /// Begins the series of those that are new in their lanes.
-fn enter<M: Member, const W: usize>(motions: &mut Motions<W>, slots: &mut Slots<M, W>) {
+fn enter<M: Member>(motions: &mut dyn Motions, slots: &mut Slots<M>) {
     let mut first = None;
     for (place, slot) in taken(slots) {
         let mut member = slot.member.instance().member();
@@ -193,7 +167,7 @@ fn enter<M: Member, const W: usize>(motions: &mut Motions<W>, slots: &mut Slots<
         member.signal(motions, place, None);
         first = first.or(Some(place));
     }
-    for place in 0..W {
+    for place in 0..MOST_LANES {
         if let (None, Some(first)) = (&slots[place], first) {
             motions.follow(place, first);
         }
@@ -205,7 +179,7 @@ fn enter<M: Member, const W: usize>(motions: &mut Motions<W>, slots: &mut Slots<
 }
 
 /// The lanes that have a member.
-fn taken<M, const W: usize>(slots: &mut Slots<M, W>) -> impl Iterator<Item = (usize, &mut Slot<M>)> {
+fn taken<M>(slots: &mut Slots<M>) -> impl Iterator<Item = (usize, &mut Slot<M>)> {
     slots.iter_mut().enumerate().filter_map(|(place, slot)| Some((place, slot.as_mut()?)))
 }
 

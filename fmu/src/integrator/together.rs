@@ -43,37 +43,36 @@ impl Member<'_> {
     }
 
     /// Takes its place among the others: what its series need of its parameters.
-    pub fn enter<const W: usize>(&mut self, motions: &mut Motions<W>, place: usize) {
+    pub fn enter(&mut self, motions: &mut dyn Motions, place: usize) {
         self.machine.load(self.model, &self.run.signals.origin);
-        motions.series.enter(place, self.machine.registers());
-        motions.place(place, &self.run.last.end);
+        motions.enter(place, self.machine.registers(), &self.run.last.end);
     }
 
     /// What the series need of the signals where the next step begins, or at this time.
-    pub fn signal<const W: usize>(&mut self, motions: &mut Motions<W>, place: usize, time: Option<f64>) {
-        if motions.series.has_signals() {
+    pub fn signal(&mut self, motions: &mut dyn Motions, place: usize, time: Option<f64>) {
+        if motions.has_signals() {
             let time = time.unwrap_or(self.run.last.end_time);
             self.machine.load_signals(self.model, &self.run.signals.origin, time);
-            motions.series.signal(place, self.model, self.machine.registers());
+            motions.signal(place, self.model, self.machine.registers());
         }
     }
 
     /// Is there a series where it begins?
-    pub fn begins<const W: usize>(&mut self, motions: &Motions<W>, place: usize) -> bool {
+    pub fn begins(&mut self, motions: &dyn Motions, place: usize) -> bool {
         if let Some(taylor) = &mut self.stepper.taylor {
-            taylor.join(|closeness| motions.series.closeness(place, closeness));
+            taylor.join(|closeness| motions.closeness(place, closeness));
         }
         motions.is_regular(place)
     }
 
     /// The next step, of this length if nothing else limits it; none if it must be taken alone.
-    pub fn propose<const W: usize>(&mut self, motions: &Motions<W>, place: usize, length: f64) -> Option<Proposed> {
+    pub fn propose(&mut self, motions: &dyn Motions, place: usize, length: f64) -> Option<Proposed> {
         let Self { model, machine, stepper, run, settings } = self;
         let Stepper { projection, statistics, taylor, .. } = &mut **stepper;
         let context = Context { model, machine, projection, statistics, settings };
         let step = taylor.as_ref()?.propose_with(&context, run, length)?;
-        run.last.order = motions.order as u32;
-        motions.series.polynomial(place, motions.order, &mut run.last.dense);
+        run.last.order = motions.order() as u32;
+        motions.polynomial(place, &mut run.last.dense);
         Some(step)
     }
 
@@ -81,12 +80,7 @@ impl Member<'_> {
     ///
     /// # Errors
     /// What is wrong where it ends. Nothing has happened then.
-    pub fn conclude<const W: usize>(
-        &mut self,
-        motions: &Motions<W>,
-        place: usize,
-        step: &Proposed,
-    ) -> Result<bool, Failure> {
+    pub fn conclude(&mut self, motions: &dyn Motions, place: usize, step: &Proposed) -> Result<bool, Failure> {
         let Self { model, machine, stepper, run, settings } = self;
         // Nothing else at the end of a step can fail.
         let may_fail = run.singular.trail.decides();

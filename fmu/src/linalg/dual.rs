@@ -102,6 +102,8 @@ impl<const D: usize> SubAssign for Dual<D> {
 }
 
 impl<const D: usize> Number for Dual<D> {
+    // In 1 to 8 directions the sparse factors were as fast or up to a tenth faster.
+    const FULL: bool = false;
     const ZERO: Self = Self { value: ZERO, tangents: [0.0; D] };
     type Which = bool;
 

@@ -11,6 +11,8 @@ pub(crate) trait Number:
 {
     /// Nothing.
     const ZERO: Self;
+    /// Is a full matrix of few rows faster than sparse factors? Its loops are unrolled for each size, so where it gains nothing it is not compiled.
+    const FULL: bool = true;
     /// For which of them something is true.
     type Which: Which;
 

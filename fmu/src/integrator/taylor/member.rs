@@ -59,25 +59,22 @@ impl Taylor {
     }
 
     /// Accepts the step, unless the run must take it alone.
-    pub fn conclude_with<const W: usize>(
+    pub fn conclude_with(
         &mut self,
         context: &mut Context,
         run: &mut Run,
         step: &Proposed,
-        motions: &Motions<W>,
+        motions: &dyn Motions,
         member: usize,
     ) -> bool {
-        let Motions { begun, defect, .. } = motions;
-        motions.series.closeness(member, &mut self.guard.next);
-        let good = begun.open.0[member] <= step.goal && defect[member] <= step.goal;
+        motions.closeness(member, &mut self.guard.next);
+        let good = motions.openness(member) <= step.goal && motions.defect(member) <= step.goal;
         let passed = run.singular.ahead > 0.0 && self.guard.turned(step.h).is_some();
         let near = self.guard.arrives() || self.guard.ends_near() || self.guard.began_near() || passed;
         if !good || near || !motions.is_regular(member) {
             return false;
         }
-        for (place, value) in self.next.iter_mut().zip(&motions.end) {
-            *place = value.0[member];
-        }
+        motions.end(member, &mut self.next);
         self.tight = false;
         context.statistics.evaluations += 1;
         self.accept(context, run, step.end, step.cut);
@@ -85,12 +82,82 @@ impl Taylor {
     }
 }
 
-/// Several motions and their series.
+/// As many members as are served at once, at most.
+pub const MOST_LANES: usize = 8;
+/// Vectors of so many numbers, if that is enough: a short vector costs little more than half of a long one.
+const FEW: usize = MOST_LANES / 2;
+
+/// Something of each member.
+pub(crate) type Each<T> = [T; MOST_LANES];
+
+/// The series of several motions. Behind a table of functions, so that the code for each width is compiled here, once, and not with every kind of member.
+pub(crate) trait Motions: std::fmt::Debug {
+    fn tolerance(&self) -> f64;
+    fn order(&self) -> usize;
+
+    /// One member enters: its parameters are in its registers, and it begins at (q, v).
+    fn enter(&mut self, member: usize, registers: &[f64], motion: &[f64]);
+
+    /// A place that nobody takes follows another member, so that it computes with sensible numbers.
+    fn follow(&mut self, member: usize, other: usize);
+
+    /// Are there signals of time, which each start of a series needs from the registers?
+    fn has_signals(&self) -> bool;
+
+    /// Takes the signals of one member over from its registers.
+    fn signal(&mut self, member: usize, model: &Model, registers: &[f64]);
+
+    /// Begins all series where the steps begin.
+    fn begin(&mut self);
+
+    /// The rest of the series.
+    fn expand(&mut self);
+
+    /// The lengths that the tolerance permits.
+    fn lengths(&self) -> Each<f64>;
+
+    /// Goes so far after the starts, and begins all series there. The signals there must be known.
+    fn go(&mut self, h: &Each<f64>);
+
+    /// The next steps begin where these end.
+    fn roll(&mut self);
+
+    /// Has a member a series that needs no pivots?
+    fn is_regular(&self, member: usize) -> bool;
+
+    /// How many times rounding errors are multiplied where the series of a member begins.
+    fn amplification(&self, member: usize) -> f64;
+
+    /// How far its loops were open where its series begins.
+    fn openness(&self, member: usize) -> f64;
+
+    /// The accelerations at the end of its last step against those with which its series begins there.
+    fn defect(&self, member: usize) -> f64;
+
+    /// How close its loop equations are to depending on each other, by joints.
+    fn closeness(&self, member: usize, closeness: &mut [f64]);
+
+    /// (q, v) where its step ends.
+    fn end(&self, member: usize, motion: &mut [f64]);
+
+    /// The polynomial of its step.
+    fn polynomial(&self, member: usize, polynomial: &mut [f64]);
+}
+
+/// For a model whose motions can be found together, up to `width` at a time.
+pub(crate) fn motions(model: &Model, tolerance: f64, width: usize) -> Option<Box<dyn Motions>> {
+    Some(match width {
+        ..=FEW => Box::new(Vectors::<FEW>::new(model, tolerance)?),
+        _ => Box::new(Vectors::<MOST_LANES>::new(model, tolerance)?),
+    })
+}
+
+/// Several motions in vectors of so many numbers.
 #[derive(Clone, Debug)]
-pub(crate) struct Motions<const W: usize> {
-    pub series: Members<Many<W>>,
-    pub tolerance: f64,
-    pub order: usize,
+struct Vectors<const W: usize> {
+    series: Members<Many<W>>,
+    tolerance: f64,
+    order: usize,
     /// (q, v) where the steps begin, and where they end.
     start: Vec<Many<W>>,
     end: Vec<Many<W>>,
@@ -99,9 +166,8 @@ pub(crate) struct Motions<const W: usize> {
     defect: [f64; W],
 }
 
-impl<const W: usize> Motions<W> {
-    /// For a model whose motions can be found together.
-    pub fn new(model: &Model, tolerance: f64) -> Option<Self> {
+impl<const W: usize> Vectors<W> {
+    fn new(model: &Model, tolerance: f64) -> Option<Self> {
         let motion = vec![Many::ZERO; 2 * model.coordinates()];
         Some(Self {
             series: Members::new(model)?,
@@ -114,65 +180,101 @@ impl<const W: usize> Motions<W> {
             defect: [0.0; W],
         })
     }
+}
 
-    /// One member begins at (q, v).
-    pub fn place(&mut self, member: usize, motion: &[f64]) {
+impl<const W: usize> Motions for Vectors<W> {
+    fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    fn order(&self) -> usize {
+        self.order
+    }
+
+    fn enter(&mut self, member: usize, registers: &[f64], motion: &[f64]) {
+        self.series.enter(member, registers);
         for (place, value) in self.start.iter_mut().zip(motion) {
             place.0[member] = *value;
         }
     }
 
-    /// A place that nobody takes follows another member, so that it computes with sensible numbers.
-    pub fn follow(&mut self, member: usize, other: usize) {
+    fn follow(&mut self, member: usize, other: usize) {
+        if member >= W {
+            return;
+        }
         for place in &mut self.start {
             place.0[member] = place.0[other];
         }
         self.series.follow_member(member, other);
     }
 
-    /// Begins all series where the steps begin.
-    pub fn begin(&mut self) {
+    fn has_signals(&self) -> bool {
+        self.series.has_signals()
+    }
+
+    fn signal(&mut self, member: usize, model: &Model, registers: &[f64]) {
+        self.series.signal(member, model, registers);
+    }
+
+    fn begin(&mut self) {
         self.begun = self.series.begin(self.order, &self.start);
         self.finite = self.series.finite();
     }
 
-    /// The rest of the series.
-    pub fn expand(&mut self) {
+    fn expand(&mut self) {
         self.series.advance(1, self.order - 2);
     }
 
-    /// The lengths that the tolerance permits.
-    pub fn lengths(&self) -> [f64; W] {
+    fn lengths(&self) -> Each<f64> {
         let reach = |derivative| self.series.reach(self.order, share(self.tolerance), derivative);
         let rates = reach(1);
         let positions = if rates.iter().any(|rate| is_long(self.order, *rate)) { reach(0) } else { rates };
-        std::array::from_fn(|member| natural(self.order, rates[member], || positions[member]))
+        let mut lengths = [0.0; MOST_LANES];
+        for ((length, rate), position) in lengths.iter_mut().zip(rates).zip(positions) {
+            *length = natural(self.order, rate, || position);
+        }
+        lengths
     }
 
-    /// The motions so long after the starts.
-    pub fn evaluate(&mut self, h: [f64; W]) {
+    fn go(&mut self, h: &Each<f64>) {
+        let h = std::array::from_fn(|member| h[member]);
         self.series.evaluate(self.order, Many(h), &mut self.end);
-    }
-
-    /// Begins all series where the steps end.
-    pub fn test(&mut self, h: [f64; W]) {
         self.begun = self.series.begin(self.order, &self.end);
         self.finite = self.series.finite();
         self.defect = self.series.defect(self.order, h);
     }
 
-    /// The next steps begin where these end.
-    pub fn roll(&mut self) {
+    fn roll(&mut self) {
         std::mem::swap(&mut self.start, &mut self.end);
     }
 
-    /// Has a member a series that needs no pivots?
-    pub fn is_regular(&self, member: usize) -> bool {
+    fn is_regular(&self, member: usize) -> bool {
         self.begun.regular[member] && self.finite[member]
     }
 
-    /// How many times rounding errors are multiplied where the series of a member begins.
-    pub fn amplification(&self, member: usize) -> f64 {
+    fn amplification(&self, member: usize) -> f64 {
         self.begun.amplification.0[member]
+    }
+
+    fn openness(&self, member: usize) -> f64 {
+        self.begun.open.0[member]
+    }
+
+    fn defect(&self, member: usize) -> f64 {
+        self.defect[member]
+    }
+
+    fn closeness(&self, member: usize, closeness: &mut [f64]) {
+        self.series.closeness(member, closeness);
+    }
+
+    fn end(&self, member: usize, motion: &mut [f64]) {
+        for (place, value) in motion.iter_mut().zip(&self.end) {
+            *place = value.0[member];
+        }
+    }
+
+    fn polynomial(&self, member: usize, polynomial: &mut [f64]) {
+        self.series.polynomial(member, self.order, polynomial);
     }
 }

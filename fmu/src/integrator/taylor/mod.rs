@@ -20,7 +20,8 @@ use crate::model::Model;
 use crate::singular::dependence::begins_near;
 use crate::singular::detect::Guard;
 use crate::taylor::Jet;
-pub(crate) use member::{Motions, Proposed};
+pub use member::MOST_LANES;
+pub(crate) use member::{Each, Motions, Proposed, motions};
 pub(crate) use memory::Memory;
 #[cfg(test)]
 pub(crate) use passage::COURSE;

@@ -29,7 +29,7 @@ impl<N: Elementary> Members<N> {
     pub(super) fn few_frames(&self) -> usize {
         let frames = self.turns.len();
         let few = frames <= MOST_FRAMES && frames + self.form.rows.len() <= MOST_EQUATIONS;
-        if few && self.form.has_only_frames() { frames } else { 0 }
+        if N::FULL && few && self.form.has_only_frames() { frames } else { 0 }
     }
 
     /// Room for the response.
@@ -40,6 +40,9 @@ impl<N: Elementary> Members<N> {
     /// Finds how the pose of few frames responds.
     #[inline(always)]
     pub(super) fn respond(&mut self) {
+        if !N::FULL {
+            return;
+        }
         match self.frames {
             1 => self.respond_frames::<1>(),
             2 => self.respond_frames::<2>(),

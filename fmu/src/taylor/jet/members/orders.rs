@@ -16,7 +16,7 @@ impl<const W: usize> Members<Many<W>> {
 impl<N: Elementary> Members<N> {
     #[inline(always)]
     pub(super) fn advance_all(&mut self, first: usize, last: usize) {
-        if self.frames > 0 { self.advance_few(first, last) } else { self.advance_any(first, last) }
+        if N::FULL && self.frames > 0 { self.advance_few(first, last) } else { self.advance_any(first, last) }
     }
 
     #[inline(always)]
