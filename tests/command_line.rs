@@ -109,7 +109,7 @@ fn parameters_and_inputs_are_set_with_units() {
 fn settings_that_make_no_sense_say_why() {
     let folder = with_scene();
     std::fs::write(folder.path().join("table.csv"), "time,gas_force\n0,x\n").unwrap();
-    let cases: [(&[&str], &str); 10] = [
+    let cases: [(&[&str], &str); 12] = [
         (&["--set", "rod_length"], "name=value"),
         (&["--set", "rod=1"], "there are: `crank_length`, `rod_length`, `gas_force`"),
         (&["--set", "rod_lenth=1"], "has no parameter or input `rod_lenth`; did you mean `rod_length`?"),
@@ -118,7 +118,9 @@ fn settings_that_make_no_sense_say_why() {
         (&["--stop", "-1"], "before the start"),
         (&["--step", "0"], "above zero"),
         (&["--step", "1 ns", "--stop", "1 min"], "rows"),
-        (&["--tolerance", "2"], "between 0 and 1"),
+        (&["--tolerance", "2"], "2e0 is not between 1e-13"),
+        (&["--tolerance", "1e-30"], "1e-30 is not between 1e-13, the finest that double precision permits, and 0.01"),
+        (&["--sensitivity", "rod", "--sensitivity", "gas"], "initial value `gas`"),
         (&["--input", "table.csv"], "line 2, column 2"),
     ];
     for (arguments, message) in cases {

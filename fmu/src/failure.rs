@@ -58,6 +58,9 @@ impl fmt::Display for Outside {
             }
             Limit::Distance => write!(f, "`{place}` acts along the line between {argument}, which meet there"),
             Limit::Value => write!(f, "`{place}` is `{argument}`, which is {value} there"),
+            Limit::NotNegative => write!(f, "{place} must not be negative, but `{argument}` is {value}"),
+            Limit::Positive => write!(f, "{place} must be positive, but `{argument}` is {value}"),
+            Limit::NotZero => write!(f, "{place} must not be zero, but `{argument}` is {value}"),
         }
     }
 }
@@ -119,6 +122,12 @@ pub enum Failure {
         /// When [s].
         time: f64,
         /// The law, and what is wrong with it.
+        law: Box<Outside>,
+    },
+    /// A key has a value that it must not have, with the present parameters.
+    #[error("{law}")]
+    OutOfRange {
+        /// The key, and its value.
         law: Box<Outside>,
     },
     /// A law grows faster than any motion can be followed.

@@ -37,7 +37,7 @@ pub fn file_error(error: impl ToString) -> PyErr {
 pub fn study_error(error: StudyError) -> PyErr {
     match error {
         StudyError::Scene(faults) => scene_error(&faults),
-        StudyError::Analysis(error @ Failure::Unknown { .. }) => wrong(error.to_string()),
+        StudyError::Analysis(error @ Failure::Unknown(_)) => wrong(error.to_string()),
         StudyError::Analysis(error) => RunError::new_err(error.to_string()),
     }
 }

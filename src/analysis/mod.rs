@@ -60,14 +60,9 @@ pub enum Failure {
         time: f64,
         what: String,
     },
-    /// A parameter, input or initial value that the scene does not have.
-    #[error("the scene has no parameter, input or initial value `{name}`; {known}")]
-    Unknown {
-        /// What was asked for.
-        name: String,
-        /// What there is.
-        known: String,
-    },
+    /// Parameters, inputs or initial values that the scene does not have.
+    #[error("{}", .0.join("\n"))]
+    Unknown(Vec<String>),
     /// A motion that cannot be differentiated.
     #[error("at t = {time} s there are no derivatives: {what}")]
     NoDerivative {

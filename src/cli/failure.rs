@@ -7,6 +7,7 @@ use std::path::Path;
 use cotree_fmu::instance::InstanceError;
 
 use super::MessageFormat;
+use crate::diagnostic::every;
 use crate::diagnostic::visible::visible;
 use crate::export::ExportError;
 use crate::scene::Faults;
@@ -44,14 +45,7 @@ impl Failure {
 
     /// All of them, or every message: a line for each.
     pub fn every<T>(results: impl Iterator<Item = Result<T, String>>) -> Result<Vec<T>, Failure> {
-        let (mut good, mut wrong) = (Vec::new(), Vec::new());
-        for result in results {
-            match result {
-                Ok(one) => good.push(one),
-                Err(message) => wrong.push(message),
-            }
-        }
-        if wrong.is_empty() { Ok(good) } else { Err(Failure::usage(&wrong)) }
+        every(results).map_err(|messages| Failure::usage(&messages))
     }
 
     /// Several faults of the command line.

@@ -1,10 +1,12 @@
 //! Faults of a scene: where they are, what is wrong, what to do; and how they are shown.
 
+mod every;
 pub mod fault;
 pub(crate) mod render;
 pub mod span;
 pub(crate) mod suggest;
 pub(crate) mod visible;
 
+pub(crate) use every::every;
 pub use fault::{Fault, Faults, Severity};
 pub use span::{Source, Span, Text};

@@ -50,6 +50,7 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         }
         Failure::NotFinite { .. }
         | Failure::NoValue { .. }
+        | Failure::OutOfRange { .. }
         | Failure::StepUnderflow { .. }
         | Failure::Singular { .. }
         | Failure::TooManySteps { .. }

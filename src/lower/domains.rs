@@ -6,7 +6,7 @@ use crate::component::{Force, Origin};
 use crate::equations::Equations;
 use crate::expr::{Expr, Function, Order, Symbol, Unary};
 use crate::mechanism::{
-    BinaryOperator, Comparison, Formula, Mechanism, Motion, Owner, Part, Quantity, Value, Variable,
+    BinaryOperator, Comparison, Formula, Mechanism, Motion, Owner, Part, Quantity, Range, Value, Variable,
 };
 
 /// The arguments that must stay within limits, what may be said of one thing before what is said of a whole law.
@@ -31,6 +31,22 @@ pub(super) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
         arena.as_constant(*argument).is_none() && arena.symbols([*argument]).into_iter().all(is_known)
     });
     domains
+}
+
+/// Values of keys that must keep within a range, whatever the parameters are.
+pub(super) fn ranges(equations: &mut Equations) -> Vec<(Domain, Expr)> {
+    let mechanism = equations.system.mechanism;
+    let limits = mechanism.bounds.iter().filter_map(|bound| {
+        let limit = match bound.range {
+            Range::Any => return None,
+            Range::NotNegative => Limit::NotNegative,
+            Range::Positive => Limit::Positive,
+            Range::NotZero => Limit::NotZero,
+        };
+        let domain = Domain { place: bound.name.clone(), argument: mechanism.written(&bound.value), limit };
+        Some((domain, equations.formula(&bound.value)))
+    });
+    limits.collect()
 }
 
 /// Forces along the line between two points have no direction where these meet.

@@ -14,7 +14,7 @@ use super::arms::{arm_form, mass_form};
 use super::blocks::blocks;
 use super::cost::Cost;
 use super::dependencies::{Beginning, Moving};
-use super::domains::domains;
+use super::domains::{domains, ranges};
 use super::eliminate::Obstacle;
 use super::indicators::indicators;
 use super::initial::{Conditions, Settable, conditions, settable};
@@ -262,6 +262,7 @@ fn assemble(
     let inverse = moving.inverse.as_deref().unwrap_or_default();
     let (kinds, laws): (Vec<Steep>, Vec<Expr>) = moving.laws.iter().copied().unzip();
     let (domains, arguments): (Vec<Domain>, Vec<Expr>) = moving.domains.iter().cloned().unzip();
+    let (ranges, bounded): (Vec<Domain>, Vec<Expr>) = ranges(equations).into_iter().unzip();
     let acceleration: Vec<Expr> = moving.acceleration.iter().chain(&moving.closeness).copied().collect();
     let [coefficients, masses] =
         [&moving.arms, &moving.masses].map(|form| form.as_ref().map_or(&[][..], |(_, coefficients)| coefficients));
@@ -284,6 +285,7 @@ fn assemble(
             &moving.indicators,
             &laws,
             &arguments,
+            &bounded,
             &moving.outputs,
             coefficients,
             masses,
@@ -306,6 +308,7 @@ fn assemble(
         indicators: assembler.tape(&moving.indicators),
         laws: LawTape { kinds, tape: assembler.tape(&laws) },
         domains: DomainTape { domains, tape: assembler.tape(&arguments) },
+        ranges: DomainTape { domains: ranges, tape: assembler.tape(&bounded) },
         outputs: assembler.tape(&moving.outputs),
     };
     let initial = Initial {

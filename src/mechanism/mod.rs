@@ -4,6 +4,7 @@
 //! found without formulating equations.
 
 mod body;
+mod bound;
 mod display;
 mod formula;
 pub(crate) mod measure;
@@ -16,6 +17,7 @@ mod variable;
 mod written;
 
 pub use body::{Body, Outline, Place, Point};
+pub use bound::{Bound, Range};
 pub use display::Units;
 pub use formula::{BinaryOperator, Comparison, Formula};
 pub use name::identifier;
@@ -85,6 +87,8 @@ pub struct Mechanism {
     pub solver: Solver,
     /// Choice of trees.
     pub coordinates: Coordinates,
+    /// Values of keys that parameters can move out of their ranges.
+    pub bounds: Vec<Bound>,
     /// The units to show values in: those that the scene asks for, then those that it is written in.
     pub units: Units,
     /// The units that the scene asks for.

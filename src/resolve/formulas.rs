@@ -6,7 +6,7 @@ use super::lower::Context;
 use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
-use crate::mechanism::{Formula, Unit};
+use crate::mechanism::{Bound, Formula, Range, Unit};
 use crate::scene::constant;
 use crate::scene::dimension::{
     ANGLE, ANGULAR_VELOCITY, DAMPING, INERTIA, Known, SECOND, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS, Wanted,
@@ -23,45 +23,13 @@ impl Resolver<'_> {
         self.check_finite(formula, quantity, what)
     }
 
-    pub(super) fn not_negative(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
+    /// A constant within a range, at the default parameters; at others the runtime sees to it.
+    pub(super) fn constant_in(&mut self, range: Range, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
         let formula = self.constant(quantity, what, wanted);
-        let value = self.value(&formula);
-        if value < 0.0 {
-            let by_default = if constant::number(&formula).is_some() { "" } else { " with the default parameters" };
-            self.faults.push(
-                Fault::new(
-                    "scene::negative",
-                    format!("{what} is negative: {value} {}{by_default}", wanted.si),
-                    quantity.span,
-                )
-                .label("must not be negative"),
-            );
-        }
-        formula
+        self.keep_in(range, formula, quantity, what, wanted)
     }
 
-    pub(super) fn positive_constant(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
-        self.constant_where(quantity, what, wanted, |value| value > 0.0, "must be positive")
-    }
-
-    /// A constant that is not zero.
-    pub(super) fn nonzero_constant(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
-        self.constant_where(quantity, what, wanted, |value| value != 0.0, "must not be zero")
-    }
-
-    fn constant_where(
-        &mut self,
-        quantity: &Quantity,
-        what: &str,
-        wanted: &Wanted,
-        permitted: impl Fn(f64) -> bool,
-        rule: &str,
-    ) -> Formula {
-        let formula = self.constant(quantity, what, wanted);
-        self.check_where(formula, quantity, what, wanted, permitted, rule)
-    }
-
-    /// A formula that must be more than zero.
+    /// As [`Self::constant_in`], of a formula that may not be finite either.
     pub(super) fn check_positive(
         &mut self,
         formula: Formula,
@@ -70,25 +38,31 @@ impl Resolver<'_> {
         wanted: &Wanted,
     ) -> Formula {
         let formula = self.check_finite(formula, quantity, what);
-        self.check_where(formula, quantity, what, wanted, |value| value > 0.0, "must be positive")
+        self.keep_in(Range::Positive, formula, quantity, what, wanted)
     }
 
-    fn check_where(
-        &mut self,
-        formula: Formula,
-        quantity: &Quantity,
-        what: &str,
-        wanted: &Wanted,
-        permitted: impl Fn(f64) -> bool,
-        rule: &str,
-    ) -> Formula {
-        let value = self.value(&formula);
-        if !value.is_nan() && !permitted(value) {
-            let by_default = if constant::number(&formula).is_some() { "" } else { " with the default parameters" };
+    fn keep_in(&mut self, range: Range, formula: Formula, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
+        let (value, is_number) = (self.value(&formula), constant::number(&formula).is_some());
+        if !value.is_nan() && !range.permits(value) {
+            let by_default = if is_number { "" } else { " with the default parameters" };
             let unit = if wanted.si.is_empty() { String::new() } else { format!(" {}", wanted.si) };
             // Adding zero makes a negative zero positive.
-            let message = format!("{what} {rule}, but is {}{unit}{by_default}", value + 0.0);
-            self.faults.push(Fault::new("scene::out_of_range", message, quantity.span).label(rule));
+            let value = value + 0.0;
+            let (code, message, label) = match range {
+                Range::NotNegative => (
+                    "scene::negative",
+                    format!("{what} is negative: {value}{unit}{by_default}"),
+                    "must not be negative",
+                ),
+                _ => {
+                    let rule = if range == Range::NotZero { "must not be zero" } else { "must be positive" };
+                    ("scene::out_of_range", format!("{what} {rule}, but is {value}{unit}{by_default}"), rule)
+                }
+            };
+            self.faults.push(Fault::new(code, message, quantity.span).label(label));
+        }
+        if !is_number && range != Range::Any {
+            self.bounds.push(Bound { name: what.to_string(), value: formula.clone(), range });
         }
         formula
     }

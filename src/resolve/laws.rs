@@ -7,7 +7,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
 use crate::expr::{Function, Unary};
-use crate::mechanism::{BinaryOperator, Formula, Friction, InputId, Motion};
+use crate::mechanism::{BinaryOperator, Formula, Friction, InputId, Motion, Range};
 use crate::scene::constant;
 use crate::scene::decode::Fields;
 use crate::scene::dimension::{ANYTHING, Wanted};
@@ -82,8 +82,8 @@ impl Resolver<'_> {
         );
         let of = |key: &str| format!("`{key}` of the friction of {user}");
         Some(Friction {
-            coulomb: self.not_negative(&coulomb?, &of("coulomb"), level),
-            velocity: self.positive_constant(&velocity?, &of("velocity"), speed),
+            coulomb: self.constant_in(Range::NotNegative, &coulomb?, &of("coulomb"), level),
+            velocity: self.constant_in(Range::Positive, &velocity?, &of("velocity"), speed),
         })
     }
 

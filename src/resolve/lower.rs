@@ -366,6 +366,7 @@ pub(crate) fn formula_of_numbers(text: &str) -> Option<Formula> {
         faults: &mut faults,
         values: Vec::new(),
         incomplete: false,
+        bounds: Vec::new(),
         parameter_units: Vec::new(),
         input_units: Vec::new(),
         written_in: crate::mechanism::Units::default(),

@@ -31,7 +31,7 @@ use crate::component::{self, ALL, Room};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
-use crate::mechanism::{Dimension, Formula, Mechanism, Part, Units};
+use crate::mechanism::{Bound, Dimension, Formula, Mechanism, Part, Units};
 use crate::scene::unit::Exponents;
 use crate::scene::{Resolved, Scene};
 
@@ -103,9 +103,11 @@ impl Scene {
             experiment: resolver.experiment(),
             solver: resolver.solver(),
             coordinates: resolver.coordinates(),
+            bounds: Vec::new(),
             units: Units::default(),
             display,
         };
+        mechanism.bounds = std::mem::take(&mut resolver.bounds);
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {
@@ -129,6 +131,8 @@ struct Resolver<'s> {
     faults: &'s mut Sink,
     /// Has a joint, driver or load been left out because of its faults?
     incomplete: bool,
+    /// Values that parameters can move out of their ranges.
+    bounds: Vec<Bound>,
     values: Vec<f64>,
     parameter_units: Vec<Option<Exponents>>,
     input_units: Vec<Option<Exponents>>,
@@ -147,6 +151,7 @@ impl<'s> Resolver<'s> {
             names,
             faults,
             incomplete: false,
+            bounds: Vec::new(),
             values: Vec::new(),
             parameter_units: Vec::new(),
             input_units: Vec::new(),

@@ -282,9 +282,7 @@ impl Resolver<'_> {
                         self.suspect_growth(&formula, &what, &wanted, quantity.span);
                         formula
                     }
-                    Range::NotNegative => self.not_negative(&quantity, &what, &wanted),
-                    Range::Positive => self.positive_constant(&quantity, &what, &wanted),
-                    Range::NotZero => self.nonzero_constant(&quantity, &what, &wanted),
+                    _ => self.constant_in(range, &quantity, &what, &wanted),
                 };
                 Some(Value::Formula(formula))
             }

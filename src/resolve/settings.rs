@@ -2,6 +2,8 @@
 
 use std::collections::HashSet;
 
+use cotree_fmu::instance::TOLERANCES;
+
 use super::Resolver;
 use super::names::Named;
 use crate::diagnostic::fault::Fault;
@@ -51,7 +53,20 @@ impl Resolver<'_> {
             self.faults
                 .push(fault.help("make `step` longer or `stop` earlier; the solver takes shorter steps by itself"));
         }
-        Experiment { start, stop, step, tolerance: tolerance.unwrap_or(TOLERANCE) }
+        let tolerance = self.meaningful(tolerance.unwrap_or(TOLERANCE));
+        Experiment { start, stop, step, tolerance }
+    }
+
+    /// The tolerance, or the nearest one that means something in double precision.
+    fn meaningful(&mut self, tolerance: f64) -> f64 {
+        let nearest = tolerance.clamp(TOLERANCES[0], TOLERANCES[1]);
+        if nearest != tolerance && tolerance > 0.0 {
+            let span = self.scene.experiment.tolerance.as_ref().map_or(Span::default(), |quantity| quantity.span);
+            let message = format!("`tolerance` of `[experiment]` is {tolerance:e}; {nearest:e} is used");
+            let fault = Fault::warning("scene::experiment", message, span).label("means nothing in double precision");
+            self.faults.push(fault.help(format!("give a value from {:e} to {}", TOLERANCES[0], TOLERANCES[1])));
+        }
+        nearest
     }
 
     /// The units of `[display]`.

@@ -7,7 +7,7 @@ use crate::component::shape::{ALL, DENSITY_KEY, Shape, Solid};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::mechanism::{Body, Formula, Value};
+use crate::mechanism::{Body, Formula, Range, Value};
 use crate::scene::decode::Fields;
 use crate::scene::dimension::{ANYTHING, DENSITY, LENGTH};
 use crate::scene::document::{Kind, Node};
@@ -175,7 +175,7 @@ impl Resolver<'_> {
                 let Form::Constant(wanted, _) = form else { return None };
                 let quantity = self.faults.quantity(node, &fields.name_of(depth_key.name))?;
                 let what = fields.name_of(depth_key.name);
-                Some(density * self.positive_constant(&quantity, &what, &wanted))
+                Some(density * self.constant_in(Range::Positive, &quantity, &what, &wanted))
             }
             (None, true) => Some(density),
             (Some(_), true) => {

@@ -1,5 +1,6 @@
 //! The keys of a scene: how each is written, in which unit, and what it says.
 
+pub(crate) use crate::mechanism::Range;
 use crate::mechanism::measure::Wanted;
 
 /// A key of a table.
@@ -95,15 +96,6 @@ impl Form {
     pub fn is_carrier(self) -> bool {
         matches!(self, Form::CarrierBody | Form::CarrierPoint)
     }
-}
-
-/// Which values a number may have.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Range {
-    Any,
-    NotNegative,
-    Positive,
-    NotZero,
 }
 
 impl Key {

@@ -9,7 +9,7 @@ mod simulation;
 
 use std::sync::Arc;
 
-use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
+use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError, TOLERANCES};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::check::Fault;
 use simulation::Simulation;
@@ -106,8 +106,14 @@ pub fn check(experiment: Experiment) -> Result<(), (&'static str, String)> {
         Err(("step", format!("{step:?} s is not above zero")))
     } else if count(experiment) > MOST_POINTS {
         Err(("step", format!("{step:?} s up to {stop:?} s gives more than {MOST_POINTS} rows")))
-    } else if !(tolerance > 0.0 && tolerance < 1.0) {
-        Err(("tolerance", format!("{tolerance:?} is not between 0 and 1")))
+    } else if !(TOLERANCES[0]..=TOLERANCES[1]).contains(&tolerance) {
+        let [finest, coarsest] = TOLERANCES;
+        Err((
+            "tolerance",
+            format!(
+                "{tolerance:e} is not between {finest:e}, the finest that double precision permits, and {coarsest}"
+            ),
+        ))
     } else {
         Ok(())
     }

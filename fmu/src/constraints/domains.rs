@@ -23,6 +23,17 @@ pub(crate) fn outside(model: &Model, machine: &mut Machine) -> Option<Failure> {
     broken.map(|law| Failure::NoValue { time, law: Box::new(law) })
 }
 
+/// The first key that has a value out of its range, with the parameters in the registers.
+pub(crate) fn out_of_range(model: &Model, machine: &mut Machine) -> Option<Failure> {
+    let ranges = &model.program().tapes.ranges;
+    machine.run(&ranges.tape);
+    let broken = ranges.domains.iter().enumerate().find_map(|(index, domain)| {
+        let value = machine.result(&ranges.tape, index);
+        (!domain.limit.allows(value)).then(|| Outside { domain: domain.clone(), value })
+    });
+    broken.map(|law| Failure::OutOfRange { law: Box::new(law) })
+}
+
 /// Why a law has no finite value at the state in the registers, if one has none: nobody else may notice, because nothing that is asked for depends on it.
 pub(crate) fn undefined(model: &Model, machine: &mut Machine) -> Option<Failure> {
     let laws = &model.program().tapes.domains;

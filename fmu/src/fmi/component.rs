@@ -191,6 +191,11 @@ impl<V: Version> Component<V> {
     pub fn setup_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Outcome {
         self.allow(&[Mode::Instantiated])?;
         self.instance.setup(start, stop, tolerance)?;
+        let used = self.instance.tolerance();
+        if let Some(tolerance) = tolerance.filter(|tolerance| *tolerance != used) {
+            let message = format!("a tolerance of {tolerance:e} means nothing in double precision; {used:e} is used");
+            self.logger.log(Severity::Warning, Category::Errors, &message);
+        }
         self.set_up = true;
         Ok(())
     }

@@ -21,11 +21,11 @@ pub use crossing::Crossing;
 pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
 pub use lanes::{Lanes, MOST_LANES, Member};
-pub use snapshot::Snapshot;
+pub use snapshot::{Snapshot, TOLERANCES};
 pub use variational::{Variational, Varied};
 
 use crate::constraints::accelerations::Accelerations;
-use crate::constraints::domains::{outside, undefined};
+use crate::constraints::domains::{out_of_range, outside, undefined};
 use crate::constraints::expansion::Expansion;
 use crate::constraints::initial::solve_initial;
 use crate::constraints::tangent::Tangent;
@@ -39,7 +39,7 @@ use crate::program::Engine;
 use crate::program::{Motion, Source};
 use crate::singular::passing::Passage;
 use crossing::Watch;
-use snapshot::{Phase, TOLERANCES};
+use snapshot::Phase;
 
 /// How far a last step may overrun the stop time by rounding, relative to the step.
 const OVERRUN: f64 = 1e-3;
@@ -156,6 +156,11 @@ impl Instance {
         self.now.state.registers_mut()[self.model.layout().time()] = start;
         self.invalidate();
         Ok(())
+    }
+
+    /// The tolerance of the run.
+    pub fn tolerance(&self) -> f64 {
+        self.now.tolerance
     }
 
     /// Replaces the integrator that the program names, until the next reset; the run then takes no other.
@@ -317,6 +322,10 @@ impl Instance {
             let mut state = self.now.state.clone();
             let motion = self.model.layout().followers();
             state.registers_mut()[motion..].fill(0.0);
+            self.machine.load(&self.model, &state);
+            if let Some(failure) = out_of_range(&self.model, &mut self.machine) {
+                return Err(self.unlike_the_scene(failure));
+            }
             solve_initial(&self.model, &mut state).map_err(|failure| self.unlike_the_scene(failure))?;
             self.machine.load(&self.model, &state);
             if let Some(failure) = undefined(&self.model, &mut self.machine) {

@@ -9,8 +9,8 @@ use crate::program::Engine;
 use crate::program::seal::{Mark, checksum};
 
 const MARK: Mark = Mark { magic: *b"cotS", name: "a saved cotree state" };
-/// The finest and the coarsest tolerance that mean something in double precision.
-pub(super) const TOLERANCES: [f64; 2] = [1e-13, 1e-2];
+/// The finest and the coarsest tolerance that mean something in double precision; others are replaced by the nearer one.
+pub const TOLERANCES: [f64; 2] = [1e-13, 1e-2];
 
 /// Before or after initialisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -11,7 +11,7 @@ use super::explicit::Explicit;
 use super::implicit::Implicit;
 pub use super::run::Run;
 use super::taylor::Taylor;
-use crate::constraints::domains::undefined;
+use crate::constraints::domains::{out_of_range, undefined};
 use crate::constraints::kinematic::Kinematic;
 use crate::constraints::projection::Projection;
 use crate::context::{Context, Settings, Statistics};
@@ -181,6 +181,9 @@ impl Stepper {
         if run.signals.changed {
             // In the zone of a singular pose a projection would take the motion off its branch; the next step begins with one outside.
             context.machine.load(model, work);
+            if let Some(failure) = out_of_range(model, context.machine) {
+                return Err(failure);
+            }
             let closed =
                 run.in_zone(work.time()) && context.projection.gap(model, context.machine, work) <= settings.tolerance;
             if !closed {

@@ -280,6 +280,7 @@ impl Program {
         registers.kernel("indicators", &tapes.indicators, rates)?;
         registers.kernel("laws", &tapes.laws.tape, rates)?;
         registers.kernel("domains", &tapes.domains.tape, rates)?;
+        registers.kernel("ranges", &tapes.ranges.tape, layout.inputs())?;
         registers.kernel("outputs", &tapes.outputs, layout.constants())?;
         registers.kernel("initial position", &self.initial.position, positions)?;
         registers.kernel("initial position jacobian", &self.initial.position_jacobian.tape, positions)?;
@@ -302,6 +303,7 @@ impl Program {
             &tapes.indicators,
             &tapes.laws.tape,
             &tapes.domains.tape,
+            &tapes.ranges.tape,
             &tapes.outputs,
             &initial.position,
             &initial.position_jacobian.tape,
@@ -330,6 +332,7 @@ impl Program {
         let tapes = &self.tapes;
         results("laws", &tapes.laws.tape, tapes.laws.kinds.len())?;
         results("domains", &tapes.domains.tape, tapes.domains.domains.len())?;
+        results("ranges", &tapes.ranges.tape, tapes.ranges.domains.len())?;
         match self.motion {
             Motion::Kinematic => {
                 results("gamma", &tapes.gamma, m)?;

@@ -41,15 +41,21 @@ pub enum Limit {
     Distance,
     /// The value of a whole law: finite.
     Value,
+    /// A key that must be zero or more.
+    NotNegative,
+    /// A key that must be more than zero.
+    Positive,
+    /// A key that must not be zero.
+    NotZero,
 }
 
 impl Limit {
     /// Has the law a value there? Not where the argument is no number.
     pub fn allows(self, argument: f64) -> bool {
         match self {
-            Self::Divisor => argument.is_finite() && argument != 0.0,
-            Self::Root | Self::Base => argument >= 0.0,
-            Self::Logarithm | Self::Distance => argument > 0.0,
+            Self::Divisor | Self::NotZero => argument.is_finite() && argument != 0.0,
+            Self::Root | Self::Base | Self::NotNegative => argument >= 0.0,
+            Self::Logarithm | Self::Distance | Self::Positive => argument > 0.0,
             Self::ArcSine => argument.abs() <= 1.0,
             Self::Value => argument.is_finite(),
         }
@@ -69,7 +75,7 @@ mod tests {
     #[test]
     fn what_is_no_number_is_outside_every_limit() {
         let limits = [Limit::Divisor, Limit::Root, Limit::Logarithm, Limit::ArcSine, Limit::Base, Limit::Value];
-        for limit in limits.into_iter().chain([Limit::Distance]) {
+        for limit in limits.into_iter().chain([Limit::Distance, Limit::NotNegative, Limit::Positive, Limit::NotZero]) {
             assert!(limit.allows(0.5) && !limit.allows(f64::NAN), "{limit:?}");
         }
         assert!(!Limit::Divisor.allows(-0.0) && !Limit::Logarithm.allows(0.0) && Limit::Root.allows(0.0));

@@ -269,6 +269,8 @@ pub struct Tapes {
     pub laws: LawTape,
     /// Where laws have values: for messages only. Reads as `laws`.
     pub domains: domain::DomainTape,
+    /// Values of keys that parameters could move out of their ranges. Reads parameters.
+    pub ranges: domain::DomainTape,
     /// Every variable with `Source::Output`. Reads everything, a and lambda included.
     pub outputs: Tape,
 }

@@ -102,7 +102,7 @@ impl Study {
             }
             for (name, level) in levels {
                 let output = outputs.iter().position(|(own, _)| own == name);
-                let known = || Failure::Unknown { name: name.clone(), known: "it is no output".to_owned() };
+                let known = || Failure::Unknown(vec![format!("`{name}` is no output")]);
                 features.extend(course.crossings(output.ok_or_else(known)?, *level, &outputs)?);
             }
             let parameters = varying.parameters().iter().map(|own| (own.name.clone(), own.unit.si.clone())).collect();

@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::variation::Variation;
 use super::{Failure, Study, StudyError};
-use crate::diagnostic::suggest;
+use crate::diagnostic::{every, suggest};
 use crate::expr::{Order, Symbol};
 use crate::formulate::Formulated;
 use crate::mechanism::Unit;
@@ -72,7 +72,7 @@ pub struct Varied {
 
 impl<'f, 'm> Varying<'f, 'm> {
     fn new(formulated: &'f mut Formulated<'m>, to: &[String]) -> Result<Self, Failure> {
-        let parameters = to.iter().map(|name| parameter(formulated, name)).collect::<Result<Vec<Varied>, _>>()?;
+        let parameters = varied(formulated, to)?;
         let program = &formulated.lowered.program;
         if !program.followers.is_empty() {
             let what = "a driver integrates an input: derivatives of such motions are not computed".to_owned();
@@ -151,8 +151,13 @@ impl Study {
     }
 }
 
-/// The parameter, input or initial value behind a name.
-fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, Failure> {
+/// The parameters, inputs or initial values behind names.
+fn varied(formulated: &Formulated, names: &[String]) -> Result<Vec<Varied>, Failure> {
+    every(names.iter().map(|name| parameter(formulated, name))).map_err(Failure::Unknown)
+}
+
+/// The parameter, input or initial value behind a name; or that there is none.
+fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
     let mechanism = formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;
     // In the program, initial values come after the parameters of the scene.
@@ -179,5 +184,5 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, Failure> {
     }
     let names = program.parameters.iter().map(|own| own.name.as_str());
     let names = names.chain(program.inputs.iter().map(|own| own.name.as_str()));
-    Err(Failure::Unknown { name: name.to_owned(), known: suggest::known(name, names) })
+    Err(format!("the scene has no parameter, input or initial value `{name}`; {}", suggest::known(name, names)))
 }

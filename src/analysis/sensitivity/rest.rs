@@ -16,7 +16,7 @@ use super::super::state_space::StateSpace;
 use super::super::variation::{Column, Numbers, Row, Variation};
 use super::super::{Equilibrium, Failure, Point, Study, StudyError};
 use super::start::{check_repeated, stacked};
-use super::{Sensitivities, Varied, parameter};
+use super::{Sensitivities, Varied, varied};
 use crate::expr::Symbol;
 use crate::formulate::Formulated;
 
@@ -55,7 +55,7 @@ impl Study {
     /// very lengths only.
     pub fn equilibrium_sensitivities(&mut self, to: &[String]) -> Result<Sensitivities, StudyError> {
         self.rest(|formulated, _, equilibrium| {
-            let parameters = chosen(formulated, to)?;
+            let parameters = varied(formulated, to)?;
             let rest = Rest::new(formulated, &equilibrium.point, &parameters)?;
             let numbers = rest.variation.at(&formulated.equations, &equilibrium.point)?;
             let of = |column: Column| numbers.block(Row::Outputs, column);
@@ -80,17 +80,13 @@ impl Study {
         self.rest(|formulated, variation, equilibrium| {
             let Equilibrium { point, .. } = equilibrium;
             let modes = modes(formulated, &StateSpace::new(formulated, variation, point, None)?)?;
-            let parameters = chosen(formulated, to)?;
+            let parameters = varied(formulated, to)?;
             let rest = Rest::new(formulated, point, &parameters)?;
             let derivatives = rest.eigenvalues(formulated, point, &modes)?;
             let name = formulated.equations.system.mechanism.name.clone();
             Ok(ModeChanges { name, parameters: named(&parameters), modes, derivatives })
         })
     }
-}
-
-fn chosen(formulated: &Formulated, to: &[String]) -> Result<Vec<Varied>, Failure> {
-    to.iter().map(|name| parameter(formulated, name)).collect()
 }
 
 fn named(parameters: &[Varied]) -> Vec<(String, String)> {

@@ -118,7 +118,7 @@ impl<'f, 'm> Course<'f, 'm> {
         motion.setup(experiment.start, None, Some(finer))?;
         for (name, value) in changed {
             let variable = model.program().variables.iter().position(|own| own.name == *name);
-            let unknown = || Failure::Unknown { name: (*name).to_owned(), known: "it cannot be set".to_owned() };
+            let unknown = || Failure::Unknown(vec![format!("`{name}` cannot be set")]);
             motion.set(variable.ok_or_else(unknown)?, *value)?;
         }
         motion.initialise()?;

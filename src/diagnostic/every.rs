@@ -1,0 +1,13 @@
+//! What is wrong is said at once.
+
+/// All of them, or everything that is wrong.
+pub(crate) fn every<T, E>(results: impl Iterator<Item = Result<T, E>>) -> Result<Vec<T>, Vec<E>> {
+    let (mut good, mut wrong) = (Vec::new(), Vec::new());
+    for result in results {
+        match result {
+            Ok(one) => good.push(one),
+            Err(error) => wrong.push(error),
+        }
+    }
+    if wrong.is_empty() { Ok(good) } else { Err(wrong) }
+}
