@@ -24,7 +24,7 @@ license = "MIT OR Apache-2.0"
 missing_docs = "warn"
 
 [profile.dev]
-opt-level = 1
+opt-level = 0
 debug = false
 "#;
 /// Every source is part of the format, comments too.
