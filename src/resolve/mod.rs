@@ -103,11 +103,11 @@ impl Scene {
             experiment: resolver.experiment(),
             solver: resolver.solver(),
             coordinates: resolver.coordinates(),
-            bounds: Vec::new(),
+            // After all keys have been read.
+            bounds: std::mem::take(&mut resolver.bounds),
             units: Units::default(),
             display,
         };
-        mechanism.bounds = std::mem::take(&mut resolver.bounds);
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {

@@ -57,13 +57,13 @@ impl Resolver<'_> {
         Experiment { start, stop, step, tolerance }
     }
 
-    /// The tolerance, or the nearest one that means something in double precision.
+    /// The tolerance, or the nearest one that the solver takes.
     fn meaningful(&mut self, tolerance: f64) -> f64 {
         let nearest = tolerance.clamp(TOLERANCES[0], TOLERANCES[1]);
         if nearest != tolerance && tolerance > 0.0 {
             let span = self.scene.experiment.tolerance.as_ref().map_or(Span::default(), |quantity| quantity.span);
             let message = format!("`tolerance` of `[experiment]` is {tolerance:e}; {nearest:e} is used");
-            let fault = Fault::warning("scene::experiment", message, span).label("means nothing in double precision");
+            let fault = Fault::warning("scene::experiment", message, span).label("out of the range of the solver");
             self.faults.push(fault.help(format!("give a value from {:e} to {}", TOLERANCES[0], TOLERANCES[1])));
         }
         nearest

@@ -3,7 +3,7 @@
 use crate::failure::{Failure, Outside};
 use crate::machine::Machine;
 use crate::model::{Model, State};
-use crate::program::domain::{Domain, Limit};
+use crate::program::domain::{Domain, DomainTape, Limit};
 
 /// So far behind the end of the last step laws are looked at as well, and at least so many seconds: the steps before a root or a pole become as short as
 /// numbers permit.
@@ -13,25 +13,23 @@ const BOUNDLESS: f64 = 1e15;
 
 /// The first law that has no value at the state in the registers.
 pub(crate) fn outside(model: &Model, machine: &mut Machine) -> Option<Failure> {
-    let laws = &model.program().tapes.domains;
-    machine.run(&laws.tape);
+    let law = first_broken(&model.program().tapes.domains, machine)?;
     let time = machine.registers()[model.layout().time()];
-    let broken = laws.domains.iter().enumerate().find_map(|(index, domain)| {
-        let value = machine.result(&laws.tape, index);
-        (!domain.limit.allows(value)).then(|| Outside { domain: domain.clone(), value })
-    });
-    broken.map(|law| Failure::NoValue { time, law: Box::new(law) })
+    Some(Failure::NoValue { time, law: Box::new(law) })
 }
 
 /// The first key that has a value out of its range, with the parameters in the registers.
 pub(crate) fn out_of_range(model: &Model, machine: &mut Machine) -> Option<Failure> {
-    let ranges = &model.program().tapes.ranges;
-    machine.run(&ranges.tape);
-    let broken = ranges.domains.iter().enumerate().find_map(|(index, domain)| {
-        let value = machine.result(&ranges.tape, index);
+    let law = first_broken(&model.program().tapes.ranges, machine)?;
+    Some(Failure::OutOfRange { law: Box::new(law) })
+}
+
+fn first_broken(laws: &DomainTape, machine: &mut Machine) -> Option<Outside> {
+    machine.run(&laws.tape);
+    laws.domains.iter().enumerate().find_map(|(index, domain)| {
+        let value = machine.result(&laws.tape, index);
         (!domain.limit.allows(value)).then(|| Outside { domain: domain.clone(), value })
-    });
-    broken.map(|law| Failure::OutOfRange { law: Box::new(law) })
+    })
 }
 
 /// Why a law has no finite value at the state in the registers, if one has none: nobody else may notice, because nothing that is asked for depends on it.

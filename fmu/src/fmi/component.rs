@@ -2,7 +2,7 @@
 
 use super::logging::{Category, Logger, Severity};
 pub(crate) use crate::instance::number;
-use crate::instance::{DERIVATIVE_ORDER, Inaccuracy, Instance, InstanceError, Snapshot};
+use crate::instance::{DERIVATIVE_ORDER, Inaccuracy, Instance, InstanceError, Snapshot, TOLERANCES};
 use crate::program::seal::Mark;
 
 /// How far a communication point may be from the time reached, relative to the step.
@@ -193,7 +193,9 @@ impl<V: Version> Component<V> {
         self.instance.setup(start, stop, tolerance)?;
         let used = self.instance.tolerance();
         if let Some(tolerance) = tolerance.filter(|tolerance| *tolerance != used) {
-            let message = format!("a tolerance of {tolerance:e} means nothing in double precision; {used:e} is used");
+            let [finest, coarsest] = TOLERANCES;
+            let message =
+                format!("a tolerance of {tolerance:e} is not between {finest:e} and {coarsest}; {used:e} is used");
             self.logger.log(Severity::Warning, Category::Errors, &message);
         }
         self.set_up = true;
