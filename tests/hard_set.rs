@@ -163,6 +163,22 @@ fn driven_mechanisms_stay_on_their_branch_or_lock_up() {
     assert!(passed > 50 && refused > 10, "{passed} {refused}");
 }
 
+/// Three rows of five cranks, say, repeat the others in every pose; but whichever rows are left out, the others depend on each other twice a turn.
+#[test]
+fn rows_that_repeat_others_make_no_singular_pose() {
+    let family = FAMILIES.iter().find(|family| family.name == "redundant cranks").expect("the family");
+    for case in (0..12).map(family.member) {
+        let model = case.model().unwrap_or_else(|fault| panic!("{}: {fault}", case.scene.name.text));
+        for tolerance in [1e-4, 1e-7, 1e-10, 1e-12] {
+            for engine in [None, Some(Engine::Taylor)] {
+                let run = format!("{} at {tolerance:e}, {engine:?}", case.scene.name.text);
+                let outcome = case.run(&model, engine, tolerance, Points::Every(0.0101));
+                assert!(matches!(outcome, Outcome::Passed(_)), "{run}: {outcome:?}");
+            }
+        }
+    }
+}
+
 /// Among these are the seeds whose blocks of masses were inverted with seven digits lost, and nothing said so.
 #[test]
 fn unlike_masses_are_right_or_warned_of() {

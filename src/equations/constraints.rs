@@ -38,6 +38,11 @@ impl Constraint {
         self.jacobian.is_empty()
     }
 
+    /// The natural size of its value: 1 for an angle, the mechanism's own for a length.
+    pub fn scale(&self, length: f64) -> f64 {
+        if self.held == Held::Angle { 1.0 } else { length }
+    }
+
     /// A trivial row without followers: it does not constrain the motion.
     pub fn says_nothing(&self) -> bool {
         self.is_trivial() && self.followers.is_empty()

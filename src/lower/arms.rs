@@ -9,16 +9,57 @@ use cotree_fmu::taylor::form::{
 
 use super::series::{Coefficients, SeriesBuilder};
 use crate::equations::arms::{Arm, ArmEquations, Arms, Factor, Load, Reason, conjugate_product};
-use crate::equations::{Equations, FrameId};
-use crate::expr::{Arena, Expr, Node, Order, Symbol, Unary};
+use crate::equations::{Constraint, Equations, FrameId};
+use crate::expr::{Arena, Expr, Node, Order, Symbol, Unary, Values};
 
-/// The arm form of a mechanism, with its coefficients still as expressions.
+/// Loop equations that repeat others and are open by more than this, relative to their scales, repeat them but nearly: each choice of them is another motion.
+const EXACTLY: f64 = 1e-13;
+/// More unknowns and loop equations than these are not inverted as a whole, which equations that repeat others need.
+const MOST_REPEATING: usize = 64;
+
+/// The arm form of a mechanism, with its coefficients still as expressions. Loop equations that repeat others in every pose are kept where they may: which of
+/// them say what the others leave open changes with the pose. `values`: those of a consistent pose.
 ///
 /// # Errors
 /// Why there is none, as a clause.
-pub fn arm_form(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Expr>), Reason> {
+pub fn arm_form(
+    equations: &mut Equations,
+    (length, active): (f64, &[bool]),
+    values: &impl Values,
+) -> Result<(ArmForm, Vec<Expr>), Reason> {
+    if repeat_exactly(equations, length, values) {
+        let rows = equations.constraints.iter().zip(active);
+        let all: Vec<bool> = rows.map(|(row, active)| *active || row.repeats).collect();
+        let arms = equations.arms(&all)?;
+        if may_choose(equations, &arms, values) {
+            return lower(equations, &arms);
+        }
+    }
     let arms = equations.arms(active)?;
     lower(equations, &arms)
+}
+
+/// Do loop equations repeat others, and do all of them hold in this pose?
+fn repeat_exactly(equations: &Equations, length: f64, values: &impl Values) -> bool {
+    let repeating: Vec<&Constraint> = equations.constraints.iter().filter(|row| row.repeats).collect();
+    let gaps: Vec<Expr> = repeating.iter().map(|row| row.value).collect();
+    let gaps = equations.system.arena.evaluate(&gaps, values);
+    let hold = repeating.iter().zip(gaps).all(|(row, gap)| gap.abs() < EXACTLY * row.scale(length));
+    hold && !repeating.is_empty()
+}
+
+/// May independent rows be chosen in every pose: does a mass resist each unknown, and are there few?
+fn may_choose(equations: &Equations, arms: &ArmEquations, values: &impl Values) -> bool {
+    let own = |index| {
+        let mass = arms.coupling.iter().find(|((k, l), _)| k == l && k.displacement() == Some(index));
+        mass.map_or(Expr::ZERO, |(_, mass)| mass[0])
+    };
+    let turning = arms.frames.iter().filter(|turning| !turning.coordinates.is_empty()).map(|turning| turning.inertia);
+    let straight = equations.coordinates.iter().enumerate().filter(|(_, coordinate)| !coordinate.angular);
+    let masses: Vec<Expr> = turning.chain(straight.map(|(index, _)| own(index))).collect();
+    let heavy = equations.system.arena.evaluate(&masses, values).iter().all(|mass| *mass > 0.0);
+    let few = equations.coordinates.len() + arms.rows.len() <= MOST_REPEATING;
+    heavy && few && arms.rods.is_empty() && arms.auxiliary.is_empty()
 }
 
 /// The same without loads: what the accuracy of a motion is measured by that has no series.
@@ -32,7 +73,9 @@ pub fn mass_form(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm,
 
 fn lower(equations: &mut Equations, arms: &ArmEquations) -> Result<(ArmForm, Vec<Expr>), Reason> {
     let angular: Vec<bool> = equations.coordinates.iter().map(|coordinate| coordinate.angular).collect();
+    let repeats: Vec<bool> = equations.constraints.iter().map(|row| row.repeats).collect();
     let mut lowering = Lowering {
+        repeats: &repeats,
         arena: &mut equations.system.arena,
         arms,
         builder: SeriesBuilder::default(),
@@ -61,6 +104,8 @@ fn lower(equations: &mut Equations, arms: &ArmEquations) -> Result<(ArmForm, Vec
 }
 
 struct Lowering<'a> {
+    /// Which loop equations repeat others.
+    repeats: &'a [bool],
     arena: &'a mut Arena,
     arms: &'a ArmEquations,
     builder: SeriesBuilder,
@@ -226,7 +271,8 @@ impl Lowering<'_> {
             self.form.rods.push(form::Rod { frame: self.numbers[&Arm::of(rod.frame)], row: rod.row as u32, length });
         }
         for row in &self.arms.rows {
-            let mut data = form::Row { constraint: row.constraint as u32, ..form::Row::default() };
+            let repeats = self.repeats[row.constraint];
+            let mut data = form::Row { constraint: row.constraint as u32, repeats, ..form::Row::default() };
             for (arm, p) in &row.arms {
                 data.arms.push((self.numbers[arm], p.map(|part| self.coefficients.place(part))));
             }

@@ -19,6 +19,7 @@ use super::eliminate::Obstacle;
 use super::indicators::indicators;
 use super::initial::{Conditions, Settable, conditions, settable};
 use super::least_norm;
+use super::motion::typical;
 use super::solve_tree::{self, SolveTree};
 use super::steep::steep;
 use super::table::Table;
@@ -124,7 +125,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     }
     let mut no_series = None;
     if motion == Motion::Dynamic {
-        match series(equations, active) {
+        match series(equations, (length, active), pose) {
             Ok(arms) => moving.arms = Some(arms),
             Err(reason) => {
                 no_series = Some(reason);
@@ -144,9 +145,14 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
 
 /// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because
 /// many bodies move with many angles each.
-fn series(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Expr>), String> {
+fn series(
+    equations: &mut Equations,
+    (length, active): (f64, &[bool]),
+    pose: &Pose,
+) -> Result<(ArmForm, Vec<Expr>), String> {
+    let values = typical(equations.system.mechanism, pose);
     match equations.system.mechanism.solver.method {
-        Method::Auto => arm_form(equations, active),
+        Method::Auto => arm_form(equations, (length, active), &values),
         Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
         Method::Implicit => Err("the scene asks for `method = \"implicit\"`".into()),
     }
@@ -436,14 +442,11 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
 
 fn constraints(equations: &Equations, length: f64, active: &[bool]) -> Vec<Constraint> {
     let rows = equations.constraints.iter().zip(active);
-    rows.map(|(constraint, &active)| {
-        let angular = constraint.held == Held::Angle;
-        Constraint {
-            owner: equations.system.element(constraint.element).name.clone(),
-            scale: if angular { 1.0 } else { length },
-            angular,
-            active,
-        }
+    rows.map(|(constraint, &active)| Constraint {
+        owner: equations.system.element(constraint.element).name.clone(),
+        scale: constraint.scale(length),
+        angular: constraint.held == Held::Angle,
+        active,
     })
     .collect()
 }

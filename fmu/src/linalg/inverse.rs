@@ -1,5 +1,9 @@
 //! The inverse of the symmetric matrix [M J^T; J 0], once a step.
 
+mod independent;
+
+use independent::Choice;
+
 use super::lane::{Lane, WIDTH, ZERO, add, lanes, larger, largest, minus, multiply, plus, splat, subtract};
 use super::matrix::{Entries, Places};
 use crate::math;
@@ -34,6 +38,8 @@ pub(crate) struct Inverse {
     scales: Vec<f64>,
     /// The smallest pivot of each place that counts where rows are eliminated together.
     least: Vec<f64>,
+    /// Of loop equations that repeat others.
+    choice: Choice,
 }
 
 impl Entries for Inverse {
@@ -69,6 +75,7 @@ impl Inverse {
             pivots: vec![0; places.len()],
             scales: vec![1.0; count],
             least: vec![0.0; count],
+            choice: Choice::default(),
             places,
         }
     }

@@ -150,8 +150,10 @@ pub struct Link {
 /// A loop equation: the sum of its terms is zero.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// The active loop equation of the program that it belongs to.
+    /// The loop equation of the program that it belongs to.
     pub constraint: u32,
+    /// It repeats others: in each pose as many rows count as there are without those that do.
+    pub repeats: bool,
     /// (arm, p): p . b
     pub arms: Vec<(u32, [Coefficient; 2])>,
     /// (unknown, c): c times the unknown.
@@ -201,6 +203,13 @@ pub struct SeriesTape {
     pub terms: Vec<Term>,
     /// Switching functions: series whose signs choose between others, at most [`crate::events::switch::MAX_SWITCHES`].
     pub switches: Vec<Slot>,
+}
+
+impl ArmForm {
+    /// How many rows repeat others.
+    pub fn repeating(&self) -> usize {
+        self.rows.iter().filter(|row| row.repeats).count()
+    }
 }
 
 impl SeriesTape {

@@ -180,15 +180,15 @@ impl Taylor {
         }
         let order = order_for(settings.tolerance);
         let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
-        self.jet.closeness(model, &mut self.guard.next);
+        self.jet.closeness(&mut self.guard.next);
         self.take_closed(model);
         self.tight = tightly || self.guard.arrives();
         if self.tight {
             // The series must come from the matrix of the very pose in which the loops are closed.
-            self.jet.close_tightly(model);
+            self.jet.close_tightly();
             self.take_closed(model);
             self.jet.begin(model, machine.registers(), order, &self.closed).ok()?;
-            self.jet.close_tightly(model);
+            self.jet.close_tightly();
             self.take_closed(model);
         }
         (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)

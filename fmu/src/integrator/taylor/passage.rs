@@ -64,7 +64,7 @@ impl Taylor {
         self.jet.update(machine.registers());
         match self.jet.probe(model, machine.registers(), &self.next) {
             Ok(()) => {
-                self.jet.closeness(model, &mut self.guard.next);
+                self.jet.closeness(&mut self.guard.next);
                 self.guard.share()
             }
             Err(_) => 0.0,

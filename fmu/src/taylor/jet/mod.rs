@@ -19,7 +19,7 @@ mod step;
 mod terms;
 
 use crate::linalg::columns::{Columns, Entry};
-use crate::linalg::inverse::LEFT;
+use crate::linalg::inverse::{Inverse, LEFT};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, lanes, splat};
 use crate::linalg::matrix::{FOUR_AT_ONCE, Matrix};
 use crate::linalg::tree::{Limb, Recursion};
@@ -195,6 +195,8 @@ pub struct Jet {
     response: Response,
     /// The joint of each loop equation.
     groups: Vec<usize>,
+    /// Scales of the loop equations.
+    row_scales: Vec<f64>,
     /// World components of arms, by orders.
     x: Vec<Lane>,
     y: Vec<Lane>,
@@ -274,6 +276,7 @@ impl Jet {
             layout: None,
             response: Response::default(),
             groups: groups(model, &form),
+            row_scales: row_scales(model, &form),
             terms,
             pushes: Loads::of_pushes(&form, &shape),
             loads: Loads::of_arms(&form, &shape),
@@ -408,7 +411,13 @@ impl Jet {
         let rows = (first..).zip(&self.equations).filter_map(|(place, equation)| equation.map(|_| place));
         let targets: Vec<usize> = self.unknowns.iter().copied().chain(rows).collect();
         let (room, unknowns) = (self.solution.len() * WIDTH, self.unknowns.len());
-        self.matrix = Matrix::new(&targets, room, unknowns, self.terms.entries(), layout.alike);
+        self.matrix = match self.form.repeating() {
+            0 => Matrix::new(&targets, room, unknowns, self.terms.entries(), layout.alike),
+            repeating => {
+                let inverse = Inverse::new(targets, room, false);
+                Matrix::Whole(inverse.with_repeating(repeating, unknowns, &self.row_scales))
+            }
+        };
         self.terms.aim(|row, column| self.matrix.places(row, column));
     }
 }
@@ -436,7 +445,7 @@ impl ArmForm {
         let (shape, turned_by) = (Shape::new(self), turned_by(self));
         let plan = Plan::new(self, &shape, &turned_by, &unknowns(self, &shape));
         let angles = plan.unknowns.iter().filter(|place| **place < shape.lanes[0] * WIDTH).count();
-        [angles, plan.unknowns.len() - angles, plan.rows.iter().flatten().count()]
+        [angles, plan.unknowns.len() - angles, plan.rows.iter().flatten().count() - self.repeating()]
     }
 }
 
@@ -483,6 +492,11 @@ fn groups(model: &Model, form: &ArmForm) -> Vec<usize> {
         groups.push(group);
     }
     groups
+}
+
+/// The scale of each loop equation.
+fn row_scales(model: &Model, form: &ArmForm) -> Vec<f64> {
+    form.rows.iter().map(|row| model.program().constraints[row.constraint as usize].scale).collect()
 }
 
 /// Places of the unknowns: angles, then displacements.

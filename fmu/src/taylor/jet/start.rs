@@ -20,7 +20,7 @@ impl Jet {
     /// signals of this time. Returns how far the loops were open, relative to their scales.
     pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize, motion: &[f64]) -> Result<f64, Singular> {
         self.scalars.begin(model, registers, order);
-        let open = self.begin_motion(model, motion)?;
+        let open = self.begin_motion(motion)?;
         for k in 0..2 {
             self.follow(k);
         }
@@ -29,7 +29,7 @@ impl Jet {
     }
 
     by_width! {
-        fn begin_motion(&mut self: Jet, model: &Model, motion: &[f64]) -> Result<f64, Singular> = begin_any
+        fn begin_motion(&mut self: Jet, motion: &[f64]) -> Result<f64, Singular> = begin_any
     }
 
     /// The pose of q alone and its matrix, for a look at [`Self::closeness`].
@@ -54,12 +54,12 @@ impl Jet {
     }
 
     #[inline(always)]
-    fn begin_any(&mut self, model: &Model, motion: &[f64]) -> Result<f64, Singular> {
+    fn begin_any(&mut self, motion: &[f64]) -> Result<f64, Singular> {
         self.pose_any(motion)?;
         self.load(1, &motion[self.form.coordinates.len()..]);
-        let open = self.close(model, 0, CLOSED);
+        let open = self.close(0, CLOSED);
         self.turn_rates();
-        self.close(model, 1, CLOSED);
+        self.close(1, CLOSED);
         self.respond_any();
         self.weigh();
         Ok(open)
@@ -255,22 +255,19 @@ impl Jet {
 
     /// The largest gap of the loops at the pose in the unknowns, relative to their scales.
     #[inline(always)]
-    fn largest_gap(&self, model: &Model) -> f64 {
-        let constraints = &model.program().constraints;
-        let sizes = self.gaps.as_flattened().iter().zip(&self.form.rows);
-        sizes.fold(0.0, |largest, (gap, row)| {
-            math::maximum(largest, gap.abs() / constraints[row.constraint as usize].scale)
-        })
+    fn largest_gap(&self) -> f64 {
+        let sizes = self.gaps.as_flattened().iter().zip(&self.row_scales).map(|(gap, scale)| gap.abs() / scale);
+        sizes.fold(0.0, math::maximum)
     }
 
     /// One Newton step of positions or rates onto the loops, in the metric of the masses.
     #[inline(always)]
-    fn close(&mut self, model: &Model, order: usize, goal: f64) -> f64 {
+    fn close(&mut self, order: usize, goal: f64) -> f64 {
         if self.form.rows.is_empty() {
             return 0.0;
         }
         self.gap(order);
-        let open = self.largest_gap(model);
+        let open = self.largest_gap();
         if open <= goal {
             return open;
         }
@@ -321,17 +318,17 @@ impl Jet {
     }
 
     /// Closes the loops of positions up to rounding, with the inverse at hand, and those of rates with them; then begins anew.
-    pub fn close_tightly(&mut self, model: &Model) {
+    pub fn close_tightly(&mut self) {
         let mut before = f64::INFINITY;
         for _ in 0..CLOSINGS {
-            let open = self.close(model, 0, 0.0);
+            let open = self.close(0, 0.0);
             if open <= f64::EPSILON || open > 0.5 * before {
                 break;
             }
             before = open;
         }
         self.turn_rates();
-        (0..2).for_each(|_| _ = self.close(model, 1, 0.0));
+        (0..2).for_each(|_| _ = self.close(1, 0.0));
         self.respond();
         self.weigh();
         (0..2).for_each(|k| self.follow(k));
@@ -340,11 +337,14 @@ impl Jet {
 
     /// How close the loop equations of each joint are to depending on the others: the sum of the inverse squares of their distances, in
     /// the metric of the masses. (A single one may be zero because no reaction of a weightless body points its way.)
-    pub fn closeness(&self, model: &Model, values: &mut [f64]) {
-        let constraints = &model.program().constraints;
+    pub fn closeness(&self, values: &mut [f64]) {
+        if let Matrix::Whole(inverse) = &self.matrix
+            && inverse.repeats()
+        {
+            return values.fill(inverse.closeness());
+        }
         values.fill(0.0);
-        for ((row, group), equation) in self.form.rows.iter().zip(&self.groups).zip(&self.equations) {
-            let scale = constraints[row.constraint as usize].scale;
+        for ((scale, group), equation) in self.row_scales.iter().zip(&self.groups).zip(&self.equations) {
             let own = equation.map_or(0.0, |equation| self.matrix.inverse_diagonal(equation).abs());
             values[*group] += scale * scale * own;
         }
@@ -377,7 +377,9 @@ impl Jet {
                 }
                 let alike = self.layout.is_some_and(|layout| layout.alike);
                 let in_order = alike && inverse.size() > WIDTH;
-                if in_order && inverse.invert_in_order() {
+                if inverse.repeats() {
+                    inverse.invert_independent()
+                } else if in_order && inverse.invert_in_order() {
                     true
                 } else {
                     if in_order {

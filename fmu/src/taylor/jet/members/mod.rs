@@ -14,7 +14,7 @@ mod variation;
 
 use super::step::Read;
 use super::terms::{Plan, Terms};
-use super::{Jet, Loads, Shape, chain, groups, turned_by, unknowns};
+use super::{Jet, Loads, Shape, chain, groups, row_scales, turned_by, unknowns};
 use crate::linalg::factors::{Factors, Pattern};
 use crate::linalg::many::{Elementary, Many, Number};
 use crate::model::Model;
@@ -143,7 +143,6 @@ impl<N: Elementary> Members<N> {
         let rows = form.rows.iter().enumerate();
         let rows = rows.flat_map(|(row, data)| data.arms.iter().map(move |&(arm, p)| (row, arm as usize, p)));
         let (coupling, rows): (Vec<_>, Vec<_>) = (coupling.collect(), rows.collect());
-        let constraints = &model.program().constraints;
         let (padded, arms) = (Shape::new(&form), shape.places());
         let scale = |arm: &usize| if *arm < form.frames.len() { 1.0 } else { model.program().length };
         let mut members = Self {
@@ -157,7 +156,7 @@ impl<N: Elementary> Members<N> {
             turns: turns(&form, &turned_by),
             slides: slides(&form),
             groups: groups(model, &form),
-            row_scales: form.rows.iter().map(|row| constraints[row.constraint as usize].scale).collect(),
+            row_scales: row_scales(model, &form),
             pushes: Loads::of_pushes(&form, &shape),
             loads: Loads::of_arms(&form, &shape),
             coupling: Complex::new(arms, &coupling, &zero),
@@ -222,9 +221,9 @@ impl Jet {
     }
 }
 
-/// Are all laws analytic and gentle, and no loop equations turning?
+/// Are all laws analytic and gentle, and no loop equations turning, or repeating others?
 fn serves(form: &ArmForm) -> bool {
-    let plain = form.rods.is_empty() && form.auxiliary.is_empty() && form.links.is_empty();
+    let plain = form.rods.is_empty() && form.auxiliary.is_empty() && form.links.is_empty() && form.repeating() == 0;
     plain && form.tape.switches.is_empty() && form.tape.steep_laws().is_empty()
 }
 
