@@ -13,6 +13,7 @@ use std::collections::BTreeSet;
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::constraints::redundancy::redundancy;
 use cotree_fmu::model::{Model, State};
+use cotree_fmu::program::Motion;
 
 use crate::component::{Held, Origin, System};
 use crate::diagnostic::{Fault, Span};
@@ -103,7 +104,9 @@ pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -
     if let Some(start) = &start {
         start.begin(&equations, &mut lowered.program.initial);
     }
-    let warnings = redundancy_warning(&equations, &lowered.sharing).into_iter().collect();
+    let program = &lowered.program;
+    let chosen = program.motion == Motion::Kinematic || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
+    let warnings = redundancy_warning(&equations, &lowered.sharing, chosen).into_iter().collect();
     Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
 }
 
@@ -306,8 +309,12 @@ fn massless(equations: &Equations, index: usize) -> Fault {
     .help(format!("give `{}` or what it moves a mass and an inertia, or hold it by a joint or driver", element.name))
 }
 
-/// Which joints and drivers share their loads with others, whatever the trees.
-fn redundancy_warning(equations: &Equations, sharing: &[Owner]) -> Option<Fault> {
+/// What is to be known where the loop equations that are left out are the same in every pose.
+const FIXED: &str = "; which of its loop equations are left out is fixed here, and where the others come to depend on each other a run may lose digits or end: \
+                     compare two tolerances";
+
+/// Which joints and drivers share their loads with others, whatever the trees. `chosen`: independent loop equations are chosen in every pose.
+fn redundancy_warning(equations: &Equations, sharing: &[Owner], chosen: bool) -> Option<Fault> {
     let origin = |owner: &Owner| match owner {
         Owner::Joint(joint) => Some(Origin::Joint(*joint)),
         Owner::Driver(driver) => Some(Origin::Driver(*driver)),
@@ -320,10 +327,11 @@ fn redundancy_warning(equations: &Equations, sharing: &[Owner]) -> Option<Fault>
     let message = format!("redundant: {} share loads that are not unique", list(&names));
     let fault = Fault::warning("scene::redundant", message, span_of(equations, first))
         .label("part of its constraint is redundant")
-        .help(
+        .help(format!(
             "the motion is right, whatever the trees; of the loads that fit it those of least norm are reported: the least sum of the \
-             squares of their forces, and of their torques divided by the longest arm",
-        );
+             squares of their forces, and of their torques divided by the longest arm{}",
+            if chosen { "" } else { FIXED }
+        ));
     Some(fault)
 }
 

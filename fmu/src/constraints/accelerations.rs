@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::program::Motion;
+use crate::taylor::Jet;
 
 /// Storage for accelerations and reactions.
 #[derive(Clone, Debug)]
@@ -16,6 +17,8 @@ pub struct Accelerations {
     /// Q - M a.
     loads: Vec<f64>,
     loops: Option<Loops>,
+    /// Where loop equations repeat others: its factors are of those that are independent in the pose, those of the tape of the same ones in every pose.
+    jet: Option<Jet>,
 }
 
 impl Accelerations {
@@ -23,14 +26,17 @@ impl Accelerations {
     pub fn new(model: &Model) -> Self {
         let (n, m) = (model.coordinates(), model.program().constraints.len());
         let loops = (model.program().motion == Motion::Kinematic).then(|| Loops::new(model));
-        Self { values: vec![0.0; n + m], gamma: vec![0.0; m], loads: vec![0.0; n], loops }
+        let form = model.program().arms.as_ref();
+        let jet = form.filter(|form| form.repeating() > 0 && form.tape.switches.is_empty());
+        let jet = jet.map(|form| Jet::of(model, form).without_kernels());
+        Self { values: vec![0.0; n + m], gamma: vec![0.0; m], loads: vec![0.0; n], loops, jet }
     }
 
     /// Evaluates a and lambda at the state in the registers, and leaves them there.
     pub fn evaluate(&mut self, model: &Model, machine: &mut Machine) -> Result<(), Failure> {
         let n = model.coordinates();
         match &mut self.loops {
-            None => machine.evaluate(&model.program().tapes.acceleration, &mut self.values),
+            None => self.evaluate_dynamic(model, machine),
             Some(loops) => {
                 let tapes = &model.program().tapes;
                 loops.factor_regular(model, machine)?;
@@ -49,6 +55,16 @@ impl Accelerations {
         machine.load_accelerations(model, accelerations, reactions);
         let time = machine.registers()[model.layout().time()];
         finite(model, time, accelerations).map_err(|failure| outside(model, machine).unwrap_or(failure))
+    }
+
+    fn evaluate_dynamic(&mut self, model: &Model, machine: &mut Machine) {
+        let regular = self.jet.as_mut().is_some_and(|jet| {
+            jet.update(machine.registers());
+            jet.accelerations(model, machine.registers(), &mut self.values).is_ok()
+        });
+        if !regular {
+            machine.evaluate(&model.program().tapes.acceleration, &mut self.values);
+        }
     }
 
     /// The accelerations last evaluated.

@@ -28,7 +28,7 @@ pub(super) const PLACES: [f64; 19] = [
 /// Sections of an interval in which an extreme is sought: the last is 1e-8 of the first.
 const SECTIONS: usize = 40;
 /// Halvings of an interval in which an edge is sought.
-const HALVINGS: usize = 30;
+pub(super) const HALVINGS: usize = 30;
 /// An exponential that grows by no more than exp of this to its largest value shows before or after.
 const RISEN: f64 = 2.0;
 /// Where a layer is looked at that a step passes from one side to the other: not in its middle, where odd functions vanish.

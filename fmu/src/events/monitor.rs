@@ -1,9 +1,17 @@
 //! Steep laws along the dense output of a Runge-Kutta step.
 
-use super::course::{Course, PLACES};
-use super::half_width;
+use super::course::{Course, HALVINGS, PLACES};
+use super::{Steep, half_width};
 use crate::machine::Machine;
 use crate::model::{Model, State};
+
+/// Switches closer than this, in steps, are one: no root is found better.
+const TOGETHER: f64 = 1e-9;
+
+/// A step ends before a switch by this share of its length: a stage behind it would count with its whole weight.
+const MARGIN: f64 = 1e-6;
+/// What follows a switch begins with a step of this share of what is left of the one that ended there.
+const RESTART: f64 = 0.01;
 
 /// Follows the arguments of the laws along a step.
 #[derive(Clone, Debug, Default)]
@@ -11,6 +19,8 @@ pub(crate) struct Monitor {
     laws: usize,
     /// By places, then by laws.
     samples: Vec<f64>,
+    /// Where switching functions change sign, and which.
+    crossings: Vec<(f64, usize)>,
     motion: Vec<f64>,
     accelerations: Vec<f64>,
 }
@@ -22,6 +32,8 @@ pub(crate) struct Span<'a, F> {
     pub origin: &'a State,
     pub time: f64,
     pub h: f64,
+    /// The shortest step.
+    pub shortest: f64,
     /// Writes (q, v), so many steps after the start.
     pub motion: F,
 }
@@ -42,6 +54,11 @@ impl<F: FnMut(f64, &mut [f64])> Span<'_, F> {
         self.machine.load_motion(self.model, motion);
     }
 
+    /// Switches closer than this, in steps, are one, or at an end.
+    fn finest(&self) -> f64 {
+        f64::max(TOGETHER, self.shortest / self.h)
+    }
+
     /// Brings the arguments at a place into the registers.
     fn evaluate(&mut self, place: f64, motion: &mut [f64]) {
         self.load(place, motion);
@@ -53,8 +70,8 @@ impl Monitor {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
         let (laws, n) = (model.program().tapes.laws.kinds.len(), model.coordinates());
-        let samples = vec![0.0; laws * PLACES.len()];
-        Self { laws, samples, motion: vec![0.0; 2 * n], accelerations: vec![0.0; n] }
+        let (samples, crossings) = (vec![0.0; laws * PLACES.len()], Vec::with_capacity(laws * PLACES.len()));
+        Self { laws, samples, crossings, motion: vec![0.0; 2 * n], accelerations: vec![0.0; n] }
     }
 
     /// Are there no laws that may be steep?
@@ -71,8 +88,38 @@ impl Monitor {
         mut excess: impl FnMut(f64, &[f64]) -> f64,
     ) -> Option<Overlooked> {
         self.sample(span);
+        self.find_crossings(span);
+        self.between_switches(span, &mut excess).or_else(|| self.beside_its_ends(span, share, &mut excess))
+    }
+
+    /// The same for a method whose estimates filter out what stiff springs, and friction at rest, take off: a contact may be as stiff, and a force may
+    /// set free what rests. Its steps end where a law switches, and begin there with a short one.
+    pub fn overlooked_by_filters<F: FnMut(f64, &mut [f64])>(
+        &mut self,
+        span: &mut Span<F>,
+        share: f64,
+        mut excess: impl FnMut(f64, &[f64]) -> f64,
+    ) -> Option<Overlooked> {
+        self.sample(span);
+        self.find_crossings(span);
+        let window = self.between_switches(span, &mut |_, _| f64::INFINITY);
+        let within = |(place, _): &&(f64, usize)| (span.finest()..1.0 - span.finest()).contains(place);
+        let first = self.crossings.iter().find(within);
+        let before = |place: f64| (1.0 - MARGIN) * place;
+        let switch = first.map(|&(at, _)| Overlooked { begin: before(at), place: at + RESTART * (1.0 - at) });
+        let first = window.into_iter().chain(switch).min_by(|a, b| a.begin.total_cmp(&b.begin));
+        first.or_else(|| self.beside_its_ends(span, share, &mut excess))
+    }
+
+    /// The same of each law by itself: where its argument comes to a layer, or goes through one, that it is outside of at the ends.
+    fn beside_its_ends<F: FnMut(f64, &mut [f64])>(
+        &mut self,
+        span: &mut Span<F>,
+        share: f64,
+        excess: &mut impl FnMut(f64, &[f64]) -> f64,
+    ) -> Option<Overlooked> {
         let layer = half_width(share);
-        let Self { laws, samples, motion, accelerations } = self;
+        let Self { laws, samples, motion, accelerations, .. } = self;
         let program = span.model.program();
         for (law, kind) in program.tapes.laws.kinds.iter().enumerate() {
             let course = &mut Sampled { span: &mut *span, law, laws: *laws, samples, motion };
@@ -90,6 +137,77 @@ impl Monitor {
             }
         }
         None
+    }
+
+    /// What holds only between two switches within the step, of one function or of two: the step's ends do not tell of it.
+    fn between_switches<F: FnMut(f64, &mut [f64])>(
+        &mut self,
+        span: &mut Span<F>,
+        excess: &mut impl FnMut(f64, &[f64]) -> f64,
+    ) -> Option<Overlooked> {
+        for index in 0..self.crossings.len() {
+            let (place, law) = self.crossings[index];
+            let next = self.crossings.get(index + 1).map(|(next, _)| *next).filter(|next| next - place > span.finest());
+            let window = self.window(span, place, law);
+            let middle = next.map(|next| Overlooked { begin: place, place: 0.5 * (place + next) });
+            for found in window.into_iter().chain(middle) {
+                span.load(found.place, &mut self.motion);
+                span.machine.evaluate(&span.model.program().tapes.acceleration, &mut self.accelerations);
+                // Written so that NaN is overlooked.
+                let seen = excess(found.place, &self.accelerations) <= 1.0;
+                if !seen {
+                    return Some(found);
+                }
+            }
+        }
+        None
+    }
+
+    /// Where switching functions change sign within the step, in order.
+    fn find_crossings<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>) {
+        self.crossings.clear();
+        for (law, kind) in span.model.program().tapes.laws.kinds.iter().enumerate() {
+            for index in (1..PLACES.len()).filter(|_| *kind == Steep::Switching) {
+                let [before, behind] = [index - 1, index].map(|index| self.samples[index * self.laws + law] >= 0.0);
+                if before != behind {
+                    let place = self.bisect(span, law, [PLACES[index - 1], PLACES[index]], before);
+                    self.crossings.push((place, law));
+                }
+            }
+        }
+        self.crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+
+    /// Where a switching function changes sign between two places; `positive`: is it so at the first one?
+    fn bisect<F: FnMut(f64, &mut [f64])>(
+        &mut self,
+        span: &mut Span<F>,
+        law: usize,
+        [mut before, mut behind]: [f64; 2],
+        positive: bool,
+    ) -> f64 {
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (before + behind);
+            span.evaluate(middle, &mut self.motion);
+            let same = (span.machine.result(&span.model.program().tapes.laws.tape, law) >= 0.0) == positive;
+            *(if same { &mut before } else { &mut behind }) = middle;
+        }
+        before
+    }
+
+    /// Another function that changes sign about a place where one does, and back, between two samples: as the flanks of a peak do.
+    fn window<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>, at: f64, law: usize) -> Option<Overlooked> {
+        let behind = PLACES.iter().position(|place| *place > at).unwrap_or(PLACES.len() - 1).max(1);
+        let kinds = &span.model.program().tapes.laws.kinds;
+        let others = (0..self.laws).filter(|other| *other != law && kinds[*other] == Steep::Switching);
+        span.evaluate(at, &mut self.motion);
+        let other = others.into_iter().find(|other| {
+            let here = span.machine.result(&span.model.program().tapes.laws.tape, *other) >= 0.0;
+            [behind - 1, behind].iter().all(|index| (self.samples[index * self.laws + other] >= 0.0) != here)
+        })?;
+        let positive = self.samples[(behind - 1) * self.laws + other] >= 0.0;
+        let begin = self.bisect(span, other, [PLACES[behind - 1], at], positive);
+        Some(Overlooked { begin, place: at })
     }
 
     fn sample<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>) {

@@ -46,16 +46,15 @@ impl Choices {
     }
 }
 
-/// The last two terms of a switching function that is known are no larger than this share of its values.
-const UNKNOWN: f64 = 0.01;
 /// Where these are taken, in steps: before the last terms spoil them.
 const VALUES: [f64; 4] = [0.0, 0.2, 0.4, 0.6];
 /// A step in which it is not known is made shorter by this factor, so many times at most.
 const SHORTER: f64 = 0.8;
 const SHORTENINGS: usize = 200;
 
-/// How far within h a polynomial is known that goes on with terms like its last ones.
-pub(crate) fn known(polynomial: &[f64], mut h: f64) -> f64 {
+/// How far within h a polynomial is known that goes on with terms like its last ones: these are no larger than a share of its values. Where it is zero is
+/// known to about this share of h.
+pub(crate) fn known(polynomial: &[f64], mut h: f64, share: f64) -> f64 {
     let [.., before, last] = *polynomial else { return h };
     for _ in 0..SHORTENINGS {
         let value = |place: &f64| polynomial.iter().rev().fold(0.0, |sum, term| sum * (place * h) + term).abs();
@@ -63,7 +62,7 @@ pub(crate) fn known(polynomial: &[f64], mut h: f64) -> f64 {
         let power = (2..polynomial.len()).fold(1.0, |power, _| power * h);
         let unknown = math::maximum((before * power).abs(), (last * power * h).abs());
         // What begins at zero, or where its series is none, is left to the search for the zero.
-        if unknown <= UNKNOWN * largest || !unknown.is_finite() || largest == 0.0 {
+        if unknown <= share * largest || !unknown.is_finite() || largest == 0.0 {
             break;
         }
         h *= SHORTER;
@@ -153,12 +152,12 @@ mod tests {
             *place = [0.0, term, 0.0, -term][order % 4];
             term *= 100.0 / (order + 1) as f64;
         }
-        let h = known(&sine, 1.0);
+        let h = known(&sine, 1.0, 0.01);
         assert!((0.04..0.08).contains(&h), "{h}");
         let value = sine.iter().rev().fold(0.0, |sum, term| sum * h + term);
         assert!((value - (100.0 * h).sin()).abs() < 0.02, "{h}: {value}");
         for polynomial in [&[][..], &[1.0], &[1.0, -2.0, 0.0, 0.0], &[0.0, 0.0], &[f64::NAN, 1.0, f64::INFINITY]] {
-            assert_eq!(known(polynomial, 3.0), 3.0, "{polynomial:?}");
+            assert_eq!(known(polynomial, 3.0, 0.01), 3.0, "{polynomial:?}");
         }
     }
 

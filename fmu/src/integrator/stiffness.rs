@@ -35,6 +35,8 @@ const AWAY: f64 = 4.0;
 const COARSE: f64 = 1e-5;
 /// So many steps in a row must speak for the return.
 const VOTES: u32 = 8;
+/// Steps that change by more than this factor are on their way back from a switch.
+const RECOVERING: f64 = 2.0;
 /// A step times the fastest rate: what the explicit method may take, and series for each of their orders. From this share on it holds them back.
 const STABLE: f64 = 5.0;
 const STABLE_BY_ORDER: f64 = 0.3;
@@ -284,8 +286,11 @@ impl Engines<'_> {
         if !goes_on {
             run.stiffness = Choice { has_been_stiff: true, passing: true, ..Choice::new() };
         }
-        if !goes_on || is_regular(run) && run.stiffness.returns(run.last.natural < possible * self.cost_ratio(context))
-        {
+        // Steps that a switch has made short say nothing of stiffness, while they grow again.
+        let change = run.last.natural / (run.last.end_time - run.last.start_time);
+        let settled = (1.0 / RECOVERING..RECOVERING).contains(&change);
+        let cheap = settled && run.last.natural < possible * self.cost_ratio(context);
+        if !goes_on || is_regular(run) && run.stiffness.returns(cheap) {
             // Series find their own step.
             run.last.natural = if context.settings.engine == Engine::Taylor { 0.0 } else { possible };
             self.explicit.forget();

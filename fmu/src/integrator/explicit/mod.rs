@@ -237,7 +237,7 @@ impl Explicit {
         let (time, h) = (run.last.end_time, end - run.last.end_time);
         let Context { model, machine, statistics, settings, .. } = context;
         let motion = |place: f64, motion: &mut [f64]| interpolate(&run.last.dense, place, motion);
-        let mut span = Span { model, machine, origin: &run.signals.origin, time, h, motion };
+        let mut span = Span { model, machine, origin: &run.signals.origin, time, h, shortest: shortest(end), motion };
         let (n, tolerances) = (model.coordinates(), &self.tolerances);
         let excess = |place: f64, accelerations: &[f64]| {
             statistics.evaluations += 1;

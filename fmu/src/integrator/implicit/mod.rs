@@ -279,7 +279,8 @@ impl Implicit {
         let n = model.coordinates();
         radau.dense(&run.last.end, h, polynomial);
         let motion = |place: f64, motion: &mut [f64]| evaluate(polynomial, place * h, motion);
-        let mut span = Span { model, machine, origin: &run.signals.origin, time: run.last.end_time, h, motion };
+        let (time, shortest) = (run.last.end_time, shortest(end));
+        let mut span = Span { model, machine, origin: &run.signals.origin, time, h, shortest, motion };
         let excess = |place: f64, accelerations: &[f64]| {
             statistics.evaluations += 1;
             for (index, (lack, acceleration)) in column.iter_mut().zip(accelerations).enumerate() {
@@ -291,7 +292,7 @@ impl Implicit {
                 math::maximum(worst, math::maximum(q.abs() / position, REAL / h * q.abs() / rate) / OVERLOOKED)
             })
         };
-        monitor.overlooked(&mut span, settings.tolerance, excess)
+        monitor.overlooked_by_filters(&mut span, settings.tolerance, excess)
     }
 
     /// Projects the end of the step onto the loop equations.

@@ -24,7 +24,7 @@ impl Taylor {
 
     /// Are the arguments of laws known so far by their terms below an order? Where a law is constant the motion needs few orders, however fast its
     /// argument changes.
-    pub(super) fn knows_laws(&mut self, order: usize, h: f64) -> bool {
+    pub(super) fn knows_laws(&mut self, order: usize, h: f64, share: f64) -> bool {
         if self.layers.is_empty() && !self.jet.has_switches() {
             return true;
         }
@@ -32,7 +32,7 @@ impl Taylor {
             return false;
         }
         self.jet.complete(order);
-        self.layers.are_known(order - 1, h, |slot| self.jet.scalar(slot)) && self.jet.sighted(order, h) == h
+        self.layers.are_known(order - 1, h, |slot| self.jet.scalar(slot)) && self.jet.sighted(order, h, share) == h
     }
 
     /// Where the effect of a law begins that the polynomial of a step of length h overlooks: at a place where the law may be steep the accelerations

@@ -108,7 +108,7 @@ impl Taylor {
         let longest = growing.min(LONGEST).min(context.settings.max_step).min(following.unwrap_or(LONGEST));
         let natural = self.natural_length(order, tolerance).min(longest);
         self.follow_laws(order);
-        let sighted = self.jet.sighted(order, room.min(REACH * natural));
+        let sighted = self.jet.sighted(order, room.min(REACH * natural), tolerance);
         let switch = self.jet.end_of_piece(order, sighted);
         if let Some((_, branches)) = switch.filter(|(length, _)| *length < shortest) {
             return Proposal::Switch(branches);
@@ -183,7 +183,7 @@ impl Taylor {
             let rate = last as f64 * power;
             let size = self.jet.size(last);
             small = if rate * size <= goal { small + 1 } else { 0 };
-            if small == 2 && rate * room * size <= goal && self.knows_laws(last, room) {
+            if small == 2 && rate * room * size <= goal && self.knows_laws(last, room, goal) {
                 return last;
             }
             power *= room;

@@ -321,6 +321,12 @@ impl Jet {
         jet
     }
 
+    /// The same without the kernels of mechanisms of few frames, which do not keep reactions.
+    pub fn without_kernels(mut self) -> Self {
+        self.frames = [0; 2];
+        self
+    }
+
     /// Has the mechanism no loops?
     pub fn is_open(&self) -> bool {
         self.form.rows.is_empty()

@@ -36,9 +36,9 @@ impl Jet {
         self.scalars.switches(0).next().is_some()
     }
 
-    /// How far within h all switching functions are known. To be called after [`Jet::complete`].
-    pub fn sighted(&self, order: usize, h: f64) -> f64 {
-        self.scalars.switches(order - 1).fold(h, |h, (_, series)| known(series, h))
+    /// How far within h all switching functions are known, to a share of their values. To be called after [`Jet::complete`].
+    pub fn sighted(&self, order: usize, h: f64, share: f64) -> f64 {
+        self.scalars.switches(order - 1).fold(h, |h, (_, series)| known(series, h, share))
     }
 
     /// Where the first piece of a step of length h ends, and the choices after it. To be called after [`Jet::complete`].

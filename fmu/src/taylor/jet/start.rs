@@ -32,6 +32,22 @@ impl Jet {
         fn begin_motion(&mut self: Jet, motion: &[f64]) -> Result<f64, Singular> = begin_any
     }
 
+    /// Accelerations of the coordinates and reactions of the program's loop equations at the state in the registers, put on the loops; reactions of equations
+    /// that are left out are zero. Not with the kernels of few frames.
+    pub fn accelerations(&mut self, model: &Model, registers: &[f64], values: &mut [f64]) -> Result<(), Singular> {
+        let layout = model.layout();
+        self.begin(model, registers, 2, &registers[layout.positions()..layout.accelerations()])?;
+        let (accelerations, reactions) = values.split_at_mut(model.coordinates());
+        self.coordinates(2, accelerations);
+        accelerations.iter_mut().for_each(|coefficient| *coefficient *= 2.0);
+        reactions.fill(0.0);
+        let solution = &self.solution.as_flattened()[self.shape.all() * WIDTH..];
+        for (row, reaction) in self.form.rows.iter().zip(solution) {
+            reactions[row.constraint as usize] = *reaction;
+        }
+        Ok(())
+    }
+
     /// The pose of q alone and its matrix, for a look at [`Self::closeness`].
     pub fn probe(&mut self, model: &Model, registers: &[f64], motion: &[f64]) -> Result<(), Singular> {
         self.scalars.begin(model, registers, 0);
