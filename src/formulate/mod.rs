@@ -3,6 +3,7 @@
 pub mod assemblies;
 pub(crate) mod assembly;
 pub(crate) mod attempt;
+mod corners;
 pub(crate) mod limits;
 pub(crate) mod start;
 mod suspect;
@@ -106,7 +107,11 @@ pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -
     }
     let program = &lowered.program;
     let chosen = program.motion == Motion::Kinematic || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
-    let warnings = redundancy_warning(&equations, &lowered.sharing, chosen).into_iter().collect();
+    let moves_freely = program.motion == Motion::Dynamic;
+    let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.sharing, chosen).into_iter().collect();
+    if moves_freely {
+        warnings.extend(corners::jumps(&mut equations));
+    }
     Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
 }
 

@@ -38,8 +38,8 @@ pub(crate) struct Inverse {
     scales: Vec<f64>,
     /// The smallest pivot of each place that counts where rows are eliminated together.
     least: Vec<f64>,
-    /// Of loop equations that repeat others.
-    choice: Choice,
+    /// If loop equations repeat others.
+    choice: Option<Box<Choice>>,
 }
 
 impl Entries for Inverse {
@@ -75,7 +75,7 @@ impl Inverse {
             pivots: vec![0; places.len()],
             scales: vec![1.0; count],
             least: vec![0.0; count],
-            choice: Choice::default(),
+            choice: None,
             places,
         }
     }

@@ -20,7 +20,7 @@ pub(crate) type Places = [usize; 2];
 /// Either way.
 #[derive(Clone, Debug)]
 pub(crate) enum Matrix {
-    Whole(Inverse),
+    Whole(Box<Inverse>),
     Factored(Box<Factors>),
     /// Of an open chain, or tree, of arms.
     Chained(Recursion),
@@ -48,12 +48,12 @@ impl Matrix {
                 return Self::Factored(Box::new(Factors::new(pattern, unknowns, targets.to_vec())));
             }
         }
-        Self::Whole(Inverse::new(targets.to_vec(), room, unknowns == targets.len()))
+        Self::Whole(Box::new(Inverse::new(targets.to_vec(), room, unknowns == targets.len())))
     }
 
     /// No equations.
     pub fn none() -> Self {
-        Self::Whole(Inverse::new(Vec::new(), 0, true))
+        Self::Whole(Box::new(Inverse::new(Vec::new(), 0, true)))
     }
 
     /// Where an entry is kept.

@@ -28,7 +28,7 @@ pub(crate) struct Choice {
 impl Inverse {
     /// So many of the loop equations, which follow the `masses` first equations and have these scales, repeat others.
     pub fn with_repeating(mut self, repeating: usize, masses: usize, scales: &[f64]) -> Self {
-        self.choice = Choice {
+        self.choice = Some(Box::new(Choice {
             masses,
             scales: scales.to_vec(),
             taken: Vec::with_capacity(self.places.len()),
@@ -36,24 +36,40 @@ impl Inverse {
             closeness: 0.0,
             repeating: Lu::new(repeating),
             column: vec![0.0; repeating],
-        };
+        }));
         self
     }
 
     /// Do loop equations repeat others?
     pub fn repeats(&self) -> bool {
-        !self.choice.column.is_empty()
+        self.choice.is_some()
+    }
+
+    /// How close the loop equations are to depending on each other more than they always do, whichever of them are chosen: the sum of the inverse squares of
+    /// their distances. None if none repeats others.
+    pub fn closeness(&self) -> Option<f64> {
+        self.choice.as_ref().map(|choice| choice.closeness)
     }
 
     /// Replaces the matrix by its inverse with as many of the loop equations as are independent; the others get rows and columns of zeros. False if there is no
     /// inverse.
     pub fn invert_independent(&mut self) -> bool {
+        let Some(mut choice) = self.choice.take() else { return false };
+        let regular = self.eliminate_independent(&mut choice);
+        if regular {
+            choice.closeness = choice.sum_of_inverse_squares(|row, column| self.entry(row, column));
+            choice.left_out.iter().for_each(|&equation| self.clear_equation(equation));
+        }
+        self.choice = Some(choice);
+        regular
+    }
+
+    fn eliminate_independent(&mut self, choice: &mut Choice) -> bool {
         self.bound(self.width);
-        let masses = self.choice.masses;
-        self.choice.taken.clear();
-        self.choice.left_out.clear();
-        self.choice.left_out.extend(masses..self.places.len());
-        for column in 0..masses {
+        choice.taken.clear();
+        choice.left_out.clear();
+        choice.left_out.extend(choice.masses..self.places.len());
+        for column in 0..choice.masses {
             // Written so that NaN is singular too.
             let regular = self.diagonal(column) > self.least[self.places[column]];
             if !regular {
@@ -62,83 +78,71 @@ impl Inverse {
             self.eliminate(column, self.width);
         }
         let mut first = 0.0;
-        while self.choice.left_out.len() > self.choice.column.len() {
-            let (place, square) = self.furthest();
+        while choice.left_out.len() > choice.column.len() {
+            let (place, square) = choice.furthest(|equation| self.diagonal(equation));
             first = math::maximum(first, square);
             let regular = square > SINGULAR * first;
             if !regular {
                 return false;
             }
-            let pivot = self.choice.left_out.swap_remove(place);
-            self.choice.taken.push(pivot);
+            let pivot = choice.left_out.swap_remove(place);
+            choice.taken.push(pivot);
             self.eliminate(pivot, self.width);
         }
-        self.choice.closeness = self.sum_of_inverse_squares();
-        self.clear_left_out();
         true
-    }
-
-    /// How close the loop equations are to depending on each other more than they always do, whichever of them are chosen: the sum of the inverse squares of
-    /// their distances.
-    pub fn closeness(&self) -> f64 {
-        self.choice.closeness
-    }
-
-    /// The loop equation left out that is furthest from depending on those taken, and the square of how far.
-    fn furthest(&self) -> (usize, f64) {
-        let squares = self.choice.left_out.iter().map(|&equation| {
-            let scale = self.scale_of(equation);
-            self.diagonal(equation).abs() / (scale * scale)
-        });
-        let larger =
-            |furthest: (usize, f64), (place, square)| if square > furthest.1 { (place, square) } else { furthest };
-        squares.enumerate().fold((0, 0.0), larger)
-    }
-
-    fn scale_of(&self, equation: usize) -> f64 {
-        self.choice.scales[equation - self.choice.masses]
     }
 
     fn entry(&self, row: usize, column: usize) -> f64 {
         self.rows.as_flattened()[self.places[row] * self.width * WIDTH + self.places[column]]
     }
 
+    fn clear_equation(&mut self, equation: usize) {
+        let (place, width) = (self.places[equation], self.width);
+        self.rows[place * width..][..width].fill(ZERO);
+        self.rows.as_flattened_mut().chunks_exact_mut(width * WIDTH).for_each(|row| row[place] = 0.0);
+    }
+}
+
+impl Choice {
+    fn scale(&self, equation: usize) -> f64 {
+        self.scales[equation - self.masses]
+    }
+
+    /// The place of the loop equation left out that is furthest from depending on those taken, and the square of how far.
+    fn furthest(&self, diagonal: impl Fn(usize) -> f64) -> (usize, f64) {
+        let square = |&equation: &usize| diagonal(equation).abs() / (self.scale(equation) * self.scale(equation));
+        let larger =
+            |furthest: (usize, f64), (place, square)| if square > furthest.1 { (place, square) } else { furthest };
+        self.left_out.iter().map(square).enumerate().fold((0, 0.0), larger)
+    }
+
     /// The trace of the pseudoinverse of S = T S_c T^T with T = (I; W): of C (I + W^T W)^-1 with C = S_c^-1, which is that of
     /// C - (I + W W^T)^-1 W C W^T. Elimination has left -W in the rows left out and -C in those taken.
-    fn sum_of_inverse_squares(&mut self) -> f64 {
-        let mut choice = std::mem::take(&mut self.choice);
-        let Choice { masses, scales, taken, left_out, repeating, column, .. } = &mut choice;
+    fn sum_of_inverse_squares(&mut self, entry: impl Fn(usize, usize) -> f64) -> f64 {
+        let Self { masses, scales, taken, left_out, repeating, column, .. } = self;
         let scale = |equation: usize| scales[equation - *masses];
-        let w = |row: usize, k: usize| self.entry(row, k) * scale(k) / scale(row);
-        let c = |j: usize, k: usize| -self.entry(j, k) * scale(j) * scale(k);
+        let w = |row: usize, k: usize| entry(row, k) * scale(k) / scale(row);
+        let c = |j: usize, k: usize| -entry(j, k) * scale(j) * scale(k);
         let product = |one: usize, other: usize| taken.iter().map(|&k| w(one, k) * w(other, k)).sum::<f64>();
         let products = left_out.iter().flat_map(|&one| left_out.iter().map(move |&other| (one, other)));
         for (place, (one, other)) in repeating.matrix().iter_mut().zip(products) {
             *place = product(one, other);
         }
         repeating.add_to_diagonal(1.0);
-        let mut sum: f64 = taken.iter().map(|&k| c(k, k)).sum();
-        if repeating.factor(0.0).is_ok() {
-            for (i, &one) in left_out.iter().enumerate() {
-                for (place, &other) in column.iter_mut().zip(&*left_out) {
-                    let along = |j: usize| taken.iter().map(|&k| c(j, k) * w(one, k)).sum::<f64>();
-                    *place = taken.iter().map(|&j| w(other, j) * along(j)).sum();
-                }
-                repeating.solve(column);
-                sum -= column[i];
+        let sum: f64 = taken.iter().map(|&k| c(k, k)).sum();
+        if repeating.factor(0.0).is_err() {
+            return f64::NAN;
+        }
+        let mut repeated = 0.0;
+        for (i, &one) in left_out.iter().enumerate() {
+            for (place, &other) in column.iter_mut().zip(&*left_out) {
+                let along = |j: usize| taken.iter().map(|&k| c(j, k) * w(one, k)).sum::<f64>();
+                *place = taken.iter().map(|&j| w(other, j) * along(j)).sum();
             }
+            repeating.solve(column);
+            repeated += column[i];
         }
-        self.choice = choice;
-        sum
-    }
-
-    fn clear_left_out(&mut self) {
-        let Self { rows, places, choice, width, .. } = self;
-        for &equation in &choice.left_out {
-            let place = places[equation];
-            rows[place * *width..][..*width].fill(ZERO);
-            rows.as_flattened_mut().chunks_exact_mut(*width * WIDTH).for_each(|row| row[place] = 0.0);
-        }
+        sum - repeated
     }
 }
 
@@ -167,7 +171,7 @@ mod tests {
     fn the_rows_that_are_furthest_from_each_other_are_taken() {
         let [c, s] = [0.6, 0.8];
         let found = inverse(&[[1e-9, 0.0, 0.0], [c, s, 0.0], [2.0 * c, 2.0 * s, 0.0]], 2, &[1.0; 3]).unwrap();
-        assert_eq!(found.choice.taken, [5]);
+        assert_eq!(found.choice.as_ref().unwrap().taken, [5]);
         // -1 / (J M^-1 J^T)
         let expected = -1.0 / (4.0 * (c * c / 2.0 + s * s / 4.0));
         assert!((found.diagonal(5) - expected).abs() < 1e-15 && found.diagonal(3) == 0.0 && found.diagonal(4) == 0.0);
@@ -188,7 +192,8 @@ mod tests {
         let mut values: Vec<f64> = SymmetricEigen::new(product).eigenvalues.iter().copied().collect();
         values.sort_by(f64::total_cmp);
         let expected = 1.0 / values[3] + 1.0 / values[2];
-        assert!((found.closeness() / expected - 1.0).abs() < 1e-12, "{} {expected}", found.closeness());
+        let closeness = found.closeness().unwrap();
+        assert!((closeness / expected - 1.0).abs() < 1e-12, "{closeness} {expected}");
     }
 
     #[test]

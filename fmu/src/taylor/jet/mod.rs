@@ -421,7 +421,7 @@ impl Jet {
             0 => Matrix::new(&targets, room, unknowns, self.terms.entries(), layout.alike),
             repeating => {
                 let inverse = Inverse::new(targets, room, false);
-                Matrix::Whole(inverse.with_repeating(repeating, unknowns, &self.row_scales))
+                Matrix::Whole(Box::new(inverse.with_repeating(repeating, unknowns, &self.row_scales)))
             }
         };
         self.terms.aim(|row, column| self.matrix.places(row, column));

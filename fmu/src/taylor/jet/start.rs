@@ -355,9 +355,9 @@ impl Jet {
     /// the metric of the masses. (A single one may be zero because no reaction of a weightless body points its way.)
     pub fn closeness(&self, values: &mut [f64]) {
         if let Matrix::Whole(inverse) = &self.matrix
-            && inverse.repeats()
+            && let Some(closeness) = inverse.closeness()
         {
-            return values.fill(inverse.closeness());
+            return values.fill(closeness);
         }
         values.fill(0.0);
         for ((scale, group), equation) in self.row_scales.iter().zip(&self.groups).zip(&self.equations) {
@@ -385,6 +385,7 @@ impl Jet {
             Matrix::Whole(inverse) => {
                 let only_frames = self.frames[0] > 0;
                 let (c, derivatives) = (&self.coefficients, &self.derivatives);
+                let inverse = &mut **inverse;
                 inverse.clear();
                 if only_frames {
                     self.terms.assemble_frames(inverse, c, derivatives, self.coupling.entries());
