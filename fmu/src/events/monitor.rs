@@ -93,22 +93,51 @@ impl Monitor {
     }
 
     /// The same for a method whose estimates filter out what stiff springs, and friction at rest, take off: a contact may be as stiff, and a force may
-    /// set free what rests. Its steps end where a law switches, and begin there with a short one.
+    /// set free what rests. Its steps end where a law switches, and begin there with a short one. `excess` is told whether to filter.
     pub fn overlooked_by_filters<F: FnMut(f64, &mut [f64])>(
         &mut self,
         span: &mut Span<F>,
         share: f64,
-        mut excess: impl FnMut(f64, &[f64]) -> f64,
+        mut excess: impl FnMut(bool, f64, &[f64]) -> f64,
     ) -> Option<Overlooked> {
         self.sample(span);
         self.find_crossings(span);
-        let window = self.between_switches(span, &mut |_, _| f64::INFINITY);
-        let within = |(place, _): &&(f64, usize)| (span.finest()..1.0 - span.finest()).contains(place);
-        let first = self.crossings.iter().find(within);
-        let before = |place: f64| (1.0 - MARGIN) * place;
-        let switch = first.map(|&(at, _)| Overlooked { begin: before(at), place: at + RESTART * (1.0 - at) });
+        let window = self.between_switches(span, &mut |place, accelerations| excess(false, place, accelerations));
+        let switch = self.first_switch(span, &mut |place, accelerations| excess(false, place, accelerations));
         let first = window.into_iter().chain(switch).min_by(|a, b| a.begin.total_cmp(&b.begin));
-        first.or_else(|| self.beside_its_ends(span, share, &mut excess))
+        first.or_else(|| {
+            self.beside_its_ends(span, share, &mut |place, accelerations| excess(true, place, accelerations))
+        })
+    }
+
+    /// The first switch within the step behind which the step is not what the equations demand.
+    fn first_switch<F: FnMut(f64, &mut [f64])>(
+        &mut self,
+        span: &mut Span<F>,
+        excess: &mut impl FnMut(f64, &[f64]) -> f64,
+    ) -> Option<Overlooked> {
+        for index in 0..self.crossings.len() {
+            let (at, _) = self.crossings[index];
+            let found = Overlooked { begin: (1.0 - MARGIN) * at, place: at + RESTART * (1.0 - at) };
+            let within = (span.finest()..1.0 - span.finest()).contains(&at);
+            if within && !self.is_seen(span, found.place, excess) {
+                return Some(found);
+            }
+        }
+        None
+    }
+
+    /// Is the step at a place what the equations demand?
+    fn is_seen<F: FnMut(f64, &mut [f64])>(
+        &mut self,
+        span: &mut Span<F>,
+        place: f64,
+        excess: &mut impl FnMut(f64, &[f64]) -> f64,
+    ) -> bool {
+        span.load(place, &mut self.motion);
+        span.machine.evaluate(&span.model.program().tapes.acceleration, &mut self.accelerations);
+        // Written so that NaN is not.
+        excess(place, &self.accelerations) <= 1.0
     }
 
     /// The same of each law by itself: where its argument comes to a layer, or goes through one, that it is outside of at the ends.
@@ -151,11 +180,7 @@ impl Monitor {
             let window = self.window(span, place, law);
             let middle = next.map(|next| Overlooked { begin: place, place: 0.5 * (place + next) });
             for found in window.into_iter().chain(middle) {
-                span.load(found.place, &mut self.motion);
-                span.machine.evaluate(&span.model.program().tapes.acceleration, &mut self.accelerations);
-                // Written so that NaN is overlooked.
-                let seen = excess(found.place, &self.accelerations) <= 1.0;
-                if !seen {
+                if !self.is_seen(span, found.place, excess) {
                     return Some(found);
                 }
             }

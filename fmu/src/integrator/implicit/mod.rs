@@ -281,10 +281,14 @@ impl Implicit {
         let motion = |place: f64, motion: &mut [f64]| evaluate(polynomial, place * h, motion);
         let (time, shortest) = (run.last.end_time, shortest(end));
         let mut span = Span { model, machine, origin: &run.signals.origin, time, h, shortest, motion };
-        let excess = |place: f64, accelerations: &[f64]| {
+        let excess = |filtered: bool, place: f64, accelerations: &[f64]| {
             statistics.evaluations += 1;
             for (index, (lack, acceleration)) in column.iter_mut().zip(accelerations).enumerate() {
                 *lack = acceleration - second_derivative(polynomial, n, index, place * h);
+            }
+            if !filtered {
+                let rates = column.iter().zip(&tolerances[n..]);
+                return rates.fold(0.0, |worst, (lack, rate)| math::maximum(worst, h * lack.abs() / rate)) / OVERLOOKED;
             }
             radau.correct(column);
             let errors = column.iter().zip(tolerances.iter().zip(&tolerances[n..]));
