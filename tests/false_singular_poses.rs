@@ -67,3 +67,58 @@ fn very_different_masses_are_no_singular_pose() {
         assert!(error < 1000.0 * tolerance + 1e-6, "{tolerance:e}: {error:e}");
     }
 }
+
+/// Two gears on a turning arm, and a platform on three cranks, of any length [m] and mass [kg], that turn as fast as others.
+fn of_size(length: f64, mass: f64) -> Scene {
+    let inertia = 0.1 * mass * length * length;
+    let weight = mass * length;
+    let body = |name: &str, points: &str| {
+        format!("[bodies.{name}]\nmass = {mass:e}\ninertia = {inertia:e}\npoints = {{ {points} }}\n")
+    };
+    let joint =
+        |name: &str, kind: &str, ends: [&str; 2]| format!("[joints.{name}]\ntype = \"{kind}\"\nbetween = {ends:?}\n");
+    let mut text = format!("format = 1\nname = \"of_size\"\ngravity = [0, {:e}]\n[ground.points]\n", -length);
+    for k in 0..3 {
+        text += &format!("g{k} = [{:e}, {:e}]\n", f64::from(k) * length, f64::from(k * k) * length);
+    }
+    text += &body("arm", &format!("e = [{length:e}, 0]"));
+    text += &(body("a", "c = [0, 0]") + &body("b", "c = [0, 0]"));
+    text += &body(
+        "platform",
+        &[0, 1, 2].map(|k| format!("p{k} = [{:e}, {:e}]", f64::from(k) * length, f64::from(k * k) * length)).join(", "),
+    );
+    text += &(joint("ja", "revolute", ["ground", "a"]) + &joint("jc", "revolute", ["ground", "arm"]));
+    text += &joint("jb", "revolute", ["arm.e", "b"]);
+    text += &(joint("mesh", "gear", ["a", "b"]) + "carrier = \"arm\"\nratio = -2\n");
+    for k in 0..3 {
+        text += &body(&format!("crank_{k}"), &format!("a = [0, 0], b = [{length:e}, 0]"));
+        text += &joint(&format!("low_{k}"), "revolute", [&format!("ground.g{k}"), &format!("crank_{k}.a")]);
+        text += &joint(&format!("high_{k}"), "revolute", [&format!("crank_{k}.b"), &format!("platform.p{k}")]);
+    }
+    text += &format!("[loads.motor]\ntype = \"torque\"\non = \"a\"\nvalue = {:e}\n", weight * length);
+    text += "[initial]\n\"a.omega\" = 1.0\n\"arm.omega\" = 2.0\n\"crank_0.angle\" = 0.4\n\"crank_0.omega\" = 3.0\n";
+    text += "\"crank_1.angle\" = { guess = 0.4 }\n\"crank_2.angle\" = { guess = 0.4 }\n\"platform.angle\" = { guess = 0 }\n";
+    text += "[outputs]\nvariables = [\"arm.angle\", \"b.angle\", \"crank_0.angle\", \"low_1.fx\", \"high_2.fy\"]\n";
+    Scene::from_toml(&text).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)))
+}
+
+/// Masses of a milligram beside lengths of a tenth of a millimetre, or of a kiloton beside kilometres, are as regular as any.
+#[test]
+fn a_mechanism_of_any_size_moves_alike() {
+    let run = |length: f64, mass: f64| {
+        let mut instance = Instance::new(model(&of_size(length, mass)));
+        instance.setup(0.0, Some(1.0), Some(1e-9)).expect("times");
+        instance.initialise().expect("consistent");
+        instance.step_to(1.0).unwrap_or_else(|error| panic!("{length:e} m, {mass:e} kg: {error}"));
+        let value = |name: &str| instance.get(instance.variable(name).expect("an output")).expect("defined");
+        let angles = ["arm.angle", "b.angle", "crank_0.angle"].map(value);
+        let forces = ["low_1.fx", "high_2.fy"].map(|name| value(name) / (mass * length));
+        [&angles[..], &forces].concat()
+    };
+    let expected = run(1.0, 1.0);
+    assert!(expected.iter().all(|value| value.abs() > 1e-3), "{expected:?}");
+    for (length, mass) in [(1e-4, 1e-6), (1e-6, 1e-12), (1.0, 1e-12), (1e4, 1e6), (1e3, 1e12), (1e-3, 1e6)] {
+        let error = difference(&run(length, mass), &expected);
+        assert!(error < 1e-7, "{length:e} m, {mass:e} kg: {error:e}");
+    }
+}

@@ -166,8 +166,8 @@ fn driven_mechanisms_stay_on_their_branch_or_lock_up() {
 /// Three rows of five cranks, say, repeat the others in every pose; but whichever rows are left out, the others depend on each other twice a turn.
 #[test]
 fn rows_that_repeat_others_make_no_singular_pose() {
-    let family = FAMILIES.iter().find(|family| family.name == "redundant cranks").expect("the family");
-    for case in (0..12).map(family.member) {
+    let redundant = FAMILIES.iter().filter(|family| family.name.starts_with("redundant cranks"));
+    for case in redundant.flat_map(|family| (0..12).map(family.member)) {
         let model = case.model().unwrap_or_else(|fault| panic!("{}: {fault}", case.scene.name.text));
         for tolerance in [1e-4, 1e-7, 1e-10, 1e-12] {
             for engine in [None, Some(Engine::Taylor)] {

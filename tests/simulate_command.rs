@@ -165,6 +165,37 @@ fn what_is_written_can_be_read_as_an_input() {
     assert!(code(&wrong) == 2 && stderr(&wrong).contains("is in `mm`, but the input in `N`"), "{}", stderr(&wrong));
 }
 
+/// The last row is still on the way: what is fed by a table has the rate of the table's last rows there, not that of a table that has ended.
+#[test]
+fn rates_of_a_table_last_until_the_stop() {
+    let folder = with(
+        r#"
+format = 1
+name = "fed"
+[inputs]
+way = { unit = "m" }
+[bodies.block]
+mass = 1
+[joints.guide]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[drivers.feed]
+joint = "guide"
+displacement = { input = "way", as = "position" }
+[outputs]
+variables = ["block.x", "block.vx"]
+"#,
+    );
+    std::fs::write(folder.path().join("way.csv"), "time,way\n0,0\n0.5,1\n1,4\n").unwrap();
+    let fed = |stop: &str| rows(&simulate(folder.path(), &["--input", "way.csv", "--step", "0.25", "--stop", stop]));
+    let speeds = |stop: &str| fed(stop).iter().map(|row| row[2]).collect::<Vec<_>>();
+    assert_eq!(speeds("1"), [2.0, 2.0, 6.0, 6.0, 6.0]);
+    assert_eq!(speeds("0.5"), [2.0, 2.0, 2.0]);
+    assert_eq!(speeds("1.25"), [2.0, 2.0, 6.0, 6.0, 0.0, 0.0]);
+    assert_eq!(fed("1").last().unwrap()[1], 4.0);
+}
+
 #[test]
 fn pictures_are_svg_or_png() {
     let folder = with(CRANK);

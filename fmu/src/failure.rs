@@ -196,7 +196,7 @@ pub enum Failure {
     },
     /// Branches of the motion meet, and the rates belong to none of them or to all.
     #[error(
-        "at t = {time} s the mechanism is in a singular pose, and its velocities do not say on which branch it goes on: {} depend on each other; give velocities that belong to one branch, or another initial pose", list(.joints)
+        "at t = {time} s the mechanism is in a singular pose, and its velocities do not say on which branch it goes on: the loop equations of {} depend on each other; give velocities that belong to one branch, or another initial pose", list(.joints)
     )]
     Undecided {
         /// When [s].
@@ -206,7 +206,7 @@ pub enum Failure {
     },
     /// Branches of the motion meet ahead, and the implicit method evaluates what does not tell them apart there.
     #[error(
-        "at t = {time} s the mechanism comes to a singular pose: {} depend on each other there, and the implicit method does not see on which branch the motion goes on; leave the choice of the method to the program, or ask for a larger tolerance", list(.joints)
+        "at t = {time} s the mechanism comes to a singular pose: the loop equations of {} depend on each other there, and the implicit method does not see on which branch the motion goes on; leave the choice of the method to the program, or ask for a larger tolerance", list(.joints)
     )]
     SingularAhead {
         /// When [s].
@@ -216,7 +216,7 @@ pub enum Failure {
     },
     /// Branches of the motion meet, and the steps were too short to tell them apart.
     #[error(
-        "at t = {time} s the motion has left its branch in a singular pose, where {} depend on each other: the steps were so short there that rounding errors decided; leave the choice of the method to the program, or ask for a larger tolerance; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints)
+        "at t = {time} s the motion has left its branch in a singular pose, where the loop equations of {} depend on each other: the steps were so short there that rounding errors decided; leave the choice of the method to the program, or ask for a larger tolerance; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints)
     )]
     BranchLost {
         /// When [s].
@@ -226,7 +226,7 @@ pub enum Failure {
     },
     /// Branches of the motion meet ahead, and no step passes there.
     #[error(
-        "at t = {time} s the mechanism comes to a singular pose, where {} depend on each other, and rounding errors leave no step that passes it; leave the choice of the method to the program, or ask for a larger tolerance; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints)
+        "at t = {time} s the mechanism comes to a singular pose, where the loop equations of {} depend on each other, and rounding errors leave no step that passes it; leave the choice of the method to the program, or ask for a larger tolerance; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints)
     )]
     NotPassed {
         /// When [s].

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use cotree_fmu::taylor::form;
 use cotree_fmu::taylor::form::{
-    ArmForm, Coupling, Factor as FactorData, Frame, Operation, Place, Product, Push, Slot, Source,
+    ArmForm, Coefficient, Coupling, Factor as FactorData, Frame, Operation, Place, Product, Push, Slot, Source,
 };
 
 use super::series::{Coefficients, SeriesBuilder};
@@ -16,6 +16,8 @@ use crate::expr::{Arena, Expr, Node, Order, Symbol, Unary, Values};
 const EXACTLY: f64 = 1e-13;
 /// More unknowns and loop equations than these are not inverted as a whole, which equations that repeat others need.
 const MOST_REPEATING: usize = 64;
+/// A mean mass between 2^-20 and 2^20 [kg, kg m^2], a millionth and a million, is taken as it is: zero tests of pivots begin at 1e-13.
+const ORDINARY: f64 = 20.0;
 
 /// The arm form of a mechanism, with its coefficients still as expressions. Loop equations that repeat others in every pose are kept where they may: which of
 /// them say what the others leave open changes with the pose. `values`: those of a consistent pose.
@@ -32,11 +34,11 @@ pub fn arm_form(
         let all: Vec<bool> = rows.map(|(row, active)| *active || row.repeats).collect();
         let arms = equations.arms(&all)?;
         if may_choose(equations, &arms, values) {
-            return lower(equations, &arms);
+            return lower(equations, &arms, values);
         }
     }
     let arms = equations.arms(active)?;
-    lower(equations, &arms)
+    lower(equations, &arms, values)
 }
 
 /// Do loop equations repeat others, and do all of them hold in this pose?
@@ -50,6 +52,13 @@ fn repeat_exactly(equations: &Equations, length: f64, values: &impl Values) -> b
 
 /// May independent rows be chosen in every pose: does a mass resist each unknown, and are there few?
 fn may_choose(equations: &Equations, arms: &ArmEquations, values: &impl Values) -> bool {
+    let heavy = masses(equations, arms, values).iter().all(|mass| *mass > 0.0);
+    let few = equations.coordinates.len() + arms.rows.len() <= MOST_REPEATING;
+    heavy && few && arms.rods.is_empty() && arms.auxiliary.is_empty()
+}
+
+/// Masses and moments of inertia that resist the unknowns, where bodies are no links of a tree.
+fn masses(equations: &Equations, arms: &ArmEquations, values: &impl Values) -> Vec<f64> {
     let own = |index| {
         let mass = arms.coupling.iter().find(|((k, l), _)| k == l && k.displacement() == Some(index));
         mass.map_or(Expr::ZERO, |(_, mass)| mass[0])
@@ -57,30 +66,48 @@ fn may_choose(equations: &Equations, arms: &ArmEquations, values: &impl Values) 
     let turning = arms.frames.iter().filter(|turning| !turning.coordinates.is_empty()).map(|turning| turning.inertia);
     let straight = equations.coordinates.iter().enumerate().filter(|(_, coordinate)| !coordinate.angular);
     let masses: Vec<Expr> = turning.chain(straight.map(|(index, _)| own(index))).collect();
-    let heavy = equations.system.arena.evaluate(&masses, values).iter().all(|mass| *mass > 0.0);
-    let few = equations.coordinates.len() + arms.rows.len() <= MOST_REPEATING;
-    heavy && few && arms.rods.is_empty() && arms.auxiliary.is_empty()
+    equations.system.arena.evaluate(&masses, values)
+}
+
+/// The unit of mass: beside loop equations, whose entries are numbers and lengths, masses of very small or very large mechanisms would count as nothing, or
+/// make the loop equations do so. A power of two, so that no digit changes.
+fn unit_of_mass(equations: &Equations, arms: &ArmEquations, values: &impl Values) -> f64 {
+    if arms.rows.is_empty() {
+        return 1.0;
+    }
+    let masses = masses(equations, arms, values);
+    let logarithms: Vec<f64> = masses.iter().filter(|mass| **mass > 0.0).map(|mass| mass.log2()).collect();
+    let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
+    // No number if nothing has a mass.
+    if mean.abs() > ORDINARY { mean.round().exp2() } else { 1.0 }
 }
 
 /// The same without loads: what the accuracy of a motion is measured by that has no series.
 ///
 /// # Errors
 /// As [`arm_form`].
-pub fn mass_form(equations: &mut Equations, active: &[bool]) -> Result<(ArmForm, Vec<Expr>), Reason> {
+pub fn mass_form(
+    equations: &mut Equations,
+    active: &[bool],
+    values: &impl Values,
+) -> Result<(ArmForm, Vec<Expr>), Reason> {
     let arms = equations.arms_without_loads(active)?;
-    lower(equations, &arms)
+    lower(equations, &arms, values)
 }
 
-fn lower(equations: &mut Equations, arms: &ArmEquations) -> Result<(ArmForm, Vec<Expr>), Reason> {
+fn lower(equations: &mut Equations, arms: &ArmEquations, values: &impl Values) -> Result<(ArmForm, Vec<Expr>), Reason> {
+    let unit_of_mass = unit_of_mass(equations, arms, values);
     let angular: Vec<bool> = equations.coordinates.iter().map(|coordinate| coordinate.angular).collect();
     let repeats: Vec<bool> = equations.constraints.iter().map(|row| row.repeats).collect();
+    let per_unit = equations.system.arena.constant(1.0 / unit_of_mass);
     let mut lowering = Lowering {
+        per_unit,
         repeats: &repeats,
         arena: &mut equations.system.arena,
         arms,
         builder: SeriesBuilder::default(),
         coefficients: Coefficients::default(),
-        form: ArmForm::default(),
+        form: ArmForm { unit_of_mass, ..ArmForm::default() },
         numbers: BTreeMap::new(),
         displacements: BTreeMap::new(),
         vectors: BTreeMap::new(),
@@ -104,6 +131,8 @@ fn lower(equations: &mut Equations, arms: &ArmEquations) -> Result<(ArmForm, Vec
 }
 
 struct Lowering<'a> {
+    /// One over the unit of mass.
+    per_unit: Expr,
     /// Which loop equations repeat others.
     repeats: &'a [bool],
     arena: &'a mut Arena,
@@ -202,7 +231,7 @@ impl Lowering<'_> {
                 true => None,
                 false => Some(self.builder.slot(self.arena, &mut self.coefficients, turning.signal)?),
             };
-            let inertia = self.coefficients.place(turning.inertia);
+            let inertia = self.mass(turning.inertia);
             self.form.frames.push(Frame { unknown, signal, inertia });
             for (unit, source) in turning.unit.into_iter().zip([Source::X(index as u32), Source::Y(index as u32)]) {
                 let (unit, sign) = match self.arena.node(unit) {
@@ -235,10 +264,16 @@ impl Lowering<'_> {
         Ok(())
     }
 
+    /// A mass, or a force, in the unit of mass.
+    fn mass(&mut self, mass: Expr) -> Coefficient {
+        let mass = self.arena.multiply(self.per_unit, mass);
+        self.coefficients.place(mass)
+    }
+
     fn couplings(&mut self) {
         for (&(k, l), mass) in &self.arms.coupling {
             if *mass != [Expr::ZERO; 2] {
-                let mass = mass.map(|part| self.coefficients.place(part));
+                let mass = mass.map(|part| self.mass(part));
                 self.form.coupling.push(Coupling { on: self.numbers[&k], from: self.numbers[&l], mass });
             }
         }
@@ -246,15 +281,16 @@ impl Lowering<'_> {
             let arm = self.numbers[&link.arm];
             let inertia = match self.form.frames.get(arm as usize) {
                 Some(frame) => frame.inertia,
-                None => self.coefficients.place(link.carried.inertia),
+                None => self.mass(link.carried.inertia),
             };
-            self.form.links.push(form::Link {
+            let link = form::Link {
                 arm,
                 parent: link.parent.map(|parent| parent as u32),
                 begin: link.begin.map(|part| self.coefficients.place(part)),
-                carried: link.carried.moment.map(|part| self.coefficients.place(part)),
+                carried: link.carried.moment.map(|part| self.mass(part)),
                 inertia,
-            });
+            };
+            self.form.links.push(link);
         }
     }
 
@@ -381,7 +417,7 @@ impl Lowering<'_> {
             };
             let along = conjugate_product(self.arena, z, force);
             if moves && along != [Expr::ZERO; 2] {
-                let along = along.map(|part| self.coefficients.place(part));
+                let along = along.map(|part| self.mass(part));
                 self.form.loads.push(form::Load { arm: number, value, along });
             }
         }
@@ -398,7 +434,7 @@ impl Lowering<'_> {
                 true => (None, self.arena.multiply(push.value, push.factor)),
                 false => (Some(self.builder.slot(self.arena, &mut self.coefficients, push.value)?), push.factor),
             };
-            let factor = self.coefficients.place(factor);
+            let factor = self.mass(factor);
             self.form.pushes.push(Push { unknown, value, factor });
         }
         Ok(())

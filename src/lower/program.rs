@@ -129,7 +129,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
             Ok(arms) => moving.arms = Some(arms),
             Err(reason) => {
                 no_series = Some(reason);
-                moving.masses = mass_form(equations, active).ok();
+                moving.masses = mass_form(equations, active, &typical(equations.system.mechanism, pose)).ok();
             }
         }
     }

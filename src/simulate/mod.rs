@@ -68,13 +68,15 @@ impl Run<'_> {
     }
 
     /// Sets the inputs and their rates to the table's. They are constant until the next row, so this is done at the rows only
-    /// and the result does not depend on how often it is reported.
+    /// and the result does not depend on how often it is reported. Where the run stops nothing follows: the rates are those of the way there.
     fn set_inputs(&self, instance: &mut Instance, time: f64) -> Result<(), RunError> {
         let Some((table, variables)) = &self.inputs else {
             return Ok(());
         };
         for (column, &variable) in variables.iter().enumerate() {
-            let (value, rate) = table.at(column, time);
+            let (value, after) = table.at(column, time);
+            let stops = time > self.experiment.start && time == self.experiment.stop;
+            let rate = if stops { table.rate_before(column, time) } else { after };
             instance.set(variable, value)?;
             instance.set_derivative(variable, 1, rate)?;
         }

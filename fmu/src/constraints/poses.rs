@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::initial::FULFILLED;
-use crate::linalg::least_squares::{Entry, Equations, solve};
+use crate::linalg::least_squares::{Entry, Equations, project};
 use crate::linalg::sparse::Row;
 use crate::machine::Machine;
 use crate::model::{Model, State};
@@ -85,7 +85,7 @@ fn moved(
         model.advance_signals(state, state.time() + time * part as f64 / parts as f64, pose.registers_mut());
         x.iter_mut().zip(moves).for_each(|(x, way)| *x += way / parts as f64);
         let mut loops = Loops { model, machine: &mut *machine, state: &mut pose };
-        let r = solve(&mut loops, &mut x, longest);
+        let r = project(&mut loops, &mut x, longest);
         // Written so that NaN is no way back.
         if !r.iter().all(|r| r.abs() <= FULFILLED) {
             return None;

@@ -27,7 +27,8 @@ use crate::singular::dependence::{end_of_reach, singular_ahead};
 /// Steps before the first look at the fastest rate. After each look that finds nothing it takes twice as many, after each trial that fails four times.
 const FIRST_LOOK: u32 = 32;
 const MOST_PATIENCE: u32 = 4096;
-/// So many steps in a row must be held back: next to a singular pose everything can change fast too, but only there.
+/// So many steps in a row must be held back, in their geometric mean: next to a singular pose everything can change fast too, but only there, and the lengths of
+/// steps at the limit of stability differ by factors.
 const LOOKS: u32 = 4;
 /// So many steps after a singular pose it is passed.
 const AWAY: f64 = 4.0;
@@ -37,10 +38,12 @@ const COARSE: f64 = 1e-5;
 const VOTES: u32 = 8;
 /// Steps that change by more than this factor are on their way back from a switch.
 const RECOVERING: f64 = 2.0;
-/// A step times the fastest rate: what the explicit method may take, and series for each of their orders. From this share on it holds them back.
+/// A step times the fastest rate: what the explicit method may take, and series for each of their orders. From this share on it holds them back; from a step
+/// of less than the other share on it certainly does not.
 const STABLE: f64 = 5.0;
 const STABLE_BY_ORDER: f64 = 0.3;
-const HELD_BACK: f64 = 0.7;
+const HELD_BACK: f64 = 0.6;
+const FREE: f64 = 0.2;
 /// A tape run with derivatives along four directions, and along three at each of the nodes, in runs of the tape.
 const TANGENTS: f64 = 3.0;
 const TANGENTS_AT_NODES: f64 = 4.0;
@@ -60,8 +63,9 @@ pub(crate) struct Choice {
     count: u32,
     /// Steps before the next look.
     patience: u32,
-    /// Steps in a row at which the other engine was held back.
+    /// Steps in a row at which the other engine may have been held back, and the product of their lengths relative to [`HELD_BACK`].
     suspected: u32,
+    shares: f64,
     /// The step at which the other engine was held back \[s\].
     held_back: f64,
     /// Has it been the current one?
@@ -79,6 +83,7 @@ impl Choice {
             count: 0,
             patience: FIRST_LOOK,
             suspected: 0,
+            shares: 1.0,
             held_back: 0.0,
             has_been_stiff: false,
             passing: false,
@@ -106,6 +111,8 @@ impl Choice {
         self.held_back.is_finite()
             && self.held_back >= 0.0
             && self.suspected < LOOKS
+            && self.shares.is_finite()
+            && self.shares > 0.0
             && self.detour.is_none_or(Detour::is_sound)
             && (FIRST_LOOK..=MOST_PATIENCE).contains(&self.patience)
     }
@@ -116,13 +123,17 @@ impl Choice {
         self.count >= self.patience || self.suspected > 0
     }
 
-    /// Takes note of what a look has found.
-    fn look(&mut self, held_back: bool) {
-        self.suspected = if held_back { self.suspected + 1 } else { 0 };
-        self.stiff = self.suspected >= LOOKS;
+    /// Takes note of what a look has found: the share of a step in the longest one that is stable.
+    fn look(&mut self, share: f64) {
+        self.suspected += 1;
+        self.shares *= share / HELD_BACK;
+        let all = self.suspected == LOOKS;
+        self.stiff = all && self.shares > 1.0;
         self.has_been_stiff |= self.stiff;
-        if self.stiff || !held_back {
-            (self.count, self.suspected, self.passing) = (0, 0, false);
+        // Written so that NaN is free.
+        let may_be = share > FREE;
+        if all || !may_be {
+            (self.count, self.suspected, self.shares, self.passing) = (0, 0, 1.0, false);
             self.patience = MOST_PATIENCE.min(self.patience * if self.stiff { 4 } else { 2 });
         }
     }
@@ -304,7 +315,7 @@ impl Engines<'_> {
     fn other_step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
         run.radau.forget();
         if run.stiffness.has_been_stiff && run.singular.ahead > 0.0 && !run.stiffness.passing {
-            run.stiffness.passing = self.is_held_back(context, run);
+            run.stiffness.passing = self.share_of_stable(context, run) > HELD_BACK;
         }
         // Stiffness keeps the steps so short that they are much better than the tolerance; next to the pose rounding errors are not.
         let coarse = (run.stiffness.passing && !is_regular(run))
@@ -333,17 +344,17 @@ impl Engines<'_> {
         let lawful = self.taylor.as_ref().is_none_or(|taylor| taylor.has_laws());
         if context.settings.automatic && lawful && (is_regular(run) || run.stiffness.is_new()) && run.stiffness.looks()
         {
-            let held_back = self.is_held_back(context, run);
-            run.stiffness.look(held_back);
+            let share = self.share_of_stable(context, run);
+            run.stiffness.look(share);
             run.stiffness.held_back = run.last.natural;
         }
     }
 
-    /// Is the step as long as the fastest rate permits?
-    fn is_held_back(&mut self, context: &mut Context, run: &Run) -> bool {
+    /// The last step's share of what the fastest rate permits.
+    fn share_of_stable(&mut self, context: &mut Context, run: &Run) -> f64 {
         let rate = self.implicit.fastest_rate(context, run);
         self.implicit.forget();
-        run.last.natural * rate > HELD_BACK * stable(context.settings)
+        run.last.natural * rate / stable(context.settings)
     }
 
     /// What an implicit step costs, in steps of the engine that the settings name.

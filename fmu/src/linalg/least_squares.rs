@@ -37,6 +37,17 @@ pub(crate) trait Equations {
 
 /// Moves x to a least-squares solution nearby, in steps of at most `reach`; returns the residuals there.
 pub(crate) fn solve(equations: &mut impl Equations, x: &mut Vec<f64>, reach: f64) -> Vec<f64> {
+    search(equations, x, reach, |_| 0.0)
+}
+
+/// The same with steps that are damped by what is left of the residuals: x ends next to where it began even if the solutions there have a common singular
+/// point, to which undamped steps lead. The order of convergence is the same, whatever the rank is (Yamashita and Fukushima, 2001, theorem 2.2).
+pub(crate) fn project(equations: &mut impl Equations, x: &mut Vec<f64>, reach: f64) -> Vec<f64> {
+    search(equations, x, reach, f64::sqrt)
+}
+
+/// `least`: the least damping, relative to the largest singular value, for the norm of the residuals.
+fn search(equations: &mut impl Equations, x: &mut Vec<f64>, reach: f64, least: impl Fn(f64) -> f64) -> Vec<f64> {
     let (mut r, mut trial_r, mut entries) = (Vec::new(), Vec::new(), Vec::new());
     equations.residuals(x, &mut r);
     let mut idle = 0;
@@ -47,7 +58,9 @@ pub(crate) fn solve(equations: &mut impl Equations, x: &mut Vec<f64>, reach: f64
         }
         equations.jacobian(x, &mut entries);
         let blocks = decompose(r.len(), x.len(), &entries);
-        let improved = DAMPING.iter().any(|&damping| {
+        let least = least(before.sqrt());
+        let larger = DAMPING.into_iter().filter(|damping| *damping > least);
+        let improved = std::iter::once(least).chain(larger).any(|damping| {
             let trial: Vec<f64> =
                 x.iter().zip(step(&blocks, &r, x.len(), damping, reach)).map(|(x, d)| x - d).collect();
             equations.residuals(&trial, &mut trial_r);

@@ -18,6 +18,7 @@ impl ArmForm {
     /// What is wrong.
     pub fn check(&self, program: &Program) -> Check {
         let constraints = program.constraints.len();
+        holds(self.unit_of_mass.is_normal() && self.unit_of_mass > 0.0, "the unit of mass")?;
         self.check_unknowns(program.coordinates.len())?;
         let given = self.tape.given.iter().all(|(_, given)| match *given {
             Given::Time => true,

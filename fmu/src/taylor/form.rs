@@ -21,6 +21,8 @@ pub type Slot = u32;
 /// unknowns: the angle of a frame, the displacement of a product or of a world arm, if they have one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ArmForm {
+    /// The unit of masses and forces [kg], [N]: what accelerations and reactions are found from is well scaled whatever the mechanism's size is.
+    pub unit_of_mass: f64,
     /// What each coordinate is made of.
     pub coordinates: Vec<Place>,
     /// Displacements that are no coordinates.

@@ -154,6 +154,17 @@ impl Table {
         }
     }
 
+    /// Rate of a column just before a time.
+    pub fn rate_before(&self, column: usize, time: f64) -> f64 {
+        let Some(values) = self.columns.get(column) else { return f64::NAN };
+        match self.time.partition_point(|&row| row < time) {
+            next if next > 0 && next < values.len() => {
+                (values[next] - values[next - 1]) / (self.time[next] - self.time[next - 1])
+            }
+            _ => 0.0,
+        }
+    }
+
     fn push(&mut self, (line, fields): Row) -> Result<(), TableError> {
         let Layout { separator, time, ref factors } = self.layout;
         if fields.len() != factors.len() {
@@ -308,6 +319,7 @@ mod tests {
         assert_eq!(table.at(0, 3.0), (20.0, -20.0));
         assert_eq!(table.at(0, 4.0), (0.0, 0.0));
         assert_eq!(table.at(0, 9.0), (0.0, 0.0));
+        assert_eq!([0.0, 1.0, 3.0, 3.5, 4.0, 9.0].map(|t| table.rate_before(0, t)), [0.0, 0.0, 5.0, -20.0, -20.0, 0.0]);
     }
 
     #[test]

@@ -9,54 +9,101 @@ use super::reference::Reference;
 use super::{Case, Law, Random};
 use crate::support::jet::Jet;
 
+/// A platform on parallel cranks that turn alike.
+struct Platform {
+    family: &'static str,
+    name: String,
+    length: f64,
+    mass: f64,
+    /// Of the cranks.
+    angle: f64,
+    omega: f64,
+    pins: Vec<[f64; 2]>,
+    masses: Vec<f64>,
+}
+
 /// A platform on three to six parallel cranks: it needs two, and all of them turn alike. Its pins lie on no line, so nothing ever lies flat.
 pub fn redundant(seed: u64) -> Case {
-    const TIMES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
     let mut random = Random(seed);
     let count = 3 + (random.unit() * 4.0) as usize;
     let (length, mass) = (random.between(0.3, 1.0), random.between(0.5, 5.0));
     let (angle, omega) = (random.between(-3.0, 3.0), random.between(2.0, 12.0));
-    // Numbers with few digits, so that the cranks are parallel to the last bit.
-    let mut short = |low: f64, high: f64| (64.0 * random.between(low, high)).round() / 64.0;
-    let pins: Vec<[f64; 2]> = (0..count).map(|k| [k as f64 + short(-0.2, 0.2), short(-0.5, 0.5)]).collect();
-    let masses: Vec<f64> = (0..count).map(|_| short(0.5, 2.5)).collect();
-    let mut platform = Body::new().mass(mass).inertia(0.4 * mass);
-    let mut scene = Scene::new(&format!("redundant_cranks_{seed}")).gravity([0.0, -9.81]);
-    for (k, &pin) in pins.iter().enumerate() {
-        platform = platform.point(&format!("p{k}"), pin);
-        scene = scene.ground_point(&format!("g{k}"), pin);
+    let pins = (0..count).map(|k| [k as f64 + few_digits(&mut random, -0.2, 0.2), few_digits(&mut random, -0.5, 0.5)]);
+    let pins = pins.collect();
+    let masses = (0..count).map(|_| few_digits(&mut random, 0.5, 2.5)).collect();
+    let (family, name) = ("redundant cranks", format!("redundant_cranks_{seed}"));
+    Platform { family, name, length, mass, angle, omega, pins, masses }.case()
+}
+
+/// The same with all pins in a row: twice a turn all cranks lie in line, where the loops have more freedoms than the motion, and they begin there, or close to it.
+pub fn in_line(seed: u64) -> Case {
+    let mut random = Random(seed);
+    let count = 3 + (random.unit() * 4.0) as usize;
+    let (length, mass) = (random.between(0.3, 1.0), random.between(0.5, 5.0));
+    // Exactly in line, or beside it by a hundredth down to a ten-millionth.
+    let beside = if seed.is_multiple_of(3) { 0.0 } else { 10.0_f64.powf(random.between(-7.0, -2.0)) };
+    let omega = random.between(2.0, 12.0);
+    let pins = (0..count).map(|k| [k as f64 + few_digits(&mut random, -0.2, 0.2), 0.0]).collect();
+    let masses = (0..count).map(|_| few_digits(&mut random, 0.5, 2.5)).collect();
+    let (family, name) = ("redundant cranks from a line", format!("cranks_from_a_line_{seed}"));
+    Platform { family, name, length, mass, angle: beside, omega, pins, masses }.case()
+}
+
+/// Numbers with few digits, so that cranks are parallel to the last bit.
+fn few_digits(random: &mut Random, low: f64, high: f64) -> f64 {
+    (64.0 * random.between(low, high)).round() / 64.0
+}
+
+impl Platform {
+    fn scene(&self) -> Scene {
+        let mut platform = Body::new().mass(self.mass).inertia(0.4 * self.mass);
+        let mut scene = Scene::new(&self.name).gravity([0.0, -9.81]);
+        for (k, &pin) in self.pins.iter().enumerate() {
+            platform = platform.point(&format!("p{k}"), pin);
+            scene = scene.ground_point(&format!("g{k}"), pin);
+        }
+        scene = scene.body("platform", platform).guess("platform.angle", 0.0);
+        if self.angle == 0.0 {
+            // The loops leave this open where the cranks lie in line.
+            scene = scene.initial("platform.omega", 0.0);
+        }
+        for (k, &mass) in self.masses.iter().enumerate() {
+            let crank = format!("crank_{k}");
+            scene = scene
+                .body(&crank, bar(mass, self.length))
+                .revolute(&format!("low_{k}"), &format!("ground.g{k}"), &format!("{crank}.a"))
+                .revolute(&format!("high_{k}"), &format!("{crank}.b"), &format!("platform.p{k}"));
+            scene = match k {
+                0 => scene.initial("crank_0.angle", self.angle).initial("crank_0.omega", self.omega),
+                _ => scene.guess(&format!("{crank}.angle"), self.angle),
+            };
+        }
+        scene
     }
-    scene = scene.body("platform", platform).guess("platform.angle", 0.0);
-    for (k, &crank_mass) in masses.iter().enumerate() {
-        let crank = format!("crank_{k}");
-        scene = scene
-            .body(&crank, bar(crank_mass, length))
-            .revolute(&format!("low_{k}"), &format!("ground.g{k}"), &format!("{crank}.a"))
-            .revolute(&format!("high_{k}"), &format!("{crank}.b"), &format!("platform.p{k}"));
-        scene = if k == 0 {
-            scene.initial("crank_0.angle", angle).initial("crank_0.omega", omega)
-        } else {
-            scene.guess(&format!("{crank}.angle"), angle)
+
+    /// The platform only goes round: a pendulum.
+    fn case(self) -> Case {
+        const TIMES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+        let scene = self.scene();
+        let Self { family, length, mass, angle, omega, pins, masses, .. } = self;
+        let mut inertias = vec![[mass, 0.4 * mass]];
+        inertias.extend(masses.iter().map(|m| [*m, m * length * length / 12.0]));
+        let pose = |q: &[Jet]| {
+            let (s, c) = q[0].sin_cos();
+            let arm = |[x, y]: [f64; 2]| Arm::from(fixed([x, y]), [c, s], length);
+            let [x, y] = arm([0.0, 0.0]).tip;
+            let mut poses = vec![[x, y, Jet::constant(1.0), Jet::constant(0.0)]];
+            poses.extend(pins.iter().map(|&pin| arm(pin).middle()));
+            poses
         };
+        let exact = ClosedForm { inertias, pose, force: |_: f64, _: &[f64], _: &[f64]| vec![0.0], gravity: 9.81 };
+        let states = exact.states([vec![angle], vec![omega]], &TIMES);
+        let values = states.iter().map(|[q, v]| vec![q[0], v[0], q[0], v[0], 0.0]).collect();
+        let names = ["crank_0.angle", "crank_0.omega", "crank_2.angle", "crank_2.omega", "platform.angle"];
+        let reference = Reference { names: names.map(String::from).into(), times: TIMES.into(), values };
+        let law = Law::Constant { terms: vec![("platform.angle".into(), 1.0)], value: 0.0, turns: true };
+        Case::new(family, scene, 4.0, vec![law]).against(reference)
     }
-    // The platform only goes round: a pendulum.
-    let mut inertias = vec![[mass, 0.4 * mass]];
-    inertias.extend(masses.iter().map(|m| [*m, m * length * length / 12.0]));
-    let pose = |q: &[Jet]| {
-        let (s, c) = q[0].sin_cos();
-        let arm = |[x, y]: [f64; 2]| Arm::from(fixed([x, y]), [c, s], length);
-        let [x, y] = arm([0.0, 0.0]).tip;
-        let mut poses = vec![[x, y, Jet::constant(1.0), Jet::constant(0.0)]];
-        poses.extend(pins.iter().map(|&pin| arm(pin).middle()));
-        poses
-    };
-    let exact = ClosedForm { inertias, pose, force: |_: f64, _: &[f64], _: &[f64]| vec![0.0], gravity: 9.81 };
-    let states = exact.states([vec![angle], vec![omega]], &TIMES);
-    let values = states.iter().map(|[q, v]| vec![q[0], v[0], q[0], v[0], 0.0]).collect();
-    let names = ["crank_0.angle", "crank_0.omega", "crank_2.angle", "crank_2.omega", "platform.angle"];
-    let reference = Reference { names: names.map(String::from).into(), times: TIMES.into(), values };
-    let law = Law::Constant { terms: vec![("platform.angle".into(), 1.0)], value: 0.0, turns: true };
-    Case::new("redundant cranks", scene, 4.0, vec![law]).against(reference)
 }
 
 /// Three cranks in a row, nearly parallelograms, the outer cranks a little longer each. The first turns all the way round; where it lies along its base, one after the

@@ -13,6 +13,7 @@ pub struct Family {
 pub const FAMILIES: &[Family] = &[
     Family { name: "stiff flap at change points", member: flaps::flap },
     Family { name: "redundant cranks", member: cranks::redundant },
+    Family { name: "redundant cranks from a line", member: cranks::in_line },
     Family { name: "three cranks, nearly flat", member: cranks::three_cranks },
     Family { name: "driven past a change point", member: driven::four_bar },
     Family { name: "driven up to a change point", member: driven::touching },

@@ -43,7 +43,7 @@ impl Jet {
         reactions.fill(0.0);
         let solution = &self.solution.as_flattened()[self.shape.all() * WIDTH..];
         for (row, reaction) in self.form.rows.iter().zip(solution) {
-            reactions[row.constraint as usize] = *reaction;
+            reactions[row.constraint as usize] = *reaction * self.form.unit_of_mass;
         }
         Ok(())
     }
