@@ -110,8 +110,8 @@ fn a_mechanism_of_any_size_moves_alike() {
         instance.setup(0.0, Some(1.0), Some(1e-9)).expect("times");
         instance.initialise().expect("consistent");
         instance.step_to(1.0).unwrap_or_else(|error| panic!("{length:e} m, {mass:e} kg: {error}"));
-        let value = |name: &str| instance.get(instance.variable(name).expect("an output")).expect("defined");
-        let angles = ["arm.angle", "b.angle", "crank_0.angle"].map(value);
+        let mut value = |name: &str| instance.get(instance.variable(name).expect("an output")).expect("defined");
+        let angles = ["arm.angle", "b.angle", "crank_0.angle"].map(&mut value);
         let forces = ["low_1.fx", "high_2.fy"].map(|name| value(name) / (mass * length));
         [&angles[..], &forces].concat()
     };

@@ -79,34 +79,26 @@ impl Monitor {
         self.laws == 0
     }
 
-    /// The first law that the step has not seen. `share` of a law may be overlooked; `excess` says by how much the accelerations that the equations
-    /// demand at a place are not those of the step, in units of what may be overlooked.
+    /// The first law that the step has not seen. `share` of a law may be overlooked; `excess` says by how much the accelerations that the equations demand
+    /// at a place are not those of the step, in units of what may be overlooked.
+    ///
+    /// The estimates of a `filtering` method take off what stiff springs, and friction at rest, do; `excess` is told whether to do so. A contact may be as
+    /// stiff, and a force may set free what rests: its steps end where a law switches, and begin there with a short one.
     pub fn overlooked<F: FnMut(f64, &mut [f64])>(
         &mut self,
         span: &mut Span<F>,
         share: f64,
-        mut excess: impl FnMut(f64, &[f64]) -> f64,
-    ) -> Option<Overlooked> {
-        self.sample(span);
-        self.find_crossings(span);
-        self.between_switches(span, &mut excess).or_else(|| self.beside_its_ends(span, share, &mut excess))
-    }
-
-    /// The same for a method whose estimates filter out what stiff springs, and friction at rest, take off: a contact may be as stiff, and a force may
-    /// set free what rests. Its steps end where a law switches, and begin there with a short one. `excess` is told whether to filter.
-    pub fn overlooked_by_filters<F: FnMut(f64, &mut [f64])>(
-        &mut self,
-        span: &mut Span<F>,
-        share: f64,
+        filtering: bool,
         mut excess: impl FnMut(bool, f64, &[f64]) -> f64,
     ) -> Option<Overlooked> {
         self.sample(span);
         self.find_crossings(span);
-        let window = self.between_switches(span, &mut |place, accelerations| excess(false, place, accelerations));
-        let switch = self.first_switch(span, &mut |place, accelerations| excess(false, place, accelerations));
+        let mut unfiltered = |place: f64, accelerations: &[f64]| excess(false, place, accelerations);
+        let window = self.between_switches(span, &mut unfiltered);
+        let switch = filtering.then(|| self.first_switch(span, &mut unfiltered)).flatten();
         let first = window.into_iter().chain(switch).min_by(|a, b| a.begin.total_cmp(&b.begin));
         first.or_else(|| {
-            self.beside_its_ends(span, share, &mut |place, accelerations| excess(true, place, accelerations))
+            self.beside_its_ends(span, share, &mut |place, accelerations| excess(filtering, place, accelerations))
         })
     }
 

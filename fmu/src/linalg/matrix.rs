@@ -51,6 +51,11 @@ impl Matrix {
         Self::Whole(Box::new(Inverse::new(targets.to_vec(), room, unknowns == targets.len())))
     }
 
+    /// The same where so many of the loop equations, which have these scales, repeat others.
+    pub fn with_repeating(targets: Vec<usize>, room: usize, unknowns: usize, repeating: usize, scales: &[f64]) -> Self {
+        Self::Whole(Box::new(Inverse::new(targets, room, false).with_repeating(repeating, unknowns, scales)))
+    }
+
     /// No equations.
     pub fn none() -> Self {
         Self::Whole(Box::new(Inverse::new(Vec::new(), 0, true)))

@@ -239,14 +239,14 @@ impl Explicit {
         let motion = |place: f64, motion: &mut [f64]| interpolate(&run.last.dense, place, motion);
         let mut span = Span { model, machine, origin: &run.signals.origin, time, h, shortest: shortest(end), motion };
         let (n, tolerances) = (model.coordinates(), &self.tolerances);
-        let excess = |place: f64, accelerations: &[f64]| {
+        let excess = |_: bool, place: f64, accelerations: &[f64]| {
             statistics.evaluations += 1;
             accelerations.iter().enumerate().fold(0.0, |worst, (index, acceleration)| {
                 let lack = h * acceleration - slope(&run.last.dense, place, 2 * n, n + index);
                 math::maximum(worst, lack.abs() / (OVERLOOKED * tolerances[n + index]))
             })
         };
-        self.monitor.overlooked(&mut span, SHARE_OF_TOLERANCE * settings.tolerance, excess)
+        self.monitor.overlooked(&mut span, SHARE_OF_TOLERANCE * settings.tolerance, false, excess)
     }
 
     /// Projects the end of the step onto the loop equations.

@@ -296,7 +296,7 @@ impl Implicit {
                 math::maximum(worst, math::maximum(q.abs() / position, REAL / h * q.abs() / rate) / OVERLOOKED)
             })
         };
-        monitor.overlooked_by_filters(&mut span, settings.tolerance, excess)
+        monitor.overlooked(&mut span, settings.tolerance, true, excess)
     }
 
     /// Projects the end of the step onto the loop equations.

@@ -9,7 +9,7 @@ use crate::linalg::lane::{WIDTH, ZERO};
 use crate::math;
 
 /// Which loop equations an inverse is made of.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Choice {
     /// How many masses come before the loop equations.
     masses: usize,

@@ -19,7 +19,7 @@ mod step;
 mod terms;
 
 use crate::linalg::columns::{Columns, Entry};
-use crate::linalg::inverse::{Inverse, LEFT};
+use crate::linalg::inverse::LEFT;
 use crate::linalg::lane::{Lane, WIDTH, ZERO, lanes, splat};
 use crate::linalg::matrix::{FOUR_AT_ONCE, Matrix};
 use crate::linalg::tree::{Limb, Recursion};
@@ -419,10 +419,7 @@ impl Jet {
         let (room, unknowns) = (self.solution.len() * WIDTH, self.unknowns.len());
         self.matrix = match self.form.repeating() {
             0 => Matrix::new(&targets, room, unknowns, self.terms.entries(), layout.alike),
-            repeating => {
-                let inverse = Inverse::new(targets, room, false);
-                Matrix::Whole(Box::new(inverse.with_repeating(repeating, unknowns, &self.row_scales)))
-            }
+            repeating => Matrix::with_repeating(targets, room, unknowns, repeating, &self.row_scales),
         };
         self.terms.aim(|row, column| self.matrix.places(row, column));
     }
