@@ -166,9 +166,8 @@ fn tuning_constants() -> Vec<[String; 3]> {
             };
             let Some((name, rest)) = constant.split_once(": ") else { continue };
             let Some((kind, value)) = rest.split_once(" = ") else { continue };
-            if let (true, Some(value)) =
-                (["f64", "usize", "u32", "u64", "i32", "u8"].contains(&kind), value.strip_suffix(';'))
-            {
+            let is_number = ["f64", "usize", "u32", "u64", "i32", "u8"].contains(&kind);
+            if let Some(value) = value.strip_suffix(';').filter(|_| is_number) {
                 found.push([name.to_owned(), file.clone(), value.to_owned()]);
             }
         }

@@ -159,6 +159,7 @@ fail with the constants as they are: they are of poses, tolerances and methods m
 - "last digits": work changes by less than 0.1 %, errors by less than 2 %.
 - Some constants are shares below 1 or factors just above 1, half or twice of which is no choice: their rows only show that they act.
 - Counts are rounded; the least is 1.
+- What is decided when a scene becomes a program (redundant loops, the first assembly) shows only through the sensitivities: all other runs share programs made with the constants as they are.
 
 The study is repeated in a copy of the project, in about half an hour:
 
@@ -229,7 +230,7 @@ def page(studies):
     guards = [constant for constant in idle if any(row is not None and int(row[0]) > 0 for row in extreme(constant))]
     for constant in guards:
         text += f"{head(constant)} {' | '.join(cell(row, runs) for row in extreme(constant))} |\n"
-    text += "\n## Beyond the suite\n\nNot even these change a bit: the constants act only where no run of the suite comes, or choose between ways to the same numbers.\n"
+    text += "\n## Beyond the suite\n\nA thousandth and a thousand times change no bit either: the constants act only where no run of the suite comes, or choose between ways to the same numbers. Those that no\ntest of the project needs either are candidates for removal.\n"
     text += "\n| constant | file | value |\n|---|---|---|\n"
     text += "".join(f"{head(constant)}\n" for constant in idle if constant not in guards)
     text += "\n## Not varied\n\n| constant | file | value | why |\n|---|---|---|---|\n"
