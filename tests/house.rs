@@ -140,3 +140,52 @@ fn the_readme_shows_every_model() {
         assert!(text.contains(&format!("(models/{name})")), "README.md does not name the model {name}");
     }
 }
+
+/// Name, file and value of each scalar constant of the modules of the runtime, but for mathematics and numbers of interfaces; tests are left out. As in
+/// `tools/constants/constants.py`.
+fn tuning_constants() -> Vec<[String; 3]> {
+    let runtime = root().join("fmu/src");
+    let mut files = Vec::new();
+    sources(&runtime, &mut files);
+    let mut found = Vec::new();
+    for path in files {
+        let file = path.strip_prefix(&runtime).unwrap().to_string_lossy().replace('\\', "/");
+        let others = ["coefficients.rs", "/math.rs", "/fmi2/", "/fmi3/"];
+        if others.iter().any(|other| format!("/{file}").contains(other)) {
+            continue;
+        }
+        let text = read(&path);
+        let code = text.lines().zip(text.lines().skip(1).chain([""]));
+        let code = code
+            .take_while(|(line, next)| *line != "#[cfg(test)]" || !next.starts_with("mod ") || !next.ends_with('{'));
+        for (line, _) in code {
+            let constant = match line.split_once("const ") {
+                Some(("", rest)) => rest,
+                Some((visible, rest)) if visible.starts_with("pub") && visible.ends_with(' ') => rest,
+                _ => continue,
+            };
+            let Some((name, rest)) = constant.split_once(": ") else { continue };
+            let Some((kind, value)) = rest.split_once(" = ") else { continue };
+            let is_number = ["f64", "usize", "u32", "u64", "i32", "u8"].contains(&kind);
+            if let Some(value) = value.strip_suffix(';').filter(|_| is_number) {
+                found.push([name.to_owned(), file.clone(), value.to_owned()]);
+            }
+        }
+    }
+    found
+}
+
+/// `docs/constants.md` says of every constant of the runtime what it does, or why it was not varied.
+#[test]
+fn every_constant_of_the_runtime_has_its_measurement() {
+    let text = read(&root().join("docs/constants.md"));
+    let row = |[name, file, value]: &[String; 3]| format!("| `{name}` | `{file}` | `{value}` |");
+    let known: Vec<String> = tuning_constants().iter().map(row).collect();
+    assert!(known.len() > 200, "{}", known.len());
+    let missing: Vec<&String> =
+        known.iter().filter(|row| text.lines().filter(|line| line.starts_with(row.as_str())).count() != 1).collect();
+    assert!(missing.is_empty(), "docs/constants.md has no row, or another value, of {missing:#?}");
+    let rows = text.lines().filter(|line| line.starts_with("| `"));
+    let gone: Vec<&str> = rows.filter(|line| !known.iter().any(|row| line.starts_with(row.as_str()))).collect();
+    assert!(gone.is_empty(), "docs/constants.md has rows of what is no more: {gone:#?}");
+}
