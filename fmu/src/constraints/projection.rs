@@ -13,7 +13,7 @@ const IDLE: f64 = 1e-13;
 /// The loops are kept closed this much better than the tolerance on the motion.
 const SHARE_OF_TOLERANCE: f64 = 1e-3;
 /// Redundant equations may differ this much, relative to their scale.
-const CONSISTENT: f64 = 1e-6;
+pub(super) const CONSISTENT: f64 = 1e-6;
 /// Newton steps.
 const ITERATIONS: usize = 8;
 /// A Newton step must reduce the gap to this fraction.

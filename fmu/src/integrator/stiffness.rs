@@ -44,13 +44,13 @@ const STABLE: f64 = 5.0;
 const STABLE_BY_ORDER: f64 = 0.3;
 const HELD_BACK: f64 = 0.6;
 const FREE: f64 = 0.2;
-/// A tape run with derivatives along four directions, and along three at each of the nodes, in runs of the tape.
-const TANGENTS: f64 = 3.0;
+/// A tape run with derivatives along four directions in half of the steps, three runs each, and along three at each of the nodes in all steps, in runs of the
+/// tape.
+const TANGENTS: f64 = 1.5;
 const TANGENTS_AT_NODES: f64 = 4.0;
-/// Runs of the tape in an implicit step: one at the nodes counts twice. And the share of steps with a Jacobian, unless each stage has its own.
+/// Runs of the tape in an implicit step: one at the nodes counts twice. And if each stage has a Jacobian of its own.
 const IMPLICIT_RUNS: f64 = 12.0;
 const IMPLICIT_RUNS_EACH: f64 = 7.0;
-const JACOBIANS: f64 = 0.5;
 /// Evaluations of an explicit step.
 const EXPLICIT_EVALUATIONS: f64 = 13.0;
 
@@ -367,7 +367,7 @@ impl Engines<'_> {
         } else {
             // A real and a complex factorisation.
             let algebra = 5.0 * n * n * n / 3.0 + 4.0 * 5.0 * n * n;
-            (IMPLICIT_RUNS + JACOBIANS * (2.0 * n / 4.0).ceil() * TANGENTS, algebra)
+            (IMPLICIT_RUNS + (2.0 * n / 4.0).ceil() * TANGENTS, algebra)
         };
         let implicit = runs * tape + algebra / 3.0;
         let other = match (context.settings.engine, &self.taylor) {

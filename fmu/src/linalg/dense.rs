@@ -5,8 +5,7 @@ use core::ops::{AddAssign, Div, DivAssign, Mul, Sub, SubAssign};
 
 use nalgebra::Complex;
 
-/// The smallest pivot that counts, relative to the largest entry.
-const SINGULAR: f64 = 1e-13;
+use super::SINGULAR;
 
 /// What a matrix may consist of.
 pub(crate) trait Scalar:

@@ -5,11 +5,9 @@
 
 use std::collections::BTreeSet;
 
+use super::SINGULAR;
 use super::many::{Number, Which};
 use super::matrix::{Entries, Places, most};
-
-/// A pivot that is smaller than this share of what it is the difference of does not count.
-const SINGULAR: f64 = 1e-13;
 
 /// The order of elimination and the entries that are not zero: columns of L, each from its diagonal down.
 #[derive(Clone, Debug)]

@@ -4,12 +4,11 @@ mod independent;
 
 use independent::Choice;
 
+use super::SINGULAR;
 use super::lane::{Lane, WIDTH, ZERO, add, lanes, larger, largest, minus, multiply, plus, splat, subtract};
 use super::matrix::{Entries, Places};
 use crate::math;
 
-/// The smallest pivot that counts, relative to the largest entry of its row.
-const SINGULAR: f64 = 1e-13;
 /// The smallest share of a mass that may be left as a pivot where rows are eliminated together: multiplying by the inverse of a block loses digits in
 /// proportion to the square of what one row after the other loses.
 pub(crate) const LEFT: f64 = 1e-3;

@@ -21,3 +21,6 @@ pub(crate) mod sparse;
 pub(crate) mod spectrum;
 pub(crate) mod tree;
 pub(crate) mod turn;
+
+/// A pivot counts as zero if it is less than this share of what it is left of: some hundred roundings.
+const SINGULAR: f64 = 1e-13;

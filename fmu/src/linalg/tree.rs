@@ -6,12 +6,10 @@
 //! tips to the ground, follow from a symmetric 2 x 2 matrix that is handed on from arm to arm (as the inertia in the method of articulated bodies is;
 //! Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 7).
 
+use super::SINGULAR;
 use super::chain::{Complex, conjugate, product};
 use super::lane::{Lane, ZERO, lanes, splat};
 use super::matrix::most;
-
-/// The smallest pivot that counts, relative to the mass that it is left of.
-const SINGULAR: f64 = 1e-13;
 
 /// An arm with what it carries.
 #[derive(Clone, Copy, Debug)]

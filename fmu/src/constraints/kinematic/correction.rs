@@ -8,6 +8,7 @@
 use super::path::{Directions, Path};
 use super::regularity::Monitor;
 use crate::constraints::loops::Loops;
+use crate::constraints::projection::CONSISTENT;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::math::maximum;
@@ -35,8 +36,6 @@ const CONTRACTION: f64 = 0.25;
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Corrections that become no shorter are rounding errors if they are as small as this.
 const STAGNANT: f64 = 1e-9;
-/// Redundant equations may differ this much, relative to their scale.
-const CONSISTENT: f64 = 1e-6;
 /// How well the loops are closed where nothing can be corrected, relative to their scales.
 const CLOSED: f64 = 1e-12;
 

@@ -6,8 +6,6 @@ use crate::math;
 
 /// The error estimate is of order 3, the step of order 5: so much of tolerance^(4/5) makes the error of the motion follow the tolerance.
 const SHARE_OF_TOLERANCE: f64 = 0.03;
-/// Rounding is larger than an error below this.
-const FINEST: f64 = 1e-13;
 /// Some units of rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Safety factor of the step size.
@@ -89,7 +87,7 @@ impl Implicit {
 
 /// What the error estimate of one step may be.
 fn share(tolerance: f64) -> f64 {
-    (SHARE_OF_TOLERANCE * libm::pow(tolerance, 0.8)).max(FINEST)
+    SHARE_OF_TOLERANCE * libm::pow(tolerance, 0.8)
 }
 
 pub(super) fn fourth_root(value: f64) -> f64 {

@@ -3,7 +3,8 @@
 //! Which choice of rows is independent changes with the pose: of a platform on parallel cranks no choice stays so for a whole turn. The pivots of the Schur
 //! complement S = J M^-1 J^T, the largest first, say which rows are furthest from depending on those before them (Higham 2002, 10.3).
 
-use super::{Inverse, SINGULAR};
+use super::Inverse;
+use crate::linalg::SINGULAR;
 use crate::linalg::dense::Lu;
 use crate::linalg::lane::{WIDTH, ZERO};
 use crate::math;
