@@ -5,7 +5,7 @@ use cotree_fmu::program::domain::{Domain, Limit};
 use crate::component::{Force, Origin};
 use crate::equations::Equations;
 use crate::expr::{Binary, Expr, Function, Order, Symbol, Unary};
-use crate::mechanism::{Comparison, Formula, Mechanism, Motion, Owner, Part, Quantity, Range, Value, Variable};
+use crate::mechanism::{Comparison, Formula, Mechanism, Motion, Owner, Part, Quantity, Value, Variable};
 
 /// The arguments that must stay within limits, what may be said of one thing before what is said of a whole law.
 pub(super) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
@@ -35,12 +35,7 @@ pub(super) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
 pub(super) fn ranges(equations: &mut Equations) -> Vec<(Domain, Expr)> {
     let mechanism = equations.system.mechanism;
     let limits = mechanism.bounds.iter().filter_map(|bound| {
-        let limit = match bound.range {
-            Range::Any => return None,
-            Range::NotNegative => Limit::NotNegative,
-            Range::Positive => Limit::Positive,
-            Range::NotZero => Limit::NotZero,
-        };
+        let limit = bound.range.limit()?;
         let domain = Domain { place: bound.name.clone(), argument: mechanism.written(&bound.value), limit };
         Some((domain, equations.formula(&bound.value)))
     });
