@@ -216,7 +216,7 @@ impl Resolver<'_> {
             Context::Curve(joint) => (self.scene.joints.get(joint.0)?, Section::Joints, Owner::Joint(joint)),
             _ => return None,
         };
-        let own = part.component(section)?.facts().own;
+        let own = part.component(section)?.own;
         let quantity = own.iter().copied().find(|quantity| quantity.word() == name)?;
         Some(Variable { owner, quantity })
     }
@@ -330,9 +330,9 @@ impl Resolver<'_> {
 }
 
 fn name_in_law(name: &str, part: &Part) -> Formula {
-    let facts = part.facts();
+    let component = part.component();
     let own = name.strip_prefix("own.");
-    let quantity = own.and_then(|own| facts.variables.iter().copied().find(|quantity| quantity.word() == own));
+    let quantity = own.and_then(|own| component.variables.iter().copied().find(|quantity| quantity.word() == own));
     match quantity {
         Some(quantity) => Formula::Variable(Variable { owner: part.owner, quantity }),
         None => part.formula(name).clone(),

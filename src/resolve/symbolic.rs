@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::component::{self, Origin, System};
+use crate::component::{Origin, System};
 use crate::diagnostic::span::Span;
 use crate::expr::{Binary, Function, Unary};
 use crate::mechanism::measure::{ACCELERATION, INERTIA, LENGTH, MASS, NUMBER, Wanted};
@@ -163,7 +163,7 @@ impl Namer<'_, '_> {
         };
         let suffix = self.suffix(origin, &part.name);
         let name = part.name.clone();
-        let keys = component::of(&part).facts().keys;
+        let keys = part.component().keys;
         for (key, value) in &mut part.values {
             let measure = keys.iter().find(|own| own.name == *key).map_or(NUMBER, |own| measure(own.form));
             let letter = letter(key);
