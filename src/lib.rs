@@ -130,6 +130,7 @@
 pub mod analysis;
 #[doc(hidden)]
 pub mod cli;
+mod columns;
 #[doc(hidden)]
 pub mod compile;
 #[doc(hidden)]

@@ -17,7 +17,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 fn kinds(folder: &Path) -> Vec<String> {
     let mut files = Vec::new();
     sources(folder, &mut files);
-    let constructors = ["Facts::joint(\"", "Facts::driver(\"", "Facts::load(\""];
+    let constructors = ["Component::joint(\"", "Component::driver(\"", "Component::load(\""];
     let name = |path: &PathBuf| {
         let text = std::fs::read_to_string(path).unwrap();
         let rest = constructors.iter().find_map(|start| text.split_once(start))?.1.to_string();

@@ -1,8 +1,9 @@
 //! Scenes that are right: the three ways to write one, and what they resolve to.
 
+use cotree::expr::{Binary, Function, Unary};
 use cotree::mechanism::{
-    BinaryOperator, BodyId, Coordinates, Dimension, Formula, InputId, JointId, LoadId, Mechanism, Motion, Owner,
-    ParameterId, Place, Quantity, Unit, Variable,
+    BodyId, Coordinates, Dimension, Formula, InputId, JointId, LoadId, Mechanism, Motion, Owner, ParameterId, Place,
+    Quantity, Unit, Variable,
 };
 use cotree::scene::{Body, Driver, InputAs, Joint, Load, Parameter, Scene};
 
@@ -73,6 +74,10 @@ fn toml_json_and_rust_give_the_same_scene() {
     assert_ne!(toml, built().output("rod.omega"));
 }
 
+fn minus(formula: Formula) -> Formula {
+    Formula::Call(Function::One(Unary::Negate), vec![formula])
+}
+
 #[test]
 fn the_slider_crank_resolves() {
     let mechanism = mechanism(SLIDER_CRANK);
@@ -81,8 +86,8 @@ fn the_slider_crank_resolves() {
     assert_eq!(mechanism.bodies.iter().map(|body| body.name.as_str()).collect::<Vec<_>>(), ["crank", "rod", "slider"]);
     let half = |negative: bool, index| {
         let parameter = Formula::Parameter(ParameterId(index));
-        let length = if negative { Formula::Negate(Box::new(parameter)) } else { parameter };
-        Formula::Binary(BinaryOperator::Divide, Box::new([length, Formula::Number(2.0)]))
+        let length = if negative { minus(parameter) } else { parameter };
+        length / Formula::Number(2.0)
     };
     assert_eq!(mechanism.bodies[0].points[0].at, [half(true, 0), Formula::Number(0.0)]);
     assert_eq!(mechanism.bodies[1].points[1].at, [half(false, 1), Formula::Number(0.0)]);
@@ -93,7 +98,7 @@ fn the_slider_crank_resolves() {
     assert!(mechanism.parameters[2].tunable);
     let force = &mechanism.loads[0];
     assert_eq!((force.kind, force.between[1], force.choice("frame")), ("force", Place::Centre(BodyId(2)), None));
-    assert_eq!(force.vector("vector")[0], Formula::Negate(Box::new(Formula::Input(InputId(0)))));
+    assert_eq!(force.vector("vector")[0], minus(Formula::Input(InputId(0))));
     assert!(!mechanism.initial[1].known && mechanism.initial[0].known);
     let outputs: Vec<_> = mechanism
         .outputs
@@ -162,7 +167,7 @@ fn points_are_relative_to_the_mass_centre() {
     let crank = &mechanism.bodies[0];
     assert_eq!(crank.points[0].at, [Formula::Number(-0.1), Formula::Number(0.0)]);
     let a = Formula::Parameter(ParameterId(0));
-    assert_eq!(crank.points[1].at[0], Formula::Binary(BinaryOperator::Subtract, Box::new([a, Formula::Number(0.1)])));
+    assert_eq!(crank.points[1].at[0], a - Formula::Number(0.1));
 }
 
 #[test]
@@ -190,7 +195,7 @@ fn an_axis_becomes_a_unit_vector() {
     };
     let axis = |mechanism: &Mechanism| mechanism.joints[1].vector("axis");
     assert_eq!(axis(&mechanism(&slide("[3, 4]"))), [Formula::Number(0.6), Formula::Number(0.8)]);
-    assert!(matches!(&axis(&mechanism(&slide("[\"a\", \"b\"]")))[0], Formula::Binary(BinaryOperator::Divide, _)));
+    assert!(matches!(&axis(&mechanism(&slide("[\"a\", \"b\"]")))[0], Formula::Call(Function::Two(Binary::Divide), _)));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use cotree::compile::quantity;
+use cotree::diagnostic::every;
 use cotree::export::description::Description;
 use cotree::mechanism::{Experiment, Unit};
 use cotree::output::csv::Table;
@@ -87,14 +88,8 @@ pub fn settings(description: &Description, values: &[(String, Value)]) -> PyResu
         settings::permitted(variable, value).map_err(|message| format!("{value:?} {message}"))?;
         Ok((index, value))
     };
-    let (mut known, mut faults) = (Vec::new(), Vec::new());
-    for value in values {
-        match setting(value) {
-            Ok(one) => known.push(one),
-            Err(message) => faults.push(format!("{}: {message}", value.0)),
-        }
-    }
-    if faults.is_empty() { Ok(known) } else { Err(wrong(faults.join("\n"))) }
+    let settings = values.iter().map(|value| setting(value).map_err(|message| format!("{}: {message}", value.0)));
+    every(settings).map_err(|faults| wrong(faults.join("\n")))
 }
 
 /// Inputs over time: times, names, columns.

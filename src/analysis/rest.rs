@@ -23,10 +23,6 @@ pub fn at_rest(mechanism: &Mechanism) -> Mechanism {
 fn hold(formula: &mut Formula, time: f64) {
     match formula {
         Formula::Time => *formula = Formula::Number(time),
-        Formula::Number(_) | Formula::Parameter(_) | Formula::Input(_) | Formula::Variable(_) => {}
-        Formula::Negate(inner) => hold(inner, time),
-        Formula::Binary(_, operands) => operands.iter_mut().for_each(|operand| hold(operand, time)),
-        Formula::Call(_, arguments) => arguments.iter_mut().for_each(|argument| hold(argument, time)),
-        Formula::If(_, parts) => parts.iter_mut().for_each(|part| hold(part, time)),
+        other => other.parts_mut().iter_mut().for_each(|part| hold(part, time)),
     }
 }

@@ -1,14 +1,12 @@
 //! Actuator (F): a force law in the distance between two points and its rate.
 
 use super::key::{BETWEEN_POINTS, Form, Key};
-use super::{Component, Facts, Icon, Rows, Stroke, System, line};
+use super::{Component, Icon, Stroke, line};
+use crate::mechanism::Quantity as Q;
 use crate::mechanism::measure::FORCE;
-use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
 
-pub(super) struct Actuator;
-
-const FACTS: Facts = Facts {
+pub(super) const ACTUATOR: Component = Component {
     about: "a force law along the line between two points",
     equations: "F = force(length, rate, ...)",
     keys: &[
@@ -23,26 +21,9 @@ const FACTS: Facts = Facts {
     variables: &[Q::Length, Q::Rate, Q::Force],
     own: &[Q::Length, Q::Rate],
     pose: &[Q::Length, Q::Force],
-    ..Facts::load("actuator")
+    law: |_| Some("force".to_string()),
+    ..Component::load("actuator", |part, system| line::rows(system, part, "F"), |_| Icon::Line(cylinder))
 };
-
-impl Component for Actuator {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        line::rows(system, part, "F")
-    }
-
-    fn law(&self, _part: &Part) -> Option<String> {
-        Some("force".to_string())
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Line(cylinder)
-    }
-}
 
 /// A cylinder with a piston on a rod.
 pub(super) fn cylinder(length: f64) -> Vec<Stroke> {

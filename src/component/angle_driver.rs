@@ -1,14 +1,12 @@
 //! Rotation driver (Theta): theta = theta(t).
 
 use super::key::{Form, Key};
-use super::{Angle, Component, Facts, Icon, Room, RotationalRow, Rows, System, table3};
+use super::{Angle, Component, Icon, Room, RotationalRow, Rows, System, table3};
 use crate::mechanism::measure::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY};
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Driver, Motion};
 
-pub(super) struct AngleDriver;
-
-const FACTS: Facts = Facts {
+pub(super) const ANGLE_DRIVER: Component = Component {
     about: "turns a revolute joint",
     equations: "theta = theta(t)",
     keys: &[
@@ -28,23 +26,13 @@ const FACTS: Facts = Facts {
     variables: &[Q::Torque],
     reactions: &[Q::Torque],
     room: Room::Turning,
-    ..Facts::driver("angle")
+    ..Component::driver("angle", rows, |_| Icon::Turn)
 };
 
-impl Component for AngleDriver {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let angle = Angle::Given(system.signal(part));
-        let row = RotationalRow { priority: table3::ROTATION_DRIVER, angle, ..RotationalRow::free(system, part) };
-        Rows { letter: "Theta", rotation: Some(row), ..Rows::default() }
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Turn
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let angle = Angle::Given(system.signal(part));
+    let row = RotationalRow { priority: table3::ROTATION_DRIVER, angle, ..RotationalRow::free(system, part) };
+    Rows { letter: "Theta", rotation: Some(row), ..Rows::default() }
 }
 
 impl Driver {

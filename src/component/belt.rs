@@ -2,14 +2,12 @@
 //! crossed. It neither slips nor stretches. The reaction is the torque on the second pulley.
 
 use super::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key, Range};
-use super::{Component, Facts, Icon, Rows, System, gear};
+use super::{Component, Icon, Rows, System, gear};
 use crate::mechanism::measure::{ANGLE, LENGTH};
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Joint, Quantity};
 
-pub(super) struct Belt;
-
-const FACTS: Facts = Facts {
+pub(super) const BELT: Component = Component {
     about: "a belt or chain over two pulleys on a carrier, without slip",
     equations: "theta_b = +-(first_radius/second_radius) theta_a + angle",
     keys: &[
@@ -44,26 +42,20 @@ const FACTS: Facts = Facts {
     variables: &[Q::Torque],
     reactions: &[Q::Torque],
     undriven: ["a belt", "name the joint in which a pulley turns"],
-    ..Facts::joint("belt")
+    ..Component::joint("belt", rows, icon)
 };
 
-impl Component for Belt {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let radii = ["first_radius", "second_radius"].map(|key| system.value(part.formula(key)));
+    let open = system.arena.divide(radii[0], radii[1]);
+    let ratio = if is_crossed(part) { system.arena.negate(open) } else { open };
+    let coupling = gear::wheels(system, part, ratio, part.formula("angle"));
+    Rows { letter: "b", coupling: Some(coupling), ..Rows::default() }
+}
 
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let radii = ["first_radius", "second_radius"].map(|key| system.value(part.formula(key)));
-        let open = system.arena.divide(radii[0], radii[1]);
-        let ratio = if is_crossed(part) { system.arena.negate(open) } else { open };
-        let coupling = gear::wheels(system, part, ratio, part.formula("angle"));
-        Rows { letter: "b", coupling: Some(coupling), ..Rows::default() }
-    }
-
-    fn icon(&self, part: &Part) -> Icon {
-        let radii = ["first_radius", "second_radius"].map(|key| part.formula(key).clone());
-        Icon::Band { carrier: part.place("carrier").body(), radii, crossed: is_crossed(part) }
-    }
+fn icon(part: &Part) -> Icon {
+    let radii = ["first_radius", "second_radius"].map(|key| part.formula(key).clone());
+    Icon::Band { carrier: part.place("carrier").body(), radii, crossed: is_crossed(part) }
 }
 
 fn is_crossed(part: &Part) -> bool {

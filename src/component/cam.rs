@@ -11,18 +11,15 @@ pub use profile::Phase;
 pub(crate) use profile::Profile;
 
 use super::key::{BODY_AND_POINT, Form, Key, Range};
-use super::{Bearing, Component, Coupling, Curve, Direction, Facts, Icon, Port, Rows, System, Term};
-use crate::diagnostic::Fault;
+use super::{Bearing, Component, Coupling, Curve, Direction, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
 use crate::mechanism::measure::{ANGLE, LENGTH};
-use crate::mechanism::{JointId, Mechanism, Part, Quantity as Q};
+use crate::mechanism::{JointId, Part, Quantity as Q};
 use crate::scene::{Joint, Quantity, Vector};
 use geometry::{Contact, Geometry};
 use mounting::{Guide, Mounting};
 
-pub(super) struct Cam;
-
-const FACTS: Facts = Facts {
+pub(super) const CAM: Component = Component {
     about: "a cam, the first body, whose profile moves the second point with its body by a law of the cam's angle",
     equations: "s = s0 + law(theta), or psi = psi0 -+ law(theta)",
     keys: &[
@@ -77,34 +74,18 @@ const FACTS: Facts = Facts {
     reactions: &[Q::Fn, Q::Torque],
     pose: &[Q::Angle, Q::PressureAngle],
     undriven: ["a cam", "name the joint in which the cam turns"],
-    ..Facts::joint("cam")
+    check: check::check,
+    profile: |part, mechanism, parameters| Profile::of(part, mechanism, parameters).ok(),
+    ..Component::joint("cam", rows, |_| Icon::Cam)
 };
 
-impl Component for Cam {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let mechanism = system.mechanism;
-        // The check has refused other joints.
-        let Ok(mounting) = Mounting::of(part, mechanism) else { return Rows { letter: "j", ..Rows::default() } };
-        let base = system.value(part.formula("base"));
-        let geometry = Geometry::of(&mut system.arena, mechanism, part, &mounting, base);
-        Rows { letter: "j", coupling: Some(coupling(part, &mounting, &geometry, system)), ..Rows::default() }
-    }
-
-    fn check(&self, part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
-        check::check(part, mechanism)
-    }
-
-    fn profile(&self, part: &Part, mechanism: &Mechanism, parameters: &[f64]) -> Option<Profile> {
-        Profile::of(part, mechanism, parameters).ok()
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Cam
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let mechanism = system.mechanism;
+    // The check has refused other joints.
+    let Ok(mounting) = Mounting::of(part, mechanism) else { return Rows { letter: "j", ..Rows::default() } };
+    let base = system.value(part.formula("base"));
+    let geometry = Geometry::of(&mut system.arena, mechanism, part, &mounting, base);
+    Rows { letter: "j", coupling: Some(coupling(part, &mounting, &geometry, system)), ..Rows::default() }
 }
 
 /// The guide's coordinate less sense x law(theta) is where it starts.

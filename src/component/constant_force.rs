@@ -1,14 +1,12 @@
 //! Constant-force spring (F): a pre-stressed strip that unrolls from a drum pulls its ends together with the same force at any length.
 
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
-use super::{Component, Facts, Icon, Rows, Stroke, System, line};
+use super::{Component, Icon, Stroke, line};
+use crate::mechanism::Quantity as Q;
 use crate::mechanism::measure::FORCE;
-use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
 
-pub(super) struct ConstantForce;
-
-const FACTS: Facts = Facts {
+pub(super) const CONSTANT_FORCE: Component = Component {
     about: "a spring that pulls two points together with the same force at any length",
     equations: "F = -pull",
     keys: &[
@@ -23,30 +21,10 @@ const FACTS: Facts = Facts {
     variables: &[Q::Length, Q::Rate, Q::Force],
     pose: &[Q::Length, Q::Force],
     pulls: true,
-    ..Facts::load("constant_force_spring")
+    law: |_| Some("-pull".to_string()),
+    energy: |_| Some("pull*own.length".to_string()),
+    ..Component::load("constant_force_spring", |part, system| line::rows(system, part, "k"), |_| Icon::Line(drum))
 };
-
-impl Component for ConstantForce {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        line::rows(system, part, "k")
-    }
-
-    fn law(&self, _part: &Part) -> Option<String> {
-        Some("-pull".to_string())
-    }
-
-    fn energy(&self, _part: &Part) -> Option<String> {
-        Some("pull*own.length".to_string())
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Line(drum)
-    }
-}
 
 /// A strip that unrolls from a spiral at the first point.
 fn drum(length: f64) -> Vec<Stroke> {

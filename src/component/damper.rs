@@ -1,14 +1,12 @@
 //! Linear damper (F, on a line d as in the paper's Fig. 5): a force against the rate of the distance between two points.
 
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
-use super::{Component, Facts, Icon, Linear, Rows, Stroke, System, line};
+use super::{Component, Icon, Linear, Stroke, line};
 use crate::mechanism::measure::DAMPING;
 use crate::mechanism::{Formula, Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
 
-pub(super) struct Damper;
-
-const FACTS: Facts = Facts {
+pub(super) const DAMPER: Component = Component {
     about: "a damper along the line between two points",
     equations: "F = -damping |r|'",
     keys: &[
@@ -23,30 +21,14 @@ const FACTS: Facts = Facts {
     variables: &[Q::Length, Q::Rate, Q::Force],
     pose: &[Q::Length, Q::Force],
     pulls: true,
-    ..Facts::load("damper")
+    law: |_| Some("-(damping*own.rate)".to_string()),
+    linear,
+    ..Component::load("damper", |part, system| line::rows(system, part, "d"), |_| Icon::Line(dashpot))
 };
 
-impl Component for Damper {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        line::rows(system, part, "d")
-    }
-
-    fn law(&self, _part: &Part) -> Option<String> {
-        Some("-(damping*own.rate)".to_string())
-    }
-
-    fn linear(&self, part: &Part) -> Result<Option<Linear>, String> {
-        let zero = Formula::Number(0.0);
-        Ok(Some([zero.clone(), part.formula("damping").clone(), zero]))
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Line(dashpot)
-    }
+fn linear(part: &Part) -> Result<Option<Linear>, String> {
+    let zero = Formula::Number(0.0);
+    Ok(Some([zero.clone(), part.formula("damping").clone(), zero]))
 }
 
 /// A piston in an open cylinder.

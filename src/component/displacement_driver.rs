@@ -2,14 +2,12 @@
 //! as a branch makes the whole displacement r = s(t) u known (the joint's own loop equation is then empty).
 
 use super::key::{Form, Key};
-use super::{Component, Direction, Facts, Force, Icon, Known, Rows, System, TranslationalRow, table2};
+use super::{Component, Direction, Force, Icon, Known, Rows, System, TranslationalRow, table2};
 use crate::mechanism::measure::{ACCELERATION, LENGTH, VELOCITY};
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Driver, Motion};
 
-pub(super) struct DisplacementDriver;
-
-const FACTS: Facts = Facts {
+pub(super) const DISPLACEMENT_DRIVER: Component = Component {
     about: "slides a prismatic joint",
     equations: "r = s(t) u",
     keys: &[
@@ -23,34 +21,24 @@ const FACTS: Facts = Facts {
     ],
     variables: &[Q::Force],
     reactions: &[Q::Force],
-    ..Facts::driver("displacement")
+    ..Component::driver("displacement", rows, |_| Icon::Push)
 };
 
-impl Component for DisplacementDriver {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let signal = system.signal(part);
-        let joint = part.joint().map(|joint| &system.mechanism.joints[joint.0]);
-        let axis = joint.map(|joint| joint.vector("axis"));
-        let axis = axis.map_or([crate::expr::Expr::ZERO; 2], |axis| system.values(&axis));
-        let first = part.between[0].body();
-        let row = TranslationalRow {
-            ends: part.between.map(|place| system.t_node(place)),
-            priority: table2::POSITION_DRIVER,
-            known: Known::Along(first, axis, signal),
-            motion: Vec::new(),
-            reaction: vec![Direction::Fixed(first, axis)],
-            through: Force::None,
-        };
-        Rows { letter: "R", translation: Some(row), ..Rows::default() }
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Push
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let signal = system.signal(part);
+    let joint = part.joint().map(|joint| &system.mechanism.joints[joint.0]);
+    let axis = joint.map(|joint| joint.vector("axis"));
+    let axis = axis.map_or([crate::expr::Expr::ZERO; 2], |axis| system.values(&axis));
+    let first = part.between[0].body();
+    let row = TranslationalRow {
+        ends: part.between.map(|place| system.t_node(place)),
+        priority: table2::POSITION_DRIVER,
+        known: Known::Along(first, axis, signal),
+        motion: Vec::new(),
+        reaction: vec![Direction::Fixed(first, axis)],
+        through: Force::None,
+    };
+    Rows { letter: "R", translation: Some(row), ..Rows::default() }
 }
 
 impl Driver {

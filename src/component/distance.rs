@@ -1,15 +1,13 @@
 //! Distance link (d): a massless rod, |r| = length. The reaction pushes its ends apart.
 
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
-use super::{Component, Coupling, Facts, Icon, Port, Rows, System, Term};
+use super::{Component, Coupling, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
 use crate::mechanism::measure::LENGTH;
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Joint, Quantity};
 
-pub(super) struct Distance;
-
-const FACTS: Facts = Facts {
+pub(super) const DISTANCE: Component = Component {
     about: "a massless rod between two points",
     equations: "|r| = length",
     keys: &[
@@ -24,24 +22,14 @@ const FACTS: Facts = Facts {
     variables: &[Q::Force],
     reactions: &[Q::Force],
     undriven: ["a distance link", "its length is constant; a driver with `position` moves a point"],
-    ..Facts::joint("distance")
+    ..Component::joint("distance", rows, |_| Icon::Link)
 };
 
-impl Component for Distance {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let port = Port::Length(part.between.map(|place| system.t_node(place)));
-        let offset = system.value(part.formula("length"));
-        let coupling = Coupling { terms: vec![Term { factor: Expr::ONE, port }], offset };
-        Rows { letter: "d", coupling: Some(coupling), ..Rows::default() }
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Link
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let port = Port::Length(part.between.map(|place| system.t_node(place)));
+    let offset = system.value(part.formula("length"));
+    let coupling = Coupling { terms: vec![Term { factor: Expr::ONE, port }], offset };
+    Rows { letter: "d", coupling: Some(coupling), ..Rows::default() }
 }
 
 impl Joint {

@@ -1,15 +1,13 @@
 //! External force (F): datum -> point; F = F(r, v, t).
 
 use super::key::{Form, Key, ON_POINT, TWO_COMPONENTS};
-use super::{Component, Facts, Force, Icon, Rows, System, TranslationalRow};
+use super::{Component, Force, Icon, Rows, System, TranslationalRow};
 use crate::graph::TNode;
 use crate::mechanism::measure::FORCE;
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Load, Vector};
 
-pub(super) struct AppliedForce;
-
-const FACTS: Facts = Facts {
+pub(super) const APPLIED_FORCE: Component = Component {
     about: "a force on a point",
     equations: "F = vector",
     keys: &[
@@ -22,28 +20,18 @@ const FACTS: Facts = Facts {
         ),
     ],
     variables: &[Q::Fx, Q::Fy],
-    ..Facts::load("force")
+    ..Component::load("force", rows, |part| Icon::Arrow { vector: part.vector("vector"), in_body: in_body(part) })
 };
 
-impl Component for AppliedForce {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let on = part.between[1];
-        let through = match on.body() {
-            Some(body) if in_body(part) => Force::InBody(body, part.vector("vector")),
-            _ => Force::World(part.vector("vector")),
-        };
-        let ends = [TNode::DATUM, system.t_node(on)];
-        let row = TranslationalRow::force(system, part, ends, through);
-        Rows { letter: "F", translation: Some(row), ..Rows::default() }
-    }
-
-    fn icon(&self, part: &Part) -> Icon {
-        Icon::Arrow { vector: part.vector("vector"), in_body: in_body(part) }
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let on = part.between[1];
+    let through = match on.body() {
+        Some(body) if in_body(part) => Force::InBody(body, part.vector("vector")),
+        _ => Force::World(part.vector("vector")),
+    };
+    let ends = [TNode::DATUM, system.t_node(on)];
+    let row = TranslationalRow::force(system, part, ends, through);
+    Rows { letter: "F", translation: Some(row), ..Rows::default() }
 }
 
 fn in_body(part: &Part) -> bool {

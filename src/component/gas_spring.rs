@@ -2,14 +2,12 @@
 //! if air keeps its heat (a polytropic process).
 
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
-use super::{Component, Facts, Icon, Rows, Stroke, System, actuator, line};
+use super::{Component, Icon, Stroke, actuator, line};
 use crate::mechanism::measure::{FORCE, LENGTH, NUMBER};
 use crate::mechanism::{Formula, Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
 
-pub(super) struct GasSpring;
-
-const FACTS: Facts = Facts {
+pub(super) const GAS_SPRING: Component = Component {
     about: "gas in a cylinder that pushes two points apart",
     equations: "F = push (column/(column + x))^exponent, x = |r| - length",
     keys: &[
@@ -42,38 +40,22 @@ const FACTS: Facts = Facts {
     variables: &[Q::Length, Q::Rate, Q::Force],
     pose: &[Q::Length, Q::Force],
     pulls: true,
-    ..Facts::load("gas_spring")
+    law: |_| Some(format!("push*{RATIO}^exponent")),
+    energy,
+    ..Component::load("gas_spring", |part, system| line::rows(system, part, "k"), |_| Icon::Line(strut))
 };
 
 const RATIO: &str = "(column/(column + own.length - length))";
 
-impl Component for GasSpring {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        line::rows(system, part, "k")
-    }
-
-    fn law(&self, _part: &Part) -> Option<String> {
-        Some(format!("push*{RATIO}^exponent"))
-    }
-
-    /// The integral of the force from `length`, with its own form where the exponent is 1.
-    fn energy(&self, part: &Part) -> Option<String> {
-        let power = format!("push*column/(exponent - 1)*({RATIO}^(exponent - 1) - 1)");
-        let logarithm = format!("push*column*log{RATIO}");
-        Some(match part.formula("exponent") {
-            Formula::Number(1.0) => logarithm,
-            Formula::Number(_) => power,
-            _ => format!("if(abs(exponent - 1) < 1e-9, {logarithm}, {power})"),
-        })
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Line(strut)
-    }
+/// The integral of the force from `length`, with its own form where the exponent is 1.
+fn energy(part: &Part) -> Option<String> {
+    let power = format!("push*column/(exponent - 1)*({RATIO}^(exponent - 1) - 1)");
+    let logarithm = format!("push*column*log{RATIO}");
+    Some(match part.formula("exponent") {
+        Formula::Number(1.0) => logarithm,
+        Formula::Number(_) => power,
+        _ => format!("if(abs(exponent - 1) < 1e-9, {logarithm}, {power})"),
+    })
 }
 
 /// A cylinder with gas below its piston.

@@ -2,15 +2,13 @@
 //! -ratio times as much and the carrier the rest.
 
 use super::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key, Range};
-use super::{Component, Coupling, Facts, Icon, Port, Rows, System, Term};
+use super::{Component, Coupling, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
 use crate::mechanism::measure::{ANGLE, NUMBER};
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Joint, Quantity};
 
-pub(super) struct Gear;
-
-const FACTS: Facts = Facts {
+pub(super) const GEAR: Component = Component {
     about: "two wheels on a carrier that turn in a constant ratio",
     equations: "theta_b = ratio theta_a + angle",
     keys: &[
@@ -27,23 +25,16 @@ const FACTS: Facts = Facts {
     variables: &[Q::Torque],
     reactions: &[Q::Torque],
     undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],
-    ..Facts::joint("gear")
+    ..Component::joint("gear", rows, |part| Icon::Gears {
+        ratio: part.formula("ratio").clone(),
+        carrier: part.place("carrier").body(),
+    })
 };
 
-impl Component for Gear {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let ratio = system.value(part.formula("ratio"));
-        let offset = part.formula("angle").clone();
-        Rows { letter: "g", coupling: Some(wheels(system, part, ratio, &offset)), ..Rows::default() }
-    }
-
-    fn icon(&self, part: &Part) -> Icon {
-        Icon::Gears { ratio: part.formula("ratio").clone(), carrier: part.place("carrier").body() }
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let ratio = system.value(part.formula("ratio"));
+    let offset = part.formula("angle").clone();
+    Rows { letter: "g", coupling: Some(wheels(system, part, ratio, &offset)), ..Rows::default() }
 }
 
 /// theta_b - ratio theta_a = offset, both angles relative to the carrier.

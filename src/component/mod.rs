@@ -55,31 +55,31 @@ use crate::mechanism::{Dimension, Formula, Mechanism, Part, Quantity, Variable};
 use crate::scene::key::Key;
 
 /// Every component that a scene can name.
-pub(crate) const ALL: &[&dyn Component] = &[
-    &revolute::Revolute,
-    &prismatic::Prismatic,
-    &weld::Weld,
-    &slot::Slot,
-    &rolling::Rolling,
-    &distance::Distance,
-    &gear::Gear,
-    &rack::Rack,
-    &belt::Belt,
-    &screw::Screw,
-    &cam::Cam,
-    &angle_driver::AngleDriver,
-    &displacement_driver::DisplacementDriver,
-    &position_driver::PositionDriver,
-    &force::AppliedForce,
-    &torque::AppliedTorque,
-    &spring::Spring,
-    &torsion_spring::TorsionSpring,
-    &actuator::Actuator,
-    &damper::Damper,
-    &torsion_actuator::TorsionActuator,
-    &gas_spring::GasSpring,
-    &constant_force::ConstantForce,
-    &torsion_damper::TorsionDamper,
+pub(crate) const ALL: &[&Component] = &[
+    &revolute::REVOLUTE,
+    &prismatic::PRISMATIC,
+    &weld::WELD,
+    &slot::SLOT,
+    &rolling::ROLLING,
+    &distance::DISTANCE,
+    &gear::GEAR,
+    &rack::RACK,
+    &belt::BELT,
+    &screw::SCREW,
+    &cam::CAM,
+    &angle_driver::ANGLE_DRIVER,
+    &displacement_driver::DISPLACEMENT_DRIVER,
+    &position_driver::POSITION_DRIVER,
+    &force::APPLIED_FORCE,
+    &torque::APPLIED_TORQUE,
+    &spring::SPRING,
+    &torsion_spring::TORSION_SPRING,
+    &actuator::ACTUATOR,
+    &damper::DAMPER,
+    &torsion_actuator::TORSION_ACTUATOR,
+    &gas_spring::GAS_SPRING,
+    &constant_force::CONSTANT_FORCE,
+    &torsion_damper::TORSION_DAMPER,
 ];
 
 /// The variables `energy.x`.
@@ -107,8 +107,8 @@ impl Section {
     }
 
     /// Its components.
-    pub fn components(self) -> impl Iterator<Item = &'static dyn Component> + Clone {
-        ALL.iter().copied().filter(move |component| component.facts().section == self)
+    pub fn components(self) -> impl Iterator<Item = &'static Component> + Clone {
+        ALL.iter().copied().filter(move |component| component.section == self)
     }
 }
 
@@ -125,9 +125,9 @@ pub(crate) enum Room {
     Needless(&'static str),
 }
 
-/// What there is to say of a component.
+/// One component, in one place.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Facts {
+pub(crate) struct Component {
     /// Its `type`; for a driver the key of the motion that it prescribes.
     pub name: &'static str,
     /// Its section.
@@ -154,11 +154,28 @@ pub(crate) struct Facts {
     pub drivers: &'static [&'static str],
     /// Does its force on a line count as a pull? Else it pushes.
     pub pulls: bool,
+    /// Its rows of Table 1.
+    pub rows: RowsOf,
+    /// The force that pushes its ends apart, or the torque on its second body, in terms of its keys and own variables.
+    pub law: fn(&Part) -> Option<String>,
+    /// The energy that it stores, likewise.
+    pub energy: fn(&Part) -> Option<String>,
+    /// Its share of a linear vibrating system; none if its law is to be taken as it is, an error if it can never be linear.
+    pub linear: fn(&Part) -> Result<Option<Linear>, String>,
+    /// What is wrong with it that only the whole mechanism shows.
+    pub check: fn(&Part, &Mechanism) -> Vec<Fault>,
+    /// The profile of a body that it stands for, at these parameters.
+    pub profile: fn(&Part, &Mechanism, &[f64]) -> Option<Profile>,
+    /// What is drawn for it.
+    pub icon: IconOf,
 }
 
-impl Facts {
-    const fn new(section: Section, name: &'static str) -> Facts {
-        Facts {
+type RowsOf = fn(&Part, &mut System) -> Rows;
+type IconOf = fn(&Part) -> Icon;
+
+impl Component {
+    const fn new(section: Section, name: &'static str, rows: RowsOf, icon: IconOf) -> Component {
+        Component {
             name,
             section,
             about: "",
@@ -172,19 +189,26 @@ impl Facts {
             undriven: ["", ""],
             drivers: &[],
             pulls: false,
+            rows,
+            law: |_| None,
+            energy: |_| None,
+            linear: |_| Ok(None),
+            check: |_, _| Vec::new(),
+            profile: |_, _, _| None,
+            icon,
         }
     }
 
-    const fn joint(name: &'static str) -> Facts {
-        Facts::new(Section::Joints, name)
+    const fn joint(name: &'static str, rows: RowsOf, icon: IconOf) -> Component {
+        Component::new(Section::Joints, name, rows, icon)
     }
 
-    const fn driver(name: &'static str) -> Facts {
-        Facts::new(Section::Drivers, name)
+    const fn driver(name: &'static str, rows: RowsOf, icon: IconOf) -> Component {
+        Component::new(Section::Drivers, name, rows, icon)
     }
 
-    const fn load(name: &'static str) -> Facts {
-        Facts { room: Room::Line, ..Facts::new(Section::Loads, name) }
+    const fn load(name: &'static str, rows: RowsOf, icon: IconOf) -> Component {
+        Component { room: Room::Line, ..Component::new(Section::Loads, name, rows, icon) }
     }
 
     /// What an entry is called: "revolute joint", "driver", "torsion spring".
@@ -217,75 +241,28 @@ impl Facts {
 /// Stiffness, damping and free length of a linear component on a line.
 pub(crate) type Linear = [Formula; 3];
 
-/// One component, in one place.
-pub(crate) trait Component: Sync {
-    /// What there is to say of it.
-    fn facts(&self) -> &'static Facts;
-
-    /// Its rows of Table 1.
-    fn rows(&self, part: &Part, system: &mut System) -> Rows;
-
-    /// The force that pushes its ends apart, or the torque on its second body, in terms of its keys and own variables.
-    fn law(&self, _part: &Part) -> Option<String> {
-        None
-    }
-
-    /// The energy that it stores, likewise.
-    fn energy(&self, _part: &Part) -> Option<String> {
-        None
-    }
-
-    /// Its share of a linear vibrating system; none if its law is to be taken as it is, an error if it can never be linear.
-    fn linear(&self, _part: &Part) -> Result<Option<Linear>, String> {
-        Ok(None)
-    }
-
-    /// What is wrong with it that only the whole mechanism shows.
-    fn check(&self, _part: &Part, _mechanism: &Mechanism) -> Vec<Fault> {
-        Vec::new()
-    }
-
-    /// The profile of a body that it stands for, at these parameters.
-    fn profile(&self, _part: &Part, _mechanism: &Mechanism, _parameters: &[f64]) -> Option<Profile> {
-        None
-    }
-
-    /// What is drawn for it.
-    fn icon(&self, part: &Part) -> Icon;
-}
-
-/// The component with a name.
-pub(crate) fn named(name: &str) -> Option<&'static dyn Component> {
-    ALL.iter().copied().find(|component| component.facts().name == name)
-}
-
-/// The component of a part.
-pub(crate) fn of(part: &Part) -> &'static dyn Component {
-    // Parts are made with the names of components only.
-    named(part.kind).unwrap_or(&weld::Weld)
-}
-
 impl Part {
-    /// What there is to say of its component.
-    pub(crate) fn facts(&self) -> &'static Facts {
-        of(self).facts()
+    /// What it is.
+    pub(crate) fn component(&self) -> &'static Component {
+        // Parts are made with the names of components only.
+        ALL.iter().copied().find(|component| component.name == self.kind).unwrap_or(&weld::WELD)
     }
 
     /// Does its law or motion turn? Else it is a force or a displacement.
     pub fn is_angular(&self) -> bool {
-        self.facts().room == Room::Turning
+        self.component().room == Room::Turning
     }
 }
 
 impl Mechanism {
     /// What is wrong with parts that only the whole mechanism shows.
     pub(crate) fn check(&self) -> Vec<Fault> {
-        self.parts().flat_map(|part| of(part).check(part, self)).collect()
+        self.parts().flat_map(|part| (part.component().check)(part, self)).collect()
     }
 
     /// The profiles of its cams, at these parameters.
     pub(crate) fn profiles(&self, parameters: &[f64]) -> Vec<Profile> {
-        self.joints.iter().filter_map(|part| of(part).profile(part, self, parameters)).collect()
+        self.joints.iter().filter_map(|part| (part.component().profile)(part, self, parameters)).collect()
     }
 
     /// The reactions of each joint.
@@ -300,6 +277,6 @@ impl Mechanism {
 
     fn reactions(&self, part: &Part) -> impl Iterator<Item = Variable> {
         let owner = part.owner;
-        part.facts().reactions(self.dimension).map(move |quantity| Variable { owner, quantity })
+        part.component().reactions(self.dimension).map(move |quantity| Variable { owner, quantity })
     }
 }

@@ -1,14 +1,12 @@
 //! Position driver (R): r = r(t), from the ground to a point.
 
 use super::key::{Form, Key};
-use super::{Component, Facts, Icon, Known, Room, Rows, System, TranslationalRow, table2};
+use super::{Component, Icon, Known, Room, Rows, System, TranslationalRow, table2};
 use crate::mechanism::measure::LENGTH;
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Driver, Vector};
 
-pub(super) struct PositionDriver;
-
-const FACTS: Facts = Facts {
+pub(super) const POSITION_DRIVER: Component = Component {
     about: "moves a point",
     equations: "r = r(t)",
     keys: &[
@@ -23,23 +21,13 @@ const FACTS: Facts = Facts {
     variables: &[Q::Fx, Q::Fy],
     reactions: &[Q::Fx, Q::Fy],
     room: Room::Line,
-    ..Facts::driver("position")
+    ..Component::driver("position", rows, |part| Icon::Target(part.vector("position")))
 };
 
-impl Component for PositionDriver {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let known = Known::Given(part.vector("position").map(|component| system.given(&component)));
-        let row = TranslationalRow { priority: table2::POSITION_DRIVER, known, ..TranslationalRow::pin(system, part) };
-        Rows { letter: "R", translation: Some(row), ..Rows::default() }
-    }
-
-    fn icon(&self, part: &Part) -> Icon {
-        Icon::Target(part.vector("position"))
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let known = Known::Given(part.vector("position").map(|component| system.given(&component)));
+    let row = TranslationalRow { priority: table2::POSITION_DRIVER, known, ..TranslationalRow::pin(system, part) };
+    Rows { letter: "R", translation: Some(row), ..Rows::default() }
 }
 
 impl Driver {

@@ -1,13 +1,11 @@
 //! Prismatic joint (s): a slide, r = s u, that holds the angle.
 
 use super::key::{ANGLE_BETWEEN, AXIS, BETWEEN_POINTS};
-use super::{Component, Facts, Icon, Room, RotationalRow, Rows, System, slide};
+use super::{Component, Icon, Room, RotationalRow, Rows, System, slide};
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Joint, Scene, Vector};
 
-pub(super) struct Prismatic;
-
-const FACTS: Facts = Facts {
+pub(super) const PRISMATIC: Component = Component {
     about: "sliding along an axis without turning",
     equations: "r = s u, theta = angle, F u = -damping v - friction",
     keys: &[BETWEEN_POINTS, AXIS, ANGLE_BETWEEN, slide::DAMPING, slide::FRICTION],
@@ -17,24 +15,14 @@ const FACTS: Facts = Facts {
     room: Room::Needless("remove it: every mass slides along x already"),
     undriven: ["prismatic", "give `displacement = ...` instead of `angle`"],
     drivers: &["displacement"],
-    ..Facts::joint("prismatic")
+    ..Component::joint("prismatic", rows, |part| Icon::Slider(part.vector("axis")))
 };
 
-impl Component for Prismatic {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let translation = slide::row(system, part);
-        let angle = system.value(part.formula("angle"));
-        let rotation = RotationalRow::held(system, part, angle);
-        Rows { letter: "s", translation: Some(translation), rotation: Some(rotation), coupling: None }
-    }
-
-    fn icon(&self, part: &Part) -> Icon {
-        Icon::Slider(part.vector("axis"))
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let translation = slide::row(system, part);
+    let angle = system.value(part.formula("angle"));
+    let rotation = RotationalRow::held(system, part, angle);
+    Rows { letter: "s", translation: Some(translation), rotation: Some(rotation), coupling: None }
 }
 
 impl Joint {

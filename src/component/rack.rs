@@ -2,15 +2,13 @@
 //! relative to the carrier. The reaction is the force on the rack; the pinion gets -radius times as much torque.
 
 use super::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key, Range};
-use super::{Component, Coupling, Direction, Facts, Icon, Port, Rows, System, Term};
+use super::{Component, Coupling, Direction, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
 use crate::mechanism::measure::LENGTH;
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Joint, Quantity, Vector};
 
-pub(super) struct Rack;
-
-const FACTS: Facts = Facts {
+pub(super) const RACK: Component = Component {
     about: "a pinion, the first body, that moves the second point along an axis of the carrier",
     equations: "s = radius theta + displacement",
     keys: &[
@@ -28,23 +26,17 @@ const FACTS: Facts = Facts {
     variables: &[Q::Force, Q::Torque],
     reactions: &[Q::Force, Q::Torque],
     undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],
-    ..Facts::joint("rack")
+    ..Component::joint("rack", rows, |part| Icon::Rack {
+        carrier: part.place("carrier"),
+        axis: part.vector("axis"),
+        radius: part.formula("radius").clone(),
+    })
 };
 
-impl Component for Rack {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let radius = part.formula("radius").clone();
-        let slides = |system: &mut System| system.value(&radius);
-        Rows { letter: "k", coupling: Some(slide_by_turn(system, part, slides)), ..Rows::default() }
-    }
-
-    fn icon(&self, part: &Part) -> Icon {
-        Icon::Rack { carrier: part.place("carrier"), axis: part.vector("axis"), radius: part.formula("radius").clone() }
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let radius = part.formula("radius").clone();
+    let slides = |system: &mut System| system.value(&radius);
+    Rows { letter: "k", coupling: Some(slide_by_turn(system, part, slides)), ..Rows::default() }
 }
 
 /// s - factor theta = displacement: the second point slides along an axis of the carrier while the first body turns against it.

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::body;
 use super::shape;
-use super::{ALL, Component, ENERGIES, Facts, RESIDUALS, Section};
+use super::{ALL, Component, ENERGIES, RESIDUALS, Section};
 use crate::diagnostic::Span;
 use crate::mechanism::{Dimension, JointId, Owner, Part, Place, Quantity};
 use crate::scene::key::{Form, Key, Need};
@@ -52,9 +52,7 @@ pub fn reference() -> String {
 /// Each component's section and type with a small example of it in TOML, called `example`. It uses a body `crank` with the points `inner` and
 /// `outer`, bodies `rod` and `slider`, joints `pin` and `guide`, a point `ground.bearing`, and parameters.
 pub fn examples() -> Vec<(&'static str, &'static str, String)> {
-    ALL.iter()
-        .map(|component| (component.facts().section.word(), component.facts().name, example(component.facts())))
-        .collect()
+    ALL.iter().map(|component| (component.section.word(), component.name, example(component))).collect()
 }
 
 fn push(text: &mut String, line: &str) {
@@ -110,42 +108,40 @@ fn shapes(text: &mut String) {
          coordinates in the frame of its points.\n",
     );
     for shape in shape::ALL {
-        let facts = shape.facts();
-        push(text, &format!("### `{}`\n", facts.place.name));
-        push(text, &format!("{}: `{}`\n", capital(facts.about), facts.equations));
-        let place = Key { need: Need::Required(""), ..facts.place };
-        let rest = facts.all_keys();
+        push(text, &format!("### `{}`\n", shape.place.name));
+        push(text, &format!("{}: `{}`\n", capital(shape.about), shape.equations));
+        let place = Key { need: Need::Required(""), ..shape.place };
+        let rest = shape.all_keys();
         rows(text, &[&[place], &rest[1..]].concat());
-        push(text, &format!("```toml\nshape = {}\n```\n", facts.example));
+        push(text, &format!("```toml\nshape = {}\n```\n", shape.example));
     }
 }
 
-fn chapter(component: &dyn Component, text: &mut String) {
-    let facts = component.facts();
-    let heading = if facts.section == Section::Drivers { "with the key" } else { "of type" };
-    push(text, &format!("### {} {heading} `{}`\n", capital(facts.section.word()), facts.name));
-    push(text, &format!("{}: `{}`\n", capital(facts.about), facts.equations));
-    rows(text, facts.keys);
-    let variables = facts.variables.iter().copied().chain([Quantity::Power]).collect::<Vec<_>>();
+fn chapter(component: &Component, text: &mut String) {
+    let heading = if component.section == Section::Drivers { "with the key" } else { "of type" };
+    push(text, &format!("### {} {heading} `{}`\n", capital(component.section.word()), component.name));
+    push(text, &format!("{}: `{}`\n", capital(component.about), component.equations));
+    rows(text, component.keys);
+    let variables = component.variables.iter().copied().chain([Quantity::Power]).collect::<Vec<_>>();
     push(text, &format!("Variables: {}\n", words(&variables, "")));
-    let coordinates = facts.coordinates(Dimension::Two).iter().copied();
+    let coordinates = component.coordinates(Dimension::Two).iter().copied();
     let coordinates: Vec<Quantity> = coordinates.filter(|quantity| !variables.contains(quantity)).collect();
     if !coordinates.is_empty() {
         push(text, &format!("From its first end to its second: {}\n", words(&coordinates, "")));
     }
-    let stores = match component.energy(&sample(facts)) {
+    let stores = match (component.energy)(&sample(component)) {
         Some(energy) => format!("`{}`, in `energy.potential`", energy.replace("own.", "example.")),
         None => "none".to_string(),
     };
     push(text, &format!("Stored energy: {stores}\n"));
-    push(text, &format!("```toml\n{}```\n", example(facts)));
+    push(text, &format!("```toml\n{}```\n", example(component)));
 }
 
 /// A part with no key given, of which a law may be asked.
-fn sample(facts: &Facts) -> Part {
+fn sample(component: &Component) -> Part {
     Part {
         name: String::new(),
-        kind: facts.name,
+        kind: component.name,
         owner: Owner::Joint(JointId(0)),
         between: [Place::Origin; 2],
         values: Vec::new(),
@@ -162,10 +158,11 @@ fn variables(text: &mut String) {
         "Their names are `owner.variable`, such as `crank.angle`. `energy` and `constraint` are those of the whole mechanism.\n",
     );
     push(text, "| variable | unit | what it is |\n|---|---|---|");
-    let all = ALL.iter().map(|component| component.facts());
-    let both = |facts: &'static Facts| [Dimension::Two, Dimension::One].map(|dimension| facts.coordinates(dimension));
+    let all = ALL.iter().copied();
+    let both =
+        |component: &Component| [Dimension::Two, Dimension::One].map(|dimension| component.coordinates(dimension));
     let coordinates = all.clone().flat_map(both).flatten();
-    let parts = all.flat_map(|facts| facts.variables).chain(coordinates).copied();
+    let parts = all.flat_map(|component| component.variables).chain(coordinates).copied();
     let mut seen: Vec<Quantity> = Vec::new();
     for quantity in body::VARIABLES.iter().copied().chain(parts).chain([Quantity::Power]) {
         if !seen.contains(&quantity) {
@@ -190,13 +187,13 @@ fn words(quantities: &[Quantity], before: &str) -> String {
 }
 
 /// The entry `example` with the keys that must be given, as the help of each shows it.
-fn example(facts: &Facts) -> String {
-    let mut text = format!("[{}s.example]\n", facts.section.word());
-    if facts.section != Section::Drivers {
-        push(&mut text, &format!("type = \"{}\"", facts.name));
+fn example(component: &Component) -> String {
+    let mut text = format!("[{}s.example]\n", component.section.word());
+    if component.section != Section::Drivers {
+        push(&mut text, &format!("type = \"{}\"", component.name));
     }
     let mut chosen = false;
-    for key in facts.keys {
+    for key in component.keys {
         let shown = match key.need {
             Need::Required(help) => help,
             Need::OneOf(help) if !std::mem::replace(&mut chosen, true) => help,

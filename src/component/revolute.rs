@@ -1,14 +1,12 @@
 //! Revolute joint (h): r = 0, T resists.
 
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
-use super::{Component, Facts, Icon, Resistance, Room, RotationalRow, Rows, System, Torque, TranslationalRow};
+use super::{Component, Icon, Resistance, Room, RotationalRow, Rows, System, Torque, TranslationalRow};
 use crate::mechanism::measure::{ANGULAR_VELOCITY, TORQUE, TORSION_DAMPING};
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Joint, Scene};
 
-pub(super) struct Revolute;
-
-const FACTS: Facts = Facts {
+pub(super) const REVOLUTE: Component = Component {
     about: "turning about the common point",
     equations: "r = 0, T = -damping omega - friction",
     keys: &[
@@ -22,27 +20,17 @@ const FACTS: Facts = Facts {
     room: Room::Turning,
     undriven: ["revolute", "give `angle = ...` instead of `displacement`"],
     drivers: &["angle"],
-    ..Facts::joint("revolute")
+    ..Component::joint("revolute", rows, |_| Icon::Pin)
 };
 
-impl Component for Revolute {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let resistance = Resistance::of(system, part);
-        let turn = RotationalRow::free(system, part);
-        Rows {
-            letter: "h",
-            translation: Some(TranslationalRow::pin(system, part)),
-            rotation: Some(RotationalRow { through: resistance.map_or(Torque::None, Torque::Resistance), ..turn }),
-            coupling: None,
-        }
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Pin
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let resistance = Resistance::of(system, part);
+    let turn = RotationalRow::free(system, part);
+    Rows {
+        letter: "h",
+        translation: Some(TranslationalRow::pin(system, part)),
+        rotation: Some(RotationalRow { through: resistance.map_or(Torque::None, Torque::Resistance), ..turn }),
+        coupling: None,
     }
 }
 

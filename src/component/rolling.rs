@@ -4,7 +4,7 @@
 
 use super::key::{AXIS, BETWEEN_POINTS, DISPLACEMENT, Form, Key, Range};
 use super::{
-    Component, CoordinateName, Coupling, Direction, Facts, Force, Icon, Known, Port, RotationalRow, Rows, System, Term,
+    Component, CoordinateName, Coupling, Direction, Force, Icon, Known, Port, RotationalRow, Rows, System, Term,
     TranslationalRow, table2,
 };
 use crate::expr::Expr;
@@ -12,9 +12,7 @@ use crate::mechanism::measure::LENGTH;
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Joint, Quantity, Vector};
 
-pub(super) struct Rolling;
-
-const FACTS: Facts = Facts {
+pub(super) const ROLLING: Component = Component {
     about: "a disc about the second point that rolls without slip on the left of a line of the first body",
     equations: "r = s u + radius n, s + radius theta = displacement",
     keys: &[
@@ -33,44 +31,37 @@ const FACTS: Facts = Facts {
     pose: &[Q::S, Q::Angle],
     undriven: ["a rolling disc", "give `angle = ...` instead of `displacement`: the disc's angle moves its centre"],
     drivers: &["angle"],
-    ..Facts::joint("rolling")
+    ..Component::joint("rolling", rows, |part| Icon::Rolling {
+        axis: part.vector("axis"),
+        radius: part.formula("radius").clone(),
+    })
 };
 
-impl Component for Rolling {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let [ux, uy] = system.values(&part.vector("axis"));
-        let (radius, offset) = (system.value(part.formula("radius")), system.value(part.formula("displacement")));
-        let normal = [system.arena.negate(uy), ux];
-        let height = normal.map(|component| system.arena.multiply(radius, component));
-        let first = part.between[0].body();
-        let along = Direction::Fixed(first, [ux, uy]);
-        let slide = part.between.map(|place| system.t_node(place));
-        let turn = RotationalRow::free(system, part);
-        let terms = vec![
-            Term { factor: Expr::ONE, port: Port::Along(slide, along) },
-            Term { factor: radius, port: Port::Angle(turn.ends) },
-        ];
-        Rows {
-            letter: "o",
-            translation: Some(TranslationalRow {
-                ends: slide,
-                priority: table2::PRISMATIC,
-                known: Known::Fixed(first, height),
-                motion: vec![(along, CoordinateName::new(&part.name, ["s", "v", "a"]))],
-                reaction: vec![Direction::Fixed(first, normal)],
-                through: Force::None,
-            }),
-            rotation: Some(turn),
-            coupling: Some(Coupling { terms, offset }),
-        }
-    }
-
-    fn icon(&self, part: &Part) -> Icon {
-        Icon::Rolling { axis: part.vector("axis"), radius: part.formula("radius").clone() }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let [ux, uy] = system.values(&part.vector("axis"));
+    let (radius, offset) = (system.value(part.formula("radius")), system.value(part.formula("displacement")));
+    let normal = [system.arena.negate(uy), ux];
+    let height = normal.map(|component| system.arena.multiply(radius, component));
+    let first = part.between[0].body();
+    let along = Direction::Fixed(first, [ux, uy]);
+    let slide = part.between.map(|place| system.t_node(place));
+    let turn = RotationalRow::free(system, part);
+    let terms = vec![
+        Term { factor: Expr::ONE, port: Port::Along(slide, along) },
+        Term { factor: radius, port: Port::Angle(turn.ends) },
+    ];
+    Rows {
+        letter: "o",
+        translation: Some(TranslationalRow {
+            ends: slide,
+            priority: table2::PRISMATIC,
+            known: Known::Fixed(first, height),
+            motion: vec![(along, CoordinateName::new(&part.name, ["s", "v", "a"]))],
+            reaction: vec![Direction::Fixed(first, normal)],
+            through: Force::None,
+        }),
+        rotation: Some(turn),
+        coupling: Some(Coupling { terms, offset }),
     }
 }
 

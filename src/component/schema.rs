@@ -49,7 +49,7 @@ fn definitions() -> Value {
         "driver": parts(Section::Drivers),
         "load": parts(Section::Loads),
         "part": part(),
-        "shape": { "oneOf": shape::ALL.iter().map(|shape| shape_of(*shape)).collect::<Vec<_>>() },
+        "shape": { "oneOf": shape::ALL.iter().map(|shape| shape_of(shape)).collect::<Vec<_>>() },
     })
 }
 
@@ -89,13 +89,12 @@ fn object(keys: &[Key]) -> Value {
 
 /// Joints, drivers or loads: a table for each component.
 fn parts(section: Section) -> Value {
-    let one = |component: &'static dyn Component| {
-        let facts = component.facts();
-        let mut table = object(facts.keys);
-        table["title"] = json!(facts.words());
-        table["description"] = json!(facts.about);
+    let one = |component: &'static Component| {
+        let mut table = object(component.keys);
+        table["title"] = json!(component.words());
+        table["description"] = json!(component.about);
         if section != Section::Drivers {
-            table["properties"]["type"] = json!({ "const": facts.name });
+            table["properties"]["type"] = json!({ "const": component.name });
             let mut required = vec![json!("type")];
             required.extend(table["required"].as_array().into_iter().flatten().cloned());
             table["required"] = Value::Array(required);
@@ -112,12 +111,11 @@ fn part() -> Value {
     part
 }
 
-fn shape_of(shape: &dyn shape::Shape) -> Value {
-    let facts = shape.facts();
-    let place = Key { need: Need::Required(""), ..facts.place };
-    let mut table = object(&[&[place], &facts.all_keys()[1..]].concat());
+fn shape_of(shape: &shape::Shape) -> Value {
+    let place = Key { need: Need::Required(""), ..shape.place };
+    let mut table = object(&[&[place], &shape.all_keys()[1..]].concat());
     table["title"] = json!(place.name);
-    table["description"] = json!(facts.about);
+    table["description"] = json!(shape.about);
     table
 }
 

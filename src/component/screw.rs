@@ -2,14 +2,12 @@
 //! the first body, turns against the carrier. The reaction is the force on the nut; the spindle gets -lead/(2 pi) times as much torque.
 
 use super::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key, Range};
-use super::{Component, Facts, Icon, Rows, Stroke, System, rack};
+use super::{Component, Icon, Rows, Stroke, System, rack};
 use crate::mechanism::measure::LENGTH;
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Joint, Quantity, Vector};
 
-pub(super) struct Screw;
-
-const FACTS: Facts = Facts {
+pub(super) const SCREW: Component = Component {
     about: "a spindle, the first body, whose turning moves a nut, the second point, along an axis of the carrier",
     equations: "s = lead theta/(2 pi) + displacement",
     keys: &[
@@ -27,26 +25,16 @@ const FACTS: Facts = Facts {
     variables: &[Q::Force, Q::Torque],
     reactions: &[Q::Force, Q::Torque],
     undriven: ["a screw", "name the joint in which the spindle turns or the nut slides"],
-    ..Facts::joint("screw")
+    ..Component::joint("screw", rows, |_| Icon::Line(thread))
 };
 
-impl Component for Screw {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let per_radian = |system: &mut System| {
-            let lead = system.value(part.formula("lead"));
-            let turn = system.arena.constant(std::f64::consts::TAU);
-            system.arena.divide(lead, turn)
-        };
-        Rows { letter: "c", coupling: Some(rack::slide_by_turn(system, part, per_radian)), ..Rows::default() }
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Line(thread)
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let per_radian = |system: &mut System| {
+        let lead = system.value(part.formula("lead"));
+        let turn = system.arena.constant(std::f64::consts::TAU);
+        system.arena.divide(lead, turn)
+    };
+    Rows { letter: "c", coupling: Some(rack::slide_by_turn(system, part, per_radian)), ..Rows::default() }
 }
 
 /// A spindle with its thread, from its bearing to the nut.

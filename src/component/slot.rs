@@ -2,13 +2,11 @@
 //! one in the rotational.
 
 use super::key::{AXIS, BETWEEN_POINTS};
-use super::{Component, Facts, Icon, RotationalRow, Rows, System, slide};
+use super::{Component, Icon, RotationalRow, Rows, System, slide};
 use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Joint, Vector};
 
-pub(super) struct Slot;
-
-const FACTS: Facts = Facts {
+pub(super) const SLOT: Component = Component {
     about: "a pin that slides along a line of the first body and turns freely",
     equations: "r = s u, F u = -damping v - friction, T = 0",
     keys: &[BETWEEN_POINTS, AXIS, slide::DAMPING, slide::FRICTION],
@@ -17,22 +15,12 @@ const FACTS: Facts = Facts {
     pose: &[Q::S, Q::Angle],
     undriven: ["a slot", "give `displacement = ...` or `angle = ...`"],
     drivers: &["angle", "displacement"],
-    ..Facts::joint("slot")
+    ..Component::joint("slot", rows, |part| Icon::Slot(part.vector("axis")))
 };
 
-impl Component for Slot {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let translation = Some(slide::row(system, part));
-        Rows { letter: "p", translation, rotation: Some(RotationalRow::free(system, part)), coupling: None }
-    }
-
-    fn icon(&self, part: &Part) -> Icon {
-        Icon::Slot(part.vector("axis"))
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let translation = Some(slide::row(system, part));
+    Rows { letter: "p", translation, rotation: Some(RotationalRow::free(system, part)), coupling: None }
 }
 
 impl Joint {

@@ -3,14 +3,12 @@
 //! towards it: damping never makes a rope push or a stop pull.
 
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
-use super::{Component, Facts, Icon, Linear, Rows, Stroke, System, line};
+use super::{Component, Icon, Linear, Rows, Stroke, System, line};
 use crate::mechanism::measure::{CUBIC_STIFFNESS, DAMPING, LENGTH, STIFFNESS};
 use crate::mechanism::{Formula, Part, Quantity as Q};
 use crate::scene::{Load, Quantity, Side};
 
-pub(super) struct Spring;
-
-const FACTS: Facts = Facts {
+pub(super) const SPRING: Component = Component {
     about: "a spring and damper along the line between two points",
     equations: "F = -stiffness x - cubic x^3 - damping x', x = |r| - length",
     keys: &[
@@ -29,7 +27,10 @@ const FACTS: Facts = Facts {
     variables: &[Q::Length, Q::Rate, Q::Force],
     pose: &[Q::Length, Q::Force],
     pulls: true,
-    ..Facts::load("spring")
+    law: |part| Some(law(part, "own.length - length", "own.rate")),
+    energy: |part| Some(energy(part, "own.length - length")),
+    linear,
+    ..Component::load("spring", rows, |_| Icon::Line(zigzag))
 };
 
 /// On which side of the free length or angle a spring acts.
@@ -42,33 +43,15 @@ pub(super) const SIDE: Key = Key::optional(
     "on which side of its free length or angle it acts",
 );
 
-impl Component for Spring {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let is_zero = |key| matches!(part.formula(key), Formula::Number(0.0));
+    line::rows(system, part, if is_zero("stiffness") && is_zero("cubic") { "d" } else { "k" })
+}
 
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let is_zero = |key| matches!(part.formula(key), Formula::Number(0.0));
-        line::rows(system, part, if is_zero("stiffness") && is_zero("cubic") { "d" } else { "k" })
-    }
-
-    fn law(&self, part: &Part) -> Option<String> {
-        Some(law(part, "own.length - length", "own.rate"))
-    }
-
-    fn energy(&self, part: &Part) -> Option<String> {
-        Some(energy(part, "own.length - length"))
-    }
-
-    fn linear(&self, part: &Part) -> Result<Option<Linear>, String> {
-        let is_linear = matches!(part.formula("cubic"), Formula::Number(0.0)) && side(part) == "both";
-        let linear = ["stiffness", "damping", "length"].map(|key| part.formula(key).clone());
-        if is_linear { Ok(Some(linear)) } else { Err(format!("the spring `{}` is not linear", part.name)) }
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Line(zigzag)
-    }
+fn linear(part: &Part) -> Result<Option<Linear>, String> {
+    let is_linear = matches!(part.formula("cubic"), Formula::Number(0.0)) && side(part) == "both";
+    let linear = ["stiffness", "damping", "length"].map(|key| part.formula(key).clone());
+    if is_linear { Ok(Some(linear)) } else { Err(format!("the spring `{}` is not linear", part.name)) }
 }
 
 fn side(part: &Part) -> &'static str {

@@ -193,7 +193,7 @@ impl<'m> System<'m> {
     }
 
     fn add_part(&mut self, part: &Part) {
-        let rows = super::of(part).rows(part, self);
+        let rows = (part.component().rows)(part, self);
         let origin = match part.owner {
             Owner::Joint(joint) => Origin::Joint(joint),
             Owner::Driver(driver) => Origin::Driver(driver),

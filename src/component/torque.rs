@@ -1,14 +1,12 @@
 //! External torque (T): body -> body; T = T(theta, omega, t).
 
 use super::key::{Form, Key};
-use super::{Component, Facts, Icon, Room, Rows, System, torsion};
+use super::{Component, Icon, Room, torsion};
+use crate::mechanism::Quantity as Q;
 use crate::mechanism::measure::TORQUE;
-use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
 
-pub(super) struct AppliedTorque;
-
-const FACTS: Facts = Facts {
+pub(super) const APPLIED_TORQUE: Component = Component {
     about: "a torque on the second body, its opposite on the first",
     equations: "T = value",
     keys: &[
@@ -18,26 +16,9 @@ const FACTS: Facts = Facts {
     ],
     variables: &[Q::Torque],
     room: Room::Turning,
-    ..Facts::load("torque")
+    law: |_| Some("value".to_string()),
+    ..Component::load("torque", torsion::rows, |_| Icon::Turn)
 };
-
-impl Component for AppliedTorque {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        torsion::rows(system, part)
-    }
-
-    fn law(&self, _part: &Part) -> Option<String> {
-        Some("value".to_string())
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Turn
-    }
-}
 
 impl Load {
     /// A torque on the second body, its opposite on the first.

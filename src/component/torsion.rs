@@ -4,7 +4,7 @@ use super::{RotationalRow, Rows, System, Torque, table3};
 use crate::mechanism::{Formula, Part};
 
 /// The part's law turns the second body.
-pub(super) fn rows(system: &System, part: &Part) -> Rows {
+pub(super) fn rows(part: &Part, system: &mut System) -> Rows {
     let law = part.law.clone().unwrap_or(Formula::Number(0.0));
     let row =
         RotationalRow { priority: table3::TORQUE, through: Torque::Law(law), ..RotationalRow::free(system, part) };

@@ -1,14 +1,12 @@
 //! Torsion actuator (T): a torque law in the angle and rate between two bodies.
 
 use super::key::{BETWEEN_BODIES, Form, Key};
-use super::{Component, Facts, Icon, Room, Rows, System, torsion};
+use super::{Component, Icon, Room, torsion};
+use crate::mechanism::Quantity as Q;
 use crate::mechanism::measure::TORQUE;
-use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
 
-pub(super) struct TorsionActuator;
-
-const FACTS: Facts = Facts {
+pub(super) const TORSION_ACTUATOR: Component = Component {
     about: "a torque law between two bodies",
     equations: "T = torque(angle, omega, ...)",
     keys: &[
@@ -19,26 +17,9 @@ const FACTS: Facts = Facts {
     own: &[Q::Angle, Q::Omega],
     pose: &[Q::Angle, Q::Torque],
     room: Room::Turning,
-    ..Facts::load("torsion_actuator")
+    law: |_| Some("torque".to_string()),
+    ..Component::load("torsion_actuator", torsion::rows, |_| Icon::Turn)
 };
-
-impl Component for TorsionActuator {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        torsion::rows(system, part)
-    }
-
-    fn law(&self, _part: &Part) -> Option<String> {
-        Some("torque".to_string())
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Turn
-    }
-}
 
 impl Load {
     /// A torque law between two bodies.

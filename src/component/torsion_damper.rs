@@ -3,14 +3,12 @@
 use std::f64::consts::PI;
 
 use super::key::{BETWEEN_BODIES, Form, Key, Range};
-use super::{Component, Facts, Icon, Room, Rows, Stroke, System, torsion};
+use super::{Component, Icon, Room, Stroke, torsion};
+use crate::mechanism::Quantity as Q;
 use crate::mechanism::measure::TORSION_DAMPING;
-use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
 
-pub(super) struct TorsionDamper;
-
-const FACTS: Facts = Facts {
+pub(super) const TORSION_DAMPER: Component = Component {
     about: "a damper that resists turning",
     equations: "T = -damping theta'",
     keys: &[
@@ -25,26 +23,9 @@ const FACTS: Facts = Facts {
     variables: &[Q::Angle, Q::Omega, Q::Torque],
     pose: &[Q::Angle, Q::Torque],
     room: Room::Turning,
-    ..Facts::load("torsion_damper")
+    law: |_| Some("-(damping*own.omega)".to_string()),
+    ..Component::load("torsion_damper", torsion::rows, |_| Icon::Round(dashpot))
 };
-
-impl Component for TorsionDamper {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        torsion::rows(system, part)
-    }
-
-    fn law(&self, _part: &Part) -> Option<String> {
-        Some("-(damping*own.omega)".to_string())
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Round(dashpot)
-    }
-}
 
 /// A piston in an open cylinder, bent around the joint.
 fn dashpot() -> Vec<Stroke> {

@@ -4,14 +4,12 @@ use std::f64::consts::PI;
 
 use super::key::{BETWEEN_BODIES, Form, Key, Range};
 use super::spring::{self, SIDE};
-use super::{Component, Facts, Icon, Room, Rows, Stroke, System, torsion};
+use super::{Component, Icon, Room, Stroke, torsion};
+use crate::mechanism::Quantity as Q;
 use crate::mechanism::measure::{ANGLE, CUBIC_TORSION_STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS};
-use crate::mechanism::{Part, Quantity as Q};
 use crate::scene::{Load, Quantity};
 
-pub(super) struct TorsionSpring;
-
-const FACTS: Facts = Facts {
+pub(super) const TORSION_SPRING: Component = Component {
     about: "a spring and damper that resists turning",
     equations: "T = -stiffness x - cubic x^3 - damping x', x = theta - angle",
     keys: &[
@@ -30,30 +28,10 @@ const FACTS: Facts = Facts {
     variables: &[Q::Angle, Q::Omega, Q::Torque],
     pose: &[Q::Angle, Q::Torque],
     room: Room::Turning,
-    ..Facts::load("torsion_spring")
+    law: |part| Some(spring::law(part, "own.angle - angle", "own.omega")),
+    energy: |part| Some(spring::energy(part, "own.angle - angle")),
+    ..Component::load("torsion_spring", torsion::rows, |_| Icon::Round(coil))
 };
-
-impl Component for TorsionSpring {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        torsion::rows(system, part)
-    }
-
-    fn law(&self, part: &Part) -> Option<String> {
-        Some(spring::law(part, "own.angle - angle", "own.omega"))
-    }
-
-    fn energy(&self, part: &Part) -> Option<String> {
-        Some(spring::energy(part, "own.angle - angle"))
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Round(coil)
-    }
-}
 
 /// A spiral around the joint.
 fn coil() -> Vec<Stroke> {

@@ -1,13 +1,11 @@
 //! Weld (w): r = 0 and the angle is held. A revolute joint in the translational graph, a prismatic one in the rotational.
 
 use super::key::{ANGLE_BETWEEN, BETWEEN_POINTS};
-use super::{Component, Facts, Icon, Room, RotationalRow, Rows, System, TranslationalRow};
+use super::{Component, Icon, Room, RotationalRow, Rows, System, TranslationalRow};
 use crate::mechanism::{Dimension, Part, Quantity as Q};
 use crate::scene::{Joint, Scene};
 
-pub(super) struct Weld;
-
-const FACTS: Facts = Facts {
+pub(super) const WELD: Component = Component {
     about: "no motion",
     equations: "r = 0, theta = angle",
     keys: &[BETWEEN_POINTS, ANGLE_BETWEEN],
@@ -15,27 +13,17 @@ const FACTS: Facts = Facts {
     reactions: &[Q::Fx, Q::Fy, Q::Torque],
     room: Room::Line,
     undriven: ["a weld", "a weld permits no motion: name a revolute or a prismatic joint"],
-    ..Facts::joint("weld")
+    ..Component::joint("weld", rows, |_| Icon::Fixed)
 };
 
-impl Component for Weld {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn rows(&self, part: &Part, system: &mut System) -> Rows {
-        let plane = system.mechanism.dimension == Dimension::Two;
-        let angle = system.value(part.formula("angle"));
-        Rows {
-            letter: "w",
-            translation: Some(TranslationalRow::pin(system, part)),
-            rotation: plane.then(|| RotationalRow::held(system, part, angle)),
-            coupling: None,
-        }
-    }
-
-    fn icon(&self, _part: &Part) -> Icon {
-        Icon::Fixed
+fn rows(part: &Part, system: &mut System) -> Rows {
+    let plane = system.mechanism.dimension == Dimension::Two;
+    let angle = system.value(part.formula("angle"));
+    Rows {
+        letter: "w",
+        translation: Some(TranslationalRow::pin(system, part)),
+        rotation: plane.then(|| RotationalRow::held(system, part, angle)),
+        coupling: None,
     }
 }
 

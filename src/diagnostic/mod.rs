@@ -7,6 +7,6 @@ pub mod span;
 pub(crate) mod suggest;
 pub(crate) mod visible;
 
-pub(crate) use every::every;
+pub use every::every;
 pub use fault::{Fault, Faults, Severity};
 pub use span::{Source, Span, Text};

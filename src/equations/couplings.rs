@@ -167,7 +167,12 @@ impl Couplings {
 }
 
 /// A chord's through variable at its two nodes: positive at the second, negative at the first.
-fn add<C: Coefficient>(arena: &mut Arena, sums: &mut HashMap<usize, Form<C>>, [a, b]: [usize; 2], through: &Form<C>) {
+pub(super) fn add<C: Coefficient>(
+    arena: &mut Arena,
+    sums: &mut HashMap<usize, Form<C>>,
+    [a, b]: [usize; 2],
+    through: &Form<C>,
+) {
     let minus = arena.constant(-1.0);
     sums.entry(b).or_default().accumulate(arena, Expr::ONE, through);
     sums.entry(a).or_default().accumulate(arena, minus, through);

@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 use super::constraints::{Constraint, split};
-use super::couplings::Couplings;
+use super::couplings::{self, Couplings};
 use super::form::{Coefficient, Form};
 use super::inertias::{inertia, mass};
 use super::kinematics::Kinematics;
@@ -251,15 +251,12 @@ fn chord_transformation<D, C: Coefficient>(
     arena: &mut Arena,
     tree: &Tree<D>,
     topology: &Topology<D>,
-    couplings: &HashMap<usize, Form<C>>,
+    coupled: &HashMap<usize, Form<C>>,
     through: &mut HashMap<ElementId, Form<C>>,
 ) {
-    let mut sums = couplings.clone();
-    let minus = arena.constant(-1.0);
+    let mut sums = coupled.clone();
     for &chord in &tree.chords {
-        let [a, b] = topology.ends(chord);
-        sums.entry(b.index()).or_default().accumulate(arena, Expr::ONE, &through[&chord]);
-        sums.entry(a.index()).or_default().accumulate(arena, minus, &through[&chord]);
+        couplings::add(arena, &mut sums, topology.ends(chord).map(|node| node.index()), &through[&chord]);
     }
     for (node, parent, branch, sign) in topology.outward().rev() {
         let sum = sums.remove(&node.index()).unwrap_or_default();

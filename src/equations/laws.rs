@@ -46,11 +46,11 @@ impl Equations<'_> {
 
     pub fn formula(&mut self, formula: &Formula) -> Expr {
         // Variables need the whole formulation, not the arena alone: they are expressed first.
-        let mut variables = Vec::new();
-        formula.visit_variables(&mut |variable| variables.push(variable));
-        for variable in variables {
-            self.variable(variable);
-        }
+        formula.visit(&mut |part| {
+            if let Formula::Variable(variable) = part {
+                self.variable(*variable);
+            }
+        });
         let known = &self.known;
         translate(&mut self.system.arena, formula, &mut |_, variable| {
             known.get(&variable).copied().unwrap_or(Expr::ZERO)

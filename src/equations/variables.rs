@@ -300,7 +300,7 @@ impl Equations<'_> {
     fn line_law(&mut self, load: LoadId, id: ElementId) -> Expr {
         if self.system.mechanism.dimension == Dimension::One {
             let along = self.load_force(id, &Vector::x());
-            let pulls = self.system.mechanism.loads[load.0].facts().pulls;
+            let pulls = self.system.mechanism.loads[load.0].component().pulls;
             return if pulls { self.system.arena.negate(along) } else { along };
         }
         let Some(Force::Line(law)) = self.system.element(id).translation.as_ref().map(|row| row.through.clone()) else {

@@ -72,21 +72,75 @@ impl Frames {
     }
 }
 
+/// Pairs of expressions by what they belong to; pairs of zeros are left out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parts<K>(BTreeMap<K, [Expr; 2]>);
+
 /// A vector: for each frame, components in the axes of that frame.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Vector(BTreeMap<FrameId, [Expr; 2]>);
+pub type Vector = Parts<FrameId>;
+
+/// A scalar that depends on the pose through differences of frame angles: sum of C cos(g - f) + S sin(g - f).
+pub type Scalar = Parts<(FrameId, FrameId)>;
+
+impl<K> Default for Parts<K> {
+    fn default() -> Self {
+        Parts(BTreeMap::new())
+    }
+}
+
+impl<K: Ord + Copy> Parts<K> {
+    fn one(key: K, pair: [Expr; 2]) -> Self {
+        if pair == [Expr::ZERO; 2] { Parts::default() } else { Parts(BTreeMap::from([(key, pair)])) }
+    }
+
+    fn add(&mut self, arena: &mut Arena, key: K, [a, b]: [Expr; 2]) {
+        let entry = self.0.entry(key).or_insert([Expr::ZERO; 2]);
+        *entry = [arena.merge(entry[0], a), arena.merge(entry[1], b)];
+        if *entry == [Expr::ZERO; 2] {
+            self.0.remove(&key);
+        }
+    }
+}
+
+impl<K: Ord + Copy> Coefficient for Parts<K> {
+    fn zero() -> Self {
+        Parts::default()
+    }
+
+    fn accumulate(&mut self, arena: &mut Arena, other: &Self) {
+        for (&key, &pair) in &other.0 {
+            self.add(arena, key, pair);
+        }
+    }
+
+    fn scaled(&self, arena: &mut Arena, factor: Expr) -> Self {
+        if factor == Expr::ZERO {
+            return Parts::default();
+        }
+        Parts(
+            self.0
+                .iter()
+                .map(|(&key, &[a, b])| (key, [arena.multiply(factor, a), arena.multiply(factor, b)]))
+                .collect(),
+        )
+    }
+
+    fn is_zero(&self) -> bool {
+        self.0.is_empty()
+    }
+}
 
 impl Vector {
     pub fn x() -> Self {
-        Vector(BTreeMap::from([(FrameId::WORLD, [Expr::ONE, Expr::ZERO])]))
+        Vector::one(FrameId::WORLD, [Expr::ONE, Expr::ZERO])
     }
 
     pub fn y() -> Self {
-        Vector(BTreeMap::from([(FrameId::WORLD, [Expr::ZERO, Expr::ONE])]))
+        Vector::one(FrameId::WORLD, [Expr::ZERO, Expr::ONE])
     }
 
     pub fn fixed(frame: FrameId, components: [Expr; 2]) -> Self {
-        if components == [Expr::ZERO; 2] { Vector::default() } else { Vector(BTreeMap::from([(frame, components)])) }
+        Vector::one(frame, components)
     }
 
     /// Its parts: frame and components in the axes of that frame.
@@ -100,7 +154,7 @@ impl Vector {
 
     /// Turned by +90 degrees: k x self.
     pub fn turned(&self, arena: &mut Arena) -> Self {
-        Vector(self.0.iter().map(|(&frame, &[x, y])| (frame, [arena.negate(y), x])).collect())
+        Parts(self.0.iter().map(|(&frame, &[x, y])| (frame, [arena.negate(y), x])).collect())
     }
 
     pub fn dot(&self, arena: &mut Arena, other: &Vector) -> Scalar {
@@ -137,44 +191,9 @@ impl Vector {
     }
 }
 
-impl Coefficient for Vector {
-    fn zero() -> Self {
-        Vector::default()
-    }
-
-    fn accumulate(&mut self, arena: &mut Arena, other: &Self) {
-        for (&frame, &[x, y]) in &other.0 {
-            let entry = self.0.entry(frame).or_insert([Expr::ZERO; 2]);
-            *entry = [arena.merge(entry[0], x), arena.merge(entry[1], y)];
-            if *entry == [Expr::ZERO; 2] {
-                self.0.remove(&frame);
-            }
-        }
-    }
-
-    fn scaled(&self, arena: &mut Arena, factor: Expr) -> Self {
-        if factor == Expr::ZERO {
-            return Vector::default();
-        }
-        Vector(self.0.iter().map(|(&f, &[x, y])| (f, [arena.multiply(factor, x), arena.multiply(factor, y)])).collect())
-    }
-
-    fn is_zero(&self) -> bool {
-        self.0.is_empty()
-    }
-}
-
-/// A scalar that depends on the pose through differences of frame angles: sum of C cos(g - f) + S sin(g - f).
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Scalar(BTreeMap<(FrameId, FrameId), [Expr; 2]>);
-
 impl Scalar {
     pub fn plain(value: Expr) -> Self {
-        let mut scalar = Scalar::default();
-        if value != Expr::ZERO {
-            scalar.0.insert((FrameId::WORLD, FrameId::WORLD), [value, Expr::ZERO]);
-        }
-        scalar
+        Scalar::one((FrameId::WORLD, FrameId::WORLD), [value, Expr::ZERO])
     }
 
     pub fn total(&self, arena: &mut Arena, frames: &Frames) -> Expr {
@@ -191,33 +210,6 @@ impl Scalar {
     fn add_pair(&mut self, arena: &mut Arena, (f, g): (FrameId, FrameId), [cosine, sine]: [Expr; 2]) {
         // Within one frame the angle between is zero, whichever frame it is.
         let (key, sine) = if f == g { ((FrameId::WORLD, FrameId::WORLD), Expr::ZERO) } else { ((f, g), sine) };
-        let entry = self.0.entry(key).or_insert([Expr::ZERO; 2]);
-        *entry = [arena.merge(entry[0], cosine), arena.merge(entry[1], sine)];
-        if *entry == [Expr::ZERO; 2] {
-            self.0.remove(&key);
-        }
-    }
-}
-
-impl Coefficient for Scalar {
-    fn zero() -> Self {
-        Scalar::default()
-    }
-
-    fn accumulate(&mut self, arena: &mut Arena, other: &Self) {
-        for (&key, &pair) in &other.0 {
-            self.add_pair(arena, key, pair);
-        }
-    }
-
-    fn scaled(&self, arena: &mut Arena, factor: Expr) -> Self {
-        if factor == Expr::ZERO {
-            return Scalar::default();
-        }
-        Scalar(self.0.iter().map(|(&k, &[c, s])| (k, [arena.multiply(factor, c), arena.multiply(factor, s)])).collect())
-    }
-
-    fn is_zero(&self) -> bool {
-        self.0.is_empty()
+        self.add(arena, key, [cosine, sine]);
     }
 }

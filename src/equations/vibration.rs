@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::Equations;
 use super::inertias::mass;
-use crate::component::{self, Force, Known, Origin};
+use crate::component::{Force, Known, Origin};
 use crate::expr::{Expr, Symbol};
 use crate::graph::{ElementId, Topology};
 use crate::mechanism::Dimension;
@@ -84,7 +84,7 @@ impl Equations<'_> {
             }
             Origin::Load(load) => {
                 let load = &mechanism.loads[load.0];
-                match component::of(load).linear(load)? {
+                match (load.component().linear)(load)? {
                     Some(linear) => {
                         let [stiffness, damping, free] = linear.each_ref().map(|formula| self.formula(formula));
                         (share.stiffness, share.damping) = (stiffness, damping);

@@ -118,7 +118,7 @@ fn variable(mechanism: &Mechanism, name: &str) -> Option<Variable> {
         return Some(Variable { owner: Owner::Place(Place::Centre(BodyId(index))), quantity });
     }
     let index = mechanism.joints.iter().position(|joint| joint.name == owner)?;
-    let quantity = quantity(mechanism.joints[index].facts().variables)?;
+    let quantity = quantity(mechanism.joints[index].component().variables)?;
     Some(Variable { owner: Owner::Joint(JointId(index)), quantity })
 }
 

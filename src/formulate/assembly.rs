@@ -10,6 +10,7 @@ use cotree_fmu::model::Model;
 use cotree_fmu::program::{Condition, Program};
 
 use super::suspect::{suspect, too_many_drivers};
+use crate::columns::rounded;
 use crate::component::{Held, Origin};
 use crate::diagnostic::{Fault, Span, suggest};
 use crate::equations::{Constraint, CoupledChord, Equations};
@@ -267,18 +268,8 @@ impl Kind {
             (false, false) => (1e3 * value, "mm"),
             (false, true) => (1e3 * value, "mm/s"),
         };
-        format!("{} {unit}", digits(value))
+        format!("{} {unit}", rounded(value, 4, 1e-3..1e6))
     }
-}
-
-/// Four digits, no exponent unless the number is far from 1.
-fn digits(value: f64) -> String {
-    if value == 0.0 || !(1e-3..1e6).contains(&value.abs()) {
-        return if value == 0.0 { "0".to_string() } else { format!("{value:.3e}") };
-    }
-    let decimals = (3 - value.abs().log10().floor() as i32).max(0) as usize;
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
 }
 
 #[cfg(test)]

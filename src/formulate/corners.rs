@@ -55,7 +55,7 @@ fn first_jump(equations: &mut Equations, law: &Formula) -> Option<(f64, String)>
         return None;
     }
     let rate = arena.time_derivative(value);
-    let at = |arena: &Arena, roots: &[Expr], time: f64| {
+    let at = |roots: &[Expr], time: f64| {
         let known = |symbol: Symbol| match symbol {
             Symbol::Parameter(index) => parameters[index].value,
             _ => time,
@@ -63,23 +63,8 @@ fn first_jump(equations: &mut Equations, law: &Formula) -> Option<(f64, String)>
         arena.evaluate(roots, &known)
     };
     let span = experiment.stop - experiment.start;
-    let time = |place: usize| experiment.start + span * place as f64 / PLACES as f64;
-    let sides: Vec<Vec<f64>> = (0..=PLACES).map(|place| at(arena, &switches, time(place))).collect();
-    let mut found: Vec<f64> = Vec::new();
-    for (index, switch) in switches.iter().enumerate() {
-        for place in (1..=PLACES).filter(|place| (sides[place - 1][index] >= 0.0) != (sides[*place][index] >= 0.0)) {
-            let (mut before, mut behind) = (time(place - 1), time(place));
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (before + behind);
-                let same = (at(arena, &[*switch], middle)[0] >= 0.0) == (sides[place - 1][index] >= 0.0);
-                *(if same { &mut before } else { &mut behind }) = middle;
-            }
-            found.push(0.5 * (before + behind));
-        }
-    }
-    found.sort_by(f64::total_cmp);
-    found.into_iter().find_map(|time| {
-        let [before, behind] = [-1.0, 1.0].map(|side| at(arena, &[value, rate], time + side * BESIDE * span));
+    sign_changes([experiment.start, span], &switches, &at).into_iter().find_map(|time| {
+        let [before, behind] = [-1.0, 1.0].map(|side| at(&[value, rate], time + side * BESIDE * span));
         let size = f64::max(before[1].abs(), behind[1].abs());
         let change =
             |what: &str, index: usize| format!("{what} goes from {:.6} to {:.6}", before[index], behind[index]);
@@ -89,4 +74,24 @@ fn first_jump(equations: &mut Equations, law: &Formula) -> Option<(f64, String)>
             ((behind[1] - before[1]).abs() > JUMP * size).then(|| (time, change("its rate", 1)))
         }
     })
+}
+
+/// When functions of time change their signs, in order.
+fn sign_changes([start, span]: [f64; 2], functions: &[Expr], at: &impl Fn(&[Expr], f64) -> Vec<f64>) -> Vec<f64> {
+    let time = |place: usize| start + span * place as f64 / PLACES as f64;
+    let sides: Vec<Vec<f64>> = (0..=PLACES).map(|place| at(functions, time(place))).collect();
+    let mut found: Vec<f64> = Vec::new();
+    for (index, function) in functions.iter().enumerate() {
+        for place in (1..=PLACES).filter(|place| (sides[place - 1][index] >= 0.0) != (sides[*place][index] >= 0.0)) {
+            let (mut before, mut behind) = (time(place - 1), time(place));
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (before + behind);
+                let same = (at(&[*function], middle)[0] >= 0.0) == (sides[place - 1][index] >= 0.0);
+                *(if same { &mut before } else { &mut behind }) = middle;
+            }
+            found.push(0.5 * (before + behind));
+        }
+    }
+    found.sort_by(f64::total_cmp);
+    found
 }

@@ -54,7 +54,7 @@ pub fn suspect(equations: &Equations, length: f64) -> Option<Suspect> {
     });
     let rigid = joints().filter(|&index| is_rigid(equations, JointId(index))).map(|index| {
         let joint = &mechanism.joints[index];
-        (index, format!("`{}` is a {}, which leaves its bodies no motion", joint.name, joint.facts().words()))
+        (index, format!("`{}` is a {}, which leaves its bodies no motion", joint.name, joint.component().words()))
     });
     second.chain(rigid).find(|(index, _)| Start::find(&without(mechanism, JointId(*index)), length).is_some()).map(
         |(index, why)| {

@@ -4,10 +4,8 @@ use cotree_fmu::program::domain::{Domain, Limit};
 
 use crate::component::{Force, Origin};
 use crate::equations::Equations;
-use crate::expr::{Expr, Function, Order, Symbol, Unary};
-use crate::mechanism::{
-    BinaryOperator, Comparison, Formula, Mechanism, Motion, Owner, Part, Quantity, Range, Value, Variable,
-};
+use crate::expr::{Binary, Expr, Function, Order, Symbol, Unary};
+use crate::mechanism::{Comparison, Formula, Mechanism, Motion, Owner, Part, Quantity, Value, Variable};
 
 /// The arguments that must stay within limits, what may be said of one thing before what is said of a whole law.
 pub(super) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
@@ -37,12 +35,7 @@ pub(super) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
 pub(super) fn ranges(equations: &mut Equations) -> Vec<(Domain, Expr)> {
     let mechanism = equations.system.mechanism;
     let limits = mechanism.bounds.iter().filter_map(|bound| {
-        let limit = match bound.range {
-            Range::Any => return None,
-            Range::NotNegative => Limit::NotNegative,
-            Range::Positive => Limit::Positive,
-            Range::NotZero => Limit::NotZero,
-        };
+        let limit = bound.range.limit()?;
         let domain = Domain { place: bound.name.clone(), argument: mechanism.written(&bound.value), limit };
         Some((domain, equations.formula(&bound.value)))
     });
@@ -113,34 +106,6 @@ impl Found<'_> {
 
     fn visit<'f>(&mut self, place: &str, formula: &'f Formula, conditions: &mut Conditions<'f>) {
         match formula {
-            Formula::Number(_) | Formula::Time | Formula::Parameter(_) | Formula::Input(_) | Formula::Variable(_) => {}
-            Formula::Negate(inner) => self.visit(place, inner, conditions),
-            Formula::Binary(operator, sides) => {
-                sides.iter().for_each(|side| self.visit(place, side, conditions));
-                let [left, right] = &**sides;
-                match operator {
-                    BinaryOperator::Divide => self.add(place, Limit::Divisor, right, conditions),
-                    BinaryOperator::Power => match right {
-                        Formula::Number(power) if power.fract() == 0.0 => {
-                            if *power < 0.0 {
-                                self.add(place, Limit::Divisor, left, conditions);
-                            }
-                        }
-                        _ => self.add(place, Limit::Base, left, conditions),
-                    },
-                    _ => {}
-                }
-            }
-            Formula::Call(function, arguments) => {
-                arguments.iter().for_each(|argument| self.visit(place, argument, conditions));
-                let limit = match function {
-                    Function::One(Unary::Sqrt) => Limit::Root,
-                    Function::One(Unary::Log) => Limit::Logarithm,
-                    Function::One(Unary::Asin | Unary::Acos) => Limit::ArcSine,
-                    _ => return,
-                };
-                arguments.iter().for_each(|argument| self.add(place, limit, argument, conditions));
-            }
             Formula::If(comparison, parts) => {
                 let [left, right, then, otherwise] = &**parts;
                 [left, right].into_iter().for_each(|side| self.visit(place, side, conditions));
@@ -150,6 +115,24 @@ impl Found<'_> {
                     conditions.pop();
                 }
             }
+            Formula::Call(function, arguments) => {
+                arguments.iter().for_each(|argument| self.visit(place, argument, conditions));
+                let limited = match (function, &arguments[..]) {
+                    (Function::Two(Binary::Divide), [_, divisor]) => Some((Limit::Divisor, divisor)),
+                    (Function::Two(Binary::Power), [base, Formula::Number(power)]) if power.fract() == 0.0 => {
+                        (*power < 0.0).then_some((Limit::Divisor, base))
+                    }
+                    (Function::Two(Binary::Power), [base, _]) => Some((Limit::Base, base)),
+                    (Function::One(Unary::Sqrt), [argument]) => Some((Limit::Root, argument)),
+                    (Function::One(Unary::Log), [argument]) => Some((Limit::Logarithm, argument)),
+                    (Function::One(Unary::Asin | Unary::Acos), [argument]) => Some((Limit::ArcSine, argument)),
+                    _ => None,
+                };
+                if let Some((limit, argument)) = limited {
+                    self.add(place, limit, argument, conditions);
+                }
+            }
+            _ => {}
         }
     }
 

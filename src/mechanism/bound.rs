@@ -1,5 +1,7 @@
 //! What values of keys must keep to, whatever the parameters are.
 
+use cotree_fmu::program::domain::Limit;
+
 use super::Formula;
 
 /// Which values a number may have.
@@ -16,14 +18,19 @@ pub enum Range {
 }
 
 impl Range {
+    /// What the runtime sees to; nothing where every number will do.
+    pub fn limit(self) -> Option<Limit> {
+        match self {
+            Self::Any => None,
+            Self::NotNegative => Some(Limit::NotNegative),
+            Self::Positive => Some(Limit::Positive),
+            Self::NotZero => Some(Limit::NotZero),
+        }
+    }
+
     /// May a number be this? Not a number may not.
     pub fn permits(self, value: f64) -> bool {
-        match self {
-            Self::Any => value.is_finite(),
-            Self::NotNegative => value >= 0.0,
-            Self::Positive => value > 0.0,
-            Self::NotZero => value != 0.0 && !value.is_nan(),
-        }
+        self.limit().map_or(value.is_finite(), |limit| limit.allows(value))
     }
 }
 

@@ -19,7 +19,7 @@ mod written;
 pub use body::{Body, Outline, Place, Point};
 pub use bound::{Bound, Range};
 pub use display::Units;
-pub use formula::{BinaryOperator, Comparison, Formula};
+pub use formula::{Comparison, Formula};
 pub use name::identifier;
 pub use part::{Friction, Motion, Part, Value};
 pub use settings::{Coordinates, Experiment, Method, Solver};

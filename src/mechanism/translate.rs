@@ -1,7 +1,7 @@
 //! Formulas of the scene as expressions.
 
 use crate::expr::{Arena, Binary, Expr, Function, Order, Symbol};
-use crate::mechanism::{BinaryOperator, Comparison, Formula, Variable};
+use crate::mechanism::{Comparison, Formula, Variable};
 
 /// Translates a formula; `variable` gives the expression of a variable of the naming table.
 pub fn translate(arena: &mut Arena, formula: &Formula, variable: &mut dyn FnMut(&mut Arena, Variable) -> Expr) -> Expr {
@@ -11,14 +11,6 @@ pub fn translate(arena: &mut Arena, formula: &Formula, variable: &mut dyn FnMut(
         Formula::Parameter(id) => arena.symbol(Symbol::Parameter(id.0)),
         Formula::Input(id) => arena.symbol(Symbol::Input(id.0, Order::Position)),
         Formula::Variable(named) => variable(arena, *named),
-        Formula::Negate(inner) => {
-            let inner = translate(arena, inner, variable);
-            arena.negate(inner)
-        }
-        Formula::Binary(operator, operands) => {
-            let [a, b] = operands.each_ref().map(|operand| translate(arena, operand, variable));
-            binary(arena, *operator, a, b)
-        }
         Formula::Call(function, arguments) => {
             let arguments: Vec<Expr> = arguments.iter().map(|argument| translate(arena, argument, variable)).collect();
             let of = |index: usize| arguments.get(index).copied().unwrap_or(Expr::ZERO);
@@ -32,16 +24,6 @@ pub fn translate(arena: &mut Arena, formula: &Formula, variable: &mut dyn FnMut(
             let condition = compare(arena, *comparison, left, right);
             arena.select(condition, then, otherwise)
         }
-    }
-}
-
-fn binary(arena: &mut Arena, operator: BinaryOperator, a: Expr, b: Expr) -> Expr {
-    match operator {
-        BinaryOperator::Add => arena.add(a, b),
-        BinaryOperator::Subtract => arena.subtract(a, b),
-        BinaryOperator::Multiply => arena.multiply(a, b),
-        BinaryOperator::Divide => arena.divide(a, b),
-        BinaryOperator::Power => arena.power(a, b),
     }
 }
 

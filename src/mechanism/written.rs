@@ -1,6 +1,7 @@
 //! Formulas as text, with the user's names.
 
-use super::{BinaryOperator, Comparison, Formula, Mechanism};
+use super::{Comparison, Formula, Mechanism};
+use crate::expr::{Binary, Function, Unary};
 
 /// How tightly an operation binds.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -10,6 +11,19 @@ enum Binding {
     Sign,
     Power,
     Whole,
+}
+
+/// How tightly an operator binds, and what stands on its left and on its right without parentheses; nothing for other functions.
+fn bindings(function: Function) -> Option<[Binding; 3]> {
+    use Binding::{Power, Product, Sum, Whole};
+    match function {
+        Function::Two(Binary::Add) => Some([Sum, Sum, Sum]),
+        Function::Two(Binary::Subtract) => Some([Sum, Sum, Product]),
+        Function::Two(Binary::Multiply) => Some([Product, Product, Product]),
+        Function::Two(Binary::Divide) => Some([Product, Product, Power]),
+        Function::Two(Binary::Power) => Some([Power, Whole, Power]),
+        _ => None,
+    }
 }
 
 impl Mechanism {
@@ -30,18 +44,17 @@ impl Mechanism {
             Formula::Parameter(id) => (self.parameters[id.0].name.clone(), Binding::Whole),
             Formula::Input(id) => (self.inputs[id.0].name.clone(), Binding::Whole),
             Formula::Variable(variable) => (self.variable_name(*variable), Binding::Whole),
-            Formula::Negate(inner) => (format!("-{}", self.within(inner, Binding::Sign)), Binding::Sign),
-            Formula::Binary(operator, sides) => {
-                let (sign, own, left, right) = match operator {
-                    BinaryOperator::Add => ("+", Binding::Sum, Binding::Sum, Binding::Sum),
-                    BinaryOperator::Subtract => ("-", Binding::Sum, Binding::Sum, Binding::Product),
-                    BinaryOperator::Multiply => ("*", Binding::Product, Binding::Product, Binding::Product),
-                    BinaryOperator::Divide => ("/", Binding::Product, Binding::Product, Binding::Power),
-                    BinaryOperator::Power => ("^", Binding::Power, Binding::Whole, Binding::Power),
-                };
-                (format!("{}{sign}{}", self.within(&sides[0], left), self.within(&sides[1], right)), own)
+            Formula::Call(Function::One(Unary::Negate), inner) => {
+                (format!("-{}", self.within(&inner[0], Binding::Sign)), Binding::Sign)
             }
-            Formula::Call(function, arguments) => (format!("{}({})", function.name(), list(arguments)), Binding::Whole),
+            Formula::Call(function, arguments) => match bindings(*function) {
+                Some([own, left, right]) => {
+                    let [left, right] =
+                        [(0, left), (1, right)].map(|(side, around)| self.within(&arguments[side], around));
+                    (format!("{left}{}{right}", function.name()), own)
+                }
+                None => (format!("{}({})", function.name(), list(arguments)), Binding::Whole),
+            },
             Formula::If(comparison, parts) => {
                 let sign = match comparison {
                     Comparison::Less => "<",

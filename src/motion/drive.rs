@@ -56,12 +56,12 @@ impl Table {
 
 /// The variables of a joint that a driver moves: position, rate, acceleration.
 pub fn motion_of(joint: &Part) -> Option<[Quantity; 3]> {
-    let facts = joint.facts();
-    let all = match *facts.drivers.first()? {
+    let component = joint.component();
+    let all = match *component.drivers.first()? {
         "displacement" => [Quantity::S, Quantity::V, Quantity::A],
         _ => [Quantity::Angle, Quantity::Omega, Quantity::Alpha],
     };
-    all.iter().all(|quantity| facts.variables.contains(quantity)).then_some(all)
+    all.iter().all(|quantity| component.variables.contains(quantity)).then_some(all)
 }
 
 /// The scene driven from its start, or from a way before it on, reporting everything that can be computed.
@@ -101,7 +101,7 @@ fn names(mechanism: &Mechanism) -> Vec<String> {
         body.points.iter().for_each(|point| push(&format!("{}.{}", body.name, point.name), POINT_VARIABLES));
     }
     mechanism.ground.iter().for_each(|point| push(&format!("ground.{}", point.name), &POINT_VARIABLES[..2]));
-    mechanism.joints.iter().for_each(|joint| push(&joint.name, joint.facts().variables));
+    mechanism.joints.iter().for_each(|joint| push(&joint.name, joint.component().variables));
     names
 }
 
@@ -137,7 +137,7 @@ fn lacks_masses(faults: &Faults) -> bool {
 fn is_effort(mechanism: &Mechanism, name: &str) -> bool {
     let Some((owner, word)) = name.rsplit_once('.') else { return false };
     let joint = mechanism.joints.iter().find(|joint| joint.name == owner);
-    let quantity = joint.and_then(|joint| joint.facts().variables.iter().find(|quantity| quantity.word() == word));
+    let quantity = joint.and_then(|joint| joint.component().variables.iter().find(|quantity| quantity.word() == word));
     quantity.is_some_and(|quantity| quantity.class() == Class::Effort)
 }
 

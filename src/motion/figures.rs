@@ -339,7 +339,7 @@ impl Figures {
         let body = moving(output);
         let mut largest: Option<Samples> = None;
         for joint in &mechanism.joints {
-            if !joint.facts().reactions.starts_with(&[Quantity::Fx, Quantity::Fy]) {
+            if !joint.component().reactions.starts_with(&[Quantity::Fx, Quantity::Fy]) {
                 continue;
             }
             let names = ["fx", "fy"].map(|word| format!("{}.{word}", joint.name));
@@ -403,7 +403,7 @@ impl Figures {
 
     fn forces(&mut self, mechanism: &Mechanism, table: &Table) {
         for joint in &mechanism.joints {
-            let words = joint.facts().reactions;
+            let words = joint.component().reactions;
             let name = |quantity: &Quantity| format!("{}.{}", joint.name, quantity.word());
             let force = match words {
                 [Quantity::Fx, Quantity::Fy, ..] => {

@@ -8,7 +8,7 @@ const EQUAL: f64 = 1e-9;
 
 /// The class of a four-bar with its input, with its lengths; none if the mechanism is another.
 pub fn class(mechanism: &Mechanism, input: JointId) -> Option<String> {
-    let is_pin = |joint: &&Part| joint.facts().name == PIN;
+    let is_pin = |joint: &&Part| joint.component().name == PIN;
     if mechanism.bodies.len() != 3 || mechanism.joints.len() != 4 || !mechanism.joints.iter().all(|j| is_pin(&j)) {
         return None;
     }

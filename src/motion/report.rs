@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::cams::Cam;
 use super::figures::{Column, Extent, Figures, Link, Transmission};
 use super::samples::At;
+use crate::columns::{aligned, rounded};
 use crate::mechanism::{DisplayUnit, Unit, Units};
 use crate::output::plot::{Plot, Series};
 
@@ -213,13 +214,7 @@ impl Figures {
         for index in (0..inputs.values.len()).step_by(thin) {
             rows.push(self.table.iter().map(|column| shown.bare(column.values[index], &column.unit)).collect());
         }
-        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-        let widths: Vec<usize> = (0..self.table.len()).map(width).collect();
-        let line = |row: &Vec<String>| {
-            let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
-            cells.join("  ")
-        };
-        rows.iter().map(line).collect()
+        aligned(&rows, 0)
     }
 
     /// The names of the table's columns with their units, and its rows.
@@ -278,24 +273,12 @@ fn titled(name: &str, unit: &str) -> String {
 
 /// Six digits.
 fn number(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_string();
+    match value.abs() {
+        size if size.is_nan() => "-".to_string(),
+        size if size >= 1e9 => if value > 0.0 { "inf" } else { "-inf" }.to_string(),
+        size if size >= 1e7 || (size < 1e-4 && size > 0.0) => format!("{value:.4e}"),
+        _ => rounded(value, 6, 1e-4..1e7),
     }
-    if !value.is_finite() || value.abs() >= 1e9 {
-        return if value.is_nan() {
-            "-".to_string()
-        } else if value > 0.0 {
-            "inf".to_string()
-        } else {
-            "-inf".to_string()
-        };
-    }
-    if !(1e-4..1e7).contains(&value.abs()) {
-        return format!("{value:.4e}");
-    }
-    let decimals = (5 - value.abs().log10().floor() as i32).max(0) as usize;
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
 }
 
 /// The units that people think of mechanisms in, where they ask for no others.

@@ -39,14 +39,14 @@ fn free_lengths(scene: &Scene) -> Vec<String> {
     let mut sentences = Vec::new();
     for part in &scene.loads {
         let kind = part.text("type").map(|kind| kind.text).unwrap_or_default();
-        let Some(component) = Section::Loads.components().find(|component| component.facts().name == kind) else {
+        let Some(component) = Section::Loads.components().find(|component| component.name == kind) else {
             continue;
         };
         let free = |name: &str| name == "length" || name == "angle";
-        for key in component.facts().keys {
+        for key in component.keys {
             let is_number = matches!((key.form, key.need), (Form::Constant(_, Range::Any), Need::Optional));
             if is_number && free(key.name) && part.get(key.name).is_none() {
-                let (words, name) = (component.facts().words(), &part.name.text);
+                let (words, name) = (component.words(), &part.name.text);
                 sentences.push(format!("{words} `{name}` has no `{0}`: its free {0} is 0", key.name));
             }
         }

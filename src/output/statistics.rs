@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::columns::{aligned, rounded};
+
 /// A run in figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Statistics {
@@ -120,38 +122,17 @@ impl fmt::Display for Statistics {
         let at = format!("at [{}]", self.time_unit);
         let heads = ["variable", "unit", "min", &at, "max", &at, "mean", "RMS", "end"].map(str::to_string);
         let row = |line: &Figures| {
-            let [min, max] = [line.min, line.max].map(|[value, at]| [number(value), number(at)]);
-            let [low, low_at, high, high_at] = [min, max].concat().try_into().unwrap_or_default();
-            let rest = [line.mean, line.rms, line.end].map(number);
-            let [mean, rms, end] = rest;
-            [line.name.clone(), line.unit.clone(), low, low_at, high, high_at, mean, rms, end]
+            let Figures { min, max, mean, rms, end, .. } = *line;
+            let numbers = [min[0], min[1], max[0], max[1], mean, rms, end];
+            let numbers = numbers.map(|value| rounded(value, 6, 1e-4..1e7));
+            [line.name.clone(), line.unit.clone()].into_iter().chain(numbers).collect()
         };
-        let rows: Vec<[String; 9]> = std::iter::once(heads).chain(self.variables.iter().map(row)).collect();
-        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-        let widths: Vec<usize> = (0..9).map(width).collect();
-        for row in &rows {
-            let cell = |(column, text): (usize, &String)| match column {
-                0 | 1 => format!("{text:<0$}", widths[column]),
-                _ => format!("{text:>0$}", widths[column]),
-            };
-            let cells: Vec<String> = row.iter().enumerate().map(cell).collect();
-            writeln!(f, "{}", cells.join("  ").trim_end())?;
+        let rows: Vec<Vec<String>> = std::iter::once(heads.to_vec()).chain(self.variables.iter().map(row)).collect();
+        for line in aligned(&rows, 2) {
+            writeln!(f, "{line}")?;
         }
         Ok(())
     }
-}
-
-/// Six digits.
-fn number(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return if value == 0.0 { "0".to_string() } else { value.to_string() };
-    }
-    if !(1e-4..1e7).contains(&value.abs()) {
-        return format!("{value:.5e}");
-    }
-    let decimals = (5 - value.abs().log10().floor() as i32).max(0) as usize;
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
 }
 
 #[cfg(test)]

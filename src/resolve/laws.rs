@@ -6,8 +6,8 @@ use super::names::Named;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
-use crate::expr::{Function, Unary};
-use crate::mechanism::{BinaryOperator, Formula, Friction, InputId, Motion, Range};
+use crate::expr::{Binary, Function, Unary};
+use crate::mechanism::{Formula, Friction, InputId, Motion, Range};
 use crate::scene::constant;
 use crate::scene::decode::Fields;
 use crate::scene::dimension::{ANYTHING, Wanted};
@@ -29,10 +29,9 @@ impl Resolver<'_> {
         match (constant::number(&x), constant::number(&y)) {
             (Some(x), Some(y)) => [Formula::Number(x / length), Formula::Number(y / length)],
             _ => {
-                let squared = |a: &Formula| constant::combine(BinaryOperator::Power, a.clone(), Formula::Number(2.0));
-                let sum = constant::combine(BinaryOperator::Add, squared(&x), squared(&y));
-                let norm = constant::apply(Function::One(Unary::Sqrt), vec![sum]);
-                [x, y].map(|component| constant::combine(BinaryOperator::Divide, component, norm.clone()))
+                let squared = |a: &Formula| constant::combine(Binary::Power, a.clone(), Formula::Number(2.0));
+                let norm = constant::apply(Function::One(Unary::Sqrt), vec![squared(&x) + squared(&y)]);
+                [x, y].map(|component| component / norm.clone())
             }
         }
     }

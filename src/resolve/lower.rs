@@ -8,8 +8,8 @@ use crate::component::Section;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::expr::Function;
-use crate::mechanism::{BinaryOperator, Class, Formula, JointId, LoadId, Owner, Part, Quantity, Variable};
+use crate::expr::{Binary, Function, Unary};
+use crate::mechanism::{Class, Formula, JointId, LoadId, Owner, Part, Quantity, Variable};
 use crate::scene::constant;
 use crate::scene::dimension::{self, Known, SECOND};
 use crate::scene::expression::{self, Tree, TreeKind};
@@ -77,8 +77,6 @@ impl Resolver<'_> {
         match &tree.kind {
             TreeKind::Number(number) => Some((Formula::Number(*number), Known::Number)),
             TreeKind::Name(name) => self.lower_name(name, tree, site),
-            TreeKind::Negate(inner) => self.lower(inner, site).map(|(inner, known)| (constant::negate(inner), known)),
-            TreeKind::Binary(operator, sides) => self.lower_binary(*operator, sides, tree, site),
             TreeKind::Call(function, arguments) => self.lower_call(*function, arguments, tree, site),
             TreeKind::Table(lookup, file, argument) => {
                 let argument = self.lower(argument, site)?;
@@ -99,30 +97,6 @@ impl Resolver<'_> {
         }
     }
 
-    fn lower_binary(
-        &mut self,
-        operator: BinaryOperator,
-        sides: &[Tree; 2],
-        tree: &Tree,
-        site: Site<'_>,
-    ) -> Option<(Formula, Known)> {
-        let (left, right) = (self.lower(&sides[0], site), self.lower(&sides[1], site));
-        let ((left, left_unit), (right, right_unit)) = (left?, right?);
-        // A quotient of numbers is reported as the number that it is.
-        let by_zero = operator == BinaryOperator::Divide && constant::number(&right) == Some(0.0);
-        if by_zero && constant::number(&left).is_none() {
-            let message = format!("{} divides by zero", site.what);
-            let span = site.text.part(sides[1].start, sides[1].end);
-            self.faults.push(Fault::new("scene::not_finite", message, span).label("zero"));
-        }
-        let known = match operator {
-            BinaryOperator::Add => self.join(left_unit, right_unit, "added to", tree, site),
-            BinaryOperator::Subtract => self.join(left_unit, right_unit, "subtracted from", tree, site),
-            _ => dimension::multiply(operator, left_unit, right_unit, &right),
-        };
-        Some((constant::combine(operator, left, right), known))
-    }
-
     fn lower_call(
         &mut self,
         function: Function,
@@ -132,9 +106,30 @@ impl Resolver<'_> {
     ) -> Option<(Formula, Known)> {
         let lowered: Vec<Option<(Formula, Known)>> =
             arguments.iter().map(|argument| self.lower(argument, site)).collect();
-        let lowered: Vec<(Formula, Known)> = lowered.into_iter().collect::<Option<_>>()?;
+        let (formulas, units): (Vec<Formula>, Vec<Known>) = lowered.into_iter().collect::<Option<_>>()?;
+        let known = match (function, &units[..]) {
+            (Function::One(Unary::Negate), [unit]) => *unit,
+            (Function::Two(Binary::Add), [a, b]) => self.join(*a, *b, "added to", tree, site),
+            (Function::Two(Binary::Subtract), [a, b]) => self.join(*a, *b, "subtracted from", tree, site),
+            (Function::Two(operator @ (Binary::Multiply | Binary::Divide | Binary::Power)), [a, b]) => {
+                // A quotient of numbers is reported as the number that it is.
+                let by_zero = operator == Binary::Divide && constant::number(&formulas[1]) == Some(0.0);
+                if by_zero && constant::number(&formulas[0]).is_none() {
+                    let message = format!("{} divides by zero", site.what);
+                    let span = site.text.part(arguments[1].start, arguments[1].end);
+                    self.faults.push(Fault::new("scene::not_finite", message, span).label("zero"));
+                }
+                dimension::multiply(operator, *a, *b, &formulas[1])
+            }
+            _ => self.returned(function, &units, tree, site),
+        };
+        Some((constant::apply(function, formulas), known))
+    }
+
+    /// The unit of a function's value, given those of its arguments.
+    fn returned(&mut self, function: Function, units: &[Known], tree: &Tree, site: Site<'_>) -> Known {
         let mut known = Known::Number;
-        for (_, unit) in &lowered {
+        for unit in units {
             known = self.join(known, *unit, "used together with", tree, site);
         }
         if !dimension::accepts(function, known) {
@@ -149,8 +144,7 @@ impl Resolver<'_> {
                 .help(format!("divide by a number or parameter of the same unit: `{name}(x/0.01)`")),
             );
         }
-        let formulas = lowered.into_iter().map(|(formula, _)| formula).collect();
-        Some((constant::apply(function, formulas), dimension::returned(function, known)))
+        dimension::returned(function, known)
     }
 
     /// The common unit of two values; a fault if they have none.
@@ -222,7 +216,7 @@ impl Resolver<'_> {
             Context::Curve(joint) => (self.scene.joints.get(joint.0)?, Section::Joints, Owner::Joint(joint)),
             _ => return None,
         };
-        let own = part.component(section)?.facts().own;
+        let own = part.component(section)?.own;
         let quantity = own.iter().copied().find(|quantity| quantity.word() == name)?;
         Some(Variable { owner, quantity })
     }
@@ -336,9 +330,9 @@ impl Resolver<'_> {
 }
 
 fn name_in_law(name: &str, part: &Part) -> Formula {
-    let facts = part.facts();
+    let component = part.component();
     let own = name.strip_prefix("own.");
-    let quantity = own.and_then(|own| facts.variables.iter().copied().find(|quantity| quantity.word() == own));
+    let quantity = own.and_then(|own| component.variables.iter().copied().find(|quantity| quantity.word() == own));
     match quantity {
         Some(quantity) => Formula::Variable(Variable { owner: part.owner, quantity }),
         None => part.formula(name).clone(),

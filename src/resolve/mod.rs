@@ -27,7 +27,7 @@ use std::path::PathBuf;
 use std::rc::Rc;
 
 use self::names::Names;
-use crate::component::{self, ALL, Room};
+use crate::component::{ALL, Room};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
@@ -121,7 +121,7 @@ impl Scene {
 fn with_laws(part: Part) -> Part {
     let (scene, mut faults) = (Scene::new(""), Sink::default());
     let names = Names::collect(&scene, &mut faults);
-    let component = component::of(&part);
+    let component = part.component();
     Resolver::new(&scene, names, &mut faults).with_law(part, component)
 }
 
@@ -204,7 +204,7 @@ impl Resolver<'_> {
 }
 
 fn on_a_line() -> String {
-    let facts = ALL.iter().map(|component| component.facts()).filter(|facts| facts.room == Room::Line);
-    let names: Vec<&str> = facts.map(|facts| facts.name).collect();
+    let known = ALL.iter().filter(|component| component.room == Room::Line);
+    let names: Vec<&str> = known.map(|component| component.name).collect();
     format!("in one dimension there are masses and {}", suggest::list(names))
 }

@@ -180,16 +180,12 @@ impl Resolver<'_> {
 
     fn parameters_in(&self, tree: &Tree, uses: &mut HashSet<usize>) {
         match &tree.kind {
-            TreeKind::Number(_) => {}
             TreeKind::Name(name) => {
                 if let Some(Named::Parameter(id)) = self.names.get(name) {
                     uses.insert(id.0);
                 }
             }
-            TreeKind::Negate(inner) | TreeKind::Table(_, _, inner) => self.parameters_in(inner, uses),
-            TreeKind::Binary(_, sides) => sides.iter().for_each(|side| self.parameters_in(side, uses)),
-            TreeKind::Call(_, arguments) => arguments.iter().for_each(|argument| self.parameters_in(argument, uses)),
-            TreeKind::If(_, parts) => parts.iter().for_each(|part| self.parameters_in(part, uses)),
+            kind => kind.parts().iter().for_each(|part| self.parameters_in(part, uses)),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::lower::Context;
 use super::{Resolver, UNKNOWN};
-use crate::component::{Component, Facts, Room, Section};
+use crate::component::{Component, Room, Section};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
@@ -15,11 +15,11 @@ use crate::scene::part as written;
 
 impl written::Part {
     /// Its component: a driver's by the motion that it prescribes, else by its type.
-    pub(super) fn component(&self, section: Section) -> Option<&'static dyn Component> {
+    pub(super) fn component(&self, section: Section) -> Option<&'static Component> {
         let kind = self.text("type");
         let mut found = section.components().filter(|component| match section {
-            Section::Drivers => self.get(component.facts().name).is_some(),
-            _ => kind.as_ref().is_some_and(|kind| kind.text == component.facts().name),
+            Section::Drivers => self.get(component.name).is_some(),
+            _ => kind.as_ref().is_some_and(|kind| kind.text == component.name),
         });
         found.next().filter(|_| found.next().is_none())
     }
@@ -36,7 +36,7 @@ pub(super) struct Reader<'r, 'n> {
 
 /// A part that is being read: what is known of it and how messages call it.
 struct Reading<'n> {
-    facts: &'static Facts,
+    component: &'static Component,
     fields: Fields<'n>,
     /// "joint `pin`", "torsion spring `coil`"
     user: String,
@@ -77,17 +77,16 @@ impl Resolver<'_> {
             self.unrecognised(part, section);
             return None;
         };
-        let facts = component.facts();
         let name = &part.name;
-        let called = format!("{} `{}`", facts.words(), name.text);
-        let fields = Fields::open(&part.node, &called, name.span, &keys(facts), self.faults)?;
+        let called = format!("{} `{}`", component.words(), name.text);
+        let fields = Fields::open(&part.node, &called, name.span, &keys(component), self.faults)?;
         let user = if section == Section::Joints { format!("joint `{}`", name.text) } else { called };
         let mut reading =
-            Reading { facts, fields, user, owner, span: name.span, ends: None, values: Vec::new(), complete: true };
+            Reading { component, fields, user, owner, span: name.span, ends: None, values: Vec::new(), complete: true };
         self.room(&mut reading)?;
         self.one_of(&mut reading);
         // A third body must be neither of the two, so they come first.
-        let (last, first): (Vec<&Key>, Vec<&Key>) = facts.keys.iter().partition(|key| key.form.is_carrier());
+        let (last, first): (Vec<&Key>, Vec<&Key>) = component.keys.iter().partition(|key| key.form.is_carrier());
         for key in first.into_iter().chain(last) {
             self.key(key, &mut reading);
         }
@@ -95,7 +94,7 @@ impl Resolver<'_> {
         let (_, between) = reading.ends.filter(|_| reading.complete)?;
         let part = Part {
             name: name.text.clone(),
-            kind: facts.name,
+            kind: component.name,
             owner,
             between,
             values: reading.values,
@@ -107,16 +106,16 @@ impl Resolver<'_> {
     }
 
     /// The part with the law and the energy of its component.
-    pub(super) fn with_law(&mut self, mut part: Part, component: &dyn Component) -> Part {
+    pub(super) fn with_law(&mut self, mut part: Part, component: &Component) -> Part {
         let mut lower = |law: Option<String>| law.map(|text| self.law_of(&text, &part).unwrap_or(UNKNOWN));
-        let (law, energy) = (lower(component.law(&part)), lower(component.energy(&part)));
+        let (law, energy) = (lower((component.law)(&part)), lower((component.energy)(&part)));
         (part.law, part.energy) = (law, energy);
         part
     }
 
     fn unrecognised(&mut self, part: &written::Part, section: Section) {
         let called = format!("{} `{}`", section.word(), part.name.text);
-        let names: Vec<&str> = section.components().map(|component| component.facts().name).collect();
+        let names: Vec<&str> = section.components().map(|component| component.name).collect();
         let Some(fields) = Fields::open_any(&part.node, &called, part.name.span, self.faults) else { return };
         if section == Section::Drivers {
             self.motions(&fields, &names);
@@ -137,8 +136,8 @@ impl Resolver<'_> {
         let span = given.get(1).and_then(|key| fields.key_span(key)).unwrap_or(fields.span);
         let wanted = suggest::list(motions.iter().copied());
         let message = format!("{} must have exactly one of {wanted}, but has {found}", fields.owner);
-        let facts = Section::Drivers.components().map(Component::facts);
-        let help: Vec<String> = facts.map(|facts| format!("`{}` {}", facts.name, facts.about)).collect();
+        let drivers = Section::Drivers.components();
+        let help: Vec<String> = drivers.map(|component| format!("`{}` {}", component.name, component.about)).collect();
         self.faults.push(
             Fault::new("scene::driver_motion", message, span).label("exactly one is wanted").help(help.join(", ")),
         );
@@ -147,7 +146,7 @@ impl Resolver<'_> {
     /// Refuses what a scene of one dimension has no room for; none if nothing of it is worth reading.
     fn room(&mut self, reading: &mut Reading<'_>) -> Option<()> {
         let called = reading.fields.owner.clone();
-        match reading.facts.room {
+        match reading.component.room {
             Room::Turning => self.must_not_turn(&called, reading.span),
             Room::Plane => self.must_have_plane(&reading.user, reading.span),
             Room::Needless(help) if self.one_dimensional() => {
@@ -163,11 +162,11 @@ impl Resolver<'_> {
 
     /// Exactly one of the keys that stand for one another must be there.
     fn one_of(&mut self, reading: &mut Reading<'_>) {
-        let own: Vec<&Key> = alternatives(reading.facts).collect();
+        let own: Vec<&Key> = alternatives(reading.component).collect();
         if own.is_empty() {
             return;
         }
-        let all = match reading.facts.section {
+        let all = match reading.component.section {
             Section::Drivers => drivers_keys(|key| matches!(key.need, Need::OneOf(_))),
             _ => own.iter().map(|key| key.name).collect(),
         };
@@ -182,8 +181,8 @@ impl Resolver<'_> {
         let wrong = given.iter().rev().find(|key| given.len() > 1 || !permitted(key));
         let span = wrong.and_then(|key| reading.fields.key_span(key)).unwrap_or(reading.span);
         let called = &reading.fields.owner;
-        let fault = if reading.facts.section == Section::Drivers {
-            let message = format!("{called} has `{}`, so it needs {wanted} and nothing else", reading.facts.name);
+        let fault = if reading.component.section == Section::Drivers {
+            let message = format!("{called} has `{}`, so it needs {wanted} and nothing else", reading.component.name);
             Fault::new("scene::driver_target", message, span).help(driver_targets())
         } else {
             let problem = if given.is_empty() { "neither" } else { "both" };
@@ -253,7 +252,7 @@ impl Resolver<'_> {
                 Some(((names, places), None))
             }
             Form::Joint => {
-                let joint = self.joint_named(&name, user, reading.facts.name)?;
+                let joint = self.joint_named(&name, user, reading.component.name)?;
                 let names = self.scene.joints[joint.0].between()?;
                 let places = [self.known_place(&names[0].text)?, self.known_place(&names[1].text)?];
                 Some(((names, places), Some(Value::Joint(joint))))
@@ -351,7 +350,7 @@ impl Resolver<'_> {
 
     /// The carrier must be neither of what it carries.
     fn carrier_apart(&mut self, reading: &Reading<'_>) -> bool {
-        let has_carrier = reading.facts.keys.iter().any(|key| key.form.is_carrier());
+        let has_carrier = reading.component.keys.iter().any(|key| key.form.is_carrier());
         let Some((names, places)) = reading.ends.as_ref().filter(|_| has_carrier) else { return true };
         let carrier = reading.values.iter().find_map(|(_, value)| match value {
             Value::Place(place) => Some(place.body()),
@@ -374,11 +373,11 @@ impl Resolver<'_> {
             self.unknown_joint(name, user);
             return None;
         };
-        let facts = self.scene.joints[id.0].component(Section::Joints)?.facts();
-        if facts.drivers.contains(&motion) {
+        let component = self.scene.joints[id.0].component(Section::Joints)?;
+        if component.drivers.contains(&motion) {
             return Some(id);
         }
-        let [found, help] = facts.undriven;
+        let [found, help] = component.undriven;
         let message = format!("{user} prescribes `{motion}`, but joint `{}` is {found}", name.text);
         let fault = Fault::new("scene::driver_joint", message, name.span);
         self.faults.push(fault.label(format!("this joint is {found}")).help(help));
@@ -390,7 +389,7 @@ impl Resolver<'_> {
         let Some(Node { kind: Kind::Text(name), .. }) = joint else { return false };
         let Some(super::names::Named::Joint(id)) = self.names.get(name) else { return false };
         let component = self.scene.joints[id.0].component(Section::Joints);
-        component.is_some_and(|component| component.facts().drivers == ["angle"])
+        component.is_some_and(|component| component.drivers == ["angle"])
     }
 
     fn unknown_joint(&mut self, name: &Text, user: &str) {
@@ -412,17 +411,17 @@ impl Resolver<'_> {
 }
 
 /// The keys that a part may have: any driver's, so that one of the wrong motion is told from one that does not exist.
-fn keys(facts: &Facts) -> Vec<&'static str> {
-    match facts.section {
+fn keys(component: &Component) -> Vec<&'static str> {
+    match component.section {
         Section::Drivers => drivers_keys(|_| true),
-        _ => std::iter::once("type").chain(facts.keys.iter().map(|key| key.name)).collect(),
+        _ => std::iter::once("type").chain(component.keys.iter().map(|key| key.name)).collect(),
     }
 }
 
 /// The keys of drivers that `select` selects: what they move before how.
 fn drivers_keys(select: impl Fn(&Key) -> bool) -> Vec<&'static str> {
-    let facts = || Section::Drivers.components().map(Component::facts);
-    let all = facts().flat_map(|facts| facts.keys).filter(|key| select(key));
+    let drivers = || Section::Drivers.components();
+    let all = drivers().flat_map(|component| component.keys).filter(|key| select(key));
     let (targets, motions): (Vec<&Key>, Vec<&Key>) = all.partition(|key| matches!(key.need, Need::OneOf(_)));
     let mut names: Vec<&str> = Vec::new();
     for key in targets.into_iter().chain(motions) {
@@ -433,8 +432,8 @@ fn drivers_keys(select: impl Fn(&Key) -> bool) -> Vec<&'static str> {
     names
 }
 
-fn alternatives(facts: &'static Facts) -> impl Iterator<Item = &'static Key> {
-    facts.keys.iter().filter(|key| matches!(key.need, Need::OneOf(_)))
+fn alternatives(component: &'static Component) -> impl Iterator<Item = &'static Key> {
+    component.keys.iter().filter(|key| matches!(key.need, Need::OneOf(_)))
 }
 
 fn helps<'k>(keys: impl Iterator<Item = &'k Key>) -> Vec<&'static str> {
@@ -447,10 +446,10 @@ fn driver_targets() -> String {
         Form::Point => format!("`{}` (a point)", key.name),
         _ => format!("`{}`", key.name),
     };
-    let of = |facts: &'static Facts| {
-        let targets: Vec<String> = alternatives(facts).map(target).collect();
-        format!("`{}` needs {}", facts.name, targets.join(" or "))
+    let of = |component: &'static Component| {
+        let targets: Vec<String> = alternatives(component).map(target).collect();
+        format!("`{}` needs {}", component.name, targets.join(" or "))
     };
-    let all: Vec<String> = Section::Drivers.components().map(|component| of(component.facts())).collect();
+    let all: Vec<String> = Section::Drivers.components().map(of).collect();
     all.join(", ")
 }

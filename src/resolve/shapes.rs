@@ -32,10 +32,9 @@ impl Resolver<'_> {
         let owner = body_fields.name_of("shape");
         self.must_have_plane(&owner, node.span);
         let component = self.kind_of_shape(node, &owner)?;
-        let facts = component.facts();
-        let keys = facts.all_keys();
+        let keys = component.all_keys();
         let fields = Fields::open(node, &owner, node.span, &names(&keys), self.faults)?;
-        let corners = self.corners(&facts.place, &fields, body)?;
+        let corners = self.corners(&component.place, &fields, body)?;
         self.check_corners(component, &corners, &fields)?;
         if has_centre && body.inertia.is_none() {
             let message = format!("{} has a shape and `com`, but no `inertia`", body_fields.owner);
@@ -44,32 +43,32 @@ impl Resolver<'_> {
             self.faults.push(Fault::new("scene::shape", message, span).label("not the shape's own").help(help));
         }
         let mut values: Vec<(&str, Formula)> = Vec::new();
-        for key in facts.keys {
+        for key in component.keys {
             let Need::Required(help) = key.need else { continue };
             let node = fields.required(key.name, help, self.faults)?;
             values.push((key.name, self.shape_number(key, node, &fields)?));
         }
         let value =
             |name: &str| values.iter().find(|(own, _)| *own == name).map_or(UNKNOWN, |(_, value)| value.clone());
-        let solid = component.solid(&corners, &value);
+        let solid = (component.solid)(&corners, &value);
         let mass = self.mass_of_shape(component, &fields, body).map(|density| density * solid.size.clone());
         Some(Shaped { solid, mass })
     }
 
     /// The shape that a table names.
-    fn kind_of_shape(&mut self, node: &Node, owner: &str) -> Option<&'static dyn Shape> {
+    fn kind_of_shape(&mut self, node: &Node, owner: &str) -> Option<&'static Shape> {
         let fields = Fields::open_any(node, owner, node.span, self.faults)?;
-        let given: Vec<_> = ALL.iter().filter(|shape| fields.get(shape.facts().place.name).is_some()).collect();
+        let given: Vec<_> = ALL.iter().filter(|shape| fields.get(shape.place.name).is_some()).collect();
         if let [only] = given[..] {
             return Some(*only);
         }
-        let kinds = || ALL.iter().map(|shape| shape.facts().place.name);
+        let kinds = || ALL.iter().map(|shape| shape.place.name);
         let found = match given.is_empty() {
             true => "none of them".to_string(),
-            false => suggest::list(given.iter().map(|shape| shape.facts().place.name)),
+            false => suggest::list(given.iter().map(|shape| shape.place.name)),
         };
         let message = format!("{owner} must have exactly one of {}, but has {found}", suggest::list(kinds()));
-        let span = given.get(1).and_then(|shape| fields.key_span(shape.facts().place.name)).unwrap_or(node.span);
+        let span = given.get(1).and_then(|shape| fields.key_span(shape.place.name)).unwrap_or(node.span);
         let help = "such as `shape = { rod = [\"inner\", \"outer\"], density = \"2.1 kg/m\" }`";
         self.faults.push(Fault::new("scene::shape", message, span).label("exactly one is wanted").help(help));
         None
@@ -132,13 +131,13 @@ impl Resolver<'_> {
     }
 
     /// Refuses corners that make no shape with the default parameters.
-    fn check_corners(&mut self, shape: &dyn Shape, corners: &[[Formula; 2]], fields: &Fields<'_>) -> Option<()> {
+    fn check_corners(&mut self, shape: &Shape, corners: &[[Formula; 2]], fields: &Fields<'_>) -> Option<()> {
         let values: Vec<[f64; 2]> = corners.iter().map(|at| at.each_ref().map(|x| self.value(x))).collect();
         if values.iter().flatten().any(|x| !x.is_finite()) {
             return Some(()); // has a fault of its own
         }
-        let Some((index, problem, help)) = shape.flaw(&values) else { return Some(()) };
-        let name = shape.facts().place.name;
+        let Some((index, problem, help)) = (shape.flaw)(&values) else { return Some(()) };
+        let name = shape.place.name;
         let node = fields.get(name)?;
         let span = match &node.kind {
             Kind::Array(items) => items.get(index).map_or(node.span, |item| item.span),
@@ -150,8 +149,8 @@ impl Resolver<'_> {
     }
 
     /// The mass of one unit of size, if a density gives it.
-    fn mass_of_shape(&mut self, shape: &dyn Shape, fields: &Fields<'_>, body: &Body) -> Option<Formula> {
-        let depth_key = &shape.facts().depth;
+    fn mass_of_shape(&mut self, shape: &Shape, fields: &Fields<'_>, body: &Body) -> Option<Formula> {
+        let depth_key = &shape.depth;
         let depth = fields.get(depth_key.name);
         if body.mass.is_some() || fields.get(DENSITY_KEY.name).is_none() {
             let why = if body.mass.is_some() { "beside `mass` of the body" } else { "without `density`" };
@@ -166,8 +165,8 @@ impl Resolver<'_> {
         Some(self.density_of_size(shape, fields, depth).unwrap_or(UNKNOWN))
     }
 
-    fn density_of_size(&mut self, shape: &dyn Shape, fields: &Fields<'_>, depth: Option<&Node>) -> Option<Formula> {
-        let depth_key = &shape.facts().depth;
+    fn density_of_size(&mut self, shape: &Shape, fields: &Fields<'_>, depth: Option<&Node>) -> Option<Formula> {
+        let depth_key = &shape.depth;
         let (density, is_per_size) = self.density(shape, fields)?;
         match (depth, is_per_size) {
             (Some(node), false) => {
@@ -179,7 +178,7 @@ impl Resolver<'_> {
             }
             (None, true) => Some(density),
             (Some(_), true) => {
-                let unit = shape.facts().density.si;
+                let unit = shape.density.si;
                 let message =
                     format!("{} has `{}`, but its density is in `{unit}` already", fields.owner, depth_key.name);
                 let span = fields.key_span(depth_key.name).unwrap_or(fields.span);
@@ -188,7 +187,7 @@ impl Resolver<'_> {
                 None
             }
             (None, false) => {
-                let unit = shape.facts().density.si;
+                let unit = shape.density.si;
                 let message = format!("{} has a density in `kg/m3`, but no `{}`", fields.owner, depth_key.name);
                 let span = fields.key_span(DENSITY_KEY.name).unwrap_or(fields.span);
                 let help = format!("give `{}` too, or the density in `{unit}` with its unit", depth_key.name);
@@ -199,17 +198,17 @@ impl Resolver<'_> {
     }
 
     /// The density, and whether it is that of the size: per length or area. A number without a unit is in kg/m3.
-    fn density(&mut self, shape: &dyn Shape, fields: &Fields<'_>) -> Option<(Formula, bool)> {
+    fn density(&mut self, shape: &Shape, fields: &Fields<'_>) -> Option<(Formula, bool)> {
         let (key, what) = (DENSITY_KEY.name, fields.name_of(DENSITY_KEY.name));
         let quantity = self.faults.quantity(fields.get(key)?, &what)?;
         let (formula, unit) = self.formula_and_unit(&quantity, &what, &ANYTHING, Context::Constant);
-        let own = shape.facts().density;
+        let own = shape.density;
         let exponents = unit.map(|unit| unit.exponents);
         let is = |wanted: Option<[i8; 4]>| wanted.zip(exponents).is_some_and(|(a, b)| compatible(a, b));
         if exponents.is_some() && !is(DENSITY.exponents) && !is(own.exponents) {
             let found = exponents.map(|exponents| from_exponents(exponents).si).unwrap_or_default();
             let message = format!("{what} must be a density, but is in `{found}`");
-            let help = format!("give it in `kg/m3` with `{}`, or in `{}` without", shape.facts().depth.name, own.si);
+            let help = format!("give it in `kg/m3` with `{}`, or in `{}` without", shape.depth.name, own.si);
             let fault = Fault::new("scene::wrong_unit", message, quantity.span).label("not a density of this shape");
             self.faults.push(fault.help(help));
             return None;

@@ -2,10 +2,11 @@
 
 use std::collections::HashSet;
 
-use crate::component::{self, Origin, System};
+use crate::component::{Origin, System};
 use crate::diagnostic::span::Span;
+use crate::expr::{Binary, Function, Unary};
 use crate::mechanism::measure::{ACCELERATION, INERTIA, LENGTH, MASS, NUMBER, Wanted};
-use crate::mechanism::{BinaryOperator, Formula, Mechanism, Motion, Owner, Parameter, ParameterId, Part, Unit, Value};
+use crate::mechanism::{Formula, Mechanism, Motion, Owner, Parameter, ParameterId, Part, Unit, Value};
 use crate::scene::constant::{evaluate, negate};
 use crate::scene::key::Form;
 
@@ -162,7 +163,7 @@ impl Namer<'_, '_> {
         };
         let suffix = self.suffix(origin, &part.name);
         let name = part.name.clone();
-        let keys = component::of(&part).facts().keys;
+        let keys = part.component().keys;
         for (key, value) in &mut part.values {
             let measure = keys.iter().find(|own| own.name == *key).map_or(NUMBER, |own| measure(own.form));
             let letter = letter(key);
@@ -211,24 +212,12 @@ impl Namer<'_, '_> {
             let letter = letter.map_or_else(|| "a".to_owned(), String::from);
             return self.number(formula, About { letter: &letter, signed: true, ..about });
         }
-        match formula {
-            Formula::Negate(inner) => Formula::Negate(Box::new(self.within(inner, about))),
-            Formula::Binary(BinaryOperator::Power, sides) => {
-                let base = self.within(&sides[0], about);
-                Formula::Binary(BinaryOperator::Power, Box::new([base, sides[1].clone()]))
-            }
-            Formula::Binary(operator, sides) => {
-                let [left, right] = sides.each_ref().map(|side| self.within(side, about));
-                Formula::Binary(*operator, Box::new([left, right]))
-            }
-            Formula::Call(function, arguments) => {
-                Formula::Call(*function, arguments.iter().map(|own| self.within(own, about)).collect())
-            }
-            Formula::If(comparison, parts) => {
-                Formula::If(*comparison, Box::new(parts.each_ref().map(|part| self.within(part, about))))
-            }
-            other => other.clone(),
-        }
+        let mut named = formula.clone();
+        let exponent = usize::from(matches!(formula, Formula::Call(Function::Two(Binary::Power), _)));
+        let parts = named.parts_mut();
+        let count = parts.len() - exponent;
+        parts[..count].iter_mut().for_each(|part| *part = self.within(part, about));
+        named
     }
 
     /// A formula with a name; parameters, zero and what is one keep their own.
@@ -237,7 +226,7 @@ impl Namer<'_, '_> {
         let is_named = match formula {
             Formula::Number(number) => *number == 0.0,
             Formula::Parameter(_) => true,
-            Formula::Negate(inner) => matches!(**inner, Formula::Parameter(_)),
+            Formula::Call(Function::One(Unary::Negate), inner) => matches!(inner[..], [Formula::Parameter(_)]),
             _ => !value.is_finite(),
         };
         if is_named {
@@ -246,7 +235,7 @@ impl Namer<'_, '_> {
         let minus = about.signed && value < 0.0;
         let positive = if minus { negate(formula.clone()) } else { formula.clone() };
         let symbol = Formula::Parameter(self.push(positive, if minus { -value } else { value }, about));
-        if minus { Formula::Negate(Box::new(symbol)) } else { symbol }
+        if minus { negate(symbol) } else { symbol }
     }
 
     fn push(&mut self, formula: Formula, value: f64, about: About) -> ParameterId {
@@ -299,26 +288,12 @@ impl Namer<'_, '_> {
 
 /// Does it depend on time, an input or a variable?
 fn moves(formula: &Formula) -> bool {
-    match formula {
-        Formula::Number(_) | Formula::Parameter(_) => false,
-        Formula::Time | Formula::Input(_) | Formula::Variable(_) => true,
-        Formula::Negate(inner) => moves(inner),
-        Formula::Binary(_, sides) => sides.iter().any(moves),
-        Formula::Call(_, arguments) => arguments.iter().any(moves),
-        Formula::If(_, parts) => parts.iter().any(moves),
-    }
+    matches!(formula, Formula::Time | Formula::Input(_) | Formula::Variable(_)) || formula.parts().iter().any(moves)
 }
 
 /// How many numbers a formula has.
 fn numbers(formula: &Formula) -> usize {
-    match formula {
-        Formula::Number(_) => 1,
-        Formula::Parameter(_) | Formula::Time | Formula::Input(_) | Formula::Variable(_) => 0,
-        Formula::Negate(inner) => numbers(inner),
-        Formula::Binary(_, sides) => sides.iter().map(numbers).sum(),
-        Formula::Call(_, arguments) => arguments.iter().map(numbers).sum(),
-        Formula::If(_, parts) => parts.iter().map(numbers).sum(),
-    }
+    usize::from(matches!(formula, Formula::Number(_))) + formula.parts().iter().map(numbers).sum::<usize>()
 }
 
 fn is_unit(component: &Formula) -> bool {

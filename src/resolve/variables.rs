@@ -13,8 +13,8 @@ use crate::mechanism::{Owner, Place, Quantity, Variable};
 use crate::scene::part::Part;
 
 pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
-    let facts = part.component(section)?.facts();
-    Some((facts.words(), facts.variables.iter().copied().chain([Quantity::Power]).collect()))
+    let component = part.component(section)?;
+    Some((component.words(), component.variables.iter().copied().chain([Quantity::Power]).collect()))
 }
 
 /// An owner of variables, what to call it, and what it has.
@@ -80,7 +80,7 @@ impl Resolver<'_> {
         let dimension = self.scene.dimension;
         let part = |id, part: &Part, section| {
             let (words, mut has) = of_part(part, section)?;
-            let coordinates = part.component(section)?.facts().coordinates(dimension).iter().copied();
+            let coordinates = part.component(section)?.coordinates(dimension).iter().copied();
             coordinates.for_each(|quantity| {
                 if !has.contains(&quantity) {
                     has.push(quantity)

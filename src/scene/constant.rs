@@ -1,7 +1,7 @@
 //! Values of constant formulas, and folding of numbers.
 
-use crate::expr::Function;
-use crate::mechanism::{BinaryOperator, Comparison, Formula};
+use crate::expr::{Binary, Function, Unary};
+use crate::mechanism::{Comparison, Formula};
 
 /// The value of a formula of numbers and parameters; not a number if it uses anything else.
 pub(crate) fn evaluate(formula: &Formula, parameters: &[f64]) -> f64 {
@@ -10,23 +10,13 @@ pub(crate) fn evaluate(formula: &Formula, parameters: &[f64]) -> f64 {
         Formula::Number(number) => *number,
         Formula::Parameter(id) => parameters.get(id.0).copied().unwrap_or(f64::NAN),
         Formula::Time | Formula::Input(_) | Formula::Variable(_) => f64::NAN,
-        Formula::Negate(a) => -value(a),
-        Formula::Binary(operator, sides) => binary(*operator, value(&sides[0]), value(&sides[1])),
+        // The platform's power: that of the runtime may differ in the last digit.
+        Formula::Call(Function::Two(Binary::Power), sides) => value(&sides[0]).powf(value(&sides[1])),
         Formula::Call(function, arguments) => function.value(&arguments.iter().map(value).collect::<Vec<f64>>()),
         Formula::If(comparison, parts) => {
             let holds = compare(*comparison, value(&parts[0]), value(&parts[1]));
             value(&parts[if holds { 2 } else { 3 }])
         }
-    }
-}
-
-fn binary(operator: BinaryOperator, a: f64, b: f64) -> f64 {
-    match operator {
-        BinaryOperator::Add => a + b,
-        BinaryOperator::Subtract => a - b,
-        BinaryOperator::Multiply => a * b,
-        BinaryOperator::Divide => a / b,
-        BinaryOperator::Power => a.powf(b),
     }
 }
 
@@ -49,18 +39,23 @@ pub(crate) fn number(formula: &Formula) -> Option<f64> {
 
 /// -a
 pub(crate) fn negate(a: Formula) -> Formula {
-    match number(&a) {
-        Some(number) => Formula::Number(-number),
-        None => Formula::Negate(Box::new(a)),
-    }
+    apply(Function::One(Unary::Negate), vec![a])
 }
 
-/// a op b, a number if both are.
-pub(crate) fn combine(operator: BinaryOperator, a: Formula, b: Formula) -> Formula {
-    match (number(&a), number(&b)) {
-        (Some(a), Some(b)) => Formula::Number(binary(operator, a, b)),
-        (_, Some(0.0)) if matches!(operator, BinaryOperator::Add | BinaryOperator::Subtract) => a,
-        _ => Formula::Binary(operator, Box::new([a, b])),
+/// a op b
+pub(crate) fn combine(operator: Binary, a: Formula, b: Formula) -> Formula {
+    apply(Function::Two(operator), vec![a, b])
+}
+
+/// f(...), a number if all arguments are; without a zero that is added or subtracted.
+pub(crate) fn apply(function: Function, mut arguments: Vec<Formula>) -> Formula {
+    let adds = matches!(function, Function::Two(Binary::Add | Binary::Subtract));
+    if arguments.iter().all(|argument| number(argument).is_some()) {
+        Formula::Number(evaluate(&Formula::Call(function, arguments), &[]))
+    } else if adds && number(&arguments[1]) == Some(0.0) {
+        arguments.swap_remove(0)
+    } else {
+        Formula::Call(function, arguments)
     }
 }
 
@@ -71,21 +66,10 @@ macro_rules! operators {
             type Output = Formula;
 
             fn $method(self, other: Formula) -> Formula {
-                combine(BinaryOperator::$operator, self, other)
+                combine(Binary::$operator, self, other)
             }
         }
     )*};
 }
 
 operators!(Add add Add, Sub sub Subtract, Mul mul Multiply, Div div Divide);
-
-/// f(...), a number if all arguments are.
-pub(crate) fn apply(function: Function, arguments: Vec<Formula>) -> Formula {
-    let formula = Formula::Call(function, arguments);
-    match &formula {
-        Formula::Call(_, arguments) if arguments.iter().all(|argument| number(argument).is_some()) => {
-            Formula::Number(evaluate(&formula, &[]))
-        }
-        _ => formula,
-    }
-}

@@ -5,9 +5,9 @@
 //! product is open. What a parameter without a unit is made of is not known. The radian counts as a pure number.
 
 use super::unit::{Exponents, compatible};
-use crate::expr::{Function, Units};
+use crate::expr::{Binary, Function, Units};
+use crate::mechanism::Formula;
 pub(crate) use crate::mechanism::measure::*;
-use crate::mechanism::{BinaryOperator, Formula};
 
 /// What is known of the unit of an expression.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,14 +80,14 @@ pub(crate) fn join(a: Known, b: Known) -> Result<Known, (Exponents, Exponents)> 
 }
 
 /// The unit of a product, quotient or power; `exponent` is the formula of the right side.
-pub(crate) fn multiply(operator: BinaryOperator, a: Known, b: Known, exponent: &Formula) -> Known {
-    if operator == BinaryOperator::Power {
+pub(crate) fn multiply(operator: Binary, a: Known, b: Known, exponent: &Formula) -> Known {
+    if operator == Binary::Power {
         return power(a, b, exponent);
     }
     if (a, b) == (Known::Number, Known::Number) {
         return Known::Number;
     }
-    let sign = if operator == BinaryOperator::Divide { -1 } else { 1 };
+    let sign = if operator == Binary::Divide { -1 } else { 1 };
     let (Some(a), Some(b)) = (a.measured(), b.measured()) else {
         return Known::Nothing;
     };

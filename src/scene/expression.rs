@@ -13,8 +13,8 @@ use super::quantity::{number_length, unit_in_expression};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::expr::Function;
-use crate::mechanism::{BinaryOperator, Comparison};
+use crate::expr::{Binary, Function, Unary};
+use crate::mechanism::Comparison;
 
 /// Deeper trees are refused, so that no expression can exhaust the stack, here or later.
 const DEEPEST: usize = 250;
@@ -34,12 +34,23 @@ pub(crate) struct Tree {
 pub(crate) enum TreeKind {
     Number(f64),
     Name(String),
-    Negate(Box<Tree>),
-    Binary(BinaryOperator, Box<[Tree; 2]>),
+    /// Operators too.
     Call(Function, Vec<Tree>),
     If(Comparison, Box<[Tree; 4]>),
     /// A file's table at a value.
     Table(Lookup, String, Box<Tree>),
+}
+
+impl TreeKind {
+    /// What it is made of, from left to right.
+    pub fn parts(&self) -> &[Tree] {
+        match self {
+            TreeKind::Number(_) | TreeKind::Name(_) => &[],
+            TreeKind::Call(_, arguments) => arguments,
+            TreeKind::If(_, parts) => &parts[..],
+            TreeKind::Table(_, _, argument) => std::slice::from_ref(&**argument),
+        }
+    }
 }
 
 /// How a table is read.
@@ -121,7 +132,7 @@ enum Token<'t> {
     Name(&'t str),
     /// Between quotes of either kind.
     Text(&'t str),
-    Operator(BinaryOperator),
+    Operator(Binary),
     Compare(Comparison),
     Open,
     Close,
@@ -155,11 +166,11 @@ fn token(rest: &str) -> Option<(Token<'_>, usize)> {
         false => (Token::Compare(plain), 1),
     };
     Some(match first {
-        '+' => (Token::Operator(BinaryOperator::Add), 1),
-        '-' => (Token::Operator(BinaryOperator::Subtract), 1),
-        '*' => (Token::Operator(BinaryOperator::Multiply), 1),
-        '/' => (Token::Operator(BinaryOperator::Divide), 1),
-        '^' => (Token::Operator(BinaryOperator::Power), 1),
+        '+' => (Token::Operator(Binary::Add), 1),
+        '-' => (Token::Operator(Binary::Subtract), 1),
+        '*' => (Token::Operator(Binary::Multiply), 1),
+        '/' => (Token::Operator(Binary::Divide), 1),
+        '^' => (Token::Operator(Binary::Power), 1),
         '(' => (Token::Open, 1),
         ')' => (Token::Close, 1),
         ',' => (Token::Comma, 1),
@@ -202,7 +213,7 @@ struct Parser<'t> {
 impl<'t> Parser<'t> {
     fn sum(&mut self) -> Result<Tree, Fault> {
         let mut left = self.product()?;
-        while let Token::Operator(operator @ (BinaryOperator::Add | BinaryOperator::Subtract)) = self.peek() {
+        while let Token::Operator(operator @ (Binary::Add | Binary::Subtract)) = self.peek() {
             self.at += 1;
             left = self.binary(operator, left, Parser::product)?;
         }
@@ -211,7 +222,7 @@ impl<'t> Parser<'t> {
 
     fn product(&mut self) -> Result<Tree, Fault> {
         let mut left = self.sign()?;
-        while let Token::Operator(operator @ (BinaryOperator::Multiply | BinaryOperator::Divide)) = self.peek() {
+        while let Token::Operator(operator @ (Binary::Multiply | Binary::Divide)) = self.peek() {
             self.at += 1;
             left = self.binary(operator, left, Parser::sign)?;
         }
@@ -220,14 +231,14 @@ impl<'t> Parser<'t> {
 
     fn sign(&mut self) -> Result<Tree, Fault> {
         self.nested(|parser| match parser.peek() {
-            Token::Operator(BinaryOperator::Subtract) => {
+            Token::Operator(Binary::Subtract) => {
                 let start = parser.place().0;
                 parser.at += 1;
                 let inner = parser.sign()?;
                 let end = inner.end;
-                parser.tree(TreeKind::Negate(Box::new(inner)), start, end)
+                parser.tree(TreeKind::Call(Function::One(Unary::Negate), vec![inner]), start, end)
             }
-            Token::Operator(BinaryOperator::Add) => {
+            Token::Operator(Binary::Add) => {
                 parser.at += 1;
                 parser.sign()
             }
@@ -237,9 +248,9 @@ impl<'t> Parser<'t> {
 
     fn power(&mut self) -> Result<Tree, Fault> {
         let base = self.primary()?;
-        if self.peek() == Token::Operator(BinaryOperator::Power) {
+        if self.peek() == Token::Operator(Binary::Power) {
             self.at += 1;
-            return self.binary(BinaryOperator::Power, base, Parser::sign);
+            return self.binary(Binary::Power, base, Parser::sign);
         }
         Ok(base)
     }
@@ -266,7 +277,7 @@ impl<'t> Parser<'t> {
                 (inner.start, inner.end) = (start, self.close()?);
                 Ok(inner)
             }
-            Token::Operator(BinaryOperator::Multiply) if self.follows(Token::Operator(BinaryOperator::Multiply)) => {
+            Token::Operator(Binary::Multiply) if self.follows(Token::Operator(Binary::Multiply)) => {
                 let span = self.text.part(self.tokens[self.at - 1].1, end);
                 let fault = Fault::new("scene::bad_expression", "`**` is no operator", span).label("not understood");
                 Err(fault.help("a power is written with `^`: `x^2`"))
@@ -348,26 +359,18 @@ impl<'t> Parser<'t> {
 
     fn binary(
         &mut self,
-        operator: BinaryOperator,
+        operator: Binary,
         left: Tree,
         right: impl Fn(&mut Self) -> Result<Tree, Fault>,
     ) -> Result<Tree, Fault> {
         let right = right(self)?;
         let (start, end) = (left.start, right.end);
-        self.tree(TreeKind::Binary(operator, Box::new([left, right])), start, end)
+        self.tree(TreeKind::Call(Function::Two(operator), vec![left, right]), start, end)
     }
 
     /// A tree that is not too deep.
     fn tree(&self, kind: TreeKind, start: usize, end: usize) -> Result<Tree, Fault> {
-        let parts: &[Tree] = match &kind {
-            TreeKind::Number(_) | TreeKind::Name(_) => &[],
-            TreeKind::Negate(inner) => std::slice::from_ref(&**inner),
-            TreeKind::Binary(_, sides) => &sides[..],
-            TreeKind::Call(_, arguments) => arguments,
-            TreeKind::If(_, parts) => &parts[..],
-            TreeKind::Table(_, _, argument) => std::slice::from_ref(&**argument),
-        };
-        let depth = 1 + parts.iter().map(|part| part.depth).max().unwrap_or(0);
+        let depth = 1 + kind.parts().iter().map(|part| part.depth).max().unwrap_or(0);
         if depth > DEEPEST {
             return Err(self.too_deep());
         }

@@ -9,6 +9,7 @@ use cotree_fmu::model::Model;
 
 use super::{Ensemble, Results, Run, RunError, Settings, SimulateError, settings};
 use crate::compile::{Compiled, compile};
+use crate::diagnostic::every;
 use crate::scene::Scene;
 
 impl Compiled {
@@ -36,17 +37,17 @@ impl Compiled {
 
     /// The variables of the names; or everything that is wrong with them.
     fn members(&self, members: &[Vec<(&str, f64)>]) -> Result<Vec<Settings>, SimulateError> {
-        let mut wrong = Vec::new();
         let setting = |&(name, value): &(&str, f64)| {
             let variable = settings::settable(&self.description, name)?;
             settings::permitted(&self.description.variables[variable], value)
                 .map_err(|message| format!("{name}: {value:?} {message}"))?;
             Ok((variable, value))
         };
-        let mut setting = |own| setting(own).map_err(|message: String| wrong.push(message)).ok();
-        let settings = members.iter().map(|member| member.iter().filter_map(&mut setting).collect()).collect();
-        wrong.dedup();
-        if wrong.is_empty() { Ok(settings) } else { Err(SimulateError::Settings(wrong)) }
+        every(members.iter().map(|member| every(member.iter().map(setting)))).map_err(|wrong: Vec<Vec<String>>| {
+            let mut wrong = wrong.concat();
+            wrong.dedup();
+            SimulateError::Settings(wrong)
+        })
     }
 }
 

@@ -112,10 +112,10 @@ impl Reader<'_, '_> {
         let mechanism = self.formulated.equations.system.mechanism;
         let mut group = Group { title: "loads", values: Vec::new() };
         for load in &mechanism.loads {
-            let facts = load.facts();
+            let component = load.component();
             let of = |&quantity| Variable { owner: load.owner, quantity };
-            group.values.extend(self.read("", facts.pose.iter().map(of).collect()).values);
-            for (key, value) in load.values.iter().filter(|_| facts.pose.is_empty()) {
+            group.values.extend(self.read("", component.pose.iter().map(of).collect()).values);
+            for (key, value) in load.values.iter().filter(|_| component.pose.is_empty()) {
                 match value {
                     Written::Vector([x, y]) => {
                         group.values.push(self.formula(&load.name, "fx", x));
@@ -151,8 +151,8 @@ fn poses(mechanism: &Mechanism) -> Vec<Variable> {
 fn joints(mechanism: &Mechanism) -> Vec<Variable> {
     let mut variables = Vec::new();
     for joint in &mechanism.joints {
-        let facts = joint.facts();
-        let quantities = facts.pose.iter().copied().chain(facts.reactions(mechanism.dimension));
+        let component = joint.component();
+        let quantities = component.pose.iter().copied().chain(component.reactions(mechanism.dimension));
         variables.extend(quantities.map(|quantity| Variable { owner: joint.owner, quantity }));
     }
     variables

@@ -8,6 +8,7 @@
 //! Its solution comes from Taylor series in dual numbers ([`cotree_fmu::instance::Variational`]); where there are none, from collocation at the Gauss nodes, with steps that
 //! the last coefficients of a_p choose. The motion is that of the program that runs in the FMU; q_p and v_p are put back onto the varied loop equations after each step.
 
+mod collocation;
 mod corner;
 mod event;
 mod feature;

@@ -24,12 +24,6 @@ const FINER: f64 = 1e-2;
 const CLOSER: f64 = 0.1;
 /// No finer than this.
 const FINEST: f64 = 1e-13;
-/// The last coefficients of a_p may be this share of all, times the tolerance; no smaller than rounding permits.
-const SMALLEST: f64 = 1e-12;
-/// Sweeps over the nodes of a step.
-const SWEEPS: usize = 60;
-/// A sweep that changes less than this share is the last.
-const SETTLED: f64 = 1e-14;
 /// Steps of a run.
 const MOST_STEPS: usize = 1_000_000;
 /// The first step is this share of the run.
@@ -55,7 +49,7 @@ pub struct Course<'f, 'm> {
     pub(super) motion: Instance,
     pub(super) variational: Variational,
     /// The variables that the outputs are.
-    outputs: Vec<usize>,
+    pub(super) outputs: Vec<usize>,
     pub(super) parameters: usize,
     /// q_p and v_p: a column for each parameter.
     pub(super) positions: DMatrix<f64>,
@@ -66,7 +60,7 @@ pub struct Course<'f, 'm> {
     pub(super) clear: f64,
     /// Laws that have switched.
     pub(super) switched: Vec<Switched>,
-    rule: &'static Rule,
+    pub(super) rule: &'static Rule,
     pub(super) tolerance: f64,
     kinematic: bool,
     /// Series that have begun already, if the derivatives are still where they did.
@@ -86,20 +80,6 @@ struct Before {
     motion: Snapshot,
     positions: DMatrix<f64>,
     rates: DMatrix<f64>,
-}
-
-/// The variational equations at a node: a_p = by_positions q_p + by_rates v_p + own.
-struct Node {
-    by_positions: DMatrix<f64>,
-    by_rates: DMatrix<f64>,
-    own: DMatrix<f64>,
-}
-
-/// A step that was tried: v_p and a_p, a column for each node, and by how much the last coefficients of a_p exceed what is permitted.
-struct Tried {
-    rates: DMatrix<f64>,
-    accelerations: DMatrix<f64>,
-    excess: f64,
 }
 
 impl<'f, 'm> Course<'f, 'm> {
@@ -332,124 +312,10 @@ impl<'f, 'm> Course<'f, 'm> {
         }
         Ok(None)
     }
-
-    /// The equations at the nodes of a step.
-    fn nodes(&mut self, length: f64) -> Result<Vec<Node>, Failure> {
-        let mut motion = self.motion.clone();
-        let begin = motion.time();
-        let (n, parameters) = self.positions.shape();
-        let mut matrix = DMatrix::zeros(n, 2 * n + parameters);
-        let nodes = self.rule.nodes.iter().map(|node| {
-            move_on(&mut motion, begin + node * length)?;
-            self.variational.accelerations(&mut motion, matrix.as_mut_slice())?;
-            let columns = |first: usize, count: usize| matrix.columns(first, count).into_owned();
-            Ok(Node { by_positions: columns(0, n), by_rates: columns(n, n), own: columns(2 * n, parameters) })
-        });
-        nodes.collect()
-    }
-
-    /// Collocation by sweeps over the nodes (Picard's iteration): the equations are linear and the steps short. `None` if it does not settle.
-    fn solve(&self, nodes: &[Node], length: f64) -> Option<Tried> {
-        let (n, parameters) = self.positions.shape();
-        let integrals = self.rule.integrals.transpose() * length;
-        let mut accelerations = DMatrix::zeros(n * parameters, NODES);
-        for _ in 0..SWEEPS {
-            let mut change: f64 = 0.0;
-            let rates = integrated(&self.rates, &accelerations, &integrals);
-            let positions = integrated(&self.positions, &rates, &integrals);
-            for (index, node) in nodes.iter().enumerate() {
-                let at = |all: &DMatrix<f64>| DMatrix::from_column_slice(n, parameters, all.column(index).as_slice());
-                let mut next = node.own.clone();
-                next.gemm(1.0, &node.by_positions, &at(&positions), 1.0);
-                next.gemm(1.0, &node.by_rates, &at(&rates), 1.0);
-                let (size, moved) = (next.amax(), (&next - at(&accelerations)).amax());
-                change = change.max(if size > 0.0 { moved / size } else { 0.0 });
-                accelerations.column_mut(index).copy_from_slice(next.as_slice());
-            }
-            if change.is_nan() {
-                return None;
-            }
-            if change <= SETTLED * NODES as f64 {
-                let excess = self.excess(&accelerations, length);
-                return Some(Tried { rates, accelerations, excess });
-            }
-        }
-        None
-    }
-
-    /// The last coefficients of a_p against the tolerance, the worst parameter.
-    fn excess(&self, accelerations: &DMatrix<f64>, length: f64) -> f64 {
-        let n = self.positions.nrows();
-        let last = accelerations * self.rule.tail().transpose();
-        let worst = |column: usize| {
-            let own = |all: &DMatrix<f64>| all.rows(column * n, n).into_owned();
-            let error = length * own(&last).column_iter().map(|column| column.amax()).sum::<f64>();
-            let size = |matrix: &DMatrix<f64>| matrix.column(column).amax();
-            let scale = size(&self.rates).max(size(&self.positions)).max(length * own(accelerations).amax());
-            if scale > 0.0 { error / scale } else { 0.0 }
-        };
-        (0..self.parameters).map(worst).fold(0.0, f64::max) / self.tolerance.max(SMALLEST)
-    }
-
-    /// Takes a step: reports what is due in it, then moves on to its end and back onto the varied loops.
-    fn accept(
-        &mut self,
-        tried: &Tried,
-        length: f64,
-        due: &mut &[f64],
-        report: &mut impl FnMut(At),
-    ) -> Result<(), Failure> {
-        let begin = self.motion.time();
-        let end = begin + length;
-        let (n, parameters) = self.positions.shape();
-        let state = |place: f64| {
-            let shares = DMatrix::from_column_slice(NODES, 1, (self.rule.up_to(place) * length).as_slice());
-            let moved = |from: &DMatrix<f64>, rates: &DMatrix<f64>| {
-                DMatrix::from_column_slice(n, parameters, integrated(from, rates, &shares).as_slice())
-            };
-            (moved(&self.positions, &tried.rates), moved(&self.rates, &tried.accelerations))
-        };
-        let mut motion = self.motion.clone();
-        let (now, later) = due.split_at(until(due, end));
-        for &time in now {
-            let (positions, rates) = state(((time - begin) / length).min(1.0));
-            move_on(&mut motion, time)?;
-            report(read(&mut self.variational, &mut motion, &self.outputs, [&positions, &rates])?);
-        }
-        *due = later;
-        let (positions, rates) = state(1.0);
-        let (_, numbers) = self.at(&mut motion, end)?;
-        let (positions, rates) = self.projected(&numbers, positions, rates)?;
-        let sides = sides(&numbers.values(Row::Switches));
-        let kept = self.sides.iter().zip(sides).map(|(old, new)| new.or(*old)).collect();
-        (self.positions, self.rates, self.sides, self.motion) = (positions, rates, kept, motion);
-        Ok(())
-    }
-
-    /// The nearest derivatives that fulfil the varied loop equations and their rates.
-    fn projected(
-        &self,
-        numbers: &Numbers,
-        mut positions: DMatrix<f64>,
-        mut rates: DMatrix<f64>,
-    ) -> Result<(DMatrix<f64>, DMatrix<f64>), Failure> {
-        let jacobian = numbers.block(Row::Loops, Column::Positions);
-        if jacobian.is_empty() {
-            return Ok((positions, rates));
-        }
-        let parts = decompose::svd(jacobian.clone(), true, true)?;
-        let own = |row: Row| numbers.block(row, Column::Signals).columns(0, self.parameters).into_owned();
-        let nearest = |gap: DMatrix<f64>| parts.solve(&gap, f64::EPSILON * parts.singular_values.max());
-        let gap = &jacobian * &positions + own(Row::Loops);
-        positions -= nearest(gap).map_err(|_| Failure::Range)?;
-        let gap = &jacobian * &rates + numbers.block(Row::Rates, Column::Positions) * &positions + own(Row::Rates);
-        rates -= nearest(gap).map_err(|_| Failure::Range)?;
-        Ok((positions, rates))
-    }
 }
 
 /// How many of these times come no later than a time.
-fn until(times: &[f64], end: f64) -> usize {
+pub(super) fn until(times: &[f64], end: f64) -> usize {
     times.partition_point(|&time| time <= end)
 }
 
@@ -461,17 +327,8 @@ pub(super) fn move_on(motion: &mut Instance, time: f64) -> Result<(), Failure> {
     motion.take_passages().first().map_or(Ok(()), |passage| Err(singular_pose(passage.time)))
 }
 
-/// What begins with `from` and changes at these rates, a column for each node; a column for each place that the integrals go to.
-fn integrated(from: &DMatrix<f64>, rates: &DMatrix<f64>, integrals: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut all = rates * integrals;
-    for mut column in all.column_iter_mut() {
-        column.iter_mut().zip(from).for_each(|(place, value)| *place += value);
-    }
-    all
-}
-
 /// The outputs at the time of a motion, with these q_p and v_p.
-fn read(
+pub(super) fn read(
     variational: &mut Variational,
     motion: &mut Instance,
     outputs: &[usize],

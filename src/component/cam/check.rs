@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::profile::{Profile, Sample};
+use crate::columns::without_zeros;
 use crate::diagnostic::Fault;
 use crate::mechanism::{Mechanism, Part, Unit};
 
@@ -38,7 +39,7 @@ fn needless_side(profile: &Profile, part: &Part) -> Option<Fault> {
 fn shown(mechanism: &Mechanism, value: f64, unit: Unit) -> String {
     let unit = mechanism.units.of(&unit);
     let number = format!("{:.6}", value / unit.factor);
-    format!("{} {}", number.trim_end_matches('0').trim_end_matches('.'), unit.name)
+    format!("{} {}", without_zeros(&number), unit.name)
 }
 
 /// After a turn the follower must be where it was, and as fast.

@@ -44,14 +44,14 @@ impl<'m> Mounting<'m> {
             Some(Value::Joint(id)) => (*id, mechanism.joints.get(id.0).is_some_and(|joint| joint.bodies()[1] == body)),
             _ => (JointId(0), false),
         };
-        let turns = |joint: &&Part| joint.facts().name == "revolute";
+        let turns = |joint: &&Part| joint.component().name == "revolute";
         let shaft = joint("shaft").filter(turns).and_then(|shaft| ends_from(shaft, |body| body != cam));
         let Some(shaft) = shaft.filter(|[_, on]| on.body() == cam) else {
             let message = format!("does not turn `{}`", name(cam));
             return Err(("shaft", message, "name the revolute joint between the carrier and the cam"));
         };
         let carrier = shaft[0].body();
-        let guide = joint("guide").and_then(|guide| match guide.facts().name {
+        let guide = joint("guide").and_then(|guide| match guide.component().name {
             "prismatic" if guide.bodies() == [carrier, follower] => Some(Guide::Slide(guide)),
             "revolute" => ends_from(guide, |body| body == carrier)
                 .filter(|ends| ends.map(Place::body) == [carrier, follower])

@@ -2,16 +2,13 @@
 
 use std::f64::consts::PI;
 
-use super::{FLAT, Facts, Flaw, Shape, Solid};
+use super::{Shape, Solid};
 use crate::mechanism::measure::LENGTH;
 use crate::mechanism::{Formula, Outline};
 use crate::scene::key::{Form, Key, Range};
 use crate::scene::{Corner, Quantity, Shape as Built};
 
-pub(super) struct Disc;
-
-const FACTS: Facts = Facts {
-    place: Key::one_of("disc", Form::Corner, "its centre"),
+pub(super) const DISC: Shape = Shape {
     keys: &[Key::required(
         "radius",
         Form::Constant(LENGTH, Range::Positive),
@@ -21,27 +18,17 @@ const FACTS: Facts = Facts {
     about: "a flat disc",
     equations: "m = density pi radius^2, I = m radius^2/2",
     example: "{ disc = [0, 0], radius = \"60 mm\", thickness = \"12 mm\", density = \"7850 kg/m3\" }",
-    ..FLAT
+    ..Shape::flat(Key::one_of("disc", Form::Corner, "its centre"), solid)
 };
 
-impl Shape for Disc {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
-    }
-
-    fn solid(&self, corners: &[[Formula; 2]], value: &dyn Fn(&str) -> Formula) -> Solid {
-        let radius = value("radius");
-        let square = radius.clone() * radius.clone();
-        Solid {
-            size: Formula::Number(PI) * square.clone(),
-            centre: corners[0].clone(),
-            gyration: square / Formula::Number(2.0),
-            outline: Outline::Disc(corners[0].clone(), radius),
-        }
-    }
-
-    fn flaw(&self, _corners: &[[f64; 2]]) -> Option<Flaw> {
-        None
+fn solid(corners: &[[Formula; 2]], value: &dyn Fn(&str) -> Formula) -> Solid {
+    let radius = value("radius");
+    let square = radius.clone() * radius.clone();
+    Solid {
+        size: Formula::Number(PI) * square.clone(),
+        centre: corners[0].clone(),
+        gyration: square / Formula::Number(2.0),
+        outline: Outline::Disc(corners[0].clone(), radius),
     }
 }
 

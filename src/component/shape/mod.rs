@@ -11,11 +11,11 @@ use crate::mechanism::{Formula, Outline};
 use crate::scene::key::{Form, Key, Range};
 
 /// Every shape.
-pub(crate) const ALL: &[&dyn Shape] = &[&rod::Rod, &disc::Disc, &plate::Plate, &polygon::Polygon];
+pub(crate) const ALL: &[&Shape] = &[&rod::ROD, &disc::DISC, &plate::PLATE, &polygon::POLYGON];
 
-/// What there is to say of a shape.
+/// One shape, in one place.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Facts {
+pub(crate) struct Shape {
     /// Where it is in the body's frame; its name is the shape's.
     pub place: Key,
     /// Its other keys.
@@ -30,9 +30,35 @@ pub(crate) struct Facts {
     pub equations: &'static str,
     /// What one writes for it.
     pub example: &'static str,
+    /// Its size, mass centre and inertia from its corners and the values of its keys.
+    pub solid: SolidOf,
+    /// What is wrong with corners at these places.
+    pub flaw: fn(&[[f64; 2]]) -> Option<Flaw>,
 }
 
-impl Facts {
+type SolidOf = fn(&[[Formula; 2]], &dyn Fn(&str) -> Formula) -> Solid;
+
+impl Shape {
+    /// What flat shapes have in common.
+    const fn flat(place: Key, solid: SolidOf) -> Shape {
+        Shape {
+            place,
+            keys: &[],
+            depth: THICKNESS,
+            density: AREA_DENSITY,
+            about: "",
+            equations: "",
+            example: "",
+            solid,
+            flaw: |_| None,
+        }
+    }
+
+    /// What long shapes have in common.
+    const fn long(place: Key, solid: SolidOf) -> Shape {
+        Shape { depth: SECTION, density: LINE_DENSITY, ..Shape::flat(place, solid) }
+    }
+
     /// All its keys.
     pub fn all_keys(&self) -> Vec<Key> {
         let first = std::iter::once(self.place).chain(self.keys.iter().copied());
@@ -56,18 +82,6 @@ pub(crate) struct Solid {
 /// What is wrong with the corners of a shape: which of them, why, and what to do.
 pub(crate) type Flaw = (usize, String, &'static str);
 
-/// One shape, in one place.
-pub(crate) trait Shape: Sync {
-    /// What there is to say of it.
-    fn facts(&self) -> &'static Facts;
-
-    /// Its size, mass centre and inertia; `value` is that of a key.
-    fn solid(&self, corners: &[[Formula; 2]], value: &dyn Fn(&str) -> Formula) -> Solid;
-
-    /// What is wrong with corners at these places.
-    fn flaw(&self, corners: &[[f64; 2]]) -> Option<Flaw>;
-}
-
 /// How dense it is.
 pub(crate) const DENSITY_KEY: Key = Key::default(
     "density",
@@ -83,28 +97,12 @@ const THICKNESS: Key = Key::default(
     "must be given with a density in `kg/m3`",
 );
 
-/// What flat shapes have in common.
-const FLAT: Facts = Facts {
-    place: Key::one_of("", Form::Corner, ""),
-    keys: &[],
-    depth: THICKNESS,
-    density: AREA_DENSITY,
-    about: "",
-    equations: "",
-    example: "",
-};
-
-/// What long shapes have in common.
-const LONG: Facts = Facts {
-    depth: Key::default(
-        "area",
-        Form::Constant(AREA, Range::Positive),
-        "the area of its cross-section, with a density in `kg/m3`",
-        "must be given with a density in `kg/m3`",
-    ),
-    density: LINE_DENSITY,
-    ..FLAT
-};
+const SECTION: Key = Key::default(
+    "area",
+    Form::Constant(AREA, Range::Positive),
+    "the area of its cross-section, with a density in `kg/m3`",
+    "must be given with a density in `kg/m3`",
+);
 
 /// The vector from one place to another.
 fn difference([to, from]: [&[Formula; 2]; 2]) -> [Formula; 2] {

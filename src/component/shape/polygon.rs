@@ -1,69 +1,61 @@
 //! A flat polygon. Its area, mass centre and second moment are sums over the triangles between its first corner and its sides, each with the
 //! sign of its turn, so it need not be convex; taken from that corner, a polygon far from the origin loses no digits.
 
-use super::{FLAT, Facts, Flaw, Shape, Solid, difference, square};
+use super::{Flaw, Shape, Solid, difference, square};
 use crate::mechanism::{Formula, Outline};
 use crate::scene::key::{Form, Key};
 use crate::scene::{Corner, Shape as Built};
 
-pub(super) struct Polygon;
-
 /// Beyond so many corners all pairs of sides are too many to test.
 const MOST: usize = 1000;
 
-const FACTS: Facts = Facts {
-    place: Key::one_of("polygon", Form::Corners(3, MOST), "its corners, counter-clockwise"),
+pub(super) const POLYGON: Shape = Shape {
     about: "a flat polygon",
     equations: "m = density area, I = m (integral of r^2 over the area)/area about the mass centre",
     example: "{ polygon = [\"inner\", [0.3, -0.05], \"outer\"], thickness = \"5 mm\", density = \"2700 kg/m3\" }",
-    ..FLAT
+    flaw,
+    ..Shape::flat(Key::one_of("polygon", Form::Corners(3, MOST), "its corners, counter-clockwise"), solid)
 };
 
-impl Shape for Polygon {
-    fn facts(&self) -> &'static Facts {
-        &FACTS
+fn solid(corners: &[[Formula; 2]], _value: &dyn Fn(&str) -> Formula) -> Solid {
+    let arms: Vec<[Formula; 2]> = corners[1..].iter().map(|corner| difference([corner, &corners[0]])).collect();
+    // Of a triangle with the sides a and b from the first corner: area a x b/2, mass centre (a + b)/3, second moment about the corner
+    // (a.a + a.b + b.b)/6 times its area.
+    let triangles = || arms.windows(2).map(|pair| (&pair[0], &pair[1]));
+    let total = |part: &dyn Fn(&[Formula; 2], &[Formula; 2]) -> Formula| {
+        sum(triangles().map(|(a, b)| cross(a, b) * part(a, b)).collect())
+    };
+    let doubled = sum(triangles().map(|(a, b)| cross(a, b)).collect());
+    let mean = |sum: Formula, share: f64| sum / (Formula::Number(share) * doubled.clone());
+    let offset = [0, 1].map(|axis| mean(total(&|a, b| a[axis].clone() + b[axis].clone()), 3.0));
+    let second = mean(total(&|a, b| square(a.clone()) + dot(a, b) + square(b.clone())), 6.0);
+    let [x, y] = corners[0].clone();
+    Solid {
+        size: doubled.clone() / Formula::Number(2.0),
+        centre: [x + offset[0].clone(), y + offset[1].clone()],
+        gyration: second - square(offset),
+        outline: Outline::Polygon(corners.to_vec()),
     }
+}
 
-    fn solid(&self, corners: &[[Formula; 2]], _value: &dyn Fn(&str) -> Formula) -> Solid {
-        let arms: Vec<[Formula; 2]> = corners[1..].iter().map(|corner| difference([corner, &corners[0]])).collect();
-        // Of a triangle with the sides a and b from the first corner: area a x b/2, mass centre (a + b)/3, second moment about the corner
-        // (a.a + a.b + b.b)/6 times its area.
-        let triangles = || arms.windows(2).map(|pair| (&pair[0], &pair[1]));
-        let total = |part: &dyn Fn(&[Formula; 2], &[Formula; 2]) -> Formula| {
-            sum(triangles().map(|(a, b)| cross(a, b) * part(a, b)).collect())
-        };
-        let doubled = sum(triangles().map(|(a, b)| cross(a, b)).collect());
-        let mean = |sum: Formula, share: f64| sum / (Formula::Number(share) * doubled.clone());
-        let offset = [0, 1].map(|axis| mean(total(&|a, b| a[axis].clone() + b[axis].clone()), 3.0));
-        let second = mean(total(&|a, b| square(a.clone()) + dot(a, b) + square(b.clone())), 6.0);
-        let [x, y] = corners[0].clone();
-        Solid {
-            size: doubled.clone() / Formula::Number(2.0),
-            centre: [x + offset[0].clone(), y + offset[1].clone()],
-            gyration: second - square(offset),
-            outline: Outline::Polygon(corners.to_vec()),
+fn flaw(corners: &[[f64; 2]]) -> Option<Flaw> {
+    let count = corners.len();
+    let side = |i: usize| [corners[i], corners[(i + 1) % count]];
+    if let Some(twice) = (0..count).find(|&i| side(i)[0] == side(i)[1]) {
+        return Some(((twice + 1) % count, "has a corner twice".to_string(), "name each corner once"));
+    }
+    if are_on_a_line(corners) {
+        return Some((0, "has no area".to_string(), "its corners must not lie on one line"));
+    }
+    for i in 0..count {
+        if let Some(j) = (i + 1..count).find(|&j| meet(side(i), side(j), (j + 1) % count == i, j == i + 1)) {
+            let message = format!("crosses or touches itself: its sides {} and {}", i + 1, j + 1);
+            return Some((j, message, "list the corners in the order in which they follow each other on the rim"));
         }
     }
-
-    fn flaw(&self, corners: &[[f64; 2]]) -> Option<Flaw> {
-        let count = corners.len();
-        let side = |i: usize| [corners[i], corners[(i + 1) % count]];
-        if let Some(twice) = (0..count).find(|&i| side(i)[0] == side(i)[1]) {
-            return Some(((twice + 1) % count, "has a corner twice".to_string(), "name each corner once"));
-        }
-        if are_on_a_line(corners) {
-            return Some((0, "has no area".to_string(), "its corners must not lie on one line"));
-        }
-        for i in 0..count {
-            if let Some(j) = (i + 1..count).find(|&j| meet(side(i), side(j), (j + 1) % count == i, j == i + 1)) {
-                let message = format!("crosses or touches itself: its sides {} and {}", i + 1, j + 1);
-                return Some((j, message, "list the corners in the order in which they follow each other on the rim"));
-            }
-        }
-        let area = (1..count - 1).map(|i| turn(corners[0], corners[i], corners[i + 1])).sum::<f64>();
-        let clockwise = "list its corners counter-clockwise: in the other order";
-        (area < 0.0).then(|| (0, "has its corners clockwise".to_string(), clockwise))
-    }
+    let area = (1..count - 1).map(|i| turn(corners[0], corners[i], corners[i + 1])).sum::<f64>();
+    let clockwise = "list its corners counter-clockwise: in the other order";
+    (area < 0.0).then(|| (0, "has its corners clockwise".to_string(), clockwise))
 }
 
 impl Built {

@@ -1,14 +1,14 @@
 //! `modelDescription.xml` of FMI 2.0 for Co-Simulation and Model Exchange.
 
-use std::collections::{BTreeSet, HashSet};
 use std::io;
 use std::sync::Arc;
 
 use cotree_fmu::instance::DERIVATIVE_ORDER;
 
-use super::{Attributes, Out, about, document, element, experiment, leaf, log_categories, number, units};
-use crate::export::description::{Causality, Description, ScalarVariable, Start, is_structured};
-use crate::lower::LISTED;
+use super::{
+    Attributes, Out, document, element, experiment, header, leaf, log_categories, moved, named, units, values,
+};
+use crate::export::description::{Causality, Description, ScalarVariable, Start};
 
 /// Names of the log categories that the runtime uses, and what is logged under them.
 const LOG_CATEGORIES: [(&str, &str); 3] = [
@@ -19,7 +19,9 @@ const LOG_CATEGORIES: [(&str, &str); 3] = [
 
 /// The document. The same description gives the same bytes: it has no date.
 pub fn model_description(description: &Description) -> io::Result<Vec<u8>> {
-    document("fmiModelDescription", header(description), |out| {
+    let mut head = header(description, "2.0", ("guid", description.guid.clone()));
+    head.extend(description.exchange.map(|indicators| ("numberOfEventIndicators", indicators.to_string())));
+    document("fmiModelDescription", head, |out| {
         if description.exchange.is_some() {
             leaf(out, "ModelExchange", common(description))?;
         }
@@ -28,28 +30,12 @@ pub fn model_description(description: &Description) -> io::Result<Vec<u8>> {
         log_categories(out, LOG_CATEGORIES)?;
         leaf(out, "DefaultExperiment", experiment(description))?;
         element(out, "ModelVariables", vec![], |out| {
-            let states = description.variables.iter().filter_map(|variable| variable.derivative_of);
-            let moves = description.moves_states && description.exchange.is_some();
-            let moved: HashSet<usize> = states.filter(|_| moves).collect();
+            let moved = moved(description, description.exchange.is_some());
             let variables = description.variables.iter().enumerate();
             variables.into_iter().try_for_each(|(index, variable)| scalar(out, index, variable, moved.contains(&index)))
         })?;
         structure(out, description)
     })
-}
-
-fn header(description: &Description) -> Attributes {
-    let structured = description.variables.iter().all(|variable| is_structured(&variable.name));
-    let mut attributes: Attributes = vec![
-        ("fmiVersion", "2.0".into()),
-        ("modelName", description.model_name.clone()),
-        ("guid", description.guid.clone()),
-    ];
-    attributes.extend(about(&description.description));
-    attributes.push(("generationTool", concat!("cotree ", env!("CARGO_PKG_VERSION")).into()));
-    attributes.push(("variableNamingConvention", if structured { "structured" } else { "flat" }.into()));
-    attributes.extend(description.exchange.map(|indicators| ("numberOfEventIndicators", indicators.to_string())));
-    attributes
 }
 
 fn capabilities(description: &Description) -> Attributes {
@@ -78,10 +64,7 @@ fn common(description: &Description) -> Attributes {
 }
 
 fn scalar(out: &mut Out, index: usize, variable: &ScalarVariable, moved: bool) -> io::Result<()> {
-    let mut attributes: Attributes = vec![("name", variable.name.clone()), ("valueReference", index.to_string())];
-    attributes.extend(about(&variable.description));
-    attributes.push(("causality", variable.causality.name().into()));
-    attributes.push(("variability", variable.causality.variability().into()));
+    let mut attributes = named(index, variable);
     match variable.causality {
         Causality::Parameter { .. } => attributes.push(("initial", "exact".into())),
         Causality::Output | Causality::Local => {
@@ -95,29 +78,11 @@ fn scalar(out: &mut Out, index: usize, variable: &ScalarVariable, moved: bool) -
         Causality::Input { .. } | Causality::Independent => {} // the standard permits none
     }
     element(out, "ScalarVariable", attributes, |out| {
-        let mut attributes = real(variable);
+        let mut attributes = values(variable);
+        attributes.extend(variable.derivative_of.map(|state| ("derivative", ordinal(state))));
         attributes.extend(moved.then(|| ("reinit", "true".to_string())));
         leaf(out, "Real", attributes)
     })
-}
-
-/// Attributes of a variable's `Real` element.
-fn real(variable: &ScalarVariable) -> Attributes {
-    let mut attributes = Attributes::new();
-    if !variable.unit.si.is_empty() {
-        attributes.push(("unit", variable.unit.si.clone()));
-        attributes.extend(variable.unit.display.iter().map(|display| ("displayUnit", display.name.clone())));
-    }
-    if let Some((start, [min, max])) = variable.causality.range() {
-        attributes.extend(min.map(|value| ("min", number(value))));
-        attributes.extend(max.map(|value| ("max", number(value))));
-        attributes.push(("start", number(start)));
-    }
-    if let Some(Start::Exact(value) | Start::Approximate(value)) = variable.start {
-        attributes.push(("start", number(value)));
-    }
-    attributes.extend(variable.derivative_of.map(|state| ("derivative", ordinal(state))));
-    attributes
 }
 
 fn structure(out: &mut Out, description: &Description) -> io::Result<()> {
@@ -145,12 +110,7 @@ fn unknowns(
         indices.iter().try_for_each(|&index| {
             let on = dependencies(&description.variables[index]);
             let mut attributes = vec![("index", ordinal(index))];
-            // Without a list the standard takes the unknown to depend on everything that is known.
-            if on.len() <= LISTED {
-                let on: BTreeSet<usize> = on.iter().copied().collect();
-                let on: Vec<String> = on.into_iter().map(ordinal).collect();
-                attributes.push(("dependencies", on.join(" ")));
-            }
+            attributes.extend(super::dependencies(&on, |place| vec![place + 1]));
             leaf(out, "Unknown", attributes)
         })
     })

@@ -3,16 +3,18 @@
 //! After the variables of the program come those of this version alone: derivatives of inputs, time, event indicators. Everything is named by its
 //! value reference, and what depends on what counts time and parameters among what is known (2.4.8).
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::HashSet;
 use std::io;
 
 use cotree_fmu::fmi3::references::{INPUT_ORDERS, References};
 use cotree_fmu::fmi3::token;
 use cotree_fmu::instance::DERIVATIVE_ORDER;
 
-use super::{Attributes, Out, about, document, element, experiment, leaf, log_categories, number, units};
-use crate::export::description::{Causality, Description, ScalarVariable, Start, is_structured};
-use crate::lower::LISTED;
+use super::{
+    Attributes, Out, dependencies, document, element, experiment, header, leaf, log_categories, moved, named, units,
+    values,
+};
+use crate::export::description::{Causality, Description, ScalarVariable, Start};
 use crate::mechanism::Unit;
 
 /// The standard's names where it has one (2.4.5).
@@ -25,7 +27,8 @@ const LOG_CATEGORIES: [(&str, &str); 3] = [
 /// The document. The same description gives the same bytes: it has no date.
 pub fn model_description(description: &Description) -> io::Result<Vec<u8>> {
     let model = Model::new(description);
-    document("fmiModelDescription", model.header(), |out| {
+    let identity = ("instantiationToken", token(&description.guid));
+    document("fmiModelDescription", header(description, "3.0", identity), |out| {
         if description.exchange_with_rates {
             let completed = ("needsCompletedIntegratorStep", "true".to_owned());
             leaf(out, "ModelExchange", model.common().into_iter().chain([completed]).collect())?;
@@ -73,30 +76,14 @@ impl<'a> Model<'a> {
                 variable.name.push('_');
             }
         }
-        let states = variables.iter().filter_map(|variable| variable.derivative_of);
-        let moves = description.moves_states && description.exchange_with_rates;
         Self {
             description,
             references,
             inputs,
             own,
             time: time.unwrap_or(references.time()),
-            moved: states.filter(|_| moves).collect(),
+            moved: moved(description, description.exchange_with_rates),
         }
-    }
-
-    fn header(&self) -> Attributes {
-        let description = self.description;
-        let structured = description.variables.iter().all(|variable| is_structured(&variable.name));
-        let mut attributes: Attributes = vec![
-            ("fmiVersion", "3.0".into()),
-            ("modelName", description.model_name.clone()),
-            ("instantiationToken", token(&description.guid)),
-        ];
-        attributes.extend(about(&description.description));
-        attributes.push(("generationTool", concat!("cotree ", env!("CARGO_PKG_VERSION")).into()));
-        attributes.push(("variableNamingConvention", if structured { "structured" } else { "flat" }.into()));
-        attributes
     }
 
     /// What both interfaces can do.
@@ -153,28 +140,13 @@ impl<'a> Model<'a> {
         variable: &ScalarVariable,
         derivative_of: Option<usize>,
     ) -> io::Result<()> {
-        let mut attributes: Attributes =
-            vec![("name", variable.name.clone()), ("valueReference", reference.to_string())];
-        attributes.extend(about(&variable.description));
-        attributes.push(("causality", variable.causality.name().into()));
-        attributes.push(("variability", variable.causality.variability().into()));
+        let mut attributes = named(reference, variable);
         attributes.extend(initial(variable).map(|initial| ("initial", initial.into())));
         let is_indicator = reference > self.references.time();
         attributes.extend(
             (variable.causality.is_calculated() && !is_indicator).then(|| ("intermediateUpdate", "true".into())),
         );
-        if !variable.unit.si.is_empty() {
-            attributes.push(("unit", variable.unit.si.clone()));
-            attributes.extend(variable.unit.display.iter().map(|display| ("displayUnit", display.name.clone())));
-        }
-        if let Some((start, [min, max])) = variable.causality.range() {
-            attributes.extend(min.map(|value| ("min", number(value))));
-            attributes.extend(max.map(|value| ("max", number(value))));
-            attributes.push(("start", number(start)));
-        }
-        if let Some(Start::Exact(value) | Start::Approximate(value)) = variable.start {
-            attributes.push(("start", number(value)));
-        }
+        attributes.extend(values(variable));
         attributes.extend(derivative_of.map(|state| ("derivative", state.to_string())));
         attributes.extend(self.moved.contains(&reference).then(|| ("reinit", "true".into())));
         leaf(out, "Float64", attributes)
@@ -202,12 +174,7 @@ impl<'a> Model<'a> {
 
     fn unknown(&self, out: &mut Out, element: &str, index: usize, on: &[usize]) -> io::Result<()> {
         let mut attributes = vec![("valueReference", index.to_string())];
-        // Without a list the standard takes the unknown to depend on everything that is known.
-        if on.len() <= LISTED {
-            let on: BTreeSet<usize> = on.iter().flat_map(|&place| self.known(place)).collect();
-            let on: Vec<String> = on.into_iter().map(|reference| reference.to_string()).collect();
-            attributes.push(("dependencies", on.join(" ")));
-        }
+        attributes.extend(dependencies(on, |place| self.known(place)));
         leaf(out, element, attributes)
     }
 

@@ -4,13 +4,14 @@ pub mod fmi2;
 pub mod fmi3;
 pub mod terminals;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::io;
 
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 
-use super::description::Description;
+use super::description::{Description, ScalarVariable, Start, is_structured};
+use crate::lower::LISTED;
 use crate::mechanism::Unit;
 
 type Out = Writer<Vec<u8>>;
@@ -37,6 +38,57 @@ fn log_categories(out: &mut Out, categories: [(&str, &str); 3]) -> io::Result<()
             leaf(out, "Category", vec![("name", (*name).into()), ("description", (*about).into())])
         })
     })
+}
+
+/// What a model is called, by the name that the version has for its identity.
+fn header(description: &Description, version: &str, identity: (&'static str, String)) -> Attributes {
+    let structured = description.variables.iter().all(|variable| is_structured(&variable.name));
+    let mut attributes = vec![("fmiVersion", version.into()), ("modelName", description.model_name.clone()), identity];
+    attributes.extend(about(&description.description));
+    attributes.push(("generationTool", concat!("cotree ", env!("CARGO_PKG_VERSION")).into()));
+    attributes.push(("variableNamingConvention", if structured { "structured" } else { "flat" }.into()));
+    attributes
+}
+
+/// What a variable is called, and what it is.
+fn named(reference: usize, variable: &ScalarVariable) -> Attributes {
+    let mut attributes = vec![("name", variable.name.clone()), ("valueReference", reference.to_string())];
+    attributes.extend(about(&variable.description));
+    attributes.push(("causality", variable.causality.name().into()));
+    attributes.push(("variability", variable.causality.variability().into()));
+    attributes
+}
+
+/// Unit, bounds and start of a variable.
+fn values(variable: &ScalarVariable) -> Attributes {
+    let mut attributes = Attributes::new();
+    if !variable.unit.si.is_empty() {
+        attributes.push(("unit", variable.unit.si.clone()));
+        attributes.extend(variable.unit.display.iter().map(|display| ("displayUnit", display.name.clone())));
+    }
+    if let Some((start, [min, max])) = variable.causality.range() {
+        attributes.extend(min.map(|value| ("min", number(value))));
+        attributes.extend(max.map(|value| ("max", number(value))));
+        attributes.push(("start", number(start)));
+    }
+    if let Some(Start::Exact(value) | Start::Approximate(value)) = variable.start {
+        attributes.push(("start", number(value)));
+    }
+    attributes
+}
+
+/// States that an event may move, if the importer's integrator may be in charge.
+fn moved(description: &Description, exchange: bool) -> HashSet<usize> {
+    let states = description.variables.iter().filter_map(|variable| variable.derivative_of);
+    states.filter(|_| description.moves_states && exchange).collect()
+}
+
+/// The attribute with what an unknown depends on: without a list the standard takes it to be everything that is known.
+fn dependencies(on: &[usize], references: impl Fn(usize) -> Vec<usize>) -> Option<(&'static str, String)> {
+    let on =
+        (on.len() <= LISTED).then(|| on.iter().flat_map(|&place| references(place)).collect::<BTreeSet<usize>>())?;
+    let on: Vec<String> = on.iter().map(usize::to_string).collect();
+    Some(("dependencies", on.join(" ")))
 }
 
 fn experiment(description: &Description) -> Attributes {

@@ -1,6 +1,6 @@
 //! How often values occur.
 
-use super::panel::{AXIS, COLOURS, GRID, TICK, along, beside, place, upwards};
+use super::panel::{COLOURS, GRID, TICK, axes, place};
 use super::ticks::Ticks;
 use super::{BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, headed};
 use crate::output::svg::{Frame, Svg};
@@ -57,11 +57,7 @@ impl Histogram {
             let bar = Frame { x: low[0], y: high[1], width: high[0] - low[0], height: low[1] - high[1] };
             svg.rectangle(bar, 0.0, &style);
         }
-        svg.line(place(frame, 0.0, 0.0), place(frame, 0.0, 1.0), AXIS);
-        svg.line(place(frame, 0.0, 0.0), place(frame, 1.0, 0.0), AXIS);
-        upwards(svg, frame, &whole);
-        beside(svg, frame, &self.counted);
-        along(svg, frame, &along_axis, name);
+        axes(svg, frame, [&along_axis, &whole], [name, &self.counted]);
     }
 }
 

@@ -1,6 +1,6 @@
 //! A quantity over two others, in colours.
 
-use super::panel::{AXIS, TICK, TITLE, along, beside, place, upwards};
+use super::panel::{AXIS, TICK, TITLE, axes, place};
 use super::ticks::Ticks;
 use super::{BOTTOM, LEFT, RIGHT, TOP, WIDTH, headed};
 use crate::output::svg::{Frame, Svg};
@@ -76,11 +76,7 @@ impl Map {
             }
         }
         svg.raw("</g>");
-        svg.line(place(frame, 0.0, 0.0), place(frame, 0.0, 1.0), AXIS);
-        svg.line(place(frame, 0.0, 0.0), place(frame, 1.0, 0.0), AXIS);
-        upwards(svg, frame, y);
-        beside(svg, frame, &self.axes[1]);
-        along(svg, frame, x, &self.axes[0]);
+        axes(svg, frame, [x, y], [&self.axes[0], &self.axes[1]]);
         scale(svg, frame, &colours);
     }
 }

@@ -125,6 +125,15 @@ impl Panel<'_> {
     }
 }
 
+/// Both axes with their titles.
+pub fn axes(svg: &mut Svg, frame: Frame, [x, y]: [&Ticks; 2], titles: [&str; 2]) {
+    svg.line(place(frame, 0.0, 0.0), place(frame, 0.0, 1.0), AXIS);
+    svg.line(place(frame, 0.0, 0.0), place(frame, 1.0, 0.0), AXIS);
+    upwards(svg, frame, y);
+    beside(svg, frame, titles[1]);
+    along(svg, frame, x, titles[0]);
+}
+
 /// The axis below.
 pub fn along(svg: &mut Svg, frame: Frame, times: &Ticks, title: &str) {
     let bottom = frame.y + frame.height;
@@ -138,7 +147,7 @@ pub fn along(svg: &mut Svg, frame: Frame, times: &Ticks, title: &str) {
 }
 
 /// The labels of the axis upwards.
-pub fn upwards(svg: &mut Svg, frame: Frame, values: &Ticks) {
+fn upwards(svg: &mut Svg, frame: Frame, values: &Ticks) {
     for &at in &values.at {
         let [x, y] = place(frame, 0.0, values.part(at));
         svg.text([x - 8.0, y + 4.2], &format!(r#"{TICK} text-anchor="end""#), &values.label(at));
@@ -146,7 +155,7 @@ pub fn upwards(svg: &mut Svg, frame: Frame, values: &Ticks) {
 }
 
 /// The title of the axis upwards.
-pub fn beside(svg: &mut Svg, frame: Frame, title: &str) {
+fn beside(svg: &mut Svg, frame: Frame, title: &str) {
     let [x, y] = [20.0, frame.y + 0.5 * frame.height];
     let style = format!(r#"{TITLE} text-anchor="middle" transform="rotate(-90 {x} {y})""#);
     svg.text([x, y], &style, title);

@@ -1,7 +1,7 @@
 //! Couplings in the initial pose: the radii of wheels follow from the ratio and the distance of their centres.
 
 use super::Pose;
-use crate::component::{self, Icon};
+use crate::component::Icon;
 use crate::mechanism::{BodyId, Formula, Part, Place};
 use crate::output::drawing::{Cam, Coupling, CouplingKind, Wheel};
 
@@ -64,7 +64,7 @@ impl Pose<'_, '_> {
     fn cam(&mut self, part: &Part) -> Option<Cam> {
         let mechanism = self.equations.system.mechanism;
         let parameters = &self.state.parameters()[..mechanism.parameters.len()];
-        let profile = component::of(part).profile(part, mechanism, parameters)?;
+        let profile = (part.component().profile)(part, mechanism, parameters)?;
         let samples = profile.samples(OUTLINE);
         let outline = samples.iter().map(|sample| self.carried(profile.body, sample.contact)).collect();
         let radius = samples.iter().map(|sample| distance(sample.contact, profile.hub)).fold(0.0, f64::max);
@@ -96,7 +96,7 @@ impl Pose<'_, '_> {
     /// Where a wheel turns on its carrier: at the pin between them, else at its mass centre.
     fn hub(&mut self, wheel: Option<BodyId>, carrier: Option<BodyId>) -> [f64; 2] {
         let joints = &self.equations.system.mechanism.joints;
-        let pin = joints.iter().filter(|joint| matches!(component::of(joint).icon(joint), Icon::Pin)).find(|joint| {
+        let pin = joints.iter().filter(|joint| matches!((joint.component().icon)(joint), Icon::Pin)).find(|joint| {
             let bodies = joint.bodies();
             bodies == [wheel, carrier] || bodies == [carrier, wheel]
         });

@@ -8,7 +8,7 @@ use cotree_fmu::model::State;
 
 use super::drawing::{Body, Drawing, Force, Hold, Joint, Shape, Spring, Target, Turn};
 use super::line;
-use crate::component::{self, Icon, RoundGlyph};
+use crate::component::{Icon, RoundGlyph};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
@@ -41,7 +41,7 @@ fn drawn(mut pose: Pose) -> Drawing {
     // What turns is drawn over the motors' arrows, so loads come before drivers.
     let mut fixed: Vec<Place> = mechanism.joints.iter().flat_map(|joint| joint.between).collect();
     for part in mechanism.joints.iter().chain(&mechanism.loads).chain(&mechanism.drivers) {
-        let icon = component::of(part).icon(part);
+        let icon = (part.component().icon)(part);
         if let Icon::Line(_) = icon {
             fixed.extend(part.between);
         }

@@ -7,6 +7,7 @@ use super::notation::mathml::MATHML;
 use super::notation::plain::PLAIN;
 use super::notation::{Binding, unicode};
 use super::tree::Tree;
+use crate::columns::aligned;
 use crate::output::svg::escape;
 use crate::output::tikz::tikz;
 
@@ -198,16 +199,7 @@ fn text_equations(rows: Vec<Row>) -> String {
 fn text_table(head: &[String], rows: &[Vec<Piece>]) -> String {
     let cells = rows.iter().map(|row| row.iter().map(|cell| TEXT.piece(cell)).collect::<Vec<_>>());
     let lines: Vec<Vec<String>> = (!head.is_empty()).then(|| head.to_vec()).into_iter().chain(cells).collect();
-    let columns = lines.iter().map(Vec::len).max().unwrap_or_default();
-    let width = |column: usize| {
-        lines.iter().filter_map(|line| line.get(column)).map(|cell| cell.chars().count()).max().unwrap_or_default()
-    };
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let line = |line: &Vec<String>| {
-        let cells: String = line.iter().zip(&widths).map(|(cell, width)| format!("  {cell:width$}")).collect();
-        format!("{}\n", cells.trim_end())
-    };
-    lines.iter().map(line).collect()
+    aligned(&lines, usize::MAX).iter().map(|line| format!("{}\n", format!("  {line}").trim_end())).collect()
 }
 
 /// A page in LaTeX, ready to be compiled.

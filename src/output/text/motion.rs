@@ -301,10 +301,10 @@ fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
     }
     let turning = [Quantity::Angle, Quantity::Omega];
     let bodies = (0..mechanism.bodies.len()).map(|body| (Owner::Place(Place::Centre(BodyId(body))), turning));
-    let joints = mechanism.joints.iter().filter(|joint| joint.facts().reactions == [Quantity::Fx, Quantity::Fy]);
+    let joints = mechanism.joints.iter().filter(|joint| joint.component().reactions == [Quantity::Fx, Quantity::Fy]);
     let joints = joints.map(|joint| (joint.owner, turning));
     let stretching = [Quantity::Length, Quantity::Rate];
-    let stretches = |load: &&Part| stretching.iter().all(|own| load.facts().variables.contains(own));
+    let stretches = |load: &&Part| stretching.iter().all(|own| load.component().variables.contains(own));
     let lines = mechanism.loads.iter().filter(stretches).map(|load| (load.owner, stretching));
     let mut names = if equations.symbolic { laws(equations) } else { HashMap::new() };
     for (owner, quantities) in bodies.chain(joints).chain(lines).collect::<Vec<_>>() {

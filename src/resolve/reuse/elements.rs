@@ -2,7 +2,7 @@
 
 use super::operand::Operand;
 use super::placed::Placing;
-use crate::component::{Facts, Section, shape};
+use crate::component::{Component, Section, shape};
 use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::measure::{ANGLE, ANYTHING, FORCE, LENGTH, TORQUE, Wanted};
 use crate::scene::document::{Kind, Node};
@@ -28,15 +28,15 @@ impl Placing<'_> {
         let joints = part.joints.clone();
         for (section, parts) in sections(part) {
             for element in parts {
-                let Some(facts) = element.component(section).map(|component| component.facts()) else { continue };
-                let turned = self.turned_by(&ends(element, facts, &joints));
+                let Some(component) = element.component(section) else { continue };
+                let turned = self.turned_by(&ends(element, component, &joints));
                 self.turned.insert(element.name.text.clone(), turned);
             }
         }
         for (section, parts) in sections(part) {
             for element in parts {
                 if let Some(component) = element.component(section) {
-                    self.element(element, component.facts(), &joints);
+                    self.element(element, component, &joints);
                 }
             }
         }
@@ -51,12 +51,12 @@ impl Placing<'_> {
         }
     }
 
-    fn element(&mut self, element: &mut Part, facts: &Facts, joints: &[Part]) {
-        let ends = ends(element, facts, joints);
+    fn element(&mut self, element: &mut Part, component: &Component, joints: &[Part]) {
+        let ends = ends(element, component, joints);
         let turned = self.turned_by(&ends);
         let in_body = element.text("frame").is_some_and(|frame| frame.text == "body");
-        let axis = facts.keys.iter().any(|key| matches!(key.form, Form::Axis));
-        for key in facts.keys {
+        let axis = component.keys.iter().any(|key| matches!(key.form, Form::Axis));
+        for key in component.keys {
             let angle_of_two = matches!(key.form, Form::Constant(wanted, _) if wanted.exponents == ANGLE.exponents);
             if angle_of_two && ends.has_carrier && self.angle.is_some() && is_ground(&ends.frame) {
                 self.refuse(&format!("`{}`", element.name.text), element.name.span, "let a body carry the wheels");
@@ -67,7 +67,7 @@ impl Placing<'_> {
             }
             let owner = element.name.text.clone();
             let Some(node) = element.get_mut(key.name) else { continue };
-            self.substitute(node, key.form, facts, &owner);
+            self.substitute(node, key.form, component, &owner);
             match key.form {
                 Form::Axis if is_ground(&ends.frame) => {
                     Placing::change_both(node, &ANYTHING, |axis| self.direction(axis))
@@ -109,7 +109,7 @@ impl Placing<'_> {
                 _ => {}
             }
         }
-        self.ground(element, facts);
+        self.ground(element, component);
     }
 
     /// A force or a place in the world or in a body.
@@ -142,14 +142,14 @@ impl Placing<'_> {
     }
 
     /// Laws say what a part's variables are in the part; the scene's are others.
-    fn substitute(&mut self, node: &mut Node, form: Form, facts: &Facts, owner: &str) {
+    fn substitute(&mut self, node: &mut Node, form: Form, component: &Component, owner: &str) {
         let span = node.span;
         match (form, &mut node.kind) {
-            (Form::Law(_) | Form::Motion(_), Kind::Text(text)) => self.law(text, facts, owner, span),
+            (Form::Law(_) | Form::Motion(_), Kind::Text(text)) => self.law(text, component, owner, span),
             (Form::Vector(_), Kind::Array(items)) => {
                 for item in items {
                     if let Kind::Text(text) = &mut item.kind {
-                        self.law(text, facts, owner, span);
+                        self.law(text, component, owner, span);
                     }
                 }
             }
@@ -157,7 +157,7 @@ impl Placing<'_> {
         }
     }
 
-    fn law(&mut self, text: &mut String, facts: &Facts, owner: &str, span: Span) {
+    fn law(&mut self, text: &mut String, component: &Component, owner: &str, span: Span) {
         if !self.is_moved() {
             return;
         }
@@ -168,7 +168,7 @@ impl Placing<'_> {
         }
         *text = substituted(text, |name| {
             let (of, word) = name.rsplit_once('.').unwrap_or((owner, name));
-            let is_own = facts.own.iter().any(|own| own.word() == name);
+            let is_own = component.own.iter().any(|own| own.word() == name);
             let of_body = self.bodies.iter().any(|body| of.split('.').next() == Some(body));
             if of_body && self.on.is_some() {
                 unknown.set(true);
@@ -229,13 +229,13 @@ impl Placing<'_> {
     }
 
     /// Its ends on the ground are on the part's.
-    fn ground(&self, element: &mut Part, facts: &Facts) {
+    fn ground(&self, element: &mut Part, component: &Component) {
         let (origin, on) = (self.has_origin().then(|| self.origin()), self.on.map(|on| on.text.clone()));
         let place = |node: &mut Node, to: &Option<String>| match (&mut node.kind, to) {
             (Kind::Text(text), Some(to)) if text == "ground" => text.clone_from(to),
             _ => {}
         };
-        for key in facts.keys {
+        for key in component.keys {
             let node = element.get_mut(key.name);
             match (key.form, node) {
                 (Form::Points, Some(Node { kind: Kind::Array(items), .. })) => {
@@ -277,7 +277,7 @@ impl Placing<'_> {
         }
         let Some(Node { kind: Kind::Table(entries), .. }) = body.get_mut("shape") else { return };
         for (key, node) in entries {
-            let places = shape::ALL.iter().map(|shape| shape.facts().place);
+            let places = shape::ALL.iter().map(|shape| shape.place);
             match places.into_iter().find(|place| place.name == key.text).map(|place| place.form) {
                 Some(Form::Corner) => mirrored(node),
                 Some(Form::Corners(..)) => {
@@ -305,7 +305,7 @@ fn sections(scene: &mut Scene) -> [(Section, &mut Vec<Part>); 3] {
 }
 
 /// Its ends: its own, those of the joint that it moves, or the ground and the body that it acts on.
-fn ends(element: &Part, facts: &Facts, joints: &[Part]) -> Ends {
+fn ends(element: &Part, component: &Component, joints: &[Part]) -> Ends {
     let own = || element.between().map(|pair| pair.map(|end| end.text));
     let of_joint = || {
         let name = element.text("joint")?;
@@ -314,7 +314,7 @@ fn ends(element: &Part, facts: &Facts, joints: &[Part]) -> Ends {
     };
     let on = || Some(["ground".to_owned(), element.text("on")?.text]);
     let names = own().or_else(of_joint).or_else(on).unwrap_or_default();
-    let has_carrier = facts.keys.iter().any(|key| key.form.is_carrier());
+    let has_carrier = component.keys.iter().any(|key| key.form.is_carrier());
     let carrier = element.text("carrier").map_or("ground".to_owned(), |carrier| carrier.text);
     let frame = if has_carrier { carrier } else { names[0].clone() };
     Ends { names, frame, has_carrier }

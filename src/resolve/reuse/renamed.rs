@@ -125,7 +125,7 @@ impl Walk<'_> {
         for (section, parts) in sections {
             for part in parts {
                 if let Some(component) = part.component(section) {
-                    self.entries(part, component.facts().keys, component.facts().own);
+                    self.entries(part, component.keys, component.own);
                 }
             }
         }
@@ -174,7 +174,7 @@ impl Walk<'_> {
             }
             (Corners(..), Kind::Array(items)) => items.iter_mut().for_each(|item| self.value(item, Corner, own)),
             (Form::Shape, Kind::Table(entries)) => entries.iter_mut().for_each(|(key, node)| {
-                let keys = shape::ALL.iter().flat_map(|shape| shape.facts().all_keys());
+                let keys = shape::ALL.iter().flat_map(|shape| shape.all_keys());
                 if let Some(known) = keys.into_iter().find(|known| known.name == key.text) {
                     self.value(node, known.form, own);
                 }

@@ -10,9 +10,9 @@ use std::rc::Rc;
 use super::{Resolver, UNKNOWN, reuse};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
-use crate::expr::Function;
+use crate::expr::{Function, Unary};
 use crate::files;
-use crate::mechanism::{BinaryOperator, Comparison, Formula};
+use crate::mechanism::{Comparison, Formula};
 use crate::scene::Scene;
 use crate::scene::constant;
 use crate::scene::decode::text;
@@ -97,14 +97,9 @@ impl Resolver<'_> {
 fn wrapped(argument: Formula, table: &Table) -> Formula {
     let (first, last) = (table.x[0], table.x[table.x.len() - 1]);
     let period = Formula::Number(last - first);
-    let turns = combine(
-        BinaryOperator::Divide,
-        combine(BinaryOperator::Subtract, argument.clone(), Formula::Number(first)),
-        period.clone(),
-    );
-    let Some(floor) = Function::named("floor") else { return UNKNOWN };
-    let whole = constant::apply(floor, vec![turns]);
-    combine(BinaryOperator::Subtract, argument, combine(BinaryOperator::Multiply, period, whole))
+    let turns = (argument.clone() - Formula::Number(first)) / period.clone();
+    let whole = constant::apply(Function::One(Unary::Floor), vec![turns]);
+    argument - period * whole
 }
 
 /// The piece that holds at the argument, by halving.
@@ -135,19 +130,15 @@ fn choice(argument: &Formula, pieces: &[pieces::Piece]) -> Formula {
 fn polynomial(argument: &Formula, piece: &pieces::Piece) -> Formula {
     let d = match piece.origin {
         0.0 => argument.clone(),
-        origin => combine(BinaryOperator::Subtract, argument.clone(), Formula::Number(origin)),
+        origin => argument.clone() - Formula::Number(origin),
     };
     let degree = piece.coefficients.iter().rposition(|c| *c != 0.0).unwrap_or(0);
     let mut value = Formula::Number(piece.coefficients[degree]);
     for &coefficient in piece.coefficients[..degree].iter().rev() {
-        value = combine(BinaryOperator::Multiply, d.clone(), value);
+        value = d.clone() * value;
         if coefficient != 0.0 {
-            value = combine(BinaryOperator::Add, Formula::Number(coefficient), value);
+            value = Formula::Number(coefficient) + value;
         }
     }
     value
-}
-
-fn combine(operator: BinaryOperator, a: Formula, b: Formula) -> Formula {
-    constant::combine(operator, a, b)
 }

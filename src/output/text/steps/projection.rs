@@ -51,34 +51,9 @@ impl Lesson<'_, '_, '_> {
         blocks
     }
 
-    fn balances(&self) -> Rows {
+    /// The projected cutset of each branch; `sum` adds what is cut.
+    fn balances_of(&self, sum: impl Fn(&str, &Row, &dyn Fn(&str) -> Tree) -> Tree) -> Rows {
         let letters = self.letters;
-        let mut rows = Rows::new();
-        for (branch, cutset) in self.translation.branches.iter().zip(self.translation.cutsets()) {
-            let element = self.equations.system.element(branch.element);
-            for (along, _) in element.translation.iter().flat_map(|row| &row.motion) {
-                let sum = signed(Some(&branch.label), &cutset, |label| letters.force(label));
-                rows.push((letters.projected(sum, *along, element, true), Tree::zero()));
-            }
-        }
-        for (branch, cutset) in self.rotation.branches.iter().zip(self.rotation.cutsets()) {
-            if self.is_free(branch) {
-                rows.push((signed(Some(&branch.label), &cutset, |label| letters.torque(label)), Tree::zero()));
-            }
-        }
-        rows
-    }
-
-    /// The same with forces and torques of terminal equations in their place.
-    fn reduced_balances(&mut self) -> Rows {
-        let letters = self.letters;
-        let known = self.through_variables();
-        let replaced = |tree: Tree| known.iter().find(|(own, _)| *own == tree).map_or(tree, |(_, value)| value.clone());
-        let sum = |branch: &str, cutset: &Row, letter: &dyn Fn(&str) -> Tree| {
-            let own = [(branch.to_owned(), 1)].into_iter().chain(cutset.iter().cloned());
-            let terms = own.map(|(label, sign)| (sign < 0, replaced(letter(&label))));
-            Tree::sum(terms.filter(|(_, tree)| *tree != Tree::zero()).flat_map(opened).collect())
-        };
         let mut rows = Rows::new();
         for (branch, cutset) in self.translation.branches.iter().zip(self.translation.cutsets()) {
             let element = self.equations.system.element(branch.element);
@@ -93,6 +68,19 @@ impl Lesson<'_, '_, '_> {
             }
         }
         rows
+    }
+
+    fn balances(&self) -> Rows {
+        self.balances_of(|branch, cutset, letter| signed(Some(branch), cutset, letter))
+    }
+
+    /// The same with forces and torques of terminal equations in their place.
+    fn reduced_balances(&mut self) -> Rows {
+        let known = self.through_variables();
+        self.balances_of(|branch, cutset, letter| {
+            let own = [(branch.to_owned(), 1)].into_iter().chain(cutset.iter().cloned());
+            inserted(&known, own.map(|(label, sign)| (sign < 0, letter(&label))))
+        })
     }
 
     /// Whole forces and torques that a terminal equation gives.
@@ -324,11 +312,18 @@ fn is_along(element: &Element) -> bool {
 }
 
 /// The terms of a sum, so that it needs no parentheses.
-pub fn opened((minus, tree): (bool, Tree)) -> Vec<(bool, Tree)> {
+fn opened((minus, tree): (bool, Tree)) -> Vec<(bool, Tree)> {
     match tree {
         Tree::Sum(terms) => terms.into_iter().map(|(own, term)| (own != minus, term)).collect(),
         tree => vec![(minus, tree)],
     }
+}
+
+/// A sum with what is known in its place; what is zero drops out.
+pub fn inserted(known: &Rows, terms: impl Iterator<Item = (bool, Tree)>) -> Tree {
+    let replaced = |tree: Tree| known.iter().find(|(own, _)| *own == tree).map_or(tree, |(_, value)| value.clone());
+    let terms = terms.map(|(minus, tree)| (minus, replaced(tree)));
+    Tree::sum(terms.filter(|(_, tree)| *tree != Tree::zero()).flat_map(opened).collect())
 }
 
 /// An across variable of a chord as a sum of those of branches.

@@ -2,7 +2,7 @@
 
 use super::graphs::list;
 use super::numbers::{Values, agree, short};
-use super::projection::{Rows, negated, opened};
+use super::projection::{Rows, inserted, negated};
 use super::view::Row;
 use super::{Lesson, check, heading, words};
 use crate::component::{Angle, Element, Origin};
@@ -58,15 +58,13 @@ impl Lesson<'_, '_, '_> {
     /// F and T of the joints that are branches, by their cutsets, in two steps.
     fn tree_joints(&mut self) -> Rows {
         let known = self.through_variables();
-        let replaced = |tree: Tree| known.iter().find(|(own, _)| *own == tree).map_or(tree, |(_, value)| value.clone());
         let mut rows = Rows::new();
         let mut add = |own: Tree, cutset: &Row, letter: &dyn Fn(&str) -> Tree| {
             let terms: Vec<(bool, Tree)> =
                 negated(cutset).iter().map(|(label, sign)| (*sign < 0, letter(label))).collect();
-            let with = terms.iter().map(|(minus, tree)| (*minus, replaced(tree.clone())));
-            let with: Vec<(bool, Tree)> = with.filter(|(_, tree)| *tree != Tree::zero()).flat_map(opened).collect();
+            let with = inserted(&known, terms.iter().cloned());
             rows.push((own.clone(), Tree::sum(terms)));
-            rows.push((own, Tree::sum(with)));
+            rows.push((own, with));
         };
         let letters = self.letters;
         for (branch, cutset) in self.translation.branches.iter().zip(self.translation.cutsets()) {

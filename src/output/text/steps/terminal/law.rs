@@ -2,8 +2,8 @@
 
 use crate::component::Origin;
 use crate::equations::Equations;
-use crate::expr::{Binary, Function};
-use crate::mechanism::{BinaryOperator, Comparison, Formula, Owner, Quantity, Variable};
+use crate::expr::{Binary, Function, Unary};
+use crate::mechanism::{Comparison, Formula, Owner, Quantity, Variable};
 use crate::output::text::name::{Name, symbol_name};
 use crate::output::text::steps::letters::Letters;
 use crate::output::text::tree::Tree;
@@ -19,11 +19,6 @@ pub fn tree(equations: &Equations, letters: Letters, formula: &Formula) -> Tree 
             Tree::Name(symbol_name(equations, crate::expr::Symbol::Input(id.0, crate::expr::Order::Position)))
         }
         Formula::Variable(own) => variable(equations, letters, *own),
-        Formula::Negate(inner) => negated(of(inner)),
-        Formula::Binary(operator, sides) => {
-            let [a, b] = sides.each_ref().map(of);
-            binary(*operator, a, b)
-        }
         Formula::Call(function, arguments) => call(*function, arguments.iter().map(of).collect()),
         Formula::If(comparison, parts) => {
             let [left, right, then, otherwise] = parts.each_ref().map(of);
@@ -88,27 +83,31 @@ fn negated(tree: Tree) -> Tree {
     }
 }
 
-fn binary(operator: BinaryOperator, a: Tree, b: Tree) -> Tree {
-    let zero = Tree::zero();
-    match operator {
-        BinaryOperator::Add if a == zero => b,
-        BinaryOperator::Add | BinaryOperator::Subtract if b == zero => a,
-        BinaryOperator::Subtract if a == zero => negated(b),
-        BinaryOperator::Add => Tree::Sum(vec![(false, a), (false, b)]),
-        BinaryOperator::Subtract => Tree::Sum(vec![(false, a), (true, b)]),
-        BinaryOperator::Multiply if a == zero || b == zero => zero,
-        BinaryOperator::Multiply if a == Tree::Number(1.0) => b,
-        BinaryOperator::Multiply if is_negative(&a) => negated(binary(operator, negated(a), b)),
-        BinaryOperator::Multiply => Tree::product(vec![a, b]),
-        BinaryOperator::Divide => Tree::Quotient(Box::new([a, b])),
-        BinaryOperator::Power => Tree::power(a, b),
+fn call(function: Function, mut arguments: Vec<Tree>) -> Tree {
+    match (function, arguments.len()) {
+        (Function::One(Unary::Negate), 1) => negated(arguments.remove(0)),
+        (Function::Two(operator), 2) => {
+            let b = arguments.remove(1);
+            binary(operator, arguments.remove(0), b)
+        }
+        _ => Tree::Call(function.name(), arguments),
     }
 }
 
-fn call(function: Function, arguments: Vec<Tree>) -> Tree {
-    match (function, arguments.as_slice()) {
-        (Function::Two(Binary::Less), [a, b]) => Tree::Relation("<", Box::new([a.clone(), b.clone()])),
-        (Function::Two(Binary::LessEqual), [a, b]) => Tree::Relation("<=", Box::new([a.clone(), b.clone()])),
-        _ => Tree::Call(function.name(), arguments),
+fn binary(operator: Binary, a: Tree, b: Tree) -> Tree {
+    let zero = Tree::zero();
+    match operator {
+        Binary::Add if a == zero => b,
+        Binary::Add | Binary::Subtract if b == zero => a,
+        Binary::Subtract if a == zero => negated(b),
+        Binary::Add => Tree::Sum(vec![(false, a), (false, b)]),
+        Binary::Subtract => Tree::Sum(vec![(false, a), (true, b)]),
+        Binary::Multiply if a == zero || b == zero => zero,
+        Binary::Multiply if a == Tree::Number(1.0) => b,
+        Binary::Multiply if is_negative(&a) => negated(binary(operator, negated(a), b)),
+        Binary::Multiply => Tree::product(vec![a, b]),
+        Binary::Divide => Tree::Quotient(Box::new([a, b])),
+        Binary::Power => Tree::power(a, b),
+        function => Tree::Call(function.definition().name, vec![a, b]),
     }
 }
