@@ -27,22 +27,21 @@ use crate::singular::dependence::{end_of_reach, singular_ahead};
 /// Steps before the first look at the fastest rate. After each look that finds nothing it takes twice as many, after each trial that fails four times.
 const FIRST_LOOK: u32 = 32;
 const MOST_PATIENCE: u32 = 4096;
-/// So many steps in a row must be held back, in their geometric mean: next to a singular pose everything can change fast too, but only there, and the lengths of
-/// steps at the limit of stability differ by factors.
+/// So many steps in a row must be held back: next to a singular pose everything can change fast too, but only there.
 const LOOKS: u32 = 4;
 /// So many steps after a singular pose it is passed.
 const AWAY: f64 = 4.0;
-/// Steps that stiffness holds back pass a singular pose at this tolerance or a larger one.
+/// A coarse tolerance. Steps that stiffness holds back pass a singular pose at this one or a larger one.
 const COARSE: f64 = 1e-5;
 /// So many steps in a row must speak for the return.
 const VOTES: u32 = 8;
 /// Steps that change by more than this factor are on their way back from a switch.
 const RECOVERING: f64 = 2.0;
-/// A step times the fastest rate: what the explicit method may take, and series for each of their orders. From this share on it holds them back; from a step
-/// of less than the other share on it certainly does not.
+/// A step times the fastest rate: what the explicit method may take, and series for each of their orders. From this share on it holds them back; at coarse
+/// tolerances, where the lengths of steps at the limit of stability differ by factors, in their geometric mean, none being less than the other share.
 const STABLE: f64 = 5.0;
 const STABLE_BY_ORDER: f64 = 0.3;
-const HELD_BACK: f64 = 0.6;
+const HELD_BACK: f64 = 0.7;
 const FREE: f64 = 0.2;
 /// A tape run with derivatives along four directions in half of the steps, three runs each, and along three at each of the nodes in all steps, in runs of the
 /// tape.
@@ -123,15 +122,15 @@ impl Choice {
         self.count >= self.patience || self.suspected > 0
     }
 
-    /// Takes note of what a look has found: the share of a step in the longest one that is stable.
-    fn look(&mut self, share: f64) {
+    /// Takes note of what a look has found: the share of a step in the longest one that is stable. One step of less than `least` is enough to end the suspicion.
+    fn look(&mut self, share: f64, least: f64) {
         self.suspected += 1;
         self.shares *= share / HELD_BACK;
         let all = self.suspected == LOOKS;
         self.stiff = all && self.shares > 1.0;
         self.has_been_stiff |= self.stiff;
         // Written so that NaN is free.
-        let may_be = share > FREE;
+        let may_be = share > least;
         if all || !may_be {
             (self.count, self.suspected, self.shares, self.passing) = (0, 0, 1.0, false);
             self.patience = MOST_PATIENCE.min(self.patience * if self.stiff { 4 } else { 2 });
@@ -345,7 +344,8 @@ impl Engines<'_> {
         if context.settings.automatic && lawful && (is_regular(run) || run.stiffness.is_new()) && run.stiffness.looks()
         {
             let share = self.share_of_stable(context, run);
-            run.stiffness.look(share);
+            let least = if context.settings.tolerance >= COARSE { FREE } else { HELD_BACK };
+            run.stiffness.look(share, least);
             run.stiffness.held_back = run.last.natural;
         }
     }
