@@ -50,7 +50,7 @@ fn no_run_leaves_its_branch() {
     }
 }
 
-/// While the motion is stiff the implicit method is in charge; it passes the poses too.
+/// While the motion is stiff the implicit method is the current one; it passes the poses too.
 #[test]
 fn a_stiff_spring_takes_no_motion_off_its_branch() {
     for seed in 0..4 {

@@ -77,7 +77,7 @@ fn values(variable: &ScalarVariable) -> Attributes {
     attributes
 }
 
-/// States that an event may move, if the importer's integrator may be in charge.
+/// States that an event may move in Model Exchange, where the importer integrates.
 fn moved(description: &Description, exchange: bool) -> HashSet<usize> {
     let states = description.variables.iter().filter_map(|variable| variable.derivative_of);
     states.filter(|_| description.moves_states && exchange).collect()
