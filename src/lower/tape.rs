@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 
 use cotree_fmu::program::Layout;
 use cotree_fmu::tape::{Instruction, Operation, Tape};
@@ -19,7 +19,8 @@ pub struct Assembler<'a> {
     layout: Layout,
     /// Depends on nothing but parameters, for each expression of the kernels.
     fixed: Vec<bool>,
-    shared: HashMap<Expr, u32>,
+    /// Registers of constants and of the parameter stage, for each expression.
+    shared: Vec<Option<u32>>,
     pub constants: Vec<f64>,
     pub stage: Tape,
     scratch: u32,
@@ -41,11 +42,11 @@ impl<'a> Assembler<'a> {
             };
         }
         let mut assembler = Assembler {
+            shared: vec![None; arena.len()],
             arena,
             expansions,
             layout,
             fixed,
-            shared: HashMap::new(),
             constants: Vec::new(),
             stage: Tape::default(),
             scratch: 0,
@@ -78,14 +79,14 @@ impl<'a> Assembler<'a> {
     fn home(&self, expr: Expr) -> Option<u32> {
         match self.arena.node(expr) {
             Node::Symbol(symbol) => Some(symbol_register(&self.layout, symbol) as u32),
-            _ => self.shared.get(&expr).copied(),
+            _ => self.shared[expr.index()],
         }
     }
 
     fn place_constants(&mut self, used: &[Expr]) {
         for &expr in used {
             if let Some(value) = self.arena.as_constant(expr) {
-                self.shared.insert(expr, (self.layout.constants() + self.constants.len()) as u32);
+                self.shared[expr.index()] = Some((self.layout.constants() + self.constants.len()) as u32);
                 self.constants.push(value);
             }
         }
@@ -97,17 +98,16 @@ impl<'a> Assembler<'a> {
     fn place_stage(&mut self, used: &[Expr], results: &[Expr]) {
         let needed_by_moving =
             used.iter().filter(|e| !self.fixed[e.index()]).flat_map(|&e| self.arena.node(e).operands());
-        let frontier: HashSet<Expr> = needed_by_moving
+        let frontier = needed_by_moving
             .chain(results.iter().copied())
-            .filter(|&e| self.fixed[e.index()] && self.home(e).is_none())
-            .collect();
+            .filter(|&e| self.fixed[e.index()] && self.home(e).is_none());
         let order: Vec<Expr> =
             self.arena.reachable(frontier).into_iter().filter(|&expr| self.home(expr).is_none()).collect();
         let first = self.scratch;
         let mut writer = Writer::new(self, &order, &order);
         writer.write();
         let (tape, places, highest) = (std::mem::take(&mut writer.tape), writer.places, writer.highest);
-        self.shared.extend(places);
+        order.iter().zip(places).for_each(|(expr, place)| self.shared[expr.index()] = place);
         self.scratch = highest.max(first);
         self.registers = self.scratch;
         self.stage = Tape { instructions: tape, results: Vec::new() };
@@ -133,101 +133,132 @@ pub fn symbol_register(layout: &Layout, symbol: Symbol) -> usize {
     }
 }
 
+/// The number of an expression that is not in an order.
+const NONE: u32 = u32::MAX;
+
+/// Lists by numbers instead of maps by expressions: neighbours in the order are neighbours in memory.
 struct Writer<'w, 'a> {
     assembler: &'w Assembler<'a>,
-    /// Products whose only use is an addition: multiply-add.
-    fused: HashSet<Expr>,
+    /// What is computed, operands first.
+    order: &'w [Expr],
+    /// The number of each expression in the order.
+    numbers: Vec<u32>,
+    /// By numbers: products whose only use is an addition, which becomes a multiply-add.
+    fused: Vec<bool>,
     schedule: Vec<Expr>,
-    last_use: HashMap<Expr, usize>,
-    places: HashMap<Expr, u32>,
+    /// By numbers.
+    last_use: Vec<usize>,
+    /// By numbers.
+    places: Vec<Option<u32>>,
     free: Vec<u32>,
     highest: u32,
     tape: Vec<Instruction>,
 }
 
 impl<'w, 'a> Writer<'w, 'a> {
-    fn new(assembler: &'w Assembler<'a>, order: &[Expr], results: &[Expr]) -> Self {
-        let mut uses: HashMap<Expr, usize> = HashMap::new();
-        for &expr in order {
-            for operand in assembler.arena.node(expr).operands() {
-                *uses.entry(operand).or_default() += 1;
-            }
-        }
-        for &result in results {
-            *uses.entry(result).or_default() += 1;
-        }
+    fn new(assembler: &'w Assembler<'a>, order: &'w [Expr], results: &[Expr]) -> Self {
+        let mut numbers = vec![NONE; order.last().map_or(0, |last| last.index() + 1)];
+        order.iter().zip(0..).for_each(|(expr, number)| numbers[expr.index()] = number);
         let mut writer = Writer {
             assembler,
-            fused: HashSet::new(),
+            order,
+            numbers,
+            fused: vec![false; order.len()],
             schedule: Vec::new(),
-            last_use: HashMap::new(),
-            places: HashMap::new(),
+            last_use: vec![0; order.len()],
+            places: vec![None; order.len()],
             free: Vec::new(),
             highest: assembler.scratch,
             tape: Vec::new(),
         };
-        for &expr in order {
-            if let Some(product) = writer.fusible(expr, &uses) {
-                writer.fused.insert(product);
-            }
-        }
-        writer.schedule = writer.schedule(order);
-        for (position, &expr) in writer.schedule.iter().enumerate() {
-            for operand in writer.operands(expr) {
-                writer.last_use.insert(operand, position);
-            }
-        }
-        for &result in results {
-            writer.last_use.insert(result, usize::MAX);
-        }
+        writer.fuse(results);
+        writer.schedule = writer.schedule();
+        writer.find_last_uses(results);
         writer
     }
 
-    fn fusible(&self, expr: Expr, uses: &HashMap<Expr, usize>) -> Option<Expr> {
-        let Node::Binary(Binary::Add, a, b) = self.assembler.arena.node(expr) else { return None };
-        [a, b].into_iter().find(|&operand| {
-            matches!(self.assembler.arena.node(operand), Node::Binary(Binary::Multiply, ..))
-                && uses.get(&operand) == Some(&1)
-                && self.assembler.home(operand).is_none()
+    fn fuse(&mut self, results: &[Expr]) {
+        let mut uses = vec![0; self.order.len()];
+        let operands = self.order.iter().flat_map(|&expr| self.assembler.arena.node(expr).operands());
+        for number in operands.chain(results.iter().copied()).filter_map(|used| self.number(used)) {
+            uses[number] += 1;
+        }
+        for &expr in self.order {
+            if let Some(product) = self.fusible(expr, &uses) {
+                self.fused[product] = true;
+            }
+        }
+    }
+
+    fn fusible(&self, expr: Expr, uses: &[usize]) -> Option<usize> {
+        let arena = &self.assembler.arena;
+        let Node::Binary(Binary::Add, a, b) = arena.node(expr) else { return None };
+        [a, b].into_iter().find_map(|operand| {
+            let number = self.number(operand).filter(|&number| uses[number] == 1)?;
+            matches!(arena.node(operand), Node::Binary(Binary::Multiply, ..)).then_some(number)
         })
     }
 
-    fn operands(&self, expr: Expr) -> Vec<Expr> {
-        let node = self.assembler.arena.node(expr);
-        node.operands()
-            .flat_map(|operand| {
-                if self.fused.contains(&operand) {
-                    self.assembler.arena.node(operand).operands().collect()
-                } else {
-                    vec![operand]
-                }
-            })
-            .collect()
+    fn find_last_uses(&mut self, results: &[Expr]) {
+        let mut last_use = std::mem::take(&mut self.last_use);
+        for (position, &expr) in self.schedule.iter().enumerate() {
+            self.operands(expr).filter_map(|operand| self.number(operand)).for_each(|used| last_use[used] = position);
+        }
+        results.iter().filter_map(|&result| self.number(result)).for_each(|result| last_use[result] = usize::MAX);
+        self.last_use = last_use;
+    }
+
+    fn number(&self, expr: Expr) -> Option<usize> {
+        self.numbers.get(expr.index()).filter(|number| **number != NONE).map(|&number| number as usize)
+    }
+
+    fn is_fused(&self, expr: Expr) -> bool {
+        self.number(expr).is_some_and(|number| self.fused[number])
+    }
+
+    fn place(&self, expr: Expr) -> Option<u32> {
+        self.places[self.number(expr)?]
+    }
+
+    fn set_place(&mut self, expr: Expr, register: u32) {
+        if let Some(number) = self.number(expr) {
+            self.places[number] = Some(register);
+        }
+    }
+
+    /// What an instruction reads: for a fused product its factors.
+    fn operands(&self, expr: Expr) -> impl Iterator<Item = Expr> {
+        let arena = &self.assembler.arena;
+        arena.node(expr).operands().flat_map(move |operand| {
+            let factors = self.is_fused(operand).then(|| arena.node(operand).operands());
+            let own = factors.is_none().then_some(operand);
+            factors.into_iter().flatten().chain(own)
+        })
     }
 
     /// Operands before what uses them, and operations of the same kind in sequence as far as dependencies permit (list scheduling): the interpreter branches once for a
     /// sequence. Among the kinds that are ready, the most frequent is scheduled first.
-    fn schedule(&self, order: &[Expr]) -> Vec<Expr> {
-        let written: Vec<Expr> = order.iter().copied().filter(|expr| !self.fused.contains(expr)).collect();
-        let numbers: HashMap<Expr, usize> = written.iter().enumerate().map(|(number, expr)| (*expr, number)).collect();
-        let (mut users, mut missing) = (vec![Vec::new(); written.len()], vec![0; written.len()]);
-        for (number, &expr) in written.iter().enumerate() {
-            for operand in self.operands(expr).iter().filter_map(|operand| numbers.get(operand)) {
-                users[*operand].push(number);
+    fn schedule(&self) -> Vec<Expr> {
+        let size = self.order.len();
+        let written = || (0..size).filter(move |&number| !self.fused[number]);
+        let (mut users, mut missing) = (vec![Vec::new(); size], vec![0; size]);
+        for number in written() {
+            for operand in self.operands(self.order[number]).filter_map(|operand| self.number(operand)) {
+                users[operand].push(number);
                 missing[number] += 1;
             }
         }
         let mut ready: BTreeMap<u8, VecDeque<usize>> = BTreeMap::new();
-        let kind = |number: usize| self.kind(written[number]) as u8;
-        for number in (0..written.len()).filter(|&number| missing[number] == 0) {
+        let kind = |number: usize| self.kind(self.order[number]) as u8;
+        for number in written().filter(|&number| missing[number] == 0) {
             ready.entry(kind(number)).or_default().push_back(number);
         }
-        let mut schedule = Vec::with_capacity(written.len());
+        let mut schedule = Vec::with_capacity(size);
         while let Some(next) =
             ready.iter().max_by_key(|(kind, queue)| (queue.len(), Reverse(**kind))).map(|(kind, _)| *kind)
         {
             while let Some(number) = ready.get_mut(&next).and_then(VecDeque::pop_front) {
-                schedule.push(written[number]);
+                schedule.push(self.order[number]);
                 for &user in &users[number] {
                     missing[user] -= 1;
                     if missing[user] == 0 {
@@ -242,7 +273,7 @@ impl<'w, 'a> Writer<'w, 'a> {
 
     fn write(&mut self) {
         for (position, expr) in std::mem::take(&mut self.schedule).into_iter().enumerate() {
-            if !self.places.contains_key(&expr) {
+            if self.place(expr).is_none() {
                 self.write_one(expr);
             }
             self.release(expr, position);
@@ -257,22 +288,19 @@ impl<'w, 'a> Writer<'w, 'a> {
         let (operation, operands) = self.operation(expr);
         let [a, b, c] = operands;
         let target = self.allocate();
-        self.places.insert(expr, target);
+        self.set_place(expr, target);
         self.tape.push(Instruction { operation, target, a, b, c });
     }
 
     /// Sine and cosine are computed together; the register of an unused one is free at once.
     fn write_sin_cos(&mut self, expr: Expr, function: Unary, angle: Expr) {
         let other = if function == Unary::Sin { Unary::Cos } else { Unary::Sin };
-        let partner =
-            self.assembler.arena.existing(Node::Unary(other, angle)).filter(|p| self.last_use.contains_key(p));
+        let partner = self.assembler.arena.existing(Node::Unary(other, angle)).filter(|p| self.number(*p).is_some());
         let a = self.register(angle);
         let (own, beside) = (self.allocate(), self.allocate());
-        self.places.insert(expr, own);
+        self.set_place(expr, own);
         match partner {
-            Some(partner) => {
-                self.places.insert(partner, beside);
-            }
+            Some(partner) => self.set_place(partner, beside),
             None => self.free.push(beside),
         }
         let (target, c) = if function == Unary::Sin { (own, beside) } else { (beside, own) };
@@ -281,9 +309,7 @@ impl<'w, 'a> Writer<'w, 'a> {
 
     fn kind(&self, expr: Expr) -> Operation {
         match self.assembler.arena.node(expr) {
-            Node::Binary(Binary::Add, a, b) if self.fused.contains(&a) || self.fused.contains(&b) => {
-                Operation::MultiplyAdd
-            }
+            Node::Binary(Binary::Add, a, b) if self.is_fused(a) || self.is_fused(b) => Operation::MultiplyAdd,
             Node::Binary(function, ..) => operation(function.definition().run),
             Node::Unary(function, _) => operation(function.definition().run),
             Node::Select(..) => Operation::Select,
@@ -295,8 +321,8 @@ impl<'w, 'a> Writer<'w, 'a> {
     fn operation(&self, expr: Expr) -> (Operation, [u32; 3]) {
         let at = |e: Expr| self.register(e);
         let operands = match self.assembler.arena.node(expr) {
-            Node::Binary(Binary::Add, a, b) if self.fused.contains(&a) || self.fused.contains(&b) => {
-                let (product, other) = if self.fused.contains(&a) { (a, b) } else { (b, a) };
+            Node::Binary(Binary::Add, a, b) if self.is_fused(a) || self.is_fused(b) => {
+                let (product, other) = if self.is_fused(a) { (a, b) } else { (b, a) };
                 let factors: Vec<u32> = self.assembler.arena.node(product).operands().map(at).collect();
                 [factors[0], factors[1], at(other)]
             }
@@ -309,8 +335,7 @@ impl<'w, 'a> Writer<'w, 'a> {
     }
 
     fn register(&self, expr: Expr) -> u32 {
-        let own = self.places.get(&expr).copied();
-        own.or_else(|| self.assembler.home(expr)).unwrap_or_default()
+        self.place(expr).or_else(|| self.assembler.home(expr)).unwrap_or_default()
     }
 
     fn allocate(&mut self) -> u32 {
@@ -321,16 +346,12 @@ impl<'w, 'a> Writer<'w, 'a> {
     }
 
     fn release(&mut self, expr: Expr, position: usize) {
-        let mut dying = self.operands(expr);
+        let dies = |number: &usize| self.last_use[*number] == position;
+        let mut dying: Vec<usize> =
+            self.operands(expr).filter_map(|operand| self.number(operand)).filter(dies).collect();
         dying.sort_unstable();
         dying.dedup();
-        for operand in dying {
-            if self.last_use.get(&operand) == Some(&position)
-                && let Some(&register) = self.places.get(&operand)
-            {
-                self.free.push(register);
-            }
-        }
+        self.free.extend(dying.into_iter().filter_map(|number| self.places[number]));
     }
 }
 
