@@ -59,13 +59,13 @@ fn may_choose(equations: &Equations, arms: &ArmEquations, values: &impl Values) 
 
 /// Masses and moments of inertia that resist the unknowns, where bodies are no links of a tree.
 fn masses(equations: &Equations, arms: &ArmEquations, values: &impl Values) -> Vec<f64> {
-    let own = |index| {
-        let mass = arms.coupling.iter().find(|((k, l), _)| k == l && k.displacement() == Some(index));
-        mass.map_or(Expr::ZERO, |(_, mass)| mass[0])
-    };
+    // From the last one, so that the first arm of each displacement is what stays.
+    let own = arms.coupling.iter().rev().filter(|((k, l), _)| k == l);
+    let own: HashMap<usize, Expr> = own.filter_map(|((k, _), mass)| Some((k.displacement()?, mass[0]))).collect();
     let turning = arms.frames.iter().filter(|turning| !turning.coordinates.is_empty()).map(|turning| turning.inertia);
     let straight = equations.coordinates.iter().enumerate().filter(|(_, coordinate)| !coordinate.angular);
-    let masses: Vec<Expr> = turning.chain(straight.map(|(index, _)| own(index))).collect();
+    let masses: Vec<Expr> =
+        turning.chain(straight.map(|(index, _)| own.get(&index).copied().unwrap_or(Expr::ZERO))).collect();
     equations.system.arena.evaluate(&masses, values)
 }
 

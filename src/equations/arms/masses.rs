@@ -1,12 +1,11 @@
 //! The frames that turn, their inertia, and the masses between arms.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use super::linear::{conjugate_product, linear};
 use super::{Arm, ArmEquations, Arms, Equations, Factor, Reason, Turning};
 use crate::component::Origin;
 use crate::equations::inertias::{inertia, mass};
-use crate::equations::vector::FrameId;
 use crate::expr::Expr;
 use crate::mechanism::BodyId;
 
@@ -41,11 +40,9 @@ impl Equations<'_> {
 
     /// The frames' own inertias.
     pub(super) fn inertias(&mut self, arms: &mut ArmEquations) {
-        let places: HashMap<FrameId, usize> =
-            arms.frames.iter().enumerate().map(|(place, turning)| (turning.frame, place)).collect();
         for body in (0..self.system.mechanism.bodies.len()).map(BodyId) {
             let node = self.system.r_node(Some(body));
-            if let Some(&place) = places.get(&self.kinematics.placement(node).0) {
+            if let Some(place) = arms.place(self.kinematics.placement(node).0) {
                 let inertia = inertia(&mut self.system, body);
                 arms.frames[place].inertia = self.system.arena.add(arms.frames[place].inertia, inertia);
             }
@@ -55,18 +52,15 @@ impl Equations<'_> {
     pub(super) fn masses(&mut self, arms: &mut ArmEquations) -> Result<(), Reason> {
         for index in 0..self.system.mechanism.bodies.len() {
             let body = BodyId(index);
-            let element = self.system.elements.iter().find(|element| element.origin == Origin::Body(body));
-            let Some((translation, rotation)) =
-                element.map(|e| (e.translation.as_ref().map(|t| t.ends), e.rotation.as_ref().map(|r| r.ends)))
-            else {
+            let Some(element) = self.system.find(Origin::Body(body)).map(|id| self.system.element(id)) else {
                 continue;
             };
-            if let Some(ends) = rotation {
-                let (frame, _) = self.kinematics.placement(ends[1]);
-                if let Some(turning) = arms.frames.iter_mut().find(|turning| turning.frame == frame) {
-                    let inertia = inertia(&mut self.system, body);
-                    turning.inertia = self.system.arena.add(turning.inertia, inertia);
-                }
+            let rotation = element.rotation.as_ref().map(|row| row.ends);
+            let translation = element.translation.as_ref().map(|row| row.ends);
+            if let Some(place) = rotation.and_then(|ends| arms.place(self.kinematics.placement(ends[1]).0)) {
+                let inertia = inertia(&mut self.system, body);
+                let turning = &mut arms.frames[place];
+                turning.inertia = self.system.arena.add(turning.inertia, inertia);
             }
             if let Some(ends) = translation {
                 let centre = self.kinematics.node(&mut self.system.arena, ends[1]).position.clone();
@@ -88,8 +82,8 @@ impl Equations<'_> {
         for &(k, z) in &moving {
             for &(l, y) in &moving {
                 let product = conjugate_product(arena, z, y).map(|part| arena.multiply(mass, part));
-                match arms.frames.iter_mut().find(|turning| k == l && k == Arm::of(turning.frame)) {
-                    Some(turning) => turning.inertia = arena.add(turning.inertia, product[0]),
+                match arms.place(k.frame).filter(|_| k == l && k == Arm::of(k.frame)) {
+                    Some(place) => arms.frames[place].inertia = arena.add(arms.frames[place].inertia, product[0]),
                     None => {
                         let entry = arms.coupling.entry((k, l)).or_insert([Expr::ZERO; 2]);
                         *entry = [arena.add(entry[0], product[0]), arena.add(entry[1], product[1])];

@@ -127,6 +127,13 @@ pub struct ArmEquations {
     pub lines: Vec<(Expr, Expr, Arms)>,
 }
 
+impl ArmEquations {
+    /// The place of a frame that turns, as long as the frames stand in the order of their numbers: a tree gives them its own at the end.
+    fn place(&self, frame: FrameId) -> Option<usize> {
+        self.frames.binary_search_by_key(&frame, |turning| turning.frame).ok()
+    }
+}
+
 impl Equations<'_> {
     /// The arm form; only the `active` loop equations enter.
     ///

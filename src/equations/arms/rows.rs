@@ -63,7 +63,7 @@ impl Equations<'_> {
         for (node, factor) in ends.into_iter().zip([minus, factor]) {
             let (frame, offset) = self.kinematics.placement(node);
             row.constant.push(arena.multiply(factor, offset));
-            if let Some(turning) = arms.frames.iter().find(|turning| turning.frame == frame) {
+            if let Some(turning) = arms.place(frame).map(|place| &arms.frames[place]) {
                 row.angles.push((frame, factor));
                 row.signals.push((turning.signal, factor));
             }
@@ -177,7 +177,7 @@ impl Equations<'_> {
         for ((frame, offset), sign) in ends.into_iter().zip([1.0, -1.0]) {
             let sign = arena.constant(sign);
             terms.push((Factor::One, arena.multiply(sign, offset)));
-            if let Some(turning) = arms.frames.iter().find(|turning| turning.frame == frame) {
+            if let Some(turning) = arms.place(frame).map(|place| &arms.frames[place]) {
                 row.angles.push((frame, sign));
                 terms.push((Factor::Signal(turning.signal), sign));
             }
