@@ -9,7 +9,7 @@ mod import;
 mod simplify;
 mod term;
 
-use std::collections::HashMap;
+use std::collections::{BinaryHeap, HashMap};
 
 pub use evaluate::Values;
 pub use expand::Expansions;
@@ -150,7 +150,9 @@ impl Arena {
     /// All subexpressions of the given expressions, operands first.
     pub fn reachable(&self, roots: impl IntoIterator<Item = Expr>) -> Vec<Expr> {
         let mut stack: Vec<Expr> = roots.into_iter().collect();
-        // No larger than the roots need: most questions are about small expressions of a large arena.
+        if let Some(few) = self.few_reachable(&stack) {
+            return few;
+        }
         let mut seen = vec![false; stack.iter().max().map_or(0, |root| root.index() + 1)];
         let mut found = Vec::new();
         while let Some(expr) = stack.pop() {
@@ -161,6 +163,25 @@ impl Arena {
         }
         found.sort_unstable();
         found
+    }
+
+    /// The same, if they are few: most questions are about small expressions of a large arena, whose size they must not cost. The largest first, which none
+    /// of the others uses.
+    fn few_reachable(&self, roots: &[Expr]) -> Option<Vec<Expr>> {
+        const FEW: usize = 500;
+        let mut left: BinaryHeap<Expr> = roots.iter().copied().collect();
+        let mut found = Vec::new();
+        while let Some(expr) = left.pop() {
+            if found.last() != Some(&expr) {
+                found.push(expr);
+                left.extend(self.node(expr).operands());
+            }
+            if found.len() > FEW {
+                return None;
+            }
+        }
+        found.reverse();
+        Some(found)
     }
 
     /// The symbols that the given expressions depend on, in order.
@@ -194,5 +215,21 @@ impl Arena {
         self.nodes.push(node);
         self.known.insert(node, expr);
         expr
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn subexpressions_are_in_order_whether_few_or_many() {
+        let mut arena = Arena::default();
+        let mut all = vec![arena.symbol(Symbol::Time)];
+        for last in 0..1000 {
+            let next = arena.sin(all[last]);
+            all.push(next);
+            assert_eq!(arena.reachable([next, all[last / 2]]), all);
+        }
     }
 }
