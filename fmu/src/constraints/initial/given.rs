@@ -1,6 +1,6 @@
 //! What of the start is known without a search: coordinates that conditions name, and conditions that are linear.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::column_scale;
 use crate::machine::Machine;
@@ -29,11 +29,12 @@ impl Given {
         machine.run(tape);
         let [values, demands] = [0, conditions.len()].map(|first| &tape.results[first..first + conditions.len()]);
         let targets = demands.iter().map(|&register| machine.registers()[register as usize]).collect();
-        let names = |unknown: usize| {
-            let is_it = |&index: &usize| conditions[index].known && values[index] as usize == unknown;
-            (0..conditions.len()).find(is_it)
-        };
-        let conditions = unknowns.map(names).collect();
+        // The first condition on each register.
+        let mut names = HashMap::new();
+        for index in (0..conditions.len()).filter(|&index| conditions[index].known) {
+            names.entry(values[index] as usize).or_insert(index);
+        }
+        let conditions = unknowns.map(|unknown| names.get(&unknown).copied()).collect();
         Self { conditions, targets, linear: linear(model, jacobian, values.len()) }
     }
 
