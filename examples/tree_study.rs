@@ -179,7 +179,7 @@ fn chains() {
             "{n:<8}{:>14}{:>12.0}{:>12}{bodies:>12}{seconds:>12.2}",
             substituted.map_or("-".to_string(), |ns| format!("{ns:.0}")),
             Cost::of(tape).nanoseconds(),
-            tape.instructions.len(),
+            tape.instructions().len(),
         );
     }
 }
@@ -209,7 +209,7 @@ fn fit() {
         let Ok(resolved) = scene.resolve() else { continue };
         let Ok(formulated) = formulate(&resolved.mechanism) else { continue };
         let tape = formulated.lowered.program.tapes.acceleration.clone();
-        if tape.instructions.len() < 10 {
+        if tape.instructions().len() < 10 {
             continue;
         }
         let cost = Cost::of(&tape);
@@ -218,7 +218,7 @@ fn fit() {
         registers.resize(model.program().registers as usize, 0.0);
         let mut best = f64::INFINITY;
         for _ in 0..200 {
-            let runs = 1 + 20_000 / tape.instructions.len();
+            let runs = 1 + 20_000 / tape.instructions().len();
             let begin = Instant::now();
             (0..runs).for_each(|_| tape.run(std::hint::black_box(&mut registers)));
             best = best.min(begin.elapsed().as_nanos() as f64 / runs as f64);

@@ -137,7 +137,7 @@ fn the_kernel_of_a_chain_grows_with_its_length() {
         let mechanism = resolve(&chain(n));
         let formulated = formulated(&mechanism);
         assert!(formulated.lowered.solve_tree.is_some());
-        formulated.lowered.program.tapes.acceleration.instructions.len()
+        formulated.lowered.program.tapes.acceleration.instructions().len()
     };
     let [short, middle, long] = [30, 60, 90].map(count);
     let (first, second) = (middle - short, long - middle);
@@ -153,7 +153,7 @@ fn the_kernels_of_the_models_have_the_known_lengths() {
         let mechanism = mechanism(&scene_of(&name));
         let program = formulated(&mechanism).lowered.program;
         let tapes = &program.tapes;
-        let length = |tape: &Tape| tape.instructions.len();
+        let length = |tape: &Tape| tape.instructions().len();
         let loops = length(&tapes.constraint) + length(&tapes.jacobian.tape) + length(&tapes.gamma);
         let project = length(&tapes.project_position) + length(&tapes.project_velocity);
         let cost = Cost::of(&tapes.acceleration);

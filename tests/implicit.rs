@@ -120,7 +120,7 @@ fn kernels_at_four_points_have_the_bits_of_one_after_the_other() {
                     |lanes: &[[f64; 4]], alone: &[f64]| lanes.iter().zip(alone).all(|(a, b)| bits(a[k]) == bits(*b));
                 assert!(same(&points, &alone) && same(&tangents, &along), "{name}");
             }
-            compared += tape.instructions.len();
+            compared += tape.instructions().len();
         }
     }
     assert!(compared > 1000, "{compared}");

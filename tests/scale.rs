@@ -32,7 +32,7 @@ fn counts(text: &str) -> [usize; 5] {
     let compiled = compile(&scene).unwrap();
     let (program, tapes) = (&compiled.program, &compiled.program.tapes);
     let tapes = [&tapes.acceleration, &tapes.constraint, &tapes.project_position, &tapes.project_velocity];
-    let instructions = tapes.into_iter().map(|tape| tape.instructions.len()).sum();
+    let instructions = tapes.into_iter().map(|tape| tape.instructions().len()).sum();
     let description = model_description(&compiled.description).unwrap().len();
     [expressions, instructions, program.registers as usize, program.to_bytes().unwrap().len(), description]
 }

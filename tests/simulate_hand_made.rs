@@ -17,7 +17,7 @@ fn program() -> data::Program {
     // Registers: time, stiffness, push, its rate, its acceleration, q, v, a, scratch.
     let instruction = |operation, target, a, b| Instruction { operation, target, a, b, c: 0 };
     let instructions = vec![instruction(Operation::Multiply, 8, 1, 5), instruction(Operation::Subtract, 9, 2, 8)];
-    let acceleration = Tape { instructions, results: vec![9] };
+    let acceleration = Tape::new(instructions, vec![9]);
     let variable = |name: &str, source| data::Variable { name: name.into(), source, initial: None };
     data::Program {
         name: "mass".into(),

@@ -26,7 +26,7 @@ fn root() -> PathBuf {
 /// Operations of the kernel of the motion, then steps, rejected steps and evaluations of the scene's experiment, communication points included.
 fn work(scene: &Path) -> [u64; 4] {
     let program = sound(Scene::read(scene).and_then(|scene| compile(&scene))).program;
-    let operations = program.tapes.acceleration.instructions.len() as u64;
+    let operations = program.tapes.acceleration.instructions().len() as u64;
     let (start, stop) = (program.experiment.start, program.experiment.stop);
     let mut instance = Instance::new(Arc::new(Model::new(program).expect("a sound program")));
     instance.setup(start, Some(stop), None).expect("times");

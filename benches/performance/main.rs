@@ -197,7 +197,7 @@ fn kernels(text: &mut String) -> Result<(), Failure> {
             ("projection of q", &tapes.project_position),
             ("outputs", &tapes.outputs),
         ];
-        for (name, tape) in list.into_iter().filter(|(_, tape)| !tape.instructions.is_empty()) {
+        for (name, tape) in list.into_iter().filter(|(_, tape)| !tape.instructions().is_empty()) {
             const RUNS: u32 = 100;
             let seconds = fastest(
                 || Ok(()),
@@ -206,7 +206,7 @@ fn kernels(text: &mut String) -> Result<(), Failure> {
                     Ok(())
                 },
             )?;
-            let (count, ns) = (tape.instructions.len(), 1e9 * seconds / f64::from(RUNS));
+            let (count, ns) = (tape.instructions().len(), 1e9 * seconds / f64::from(RUNS));
             let compiled = match name {
                 "accelerations" => compiled::accelerations(&scene, &model, &start)?,
                 _ => None,

@@ -69,7 +69,7 @@ fn row(name: &str, size: usize) -> Result<String, Failure> {
     std::fs::remove_file(&file)?;
     let memory = peak_memory();
 
-    let (loops, instructions) = (program.constraints.len(), program.tapes.acceleration.instructions.len());
+    let (loops, instructions) = (program.constraints.len(), program.tapes.acceleration.instructions().len());
     let file = program.to_bytes()?;
     drop(program);
     let start = Instant::now();

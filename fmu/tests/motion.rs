@@ -289,8 +289,7 @@ fn accelerations_that_are_not_finite_are_an_error_with_a_name() {
     let mut program = pendulum();
     program.parameters[0].start = 0.0;
     // length / gravity instead of gravity / length.
-    let first = &mut program.tapes.parameters.instructions[0];
-    (first.a, first.b) = (first.b, first.a);
+    edit(&mut program.tapes.parameters, |code| (code[0].a, code[0].b) = (code[0].b, code[0].a));
     let mut instance = started(program);
     let failure = instance.step_to(1.0).expect_err("infinite");
     let expected = Failure::NotFinite { time: 0.0, coordinate: "arm.angle".into() };

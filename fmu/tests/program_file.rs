@@ -79,14 +79,56 @@ fn fault(change: impl FnOnce(&mut Program)) -> Fault {
 #[test]
 fn check_finds_what_would_go_wrong() {
     let is = |fault: Fault, expected: &str| assert!(format!("{fault:?}").starts_with(expected), "{fault:?}");
-    is(fault(|p| p.tapes.constraint.instructions[0].a = 9999), "Register {");
-    is(fault(|p| p.tapes.constraint.instructions[0].c = 9999), "Register {");
-    is(fault(|p| p.tapes.constraint.instructions[1].target = 0), "Register {");
-    is(fault(|p| p.tapes.constraint.instructions[1].target = p.layout().constants() as u32), "Register {");
+    is(
+        fault(|p| {
+            let to = 9999;
+            edit(&mut p.tapes.constraint, |code| code[0].a = to)
+        }),
+        "Register {",
+    );
+    is(
+        fault(|p| {
+            let to = 9999;
+            edit(&mut p.tapes.constraint, |code| code[0].c = to)
+        }),
+        "Register {",
+    );
+    is(
+        fault(|p| {
+            let to = 0;
+            edit(&mut p.tapes.constraint, |code| code[1].target = to)
+        }),
+        "Register {",
+    );
+    is(
+        fault(|p| {
+            let to = p.layout().constants() as u32;
+            edit(&mut p.tapes.constraint, |code| code[1].target = to)
+        }),
+        "Register {",
+    );
     is(fault(|p| p.tapes.constraint.results[0] = 9999), "Register {");
-    is(fault(|p| p.tapes.constraint.instructions[2].a = p.registers - 1), "Undefined");
-    is(fault(|p| p.tapes.constraint.instructions[2].a = p.layout().rates() as u32), "Undefined");
-    is(fault(|p| p.tapes.parameters.instructions[0].a = 0), "Undefined");
+    is(
+        fault(|p| {
+            let to = p.registers - 1;
+            edit(&mut p.tapes.constraint, |code| code[2].a = to)
+        }),
+        "Undefined",
+    );
+    is(
+        fault(|p| {
+            let to = p.layout().rates() as u32;
+            edit(&mut p.tapes.constraint, |code| code[2].a = to)
+        }),
+        "Undefined",
+    );
+    is(
+        fault(|p| {
+            let to = 0;
+            edit(&mut p.tapes.parameters, |code| code[0].a = to)
+        }),
+        "Undefined",
+    );
 }
 
 #[test]
@@ -141,12 +183,14 @@ fn blocks_must_be_square_complete_and_in_order() {
 #[test]
 fn the_parameter_stage_must_survive() {
     let mut program = slider_crank();
-    let stage = program.tapes.acceleration.instructions.iter().flat_map(|i| i.operands().collect::<Vec<_>>());
-    let written: Vec<u32> = program.tapes.parameters.instructions.iter().map(|i| i.target).collect();
+    let stage = program.tapes.acceleration.instructions().iter().flat_map(|i| i.operands().collect::<Vec<_>>());
+    let written: Vec<u32> = program.tapes.parameters.instructions().iter().map(|i| i.target).collect();
     let needed = stage.into_iter().find(|register| written.contains(register)).expect("the stage is used");
-    let last = program.tapes.outputs.instructions.last_mut().expect("not empty");
-    assert_ne!(last.operation, Operation::SinCos);
-    last.target = needed;
+    edit(&mut program.tapes.outputs, |code| {
+        let last = code.last_mut().expect("not empty");
+        assert_ne!(last.operation, Operation::SinCos);
+        last.target = needed;
+    });
     program.tapes.outputs.results[1] = needed;
     assert_eq!(program.check(), Err(Fault::Stage { register: needed }));
 }

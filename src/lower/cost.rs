@@ -22,7 +22,7 @@ impl Cost {
     pub fn of(tape: &Tape) -> Cost {
         let mut cost = Cost::default();
         let mut ready: HashMap<u32, usize> = HashMap::new();
-        for instruction in &tape.instructions {
+        for instruction in tape.instructions() {
             let (operations, pairs, latency) = weigh(instruction.operation);
             cost.operations += operations;
             cost.pairs += pairs;
@@ -75,16 +75,14 @@ mod tests {
     #[test]
     fn operations_and_the_longest_chain_of_latencies_are_counted() {
         let step = |operation, target, a, b, c| Instruction { operation, target, a, b, c };
-        let tape = Tape {
-            instructions: vec![
-                step(Operation::SinCos, 10, 0, 0, 11),
-                step(Operation::Multiply, 12, 1, 2, 0),
-                step(Operation::MultiplyAdd, 13, 12, 11, 3),
-                step(Operation::Divide, 12, 13, 10, 0),
-                step(Operation::Add, 14, 1, 2, 0),
-            ],
-            results: vec![12, 14],
-        };
+        let instructions = vec![
+            step(Operation::SinCos, 10, 0, 0, 11),
+            step(Operation::Multiply, 12, 1, 2, 0),
+            step(Operation::MultiplyAdd, 13, 12, 11, 3),
+            step(Operation::Divide, 12, 13, 10, 0),
+            step(Operation::Add, 14, 1, 2, 0),
+        ];
+        let tape = Tape::new(instructions, vec![12, 14]);
         assert_eq!(Cost::of(&tape), Cost { operations: 4, pairs: 1, cycles: 45 + 6 + 13 });
     }
 }

@@ -166,7 +166,7 @@ fn is_too_large(program: &Program) -> bool {
     /// The inversion of a dense matrix of 1000 rows.
     const MOST_WITH_LOOPS: f64 = 5e7;
     let Some(arms) = program.arms.as_ref().filter(|arms| arms.coordinates.len() > SMALL) else { return false };
-    let instructions = program.tapes.acceleration.instructions.len();
+    let instructions = program.tapes.acceleration.instructions().len();
     // A step by series is about twice as long.
     let most = if arms.rows.is_empty() { (2 * STAGES * instructions) as f64 } else { MOST_WITH_LOOPS };
     let jet = Model::new(program.clone()).ok().and_then(|model| Jet::new(&model));

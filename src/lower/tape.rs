@@ -67,10 +67,8 @@ impl<'a> Assembler<'a> {
             .collect();
         let mut writer = Writer::new(self, &order, results);
         writer.write();
-        let tape = Tape {
-            results: results.iter().map(|&result| writer.register(result)).collect(),
-            instructions: writer.tape,
-        };
+        let results = results.iter().map(|&result| writer.register(result)).collect();
+        let tape = Tape::new(writer.tape, results);
         self.registers = self.registers.max(writer.highest);
         tape
     }
@@ -110,7 +108,7 @@ impl<'a> Assembler<'a> {
         order.iter().zip(places).for_each(|(expr, place)| self.shared[expr.index()] = place);
         self.scratch = highest.max(first);
         self.registers = self.scratch;
-        self.stage = Tape { instructions: tape, results: Vec::new() };
+        self.stage = Tape::new(tape, Vec::new());
     }
 }
 

@@ -86,7 +86,7 @@ pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) 
 /// `reached` is that time, or the last one before the motion cannot be continued.
 fn affordable(model: &Arc<Model>, experiment: Experiment, reached: &mut f64) -> Result<bool, InstanceError> {
     *reached = experiment.start;
-    let tape = model.program().tapes.acceleration.instructions.len().max(1) as u64;
+    let tape = model.program().tapes.acceleration.instructions().len().max(1) as u64;
     let cost = Jet::new(model).map_or(tape, |jet| jet.cost() as u64);
     let whole = experiment.stop - experiment.start;
     let shortest = whole * 0.5f64.powi(HALVINGS);

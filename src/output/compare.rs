@@ -156,7 +156,7 @@ fn whole_run(model: Arc<Model>, experiment: Experiment) -> Option<(f64, u64)> {
 /// Counts instructions; a multiplication with an addition counts as both.
 pub fn count(tapes: &[&Tape]) -> Operations {
     let mut counts = Operations::default();
-    for instruction in tapes.iter().flat_map(|tape| &tape.instructions) {
+    for instruction in tapes.iter().flat_map(|tape| tape.instructions()) {
         match instruction.operation {
             Operation::Add | Operation::Subtract | Operation::Negate => counts.additions += 1,
             Operation::Multiply => counts.multiplications += 1,
@@ -305,7 +305,7 @@ mod tests {
             Operation::Tangent,
             Operation::Copy,
         ];
-        let tape = Tape { instructions: operations.map(instruction).into(), results: vec![] };
+        let tape = Tape::new(operations.map(instruction).into(), vec![]);
         let expected = Operations {
             additions: 2,
             multiplications: 1,

@@ -361,7 +361,7 @@ impl Engines<'_> {
     fn cost_ratio(&self, context: &Context) -> f64 {
         let model: &Model = context.model;
         let n = model.coordinates() as f64;
-        let tape = model.program().tapes.acceleration.instructions.len() as f64;
+        let tape = model.program().tapes.acceleration.instructions().len() as f64;
         let (runs, algebra) = if self.implicit.has_each() {
             (IMPLICIT_RUNS_EACH + (2.0 * n / 3.0).ceil() * TANGENTS_AT_NODES, 9.0 * n * n * n + 3.0 * 9.0 * n * n)
         } else {

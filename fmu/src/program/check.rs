@@ -126,7 +126,7 @@ impl Program {
             return fault("there are two");
         }
         let Some(form) = self.arms.as_ref().or(self.masses.as_ref()) else { return Ok(()) };
-        if self.motion == Motion::Kinematic || !form.coefficients.instructions.is_empty() {
+        if self.motion == Motion::Kinematic || !form.coefficients.instructions().is_empty() {
             return fault("its coefficients");
         }
         form.check(self).or_else(fault)
@@ -255,7 +255,7 @@ impl Program {
         let layout = self.layout();
         let tapes = &self.tapes;
         let smallest = layout.constants() + self.constants.len();
-        let written = self.every_tape().map(|tape| 2 * tape.instructions.len()).sum::<usize>();
+        let written = self.every_tape().map(|tape| 2 * tape.instructions().len()).sum::<usize>();
         // The upper bound keeps a damaged file from asking for all of the memory.
         if (self.registers as usize) < smallest || self.registers as usize > smallest + written {
             return Err(Fault::RegisterFile { found: self.registers });
@@ -423,7 +423,7 @@ impl RegisterCheck {
     /// Registers that a tape, or the parameter stage, leaves behind.
     fn left(&self, name: &'static str, tape: &Tape, registers: &[u32]) -> Result<(), Fault> {
         let mut known = self.stage.clone();
-        let targets = tape.instructions.iter().flat_map(|instruction| instruction.targets());
+        let targets = tape.instructions().iter().flat_map(|instruction| instruction.targets());
         targets.for_each(|register| known[register as usize] = true);
         let unknown = registers.iter().find(|&&register| !known.get(register as usize).is_some_and(|known| *known));
         unknown.map_or(Ok(()), |&register| Err(Fault::Undefined { tape: name, register }))
@@ -450,7 +450,7 @@ impl RegisterCheck {
             reads(index);
             if provided(index) { Ok(()) } else { Err(Fault::Undefined { tape, register }) }
         };
-        for instruction in &content.instructions {
+        for instruction in content.instructions() {
             // Every field must name a register: the interpreter fetches operands before it looks at the operation.
             for register in [instruction.target, instruction.a, instruction.b, instruction.c] {
                 if register as usize >= size {

@@ -415,6 +415,6 @@ impl Program {
 
 /// Does a tape read one of these registers?
 fn reads(tape: &Tape, registers: std::ops::Range<u32>) -> bool {
-    let operands = tape.instructions.iter().flat_map(|instruction| instruction.operands());
+    let operands = tape.instructions().iter().flat_map(|instruction| instruction.operands());
     operands.chain(tape.results.iter().copied()).any(|register| registers.contains(&register))
 }

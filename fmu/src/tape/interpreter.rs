@@ -44,7 +44,7 @@ mod tests {
     fn apply(operation: Operation, a: f64, b: f64, c: f64) -> [f64; 5] {
         let mut registers = [a, b, c, 0.0, 0.0];
         let c = if operation == Operation::SinCos { 4 } else { 2 };
-        let tape = Tape { instructions: vec![Instruction { operation, target: 3, a: 0, b: 1, c }], results: vec![3] };
+        let tape = Tape::new(vec![Instruction { operation, target: 3, a: 0, b: 1, c }], vec![3]);
         tape.run(&mut registers);
         assert_eq!(tape.results(&registers).next().map(f64::to_bits), Some(registers[3].to_bits()));
         registers

@@ -35,21 +35,21 @@ impl Tape {
 
     #[inline(always)]
     fn run_any_lanes_tangents(&self, registers: &mut [Lane], tangents: &mut [Lanes]) {
-        for instruction in &self.instructions {
+        for instruction in self.instructions() {
             instruction.run_lanes_tangents(registers, tangents);
         }
     }
 
     #[inline(always)]
     fn run_any_lanes(&self, registers: &mut [Lane]) {
-        for instruction in &self.instructions {
+        for instruction in self.instructions() {
             instruction.run_lanes(registers);
         }
     }
 
     #[inline(always)]
     fn run_any_tangents(&self, registers: &mut [f64], tangents: &mut [Lane]) {
-        for instruction in &self.instructions {
+        for instruction in self.instructions() {
             instruction.run_tangents(registers, tangents);
         }
     }
@@ -227,7 +227,7 @@ mod tests {
                 let c = if operation == Operation::SinCos { second } else { 2 };
                 let first = Instruction { operation, target, a: 0, b: 1, c };
                 let then = Instruction { operation: Operation::MultiplyAdd, target: 6, a: target, b: second, c: 2 };
-                Tape { instructions: vec![first, then], results: vec![6] }
+                Tape::new(vec![first, then], vec![6])
             })
         })
     }

@@ -1,5 +1,6 @@
 //! Straight-line programs over a register file of `f64`.
 
+mod file;
 mod interpreter;
 mod lanes;
 mod operations;
@@ -8,17 +9,48 @@ mod tangent;
 
 use serde::{Deserialize, Serialize};
 
+pub(crate) use file::FEW;
 pub(crate) use lanes::{DIRECTIONS, Lanes};
 pub use operations::Operation;
 pub use series::{ORDER, Series};
 
 /// A straight-line program: no branch, no loop, no memory but the registers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Content")]
 pub struct Tape {
-    /// Executed in order.
-    pub instructions: Vec<Instruction>,
+    instructions: Vec<Instruction>,
     /// Registers that hold the results afterwards.
     pub results: Vec<u32>,
+    /// Instructions in a row with the same operation: how many.
+    #[serde(skip)]
+    runs: Vec<u32>,
+}
+
+/// What is stored of a tape.
+#[derive(Deserialize)]
+struct Content {
+    instructions: Vec<Instruction>,
+    results: Vec<u32>,
+}
+
+impl From<Content> for Tape {
+    fn from(Content { instructions, results }: Content) -> Self {
+        Self::new(instructions, results)
+    }
+}
+
+impl Tape {
+    /// Instructions in their order, and the registers that hold the results afterwards.
+    pub fn new(instructions: Vec<Instruction>, results: Vec<u32>) -> Self {
+        let alike = instructions.chunk_by(|a, b| a.operation == b.operation);
+        let runs = alike.map(|run| run.len() as u32).collect();
+        Self { instructions, results, runs }
+    }
+
+    /// Executed in order.
+    pub fn instructions(&self) -> &[Instruction] {
+        &self.instructions
+    }
 }
 
 /// `target = operation(a, b, c)`; operands that an operation does not use are 0.

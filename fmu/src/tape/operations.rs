@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Tape;
+use super::file::{FEW, File};
 use super::series::Series;
 use super::tangent::chain;
 use crate::math;
@@ -59,23 +60,32 @@ macro_rules! operations {
             ///
             /// # Panics
             /// If an instruction names a register outside the file; a program that passed [`crate::program::Program::check`] has none.
-            #[allow(unreachable_patterns, reason = "sine and cosine have two results, and so an arm before that of their line")]
             pub fn run(&self, registers: &mut [f64]) {
-                let code = &self.instructions[..];
-                let mut i = 0;
-                while i < code.len() {
-                    // What the exporter has put side by side needs no decision for each.
-                    match code[i].operation {
+                match <&mut [f64; FEW]>::try_from(&mut *registers) {
+                    Ok(few) => self.run_over(few),
+                    Err(_) => self.run_over(registers),
+                }
+            }
+
+            /// What the exporter has put side by side needs no decision for each.
+            #[allow(unreachable_patterns, reason = "sine and cosine have two results, and so an arm before that of their line")]
+            fn run_over<F: File + ?Sized>(&self, file: &mut F) {
+                let mut rest = &self.instructions[..];
+                for &count in &self.runs {
+                    let (alike, after) = rest.split_at(count as usize);
+                    rest = after;
+                    match alike[0].operation {
                         Operation::SinCos => {
-                            code[i].run(registers);
-                            i += 1;
+                            for instruction in alike {
+                                let (sine, cosine) = math::sin_cos(file.get(instruction.a));
+                                file.set(instruction.c, cosine);
+                                file.set(instruction.target, sine);
+                            }
                         }
                         $(Operation::$name => {
-                            while i < code.len() && code[i].operation == Operation::$name {
-                                let instruction = &code[i];
-                                $(let $operand = registers[instruction.$operand as usize];)+
-                                registers[instruction.target as usize] = $of;
-                                i += 1;
+                            for instruction in alike {
+                                $(let $operand = file.get(instruction.$operand);)+
+                                file.set(instruction.target, $of);
                             }
                         })+
                     }

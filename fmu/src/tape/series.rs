@@ -21,7 +21,7 @@ impl Tape {
     /// # Panics
     /// As [`Tape::run`].
     pub fn run_series(&self, registers: &mut [Series]) {
-        for instruction in &self.instructions {
+        for instruction in self.instructions() {
             instruction.run_series(registers);
         }
     }
@@ -156,7 +156,7 @@ mod tests {
 
     fn instruction(operation: Operation) -> Tape {
         let c = if operation == SinCos { 4 } else { 2 };
-        Tape { instructions: vec![Instruction { operation, target: 3, a: 0, b: 1, c }], results: vec![3] }
+        Tape::new(vec![Instruction { operation, target: 3, a: 0, b: 1, c }], vec![3])
     }
 
     fn at(series: &Series, t: f64) -> f64 {

@@ -11,7 +11,7 @@ impl Tape {
     /// # Panics
     /// As [`Tape::run`]; both files must have the same size.
     pub fn run_tangent(&self, registers: &mut [f64], tangents: &mut [f64]) {
-        for instruction in &self.instructions {
+        for instruction in self.instructions() {
             instruction.run_tangent(registers, tangents);
         }
     }
@@ -47,7 +47,7 @@ mod tests {
     /// Values and derivatives of both results.
     fn apply(operation: Operation, point: [f64; 3], direction: [f64; 3]) -> [[f64; 2]; 2] {
         let c = if operation == SinCos { 4 } else { 2 };
-        let tape = Tape { instructions: vec![Instruction { operation, target: 3, a: 0, b: 1, c }], results: vec![3] };
+        let tape = Tape::new(vec![Instruction { operation, target: 3, a: 0, b: 1, c }], vec![3]);
         let [mut registers, mut tangents] = [point, direction].map(|[a, b, c]| [a, b, c, 0.0, 0.0]);
         tape.run_tangent(&mut registers, &mut tangents);
         [[registers[3], registers[4]], [tangents[3], tangents[4]]]
@@ -78,7 +78,7 @@ mod tests {
     fn a_target_may_be_an_operand() {
         let square = Instruction { operation: Multiply, target: 0, a: 0, b: 0, c: 0 };
         let (mut registers, mut tangents) = ([3.0], [2.0]);
-        Tape { instructions: vec![square, square], results: vec![0] }.run_tangent(&mut registers, &mut tangents);
+        Tape::new(vec![square, square], vec![0]).run_tangent(&mut registers, &mut tangents);
         assert_eq!((registers, tangents), ([81.0], [4.0 * 27.0 * 2.0]));
     }
 

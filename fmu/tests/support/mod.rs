@@ -157,10 +157,18 @@ fn shift(program: &mut Program, from: u32) {
     let moved = |register: &mut u32| *register += u32::from(*register >= from);
     for tape in every.into_iter().chain(&mut tapes.inverse) {
         tape.results.iter_mut().for_each(moved);
-        for instruction in &mut tape.instructions {
-            let Instruction { target, a, b, c, .. } = instruction;
-            [target, a, b, c].into_iter().for_each(moved);
-        }
+        edit(tape, |code| {
+            for Instruction { target, a, b, c, .. } in code {
+                [target, a, b, c].into_iter().for_each(moved);
+            }
+        });
     }
     program.registers += 1;
+}
+
+/// Changes the instructions of a tape.
+pub fn edit(tape: &mut Tape, change: impl FnOnce(&mut [Instruction])) {
+    let mut instructions = tape.instructions().to_vec();
+    change(&mut instructions);
+    *tape = Tape::new(instructions, std::mem::take(&mut tape.results));
 }

@@ -83,7 +83,7 @@ impl Writer {
         right
     }
     pub fn tape(&mut self, results: Vec<u32>) -> Tape {
-        Tape { instructions: std::mem::take(&mut self.instructions), results }
+        Tape::new(std::mem::take(&mut self.instructions), results)
     }
     /// Completes a program.
     pub fn finish(mut self, mut program: Program) -> Program {

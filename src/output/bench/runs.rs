@@ -46,7 +46,7 @@ pub(crate) struct Found {
 
 impl Subject<'_> {
     pub fn run(&self, engine: Option<Engine>, tolerance: f64, budget: Budget, times: &[f64]) -> Result<Found, String> {
-        let cost = self.model.program().tapes.acceleration.instructions.len().max(1) as u64;
+        let cost = self.model.program().tapes.acceleration.instructions().len().max(1) as u64;
         let most = if budget == Budget::Run { 300_000_000 } else { 2_000_000_000 } / cost;
         let mut instance = self.start(engine, tolerance)?;
         let mut machine = Machine::new(self.model);

@@ -65,7 +65,7 @@ impl Given {
 
 /// Rows whose entries are constants, or depend on parameters alone.
 fn linear(model: &Model, jacobian: &SparseTape, rows: usize) -> Vec<bool> {
-    let instructions = jacobian.tape.instructions.iter();
+    let instructions = jacobian.tape.instructions().iter();
     let written: HashSet<u32> = instructions
         .flat_map(|one| {
             let cosine = (one.operation == Operation::SinCos).then_some(one.c);

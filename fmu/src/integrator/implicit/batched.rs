@@ -163,7 +163,7 @@ impl States<'_> {
 /// Registers that a tape reads and does not write before, in ascending order.
 fn read(tape: &Tape, size: usize) -> Vec<usize> {
     let (mut read, mut written) = (vec![false; size], vec![false; size]);
-    for instruction in &tape.instructions {
+    for instruction in tape.instructions() {
         for register in instruction.operands().map(|register| register as usize) {
             read[register] |= !written[register];
         }
