@@ -18,6 +18,7 @@ use crate::context::Context;
 use crate::events::{Monitor, Overlooked, Span};
 use crate::failure::Failure;
 use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, shortest};
+use crate::linalg::lane::{Lane, ZERO};
 use crate::math;
 use crate::model::Model;
 use crate::program::Engine;
@@ -52,9 +53,10 @@ pub struct Implicit {
     batched: Batched,
     next: Vec<f64>,
     tolerances: Vec<f64>,
-    /// One direction, and the derivative of everything along it.
-    tangents: Vec<f64>,
     column: Vec<f64>,
+    /// Derivatives of everything along two directions, and columns by q and by v that the power method has come to.
+    tangents: Vec<Lane>,
+    powers: Vec<[f64; 2]>,
     /// Is the derivative where the step begins known?
     known: bool,
     /// Is the Jacobian the one of the anchor?
@@ -161,8 +163,9 @@ impl Implicit {
             radau,
             next: vec![0.0; 2 * n],
             tolerances: vec![0.0; 2 * n],
-            tangents: vec![0.0; model.program().registers as usize],
             column: vec![0.0; n],
+            tangents: vec![ZERO; model.program().registers as usize],
+            powers: vec![[0.0; 2]; n],
             known: false,
             current: false,
             start: rows(),

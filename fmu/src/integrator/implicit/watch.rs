@@ -3,6 +3,7 @@
 use super::Implicit;
 use crate::context::Context;
 use crate::integrator::run::Run;
+use crate::linalg::lane::ZERO;
 use crate::math;
 use crate::model::Model;
 use crate::singular::detect::is_jump;
@@ -18,29 +19,35 @@ impl Implicit {
         self.radau.rate(|index| model.program().coordinates[index].scale)
     }
 
-    /// About how fast anything can change where the step begins \[1/s\]: a few steps of the power method with the derivatives by q, and by v. That state's
-    /// signals must have been loaded before.
+    /// About how fast anything can change where the step begins \[1/s\]: a few steps of the power method with the derivatives by q, and by v beside them. That
+    /// state's signals must have been loaded before.
     pub fn fastest_rate(&mut self, context: &mut Context, run: &Run) -> f64 {
         let Context { model, machine, .. } = context;
-        let n = model.coordinates();
+        let (n, first) = (model.coordinates(), model.layout().positions());
+        let tape = &model.program().tapes.acceleration;
         machine.load_signals(model, &run.signals.origin, run.last.end_time);
         machine.load_motion(model, &run.last.end);
         let scale = |index: usize| model.program().coordinates[index].scale;
-        let mut norm = |first: usize| {
-            let mut size = 0.0;
-            (0..n).for_each(|index| self.column[index] = scale(index) / (1.0 + index as f64));
-            for _ in 0..POWERS {
-                let largest =
-                    (0..n).fold(0.0, |largest, index| math::maximum(largest, self.column[index].abs() / scale(index)));
-                let direction = self.tangents[first..][..n].iter_mut().zip(&self.column);
-                direction.for_each(|(place, value)| *place = if largest > 0.0 { value / largest } else { 0.0 });
-                machine.differentiate(&model.program().tapes.acceleration, &mut self.tangents, &mut self.column);
-                size = (0..n).fold(0.0, |size, index| math::maximum(size, self.column[index].abs() / scale(index)));
-            }
-            self.tangents[first..][..n].fill(0.0);
-            size
+        (0..n).for_each(|index| self.powers[index] = [scale(index) / (1.0 + index as f64); 2]);
+        let sizes = |columns: &[[f64; 2]]| {
+            [0, 1].map(|by| {
+                let sizes = columns.iter().enumerate().map(|(index, column)| column[by].abs() / scale(index));
+                sizes.fold(0.0, math::maximum)
+            })
         };
-        let (by_q, by_v) = (norm(model.layout().positions()), norm(model.layout().rates()));
+        for _ in 0..POWERS {
+            for (by, size) in sizes(&self.powers).into_iter().enumerate() {
+                for (place, column) in self.tangents[first + by * n..].iter_mut().zip(&self.powers) {
+                    place[by] = if size > 0.0 { column[by] / size } else { 0.0 };
+                }
+            }
+            machine.run_tangents(tape, &mut self.tangents);
+            for (column, &result) in self.powers.iter_mut().zip(&tape.results) {
+                *column = [0, 1].map(|by| self.tangents[result as usize][by]);
+            }
+        }
+        self.tangents[first..][..2 * n].fill(ZERO);
+        let [by_q, by_v] = sizes(&self.powers);
         by_q.sqrt().max(by_v)
     }
 
