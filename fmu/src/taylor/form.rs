@@ -215,26 +215,57 @@ impl ArmForm {
 }
 
 impl SeriesTape {
-    /// How laws are steep, and their arguments, each once. (Steps end where switching functions change sign.)
+    /// How laws are steep, and their arguments, each once. (Steps end where switching functions change sign.) An exponential in a divisor saturates:
+    /// 1/(1 + exp a) is constant but for a layer about a = 0, as tanh is.
     pub fn steep_laws(&self) -> Vec<(Steep, Slot)> {
-        let steps = self.signals.iter().chain(&self.positions).chain(&self.rates);
+        let divides = self.divisors();
         let mut laws = Vec::new();
-        for law in steps.filter_map(Step::steep_law) {
-            if !laws.contains(&law) {
-                laws.push(law);
+        for step in self.steps() {
+            match step.operation {
+                Operation::HyperbolicTangent(a, _) => laws.push((Steep::Saturating, a)),
+                Operation::Exponential(a) => {
+                    laws.push((Steep::Growing, a));
+                    laws.extend(divides[step.target as usize].then_some((Steep::Saturating, a)));
+                }
+                _ => {}
             }
         }
+        laws.sort_unstable();
+        laws.dedup();
         laws
     }
-}
 
-impl Step {
-    fn steep_law(&self) -> Option<(Steep, Slot)> {
-        match self.operation {
-            Operation::HyperbolicTangent(a, _) => Some((Steep::Saturating, a)),
-            Operation::Exponential(a) => Some((Steep::Growing, a)),
-            _ => None,
+    fn steps(&self) -> impl DoubleEndedIterator<Item = &Step> {
+        self.signals.iter().chain(&self.positions).chain(&self.rates)
+    }
+
+    /// On which series something depends that is divided by, or raised to a power.
+    fn divisors(&self) -> Vec<bool> {
+        let mut divides = vec![false; self.slots as usize];
+        for step in self.steps().rev() {
+            if let Operation::Divide(_, divisor) | Operation::Power(divisor, _) = step.operation {
+                divides[divisor as usize] = true;
+            }
+            if divides[step.target as usize] {
+                self.operands(step).for_each(|slot| divides[slot as usize] = true);
+            }
         }
+        divides
+    }
+
+    /// The series that an algebraic step reads.
+    fn operands(&self, step: &Step) -> impl Iterator<Item = Slot> {
+        let (terms, two) = match step.operation {
+            Operation::Linear { first, count, .. } => (&self.terms[first as usize..][..count as usize], [None; 2]),
+            Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => {
+                (&[][..], [Some(a), Some(b)])
+            }
+            Operation::Choose { above, below, .. } => (&[][..], [Some(above), Some(below)]),
+            Operation::Power(a, _) | Operation::SquareRoot(a) | Operation::Logarithm(a) => (&[][..], [Some(a), None]),
+            _ => (&[][..], [None; 2]),
+        };
+        let read = |term: &Term| if let Source::Slot(slot) = term.source { Some(slot) } else { None };
+        terms.iter().filter_map(read).chain(two.into_iter().flatten())
     }
 }
 
