@@ -46,6 +46,12 @@ impl Layers {
         }
     }
 
+    /// The same polynomials back in time.
+    pub fn reverse(&mut self) {
+        let odd = self.polynomials.chunks_exact_mut(ROOM).flat_map(|argument| argument.iter_mut().skip(1).step_by(2));
+        odd.for_each(|coefficient| *coefficient = -*coefficient);
+    }
+
     fn polynomial(&self, law: usize) -> &[f64] {
         &self.polynomials[law * ROOM..][..self.length]
     }

@@ -11,7 +11,7 @@ const LENGTHS: usize = 12;
 const TURN: f64 = 0.3;
 /// Corrections of the state after the step.
 pub(crate) const CORRECTIONS: usize = 40;
-/// A correction that is not smaller than this share of the one before is the last one.
+/// A correction that is not smaller than this share of the one before the last is the last one: large and small ones may alternate.
 const SLOW: f64 = 0.7;
 /// Corrections smaller than this are rounding errors.
 const ROUNDING: f64 = 1e-14;
@@ -38,8 +38,8 @@ pub(crate) struct Search {
     /// The largest rate where the step begins, in scales.
     speed: f64,
     tolerance: f64,
-    /// The size of the last correction.
-    before: f64,
+    /// The sizes of the last two corrections.
+    before: [f64; 2],
 }
 
 impl Search {
@@ -53,7 +53,7 @@ impl Search {
         let first = usual.min(context.settings.max_step);
         let tolerance = context.settings.tolerance;
         let lengths = std::iter::successors(Some(first), |h| Some(0.5 * h)).take(LENGTHS).filter(|h| h.is_finite());
-        lengths.map(move |h| Self { h, speed, tolerance, before: f64::INFINITY })
+        lengths.map(move |h| Self { h, speed, tolerance, before: [f64::INFINITY; 2] })
     }
 
     /// Corrects the state at the end of the step by what `reached`, the place that the motion comes back to from there, is away from the start of the step; `reached`
@@ -72,8 +72,8 @@ impl Search {
         if !size.is_finite() {
             return Verdict::Failed;
         }
-        if size > ROUNDING && size <= SLOW * self.before {
-            self.before = size;
+        if size > ROUNDING && size <= SLOW * self.before[0] {
+            self.before = [self.before[1], size];
             return Verdict::Again;
         }
         let close = left[0] <= POSE.max(self.tolerance) && left[1] <= RATE.max(LOOSE * self.tolerance);

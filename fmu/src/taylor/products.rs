@@ -3,6 +3,17 @@
 use super::ORDERS;
 use crate::linalg::many::Number;
 
+/// Makes a polynomial in t, so many coefficients of each order side by side, one in t - dt.
+pub(super) fn move_start(polynomial: &mut [f64], count: usize, dt: f64) {
+    let orders = polynomial.len() / count;
+    for first in 0..orders.saturating_sub(1) {
+        for order in (first..orders - 1).rev() {
+            let (lower, higher) = polynomial[order * count..][..2 * count].split_at_mut(count);
+            lower.iter_mut().zip(higher).for_each(|(lower, higher)| *lower += dt * *higher);
+        }
+    }
+}
+
 /// sum a_j b_(k-j), the newest coefficients last, so that the others do not wait for them.
 #[inline(always)]
 pub(super) fn convolution<N: Number>(a: &[N; ORDERS], b: &[N; ORDERS], k: usize) -> N {

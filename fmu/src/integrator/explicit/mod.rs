@@ -175,7 +175,7 @@ impl Explicit {
         if (end > attempt.target || passes || monitored) && !self.interpolate(context, run, end, near) {
             return unfit;
         }
-        if monitored && let Some(overlooked) = self.overlooked(context, run, end) {
+        if monitored && let Some(overlooked) = self.overlooked(context, run, [run.last.end_time, end]) {
             return Err(Unfit::Overlooked(overlooked));
         }
         if passes && !self.note_passage(context, run, end - run.last.end_time) {
@@ -232,17 +232,19 @@ impl Explicit {
         run.last.dense.iter().all(|value| value.is_finite())
     }
 
-    /// A law that is steep within the step just tried, where the dense output does not accelerate as the equations demand.
-    fn overlooked(&mut self, context: &mut Context, run: &Run, end: f64) -> Option<Overlooked> {
-        let (time, h) = (run.last.end_time, end - run.last.end_time);
+    /// A law that is steep between these times, the last of which is the end of the step just tried, where the dense output does not accelerate as the equations
+    /// demand.
+    fn overlooked(&mut self, context: &mut Context, run: &Run, [time, end]: [f64; 2]) -> Option<Overlooked> {
+        let (step, h) = (end - run.last.start_time, end - time);
+        let (first, part) = ((time - run.last.start_time) / step, h / step);
         let Context { model, machine, statistics, settings, .. } = context;
-        let motion = |place: f64, motion: &mut [f64]| interpolate(&run.last.dense, place, motion);
+        let motion = |place: f64, motion: &mut [f64]| interpolate(&run.last.dense, first + part * place, motion);
         let mut span = Span { model, machine, origin: &run.signals.origin, time, h, shortest: shortest(end), motion };
         let (n, tolerances) = (model.coordinates(), &self.tolerances);
         let excess = |_: bool, place: f64, accelerations: &[f64]| {
             statistics.evaluations += 1;
             accelerations.iter().enumerate().fold(0.0, |worst, (index, acceleration)| {
-                let lack = h * acceleration - slope(&run.last.dense, place, 2 * n, n + index);
+                let lack = step * acceleration - slope(&run.last.dense, first + part * place, 2 * n, n + index);
                 math::maximum(worst, lack.abs() / (OVERLOOKED * tolerances[n + index]))
             })
         };

@@ -166,6 +166,10 @@ impl Explicit {
             return false;
         }
         run.last.start_time = end - h;
+        // The steps back know only the laws that hold at its end.
+        if !self.monitor.is_empty() && self.overlooked(context, run, [run.last.end_time, end]).is_some() {
+            return false;
+        }
         run.last.end_time = end;
         run.last.end.copy_from_slice(&self.next);
         true

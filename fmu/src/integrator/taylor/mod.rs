@@ -118,17 +118,16 @@ impl Taylor {
     pub fn advance(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Progress, Failure> {
         self.begin(context, run);
         match self.known {
-            Start::Singular => self.leave(context, run).map(|()| Progress::Stepped),
-            Start::Near => {
-                if self.leave(context, run).is_err() {
-                    // Too slow to be left: it is followed like any other motion.
-                    self.next.copy_from_slice(&run.last.end);
-                    let begun = self.start(context, run, run.last.end_time, true);
-                    self.known = begun.map_or(Start::Singular, |_| Start::Regular);
-                    self.guard.roll();
-                }
+            Start::Singular => self.leave(context, run),
+            Start::Near => self.leave(context, run).or_else(|_| {
+                // Too slow to be left: it is followed like any other motion.
+                self.next.copy_from_slice(&run.last.end);
+                self.jet.force(run.taylor.branches);
+                let begun = self.start(context, run, run.last.end_time, true);
+                self.known = begun.map_or(Start::Singular, |_| Start::Regular);
+                self.guard.roll();
                 Ok(Progress::Stepped)
-            }
+            }),
             Start::Unknown | Start::Regular => self.step(context, run, horizon),
         }
     }

@@ -1,9 +1,11 @@
 //! Singular poses on the way of a Taylor step.
 
-use super::propose::{REACH, order_near};
+use super::propose::{REACH, order_near, share};
 use super::{Start, Taylor};
 use crate::context::Context;
+use crate::events::{Choices, half_width};
 use crate::failure::Failure;
+use crate::integrator::control::{Progress, shortest};
 use crate::integrator::run::Run;
 use crate::singular::dependence::undecided;
 use crate::singular::detect::{Course, locate, refine};
@@ -71,29 +73,68 @@ impl Taylor {
         }
     }
 
-    /// Leaves a singular pose: finds the state a step later from which the motion comes back to this pose with these rates.
+    /// Leaves a singular pose: finds the state a step later from which the motion comes back to this pose with these rates. The step ends where a law
+    /// switches before.
     ///
     /// # Errors
     /// The rates do not say on which of the branches that meet here.
-    pub(super) fn leave(&mut self, context: &mut Context, run: &mut Run) -> Result<(), Failure> {
-        let (time, pose) = (run.last.end_time, run.pose_here());
+    pub(super) fn leave(&mut self, context: &mut Context, run: &mut Run) -> Result<Progress, Failure> {
+        let (time, pose, shortest) = (run.last.end_time, run.pose_here(), shortest(run.last.end_time));
+        self.choose(context, run);
         for mut search in Search::all(context, run) {
-            if self.shoot(context, run, &mut search) {
-                run.last.start_time = time + search.h;
-                run.last.end_time = time + search.h;
-                run.last.end.copy_from_slice(&self.closed);
-                let mut there = self.closed.clone();
-                self.interpolate(run, pose, &mut there);
-                run.note_left(context.model, context.settings.tolerance, [time, pose], &there);
-                (run.singular.ahead, run.singular.pose) = (0.0, Some(pose));
-                run.taylor.series = None;
-                run.last.natural = run.last.natural.max(search.h);
-                context.statistics.steps += 1;
-                self.known = Start::Unknown;
-                return Ok(());
+            // Nothing is evaluated near the pose.
+            if search.h < COURSE.landing * (pose - time) || !self.shoot(context, run, &mut search) {
+                continue;
             }
+            let Some((length, switch)) = self.piece(context, run, search.h) else { continue };
+            if let Some((_, branches)) = switch.filter(|_| length < shortest) {
+                return self.switch_at_once(context.model, run, branches);
+            }
+            let order = run.last.order as usize;
+            self.jet.move_start(&mut run.last.dense, order, -search.h);
+            self.depart(context, run, [pose, length]);
+            run.last.natural = run.last.natural.max(search.h);
+            self.enter(run, switch, shortest);
+            (self.known, run.taylor.series) = (Start::Unknown, None);
+            return Ok(Progress::Stepped);
         }
         Err(undecided(context, run))
+    }
+
+    /// The series about the end of the last step leads away from a pose, and the next step goes along it for this length.
+    fn depart(&mut self, context: &mut Context, run: &mut Run, [pose, length]: [f64; 2]) {
+        let (start, order) = (run.last.end_time, run.last.order as usize);
+        let mut there = self.closed.clone();
+        self.jet.evaluate(&run.last.dense, order, pose - start, &mut there);
+        self.jet.evaluate(&run.last.dense, order, length, &mut run.last.end);
+        (run.last.start_time, run.last.end_time) = (start, start + length);
+        if pose <= run.last.end_time {
+            run.note_left(context.model, context.settings.tolerance, [start, pose], &there);
+        }
+        (run.singular.ahead, run.singular.pose) = (f64::max(pose - run.last.end_time, 0.0), Some(pose));
+        context.statistics.steps += 1;
+    }
+
+    /// Makes the series find the way on the branches of the laws where the step begins.
+    fn choose(&mut self, context: &mut Context, run: &Run) {
+        let Context { model, machine, .. } = context;
+        machine.load_signals(model, &run.signals.origin, run.last.end_time);
+        self.jet.update(machine.registers());
+        self.jet.force(run.taylor.branches);
+        let choices = self.jet.choices_at(model, machine.registers(), &run.last.end);
+        self.jet.force(choices);
+    }
+
+    /// How far within h a step is on one branch of all laws, and which ones begin there, if the series begins h after it. None if the series does not tell: it
+    /// sees no layer that lies before it.
+    fn piece(&mut self, context: &Context, run: &Run, h: f64) -> Option<(f64, Option<(f64, Choices)>)> {
+        let (order, tolerance) = (run.last.order as usize, share(context.settings.tolerance));
+        self.follow_laws(order);
+        self.layers.reverse();
+        let cut = self.layers.first_cut(h, half_width(tolerance));
+        let known = cut == f64::INFINITY && self.layers.suspect(0, h, 0.0).is_none();
+        let switch = self.jet.end_of_piece(order, -h, h);
+        (known && self.jet.sighted(order, h, tolerance) >= h).then(|| (switch.map_or(h, |(length, _)| length), switch))
     }
 
     /// Tries to find the state so long after the start of the step; it is then in `closed`, and its series in the run.

@@ -106,10 +106,16 @@ impl Taylor {
         let order = self.expand(context, run, room.min(context.settings.max_step));
         let growing = if run.last.natural > 0.0 { GROW * run.last.natural } else { LONGEST };
         let longest = growing.min(LONGEST).min(context.settings.max_step).min(following.unwrap_or(LONGEST));
-        let natural = self.natural_length(order, tolerance).min(longest);
+        let reach = self.natural_length(order, tolerance);
+        // A law that is not analytic here, |x|^1.5 at zero say; its series, and those of the switching functions, hold no numbers. Written so that NaN is no length.
+        let analytic = reach >= shortest;
+        if !analytic {
+            return Proposal::Unknown;
+        }
+        let natural = reach.min(longest);
         self.follow_laws(order);
         let sighted = self.jet.sighted(order, room.min(REACH * natural), tolerance);
-        let switch = self.jet.end_of_piece(order, sighted);
+        let switch = self.jet.end_of_piece(order, 0.0, sighted);
         if let Some((_, branches)) = switch.filter(|(length, _)| *length < shortest) {
             return Proposal::Switch(branches);
         }

@@ -7,6 +7,7 @@ use crate::events::Choices;
 use crate::failure::Failure;
 use crate::integrator::control::{Horizon, Progress};
 use crate::integrator::run::Run;
+use crate::singular::supervisor::ZONE;
 
 /// A step shorter than this share of its natural length needs no test at its end if there are no loops to be closed there, and no laws of the
 /// motion, which may be steep where no coefficient tells of it.
@@ -61,6 +62,10 @@ impl Taylor {
             step.most = begin;
             return Trial::Shorter(begin);
         }
+        if switch.is_some() && step.located && is_close(run, end) {
+            self.switch_near_pose(context, run, step, (end, switch));
+            return Trial::Done;
+        }
         self.jet.evaluate(&run.last.dense, step.order, h, &mut self.next);
         if switch.is_none() && h < SURE * step.natural && self.needs_no_test() {
             self.known = Start::Unknown;
@@ -78,6 +83,24 @@ impl Taylor {
         }
         context.statistics.rejected += 1;
         Trial::Shorter(0.5 * h)
+    }
+
+    /// Ends a step at a switch so close to a singular pose that nothing may be evaluated there. The next step leaves the pose.
+    fn switch_near_pose(
+        &mut self,
+        context: &mut Context,
+        run: &mut Run,
+        step: &Step,
+        (end, switch): (f64, Option<(f64, Choices)>),
+    ) {
+        let left = run.last.end_time + run.singular.ahead - end;
+        if left < 0.0 && !self.note_passage(context, run, end) {
+            return;
+        }
+        self.jet.evaluate(&run.last.dense, step.order, end - run.last.end_time, &mut self.next);
+        self.accept(context, run, end, true);
+        run.singular.ahead = f64::max(left, 0.0);
+        self.enter(run, switch, step.shortest);
     }
 
     /// Are there neither loops nor laws that the end of a step could be tested for?
@@ -144,4 +167,10 @@ impl Taylor {
         last.end.copy_from_slice(&self.next);
         context.statistics.steps += 1;
     }
+}
+
+/// Will a time be in the zone of the singular pose that has been located, if the next step ends there?
+fn is_close(run: &Run, end: f64) -> bool {
+    let natural = f64::max(end - run.last.end_time, run.last.natural);
+    run.singular.pose.is_some_and(|pose| (pose - end).abs() < ZONE * natural)
 }

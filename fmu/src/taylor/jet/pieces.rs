@@ -3,6 +3,7 @@
 use super::{Jet, vectors};
 use crate::events::switch::{Choices, first_fall, known};
 use crate::taylor::form::Slot;
+use crate::taylor::products::move_start;
 
 /// A switching function that is zero within this share of a step after the end of a piece changes there too.
 const TOGETHER: f64 = 1e-9;
@@ -41,18 +42,20 @@ impl Jet {
         self.scalars.switches(order - 1).fold(h, |h, (_, series)| known(series, h, share))
     }
 
-    /// Where the first piece of a step of length h ends, and the choices after it. To be called after [`Jet::complete`].
-    pub fn end_of_piece(&mut self, order: usize, h: f64) -> Option<(f64, Choices)> {
+    /// Where the first piece of a step of length h ends that begins so long after the series, and the choices after it. To be called after [`Jet::complete`].
+    pub fn end_of_piece(&mut self, order: usize, begin: f64, h: f64) -> Option<(f64, Choices)> {
         self.scalars.switches(0).next()?;
         let chosen = self.chosen();
         let falls = self.scalars.switches(order - 1).filter_map(|(switch, series)| {
             let sign = if chosen.get(switch)? { 1.0 } else { -1.0 };
             let mut towards = [0.0; crate::taylor::MAX_ORDER + 1];
+            let towards = &mut towards[..series.len()];
             towards.iter_mut().zip(series).for_each(|(place, value)| *place = sign * value);
-            first_fall(&towards[..series.len()], h)
+            move_start(towards, 1, begin);
+            first_fall(towards, h)
         });
         let first = falls.fold(f64::INFINITY, f64::min);
-        (first <= h).then(|| (first, self.choices_after(order, first + TOGETHER * h)))
+        (first <= h).then(|| (first, self.choices_after(order, begin + first + TOGETHER * h)))
     }
 
     /// Choices that differ from the present ones at a time.

@@ -1,6 +1,7 @@
 //! The start of a step: the pose, the matrix of its equations, the motion put back on the loops.
 
-use super::{Jet, ORDERS, Singular, at, back, flat};
+use super::{Jet, ORDERS, Singular, at, back, flat, vectors};
+use crate::events::Choices;
 use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, minus, multiply, plus, splat, subtract};
 use crate::linalg::matrix::Matrix;
 use crate::linalg::turn::cosine_and_sine;
@@ -46,6 +47,19 @@ impl Jet {
             reactions[row.constraint as usize] = *reaction * self.form.unit_of_mass;
         }
         Ok(())
+    }
+
+    /// The choices of laws at q and v, in a singular pose too: they need no accelerations.
+    pub fn choices_at(&mut self, model: &Model, registers: &[f64], motion: &[f64]) -> Choices {
+        let (q, v) = motion.split_at(self.form.coordinates.len());
+        self.scalars.begin(model, registers, 1);
+        self.load(0, q);
+        self.turn();
+        self.load(1, v);
+        self.turn_rates();
+        (0..2).for_each(|k| self.follow(k));
+        self.scalars.rates(0, vectors(&self.x, &self.y, &self.values, self.shape.all()));
+        self.chosen()
     }
 
     /// The pose of q alone and its matrix, for a look at [`Self::closeness`].

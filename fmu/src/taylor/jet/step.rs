@@ -6,6 +6,7 @@ use crate::linalg::many::Number;
 use crate::math;
 use crate::taylor::MAX_ORDER;
 use crate::taylor::form::{ArmForm, Place};
+use crate::taylor::products::move_start;
 
 /// Where the value of a coordinate lies.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +54,12 @@ impl Jet {
     /// The polynomial of all unknowns, by orders.
     pub fn polynomial(&self, order: usize) -> &[f64] {
         self.values[..(order + 1) * self.shape.all()].as_flattened()
+    }
+
+    /// The same polynomial about a time so long after its start.
+    pub fn move_start(&self, polynomial: &mut [f64], order: usize, dt: f64) {
+        let count = self.shape.all() * WIDTH;
+        move_start(&mut polynomial[..(order + 1) * count], count, dt);
     }
 
     /// Coefficients of the coordinates.
