@@ -1,6 +1,6 @@
 //! The random families of the hard set that are compared with references: one file and one line each.
 
-use super::{Case, branched, cranks, driven, far_starts, flaps, steep, switching, unlike};
+use super::{Case, branched, cranks, driven, far_starts, flaps, steep, switches_at_poses, switching, unlike};
 
 /// A family of mechanisms.
 pub struct Family {
@@ -21,6 +21,7 @@ pub const FAMILIES: &[Family] = &[
     Family { name: "loop far away", member: far_starts::loop_far_away },
     Family { name: "carriage far away", member: far_starts::carriage_far_away },
     Family { name: "torque that jumps every 2 ms", member: switching::torque },
+    Family { name: "switch near a change point", member: switches_at_poses::switching },
     Family { name: "chain with unlike masses", member: unlike::unlike_end },
     Family { name: "unlike masses, branched", member: branched::branched },
     Family { name: "steep: belt", member: steep::belt },

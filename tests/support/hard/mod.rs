@@ -17,6 +17,7 @@ mod others;
 pub mod random;
 pub mod reference;
 mod steep;
+mod switches_at_poses;
 mod switching;
 mod twofold;
 mod unlike;
