@@ -179,6 +179,20 @@ fn rows_that_repeat_others_make_no_singular_pose() {
     }
 }
 
+/// Next to the pose, and in it, the motion knows its branch from the steps before only; the load switches there.
+#[test]
+fn loads_that_switch_next_to_a_change_point_are_felt_on_the_same_branch() {
+    let family = FAMILIES.iter().find(|family| family.name == "switch near a change point").expect("the family");
+    for case in (0..40).map(family.member) {
+        let model = case.model().unwrap_or_else(|fault| panic!("{}: {fault}", case.scene.name.text));
+        for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+            let run = format!("{} at {tolerance:e}", case.scene.name.text);
+            let outcome = case.run(&model, None, tolerance, Points::Every(0.0101));
+            assert!(matches!(outcome, Outcome::Passed(_)), "{run}: {outcome:?}");
+        }
+    }
+}
+
 /// Among these are the seeds whose blocks of masses were inverted with seven digits lost, and nothing said so.
 #[test]
 fn unlike_masses_are_right_or_warned_of() {

@@ -146,3 +146,69 @@ variables = ["energy.total"]
         }
     }
 }
+
+/// A body on a guide under a force, with these rows of its start.
+fn guided(force: &str, start: &str) -> Scene {
+    scene(&format!(
+        r#"
+name = "guided"
+[bodies.block]
+mass = 1.0
+[joints.guide]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[loads.push]
+type = "force"
+on = "block"
+vector = ["{force}", 0]
+[initial]
+{start}
+[outputs]
+variables = ["block.x", "block.vx"]
+"#
+    ))
+}
+
+/// A pulse made of two logistic functions, or of the reciprocal of a hyperbolic cosine: on either side of it nothing tells of it. A push of 0.2 N s about
+/// t = 1.1 s, and of 5 ms pi N about 1 s.
+#[test]
+fn a_smooth_pulse_with_exponentials_in_divisors_is_felt() {
+    let logistic = |at: &str| format!("1/(1 + exp(-(t - {at})/0.005))");
+    let cases = [
+        (format!("{} - {}", logistic("1"), logistic("1.2")), [0.2 * 1.9, 0.2]),
+        (
+            "1/cosh(max(-300, min(300, (t - 1)/0.005)))".into(),
+            [2.0 * 0.005 * std::f64::consts::PI, 0.005 * std::f64::consts::PI],
+        ),
+    ];
+    for (law, [way, speed]) in cases {
+        let scene = guided(&law, "\"guide.s\" = 0\n\"guide.v\" = 0");
+        for tolerance in TOLERANCES {
+            let found = values(&scene, &["block.x", "block.vx"], [3.0, tolerance]);
+            let (expected, bound) = ([way, speed], 30.0 * tolerance + 1e-12);
+            let near = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < bound);
+            assert!(near, "{law}, {tolerance:e}: {found:?} for {expected:?}");
+        }
+    }
+}
+
+/// Continuous laws that have no series where their argument is zero, which the motion passes again and again: they were refused as switching back and forth without end.
+#[test]
+fn powers_that_are_no_whole_numbers_are_passed_at_zero() {
+    for law in
+        ["-40*sign(x)*abs(x)^1.5", "-9*x - 0.3*sign(v)*abs(v)^1.5", "-9*x - v*sqrt(abs(v))", "-50*max(0, x)^1.5 - 3*x"]
+    {
+        let law = law
+            .replace('x', "block.x")
+            .replace("mablock.x", "max")
+            .replace("(v)", "(block.vx)")
+            .replace("v*", "block.vx*");
+        let scene = guided(&law, "\"guide.s\" = 0.4\n\"guide.v\" = 0.3");
+        let found = TOLERANCES.map(|tolerance| values(&scene, &["block.x", "block.vx"], [4.0, tolerance]));
+        for (value, tolerance) in found.iter().zip(TOLERANCES) {
+            let off = value.iter().zip(&found[4]).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+            assert!(off < 100.0 * tolerance, "{law}, {tolerance:e}: {found:?}");
+        }
+    }
+}

@@ -15,7 +15,9 @@ pub(crate) const CORRECTIONS: usize = 40;
 const SLOW: f64 = 0.7;
 /// Corrections smaller than this are rounding errors.
 const ROUNDING: f64 = 1e-14;
-/// What may be left of a correction: the pose itself cannot be known better, since its loops close to second order.
+/// What may be left of a correction, of positions and rates alike, at first, and if no length of the step permits that.
+const CLOSER: [f64; 2] = [1e-12, 1e-8];
+/// The same for starts that are given: the pose itself cannot be known better, since its loops close to second order.
 const POSE: f64 = 1e-6;
 /// The same of the rates, relative to the largest; and in tolerances, to which the rates of a step are right.
 const RATE: f64 = 1e-4;
@@ -37,7 +39,8 @@ pub(crate) struct Search {
     pub h: f64,
     /// The largest rate where the step begins, in scales.
     speed: f64,
-    tolerance: f64,
+    /// What may be left of positions and of rates.
+    within: [f64; 2],
     /// The sizes of the last two corrections.
     before: [f64; 2],
 }
@@ -53,7 +56,10 @@ impl Search {
         let first = usual.min(context.settings.max_step);
         let tolerance = context.settings.tolerance;
         let lengths = std::iter::successors(Some(first), |h| Some(0.5 * h)).take(LENGTHS).filter(|h| h.is_finite());
-        lengths.map(move |h| Self { h, speed, tolerance, before: [f64::INFINITY; 2] })
+        let [finest, fine] = CLOSER.map(|left| [math::maximum(left, tolerance / LOOSE); 2]);
+        let given = [POSE.max(tolerance), RATE.max(LOOSE * tolerance)];
+        let search = move |within| lengths.clone().map(move |h| Self { h, speed, within, before: [f64::INFINITY; 2] });
+        [finest, fine, given].into_iter().flat_map(search)
     }
 
     /// Corrects the state at the end of the step by what `reached`, the place that the motion comes back to from there, is away from the start of the step; `reached`
@@ -76,7 +82,7 @@ impl Search {
             self.before = [self.before[1], size];
             return Verdict::Again;
         }
-        let close = left[0] <= POSE.max(self.tolerance) && left[1] <= RATE.max(LOOSE * self.tolerance);
+        let close = left.iter().zip(self.within).all(|(left, within)| *left <= within);
         if close { Verdict::Found } else { Verdict::Failed }
     }
 }

@@ -83,7 +83,8 @@ impl Taylor {
         self.choose(context, run);
         for mut search in Search::all(context, run) {
             // Nothing is evaluated near the pose.
-            if search.h < COURSE.landing * (pose - time) || !self.shoot(context, run, &mut search) {
+            let ends_near = (time + search.h - pose).abs() < (COURSE.landing - 1.0) * (pose - time);
+            if ends_near || !self.shoot(context, run, &mut search) {
                 continue;
             }
             let Some((length, switch)) = self.piece(context, run, search.h) else { continue };
