@@ -22,7 +22,7 @@ use crate::pace::Pace;
 use crate::program::Engine;
 use crate::program::domain::Limit;
 use crate::singular::branch;
-use crate::singular::dependence::{end_of_reach, singular_ahead};
+use crate::singular::dependence::{end_of_reach, not_passed, singular_ahead};
 
 /// Steps before the first look at the fastest rate. After each look that finds nothing it takes twice as many, after each trial that fails four times.
 const FIRST_LOOK: u32 = 32;
@@ -161,7 +161,7 @@ fn stable(settings: &Settings) -> f64 {
     }
 }
 
-/// One step of the explicit method where there is no series, unless that is because the loops are at the end of their reach.
+/// One step of the explicit method where there is no series, unless that is because the loops are at the end of their reach, or next to a singular pose.
 fn fallback_step(
     context: &mut Context,
     taylor: &mut Taylor,
@@ -171,6 +171,10 @@ fn fallback_step(
 ) -> Result<(), Failure> {
     if let Some(failure) = end_of_reach(context, run) {
         return Err(failure);
+    }
+    // Its stages would be evaluated where they do not know the branch.
+    if run.in_zone(run.last.end_time) {
+        return Err(not_passed(context, run));
     }
     explicit.forget();
     (run.last.natural, run.last.order) = (0.0, 0);

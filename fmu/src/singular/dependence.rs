@@ -44,6 +44,11 @@ pub(crate) fn undecided(context: &Context, run: &Run) -> Failure {
     Failure::Undecided { time: run.last.end_time, joints: at_the_end(context, run).1 }
 }
 
+/// What to say where no step leads on from next to a pose.
+pub(crate) fn not_passed(context: &Context, run: &Run) -> Failure {
+    Failure::NotPassed { time: run.last.end_time, joints: at_the_end(context, run).1 }
+}
+
 /// Why there is no step from the start of the step, if it is because the loops are at the end of their reach.
 pub(crate) fn end_of_reach(context: &Context, run: &Run) -> Option<Failure> {
     let (distance, joints) = at_the_end(context, run);

@@ -15,9 +15,9 @@ pub(crate) const CORRECTIONS: usize = 40;
 const SLOW: f64 = 0.7;
 /// Corrections smaller than this are rounding errors.
 const ROUNDING: f64 = 1e-14;
-/// What may be left of a correction, of positions and rates alike, at first, and if no length of the step permits that.
-const CLOSER: [f64; 2] = [1e-12, 1e-8];
-/// The same for starts that are given: the pose itself cannot be known better, since its loops close to second order.
+/// What may be left of a correction of positions and of rates, or a tenth of the tolerance.
+const EXACT: [f64; 2] = [1e-10; 2];
+/// The same where a run begins: the pose itself cannot be known better, since its loops close to second order.
 const POSE: f64 = 1e-6;
 /// The same of the rates, relative to the largest; and in tolerances, to which the rates of a step are right.
 const RATE: f64 = 1e-4;
@@ -56,10 +56,11 @@ impl Search {
         let first = usual.min(context.settings.max_step);
         let tolerance = context.settings.tolerance;
         let lengths = std::iter::successors(Some(first), |h| Some(0.5 * h)).take(LENGTHS).filter(|h| h.is_finite());
-        let [finest, fine] = CLOSER.map(|left| [math::maximum(left, tolerance / LOOSE); 2]);
+        let exact = EXACT.map(|left| math::maximum(left, tolerance / LOOSE));
         let given = [POSE.max(tolerance), RATE.max(LOOSE * tolerance)];
         let search = move |within| lengths.clone().map(move |h| Self { h, speed, within, before: [f64::INFINITY; 2] });
-        [finest, fine, given].into_iter().flat_map(search)
+        let begins = !run.in_zone(run.last.end_time);
+        [Some(exact), begins.then_some(given)].into_iter().flatten().flat_map(search)
     }
 
     /// Corrects the state at the end of the step by what `reached`, the place that the motion comes back to from there, is away from the start of the step; `reached`

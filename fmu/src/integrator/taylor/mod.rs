@@ -119,6 +119,8 @@ impl Taylor {
         self.begin(context, run);
         match self.known {
             Start::Singular => self.leave(context, run),
+            // Next to a pose that steps have come to: what is evaluated there does not know the branch.
+            Start::Near if run.in_zone(run.last.end_time) => self.leave(context, run),
             Start::Near => self.leave(context, run).or_else(|_| {
                 // Too slow to be left: it is followed like any other motion.
                 self.next.copy_from_slice(&run.last.end);

@@ -7,7 +7,7 @@ use crate::events::{Choices, half_width};
 use crate::failure::Failure;
 use crate::integrator::control::{Progress, shortest};
 use crate::integrator::run::Run;
-use crate::singular::dependence::undecided;
+use crate::singular::dependence::{not_passed, undecided};
 use crate::singular::detect::{Course, locate, refine};
 use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
 
@@ -77,7 +77,7 @@ impl Taylor {
     /// switches before.
     ///
     /// # Errors
-    /// The rates do not say on which of the branches that meet here.
+    /// The rates do not say on which of the branches that meet here, or no step leads on along it.
     pub(super) fn leave(&mut self, context: &mut Context, run: &mut Run) -> Result<Progress, Failure> {
         let (time, pose, shortest) = (run.last.end_time, run.pose_here(), shortest(run.last.end_time));
         self.choose(context, run);
@@ -99,7 +99,7 @@ impl Taylor {
             (self.known, run.taylor.series) = (Start::Unknown, None);
             return Ok(Progress::Stepped);
         }
-        Err(undecided(context, run))
+        Err(if run.in_zone(time) { not_passed(context, run) } else { undecided(context, run) })
     }
 
     /// The series about the end of the last step leads away from a pose, and the next step goes along it for this length.
