@@ -5,7 +5,7 @@ mod support;
 use cotree_fmu::program::check::Fault;
 use cotree_fmu::program::storage::LoadError;
 use cotree_fmu::program::{Block, Program, Source};
-use cotree_fmu::tape::Operation;
+use cotree_fmu::tape::{Instruction, Operation};
 use support::*;
 
 fn programs() -> [Program; 4] {
@@ -79,56 +79,19 @@ fn fault(change: impl FnOnce(&mut Program)) -> Fault {
 #[test]
 fn check_finds_what_would_go_wrong() {
     let is = |fault: Fault, expected: &str| assert!(format!("{fault:?}").starts_with(expected), "{fault:?}");
-    is(
-        fault(|p| {
-            let to = 9999;
-            edit(&mut p.tapes.constraint, |code| code[0].a = to)
-        }),
-        "Register {",
-    );
-    is(
-        fault(|p| {
-            let to = 9999;
-            edit(&mut p.tapes.constraint, |code| code[0].c = to)
-        }),
-        "Register {",
-    );
-    is(
-        fault(|p| {
-            let to = 0;
-            edit(&mut p.tapes.constraint, |code| code[1].target = to)
-        }),
-        "Register {",
-    );
-    is(
-        fault(|p| {
-            let to = p.layout().constants() as u32;
-            edit(&mut p.tapes.constraint, |code| code[1].target = to)
-        }),
-        "Register {",
-    );
+    let program = slider_crank();
+    let (layout, last) = (program.layout(), program.registers - 1);
+    let constraint = |change: fn(&mut [Instruction], u32), to| {
+        fault(move |p| edit(&mut p.tapes.constraint, |code| change(code, to)))
+    };
+    is(constraint(|code, to| code[0].a = to, 9999), "Register {");
+    is(constraint(|code, to| code[0].c = to, 9999), "Register {");
+    is(constraint(|code, to| code[1].target = to, 0), "Register {");
+    is(constraint(|code, to| code[1].target = to, layout.constants() as u32), "Register {");
     is(fault(|p| p.tapes.constraint.results[0] = 9999), "Register {");
-    is(
-        fault(|p| {
-            let to = p.registers - 1;
-            edit(&mut p.tapes.constraint, |code| code[2].a = to)
-        }),
-        "Undefined",
-    );
-    is(
-        fault(|p| {
-            let to = p.layout().rates() as u32;
-            edit(&mut p.tapes.constraint, |code| code[2].a = to)
-        }),
-        "Undefined",
-    );
-    is(
-        fault(|p| {
-            let to = 0;
-            edit(&mut p.tapes.parameters, |code| code[0].a = to)
-        }),
-        "Undefined",
-    );
+    is(constraint(|code, to| code[2].a = to, last), "Undefined");
+    is(constraint(|code, to| code[2].a = to, layout.rates() as u32), "Undefined");
+    is(fault(|p| edit(&mut p.tapes.parameters, |code| code[0].a = 0)), "Undefined");
 }
 
 #[test]

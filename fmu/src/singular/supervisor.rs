@@ -10,7 +10,7 @@ use crate::integrator::run::Run;
 use crate::model::Model;
 
 /// Nothing is evaluated so near to a singular pose, in units of a usual step.
-pub(crate) const ZONE: f64 = 0.2;
+const ZONE: f64 = 0.2;
 /// A step that follows a curve goes this share of the way to where branches would meet.
 const SHARE: f64 = 0.3;
 /// The curve is followed for so many times its distance from there.
@@ -170,7 +170,12 @@ impl Run {
 
     /// Is this time so close to a singular pose that nothing may be evaluated?
     pub(crate) fn in_zone(&self, time: f64) -> bool {
-        self.singular.pose.is_some_and(|pose| (pose - time).abs() < ZONE * self.last.natural)
+        self.in_zone_of(time, self.last.natural)
+    }
+
+    /// The same for steps that are usually so long.
+    pub(crate) fn in_zone_of(&self, time: f64, usual: f64) -> bool {
+        self.singular.pose.is_some_and(|pose| (pose - time).abs() < ZONE * usual)
     }
 
     /// The next step begins at this time, earlier or later than the last one ended.

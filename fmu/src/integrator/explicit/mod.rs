@@ -15,7 +15,6 @@ use crate::math;
 use crate::model::Model;
 use crate::singular::closeness::{is_watched, read};
 use crate::singular::detect::Course;
-use crate::singular::supervisor::ZONE;
 use dop853::{Dop853, interpolate, next_step, slope};
 pub(crate) use passage::COURSE;
 use stages::{Stages, Watch};
@@ -139,8 +138,7 @@ impl Explicit {
         let theta = (target - run.last.start_time) / (run.last.end_time - run.last.start_time);
         interpolate(&run.last.dense, theta, motion);
         // Where the loops hold less a projection would take the motion off its branch.
-        let zone = ZONE * (run.last.end_time - run.last.start_time);
-        run.singular.pose.is_none_or(|pose| (pose - target).abs() > zone)
+        !run.in_zone_of(target, run.last.end_time - run.last.start_time)
     }
 
     /// The stages, the error and the end of a step, on the loops; returns the error in units of the tolerance.

@@ -9,7 +9,6 @@ use crate::context::Context;
 use crate::integrator::run::Run;
 use crate::singular::closeness::share_at;
 use crate::singular::detect::{Course, locate, refine};
-use crate::singular::supervisor::ZONE;
 
 /// The middle of the gap.
 const MIDDLE: f64 = 0.4;
@@ -38,8 +37,7 @@ pub(super) enum Survey {
 impl Implicit {
     /// Does a time between the last steps lie so close to a pose that nothing may be evaluated there?
     pub(crate) fn is_at_pose(run: &Run, time: f64) -> bool {
-        let zone = ZONE * (run.last.end_time - run.last.start_time);
-        run.singular.pose.is_some_and(|pose| (pose - time).abs() < zone)
+        run.in_zone_of(time, run.last.end_time - run.last.start_time)
     }
 
     /// Is there a singular pose near a step?

@@ -120,7 +120,6 @@ impl Taylor {
     fn choose(&mut self, context: &mut Context, run: &Run) {
         let Context { model, machine, .. } = context;
         machine.load_signals(model, &run.signals.origin, run.last.end_time);
-        self.jet.update(machine.registers());
         self.jet.force(run.taylor.branches);
         let choices = self.jet.choices_at(model, machine.registers(), &run.last.end);
         self.jet.force(choices);

@@ -7,7 +7,6 @@ use crate::events::Choices;
 use crate::failure::Failure;
 use crate::integrator::control::{Horizon, Progress};
 use crate::integrator::run::Run;
-use crate::singular::supervisor::ZONE;
 
 /// A step shorter than this share of its natural length needs no test at its end if there are no loops to be closed there, and no laws of the
 /// motion, which may be steep where no coefficient tells of it.
@@ -62,11 +61,12 @@ impl Taylor {
             step.most = begin;
             return Trial::Shorter(begin);
         }
-        if switch.is_some() && step.located && is_close(run, end) {
-            self.switch_near_pose(context, run, step, (end, switch));
+        self.jet.evaluate(&run.last.dense, step.order, h, &mut self.next);
+        if switch.is_some() && step.located && run.in_zone_of(end, h.max(run.last.natural)) {
+            // Nothing may be evaluated there: the next step leaves the pose.
+            self.finish(context, run, step, (end, switch));
             return Trial::Done;
         }
-        self.jet.evaluate(&run.last.dense, step.order, h, &mut self.next);
         if switch.is_none() && h < SURE * step.natural && self.needs_no_test() {
             self.known = Start::Unknown;
             self.accept(context, run, end, true);
@@ -83,24 +83,6 @@ impl Taylor {
         }
         context.statistics.rejected += 1;
         Trial::Shorter(0.5 * h)
-    }
-
-    /// Ends a step at a switch so close to a singular pose that nothing may be evaluated there. The next step leaves the pose.
-    fn switch_near_pose(
-        &mut self,
-        context: &mut Context,
-        run: &mut Run,
-        step: &Step,
-        (end, switch): (f64, Option<(f64, Choices)>),
-    ) {
-        let left = run.last.end_time + run.singular.ahead - end;
-        if left < 0.0 && !self.note_passage(context, run, end) {
-            return;
-        }
-        self.jet.evaluate(&run.last.dense, step.order, end - run.last.end_time, &mut self.next);
-        self.accept(context, run, end, true);
-        run.singular.ahead = f64::max(left, 0.0);
-        self.enter(run, switch, step.shortest);
     }
 
     /// Are there neither loops nor laws that the end of a step could be tested for?
@@ -133,7 +115,6 @@ impl Taylor {
         step: &mut Step,
         (end, switch): (f64, Option<(f64, Choices)>),
     ) {
-        let h = end - run.last.end_time;
         if !step.follows && self.guard.began_near() {
             self.known = Start::Singular;
             return;
@@ -141,6 +122,18 @@ impl Taylor {
         if step.predicted && !step.located {
             step.located = self.locate_behind(context, run, end);
         }
+        self.finish(context, run, step, (end, switch));
+    }
+
+    /// Accepts a step to this end, unless the branches do not meet in the pose that it passes.
+    fn finish(
+        &mut self,
+        context: &mut Context,
+        run: &mut Run,
+        step: &Step,
+        (end, switch): (f64, Option<(f64, Choices)>),
+    ) {
+        let h = end - run.last.end_time;
         if step.located && run.singular.ahead < h && !self.note_passage(context, run, end) {
             // Judged again from here, by the step just spoiled.
             return;
@@ -167,10 +160,4 @@ impl Taylor {
         last.end.copy_from_slice(&self.next);
         context.statistics.steps += 1;
     }
-}
-
-/// Will a time be in the zone of the singular pose that has been located, if the next step ends there?
-fn is_close(run: &Run, end: f64) -> bool {
-    let natural = f64::max(end - run.last.end_time, run.last.natural);
-    run.singular.pose.is_some_and(|pose| (pose - end).abs() < ZONE * natural)
 }

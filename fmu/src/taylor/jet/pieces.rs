@@ -51,7 +51,9 @@ impl Jet {
             let mut towards = [0.0; crate::taylor::MAX_ORDER + 1];
             let towards = &mut towards[..series.len()];
             towards.iter_mut().zip(series).for_each(|(place, value)| *place = sign * value);
-            move_start(towards, 1, begin);
+            if begin != 0.0 {
+                move_start(towards, 1, begin);
+            }
             first_fall(towards, h)
         });
         let first = falls.fold(f64::INFINITY, f64::min);
