@@ -286,6 +286,30 @@ fn every_push_of_a_train_is_felt_up_to_the_last_one() {
     }
 }
 
+/// Pushes as short as a step, stops, brakes that close and dry friction by `if`; two pieces that push a block back to where they meet are refused.
+#[test]
+fn steep_laws_and_laws_in_pieces_are_felt_in_time() {
+    let (mut passed, mut refused) = (0, 0);
+    for name in ["bump in time", "stop", "brake", "if and min"].map(|name| format!("steep: {name}")) {
+        let family = FAMILIES.iter().find(|family| family.name == name).expect("the family");
+        for case in (0..10).chain([48, 177]).map(family.member) {
+            let model = case.model().unwrap_or_else(|fault| panic!("{}: {fault}", case.scene.name.text));
+            for tolerance in [1e-4, 1e-8, 1e-12] {
+                let run = format!("{} at {tolerance:e}", case.scene.name.text);
+                match case.run(&model, None, tolerance, Points::Every(0.0713)) {
+                    Outcome::Passed(figures) => {
+                        assert!(figures.error < 30.0 * tolerance + 1e-9, "{run}: {figures:?}");
+                        passed += 1;
+                    }
+                    Outcome::Refused(_) => refused += 1,
+                    other => panic!("{run}: {other:?}"),
+                }
+            }
+        }
+    }
+    assert!(passed == 141 && refused == 3, "{passed} {refused}");
+}
+
 /// A pose is passed once, and reported once.
 #[test]
 fn as_many_passages_are_reported_as_bars_come_in_line() {

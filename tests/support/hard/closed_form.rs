@@ -55,7 +55,7 @@ impl<P: Fn(&[Jet]) -> Vec<Pose>, F: Fn(f64, &[f64], &[f64]) -> Vec<f64>> ClosedF
         mass.lu().solve(&right).expect("every free coordinate moves a mass").as_slice().to_vec()
     }
 
-    /// The state at each of the times, which ascend; forces may jump at these times only.
+    /// The state at each of the times, which ascend; forces do not jump.
     pub fn states(&self, start: State, times: &[f64]) -> Vec<State> {
         let n = start[0].len();
         let rates = |t: f64, y: &[f64]| {
@@ -86,6 +86,8 @@ const COLUMNS: usize = 9;
 const TOLERANCE: f64 = 1e-14;
 /// Rounding errors of a step are less than so many times that.
 const NOISE: f64 = 1e3;
+/// A step that is right makes the next one so much longer at least: where all that is left of the error are rounding errors, it says nothing about the length.
+const LONGER: f64 = 1.2;
 
 /// Gragg's method with steps n = 2, 4, 6, ... and extrapolation in h^2 (Hairer, Norsett & Wanner I, II.9).
 pub fn extrapolate(rates: &impl Fn(f64, &[f64]) -> Vec<f64>, [start, end]: [f64; 2], from: &[f64]) -> Vec<f64> {
@@ -103,7 +105,8 @@ pub fn extrapolate(rates: &impl Fn(f64, &[f64]) -> Vec<f64>, [start, end]: [f64;
             t = if last { end } else { t + step };
             y = next;
             rejected = f64::INFINITY;
-            h = step * if noise { 2.0 } else { factor };
+            // A step of noise follows one that was rejected for it, and shorter by half.
+            h = step * if noise { 4.0 } else { factor.max(LONGER) };
         } else {
             rejected = error;
             h = step * factor.min(0.5);
@@ -127,10 +130,15 @@ fn try_step(rates: &impl Fn(f64, &[f64]) -> Vec<f64>, t: f64, y: &[f64], step: f
         row = next;
     }
     let [best, other] = [&row[COLUMNS - 1], &row[COLUMNS - 2]];
-    let error = |(a, b): (&f64, &f64)| (a - b).abs() / (TOLERANCE * a.abs().max(1.0));
+    let error = |(a, b): (&f64, &f64)| {
+        let error = (a - b).abs() / (TOLERANCE * a.abs().max(1.0));
+        // What is no number is infinitely wrong.
+        if error.is_nan() { f64::INFINITY } else { error }
+    };
     (best.clone(), best.iter().zip(other).map(error).fold(0.0, f64::max))
 }
 
+/// With a last evaluation at the end of the step (Gragg's smoothing): what is steep there would be leapt over otherwise.
 fn midpoint(rates: &impl Fn(f64, &[f64]) -> Vec<f64>, t: f64, y: &[f64], step: f64, count: usize) -> Vec<f64> {
     let h = step / count as f64;
     let plus = |y: &[f64], f: &[f64], h: f64| y.iter().zip(f).map(|(y, f)| y + h * f).collect::<Vec<f64>>();
@@ -139,5 +147,6 @@ fn midpoint(rates: &impl Fn(f64, &[f64]) -> Vec<f64>, t: f64, y: &[f64], step: f
         let next = plus(&before, &rates(t + k as f64 * h, &now), 2.0 * h);
         before = std::mem::replace(&mut now, next);
     }
-    now
+    let from_before = plus(&before, &rates(t + step, &now), h);
+    now.iter().zip(&from_before).map(|(a, b)| 0.5 * (a + b)).collect()
 }

@@ -160,5 +160,6 @@ pub fn three_cranks(seed: u64) -> Case {
     for (body, motion) in NAMES.into_iter().zip(motions(&start)).skip(1) {
         scene = scene.guess(&format!("{body}.angle"), motion[2]);
     }
-    Case::new("three cranks, nearly flat", scene, 3.0, vec![]).against(reference)
+    // Next to the flat poses rounding errors are divided by how little the bars are too long: the reference is known to 1e-8.
+    Case::new("three cranks, nearly flat", scene, 3.0, vec![]).against(reference).within(1000.0, 1e-7)
 }

@@ -61,5 +61,6 @@ pub fn flap(seed: u64) -> Case {
         .load("spring", Load::torsion_spring("rocker", "flap", stiffness).free(twist))
         .initial("flap.angle", start[0])
         .initial("flap.omega", start[1]);
-    Case::new("stiff flap at change points", scene, 2.0, vec![bars.law()]).against(reference)
+    // Each change point multiplies rounding errors, those of the reference too.
+    Case::new("stiff flap at change points", scene, 2.0, vec![bars.law()]).against(reference).within(1000.0, 1e-8)
 }

@@ -13,6 +13,7 @@ pub mod four_bar;
 mod jansen;
 pub mod law;
 mod others;
+mod pieces;
 #[path = "../split_mix.rs"]
 pub mod random;
 pub mod reference;
