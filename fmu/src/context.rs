@@ -42,6 +42,11 @@ impl Deadline {
 }
 
 impl Settings {
+    /// Has the user named the method? By itself the program takes series, or may change to another method.
+    pub(crate) fn is_named(&self) -> bool {
+        !self.automatic && self.engine != Engine::Taylor
+    }
+
     /// No step goes beyond this time, if the communication point does not [s].
     pub(crate) fn limit(&self) -> f64 {
         self.stop.unwrap_or(f64::INFINITY)

@@ -108,7 +108,7 @@ pub enum Failure {
     },
     /// Numbers left the range of numbers.
     #[error(
-        "at t = {time} s the accelerations are not finite, first that of `{coordinate}`; look for a body there that can move without mass or inertia, and for a load law that divides by zero or grows beyond all numbers"
+        "at t = {time} s the accelerations are not finite, first that of `{coordinate}`; look for a body there that can move without mass or inertia, and for the law of a load or a driver that divides by zero, itself or its derivatives, or grows beyond all numbers"
     )]
     NotFinite {
         /// When [s].
@@ -204,9 +204,19 @@ pub enum Failure {
         /// Joints whose loop equations depend on each other.
         joints: Vec<String>,
     },
+    /// Branches of the motion meet, and the linear system of accelerations and reactions has no solution, or many.
+    #[error(
+        "at t = {time} s the mechanism is in a singular pose, where the loop equations of {} depend on each other: they do not determine accelerations and reactions there; leave those out of the outputs, or begin a little aside", list(.joints)
+    )]
+    Undetermined {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations depend on each other.
+        joints: Vec<String>,
+    },
     /// Branches of the motion meet ahead, and the implicit method evaluates what does not tell them apart there.
     #[error(
-        "at t = {time} s the mechanism comes to a singular pose: the loop equations of {} depend on each other there, and the implicit method does not see on which branch the motion goes on; leave the choice of the method to the program, or ask for a larger tolerance", list(.joints)
+        "at t = {time} s the mechanism comes to a singular pose: the loop equations of {} depend on each other there, and the implicit method does not see on which branch the motion goes on; {}", list(.joints), easier(true)
     )]
     SingularAhead {
         /// When [s].
@@ -216,23 +226,27 @@ pub enum Failure {
     },
     /// Branches of the motion meet, and the steps were too short to tell them apart.
     #[error(
-        "at t = {time} s the motion has left its branch in a singular pose, where the loop equations of {} depend on each other: the steps were so short there that rounding errors decided; leave the choice of the method to the program, or ask for a larger tolerance; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints)
+        "at t = {time} s the motion has left its branch in a singular pose, where the loop equations of {} depend on each other: the steps were so short there that rounding errors decided; {}; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints), easier(*.named)
     )]
     BranchLost {
         /// When [s].
         time: f64,
         /// Joints whose loop equations depend on each other there.
         joints: Vec<String>,
+        /// Has the user named the method?
+        named: bool,
     },
     /// Branches of the motion meet ahead, and no step passes there.
     #[error(
-        "at t = {time} s the mechanism comes to a singular pose, where the loop equations of {} depend on each other, and rounding errors leave no step that passes it; leave the choice of the method to the program, or ask for a larger tolerance; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints)
+        "at t = {time} s the mechanism comes to a singular pose, where the loop equations of {} depend on each other, and rounding errors leave no step that passes it; {}; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints), easier(*.named)
     )]
     NotPassed {
         /// When [s].
         time: f64,
         /// Joints whose loop equations come to depend on each other.
         joints: Vec<String>,
+        /// Has the user named the method?
+        named: bool,
     },
     /// The loops come apart during the motion.
     #[error(
@@ -264,12 +278,12 @@ pub enum Failure {
     },
     /// What drives the mechanism is not a number.
     #[error(
-        "at t = {time} s the law of `{owner}` has no finite value; look for a division by zero, a root or logarithm of a negative number, or a number too large"
+        "at t = {time} s what drives `{owner}` has no finite value or rate; look for a division by zero, a root or logarithm of a negative number, the derivative of a root of zero, or a number too large"
     )]
     DriverUndefined {
         /// When [s].
         time: f64,
-        /// The driver.
+        /// The joint or driver that cannot follow.
         owner: String,
     },
     /// A driven mechanism cannot go on.
@@ -284,6 +298,15 @@ pub enum Failure {
 
 fn list(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// What makes a singular pose easier to pass.
+fn easier(named: bool) -> &'static str {
+    if named {
+        "leave the choice of the method to the program, or ask for a larger tolerance"
+    } else {
+        "ask for a larger tolerance"
+    }
 }
 
 fn value(value: f64, angular: bool) -> String {

@@ -42,7 +42,8 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         | Failure::EndOfReach { joints, .. }
         | Failure::NotPassed { joints, .. }
         | Failure::BranchLost { joints, .. }
-        | Failure::SingularAhead { joints, .. } => {
+        | Failure::SingularAhead { joints, .. }
+        | Failure::Undetermined { joints, .. } => {
             let span = joints.first().map_or_else(Span::default, |joint| owner_span(equations, joint));
             Fault::new("assembly::singular", failure.to_string(), span).label("depends on the others in this pose")
         }

@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::program::Motion;
+use crate::singular::dependence::undetermined;
 use crate::taylor::Jet;
 
 /// Storage for accelerations and reactions.
@@ -54,7 +55,8 @@ impl Accelerations {
         let (accelerations, reactions) = self.values.split_at(n);
         machine.load_accelerations(model, accelerations, reactions);
         let time = machine.registers()[model.layout().time()];
-        finite(model, time, accelerations).map_err(|failure| outside(model, machine).unwrap_or(failure))
+        finite(model, time, accelerations)
+            .map_err(|failure| outside(model, machine).or_else(|| undetermined(model, machine)).unwrap_or(failure))
     }
 
     fn evaluate_dynamic(&mut self, model: &Model, machine: &mut Machine) {

@@ -200,7 +200,11 @@ pub(crate) fn watch(context: &mut Context, run: &mut Run) -> Result<(), Failure>
     let (angle, joints) = turn(model, [&at(0), &at(closest), &at(WINDOW - 1)]);
     // Written so that no number is another branch too.
     let same = angle < SAME;
-    if same { Ok(()) } else { Err(Failure::BranchLost { time: run.singular.trail.state(closest)[0], joints }) }
+    if same {
+        return Ok(());
+    }
+    let time = run.singular.trail.state(closest)[0];
+    Err(Failure::BranchLost { time, joints, named: context.settings.is_named() })
 }
 
 /// 1 / r^2 at the last state of the trail, where the last step ends.

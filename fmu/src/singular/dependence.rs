@@ -4,6 +4,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::integrator::run::Run;
 use crate::machine::Machine;
+use crate::model::Model;
 use crate::singular::detect::dependent;
 
 /// A start closer to a singular pose than this is treated as one in it.
@@ -46,7 +47,18 @@ pub(crate) fn undecided(context: &Context, run: &Run) -> Failure {
 
 /// What to say where no step leads on from next to a pose.
 pub(crate) fn not_passed(context: &Context, run: &Run) -> Failure {
-    Failure::NotPassed { time: run.last.end_time, joints: at_the_end(context, run).1 }
+    let named = context.settings.is_named();
+    Failure::NotPassed { time: run.last.end_time, joints: at_the_end(context, run).1, named }
+}
+
+/// Why accelerations are not finite at the state in the registers, if it is a singular pose.
+pub(crate) fn undetermined(model: &Model, machine: &Machine) -> Option<Failure> {
+    let time = machine.registers()[model.layout().time()];
+    let mut state = model.default_state(time);
+    let count = state.registers().len();
+    state.registers_mut().copy_from_slice(&machine.registers()[..count]);
+    let (distance, joints) = dependent(model, &state);
+    (distance < DEPENDENT).then_some(Failure::Undetermined { time, joints })
 }
 
 /// Why there is no step from the start of the step, if it is because the loops are at the end of their reach.
@@ -57,7 +69,7 @@ pub(crate) fn end_of_reach(context: &Context, run: &Run) -> Option<Failure> {
         Failure::EndOfReach { time, joints }
     } else {
         // What nothing drives stops nowhere.
-        Failure::NotPassed { time, joints }
+        Failure::NotPassed { time, joints, named: context.settings.is_named() }
     };
     (distance < AT_THE_END).then_some(failure)
 }
