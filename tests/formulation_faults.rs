@@ -116,3 +116,35 @@ fn a_huge_file_is_answered() {
     let faults = faults("huge.toml", text).unwrap();
     assert_eq!(faults.list.iter().map(|fault| fault.code).collect::<Vec<_>>(), ["scene::too_large"]);
 }
+
+/// What jumps stays as large however near one looks; what turns on a short way, or is as good as still, does not.
+#[test]
+fn a_law_of_a_driver_is_said_to_jump_where_it_does() {
+    let laws = [
+        ("abs(t - 0.7)", Some("its rate goes from -0.300000 to 0.300000")),
+        ("abs(t - 0.7)^0.5", Some("its rate grows beyond all bounds")),
+        ("sign(t - 0.7)*abs(t - 0.7)^0.5", Some("its rate grows beyond all bounds")),
+        ("if(t < 0.7, 0, 1e-3)", Some("it goes from 0.000000 to 0.000300")),
+        ("sin(500*t) + if(t < 0.7, 0, 1e-2)", Some("it goes from")),
+        ("if(t < 0.7, 0, 2*(t - 0.7))", Some("its rate goes from 0.000000 to 0.600000")),
+        ("abs(t - 0.7)^1.5", None),
+        ("abs(t - 0.7)^2.5", None),
+        ("max(0, t - 0.7)^2", None),
+        ("1000*abs(t - 0.7)^3", None),
+        ("if(t < 0.7, sin(t - 0.7)*(t - 0.7), (t - 0.7)^2)", None),
+    ];
+    for (law, expected) in laws {
+        let text = format!(
+            "name = \"cart\"\ngravity = [0, -9.81]\n[bodies.cart]\nmass = 1\n[bodies.bob]\nmass = 1\ninertia = 0.1\n\
+             points = {{ top = [0, 0.5] }}\n[joints.rail]\ntype = \"prismatic\"\nbetween = [\"ground\", \"cart\"]\n\
+             axis = [1, 0]\n[joints.pin]\ntype = \"revolute\"\nbetween = [\"cart\", \"bob.top\"]\n[drivers.motor]\n\
+             joint = \"rail\"\ndisplacement = \"0.3*({law})\"\n[experiment]\nstop = 1.5\n"
+        );
+        let said = faults(law, text).map(|faults| faults.render(false, 100));
+        match (expected, &said) {
+            (None, None) => {}
+            (Some(expected), Some(said)) => assert!(said.contains(expected), "{law}: {said}"),
+            _ => panic!("{law}: {said:?}"),
+        }
+    }
+}

@@ -9,6 +9,7 @@ use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{Condition, Program};
 
+use super::corners;
 use super::suspect::{suspect, too_many_drivers};
 use crate::columns::rounded;
 use crate::component::{Held, Origin};
@@ -47,9 +48,9 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
             let span = joints.first().map_or_else(Span::default, |joint| owner_span(equations, joint));
             Fault::new("assembly::singular", failure.to_string(), span).label("depends on the others in this pose")
         }
-        Failure::DriverUndefined { owner, .. } => {
+        Failure::DriverUndefined { owner, time } => without_rate(equations, *time).unwrap_or_else(|| {
             Fault::new("assembly::not_finite", failure.to_string(), owner_span(equations, owner)).label("not a number")
-        }
+        }),
         Failure::NotFinite { .. }
         | Failure::NoValue { .. }
         | Failure::OutOfRange { .. }
@@ -74,6 +75,14 @@ fn without_value(equations: &Equations, gap: &Gap) -> Fault {
         "look in {what} for a division by zero, a root or logarithm of a negative number, or a number too large"
     );
     Fault::new("assembly::not_finite", message, span).label("not a number").help(help)
+}
+
+/// A prescribed motion that begins with no finite rate.
+fn without_rate(equations: &mut Equations, time: f64) -> Option<Fault> {
+    let part = corners::without_rate(equations, time)?;
+    let message = format!("the law of driver `{}` has no finite rate at t = {time} s", part.name);
+    let fault = Fault::new("assembly::not_finite", message, part.span).label("its derivative is not a number");
+    Some(fault.help("the derivative of a root, or of a power below 1, divides by zero where what is under it is zero: begin beside that place, or write the law without it"))
 }
 
 fn open_loop(equations: &Equations, gap: &Gap, length: f64) -> Fault {

@@ -11,14 +11,50 @@ use crate::mechanism::{Formula, Motion, Part, Value};
 /// The experiment is looked at in so many places, and jumps are found between them by so many halvings.
 const PLACES: usize = 2000;
 const HALVINGS: usize = 50;
-/// How far from a jump its sides are looked at, as a share of the experiment, and how much of a rate is a jump there.
-const BESIDE: f64 = 1e-9;
+/// How far from a switch its sides are looked at, as shares of the experiment.
+const BESIDE: [f64; 2] = [1e-9, 1e-11];
+/// How much of its largest value in the experiment is a jump of a law or of its rate, and how much of it is left on the nearer sides: what goes through the
+/// switch without a jump becomes less, however steep it is.
 const JUMP: f64 = 1e-5;
+const LEFT: f64 = 0.5;
+/// A rate that is so many times as large on the nearer sides has no bound.
+const GROWS: f64 = 2.0;
+
+/// A law of time and parameters by itself: each of many evaluations would go through the whole mechanism's expressions.
+struct Law {
+    arena: Arena,
+    /// The law and its rate.
+    value: [Expr; 2],
+    parameters: Vec<f64>,
+}
+
+impl Law {
+    /// None if it depends on anything else.
+    fn of(equations: &mut Equations, formula: &Formula) -> Option<Self> {
+        let value = equations.system.value(formula);
+        let mut arena = Arena::default();
+        let value = *arena.import(&equations.system.arena, &[value], &HashMap::new()).first()?;
+        let depends = |symbol: &Symbol| matches!(symbol, Symbol::Time | Symbol::Parameter(_));
+        if !arena.symbols([value]).iter().all(depends) {
+            return None;
+        }
+        let value = [value, arena.time_derivative(value)];
+        let parameters = equations.system.mechanism.parameters.iter().map(|parameter| parameter.value).collect();
+        Some(Self { arena, value, parameters })
+    }
+
+    fn at(&self, roots: &[Expr], time: f64) -> Vec<f64> {
+        let known = |symbol: Symbol| match symbol {
+            Symbol::Parameter(index) => self.parameters[index],
+            _ => time,
+        };
+        self.arena.evaluate(roots, &known)
+    }
+}
 
 /// The first jump of each driver's law within the experiment.
 pub(super) fn jumps(equations: &mut Equations) -> Vec<Fault> {
     let mechanism = equations.system.mechanism;
-    let laws = |part: &'_ Part| -> Vec<Formula> { part.values.iter().flat_map(|(_, value)| laws(value)).collect() };
     let mut faults = Vec::new();
     for part in &mechanism.drivers {
         let found = laws(part).iter().find_map(|law| first_jump(equations, law));
@@ -27,7 +63,21 @@ pub(super) fn jumps(equations: &mut Equations) -> Vec<Fault> {
     faults
 }
 
-fn laws(value: &Value) -> Vec<Formula> {
+/// The first driver whose law has a value at a time, but no rate.
+pub(super) fn without_rate<'m>(equations: &mut Equations<'m>, time: f64) -> Option<&'m Part> {
+    let mechanism = equations.system.mechanism;
+    mechanism.drivers.iter().find(|part| {
+        let laws = laws(part);
+        let mut laws = laws.iter().filter_map(|formula| Law::of(equations, formula));
+        laws.any(|law| law.at(&law.value, time).iter().map(|number| number.is_finite()).eq([true, false]))
+    })
+}
+
+fn laws(part: &Part) -> Vec<Formula> {
+    part.values.iter().flat_map(|(_, value)| laws_of(value)).collect()
+}
+
+fn laws_of(value: &Value) -> Vec<Formula> {
     match value {
         Value::Motion(Motion::Given(formula)) => vec![formula.clone()],
         Value::Vector(both) => both.to_vec(),
@@ -43,42 +93,49 @@ fn fault(part: &Part, time: f64, what: &str) -> Fault {
 }
 
 /// When a law of time jumps first, or its rate does, and from where to where.
-fn first_jump(equations: &mut Equations, law: &Formula) -> Option<(f64, String)> {
-    let (parameters, experiment) = (&equations.system.mechanism.parameters, equations.system.mechanism.experiment);
-    let value = equations.system.value(law);
-    // By itself: each of many evaluations would go through the whole mechanism's expressions.
-    let arena = &mut Arena::default();
-    let value = *arena.import(&equations.system.arena, &[value], &HashMap::new()).first()?;
-    let depends = |symbol: &Symbol| matches!(symbol, Symbol::Time | Symbol::Parameter(_));
-    let switches = indicators(arena, &[value]);
-    if switches.is_empty() || !arena.symbols([value]).iter().all(depends) {
+fn first_jump(equations: &mut Equations, formula: &Formula) -> Option<(f64, String)> {
+    let experiment = equations.system.mechanism.experiment;
+    let mut law = Law::of(equations, formula)?;
+    let switches = indicators(&mut law.arena, &law.value[..1]);
+    if switches.is_empty() {
         return None;
     }
-    let rate = arena.time_derivative(value);
-    let at = |roots: &[Expr], time: f64| {
-        let known = |symbol: Symbol| match symbol {
-            Symbol::Parameter(index) => parameters[index].value,
-            _ => time,
-        };
-        arena.evaluate(roots, &known)
+    let [start, span] = [experiment.start, experiment.stop - experiment.start];
+    let places: Vec<Vec<f64>> = (0..=PLACES).map(|place| law.at(&law.value, start + span * share(place))).collect();
+    let finite = |index: usize| places.iter().map(move |place| place[index].abs()).filter(|size| size.is_finite());
+    let largest = |index: usize| finite(index).fold(0.0, f64::max);
+    let largest = [0, 1].map(largest);
+    let times = sign_changes([start, span], &switches, &|roots, time| law.at(roots, time));
+    times.into_iter().find_map(|time| Some((time, jump(&law, largest, time, span)?)))
+}
+
+/// What of a law jumps at a switch.
+fn jump(law: &Law, largest: [f64; 2], time: f64, span: f64) -> Option<String> {
+    // On both sides, first further away.
+    let [far, near] = BESIDE.map(|beside| [-1.0, 1.0].map(|side: f64| law.at(&law.value, time + side * beside * span)));
+    let change = |sides: &[Vec<f64>; 2], index: usize| (sides[1][index] - sides[0][index]).abs();
+    let size = |sides: &[Vec<f64>; 2]| f64::max(sides[0][1].abs(), sides[1][1].abs());
+    let jumps = |index: usize| {
+        let near = change(&near, index);
+        near > JUMP * largest[index] && near > LEFT * change(&far, index)
     };
-    let span = experiment.stop - experiment.start;
-    sign_changes([experiment.start, span], &switches, &at).into_iter().find_map(|time| {
-        let [before, behind] = [-1.0, 1.0].map(|side| at(&[value, rate], time + side * BESIDE * span));
-        let size = f64::max(before[1].abs(), behind[1].abs());
-        let change =
-            |what: &str, index: usize| format!("{what} goes from {:.6} to {:.6}", before[index], behind[index]);
-        if (behind[0] - before[0]).abs() > JUMP * (size * span).max(before[0].abs()) {
-            Some((time, change("it", 0)))
-        } else {
-            ((behind[1] - before[1]).abs() > JUMP * size).then(|| (time, change("its rate", 1)))
-        }
-    })
+    let says = |what: &str, index: usize| format!("{what} goes from {:.6} to {:.6}", near[0][index], near[1][index]);
+    if jumps(0) {
+        Some(says("it", 0))
+    } else if size(&near) > GROWS * size(&far) && size(&near) > largest[1] {
+        Some("its rate grows beyond all bounds".to_owned())
+    } else {
+        jumps(1).then(|| says("its rate", 1))
+    }
+}
+
+fn share(place: usize) -> f64 {
+    place as f64 / PLACES as f64
 }
 
 /// When functions of time change their signs, in order.
 fn sign_changes([start, span]: [f64; 2], functions: &[Expr], at: &impl Fn(&[Expr], f64) -> Vec<f64>) -> Vec<f64> {
-    let time = |place: usize| start + span * place as f64 / PLACES as f64;
+    let time = |place: usize| start + span * share(place);
     let sides: Vec<Vec<f64>> = (0..=PLACES).map(|place| at(functions, time(place))).collect();
     let mut found: Vec<f64> = Vec::new();
     for (index, function) in functions.iter().enumerate() {

@@ -57,11 +57,15 @@ impl<'a> Rates<'a> {
         Err(Failure::Contradiction { conditions, velocity: true, loops })
     }
 
-    /// Drivers whose rates the loops cannot follow.
+    /// Drivers whose rates the loops cannot follow, or that have none.
     fn conflict(&self, r: &[f64]) -> Failure {
         let scales = self.0.model.program().constraints.iter().map(|constraint| constraint.scale);
         let residuals: Vec<f64> = r.iter().zip(scales).map(|(r, scale)| r * scale).collect();
         let rows: Vec<usize> = (0..residuals.len()).collect();
-        Failure::LockUp { time: self.0.state.time(), gap: largest_gap(self.0.model, &rows, &residuals) }
+        let (time, gap) = (self.0.state.time(), largest_gap(self.0.model, &rows, &residuals));
+        match gap.size.is_finite() {
+            true => Failure::LockUp { time, gap },
+            false => Failure::DriverUndefined { time, owner: gap.owner },
+        }
     }
 }
