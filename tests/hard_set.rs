@@ -312,6 +312,38 @@ fn steep_laws_and_laws_in_pieces_are_felt_in_time() {
     assert!(passed == 141 && refused == 3, "{passed} {refused}");
 }
 
+/// Next to a pole or to the branch point of a root a law is felt, however narrow it is there and however soon the motion comes back.
+#[test]
+fn laws_with_poles_and_roots_next_to_the_motion_are_felt() {
+    let names = ["rational pulse", "rational bump", "root that turns round"].map(|name| format!("steep: {name}"));
+    for family in FAMILIES.iter().filter(|family| names.contains(&family.name.to_owned())) {
+        for case in (0..14).map(family.member) {
+            let model = case.model().unwrap_or_else(|fault| panic!("{}: {fault}", case.scene.name.text));
+            for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+                let outcome = case.run(&model, None, tolerance, Points::Even(7));
+                let run = format!("{} at {tolerance:e}: {outcome:?}", case.scene.name.text);
+                assert!(matches!(outcome, Outcome::Passed(_)), "{run}");
+            }
+        }
+    }
+}
+
+/// Members that came to another branch without a word: series approached the pose by shorter and shorter steps, and what was read behind it had not been judged.
+#[test]
+fn what_is_read_shortly_behind_a_pose_is_on_the_same_branch() {
+    for (name, seeds) in [("stiff flap at change points", [29, 52]), ("loop far away", [41, 58])] {
+        let family = FAMILIES.iter().find(|family| family.name == name).expect("the family");
+        for case in seeds.map(family.member) {
+            let model = case.model().unwrap_or_else(|fault| panic!("{}: {fault}", case.scene.name.text));
+            for tolerance in [1e-6, 1e-8, 1e-9, 1e-10] {
+                let outcome = case.run(&model, None, tolerance, Points::Every(0.0131));
+                let run = format!("{} at {tolerance:e}: {outcome:?}", case.scene.name.text);
+                assert!(matches!(outcome, Outcome::Passed(_) | Outcome::Failed(_)), "{run}");
+            }
+        }
+    }
+}
+
 /// In line the loops leave them open, but the motion goes on.
 #[test]
 fn accelerations_in_a_singular_pose_are_refused_with_the_cause() {

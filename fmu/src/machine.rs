@@ -2,7 +2,7 @@
 
 use crate::linalg::lane::Lane;
 use crate::model::{Model, State, motion};
-use crate::tape::{FEW, Tape};
+use crate::tape::{FEW_REGISTERS, Tape};
 
 /// A register file with the constants of one model in it. Allocated once; nothing allocates afterwards.
 #[derive(Clone, Debug)]
@@ -16,7 +16,7 @@ impl Machine {
     /// A register file for a model.
     pub fn new(model: &Model) -> Self {
         let program = model.program();
-        let mut registers = vec![0.0; FEW.max(program.registers as usize)];
+        let mut registers = vec![0.0; FEW_REGISTERS.max(program.registers as usize)];
         let first = model.layout().constants();
         registers[first..first + program.constants.len()].copy_from_slice(&program.constants);
         Self { registers, staged: false }

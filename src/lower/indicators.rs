@@ -28,6 +28,6 @@ fn indicator(arena: &mut Arena, expr: Expr) -> Option<Expr> {
     }
 }
 
-pub(super) fn moves(arena: &Arena, expr: Expr) -> bool {
+fn moves(arena: &Arena, expr: Expr) -> bool {
     arena.symbols([expr]).into_iter().any(|symbol| !matches!(symbol, Symbol::Parameter(_)))
 }

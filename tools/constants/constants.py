@@ -36,6 +36,7 @@ FIXED = {
     ("fmi/component.rs", "ROUNDING"): "of the functions of FMI",
     ("fmi/resource.rs", "LARGEST"): "of the functions of FMI",
     ("singular/branch.rs", "WINDOW"): "a length of an array",
+    ("tape/file.rs", "FEW_REGISTERS"): "a length of an array",
     ("tape/lanes.rs", "DIRECTIONS"): "a length of an array",
     ("tape/series.rs", "ORDER"): "a length of an array",
     ("taylor/jet/members/frames.rs", "MOST_FRAMES"): "a length of an array",

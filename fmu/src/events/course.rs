@@ -1,7 +1,7 @@
 //! The course of one argument along a step: its extremes, and where a law of it may be steep.
 
 use super::Steep;
-use crate::math::largest_between;
+use crate::math::{self, largest_between};
 
 /// Where an argument is looked at, in steps: evenly, and closer and closer to both ends, where a narrow extreme may lie as well.
 pub(super) const PLACES: [f64; 19] = [
@@ -31,8 +31,18 @@ const SECTIONS: usize = 40;
 pub(super) const HALVINGS: usize = 30;
 /// An exponential that grows by no more than exp of this to its largest value shows before or after.
 const RISEN: f64 = 2.0;
+/// What a law divides by, or takes the root of, shows before or after if it falls to no less than one part in so many: a pole is as far from the time axis then as
+/// half of the way to it. (150 let a pulse 1/(1 + (t/w)^2) slip through `explicit` at 1e-4.)
+pub(super) const DEEP: f64 = 5.0;
+/// Places that tell by how much an argument varies at all, and by how much it does before one looks closer: a parabola with a root varies by more than 9 at
+/// them, a quartic with two by more than 2.7.
+pub(super) const ROUGH_PLACES: [usize; 5] = [0, 8, 10, 12, PLACES.len() - 1];
+const VARIED: f64 = 2.5;
 /// Where a layer is looked at that a step passes from one side to the other: not in its middle, where odd functions vanish.
 const ASIDE: f64 = 0.5;
+
+/// A peak rises over the highest of three samples by no more than so many times what their parabola does: that of a square of a quartic, by 2.4 times.
+const BEYOND: f64 = 4.0;
 
 /// A place within a step where a law may be steep although its ends do not tell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +51,9 @@ pub(crate) struct Suspect {
     pub law: usize,
     /// Where, in steps.
     pub place: f64,
+    /// Places that tell what this one does not: next to a pole, where odd functions have a value, and behind it, on the branch of a root that the motion is on
+    /// then.
+    pub also: [Option<f64>; 2],
     /// The argument at the start of the step, and there.
     start: f64,
     extreme: f64,
@@ -57,14 +70,16 @@ impl Steep {
     /// [`super::half_width`].
     pub(super) fn suspect(self, law: usize, course: &mut impl Course, layer: f64, after: f64) -> Option<Suspect> {
         let start = course.sample(0);
-        let turn = match self {
-            Self::Growing => above(course, 1.0, |deepest| deepest + RISEN, after),
-            Self::Saturating => turn(course, layer, after),
-            Self::Switching => turn(course, 0.0, after),
+        let found = match self {
+            Self::Growing => {
+                [above(course, 1.0, |deepest| deepest + RISEN, after), passage(course, layer, after)].map(alone)
+            }
+            Self::Saturating => [turn(course, layer, after), passage(course, layer, after)].map(alone),
+            Self::Switching => [turn(course, 0.0, after), None].map(alone),
+            Self::Vanishing => [least(course, after), zero(course, after)],
         };
-        let through = if self == Self::Switching { None } else { passage(course, layer, after) };
-        let first = turn.into_iter().chain(through).min_by(|a, b| a.0.total_cmp(&b.0));
-        first.map(|(place, extreme)| Suspect { law, place, start, extreme })
+        let first = found.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
+        first.map(|(place, extreme, also)| Suspect { law, place, also, start, extreme })
     }
 
     /// Where the effect of a suspect begins that is so many times what may be overlooked, in steps.
@@ -75,6 +90,7 @@ impl Steep {
             Self::Growing => extreme - side * (libm::log(excess) + 1.0),
             Self::Saturating => -side * edge_below(-side * start, layer).unwrap_or(0.0),
             Self::Switching => 0.0,
+            Self::Vanishing => start / DEEP,
         };
         let outside = |value: f64| side * value < side * level;
         let last = PLACES.iter().enumerate().rev().find(|&(index, at)| *at < place && outside(course.sample(index)));
@@ -92,6 +108,13 @@ impl Steep {
     }
 }
 
+/// Where, the value there, and [`Suspect::also`].
+type Found = (f64, f64, [Option<f64>; 2]);
+
+fn alone(found: Option<(f64, f64)>) -> Option<Found> {
+    found.map(|(place, extreme)| (place, extreme, [None; 2]))
+}
+
 /// Where an argument comes to a layer, or behind it, that it is below or above at both ends of a step.
 fn turn(course: &mut impl Course, width: f64, after: f64) -> Option<(f64, f64)> {
     let (start, end) = (course.sample(0), course.sample(PLACES.len() - 1));
@@ -105,20 +128,73 @@ fn turn(course: &mut impl Course, width: f64, after: f64) -> Option<(f64, f64)> 
 fn passage(course: &mut impl Course, width: f64, after: f64) -> Option<(f64, f64)> {
     let outside = |index: &usize| course.sample(*index).abs() > width;
     let (first, last) = ((0..PLACES.len()).find(outside)?, (0..PLACES.len()).rev().find(outside)?);
-    let passes = |index: &usize| course.sample(index - 1) * course.sample(*index) < 0.0;
-    let index = (first + 1..=last).filter(|index| PLACES[index - 1] >= after).find(passes)?;
-    let level = ASIDE * course.sample(index - 1).signum();
-    let below = course.sample(index) < level;
-    let (mut before, mut behind) = (PLACES[index - 1], PLACES[index]);
+    let index = change(course, (first + 1, last), after, |before, behind| before * behind < 0.0)?;
+    Some(level(course, [PLACES[index - 1], PLACES[index]], ASIDE * course.sample(index - 1).signum()))
+}
+
+/// Where an argument is next to nothing of what it is on both sides, where it is twice that, and where it is more again.
+fn least(course: &mut impl Course, after: f64) -> Option<Found> {
+    let sign = course.sample(0).signum();
+    let (place, extreme) = above(course, -sign, |deepest| deepest / DEEP, after)?;
+    let flank = (sign * extreme > 0.0).then(|| level(course, [last_place(place), place], 2.0 * extreme).0);
+    Some((place, extreme, [flank, next_place(place)]))
+}
+
+/// Where an argument changes sign, between two samples or twice between them.
+fn zero(course: &mut impl Course, after: f64) -> Option<Found> {
+    let differ = |before: f64, behind: f64| before * behind < 0.0 || (before != 0.0 && behind == 0.0);
+    let once = change(course, (1, PLACES.len() - 1), after, differ).map(|index| [PLACES[index - 1], PLACES[index]]);
+    let twice = turn(course, 0.0, after).map(|(extreme, _)| [last_place(extreme), extreme]);
+    let [before, behind] = once.into_iter().chain(twice).min_by(|a, b| a[1].total_cmp(&b[1]))?;
+    let (place, value) = level(course, [before, behind], 0.0);
+    Some((place, value, [None, Some(behind).filter(|behind| *behind < 1.0)]))
+}
+
+/// The number of the first sample, of those with these numbers, that differs so from the one before.
+fn change(
+    course: &impl Course,
+    (first, last): (usize, usize),
+    after: f64,
+    differs: impl Fn(f64, f64) -> bool,
+) -> Option<usize> {
+    let changes = |index: &usize| differs(course.sample(index - 1), course.sample(*index));
+    (first..=last).filter(|index| PLACES[index - 1] >= after).find(changes)
+}
+
+/// Where an argument comes to a level that it passes, or reaches, between two places, and its value there.
+fn level(course: &mut impl Course, [mut before, mut behind]: [f64; 2], level: f64) -> (f64, f64) {
+    let end = course.value(behind);
+    let falls = end < level || (end == level && course.value(before) > level);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (before + behind);
-        if (course.value(middle) < level) == below {
+        let value = course.value(middle);
+        if value == level || (value < level) == falls {
             behind = middle;
         } else {
             before = middle;
         }
     }
-    Some((behind, course.value(behind)))
+    (behind, course.value(behind))
+}
+
+/// The sample before a place, and the one behind it unless that is the end of the step.
+fn last_place(place: f64) -> f64 {
+    PLACES.into_iter().rev().find(|sample| *sample < place).unwrap_or(0.0)
+}
+
+fn next_place(place: f64) -> Option<f64> {
+    PLACES.into_iter().find(|sample| *sample > place).filter(|sample| *sample < 1.0)
+}
+
+/// Does an argument vary so much at a [`ROUGH_PLACES`] places places that it may nearly vanish between them?
+pub(super) fn varies(values: impl Iterator<Item = f64> + Clone) -> bool {
+    let sign = values.clone().next().unwrap_or_default().signum();
+    let [least, most] = values.fold([f64::INFINITY, 0.0], |[least, most], value| {
+        [math::minimum(least, sign * value), math::maximum(most, sign * value)]
+    });
+    // Written so that NaN varies.
+    let steady = VARIED * least >= most;
+    !steady
 }
 
 /// The next edge of a layer below a value.
@@ -136,27 +212,36 @@ fn edge_below(value: f64, width: f64) -> Option<f64> {
 /// sides of it say.
 fn above(course: &mut impl Course, sign: f64, level: impl Fn(f64) -> f64, after: f64) -> Option<(f64, f64)> {
     let points = std::array::from_fn::<_, { PLACES.len() }, _>(|index| (PLACES[index], sign * course.sample(index)));
-    let deepest = |points: &[(f64, f64)]| points.iter().fold(f64::INFINITY, |least, point| least.min(point.1));
-    (1..PLACES.len() - 1).filter(|index| PLACES[index - 1] >= after).find_map(|index| {
-        let [before, at, behind] = [points[index - 1], points[index], points[index + 1]];
-        let level = level(deepest(&points[..index]).max(deepest(&points[index + 1..])));
-        // Where the parabola through three places is far below, so is the argument.
-        let peaks = at.1 >= before.1 && at.1 > behind.1 && 2.0 * peak([before, at, behind]) - at.1 > level;
+    let deepest = |points: &[(f64, f64)], end: f64| points.iter().map(|point| point.1).fold(end, f64::min);
+    let last = PLACES.len() - 1;
+    (0..=last).filter(|index| PLACES[index.saturating_sub(1)] >= after).find_map(|index| {
+        let at = points[index];
+        let [before, behind] = [points[index.saturating_sub(1)], points[last.min(index + 1)]];
+        let level_here = level(deepest(&points[..index], at.1).max(deepest(&points[index + 1..], at.1)));
+        let middle = index.clamp(1, last - 1);
+        let (place, top) = peak([points[middle - 1], points[middle], points[middle + 1]]);
+        // Where the parabola through three places is far below, so is the argument; what is so steep at an end may have its peak next to it.
+        let rises = at.1 + BEYOND * (top - at.1) > level_here;
+        let peaks = if index == middle {
+            at.1 >= before.1 && at.1 > behind.1 && rises
+        } else {
+            at.1 > level(f64::min(before.1, behind.1)) || (rises && before.0 < place && place < behind.0)
+        };
         if !peaks {
             return None;
         }
         let (place, value) = largest_between([before.0, behind.0], SECTIONS, |place| sign * course.value(place));
         let (place, value) = if value > at.1 { (place, value) } else { at };
-        (value > level).then_some((place, sign * value))
+        (value > level_here).then_some((place, sign * value))
     })
 }
 
-/// The largest value of the parabola through three points whose middle one is the highest.
-fn peak([(x0, y0), (x1, y1), (x2, y2)]: [(f64, f64); 3]) -> f64 {
+/// Where the parabola through three points is largest, and its value there; the second point if it is nowhere.
+fn peak([(x0, y0), (x1, y1), (x2, y2)]: [(f64, f64); 3]) -> (f64, f64) {
     let (left, right) = ((y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1));
     let curvature = (right - left) / (x2 - x0);
     let slope = (left * (x2 - x1) + right * (x1 - x0)) / (x2 - x0);
-    if curvature < 0.0 { y1 - 0.25 * slope * slope / curvature } else { y1 }
+    if curvature < 0.0 { (x1 - 0.5 * slope / curvature, y1 - 0.25 * slope * slope / curvature) } else { (x1, y1) }
 }
 
 #[cfg(test)]
@@ -230,6 +315,43 @@ mod tests {
             }
             assert!(find(kind, |at| 2.0 - 30.0 * at).is_none(), "seen from where it begins");
         }
+    }
+
+    #[test]
+    fn an_argument_is_suspected_where_it_nearly_vanishes() {
+        for place in [0.001, 0.003, 0.17, 0.3001, 0.5, 0.77, 0.995, 0.9991] {
+            let square = |least: f64| move |at: f64| (at - place) * (at - place) + least;
+            for sign in [1.0, -1.0] {
+                let found = find(Steep::Vanishing, |at| sign * square(1e-12)(at)).expect("a root that turns round");
+                assert!((found.place - place).abs() < 1e-6, "{place}: {found:?}");
+                let begin = Steep::Vanishing.begin(&found, &mut Known(|at| sign * square(1e-12)(at)), LAYER, 1e4);
+                assert!((begin - place * (1.0 - 1.0 / DEEP.sqrt())).abs() < 0.01 * place, "{place}: {begin}");
+            }
+            assert!(find(Steep::Vanishing, square(0.2)).is_none());
+            let through = find(Steep::Vanishing, |at| place - at).expect("a divisor that changes sign");
+            assert!((through.place - place).abs() < 1e-8, "{place}: {through:?}");
+        }
+        // There and back.
+        let both = |at: f64| (at - 0.3) * (at - 0.9) * (at - 0.3) * (at - 0.9) + 1e-10;
+        let first = find(Steep::Vanishing, both).expect("there");
+        let second = Steep::Vanishing.suspect(0, &mut Known(both), LAYER, first.place).expect("and back");
+        assert!((first.place - 0.3).abs() < 1e-4 && (second.place - 0.9).abs() < 1e-4);
+    }
+
+    #[test]
+    fn what_may_nearly_vanish_varies_at_a_few_places() {
+        let at_few =
+            |argument: &dyn Fn(f64) -> f64| varies(ROUGH_PLACES.map(|index| argument(PLACES[index])).into_iter());
+        for place in 1..100 {
+            let place = f64::from(place) / 100.0;
+            assert!(at_few(&|at| (at - place) * (at - place)), "{place}");
+            for other in 1..100 {
+                let other = f64::from(other) / 100.0;
+                let product = |at: f64| (at - place) * (at - other);
+                assert!(at_few(&|at| product(at) * product(at)), "{place} {other}");
+            }
+        }
+        assert!(!at_few(&|at| 1.0 + at) && !at_few(&|at| at - 2.0) && at_few(&|at| at - 0.4) && at_few(&|_| f64::NAN));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Steep laws along the polynomial of a step.
 
 use super::Steep;
-use super::course::{Course, PLACES, Suspect};
+use super::course::{Course, DEEP, PLACES, ROUGH_PLACES, Suspect, varies};
 use super::switch::first_fall;
 use crate::math;
 use crate::taylor::MAX_ORDER;
@@ -15,6 +15,8 @@ const INSIDE: f64 = 0.5;
 const STEADY: f64 = 1.0;
 /// The last terms of an argument are no larger where it is known well enough to say where its law is steep.
 const UNKNOWN: f64 = 0.1;
+/// The same of an argument that may nearly vanish, as a share of what it may be.
+const UNKNOWN_SHARE: f64 = 1e-4;
 
 /// The arguments of steep laws as polynomials of time since the start of a step.
 #[derive(Clone, Debug)]
@@ -39,11 +41,16 @@ impl Layers {
     }
 
     /// Takes the arguments over, from series that are known up to an order.
-    pub fn take<'a>(&mut self, order: usize, series: impl Fn(u32) -> &'a [f64]) {
+    pub fn take(&mut self, order: usize, series: impl Fn(u32, &mut [f64])) {
         self.length = order + 1;
         for (place, (_, number)) in self.polynomials.chunks_exact_mut(ROOM).zip(&self.laws) {
-            place[..=order].copy_from_slice(&series(*number)[..=order]);
+            series(*number, &mut place[..=order]);
         }
+    }
+
+    /// May no law be steep within a step of length h without any effect on its ends?
+    pub fn are_gentle(&mut self, h: f64) -> bool {
+        self.first_cut(h, 0.0) == f64::INFINITY && self.suspect((0, 0.0), h).is_none()
     }
 
     /// The same polynomials back in time.
@@ -58,7 +65,7 @@ impl Layers {
 
     /// Are the arguments known all along a step of length h by their terms up to an order?
     pub fn are_known<'a>(&self, order: usize, h: f64, series: impl Fn(u32) -> &'a [f64]) -> bool {
-        self.laws.iter().all(|(_, number)| known(&series(*number)[..=order], h) == f64::INFINITY)
+        self.laws.iter().all(|(kind, number)| known(*kind, &series(*number)[..=order], h) == f64::INFINITY)
     }
 
     /// Where a step of length h must end: the first saturated law comes into its layer of that half width, or an argument is not known any further.
@@ -70,9 +77,10 @@ impl Layers {
             let distance = argument[0].abs() - layer + INSIDE;
             let cut = match kind {
                 Steep::Saturating if distance > INSIDE && majorant(argument, h) > distance => {
-                    math::minimum(entry(argument, h, layer - INSIDE), known(argument, h))
+                    math::minimum(entry(argument, h, layer - INSIDE), known(*kind, argument, h))
                 }
-                Steep::Growing if majorant(argument, h) > STEADY => known(argument, h),
+                Steep::Growing if majorant(argument, h) > STEADY => known(*kind, argument, h),
+                Steep::Vanishing if may_vanish(argument, h) => known(*kind, argument, h),
                 _ => f64::INFINITY,
             };
             first = math::minimum(first, cut);
@@ -81,11 +89,11 @@ impl Layers {
     }
 
     /// The first place that may be steep within a step of length h, of the laws from this one on: of this one only places after another one.
-    pub fn suspect(&mut self, from: usize, h: f64, after: f64) -> Option<Suspect> {
+    pub fn suspect(&mut self, (from, after): (usize, f64), h: f64) -> Option<Suspect> {
         (from..self.laws.len()).find_map(|law| {
             let (kind, _) = self.laws[law];
             let argument = &self.polynomials[law * ROOM..][..self.length];
-            if kind != Steep::Growing || majorant(argument, h) < STEADY {
+            if !may_hide(kind, argument, h) {
                 return None;
             }
             let samples = &mut self.samples;
@@ -93,7 +101,6 @@ impl Layers {
                 *sample = horner(argument, place * h);
             }
             let after = if law == from { after } else { 0.0 };
-            // No step is so long that it passes a layer whole: see `known`.
             kind.suspect(law, &mut Polynomial { argument, h, samples }, f64::INFINITY, after)
         })
     }
@@ -132,12 +139,32 @@ fn entry(argument: &[f64], h: f64, edge: f64) -> f64 {
     first_fall(&above[..argument.len()], h).unwrap_or(f64::INFINITY)
 }
 
+/// May the law be steep within a step of length h without any effect on its ends?
+fn may_hide(kind: Steep, argument: &[f64], h: f64) -> bool {
+    match kind {
+        Steep::Growing => majorant(argument, h) >= STEADY,
+        Steep::Vanishing => {
+            let few = ROUGH_PLACES.iter().map(|index| horner(argument, PLACES[*index] * h));
+            may_vanish(argument, h) && varies(few)
+        }
+        // No step is so long that it passes a layer whole: see `known`. Switching functions are looked at by themselves.
+        Steep::Saturating | Steep::Switching => false,
+    }
+}
+
+/// May an argument fall so far within h that it counts as nothing? Whatever its terms do.
+fn may_vanish(argument: &[f64], h: f64) -> bool {
+    majorant(argument, h) > (1.0 - 1.0 / DEEP) * argument[0].abs()
+}
+
 /// How far the last terms of an argument are small; infinity if they are at the end of h.
-fn known(argument: &[f64], h: f64) -> f64 {
+fn known(kind: Steep, argument: &[f64], h: f64) -> f64 {
+    let vanishing = kind == Steep::Vanishing;
+    let unknown = if vanishing { UNKNOWN_SHARE * (argument[0].abs() + majorant(argument, h)) } else { UNKNOWN };
     let mut known = f64::INFINITY;
     let last = argument.len().saturating_sub(2).max(1);
     for (k, coefficient) in argument.iter().enumerate().skip(last) {
-        let within = libm::pow(UNKNOWN / coefficient.abs(), 1.0 / k as f64);
+        let within = libm::pow(unknown / coefficient.abs(), 1.0 / k as f64);
         if within < h {
             known = math::minimum(known, within);
         }
@@ -160,7 +187,7 @@ mod tests {
 
     fn layers(laws: &[(Steep, &[f64])]) -> Layers {
         let mut layers = Layers::new((0..).zip(laws).map(|(number, (kind, _))| (*kind, number)).collect());
-        layers.take(laws[0].1.len() - 1, |number| laws[number as usize].1);
+        layers.take(laws[0].1.len() - 1, |number, place| place.copy_from_slice(laws[number as usize].1));
         layers
     }
 
@@ -184,13 +211,13 @@ mod tests {
         let laws = [(Steep::Growing, bump); 6];
         let mut layers = layers(&laws);
         for law in 0..6 {
-            let suspect = layers.suspect(law, 1.0, 0.0).expect("a bump");
+            let suspect = layers.suspect((law, 0.0), 1.0).expect("a bump");
             assert!(suspect.law == law && (suspect.place - 0.5).abs() < 1e-6);
         }
         // This one has no other bump, and the laws after it come next.
-        assert_eq!(layers.suspect(0, 1.0, 0.5).map(|suspect| suspect.law), Some(1));
-        assert_eq!(layers.suspect(5, 1.0, 0.5), None);
+        assert_eq!(layers.suspect((0, 0.5), 1.0).map(|suspect| suspect.law), Some(1));
+        assert_eq!(layers.suspect((5, 0.5), 1.0), None);
         // Before the bump there is nothing.
-        assert_eq!(layers.suspect(0, 0.45, 0.0), None);
+        assert_eq!(layers.suspect((0, 0.0), 0.45), None);
     }
 }

@@ -28,6 +28,8 @@ pub enum Steep {
     Growing,
     /// Where its argument changes sign: `if`, `min`, `max`, `abs`, `sign`, `floor`.
     Switching,
+    /// Where its argument is next to nothing of what it is elsewhere: roots, powers, logarithms, divisors.
+    Vanishing,
 }
 
 /// Half width of the layer about zero outside which a saturating function differs from its limits by no more than a share of them: 1 - tanh a

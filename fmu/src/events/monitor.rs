@@ -1,6 +1,6 @@
 //! Steep laws along the dense output of a Runge-Kutta step.
 
-use super::course::{Course, HALVINGS, PLACES};
+use super::course::{Course, HALVINGS, PLACES, ROUGH_PLACES, varies};
 use super::{Steep, half_width};
 use crate::machine::Machine;
 use crate::model::{Model, State};
@@ -91,7 +91,11 @@ impl Monitor {
         filtering: bool,
         mut excess: impl FnMut(bool, f64, &[f64]) -> f64,
     ) -> Option<Overlooked> {
-        self.sample(span);
+        self.sample(span, |index| ROUGH_PLACES.contains(&index));
+        if !self.may_be_steep(span.model) {
+            return None;
+        }
+        self.sample(span, |index| !ROUGH_PLACES.contains(&index));
         self.find_crossings(span);
         let mut unfiltered = |place: f64, accelerations: &[f64]| excess(false, place, accelerations);
         let window = self.between_switches(span, &mut unfiltered);
@@ -146,10 +150,16 @@ impl Monitor {
             let course = &mut Sampled { span: &mut *span, law, laws: *laws, samples, motion };
             let mut after = 0.0;
             while let Some(suspect) = kind.suspect(law, course, layer, after) {
-                course.span.load(suspect.place, course.motion);
-                course.span.machine.evaluate(&program.tapes.acceleration, accelerations);
-                let finite = accelerations.iter().all(|acceleration| acceleration.is_finite());
-                let excess = if finite { excess(suspect.place, accelerations) } else { f64::INFINITY };
+                let mut excess_at = |place: f64| {
+                    course.span.load(place, course.motion);
+                    course.span.machine.evaluate(&program.tapes.acceleration, accelerations);
+                    let finite = accelerations.iter().all(|acceleration| acceleration.is_finite());
+                    if finite { excess(place, accelerations) } else { f64::INFINITY }
+                };
+                let mut excess = excess_at(suspect.place);
+                if excess <= 1.0 && suspect.also.into_iter().flatten().any(|place| excess_at(place) > 1.0) {
+                    excess = f64::INFINITY;
+                }
                 if excess > 1.0 {
                     let begin = kind.begin(&suspect, course, layer, excess);
                     return Some(Overlooked { begin, place: suspect.place });
@@ -227,9 +237,17 @@ impl Monitor {
         Some(Overlooked { begin, place: at })
     }
 
-    fn sample<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>) {
+    /// Is there any law that may be steep within the step without an effect on its ends, as far as a few samples tell?
+    fn may_be_steep(&self, model: &Model) -> bool {
+        model.program().tapes.laws.kinds.iter().enumerate().any(|(law, kind)| {
+            *kind != Steep::Vanishing || varies(ROUGH_PLACES.iter().map(|index| self.samples[index * self.laws + law]))
+        })
+    }
+
+    fn sample<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>, wanted: impl Fn(usize) -> bool) {
         let tape = &span.model.program().tapes.laws.tape;
-        for (samples, place) in self.samples.chunks_exact_mut(self.laws.max(1)).zip(PLACES) {
+        let places = self.samples.chunks_exact_mut(self.laws.max(1)).zip(PLACES).enumerate();
+        for (_, (samples, place)) in places.filter(|(index, _)| wanted(*index)) {
             span.evaluate(place, &mut self.motion);
             samples.iter_mut().zip(tape.results(span.machine.registers())).for_each(|(sample, value)| *sample = value);
         }

@@ -23,6 +23,9 @@ const AGREED: f64 = 10.0;
 const FINEST: f64 = 1e-10;
 /// It begins so far from where the motion was given up at least, in units of the scales: next to the pose it would be no better.
 const AHEAD: f64 = 0.02;
+/// At most so many steps judge how a pose was passed.
+const FURTHEST: usize = 4096;
+
 /// The explicit method takes the steps past a singular pose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Detour {
@@ -78,6 +81,35 @@ impl Engines<'_> {
             found = Some(end);
         }
         Err(failure)
+    }
+
+    /// Whether short steps have left the branch in a singular pose shows some way behind it only: what is read before that is judged by steps beyond it.
+    ///
+    /// # Errors
+    /// The motion has left its branch.
+    pub fn look_on(&mut self, context: &mut Context, run: &mut Run, probe: &mut Run) -> Result<(), Failure> {
+        if !run.is_undecided() {
+            return Ok(());
+        }
+        probe.copy_from(run);
+        let (mut verdict, accuracy) = (Ok(()), self.accuracy.clone());
+        for _ in 0..FURTHEST {
+            if verdict.is_err() || !probe.is_undecided() {
+                break;
+            }
+            let next = Horizon { target: probe.last.end_time.next_up(), limit: f64::INFINITY };
+            verdict = self.advance(context, probe, next);
+        }
+        *self.accuracy = accuracy;
+        self.forget_steps();
+        match verdict {
+            Err(failure @ Failure::BranchLost { .. }) => Err(failure),
+            // Whatever stops the motion later, it says so then.
+            _ => {
+                run.singular.trail.judge(probe.last.end_time);
+                Ok(())
+            }
+        }
     }
 
     /// The steps past a pose, from where the motion was before it came near.

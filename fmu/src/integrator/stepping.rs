@@ -39,6 +39,8 @@ pub struct Stepper {
     reprojection: Reprojection,
     /// The run before the steps to a communication point: what lies before them has been read.
     pub(super) checkpoint: Run,
+    /// Goes on beyond a communication point to judge what lies before it.
+    probe: Run,
     pub(super) statistics: Statistics,
     masses: Option<Masses>,
     accuracy: Accuracy,
@@ -63,6 +65,7 @@ impl Stepper {
             projection: Projection::new(model),
             reprojection: Reprojection { reached: work.clone(), trial: work.clone() },
             checkpoint: Run::new(model, &work),
+            probe: Run::new(model, &work),
             work,
             statistics: Statistics::default(),
             masses: Masses::new(model),
@@ -169,6 +172,7 @@ impl Stepper {
             work,
             reprojection,
             checkpoint,
+            probe,
             statistics,
             masses,
             accuracy,
@@ -213,7 +217,8 @@ impl Stepper {
                 if again && run.last.end_time < target {
                     checkpoint.copy_from(run);
                 }
-                if let Err(failure) = engines.advance(context, run, horizon) {
+                let done = engines.advance(context, run, horizon).and_then(|()| engines.look_on(context, run, probe));
+                if let Err(failure) = done {
                     if !again {
                         return Err(failure);
                     }

@@ -266,6 +266,11 @@ impl Engines<'_> {
         run.last.dense.fill(0.0);
         run.taylor = taylor::Memory::default();
         run.radau.forget();
+        self.forget_steps();
+    }
+
+    /// The next step begins elsewhere than the last one ended.
+    pub(super) fn forget_steps(&mut self) {
         self.explicit.forget();
         self.implicit.forget();
         if let Some(taylor) = &mut self.taylor {

@@ -70,7 +70,7 @@ impl Member<'_> {
         let Self { model, machine, stepper, run, settings } = self;
         let Stepper { projection, statistics, taylor, .. } = &mut **stepper;
         let context = Context { model, machine, projection, statistics, settings };
-        let step = taylor.as_ref()?.propose_with(&context, run, length)?;
+        let step = taylor.as_mut()?.propose_with(&context, run, (motions, place), length)?;
         run.last.order = motions.order() as u32;
         motions.polynomial(place, &mut run.last.dense);
         Some(step)

@@ -55,6 +55,8 @@ pub(crate) struct Trail {
     smallest: Vec<f64>,
     /// (q, v) after the last step.
     last: Vec<f64>,
+    /// Poses before this time have been judged [s].
+    judged: Option<f64>,
 }
 
 impl Trail {
@@ -66,12 +68,24 @@ impl Trail {
             closeness: vec![0.0; WINDOW * rows],
             smallest: vec![f64::MAX; rows],
             last: vec![0.0; size],
+            judged: None,
         }
     }
 
     pub fn start(&mut self) {
-        self.count = 0;
+        (self.count, self.judged) = (0, None);
         self.smallest.fill(f64::MAX);
+    }
+
+    /// Does it say nothing yet of a pose at a time?
+    pub fn leaves_open(&self, pose: f64) -> bool {
+        let known = self.count > 0 && self.state(0)[0] < pose;
+        known && self.judged.is_none_or(|judged| judged < pose)
+    }
+
+    /// Poses before a time have been judged.
+    pub fn judge(&mut self, time: f64) {
+        self.judged = Some(time);
     }
 
     /// The next states lie elsewhere.
@@ -80,7 +94,7 @@ impl Trail {
     }
 
     pub fn copy_from(&mut self, other: &Self) {
-        self.count = other.count;
+        (self.count, self.judged) = (other.count, other.judged);
         self.states.clone_from(&other.states);
         self.closeness.clone_from(&other.closeness);
         self.smallest.clone_from(&other.smallest);
@@ -88,7 +102,7 @@ impl Trail {
     }
 
     pub fn belongs_to(&self, model: &Model) -> bool {
-        let Self { count, states, closeness, smallest, last } = self;
+        let Self { count, states, closeness, smallest, last, judged } = self;
         let expected = Self::new(model);
         let pairs = [
             (states, expected.states),
@@ -97,6 +111,7 @@ impl Trail {
             (last, expected.last),
         ];
         *count <= WINDOW
+            && judged.is_none_or(f64::is_finite)
             && pairs
                 .iter()
                 .all(|(all, expected)| all.len() == expected.len() && all.iter().all(|value| value.is_finite()))
@@ -321,6 +336,7 @@ mod tests {
             states: vec![0.0; 4],
             closeness: closeness.to_vec(),
             smallest: vec![1.0],
+            judged: None,
             last: Vec::new(),
         };
         assert_eq!(trail([60.0, 900.0, 200.0, 40.0]).closest(), Some(1));

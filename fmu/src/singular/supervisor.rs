@@ -125,17 +125,31 @@ impl Run {
     /// be taken again, following the curve.
     pub(crate) fn note_passage(&mut self, model: &Model, tolerance: f64, time: f64, pose: &[f64]) -> bool {
         let passage = self.passage(model, time, pose);
-        let known = &mut self.singular;
-        if passage.is_avoided(tolerance) {
-            let ahead = time - self.last.end_time;
-            known.follow = Some(Follow { until: time + AFTER * ahead, most: SHARE * ahead });
-            (known.ahead, known.pose, known.closing) = (0.0, None, false);
+        if self.avoids(&passage, tolerance) {
             return false;
         }
+        let known = &mut self.singular;
         known.pose = Some(time);
         known.passages.push(passage);
         known.refuge.clear();
         true
+    }
+
+    /// Is this a pose where branches come close to each other but do not meet, seen from the motion there? The next steps then follow the curve.
+    pub(crate) fn finds_avoided(&mut self, model: &Model, tolerance: f64, time: f64, pose: &[f64]) -> bool {
+        let passage = self.passage(model, time, pose);
+        self.avoids(&passage, tolerance)
+    }
+
+    fn avoids(&mut self, passage: &Passage, tolerance: f64) -> bool {
+        let avoided = passage.is_avoided(tolerance);
+        if avoided {
+            let ahead = passage.time - self.last.end_time;
+            let known = &mut self.singular;
+            known.follow = Some(Follow { until: passage.time + AFTER * ahead, most: SHARE * ahead });
+            (known.ahead, known.pose, known.closing) = (0.0, None, false);
+        }
+        avoided
     }
 
     /// Notes a singular pose that is passed by leaving its zone, unless the step that first passed it has been noted.

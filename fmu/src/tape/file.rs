@@ -1,7 +1,7 @@
 //! The register file that a tape runs over.
 
 /// Registers of a small file: it has exactly so many, and needs no comparison for each access.
-pub(crate) const FEW: usize = 256;
+pub(crate) const FEW_REGISTERS: usize = 256;
 
 /// Registers by their numbers, which must have been checked before.
 pub(super) trait File {
@@ -9,15 +9,15 @@ pub(super) trait File {
     fn set(&mut self, register: u32, value: f64);
 }
 
-impl File for [f64; FEW] {
+impl File for [f64; FEW_REGISTERS] {
     #[inline(always)]
     fn get(&self, register: u32) -> f64 {
-        self[register as usize % FEW]
+        self[register as usize % FEW_REGISTERS]
     }
 
     #[inline(always)]
     fn set(&mut self, register: u32, value: f64) {
-        self[register as usize % FEW] = value;
+        self[register as usize % FEW_REGISTERS] = value;
     }
 }
 

@@ -9,7 +9,7 @@ mod tangent;
 
 use serde::{Deserialize, Serialize};
 
-pub(crate) use file::FEW;
+pub(crate) use file::FEW_REGISTERS;
 pub(crate) use lanes::{DIRECTIONS, Lanes};
 pub use operations::Operation;
 pub use series::{ORDER, Series};

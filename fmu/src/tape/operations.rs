@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Tape;
-use super::file::{FEW, File};
+use super::file::{FEW_REGISTERS, File};
 use super::series::Series;
 use super::tangent::chain;
 use crate::math;
@@ -61,7 +61,7 @@ macro_rules! operations {
             /// # Panics
             /// If an instruction names a register outside the file; a program that passed [`crate::program::Program::check`] has none.
             pub fn run(&self, registers: &mut [f64]) {
-                match <&mut [f64; FEW]>::try_from(&mut *registers) {
+                match <&mut [f64; FEW_REGISTERS]>::try_from(&mut *registers) {
                     Ok(few) => self.run_over(few),
                     Err(_) => self.run_over(registers),
                 }

@@ -216,36 +216,72 @@ impl ArmForm {
 
 impl SeriesTape {
     /// How laws are steep, and their arguments, each once. (Steps end where switching functions change sign.) An exponential in a divisor saturates:
-    /// 1/(1 + exp a) is constant but for a layer about a = 0, as tanh is.
+    /// 1/(1 + exp a) is constant but for a layer about a = 0, as tanh is. A divisor without exponentials may nearly vanish, that of 1 + a^2 and
+    /// of 1 + a^4 where a does: the least value of a square is not as well known.
     pub fn steep_laws(&self) -> Vec<(Steep, Slot)> {
-        let divides = self.divisors();
+        let (divides, algebraic) = (self.divisors(), self.algebraic());
+        let is_root = self.marked(|step| matches!(step.operation, Operation::SquareRoot(_)));
         let mut laws = Vec::new();
         for step in self.steps() {
-            match step.operation {
-                Operation::HyperbolicTangent(a, _) => laws.push((Steep::Saturating, a)),
+            let vanishing = match step.operation {
+                Operation::HyperbolicTangent(a, _) => {
+                    laws.push((Steep::Saturating, a));
+                    None
+                }
                 Operation::Exponential(a) => {
                     laws.push((Steep::Growing, a));
                     laws.extend(divides[step.target as usize].then_some((Steep::Saturating, a)));
+                    None
                 }
-                _ => {}
-            }
+                Operation::Divide(_, a) if !is_root[a as usize] => Some(a),
+                Operation::SquareRoot(a) | Operation::Power(a, _) | Operation::Logarithm(a) => Some(a),
+                Operation::ArcTangent(_, _, square) => Some(square),
+                Operation::Multiply(a, b) if a == b && divides[step.target as usize] => Some(a),
+                _ => None,
+            };
+            laws.extend(vanishing.filter(|&a| algebraic[a as usize]).map(|a| (Steep::Vanishing, a)));
         }
         laws.sort_unstable();
         laws.dedup();
         laws
     }
 
+    /// Do laws that are steep demand that series are found one by one?
+    pub fn has_layers(&self) -> bool {
+        self.steep_laws().iter().any(|(kind, _)| *kind != Steep::Vanishing)
+    }
+
+    /// Which series such steps write.
+    fn marked(&self, marks: impl Fn(&Step) -> bool) -> Vec<bool> {
+        let mut marked = vec![false; self.slots as usize];
+        self.steps().for_each(|step| marked[step.target as usize] = marks(step));
+        marked
+    }
+
+    /// Which series are found without exponentials.
+    fn algebraic(&self) -> Vec<bool> {
+        let mut algebraic = vec![true; self.slots as usize];
+        for step in self.steps() {
+            let transcendent = matches!(step.operation, Operation::Exponential(_) | Operation::HyperbolicTangent(..));
+            algebraic[step.target as usize] = !transcendent && self.operands(step).all(|slot| algebraic[slot as usize]);
+        }
+        algebraic
+    }
+
     fn steps(&self) -> impl DoubleEndedIterator<Item = &Step> {
         self.signals.iter().chain(&self.positions).chain(&self.rates)
     }
 
-    /// On which series something depends that is divided by, or raised to a power.
+    /// On which series something depends that is divided by, or raised to a power, or whose root or logarithm is taken.
     fn divisors(&self) -> Vec<bool> {
         let mut divides = vec![false; self.slots as usize];
         for step in self.steps().rev() {
-            if let Operation::Divide(_, divisor) | Operation::Power(divisor, _) = step.operation {
-                divides[divisor as usize] = true;
-            }
+            let divisor = match step.operation {
+                Operation::Divide(_, a) | Operation::Power(a, _) => Some(a),
+                Operation::SquareRoot(a) | Operation::Logarithm(a) => Some(a),
+                _ => None,
+            };
+            divisor.into_iter().for_each(|slot| divides[slot as usize] = true);
             if divides[step.target as usize] {
                 self.operands(step).for_each(|slot| divides[slot as usize] = true);
             }

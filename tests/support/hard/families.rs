@@ -1,6 +1,6 @@
 //! The random families of the hard set that are compared with references: one file and one line each.
 
-use super::{Case, branched, cranks, driven, far_starts, flaps, steep, switches_at_poses, switching, unlike};
+use super::{Case, branched, cranks, driven, far_starts, flaps, poles, steep, switches_at_poses, switching, unlike};
 
 /// A family of mechanisms.
 pub struct Family {
@@ -38,4 +38,7 @@ pub const FAMILIES: &[Family] = &[
     Family { name: "steep: stop", member: steep::stop },
     Family { name: "steep: if and min", member: steep::pieces },
     Family { name: "steep: spring past its anchor", member: steep::anchor },
+    Family { name: "steep: rational pulse", member: poles::pulse },
+    Family { name: "steep: rational bump", member: poles::bump },
+    Family { name: "steep: root that turns round", member: poles::root },
 ];

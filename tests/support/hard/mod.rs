@@ -14,6 +14,7 @@ mod jansen;
 pub mod law;
 mod others;
 mod pieces;
+mod poles;
 #[path = "../split_mix.rs"]
 pub mod random;
 pub mod reference;

@@ -54,21 +54,21 @@ fn guide(name: &str, seed: u64, mass: f64) -> Scene {
     Scene::new(&format!("{name}_{seed}")).ground_point("wall", [-WALL, 0.0]).body("block", Body::new().mass(mass))
 }
 
-fn smooth_guide(name: &str, seed: u64) -> Scene {
+pub(super) fn smooth_guide(name: &str, seed: u64) -> Scene {
     guide(name, seed, 1.0).prismatic("guide", "ground", "block", [1.0, 0.0])
 }
 
-fn push(scene: Scene, law: &str) -> Scene {
+pub(super) fn push(scene: Scene, law: &str) -> Scene {
     let force: [cotree::scene::Quantity; 2] = [law.into(), 0.0.into()];
     scene.load("push", Load::force("block", force))
 }
 
-fn spring(scene: Scene, stiffness: f64) -> Scene {
+pub(super) fn spring(scene: Scene, stiffness: f64) -> Scene {
     scene.load("spring", Load::spring("ground.wall", "block", stiffness).free(WALL))
 }
 
 /// Between two numbers, by their logarithms.
-fn size(random: &mut Random, low: f64, high: f64) -> f64 {
+pub(super) fn size(random: &mut Random, low: f64, high: f64) -> f64 {
     random.between(low.ln(), high.ln()).exp()
 }
 

@@ -18,7 +18,7 @@ impl Taylor {
     pub(super) fn follow_laws(&mut self, order: usize) {
         if !self.layers.is_empty() || self.jet.has_switches() {
             self.jet.complete(order);
-            self.layers.take(order - 1, |slot| self.jet.scalar(slot));
+            self.layers.take(order - 1, |slot, place| place.copy_from_slice(&self.jet.scalar(slot)[..order]));
         }
     }
 
@@ -38,22 +38,30 @@ impl Taylor {
     /// Where the effect of a law begins that the polynomial of a step of length h overlooks: at a place where the law may be steep the accelerations
     /// are not what the equations demand.
     pub(super) fn overlooked(&mut self, context: &mut Context, run: &Run, h: f64, goal: f64) -> Option<f64> {
-        let order = run.last.order as usize;
-        let (mut law, mut after) = (0, 0.0);
-        while let Some(suspect) = self.layers.suspect(law, h, after) {
-            let place = suspect.place * h;
-            self.jet.evaluate(&run.last.dense, order, place, &mut self.next);
-            let begun = self.start(context, run, run.last.end_time + place, false).is_some();
-            context.statistics.evaluations += 1;
-            let excess = if begun { self.jet.defect(order, place) / goal } else { f64::INFINITY };
-            // Written so that NaN is overlooked.
-            let met = excess <= 1.0;
-            if !met {
+        let mut from = (0, 0.0);
+        while let Some(suspect) = self.layers.suspect(from, h) {
+            let mut excess = self.excess(context, run, suspect.place * h, goal);
+            let mut also = suspect.also.into_iter().flatten();
+            if excess <= 1.0 && also.any(|place| self.excess(context, run, place * h, goal) > 1.0) {
+                excess = f64::INFINITY;
+            }
+            if excess > 1.0 {
                 return Some(self.layers.begin(&suspect, h, excess));
             }
-            (law, after) = (suspect.law, suspect.place);
+            from = (suspect.law, suspect.place);
         }
         None
+    }
+
+    /// By how much the accelerations that the equations demand so long after the start of the step are not those of its polynomial, in units of what may be
+    /// overlooked.
+    fn excess(&mut self, context: &mut Context, run: &Run, place: f64, goal: f64) -> f64 {
+        let order = run.last.order as usize;
+        self.jet.evaluate(&run.last.dense, order, place, &mut self.next);
+        let begun = self.start(context, run, run.last.end_time + place, false).is_some();
+        context.statistics.evaluations += 1;
+        let excess = if begun { self.jet.defect(order, place) / goal } else { f64::INFINITY };
+        if excess.is_nan() { f64::INFINITY } else { excess }
     }
 
     /// Begins the next step on the branches that begin at a switch, so long after the step began; on those of the motion if it ends at none.

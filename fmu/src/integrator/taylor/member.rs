@@ -13,6 +13,7 @@ use crate::integrator::run::Run;
 use crate::linalg::many::{Many, Number};
 use crate::model::Model;
 use crate::program::Engine;
+use crate::taylor::form::Slot;
 use crate::taylor::{Begun, Members};
 
 /// A step of one run.
@@ -44,7 +45,13 @@ impl Taylor {
     }
 
     /// The next step, of this length if nothing else limits it; none if the run must take it alone.
-    pub fn propose_with(&self, context: &Context, run: &Run, length: f64) -> Option<Proposed> {
+    pub fn propose_with(
+        &mut self,
+        context: &Context,
+        run: &Run,
+        (motions, member): (&dyn Motions, usize),
+        length: f64,
+    ) -> Option<Proposed> {
         let (time, settings) = (run.last.end_time, context.settings);
         let natural = length.min(GROW * run.last.natural).min(LONGEST).min(settings.max_step);
         // Written so that NaN is too short.
@@ -52,10 +59,12 @@ impl Taylor {
         if !long || is_foreseen(run, natural) {
             return None;
         }
+        self.layers.take(motions.order() - 2, |slot, place| motions.scalar(member, slot, place));
         let limit = settings.limit();
         let cut = STRETCH * natural >= limit - time;
         let end = if cut { limit } else { time + natural };
-        Some(Proposed { h: end - time, end, cut, goal: goal(context, run) })
+        let gentle = self.layers.are_gentle(end - time);
+        gentle.then(|| Proposed { h: end - time, end, cut, goal: goal(context, run) })
     }
 
     /// Accepts the step, unless the run must take it alone.
@@ -124,6 +133,9 @@ pub(crate) trait Motions: std::fmt::Debug {
 
     /// Has a member a series that needs no pivots?
     fn is_regular(&self, member: usize) -> bool;
+
+    /// The first coefficients of one of its scalar series.
+    fn scalar(&self, member: usize, slot: Slot, series: &mut [f64]);
 
     /// How many times rounding errors are multiplied where the series of a member begins.
     fn amplification(&self, member: usize) -> f64;
@@ -250,6 +262,10 @@ impl<const W: usize> Motions for Vectors<W> {
 
     fn is_regular(&self, member: usize) -> bool {
         self.begun.regular[member] && self.finite[member]
+    }
+
+    fn scalar(&self, member: usize, slot: Slot, series: &mut [f64]) {
+        self.series.scalar(member, slot, series);
     }
 
     fn amplification(&self, member: usize) -> f64 {

@@ -132,7 +132,7 @@ impl Taylor {
         self.follow_laws(order);
         self.layers.reverse();
         let cut = self.layers.first_cut(h, half_width(tolerance));
-        let known = cut == f64::INFINITY && self.layers.suspect(0, h, 0.0).is_none();
+        let known = cut == f64::INFINITY && self.layers.suspect((0, 0.0), h).is_none();
         let switch = self.jet.end_of_piece(order, -h, h);
         (known && self.jet.sighted(order, h, tolerance) >= h).then(|| (switch.map_or(h, |(length, _)| length), switch))
     }
@@ -163,16 +163,28 @@ impl Taylor {
 
     /// Notes that the step from the start of the step passes a singular pose; false if the branches do not meet there.
     pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Run, end: f64) -> bool {
-        let h = end - run.last.end_time;
-        let ahead = refine(run.singular.ahead, h, |dt| self.share_at(context, run, dt));
-        self.jet.evaluate(&run.last.dense, run.last.order as usize, ahead, &mut self.next);
-        let meets = run.note_passage(context.model, context.settings.tolerance, run.last.end_time + ahead, &self.next);
+        let pose = self.follow_to_pose(context, run, end - run.last.end_time);
+        let meets = run.note_passage(context.model, context.settings.tolerance, pose, &self.next);
         if meets {
             self.restore_end(context, run, end);
         } else {
             self.known = Start::Unknown;
         }
         meets
+    }
+
+    /// Is the pose ahead, which no step of length h passes, one where branches do not meet?
+    pub(super) fn finds_avoided(&mut self, context: &mut Context, run: &mut Run, h: f64) -> bool {
+        let pose = self.follow_to_pose(context, run, h);
+        self.known = Start::Unknown;
+        run.finds_avoided(context.model, context.settings.tolerance, pose, &self.next)
+    }
+
+    /// The time of the pose ahead within a step of length h; the motion there is then in `next`.
+    fn follow_to_pose(&mut self, context: &mut Context, run: &Run, h: f64) -> f64 {
+        let ahead = refine(run.singular.ahead, h, |dt| self.share_at(context, run, dt));
+        self.jet.evaluate(&run.last.dense, run.last.order as usize, ahead, &mut self.next);
+        run.last.end_time + ahead
     }
 
     /// Begins the series at the end of the step again, after looking elsewhere.

@@ -7,6 +7,7 @@ use crate::events::Choices;
 use crate::failure::Failure;
 use crate::integrator::control::{Horizon, Progress};
 use crate::integrator::run::Run;
+use crate::singular::dependence::not_passed;
 
 /// A step shorter than this share of its natural length needs no test at its end if there are no loops to be closed there, and no laws of the
 /// motion, which may be steep where no coefficient tells of it.
@@ -26,6 +27,8 @@ enum Trial {
     Done,
     /// To be tried with this length.
     Shorter(f64),
+    /// No step passes the singular pose ahead, and a shorter one would end where nothing may be evaluated.
+    Blocked,
 }
 
 impl Taylor {
@@ -45,6 +48,7 @@ impl Taylor {
             match self.attempt(context, run, &mut step) {
                 Trial::Done => return Ok(Progress::Stepped),
                 Trial::Shorter(h) => step.h = h,
+                Trial::Blocked => return Err(not_passed(context, run)),
             }
         }
         Ok(Progress::Declined)
@@ -82,7 +86,11 @@ impl Taylor {
             return Trial::Done;
         }
         context.statistics.rejected += 1;
-        Trial::Shorter(0.5 * h)
+        let blocked = step.located && run.singular.ahead < h && run.in_zone(run.last.end_time + 0.5 * h);
+        if !blocked {
+            return Trial::Shorter(0.5 * h);
+        }
+        if self.finds_avoided(context, run, h) { Trial::Done } else { Trial::Blocked }
     }
 
     /// Are there neither loops nor laws that the end of a step could be tested for?

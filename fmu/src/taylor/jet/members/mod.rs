@@ -205,6 +205,13 @@ impl<const W: usize> Members<Many<W>> {
         self.laws.give(member, model, registers);
     }
 
+    /// The first coefficients of a scalar series of one member.
+    pub fn scalar(&self, member: usize, slot: Slot, series: &mut [f64]) {
+        for (k, place) in series.iter_mut().enumerate() {
+            *place = self.laws.get(slot, k).0[member];
+        }
+    }
+
     /// The polynomial of one member, as [`Jet::polynomial`].
     pub fn polynomial(&self, member: usize, order: usize, polynomial: &mut [f64]) {
         for (&arm, &place) in self.unknowns.iter().zip(&self.stored) {
@@ -224,7 +231,7 @@ impl Jet {
 /// Are all laws analytic and gentle, and no loop equations turning, or repeating others?
 fn serves(form: &ArmForm) -> bool {
     let plain = form.rods.is_empty() && form.auxiliary.is_empty() && form.links.is_empty() && form.repeating() == 0;
-    plain && form.tape.switches.is_empty() && form.tape.steep_laws().is_empty()
+    plain && form.tape.switches.is_empty() && !form.tape.has_layers()
 }
 
 /// Which coefficients are zero whatever the parameters are.
