@@ -186,7 +186,7 @@ fn next_place(place: f64) -> Option<f64> {
     PLACES.into_iter().find(|sample| *sample > place).filter(|sample| *sample < 1.0)
 }
 
-/// Does an argument vary so much at a [`ROUGH_PLACES`] places places that it may nearly vanish between them?
+/// Does an argument vary so much at the [`ROUGH_PLACES`] that it may nearly vanish between them?
 pub(super) fn varies(values: impl Iterator<Item = f64> + Clone) -> bool {
     let sign = values.clone().next().unwrap_or_default().signum();
     let [least, most] = values.fold([f64::INFINITY, 0.0], |[least, most], value| {
