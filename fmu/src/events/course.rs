@@ -53,10 +53,19 @@ pub(crate) struct Suspect {
     pub place: f64,
     /// Places that tell what this one does not: next to a pole, where odd functions have a value, and behind it, on the branch of a root that the motion is on
     /// then.
-    pub also: [Option<f64>; 2],
+    also: [Option<f64>; 2],
     /// The argument at the start of the step, and there.
     start: f64,
     extreme: f64,
+}
+
+impl Suspect {
+    /// By how much the step is wrong here, in units of what may be overlooked: infinity if only the other places tell.
+    pub(crate) fn excess(&self, mut excess: impl FnMut(f64) -> f64) -> f64 {
+        let here = excess(self.place);
+        let elsewhere = here <= 1.0 && self.also.into_iter().flatten().any(|place| excess(place) > 1.0);
+        if elsewhere { f64::INFINITY } else { here }
+    }
 }
 
 /// Arguments along a step: the values at [`PLACES`], and one of them anywhere.
@@ -94,16 +103,8 @@ impl Steep {
         };
         let outside = |value: f64| side * value < side * level;
         let last = PLACES.iter().enumerate().rev().find(|&(index, at)| *at < place && outside(course.sample(index)));
-        let Some((_, &(mut before))) = last else { return 0.5 * place };
-        let mut after = place;
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (before + after);
-            if outside(course.value(middle)) {
-                before = middle;
-            } else {
-                after = middle;
-            }
-        }
+        let Some((_, &before)) = last else { return 0.5 * place };
+        let [before, _] = crossing(course, [before, place], level);
         if before > 0.0 { before } else { 0.5 * place }
     }
 }
@@ -161,20 +162,22 @@ fn change(
     (first..=last).filter(|index| PLACES[index - 1] >= after).find(changes)
 }
 
-/// Where an argument comes to a level that it passes, or reaches, between two places, and its value there.
-fn level(course: &mut impl Course, [mut before, mut behind]: [f64; 2], level: f64) -> (f64, f64) {
+/// Where an argument comes to a level that it passes, or reaches, between two places: the last place before, and the first behind.
+fn crossing(course: &mut impl Course, [mut before, mut behind]: [f64; 2], level: f64) -> [f64; 2] {
     let end = course.value(behind);
     let falls = end < level || (end == level && course.value(before) > level);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (before + behind);
         let value = course.value(middle);
-        if value == level || (value < level) == falls {
-            behind = middle;
-        } else {
-            before = middle;
-        }
+        *(if value == level || (value < level) == falls { &mut behind } else { &mut before }) = middle;
     }
-    (behind, course.value(behind))
+    [before, behind]
+}
+
+/// The place behind such a crossing, and the value there.
+fn level(course: &mut impl Course, places: [f64; 2], level: f64) -> (f64, f64) {
+    let [_, place] = crossing(course, places, level);
+    (place, course.value(place))
 }
 
 /// The sample before a place, and the one behind it unless that is the end of the step.

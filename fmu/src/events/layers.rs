@@ -48,9 +48,9 @@ impl Layers {
         }
     }
 
-    /// May no law be steep within a step of length h without any effect on its ends?
-    pub fn are_gentle(&mut self, h: f64) -> bool {
-        self.first_cut(h, 0.0) == f64::INFINITY && self.suspect((0, 0.0), h).is_none()
+    /// Is no law steep within a step of length h, as far as the arguments tell? `layer` as for [`Self::first_cut`].
+    pub fn are_gentle(&mut self, h: f64, layer: f64) -> bool {
+        self.first_cut(h, layer) == f64::INFINITY && self.suspect((0, 0.0), h).is_none()
     }
 
     /// The same polynomials back in time.

@@ -150,16 +150,12 @@ impl Monitor {
             let course = &mut Sampled { span: &mut *span, law, laws: *laws, samples, motion };
             let mut after = 0.0;
             while let Some(suspect) = kind.suspect(law, course, layer, after) {
-                let mut excess_at = |place: f64| {
+                let excess = suspect.excess(|place| {
                     course.span.load(place, course.motion);
                     course.span.machine.evaluate(&program.tapes.acceleration, accelerations);
                     let finite = accelerations.iter().all(|acceleration| acceleration.is_finite());
                     if finite { excess(place, accelerations) } else { f64::INFINITY }
-                };
-                let mut excess = excess_at(suspect.place);
-                if excess <= 1.0 && suspect.also.into_iter().flatten().any(|place| excess_at(place) > 1.0) {
-                    excess = f64::INFINITY;
-                }
+                });
                 if excess > 1.0 {
                     let begin = kind.begin(&suspect, course, layer, excess);
                     return Some(Overlooked { begin, place: suspect.place });

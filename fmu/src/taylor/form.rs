@@ -7,6 +7,8 @@
 //!
 //! Coefficients are named by their place among the results of [`ArmForm::coefficients`], so that they follow the parameters.
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
 
 use crate::events::Steep;
@@ -219,31 +221,23 @@ impl SeriesTape {
     /// 1/(1 + exp a) is constant but for a layer about a = 0, as tanh is. A divisor without exponentials may nearly vanish, that of 1 + a^2 and
     /// of 1 + a^4 where a does: the least value of a square is not as well known.
     pub fn steep_laws(&self) -> Vec<(Steep, Slot)> {
-        let (divides, algebraic) = (self.divisors(), self.algebraic());
-        let is_root = self.marked(|step| matches!(step.operation, Operation::SquareRoot(_)));
-        let mut laws = Vec::new();
-        for step in self.steps() {
-            let vanishing = match step.operation {
-                Operation::HyperbolicTangent(a, _) => {
-                    laws.push((Steep::Saturating, a));
-                    None
-                }
-                Operation::Exponential(a) => {
-                    laws.push((Steep::Growing, a));
-                    laws.extend(divides[step.target as usize].then_some((Steep::Saturating, a)));
-                    None
-                }
-                Operation::Divide(_, a) if !is_root[a as usize] => Some(a),
-                Operation::SquareRoot(a) | Operation::Power(a, _) | Operation::Logarithm(a) => Some(a),
-                Operation::ArcTangent(_, _, square) => Some(square),
-                Operation::Multiply(a, b) if a == b && divides[step.target as usize] => Some(a),
-                _ => None,
-            };
-            laws.extend(vanishing.filter(|&a| algebraic[a as usize]).map(|a| (Steep::Vanishing, a)));
-        }
-        laws.sort_unstable();
-        laws.dedup();
-        laws
+        let (divides, algebraic, is_root) = (self.divisors(), self.algebraic(), self.roots());
+        let laws = |step: &Step| match step.operation {
+            Operation::HyperbolicTangent(a, _) => [Some((Steep::Saturating, a)), None],
+            Operation::Exponential(a) => {
+                [Some((Steep::Growing, a)), divides[step.target as usize].then_some((Steep::Saturating, a))]
+            }
+            Operation::Divide(_, a) if !is_root[a as usize] => [Some((Steep::Vanishing, a)), None],
+            Operation::Multiply(a, b) if a == b && divides[step.target as usize] => [Some((Steep::Vanishing, a)), None],
+            Operation::SquareRoot(a)
+            | Operation::Power(a, _)
+            | Operation::Logarithm(a)
+            | Operation::ArcTangent(_, _, a) => [Some((Steep::Vanishing, a)), None],
+            _ => [None; 2],
+        };
+        let found = self.steps().flat_map(laws).flatten();
+        let found: BTreeSet<_> = found.filter(|&(kind, a)| kind != Steep::Vanishing || algebraic[a as usize]).collect();
+        found.into_iter().collect()
     }
 
     /// Do laws that are steep demand that series are found one by one?
@@ -251,11 +245,13 @@ impl SeriesTape {
         self.steep_laws().iter().any(|(kind, _)| *kind != Steep::Vanishing)
     }
 
-    /// Which series such steps write.
-    fn marked(&self, marks: impl Fn(&Step) -> bool) -> Vec<bool> {
-        let mut marked = vec![false; self.slots as usize];
-        self.steps().for_each(|step| marked[step.target as usize] = marks(step));
-        marked
+    /// Which series are roots: they are small where their arguments are.
+    fn roots(&self) -> Vec<bool> {
+        let mut roots = vec![false; self.slots as usize];
+        for step in self.steps() {
+            roots[step.target as usize] = matches!(step.operation, Operation::SquareRoot(_));
+        }
+        roots
     }
 
     /// Which series are found without exponentials.

@@ -7,7 +7,7 @@ const PART: f64 = 5e-4;
 /// One switch after the other within this time would go on for ever \[s\].
 const AT_ONCE: f64 = 1e-11;
 
-/// x'' = `law`, which is smooth while none of the `switches` changes its sign. Both know time and state; the law is told which switches are positive.
+/// x'' = law(t, (x, x'), which switches are positive): smooth in t and x as long as no switch(t, (x, x')) changes sign.
 pub struct Pieces<S, L> {
     pub switches: S,
     pub law: L,

@@ -4,15 +4,13 @@
 use cotree::scene::{Load, Scene};
 
 use super::closed_form::extrapolate;
-use super::reference::Reference;
-use super::steep::{push, size, smooth_guide, spring};
+use super::steep::{BLOCK, motion_of_one, push, size, smooth_guide, spring};
 use super::{Case, Random};
 
 /// A part of the reference's motion is no longer than this share of the time to the next pole, nor than so many seconds.
 const SHARE: f64 = 0.25;
 const LONGEST: f64 = 5e-3;
 const STOP: f64 = 2.0;
-const TIMES: u32 = 10;
 
 /// The motion of one coordinate: its acceleration, and how far from a pole it is.
 struct Motion<A, D> {
@@ -27,20 +25,19 @@ enum Distance {
 }
 
 impl<A: Fn(f64, f64, f64) -> f64, D: Fn(f64, f64) -> Distance> Motion<A, D> {
-    /// x and its rate at some times.
-    fn reference(&self, start: [f64; 2]) -> Reference {
+    /// x and its rate at these times.
+    fn states(&self, start: [f64; 2], times: &[f64]) -> Vec<Vec<f64>> {
         let rates = |t: f64, y: &[f64]| vec![y[1], (self.acceleration)(t, y[0], y[1])];
-        let (mut time, mut y, mut values) = (0.0, start.to_vec(), Vec::new());
-        let times: Vec<f64> = (1..=TIMES).map(|k| STOP * f64::from(k) / f64::from(TIMES)).collect();
-        for &target in &times {
+        let (mut time, mut y) = (0.0, start.to_vec());
+        let mut state = |&target: &f64| {
             while time < target {
                 let end = f64::min(time + self.part(time, &y), target);
                 y = extrapolate(&rates, [time, end], &y);
                 time = end;
             }
-            values.push(y.clone());
-        }
-        Reference { names: ["block.x", "block.vx"].map(String::from).into(), times, values }
+            y.clone()
+        };
+        times.iter().map(&mut state).collect()
     }
 
     fn part(&self, time: f64, y: &[f64]) -> f64 {
@@ -55,9 +52,8 @@ impl<A: Fn(f64, f64, f64) -> f64, D: Fn(f64, f64) -> Distance> Motion<A, D> {
         f64::min(LONGEST, SHARE * far)
     }
 
-    fn case(&self, family: &'static str, scene: Scene, [x, v]: [f64; 2]) -> Case {
-        let scene = scene.initial("block.x", x).initial("block.vx", v);
-        Case::new(family, scene, STOP, vec![]).driven().against(self.reference([x, v])).within(1000.0, 1e-7)
+    fn case(&self, family: &'static str, scene: Scene, start: [f64; 2]) -> Case {
+        motion_of_one(family, scene, (BLOCK, STOP), start, |times| Some(self.states(start, times)))
     }
 }
 

@@ -31,11 +31,21 @@ fn case_in_pieces<const N: usize>(
     start: [f64; 2],
     pieces: &Pieces<impl Fn(f64, &[f64]) -> [f64; N], impl Fn(f64, &[f64], [bool; N]) -> f64>,
 ) -> Case {
+    motion_of_one(family, scene, (names, stop), start, |times| pieces.states(start, times))
+}
+
+/// The same with a reference that is found otherwise: coordinate and rate at each of the times, which ascend; nothing if the laws switch back and forth.
+pub(super) fn motion_of_one(
+    family: &'static str,
+    scene: Scene,
+    (names, stop): ([&str; 2], f64),
+    start: [f64; 2],
+    states: impl FnOnce(&[f64]) -> Option<Vec<Vec<f64>>>,
+) -> Case {
     let times: Vec<f64> = (1..=TIMES).map(|k| stop * f64::from(k) / f64::from(TIMES)).collect();
     let scene = scene.initial(names[0], start[0]).initial(names[1], start[1]);
-    let states = pieces.states(start, &times);
     let case = Case::new(family, scene, stop, vec![]).driven();
-    match states {
+    match states(&times) {
         Some(values) => {
             let names = names.map(String::from).into();
             case.against(Reference { names, times, values }).within(1000.0, 1e-7)
@@ -44,7 +54,7 @@ fn case_in_pieces<const N: usize>(
     }
 }
 
-const BLOCK: [&str; 2] = ["block.x", "block.vx"];
+pub(super) const BLOCK: [&str; 2] = ["block.x", "block.vx"];
 
 /// How far behind the block the wall is, which its spring is fixed to: the block never comes there \[m\].
 const WALL: f64 = 5.0;
@@ -272,12 +282,8 @@ pub fn stop(seed: u64) -> Case {
     let touch = if seed.is_multiple_of(2) { size(&mut random, 1e-5, 1e-3) } else { random.between(0.02, 0.1) };
     let edge = v * v / (2.0 * pull) - touch;
     let scene = push(smooth_guide("stop", seed), &format!("-{pull} - {k}*max(0, block.x-{edge})"));
-    let scene = scene.initial(BLOCK[0], 0.0).initial(BLOCK[1], v);
-    let end = 2.0 * v / pull;
-    let times: Vec<f64> = (1..=TIMES).map(|part| end * f64::from(part) / f64::from(TIMES)).collect();
-    let values = times.iter().map(|&time| stopped([pull, k, v, edge], time).to_vec()).collect();
-    let reference = Reference { names: BLOCK.map(String::from).into(), times, values };
-    Case::new("steep: stop", scene, end, vec![]).driven().against(reference).within(1000.0, 1e-7)
+    let states = |times: &[f64]| Some(times.iter().map(|&time| stopped([pull, k, v, edge], time).to_vec()).collect());
+    motion_of_one("steep: stop", scene, (BLOCK, 2.0 * v / pull), [0.0, v], states)
 }
 
 /// Place and velocity: a throw, half an oscillation about a place in the stop, and the throw backwards.

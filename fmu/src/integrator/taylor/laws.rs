@@ -40,11 +40,7 @@ impl Taylor {
     pub(super) fn overlooked(&mut self, context: &mut Context, run: &Run, h: f64, goal: f64) -> Option<f64> {
         let mut from = (0, 0.0);
         while let Some(suspect) = self.layers.suspect(from, h) {
-            let mut excess = self.excess(context, run, suspect.place * h, goal);
-            let mut also = suspect.also.into_iter().flatten();
-            if excess <= 1.0 && also.any(|place| self.excess(context, run, place * h, goal) > 1.0) {
-                excess = f64::INFINITY;
-            }
+            let excess = suspect.excess(|place| self.excess(context, run, place * h, goal));
             if excess > 1.0 {
                 return Some(self.layers.begin(&suspect, h, excess));
             }

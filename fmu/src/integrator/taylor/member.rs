@@ -7,7 +7,7 @@ use super::passage::is_foreseen;
 use super::propose::{GROW, goal, is_long, natural, share};
 use super::{Taylor, order_for};
 use crate::context::{Context, Settings};
-use crate::events::Choices;
+use crate::events::{Choices, half_width};
 use crate::integrator::control::{LONGEST, STRETCH, shortest};
 use crate::integrator::run::Run;
 use crate::linalg::many::{Many, Number};
@@ -63,7 +63,7 @@ impl Taylor {
         let limit = settings.limit();
         let cut = STRETCH * natural >= limit - time;
         let end = if cut { limit } else { time + natural };
-        let gentle = self.layers.are_gentle(end - time);
+        let gentle = self.layers.are_gentle(end - time, half_width(settings.tolerance));
         gentle.then(|| Proposed { h: end - time, end, cut, goal: goal(context, run) })
     }
 

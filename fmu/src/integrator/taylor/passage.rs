@@ -131,8 +131,7 @@ impl Taylor {
         let (order, tolerance) = (run.last.order as usize, share(context.settings.tolerance));
         self.follow_laws(order);
         self.layers.reverse();
-        let cut = self.layers.first_cut(h, half_width(tolerance));
-        let known = cut == f64::INFINITY && self.layers.suspect((0, 0.0), h).is_none();
+        let known = self.layers.are_gentle(h, half_width(tolerance));
         let switch = self.jet.end_of_piece(order, -h, h);
         (known && self.jet.sighted(order, h, tolerance) >= h).then(|| (switch.map_or(h, |(length, _)| length), switch))
     }
