@@ -34,6 +34,8 @@ const RISEN: f64 = 2.0;
 /// What a law divides by, or takes the root of, shows before or after if it falls to no less than one part in so many: a pole is as far from the time axis then as
 /// half of the way to it. (150 let a pulse 1/(1 + (t/w)^2) slip through `explicit` at 1e-4.)
 pub(super) const DEEP: f64 = 5.0;
+/// A step that comes so many times nearer to a switch, and goes back, may have been behind it: its dense output has stages of its own.
+const NEARER: f64 = 2.0;
 /// Places that tell by how much an argument varies at all, and by how much it does before one looks closer: a parabola with a root varies by more than 9 at
 /// them, a quartic with two by more than 2.7.
 pub(super) const ROUGH_PLACES: [usize; 5] = [0, 8, 10, 12, PLACES.len() - 1];
@@ -51,9 +53,9 @@ pub(crate) struct Suspect {
     pub law: usize,
     /// Where, in steps.
     pub place: f64,
-    /// Places that tell what this one does not: next to a pole, where odd functions have a value, and behind it, on the branch of a root that the motion is on
-    /// then.
-    also: [Option<f64>; 2],
+    /// Places that tell what this one does not: next to a pole, where odd functions have a value, and the samples on both sides, where a root may be on another
+    /// branch.
+    also: [Option<f64>; 3],
     /// The argument at the start of the step, and there.
     start: f64,
     extreme: f64,
@@ -80,12 +82,18 @@ impl Steep {
     pub(super) fn suspect(self, law: usize, course: &mut impl Course, layer: f64, after: f64) -> Option<Suspect> {
         let start = course.sample(0);
         let found = match self {
-            Self::Growing => {
-                [above(course, 1.0, |deepest| deepest + RISEN, after), passage(course, layer, after)].map(alone)
+            Self::Growing => [rise(course, after), alone(passage(course, layer, after))],
+            Self::Saturating => {
+                let towards =
+                    |course: &mut _| above(course, -start.signum(), |deepest| f64::max(deepest + RISEN, -layer), after);
+                let turn = turn(course, layer, after).or_else(|| towards(course));
+                [turn, passage(course, RISEN, after)].map(alone)
             }
-            Self::Saturating => [turn(course, layer, after), passage(course, layer, after)].map(alone),
-            Self::Switching => [turn(course, 0.0, after), None].map(alone),
-            Self::Vanishing => [least(course, after), zero(course, after)],
+            Self::Switching => {
+                let returns = start * course.sample(PLACES.len() - 1) > 0.0;
+                [alone(turn(course, 0.0, after)), returns.then(|| least(course, NEARER, after)).flatten()]
+            }
+            Self::Vanishing => [least(course, DEEP, after), zero(course, after)],
         };
         let first = found.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
         first.map(|(place, extreme, also)| Suspect { law, place, also, start, extreme })
@@ -110,10 +118,10 @@ impl Steep {
 }
 
 /// Where, the value there, and [`Suspect::also`].
-type Found = (f64, f64, [Option<f64>; 2]);
+type Found = (f64, f64, [Option<f64>; 3]);
 
 fn alone(found: Option<(f64, f64)>) -> Option<Found> {
-    found.map(|(place, extreme)| (place, extreme, [None; 2]))
+    found.map(|(place, extreme)| (place, extreme, [None; 3]))
 }
 
 /// Where an argument comes to a layer, or behind it, that it is below or above at both ends of a step.
@@ -133,12 +141,20 @@ fn passage(course: &mut impl Course, width: f64, after: f64) -> Option<(f64, f64
     Some(level(course, [PLACES[index - 1], PLACES[index]], ASIDE * course.sample(index - 1).signum()))
 }
 
-/// Where an argument is next to nothing of what it is on both sides, where it is twice that, and where it is more again.
-fn least(course: &mut impl Course, after: f64) -> Option<Found> {
+/// Where an argument rises so far above what it is before or behind that its exponential is much larger there than elsewhere, and where that is e times less: a
+/// stage may lie next to the peak, and the polynomial know of it there alone.
+fn rise(course: &mut impl Course, after: f64) -> Option<Found> {
+    let (place, extreme) = above(course, 1.0, |deepest| deepest + RISEN, after)?;
+    let flank = level(course, [last_place(place), place], extreme - 1.0).0;
+    Some((place, extreme, [Some(flank), None, None]))
+}
+
+/// Where an argument is one part in `depth` of what it is on both sides, where it is twice that, and the samples beside it.
+fn least(course: &mut impl Course, depth: f64, after: f64) -> Option<Found> {
     let sign = course.sample(0).signum();
-    let (place, extreme) = above(course, -sign, |deepest| deepest / DEEP, after)?;
+    let (place, extreme) = above(course, -sign, |deepest| deepest / depth, after)?;
     let flank = (sign * extreme > 0.0).then(|| level(course, [last_place(place), place], 2.0 * extreme).0);
-    Some((place, extreme, [flank, next_place(place)]))
+    Some((place, extreme, [flank, Some(last_place(place)).filter(|place| *place > 0.0), next_place(place)]))
 }
 
 /// Where an argument changes sign, between two samples or twice between them.
@@ -148,7 +164,7 @@ fn zero(course: &mut impl Course, after: f64) -> Option<Found> {
     let twice = turn(course, 0.0, after).map(|(extreme, _)| [last_place(extreme), extreme]);
     let [before, behind] = once.into_iter().chain(twice).min_by(|a, b| a[1].total_cmp(&b[1]))?;
     let (place, value) = level(course, [before, behind], 0.0);
-    Some((place, value, [None, Some(behind).filter(|behind| *behind < 1.0)]))
+    Some((place, value, [Some(behind).filter(|behind| *behind < 1.0), None, None]))
 }
 
 /// The number of the first sample, of those with these numbers, that differs so from the one before.

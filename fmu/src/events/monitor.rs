@@ -106,7 +106,7 @@ impl Monitor {
         })
     }
 
-    /// The first switch within the step behind which the step is not what the equations demand.
+    /// The first switch within the step before or behind which the step is not what the equations demand.
     fn first_switch<F: FnMut(f64, &mut [f64])>(
         &mut self,
         span: &mut Span<F>,
@@ -116,7 +116,9 @@ impl Monitor {
             let (at, _) = self.crossings[index];
             let found = Overlooked { begin: (1.0 - MARGIN) * at, place: at + RESTART * (1.0 - at) };
             let within = (span.finest()..1.0 - span.finest()).contains(&at);
-            if within && !self.is_seen(span, found.place, excess) {
+            // All stages may lie behind the switch: what the law does before it lasts a share of the step.
+            let mut before = |place: f64, accelerations: &[f64]| at * excess(place, accelerations);
+            if within && !(self.is_seen(span, 0.5 * at, &mut before) && self.is_seen(span, found.place, excess)) {
                 return Some(found);
             }
         }

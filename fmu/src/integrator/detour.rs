@@ -13,7 +13,6 @@ use crate::failure::Failure;
 use crate::math;
 use crate::model::Model;
 use crate::program::Engine;
-use crate::singular::branch::progress;
 
 /// Tolerances of the explicit method past a pose that was not passed otherwise, in units of the one asked for: shorter steps come to the pose elsewhere.
 /// Two results must agree to so many tolerances.
@@ -21,8 +20,10 @@ const DETOURS: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
 const AGREED: f64 = 10.0;
 /// At finer tolerances rounding errors next to the pose are larger.
 const FINEST: f64 = 1e-10;
-/// It begins so far from where the motion was given up at least, in units of the scales: next to the pose it would be no better.
-const AHEAD: f64 = 0.02;
+/// It begins so far from the pose at least, in units of the scales: next to the pose it would be no better.
+const AHEAD: f64 = 0.002;
+/// Rounding errors are divided by the way to the pose: times the tolerance it is so much at least.
+const CLEAR: f64 = 2e-12;
 /// At most so many steps judge how a pose was passed.
 const FURTHEST: usize = 4096;
 
@@ -33,12 +34,14 @@ pub(crate) struct Detour {
     pub until: f64,
     /// With this tolerance.
     pub tolerance: f64,
+    /// In steps no longer than this \[s\].
+    pub longest: f64,
 }
 
 impl Detour {
     /// Is it one that a run would write?
     pub fn is_sound(self) -> bool {
-        self.until.is_finite() && self.tolerance.is_finite() && self.tolerance > 0.0
+        self.until.is_finite() && [self.tolerance, self.longest].iter().all(|size| size.is_finite() && *size > 0.0)
     }
 }
 
@@ -51,21 +54,27 @@ impl Engines<'_> {
         (checkpoint, horizon): (&Run, Horizon),
         failure: Failure,
     ) -> Result<(), Failure> {
-        let (Failure::BranchLost { time: pose, .. } | Failure::NotPassed { time: pose, .. }) = failure else {
+        let (Failure::BranchLost { time, .. } | Failure::NotPassed { time, .. }) = failure else {
             return Err(failure);
         };
         let Some((begin, start)) = checkpoint.singular.refuge.first() else { return Err(failure) };
-        let way = progress(context.model, start, &run.last.end) * (pose - begin) / (run.last.end_time - begin);
+        // The pose that is not passed lies ahead.
+        let pose = run.singular.pose.filter(|pose| *pose > time).unwrap_or(time);
+        let way = speed(context.model, start) * (pose - begin);
         // What has been read lies before the pose. Written so that NaN is too near.
-        let ahead = checkpoint.last.end_time <= pose && way >= AHEAD;
-        if checkpoint.stiffness.detour.is_some() || !ahead || context.settings.tolerance < FINEST {
+        let tolerance = context.settings.tolerance;
+        let ahead = checkpoint.last.end_time <= pose && way >= AHEAD && way * tolerance >= CLEAR;
+        if checkpoint.stiffness.detour.is_some() || !ahead || tolerance < FINEST {
             return Err(failure);
         }
         let until = f64::min(pose + (pose - begin), horizon.limit);
         let all = Horizon { target: until, limit: until };
         let mut found: Option<Vec<f64>> = None;
-        for tolerance in DETOURS.map(|share| share * context.settings.tolerance) {
-            if self.go_round(context, run, checkpoint, (Detour { until, tolerance }, all)).is_err() {
+        for share in DETOURS {
+            // The same steps would agree whatever they are worth.
+            let longest = share.sqrt() * (until - begin);
+            let detour = Detour { until, tolerance: share * tolerance, longest };
+            if self.go_round(context, run, checkpoint, (detour, all)).is_err() {
                 continue;
             }
             let end = run.last.end.clone();
@@ -76,7 +85,7 @@ impl Engines<'_> {
             }
             if agrees {
                 let same = Horizon { target: horizon.target, limit: until };
-                return self.go_round(context, run, checkpoint, (Detour { until, tolerance }, same));
+                return self.go_round(context, run, checkpoint, (detour, same));
             }
             found = Some(end);
         }
@@ -148,7 +157,8 @@ impl Engines<'_> {
             }
             return Ok(());
         }
-        let settings = Settings { tolerance: detour.tolerance, engine: Engine::Dop853, ..*context.settings };
+        let max_step = context.settings.max_step.min(detour.longest);
+        let settings = Settings { tolerance: detour.tolerance, max_step, engine: Engine::Dop853, ..*context.settings };
         let Context { model, machine, projection, statistics, .. } = context;
         let context = &mut Context { model, machine, projection, statistics, settings: &settings };
         run.last.order = 0;
@@ -167,6 +177,12 @@ fn close(context: &mut Context, run: &mut Run, tolerance: f64) -> Result<(), Fai
     let (q, v) = run.last.end.split_at_mut(model.coordinates());
     projection.positions(model, machine, q, tolerance, f64::INFINITY)?;
     projection.rates(model, machine, v, tolerance)
+}
+
+/// How fast the fastest coordinate is, in scales a second.
+fn speed(model: &Model, state: &[f64]) -> f64 {
+    let rates = model.program().coordinates.iter().zip(&state[model.coordinates()..]);
+    rates.fold(0.0, |most, (coordinate, rate)| math::maximum(most, rate.abs() / coordinate.scale))
 }
 
 /// The largest difference of two motions, in units of the scales and of the rates.

@@ -50,8 +50,14 @@ impl Run {
         self.taylor = taylor::Memory::default();
         self.signals.origin.copy_from(state);
         self.shift_poses(state.time());
-        self.singular.refuge.clear();
         self.last.end_at(model, state);
+        // A way round a pose was found for what acted before.
+        if self.stiffness.detour.is_some() {
+            self.stiffness = Choice::new();
+        }
+        self.singular.refuge.clear();
+        self.singular.creeping = Some((0, f64::MAX));
+        self.singular.refuge.note(model, self.last.end_time, &self.last.end);
         self.radau.forget();
     }
 

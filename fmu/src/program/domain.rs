@@ -53,7 +53,9 @@ impl Limit {
     /// Has the law a value there? Not where the argument is no number.
     pub fn allows(self, argument: f64) -> bool {
         match self {
-            Self::Divisor | Self::NotZero => argument.is_finite() && argument != 0.0,
+            // 1/(1 + exp a) is zero where exp a is beyond all numbers.
+            Self::Divisor => !argument.is_nan() && argument != 0.0,
+            Self::NotZero => argument.is_finite() && argument != 0.0,
             Self::Root | Self::Base | Self::NotNegative => argument >= 0.0,
             Self::Logarithm | Self::Distance | Self::Positive => argument > 0.0,
             Self::ArcSine => argument.abs() <= 1.0,
@@ -78,6 +80,7 @@ mod tests {
         for limit in limits.into_iter().chain([Limit::Distance, Limit::NotNegative, Limit::Positive, Limit::NotZero]) {
             assert!(limit.allows(0.5) && !limit.allows(f64::NAN), "{limit:?}");
         }
+        assert!(Limit::Divisor.allows(f64::INFINITY) && !Limit::NotZero.allows(f64::INFINITY));
         assert!(!Limit::Divisor.allows(-0.0) && !Limit::Logarithm.allows(0.0) && Limit::Root.allows(0.0));
         assert_eq!(Limit::Divisor.passed(1e-3, -1e-3), Some(0.0));
         assert_eq!(Limit::Root.passed(1e-3, -1e-3), Some(-1e-3));

@@ -9,6 +9,11 @@ use crate::integrator::control::LONGEST;
 use crate::integrator::run::Run;
 use crate::model::Model;
 
+/// Series that begin anew next to a pose, converge no further than this share of the way to it, and less and less far, do not pass it: after so many steps they do
+/// not go on until rounding errors choose the branch.
+const CREEPING: f64 = 0.25;
+const SHRINKING: f64 = 0.95;
+const CREPT: u32 = 6;
 /// Nothing is evaluated so near to a singular pose, in units of a usual step.
 const ZONE: f64 = 0.2;
 /// A step that follows a curve goes this share of the way to where branches would meet.
@@ -38,6 +43,9 @@ pub(crate) struct Supervisor {
     pub closing: bool,
     /// Where branches come close to each other but do not meet.
     pub follow: Option<Follow>,
+    /// Since a change next to a pose so many steps, all that there were, were each shorter than the one before and a small part of the way to the pose, and the
+    /// length of the last.
+    pub creeping: Option<(u32, f64)>,
     /// The last states of short steps.
     pub trail: Trail,
     /// Where the motion was before it came near the next pose.
@@ -54,6 +62,7 @@ impl Supervisor {
             smallest: vec![f64::MAX; model.program().tapes.closeness.len()],
             closing: false,
             follow: None,
+            creeping: None,
             trail: Trail::new(model),
             refuge: Refuge::new(model),
             passages: Vec::new(),
@@ -63,6 +72,7 @@ impl Supervisor {
     /// Forgets everything.
     pub fn start(&mut self) {
         (self.ahead, self.pose, self.closing, self.follow) = (0.0, None, false, None);
+        self.creeping = None;
         self.smallest.fill(f64::MAX);
         self.trail.start();
         self.refuge.clear();
@@ -99,6 +109,7 @@ impl Supervisor {
 
     pub fn copy_from(&mut self, other: &Self) {
         (self.ahead, self.pose, self.closing, self.follow) = (other.ahead, other.pose, other.closing, other.follow);
+        self.creeping = other.creeping;
         self.smallest.clone_from(&other.smallest);
         self.trail.copy_from(&other.trail);
         self.refuge.copy_from(&other.refuge);
@@ -111,6 +122,7 @@ impl Supervisor {
             && self.ahead >= 0.0
             && self.pose.is_none_or(f64::is_finite)
             && self.follow.is_none_or(|follow| follow.until.is_finite() && follow.most > 0.0 && follow.most.is_finite())
+            && self.creeping.is_none_or(|(_, length)| length >= 0.0)
             && self.trail.belongs_to(model)
             && self.refuge.belongs_to(model)
             && self.passages.iter().all(|passage| passage.time.is_finite())
@@ -180,6 +192,16 @@ impl Run {
     /// When the singular pose is in whose zone the last step ends; its end if there is none.
     pub(crate) fn pose_here(&self) -> f64 {
         self.singular.pose.filter(|_| self.in_zone(self.last.end_time)).unwrap_or(self.last.end_time)
+    }
+
+    /// Do all steps since the last change, of which one more has been taken, creep up to a pose that they do not pass?
+    pub(crate) fn creeps(&mut self) -> bool {
+        let (natural, ahead) = (self.last.natural, self.singular.ahead);
+        let follows = self.following().is_some();
+        let creeps = |before: f64| !follows && natural < CREEPING * ahead && natural < SHRINKING * before;
+        let creeping = self.singular.creeping.filter(|(_, before)| creeps(*before));
+        self.singular.creeping = creeping.map(|(count, _)| (count + 1, natural));
+        creeping.is_some_and(|(count, _)| count + 1 >= CREPT)
     }
 
     /// Is this time so close to a singular pose that nothing may be evaluated?

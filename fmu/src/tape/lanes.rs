@@ -90,7 +90,7 @@ impl Instruction {
             Operation::Subtract => self.along(tangents, |da, db, _| subtract(da, db)),
             Operation::Multiply => self.along(tangents, |da, db, _| add(chains(b, da), chains(a, db))),
             Operation::MultiplyAdd => self.along(tangents, |da, db, dc| add(add(chains(b, da), chains(a, db)), dc)),
-            Operation::Divide => self.along(tangents, |da, db, _| divide(subtract(da, chains(value, db)), b)),
+            Operation::Divide => self.along(tangents, |da, db, _| divide(subtract(da, chains(db, value)), b)),
             Operation::Negate => self.along(tangents, |da, _, _| da.map(|da| -da)),
             Operation::SquareRoot => {
                 let slope = value.map(|value| 0.5 / value);
@@ -130,7 +130,7 @@ impl Instruction {
             Operation::Subtract => subtract(da, db),
             Operation::Multiply => add(chain(b, da), chain(a, db)),
             Operation::MultiplyAdd => add(add(chain(b, da), chain(a, db)), dc),
-            Operation::Divide => divide(subtract(da, chain(value, db)), splat(b)),
+            Operation::Divide => divide(subtract(da, chains(db, splat(value))), splat(b)),
             Operation::Negate => da.map(|da| -da),
             Operation::SinCos => {
                 let cosine = registers[self.c as usize];

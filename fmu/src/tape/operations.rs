@@ -100,7 +100,7 @@ operations! {
     Add(a, b): "a + b" = a + b, slope da + db, series a.add(b);
     Subtract(a, b): "a - b" = a - b, slope da - db, series a.add(b.scale(-1.0));
     Multiply(a, b): "a * b" = a * b, slope chain(b, da) + chain(a, db), series a.multiply(b);
-    Divide(a, b): "a / b" = a / b, slope (da - chain(value, db)) / b, series a.divide(b);
+    Divide(a, b): "a / b" = a / b, slope (da - chain(db, value)) / b, series a.divide(b);
     Negate(a): "-a" = -a, slope -da, series a.scale(-1.0);
     MultiplyAdd(a, b, c): "a * b + c, rounded twice" = a * b + c, slope chain(b, da) + chain(a, db) + dc, series a.multiply(b).add(c);
     SquareRoot(a): "sqrt a" = a.sqrt(), slope chain(0.5 / value, da),

@@ -1,7 +1,7 @@
 //! Running a tape together with its derivative along one direction: a second register file holds the derivative of the first.
 //!
 //! Where a function has no derivative (a step, a corner) the one of the active side is taken. What does not move has derivative zero even
-//! where the slope is infinite, as that of a square root at zero is.
+//! where the slope is infinite, as that of a square root at zero is; nor does a quotient whose divisor is.
 
 use super::{Instruction, Operation, Tape};
 
@@ -90,6 +90,8 @@ mod tests {
             assert_eq!(apply(operation, point, [0.0; 3])[1][0], 0.0, "{operation:?}");
         }
         assert_eq!(apply(Absolute, [0.0; 3], [1.0; 3])[1][0], 0.0);
+        // 1/(1 + exp a) where exp a is beyond all numbers.
+        assert_eq!(apply(Divide, [1.0, f64::INFINITY, 0.0], [0.0, f64::INFINITY, 0.0])[1][0], 0.0);
         assert_eq!(apply(Power, [-2.0, 2.0, 0.0], [1.0, 0.0, 0.0])[1][0], -4.0);
     }
 }

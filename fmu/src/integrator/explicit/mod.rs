@@ -33,7 +33,7 @@ const NOISE: f64 = 1e3;
 const NOISE_SHARE: f64 = 1e-4;
 /// What the rates would change by in a step with the accelerations that its dense output lacks somewhere, in units of what one step may be wrong by:
 /// more, and they are those of a law that no stage has seen.
-const OVERLOOKED: f64 = 1e4;
+const OVERLOOKED: f64 = 1e3;
 
 /// Storage for dynamic motion.
 #[derive(Clone, Debug)]

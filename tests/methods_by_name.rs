@@ -1,0 +1,73 @@
+//! Methods that a scene names: what is steep, or switches, is felt by each of them.
+
+mod support;
+
+use cotree_fmu::program::Engine;
+use support::hard::families::FAMILIES;
+use support::hard::{Case, Outcome, Points};
+
+fn member(family: &str, seed: u64) -> Case {
+    let family = FAMILIES.iter().find(|known| known.name == family).expect("the family");
+    (family.member)(seed)
+}
+
+fn run(case: &Case, engine: Option<Engine>, tolerance: f64, step: f64) -> (String, Outcome) {
+    let model = case.model().unwrap_or_else(|fault| panic!("{}: {fault}", case.scene.name.text));
+    let outcome = case.run(&model, engine, tolerance, Points::Every(step));
+    (format!("{} at {tolerance:e}, {engine:?}: {outcome:?}", case.scene.name.text), outcome)
+}
+
+/// Members that were wrong without a word: all stages behind a switch, or one of the dense output in it, or next to a peak; ends in the faint outskirts of a layer.
+#[test]
+fn what_is_steep_is_felt_by_each_method() {
+    use Engine::{Dop853, Radau};
+    let members = [
+        ("steep: stop", 20, Dop853, 1e-11, 0.000209),
+        ("steep: stop", 42, Dop853, 1e-6, 0.00238),
+        ("steep: stop", 42, Dop853, 1e-10, 0.1594),
+        ("steep: stop", 118, Dop853, 1e-6, 0.010275947598493818),
+        ("steep: train of bumps", 2, Dop853, 1e-4, 0.0992),
+        ("steep: train of bumps", 44, Dop853, 1e-5, 0.0036),
+        ("steep: train of bumps in position", 38, Dop853, 1e-7, 0.00204),
+        ("steep: root that turns round", 59, Dop853, 1e-5, 0.17305303920657),
+        ("steep: bump in position", 41, Radau, 1e-9, 0.15703081918029502),
+        ("steep: if and min", 5, Radau, 1e-7, 0.000565),
+        ("steep: if and min", 5, Radau, 1e-10, 0.01108),
+        ("steep: if and min", 22, Radau, 1e-9, 0.00136),
+        ("steep: if and min", 22, Radau, 1e-12, 0.9710412986629242),
+    ];
+    for (family, seed, engine, tolerance, step) in members {
+        let (said, outcome) = run(&member(family, seed), Some(engine), tolerance, step);
+        assert!(matches!(outcome, Outcome::Passed(_)), "{said}");
+    }
+}
+
+/// 1/(1 + exp a) is zero, and so are its derivatives, where exp a is beyond all numbers.
+#[test]
+fn implicit_steps_go_where_an_exponential_has_no_number() {
+    for seed in 0..12 {
+        for tolerance in [1e-4, 1e-6, 1e-9, 1e-11] {
+            let (said, outcome) = run(&member("steep: logistic", seed), Some(Engine::Radau), tolerance, 0.31);
+            assert!(matches!(outcome, Outcome::Passed(_)), "{said}");
+        }
+    }
+}
+
+/// A torque jumps every two milliseconds, and a change point lies between two jumps, or just behind one: what series do not pass, the explicit method does from the jump on,
+/// and nothing creeps up to a pose until rounding errors choose the branch.
+#[test]
+fn change_points_next_to_jumps_of_a_torque_are_passed_or_refused() {
+    let passed = [(38, 1e-9), (44, 1e-9), (56, 1e-9), (44, 1e-8)];
+    let judged = [(33, 1e-11), (70, 1e-10), (292, 1e-10)];
+    for (seed, tolerance) in passed {
+        let (said, outcome) = run(&member("torque that jumps every 2 ms", seed), None, tolerance, 0.157);
+        assert!(matches!(outcome, Outcome::Passed(_)), "{said}");
+    }
+    for (seed, tolerance) in judged {
+        for step in [0.015104120660071862, 0.07305583733517937, 0.4613840806122308] {
+            let (said, outcome) = run(&member("torque that jumps every 2 ms", seed), None, tolerance, step);
+            let refused = matches!(&outcome, Outcome::Failed(why) if why.contains("singular pose"));
+            assert!(refused || matches!(outcome, Outcome::Passed(_)), "{said}");
+        }
+    }
+}
