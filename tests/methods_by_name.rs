@@ -3,16 +3,15 @@
 mod support;
 
 use cotree_fmu::program::Engine;
-use support::hard::families::FAMILIES;
+use support::hard::families::Family;
 use support::hard::{Case, Outcome, Points};
 
 fn member(family: &str, seed: u64) -> Case {
-    let family = FAMILIES.iter().find(|known| known.name == family).expect("the family");
-    (family.member)(seed)
+    (Family::named(family).member)(seed)
 }
 
 fn run(case: &Case, engine: Option<Engine>, tolerance: f64, step: f64) -> (String, Outcome) {
-    let model = case.model().unwrap_or_else(|fault| panic!("{}: {fault}", case.scene.name.text));
+    let model = case.expect_model();
     let outcome = case.run(&model, engine, tolerance, Points::Every(step));
     (format!("{} at {tolerance:e}, {engine:?}: {outcome:?}", case.scene.name.text), outcome)
 }

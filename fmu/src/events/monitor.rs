@@ -132,10 +132,7 @@ impl Monitor {
         place: f64,
         excess: &mut impl FnMut(f64, &[f64]) -> f64,
     ) -> bool {
-        span.load(place, &mut self.motion);
-        span.machine.evaluate(&span.model.program().tapes.acceleration, &mut self.accelerations);
-        // Written so that NaN is not.
-        excess(place, &self.accelerations) <= 1.0
+        excess_at(span, place, (&mut self.motion, &mut self.accelerations), excess) <= 1.0
     }
 
     /// The same of each law by itself: where its argument comes to a layer, or goes through one, that it is outside of at the ends.
@@ -147,17 +144,13 @@ impl Monitor {
     ) -> Option<Overlooked> {
         let layer = half_width(share);
         let Self { laws, samples, motion, accelerations, .. } = self;
-        let program = span.model.program();
-        for (law, kind) in program.tapes.laws.kinds.iter().enumerate() {
+        let model = span.model;
+        for (law, kind) in model.program().tapes.laws.kinds.iter().enumerate() {
             let course = &mut Sampled { span: &mut *span, law, laws: *laws, samples, motion };
             let mut after = 0.0;
             while let Some(suspect) = kind.suspect(law, course, layer, after) {
-                let excess = suspect.excess(|place| {
-                    course.span.load(place, course.motion);
-                    course.span.machine.evaluate(&program.tapes.acceleration, accelerations);
-                    let finite = accelerations.iter().all(|acceleration| acceleration.is_finite());
-                    if finite { excess(place, accelerations) } else { f64::INFINITY }
-                });
+                let excess =
+                    suspect.excess(|place| excess_at(course.span, place, (course.motion, accelerations), excess));
                 if excess > 1.0 {
                     let begin = kind.begin(&suspect, course, layer, excess);
                     return Some(Overlooked { begin, place: suspect.place });
@@ -250,6 +243,19 @@ impl Monitor {
             samples.iter_mut().zip(tape.results(span.machine.registers())).for_each(|(sample, value)| *sample = value);
         }
     }
+}
+
+/// By how much the equations demand something else at a place than the step says, in units of what may be overlooked; infinity where they demand no numbers.
+fn excess_at<F: FnMut(f64, &mut [f64])>(
+    span: &mut Span<F>,
+    place: f64,
+    (motion, accelerations): (&mut [f64], &mut [f64]),
+    excess: &mut impl FnMut(f64, &[f64]) -> f64,
+) -> f64 {
+    span.load(place, motion);
+    span.machine.evaluate(&span.model.program().tapes.acceleration, accelerations);
+    let finite = accelerations.iter().all(|acceleration| acceleration.is_finite());
+    if finite { excess(place, accelerations) } else { f64::INFINITY }
 }
 
 /// One argument along a step.

@@ -78,8 +78,7 @@ impl Engines<'_> {
                 continue;
             }
             let end = run.last.end.clone();
-            let agrees = found
-                .is_some_and(|other| difference(context.model, &other, &end) <= AGREED * context.settings.tolerance);
+            let agrees = found.is_some_and(|other| difference(context.model, &other, &end) <= AGREED * tolerance);
             if agrees && until <= horizon.target {
                 return self.advance(context, run, horizon);
             }

@@ -55,9 +55,7 @@ impl Run {
         if self.stiffness.detour.is_some() {
             self.stiffness = Choice::new();
         }
-        self.singular.refuge.clear();
-        self.singular.creeping = Some((0, f64::MAX));
-        self.singular.refuge.note(model, self.last.end_time, &self.last.end);
+        self.singular.restart(model, state.time(), &self.last.end);
         self.radau.forget();
     }
 

@@ -79,6 +79,13 @@ impl Supervisor {
         self.passages.clear();
     }
 
+    /// Something has changed at a time, and the motion goes on from (q, v).
+    pub fn restart(&mut self, model: &Model, time: f64, motion: &[f64]) {
+        self.creeping = Some((0, f64::MAX));
+        self.refuge.clear();
+        self.refuge.note(model, time, motion);
+    }
+
     /// Goes back to a time at which no pose was near.
     pub fn go_back(&mut self) {
         (self.ahead, self.pose, self.closing, self.follow) = (0.0, None, false, None);

@@ -10,6 +10,13 @@ pub struct Family {
     pub member: fn(u64) -> Case,
 }
 
+impl Family {
+    /// The family of this name.
+    pub fn named(name: &str) -> &'static Self {
+        FAMILIES.iter().find(|family| family.name == name).expect("a family of this name")
+    }
+}
+
 pub const FAMILIES: &[Family] = &[
     Family { name: "stiff flap at change points", member: flaps::flap },
     Family { name: "redundant cranks", member: cranks::redundant },

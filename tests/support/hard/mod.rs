@@ -161,6 +161,11 @@ impl Case {
         self
     }
 
+    /// The model of a scene that has one.
+    pub fn expect_model(&self) -> Arc<Model> {
+        self.model().unwrap_or_else(|fault| panic!("{}: {fault}", self.scene.name.text))
+    }
+
     /// The model, or why there is none.
     pub fn model(&self) -> Result<Arc<Model>, String> {
         let names = ["energy.total", "energy.kinetic", "constraint.position"].map(String::from);
