@@ -16,6 +16,7 @@ use crate::linalg::sparse::Row;
 use crate::math;
 use crate::model::{Model, State};
 use crate::singular::detect::{dependent, weakest_combination};
+use crate::singular::supervisor::Supervisor;
 
 /// States that are looked at together.
 const WINDOW: usize = 4;
@@ -47,13 +48,14 @@ const DIFFERENCE: f64 = 1e-5;
 pub(crate) struct Trail {
     /// So many are known.
     count: usize,
+    /// Does the first one lie a leap before the others? It tells how far from the pose the motion was, but not on which branch.
+    leapt: bool,
     /// Time, q and v, the oldest first.
     states: Vec<f64>,
     /// 1 / r^2 of each loop equation there, where r is how far it is from the others.
     closeness: Vec<f64>,
-    /// The smallest of them so far.
-    smallest: Vec<f64>,
-    /// (q, v) after the last step.
+    /// Time, q and v after the last step, if it is known.
+    begun: bool,
     last: Vec<f64>,
     /// Poses before this time have been judged [s].
     judged: Option<f64>,
@@ -64,22 +66,24 @@ impl Trail {
         let (rows, size) = sizes(model);
         Self {
             count: 0,
-            states: vec![0.0; if size > 0 { WINDOW * (1 + size) } else { 0 }],
+            leapt: false,
+            states: vec![0.0; WINDOW * (1 + size)],
             closeness: vec![0.0; WINDOW * rows],
-            smallest: vec![f64::MAX; rows],
-            last: vec![0.0; size],
+            begun: false,
+            last: vec![0.0; 1 + size],
             judged: None,
         }
     }
 
     pub fn start(&mut self) {
-        (self.count, self.judged) = (0, None);
-        self.smallest.fill(f64::MAX);
+        self.judged = None;
+        self.forget();
     }
 
     /// Does it say nothing yet of a pose at a time?
     pub fn leaves_open(&self, pose: f64) -> bool {
-        let known = self.count > 0 && self.state(0)[0] < pose;
+        let first = usize::from(self.leapt);
+        let known = self.count > first && self.state(first)[0] < pose;
         known && self.judged.is_none_or(|judged| judged < pose)
     }
 
@@ -89,28 +93,30 @@ impl Trail {
     }
 
     /// The next states lie elsewhere.
-    pub fn leap(&mut self) {
-        self.count = 0;
+    pub fn forget(&mut self) {
+        (self.count, self.leapt, self.begun) = (0, false, false);
+    }
+
+    /// The next states lie a leap after the last one.
+    fn leap(&mut self) {
+        (self.count, self.leapt) = (0, self.begun);
+        if self.begun {
+            self.push_last();
+        }
     }
 
     pub fn copy_from(&mut self, other: &Self) {
-        (self.count, self.judged) = (other.count, other.judged);
+        (self.count, self.leapt, self.begun, self.judged) = (other.count, other.leapt, other.begun, other.judged);
         self.states.clone_from(&other.states);
         self.closeness.clone_from(&other.closeness);
-        self.smallest.clone_from(&other.smallest);
         self.last.clone_from(&other.last);
     }
 
     pub fn belongs_to(&self, model: &Model) -> bool {
-        let Self { count, states, closeness, smallest, last, judged } = self;
+        let Self { count, leapt, states, closeness, begun: _, last, judged } = self;
         let expected = Self::new(model);
-        let pairs = [
-            (states, expected.states),
-            (closeness, expected.closeness),
-            (smallest, expected.smallest),
-            (last, expected.last),
-        ];
-        *count <= WINDOW
+        let pairs = [(states, expected.states), (closeness, expected.closeness), (last, expected.last)];
+        (usize::from(*leapt)..=WINDOW).contains(count)
             && judged.is_none_or(f64::is_finite)
             && pairs
                 .iter()
@@ -128,37 +134,38 @@ impl Trail {
     }
 
     fn rows(&self, place: usize) -> &[f64] {
-        let size = self.smallest.len();
+        let size = self.closeness.len() / WINDOW;
         &self.closeness[place * size..][..size]
     }
 
-    /// How far the next state lies from the last one at least.
-    fn apart(&self) -> f64 {
-        let rows = self.rows(self.count - 1).iter().zip(&self.smallest);
+    /// How far the next state lies from the last one at least, with these smallest 1 / r^2 so far.
+    fn apart(&self, smallest: &[f64]) -> f64 {
+        let rows = self.rows(self.count - 1).iter().zip(smallest);
         let far = rows.into_iter().all(|(row, smallest)| *row < FAR * smallest);
         if far && self.count == WINDOW { FAR_APART } else { APART }
     }
 
-    /// Adds a state.
-    fn push(&mut self, time: f64, start: &[f64]) {
+    /// Adds the last state.
+    fn push_last(&mut self) {
+        let (size, rows) = (self.last.len(), self.closeness.len() / WINDOW);
         if self.count == WINDOW {
-            self.states.copy_within(start.len() + 1.., 0);
-            self.closeness.copy_within(self.smallest.len().., 0);
-            self.count -= 1;
+            self.states.copy_within(size.., 0);
+            self.closeness.copy_within(rows.., 0);
+            (self.count, self.leapt) = (self.count - 1, false);
         }
-        let place = self.count * (start.len() + 1);
-        self.states[place] = time;
-        self.states[place + 1..][..start.len()].copy_from_slice(start);
+        self.states[self.count * size..][..size].copy_from_slice(&self.last);
+        self.closeness[self.count * rows..][..rows].fill(0.0);
         self.count += 1;
     }
 
-    /// Which of the inner states is closest to a pose that lies between the outer ones, if there may be one.
-    fn closest(&self) -> Option<usize> {
+    /// Which of the inner states is closest to a pose that lies between the outer ones, if there may be one, with these smallest 1 / r^2 so far. A pose that was leapt
+    /// over lies before all but the first.
+    fn closest(&self, smallest: &[f64], pose: Option<f64>) -> Option<usize> {
+        let leapt_over = |place: usize| self.leapt && place == 1 && pose.is_none_or(|pose| pose < self.state(1)[0]);
         let [first, second, third, last] = [0, 1, 2, 3].map(|place| self.rows(place));
-        let near =
-            |row: usize, place: f64| place > CLOSE * self.smallest[row] && place > first[row] && place > last[row];
-        let inner = (0..self.smallest.len()).filter(|&row| near(row, math::maximum(second[row], third[row])));
-        inner.map(|row| if second[row] > third[row] { 1 } else { 2 }).next()
+        let near = |row: usize, place: f64| place > CLOSE * smallest[row] && place > first[row] && place > last[row];
+        let inner = (0..smallest.len()).filter(|&row| near(row, math::maximum(second[row], third[row])));
+        inner.map(|row| if second[row] > third[row] { 1 } else { 2 }).find(|&place| !leapt_over(place))
     }
 }
 
@@ -183,21 +190,26 @@ pub(crate) fn watch(context: &mut Context, run: &mut Run) -> Result<(), Failure>
     if model.program().tapes.closeness.is_empty() {
         return Ok(());
     }
-    let leap = progress(model, &run.singular.trail.last, &run.last.end) > LEAP;
-    run.singular.trail.last.copy_from_slice(&run.last.end);
+    let trail = &mut run.singular.trail;
+    let leap = !trail.begun || progress(model, &trail.last[1..], &run.last.end) > LEAP;
     if leap {
-        run.singular.trail.leap();
+        trail.leap();
+    } else if trail.leapt && trail.count == 1 || trail.count == 0 {
+        trail.push_last();
+        note_closeness(context, run);
+    }
+    let trail = &mut run.singular.trail;
+    trail.begun = true;
+    trail.last[0] = run.last.end_time;
+    trail.last[1..].copy_from_slice(&run.last.end);
+    let known = trail.count;
+    if leap || progress(model, &trail.state(known - 1)[1..], &run.last.end) < trail.apart(&run.singular.smallest) {
         return Ok(());
     }
-    let known = run.singular.trail.count;
-    if known > 0
-        && progress(model, &run.singular.trail.state(known - 1)[1..], &run.last.end) < run.singular.trail.apart()
-    {
-        return Ok(());
-    }
-    run.singular.trail.push(run.last.end_time, &run.last.end);
+    trail.push_last();
     note_closeness(context, run);
-    let Some(closest) = (if run.singular.trail.count == WINDOW { run.singular.trail.closest() } else { None }) else {
+    let Supervisor { trail, smallest, pose, .. } = &run.singular;
+    let Some(closest) = (if trail.count == WINDOW { trail.closest(smallest, *pose) } else { None }) else {
         return Ok(());
     };
     let followed = run.singular.follow.is_some_and(|follow| follow.until >= run.singular.trail.state(0)[0]);
@@ -212,7 +224,8 @@ pub(crate) fn watch(context: &mut Context, run: &mut Run) -> Result<(), Failure>
     if distances[1] > NEARER * math::minimum(distances[0], distances[2]) {
         return Ok(());
     }
-    let (angle, joints) = turn(model, [&at(0), &at(closest), &at(WINDOW - 1)]);
+    let before = usize::from(run.singular.trail.leapt);
+    let (angle, joints) = turn(model, [&at(before), &at(closest), &at(WINDOW - 1)]);
     // Written so that no number is another branch too.
     let same = angle < SAME;
     if same {
@@ -222,20 +235,20 @@ pub(crate) fn watch(context: &mut Context, run: &mut Run) -> Result<(), Failure>
     Err(Failure::BranchLost { time, joints, named: context.settings.is_named() })
 }
 
-/// 1 / r^2 at the last state of the trail, where the last step ends.
+/// 1 / r^2 at the last state of the trail.
 fn note_closeness(context: &mut Context, run: &mut Run) {
     let Context { model, machine, statistics, .. } = context;
-    machine.load_signals(model, &run.signals.origin, run.last.end_time);
-    machine.load_motion(model, &run.last.end);
+    let Supervisor { trail, smallest, .. } = &mut run.singular;
+    machine.load_signals(model, &run.signals.origin, trail.last[0]);
+    machine.load_motion(model, &trail.last[1..]);
     machine.run(&model.program().tapes.acceleration);
     statistics.evaluations += 1;
-    let trail = &mut run.singular.trail;
-    let place = (trail.count - 1) * trail.smallest.len();
+    let place = (trail.count - 1) * smallest.len();
     let registers = machine.registers();
     for (index, &register) in model.program().tapes.closeness.iter().enumerate() {
         let value = registers[register as usize].abs().min(f64::MAX);
         trail.closeness[place + index] = value;
-        trail.smallest[index] = math::minimum(trail.smallest[index], value);
+        smallest[index] = math::minimum(smallest[index], value);
     }
 }
 
@@ -333,17 +346,22 @@ mod tests {
     fn the_state_closest_to_a_pose_lies_between_others() {
         let trail = |closeness: [f64; 4]| Trail {
             count: WINDOW,
-            states: vec![0.0; 4],
+            leapt: false,
+            states: vec![0.0, 1.0, 2.0, 3.0],
             closeness: closeness.to_vec(),
-            smallest: vec![1.0],
             judged: None,
+            begun: true,
             last: Vec::new(),
         };
-        assert_eq!(trail([60.0, 900.0, 200.0, 40.0]).closest(), Some(1));
-        assert_eq!(trail([60.0, 200.0, 900.0, 40.0]).closest(), Some(2));
+        let closest = |closeness| trail(closeness).closest(&[1.0], None);
+        assert_eq!(closest([60.0, 900.0, 200.0, 40.0]), Some(1));
+        assert_eq!(closest([60.0, 200.0, 900.0, 40.0]), Some(2));
         // It is still to come, or nothing is close.
-        assert_eq!(trail([60.0, 200.0, 900.0, 1000.0]).closest(), None);
-        assert_eq!(trail([1.0, 3.0, 2.0, 1.0]).closest(), None);
+        assert_eq!(closest([60.0, 200.0, 900.0, 1000.0]), None);
+        assert_eq!(closest([1.0, 3.0, 2.0, 1.0]), None);
+        let after_a_leap = Trail { leapt: true, ..trail([0.0, 900.0, 200.0, 40.0]) };
+        let closest = |pose| after_a_leap.closest(&[1.0], pose);
+        assert_eq!([None, Some(0.5), Some(1.1)].map(closest), [None, None, Some(1)]);
     }
 
     #[test]

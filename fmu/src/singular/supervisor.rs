@@ -89,7 +89,7 @@ impl Supervisor {
     /// Goes back to a time at which no pose was near.
     pub fn go_back(&mut self) {
         (self.ahead, self.pose, self.closing, self.follow) = (0.0, None, false, None);
-        self.trail.leap();
+        self.trail.forget();
     }
 
     /// Takes the passages up to a time out.
