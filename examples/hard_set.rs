@@ -33,6 +33,12 @@ struct Arguments {
     /// Only this tolerance
     #[arg(long)]
     tolerance: Option<f64>,
+    /// Stiffnesses of springs at change points [N m/rad]
+    #[arg(long, value_delimiter = ',', default_value = "1e4,1e6")]
+    stiffness: Vec<f64>,
+    /// Dampings of dampers at change points [N m s/rad]
+    #[arg(long, value_delimiter = ',', default_value = "1e2,1e4")]
+    damping: Vec<f64>,
     /// So many examples of what went wrong for each family and method
     #[arg(long, default_value_t = 6)]
     examples: usize,
@@ -69,9 +75,6 @@ const STOPS: [&str; 2] = ["comes to a singular pose", "has left its branch in a 
 /// The implicit method runs what is stiff, the explicit one only what has singular poses besides.
 const STIFF: &str = "stiff";
 const STIFF_AT_POSES: &str = "change point, stiff";
-/// Stiffnesses [N m/rad] and dampings [N m s/rad] at change points.
-const STIFFNESSES: [f64; 2] = [1e4, 1e6];
-const DAMPINGS: [f64; 2] = [1e2, 1e4];
 /// Those that are not chosen run only mechanisms with loops, and not longer than this [s].
 const SHORT: f64 = 50.0;
 const POINTS: [Points; 3] = [Points::Even(400), Points::Even(7), Points::Uneven(300)];
@@ -113,7 +116,7 @@ fn jobs(arguments: &Arguments) -> Vec<Job> {
     let wanted = |name: &str| name.contains(&arguments.family);
     let seeds = arguments.seed..arguments.seed + arguments.members;
     let stiff = (0..3 * arguments.members).map(neutral_with_flap);
-    let loads = (0..arguments.members).flat_map(|seed| stiff_at_change_points(seed, &STIFFNESSES, &DAMPINGS));
+    let loads = seeds.clone().flat_map(|seed| stiff_at_change_points(seed, &arguments.stiffness, &arguments.damping));
     let known = cases(arguments.members).into_iter().chain(stiff).chain(loads);
     let families = FAMILIES.iter().filter(|family| wanted(family.name));
     let members = families.flat_map(|family| seeds.clone().map(|seed| Job::Member(family.member, seed)));

@@ -111,25 +111,19 @@ fn stiff_loads_at_change_points_lose_no_run_whatever_the_method() {
 }
 
 /// What the chosen method has not passed is passed by the explicit one, from before the pose, or refused: never on another branch.
+/// Springs keep steps so short that they come close to the poses. What rounding errors leave there of positions a stiff spring turns into accelerations that no polynomial
+/// has; they are no error of the step.
 #[test]
-fn a_pose_that_is_not_passed_is_tried_again() {
-    let (mut passed, mut refused) = (0, 0);
+fn springs_at_change_points_are_passed() {
     for case in stiff_at_change_points(0, &[1e4, 1e6], &[]) {
         let model = case.model().expect("a sound scene");
-        for points in [Points::Even(400), Points::Even(7), Points::Uneven(300)] {
-            let run = format!("{} at 1e-7, {points:?}", case.scene.name.text);
-            match case.run(&model, None, 1e-7, points) {
-                outcome @ Outcome::Passed(_) => {
-                    check(&case, &run, outcome, 1e-7);
-                    passed += 1;
-                }
-                Outcome::Failed(why) if REFUSALS.iter().any(|refusal| why.contains(refusal)) => refused += 1,
-                other => panic!("{run}: {other:?}"),
-            }
+        for (tolerance, points) in
+            [(1e-7, Points::Even(400)), (1e-7, Points::Even(7)), (1e-8, Points::Even(90)), (1e-9, Points::Uneven(300))]
+        {
+            let run = format!("{} at {tolerance:e}, {points:?}", case.scene.name.text);
+            check(&case, &run, case.run(&model, None, tolerance, points), tolerance);
         }
     }
-    // Without another try a fifth is refused.
-    assert!(passed > 15 * refused, "{passed} {refused}");
 }
 
 fn check(case: &Case, run: &str, outcome: Outcome, tolerance: f64) {

@@ -71,6 +71,16 @@ fn change_points_next_to_jumps_of_a_torque_are_passed_or_refused() {
     }
 }
 
+/// A thousand changes within implicit steps: each went on from a polynomial of a lower order than the steps, 20 000 tolerances off at 1e-12 after all of them.
+#[test]
+fn changes_within_implicit_steps_do_not_add_up_errors() {
+    let case = member("torque that jumps every 2 ms", 6);
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let (said, outcome) = run(&case, Some(Engine::Radau), tolerance, 0.0006);
+        assert!(matches!(outcome, Outcome::Passed(figures) if figures.error < 3.0 * tolerance), "{said}");
+    }
+}
+
 /// Explicit steps that a law's switch keeps short next to a change point: rounding errors chose the branch there, and the states that tell began with one that
 /// was near already, or was the nearest.
 #[test]

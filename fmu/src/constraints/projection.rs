@@ -24,6 +24,8 @@ const CONTRACTION: f64 = 0.5;
 pub struct Projection {
     /// Residuals of all m loop equations, then n corrections.
     step: Vec<f64>,
+    /// Rates of zero.
+    rest: Vec<f64>,
     count: u64,
 }
 
@@ -63,7 +65,7 @@ impl Projection {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
         let size = model.program().constraints.len() + model.coordinates();
-        Self { step: vec![0.0; size], count: 0 }
+        Self { step: vec![0.0; size], rest: vec![0.0; model.coordinates()], count: 0 }
     }
 
     /// Projections so far that moved something.
@@ -122,11 +124,13 @@ impl Projection {
     pub fn flatten(&mut self, model: &Model, machine: &mut Machine, change: &mut [f64]) {
         let m = model.program().constraints.len();
         let tape = &model.program().tapes.project_velocity;
-        for (rates, sign) in [(&change.to_vec(), 1.0), (&vec![0.0; change.len()], -1.0)] {
-            machine.load_rates(model, rates);
-            machine.evaluate(tape, &mut self.step);
-            change.iter_mut().zip(&self.step[m..]).for_each(|(change, step)| *change += sign * step);
-        }
+        machine.load_rates(model, change);
+        machine.evaluate(tape, &mut self.step);
+        change.iter_mut().zip(&self.step[m..]).for_each(|(change, step)| *change += step);
+        // What the rates of drivers make is no part of the change.
+        machine.load_rates(model, &self.rest);
+        machine.evaluate(tape, &mut self.step);
+        change.iter_mut().zip(&self.step[m..]).for_each(|(change, step)| *change -= step);
     }
 
     /// The larger of the relative gaps of positions and of rates, at the state in the registers.

@@ -182,7 +182,9 @@ impl Stepper {
         run.take_passages(state.time());
         let exact = run.signals.changed && run.signals.changed_before;
         work.copy_from(state);
+        let mut engines = Engines { taylor: taylor.as_mut(), explicit, implicit, masses: masses.as_mut(), accuracy };
         if run.signals.changed {
+            engines.end_at_change(context, run, work);
             // In the zone of a singular pose a projection would take the motion off its branch; the next step begins with one outside.
             context.machine.load(model, work);
             if let Some(failure) = out_of_range(model, context.machine) {
@@ -197,11 +199,7 @@ impl Stepper {
                 }
             }
             run.restart(model, work);
-            explicit.forget();
-            implicit.forget();
-            if let Some(taylor) = taylor {
-                taylor.forget();
-            }
+            engines.forget_steps();
         }
         let limit = if exact { target } else { settings.limit().max(target) };
         match model.program().motion {
@@ -209,8 +207,6 @@ impl Stepper {
             Motion::Dynamic => {
                 let horizon = Horizon { target, limit };
                 context.machine.load(model, &run.signals.origin);
-                let (taylor, masses) = (taylor.as_mut(), masses.as_mut());
-                let mut engines = Engines { taylor, explicit, implicit, masses, accuracy };
                 // Where there are singular poses the steps may have to be taken again.
                 let again =
                     settings.automatic && settings.engine == Engine::Taylor && !run.singular.smallest.is_empty();

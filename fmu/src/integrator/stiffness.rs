@@ -17,7 +17,7 @@ use crate::constraints::domains;
 use crate::context::Context;
 use crate::context::Settings;
 use crate::failure::Failure;
-use crate::model::{Model, State};
+use crate::model::{Model, State, motion};
 use crate::pace::Pace;
 use crate::program::Engine;
 use crate::program::domain::Limit;
@@ -299,6 +299,36 @@ impl Engines<'_> {
             context.machine.load(context.model, state);
             self.implicit.tighten(context, run, state.positions_mut());
         }
+    }
+
+    /// Something changes within the last implicit step: takes that step again, up to the change, for its polynomial is of a lower order than its end, and the errors of many changes
+    /// would add up. Where that is not possible the motion goes on from the polynomial.
+    pub fn end_at_change(&mut self, context: &mut Context, run: &mut Run, state: &mut State) {
+        let (begin, end, natural) = (run.last.start_time, run.last.end_time, run.last.natural);
+        let passes = run.singular.pose.is_some_and(|pose| (begin..=end).contains(&pose));
+        let within = run.radau.is_last() && begin < state.time() && state.time() < end;
+        if !within || passes {
+            return;
+        }
+        run.shift_poses(begin);
+        run.radau.forget();
+        self.implicit.forget();
+        context.machine.load(context.model, &run.signals.origin);
+        run.last.end_time = begin;
+        let size = run.last.end.len();
+        run.last.end.copy_from_slice(&run.last.dense[..size]);
+        let horizon = Horizon { target: state.time(), limit: state.time() };
+        let mut stepped = true;
+        while stepped && run.last.end_time < horizon.target {
+            stepped = matches!(take_step(self.implicit, context, run, horizon), Ok(Progress::Stepped));
+        }
+        if stepped {
+            let motion = motion(context.model.layout());
+            for state in [state, &mut run.signals.before] {
+                state.registers_mut()[motion.clone()].copy_from_slice(&run.last.end);
+            }
+        }
+        run.last.natural = natural;
     }
 
     fn stiff_step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {

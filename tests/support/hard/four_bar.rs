@@ -136,6 +136,8 @@ pub fn nearly_neutral(seed: u64, defect: f64) -> FourBar {
 
 /// Inertia of a flap.
 const FLAP: f64 = 0.05;
+/// Its damping, in shares of the critical one.
+const DAMPED: [f64; 3] = [1.0, 0.01, 0.0];
 
 /// One of these whose rocker carries a flap on a stiff spring with critical damping, turning along with it.
 pub fn neutral_with_flap(seed: u64) -> Case {
@@ -162,16 +164,16 @@ pub fn with_flap(bars: FourBar, name: &str, stiffness: f64, damping: f64) -> Cas
     if damping > 0.0 { case.driven() } else { case }
 }
 
-/// Change points whose rocker carries a flap on a stiff spring, a stiff damper, or both. With the first member of the family come kite, rhombus and
-/// parallelogram.
+/// Change points whose rocker carries a flap on a stiff spring, damped critically, weakly or not at all, or on a stiff damper alone. With the first member of the
+/// family come kite, rhombus and parallelogram.
 pub fn stiff_at_change_points(seed: u64, stiffnesses: &[f64], dampings: &[f64]) -> Vec<Case> {
     let special =
         [FourBar::new(0.8, 1.5, 1.5, 0.8), FourBar::new(1.0, 1.0, 1.0, 1.0), FourBar::new(1.0, 2.0, 1.0, 2.0)];
     let special = special.map(|bars| FourBar { omega: 5.0, ..bars });
     let bars = std::iter::once(neutral(seed)).chain(special.into_iter().filter(|_| seed == 0));
-    let critical = |&stiffness: &f64| (stiffness, 2.0 * (stiffness * FLAP).sqrt());
-    let mut loads: Vec<(f64, f64)> = stiffnesses.iter().map(critical).collect();
-    loads.extend(stiffnesses.iter().map(|&stiffness| (stiffness, 0.0)));
+    let critical = |stiffness: f64| 2.0 * (stiffness * FLAP).sqrt();
+    let damped = |&stiffness: &f64| DAMPED.map(|share| (stiffness, share * critical(stiffness)));
+    let mut loads: Vec<(f64, f64)> = stiffnesses.iter().flat_map(damped).collect();
     loads.extend(dampings.iter().map(|&damping| (0.0, damping)));
     let named = |bars: FourBar| {
         loads.iter().map(move |&(stiffness, damping)| {

@@ -37,6 +37,8 @@ pub struct Taylor {
     closed: Vec<f64>,
     /// Series of q, order 2, on the branch that was left at once.
     left: Vec<f64>,
+    /// Accelerations at the end of a step, and those that are demanded there.
+    lacks: Vec<f64>,
     guard: Guard,
     /// Does what the jet holds begin at the end of the last step?
     known: Start,
@@ -76,6 +78,7 @@ impl Taylor {
             next: vec![0.0; size],
             closed: vec![0.0; size],
             left: vec![0.0; model.coordinates()],
+            lacks: vec![0.0; size],
             guard,
             known: Start::Unknown,
             tight: false,

@@ -7,6 +7,7 @@ use crate::events::{Choices, half_width};
 use crate::failure::Failure;
 use crate::integrator::control::{Progress, shortest};
 use crate::integrator::run::Run;
+use crate::math;
 use crate::singular::dependence::{not_passed, undecided};
 use crate::singular::detect::{Course, locate, refine};
 use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
@@ -170,6 +171,27 @@ impl Taylor {
             self.known = Start::Unknown;
         }
         meets
+    }
+
+    /// By how much the rates at the end of a step next to a singular pose, or across it, are wrong, without what the loops take off them: rounding errors of the last
+    /// coefficients point away from the branch. The end is judged as it is: where the loops are closed again, a stiff spring feels what rounding errors leave of
+    /// positions, divided by the distance.
+    pub(super) fn flattened_defect(&mut self, context: &mut Context, run: &Run, end: f64) -> f64 {
+        let Context { model, machine, projection, .. } = context;
+        let n = model.coordinates();
+        let (lacks, demanded) = self.lacks.split_at_mut(n);
+        self.jet.accelerations_at_end(lacks);
+        machine.load_signals(model, &run.signals.origin, end);
+        machine.load_motion(model, &self.next);
+        machine.evaluate(&model.program().tapes.acceleration, demanded);
+        lacks.iter_mut().zip(&*demanded).for_each(|(lack, demanded)| *lack -= demanded);
+        // Twice, for the first time leaves rounding errors divided by the distance.
+        projection.flatten(model, machine, lacks);
+        projection.flatten(model, machine, lacks);
+        let coordinates = model.program().coordinates.iter().zip(&self.next[n..]);
+        let rates = coordinates.map(|(coordinate, rate)| math::maximum(coordinate.scale, rate.abs()));
+        let worst = lacks.iter().zip(rates).fold(0.0, |worst, (lack, rate)| math::maximum(worst, lack.abs() / rate));
+        worst * (end - run.last.end_time) / run.last.order as f64
     }
 
     /// Is the pose ahead, which no step of length h passes, one where branches do not meet?

@@ -228,7 +228,7 @@ fn predict(run: &mut Run) -> bool {
 }
 
 /// Does the step begin where rounding errors of a singular pose may count?
-fn is_near(run: &Run) -> bool {
+pub(super) fn is_near(run: &Run) -> bool {
     let near = |pose: f64| (run.last.end_time - pose).abs() < HORIZON * run.last.natural;
     run.last.natural == 0.0 || run.singular.ahead > 0.0 || run.singular.pose.is_some_and(near)
 }

@@ -1,6 +1,6 @@
 //! One step: propose a length, try it, judge it, accept or shorten it.
 
-use super::propose::{Proposal, Step};
+use super::propose::{Proposal, Step, is_near};
 use super::{Start, Taylor};
 use crate::context::Context;
 use crate::events::Choices;
@@ -20,6 +20,8 @@ const SHORTER: f64 = 0.6;
 pub(super) const PREDICTED: f64 = 1.8;
 /// Across a singular pose rounding errors that point away from the branch grow so large, in units of those of rates; the loops take them off.
 const NOISE: f64 = 1e-7;
+/// What is left of the defect of such a step without what the loops take off, in units of what another step may miss.
+const FLAT: f64 = 100.0;
 
 /// What came of an attempt.
 enum Trial {
@@ -81,7 +83,7 @@ impl Taylor {
         if closed && let Some(shorter) = self.too_near(context, run, step, h) {
             return Trial::Shorter(shorter);
         }
-        if closed && self.jet.defect(step.order, h) <= goal {
+        if closed && (self.jet.defect(step.order, h) <= goal || self.is_noise(context, run, step, end)) {
             self.conclude(context, run, step, (end, switch));
             return Trial::Done;
         }
@@ -91,6 +93,13 @@ impl Taylor {
             return Trial::Shorter(0.5 * h);
         }
         if self.finds_avoided(context, run, h) { Trial::Done } else { Trial::Blocked }
+    }
+
+    /// Is the defect of a step next to a singular pose, or across it, what rounding errors make of it?
+    fn is_noise(&mut self, context: &mut Context, run: &Run, step: &Step, end: f64) -> bool {
+        let passes = step.located && run.passes(end);
+        let most = if passes { FLAT * step.goal } else { step.goal };
+        is_near(run) && self.flattened_defect(context, run, end) <= most
     }
 
     /// Are there neither loops nor laws that the end of a step could be tested for?

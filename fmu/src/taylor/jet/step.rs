@@ -103,6 +103,11 @@ impl Jet {
         largest(worst) * dt / order as f64
     }
 
+    /// The accelerations of the coordinates at the end of a step, as last evaluated.
+    pub fn accelerations_at_end(&self, accelerations: &mut [f64]) {
+        self.read(self.end[2].as_flattened(), accelerations);
+    }
+
     /// What counts of each unknown: the reciprocal of its scale a second, or of its rate if that is larger.
     pub(super) fn weigh(&mut self) {
         let all = self.shape.all();
