@@ -2,6 +2,10 @@
 
 mod support;
 
+use std::sync::Arc;
+
+use cotree_fmu::instance::Instance;
+use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use support::hard::families::Family;
 use support::hard::{Case, Outcome, Points};
@@ -101,4 +105,52 @@ fn explicit_steps_that_leave_their_branch_say_so() {
         }
     }
     assert!(passed > 20 && left > 5, "{passed} runs passed, {left} left their branch");
+}
+
+/// A block of 1 kg under dry friction of 2 N and this force.
+fn block(force: &str, method: &str) -> Result<(f64, f64), String> {
+    let scene = format!(
+        r#"
+format = 1
+name = "block"
+[bodies.block]
+mass = 1.0
+[joints.guide]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[loads.push]
+type = "force"
+on = "block"
+vector = ["{force} - 2*if(guide.v < 0, -1, 1)", 0]
+[initial]
+"guide.v" = 0.3
+[solver]
+method = "{method}"
+"#
+    );
+    let scene = cotree::Scene::from_toml(&scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
+    let compiled = cotree::compile(&scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
+    let mut instance = Instance::new(Arc::new(Model::new(compiled.program).expect("a sound program")));
+    instance.setup(0.0, Some(3.0), Some(1e-8)).expect("times");
+    instance.initialise().expect("consistent");
+    instance.step_to(3.0).map_err(|error| error.to_string())?;
+    let mut value = |name: &str| instance.get(instance.variable(name).expect("an output")).expect("defined");
+    Ok((value("guide.s"), value("guide.v")))
+}
+
+/// Dry friction holds what a force of less than 2 N pushes: no step has an end then. Under 20 N it changes its sign and the motion goes on.
+#[test]
+fn a_law_that_pushes_to_and_fro_is_refused_by_each_method() {
+    for method in ["auto", "explicit", "implicit"] {
+        for force in ["0", "1.9*sin(5*t)", "1.5 - 80*guide.s"] {
+            let why = block(force, method).expect_err(force);
+            let reason = why.contains("switches back and forth without end, and `guide.s` with it");
+            assert!(reason, "{method}, {force}: {why}");
+        }
+        let (place, rate) = block("20*sin(5*t)", method).unwrap_or_else(|why| panic!("{method}: {why}"));
+        let (other_place, other_rate) = block("20*sin(5*t)", "auto").expect("passed");
+        let apart = (place - other_place).abs().max((rate - other_rate).abs());
+        assert!(apart < 3e-7, "{method}: {place} {rate}, {other_place} {other_rate}");
+    }
 }

@@ -16,7 +16,7 @@ pub(crate) mod switch;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use layers::Layers;
-pub(crate) use monitor::{Monitor, Overlooked, Span};
+pub(crate) use monitor::{Monitor, Objection, Overlooked, Span};
 pub use switch::{Choices, MAX_SWITCHES};
 
 /// How a function is steep.

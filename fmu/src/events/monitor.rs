@@ -3,6 +3,7 @@
 use super::course::{Course, HALVINGS, PLACES, ROUGH_PLACES, varies};
 use super::{Steep, half_width};
 use crate::machine::Machine;
+use crate::math;
 use crate::model::{Model, State};
 
 /// Switches closer than this, in steps, are one: no root is found better.
@@ -13,6 +14,14 @@ const MARGIN: f64 = 1e-6;
 /// What follows a switch begins with a step of this share of what is left of the one that ended there.
 const RESTART: f64 = 0.01;
 
+/// Both sides of a switch are looked at so far from it, in steps, for it is found to [`TOGETHER`]; or so many shortest steps from it.
+const BESIDE: f64 = 1e-8;
+const SPACINGS: f64 = 16.0;
+/// A switch is judged that lies no more than this share of what its function varies by in the step after it.
+const AHEAD: f64 = 0.1;
+/// The rate of a switching function counts from this share of the change in the step on.
+const MOVES: f64 = 1e-3;
+
 /// Follows the arguments of the laws along a step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Monitor {
@@ -22,7 +31,11 @@ pub(crate) struct Monitor {
     /// Where switching functions change sign, and which.
     crossings: Vec<(f64, usize)>,
     motion: Vec<f64>,
+    /// The motion a little later.
+    moved: Vec<f64>,
     accelerations: Vec<f64>,
+    /// Accelerations on the other side of a switch.
+    behind: Vec<f64>,
 }
 
 /// A step whose motion is known all along it.
@@ -36,6 +49,15 @@ pub(crate) struct Span<'a, F> {
     pub shortest: f64,
     /// Writes (q, v), so many steps after the start.
     pub motion: F,
+}
+
+/// What is against a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Objection {
+    /// It has not seen a law.
+    Overlooked(Overlooked),
+    /// On both sides of a switch the motion is pushed to the other one; the coordinate that is pushed most.
+    Chatter(usize),
 }
 
 /// A law that a step has not seen, in steps.
@@ -70,8 +92,9 @@ impl Monitor {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
         let (laws, n) = (model.program().tapes.laws.kinds.len(), model.coordinates());
-        let (samples, crossings) = (vec![0.0; laws * PLACES.len()], Vec::with_capacity(laws * PLACES.len()));
-        Self { laws, samples, crossings, motion: vec![0.0; 2 * n], accelerations: vec![0.0; n] }
+        let (samples, crossings) = (vec![0.0; laws * PLACES.len()], Vec::with_capacity(laws * (PLACES.len() + 1)));
+        let (accelerations, behind) = (vec![0.0; n], vec![0.0; n]);
+        Self { laws, samples, crossings, motion: vec![0.0; 2 * n], moved: vec![0.0; 2 * n], accelerations, behind }
     }
 
     /// Are there no laws that may be steep?
@@ -79,18 +102,18 @@ impl Monitor {
         self.laws == 0
     }
 
-    /// The first law that the step has not seen. `share` of a law may be overlooked; `excess` says by how much the accelerations that the equations demand
+    /// What is against the step: the first law that it has not seen, or a switch that the motion does not leave. `share` of a law may be overlooked; `excess` says by how much the accelerations that the equations demand
     /// at a place are not those of the step, in units of what may be overlooked.
     ///
     /// The estimates of a `filtering` method take off what stiff springs, and friction at rest, do; `excess` is told whether to do so. A contact may be as
     /// stiff, and a force may set free what rests: its steps end where a law switches, and begin there with a short one.
-    pub fn overlooked<F: FnMut(f64, &mut [f64])>(
+    pub fn objection<F: FnMut(f64, &mut [f64])>(
         &mut self,
         span: &mut Span<F>,
         share: f64,
         filtering: bool,
         mut excess: impl FnMut(bool, f64, &[f64]) -> f64,
-    ) -> Option<Overlooked> {
+    ) -> Option<Objection> {
         self.sample(span, |index| ROUGH_PLACES.contains(&index));
         if !self.may_be_steep(span.model) {
             return None;
@@ -101,9 +124,91 @@ impl Monitor {
         let window = self.between_switches(span, &mut unfiltered);
         let switch = filtering.then(|| self.first_switch(span, &mut unfiltered)).flatten();
         let first = window.into_iter().chain(switch).min_by(|a, b| a.begin.total_cmp(&b.begin));
-        first.or_else(|| {
+        let overlooked = first.or_else(|| {
             self.beside_its_ends(span, share, &mut |place, accelerations| excess(filtering, place, accelerations))
-        })
+        });
+        overlooked.map(Objection::Overlooked).or_else(|| self.chatter(span).map(Objection::Chatter))
+    }
+
+    /// The coordinate that is pushed most at a switch to which both sides push the motion back (Filippov, Differential equations with discontinuous right-hand sides, 1988,
+    /// section 4: a solution would stay there, and steps are endless).
+    fn chatter<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>) -> Option<usize> {
+        self.add_switches_ahead(span.model);
+        for index in 0..self.crossings.len() {
+            let (at, law) = self.crossings[index];
+            let aside = f64::max(BESIDE, SPACINGS * span.shortest / span.h);
+            let place = f64::max(if at < 1.0 { at - aside } else { at }, 0.0);
+            // What lies ahead may change by as much as in the step.
+            let before = (at == 1.0).then(|| self.rate_at(span, law, 0.0).1);
+            let (value, towards) = self.rate_at(span, law, place);
+            let change = before.map_or(0.0, |before| (towards - before).abs());
+            // Across the switch, as far as it is ahead.
+            self.go_on(f64::max(2.0 * (value / towards).abs(), aside) * span.h);
+            self.motion.copy_from_slice(&self.moved);
+            std::mem::swap(&mut self.accelerations, &mut self.behind);
+            let (other, back) = self.rate(span, law, place);
+            let crosses = (value >= 0.0) != (other >= 0.0) && (value >= 0.0) == (towards < 0.0);
+            let least = math::maximum(MOVES * self.range(law), change);
+            // Written so that NaN is no push.
+            if crosses && towards * back < 0.0 && towards.abs() > least && back.abs() > least {
+                let change = |&index: &usize| {
+                    let change = self.accelerations[index] - self.behind[index];
+                    (change / span.model.program().coordinates[index].scale).abs()
+                };
+                return (0..self.accelerations.len()).max_by(|a, b| change(a).total_cmp(&change(b)));
+            }
+        }
+        None
+    }
+
+    /// Adds the switches shortly before which the step ends to those within it.
+    fn add_switches_ahead(&mut self, model: &Model) {
+        for (law, kind) in model.program().tapes.laws.kinds.iter().enumerate() {
+            let end = self.samples[(PLACES.len() - 1) * self.laws + law];
+            if *kind == Steep::Switching && end.abs() < AHEAD * self.range(law) {
+                self.crossings.push((1.0, law));
+            }
+        }
+    }
+
+    /// By how much an argument varies in the step.
+    fn range(&self, law: usize) -> f64 {
+        let samples = || (0..PLACES.len()).map(|place| self.samples[place * self.laws + law]);
+        samples().fold(f64::MIN, f64::max) - samples().fold(f64::MAX, f64::min)
+    }
+
+    /// [`Self::rate`] of the motion that the step has at a place.
+    fn rate_at<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>, law: usize, place: f64) -> (f64, f64) {
+        span.load(place, &mut self.motion);
+        self.rate(span, law, place)
+    }
+
+    /// A switching function where the motion is at a place, and how fast it changes by the accelerations demanded there, which are kept, times the length of the step.
+    fn rate<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>, law: usize, place: f64) -> (f64, f64) {
+        let (model, program) = (span.model, span.model.program());
+        span.machine.load_signals(model, span.origin, span.time + place * span.h);
+        span.machine.load_motion(model, &self.motion);
+        span.machine.evaluate(&program.tapes.acceleration, &mut self.accelerations);
+        // Not beyond the end of the step.
+        let aside = if place < 0.5 { MOVES } else { -MOVES };
+        self.go_on(aside * span.h);
+        let mut value = |motion: &[f64], place: f64| {
+            span.machine.load_signals(model, span.origin, span.time + place * span.h);
+            span.machine.load_motion(model, motion);
+            span.machine.run(&program.tapes.laws.tape);
+            span.machine.result(&program.tapes.laws.tape, law)
+        };
+        let here = value(&self.motion, place);
+        (here, (value(&self.moved, place + aside) - here) / aside)
+    }
+
+    /// Where the motion is so much later, with the accelerations that are kept.
+    fn go_on(&mut self, dt: f64) {
+        let n = self.accelerations.len();
+        for index in 0..n {
+            self.moved[index] = self.motion[index] + dt * self.motion[n + index];
+            self.moved[n + index] = self.motion[n + index] + dt * self.accelerations[index];
+        }
     }
 
     /// The first switch within the step before or behind which the step is not what the equations demand.

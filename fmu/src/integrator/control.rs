@@ -3,7 +3,7 @@
 use super::run::Run;
 use crate::constraints::domains::outside_soon;
 use crate::context::Context;
-use crate::events::Overlooked;
+use crate::events::{Objection, Overlooked};
 use crate::failure::Failure;
 use crate::model::Model;
 use crate::singular::dependence::end_of_reach;
@@ -79,12 +79,26 @@ pub(crate) enum Trial {
     Rejected { shorter: f64, cause: Option<Failure> },
     /// A law is steep somewhere within the step.
     Overlooked(Overlooked),
+    /// No other length is better.
+    Failed(Failure),
     /// A singular pose was not where it was expected.
     Replanned,
     /// Something like a singular pose is in the step, but cannot be located.
     Unsteady,
     /// Another method is to take the step.
     Declined,
+}
+
+impl Trial {
+    /// A step that begins at a time, to which there is an objection.
+    pub fn objected(model: &Model, time: f64, objection: Objection) -> Self {
+        match objection {
+            Objection::Overlooked(overlooked) => Self::Overlooked(overlooked),
+            Objection::Chatter(index) => {
+                Self::Failed(Failure::Chatter { time, coordinate: model.program().coordinates[index].name.clone() })
+            }
+        }
+    }
 }
 
 /// A Runge-Kutta method with an estimate of its error. It keeps what it needs for the next step; what a saved state needs besides is in the run.
@@ -139,6 +153,7 @@ pub(crate) fn take_step<M: Integrator>(
             Trial::Overlooked(Overlooked { begin, place }) => {
                 (rejected, run.last.natural, until_steep) = (true, (begin * h).max(shortest), (place - begin) * h);
             }
+            Trial::Failed(failure) => return Err(failure),
             Trial::Replanned if replans < REPLANS => replans += 1,
             Trial::Replanned | Trial::Unsteady => {
                 (rejected, replans, run.last.natural) = (true, 0, (0.5 * h).max(shortest));

@@ -8,7 +8,7 @@ use super::right_hand_side::RightHandSide;
 use super::run::Run;
 use crate::constraints::accelerations::finite;
 use crate::context::Context;
-use crate::events::{Monitor, Overlooked, Span};
+use crate::events::{Monitor, Objection, Span};
 use crate::failure::Failure;
 use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, shortest};
 use crate::math;
@@ -81,7 +81,7 @@ impl Integrator for Explicit {
             Err(Unfit::Error(error, cause)) => {
                 return Trial::Rejected { shorter: next_step(h, error, true).min(0.5 * h), cause };
             }
-            Err(Unfit::Overlooked(overlooked)) => return Trial::Overlooked(overlooked),
+            Err(Unfit::Objection(objection)) => return Trial::objected(context.model, run.last.end_time, objection),
             Err(Unfit::Pose) => return Trial::Replanned,
         };
         let proposed = next_step(h, error, attempt.rejected);
@@ -107,8 +107,8 @@ enum Unfit {
     Error(f64, Option<Failure>),
     /// A singular pose was not where it was expected.
     Pose,
-    /// A law is steep somewhere within the step.
-    Overlooked(Overlooked),
+    /// What its laws do.
+    Objection(Objection),
 }
 
 impl Explicit {
@@ -173,8 +173,8 @@ impl Explicit {
         if (end > attempt.target || passes || monitored) && !self.interpolate(context, run, end, near) {
             return unfit;
         }
-        if monitored && let Some(overlooked) = self.overlooked(context, run, [run.last.end_time, end]) {
-            return Err(Unfit::Overlooked(overlooked));
+        if monitored && let Some(objection) = self.objection(context, run, [run.last.end_time, end]) {
+            return Err(Unfit::Objection(objection));
         }
         if passes && !self.note_passage(context, run, end - run.last.end_time) {
             return Err(Unfit::Pose);
@@ -230,9 +230,9 @@ impl Explicit {
         run.last.dense.iter().all(|value| value.is_finite())
     }
 
-    /// A law that is steep between these times, the last of which is the end of the step just tried, where the dense output does not accelerate as the equations
-    /// demand.
-    fn overlooked(&mut self, context: &mut Context, run: &Run, [time, end]: [f64; 2]) -> Option<Overlooked> {
+    /// What the laws have against the motion between these times, the last of which is the end of the step just tried: they are steep where the dense output does not
+    /// accelerate as the equations demand, or push to and fro.
+    fn objection(&mut self, context: &mut Context, run: &Run, [time, end]: [f64; 2]) -> Option<Objection> {
         let (step, h) = (end - run.last.start_time, end - time);
         let (first, part) = ((time - run.last.start_time) / step, h / step);
         let Context { model, machine, statistics, settings, .. } = context;
@@ -246,7 +246,7 @@ impl Explicit {
                 math::maximum(worst, lack.abs() / (OVERLOOKED * tolerances[n + index]))
             })
         };
-        self.monitor.overlooked(&mut span, SHARE_OF_TOLERANCE * settings.tolerance, false, excess)
+        self.monitor.objection(&mut span, SHARE_OF_TOLERANCE * settings.tolerance, false, excess)
     }
 
     /// Projects the end of the step onto the loop equations.

@@ -167,7 +167,7 @@ impl Explicit {
         }
         run.last.start_time = end - h;
         // The steps back know only the laws that hold at its end.
-        if !self.monitor.is_empty() && self.overlooked(context, run, [run.last.end_time, end]).is_some() {
+        if !self.monitor.is_empty() && self.objection(context, run, [run.last.end_time, end]).is_some() {
             return false;
         }
         run.last.end_time = end;

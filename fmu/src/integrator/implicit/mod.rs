@@ -15,7 +15,7 @@ use super::right_hand_side::RightHandSide;
 use super::run::Run;
 use crate::constraints::accelerations::finite;
 use crate::context::Context;
-use crate::events::{Monitor, Overlooked, Span};
+use crate::events::{Monitor, Objection, Span};
 use crate::failure::Failure;
 use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, shortest};
 use crate::linalg::lane::{Lane, ZERO};
@@ -217,8 +217,8 @@ impl Implicit {
         self.radau.end(&run.last.end, &mut self.next);
         let ahead = self.supervise(context, run, end)?;
         self.close(context, run, end).map_err(|failure| reject(0.5, Some(failure)))?;
-        if let Some(overlooked) = self.overlooked(context, run, end) {
-            return Err(Trial::Overlooked(overlooked));
+        if let Some(objection) = self.objection(context, run, end) {
+            return Err(Trial::objected(context.model, run.last.end_time, objection));
         }
         if run.passes(end) && !self.note_passage(context, run, end) {
             return Err(Trial::Declined);
@@ -270,9 +270,9 @@ impl Implicit {
         }
     }
 
-    /// A law that is steep within the step just solved, where its polynomial does not accelerate as the equations demand. What stiff springs and
-    /// dampers make of that is filtered out, as from the error of the step.
-    fn overlooked(&mut self, context: &mut Context, run: &Run, end: f64) -> Option<Overlooked> {
+    /// What the laws have against the step just solved: they are steep where its polynomial does not accelerate as the equations demand, or push to and fro. What stiff
+    /// springs and dampers make of the former is filtered out, as from the error of the step.
+    fn objection(&mut self, context: &mut Context, run: &Run, end: f64) -> Option<Objection> {
         let h = end - run.last.end_time;
         if self.monitor.is_empty() || h <= 2.0 * shortest(end) {
             return None;
@@ -299,7 +299,7 @@ impl Implicit {
                 math::maximum(worst, math::maximum(q.abs() / position, REAL / h * q.abs() / rate) / OVERLOOKED)
             })
         };
-        monitor.overlooked(&mut span, settings.tolerance, true, excess)
+        monitor.objection(&mut span, settings.tolerance, true, excess)
     }
 
     /// Projects the end of the step onto the loop equations.
