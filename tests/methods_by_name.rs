@@ -108,7 +108,7 @@ fn explicit_steps_that_leave_their_branch_say_so() {
 }
 
 /// A block of 1 kg under dry friction of 2 N and this force.
-fn block(force: &str, method: &str) -> Result<(f64, f64), String> {
+fn block(force: &str, method: &str) -> Result<[f64; 2], String> {
     let scene = format!(
         r#"
 format = 1
@@ -129,14 +129,18 @@ vector = ["{force} - 2*if(guide.v < 0, -1, 1)", 0]
 method = "{method}"
 "#
     );
-    let scene = cotree::Scene::from_toml(&scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
+    end(&scene, [3.0, 1e-8], ["guide.s", "guide.v"])
+}
+
+/// Variables of a scene at a time, by a tolerance.
+fn end<const N: usize>(scene: &str, [time, tolerance]: [f64; 2], names: [&str; N]) -> Result<[f64; N], String> {
+    let scene = cotree::Scene::from_toml(scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
     let compiled = cotree::compile(&scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
     let mut instance = Instance::new(Arc::new(Model::new(compiled.program).expect("a sound program")));
-    instance.setup(0.0, Some(3.0), Some(1e-8)).expect("times");
+    instance.setup(0.0, Some(time), Some(tolerance)).expect("times");
     instance.initialise().expect("consistent");
-    instance.step_to(3.0).map_err(|error| error.to_string())?;
-    let mut value = |name: &str| instance.get(instance.variable(name).expect("an output")).expect("defined");
-    Ok((value("guide.s"), value("guide.v")))
+    instance.step_to(time).map_err(|error| error.to_string())?;
+    Ok(names.map(|name| instance.get(instance.variable(name).expect("an output")).expect("defined")))
 }
 
 /// Dry friction holds what a force of less than 2 N pushes: no step has an end then. Under 20 N it changes its sign and the motion goes on.
@@ -148,9 +152,44 @@ fn a_law_that_pushes_to_and_fro_is_refused_by_each_method() {
             let reason = why.contains("switches back and forth without end, and `guide.s` with it");
             assert!(reason, "{method}, {force}: {why}");
         }
-        let (place, rate) = block("20*sin(5*t)", method).unwrap_or_else(|why| panic!("{method}: {why}"));
-        let (other_place, other_rate) = block("20*sin(5*t)", "auto").expect("passed");
+        let [place, rate] = block("20*sin(5*t)", method).unwrap_or_else(|why| panic!("{method}: {why}"));
+        let [other_place, other_rate] = block("20*sin(5*t)", "auto").expect("passed");
         let apart = (place - other_place).abs().max((rate - other_rate).abs());
         assert!(apart < 3e-7, "{method}: {place} {rate}, {other_place} {other_rate}");
+    }
+}
+
+/// 0.02 x'' = -2 x - 0.2 tanh(x'/1e-4), with 1e5 s as the unit of time: rates of 1e-5 rad/s, in whose layer no step may count as still. x(1.5) = 0.0240285 by scipy's
+/// Radau at 1e-11.
+#[test]
+fn what_is_slow_is_as_accurate_as_what_is_fast() {
+    for (method, stop) in [("auto", 1.5e5), ("auto", 1.0), ("explicit", 1.5e5), ("implicit", 1.5e5)] {
+        let scene = format!(
+            r#"
+format = 1
+name = "slow"
+[bodies.wheel]
+mass = 1
+inertia = 0.02
+[joints.axle]
+type = "revolute"
+between = ["ground", "wheel"]
+friction = {{ coulomb = 2e-11, velocity = 1e-9 }}
+[loads.spring]
+type = "torsion_spring"
+between = ["ground", "wheel"]
+stiffness = 2e-10
+[initial]
+"wheel.angle" = 1
+[experiment]
+stop = {stop}
+[solver]
+method = "{method}"
+"#
+        );
+        for tolerance in [1e-3, 1e-5] {
+            let [angle] = end(&scene, [1.5e5, tolerance], ["wheel.angle"]).unwrap_or_else(|why| panic!("{why}"));
+            assert!((angle - 0.0240285).abs() < 100.0 * tolerance.min(1e-5), "{method}, {tolerance:e}: {angle}");
+        }
     }
 }

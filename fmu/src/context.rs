@@ -17,6 +17,8 @@ pub struct Settings {
     pub automatic: bool,
     /// Relative tolerance on what the user sees.
     pub tolerance: f64,
+    /// Rates below so many scales a second do not count relative to themselves: [`Model::least_rate`] [1/s].
+    pub least_rate: f64,
     /// Longest step [s].
     pub max_step: f64,
     /// Nothing is evaluated after this time [s].

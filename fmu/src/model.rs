@@ -4,8 +4,12 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use crate::math;
 use crate::program::check::Fault;
 use crate::program::{FollowerOrder, Layout, Program};
+
+/// In runs that last longer, slow rates count as well [s].
+const LASTING: f64 = 10.0;
 
 /// A checked program with its register layout. Immutable: instances share it.
 #[derive(Clone, Debug)]
@@ -67,6 +71,14 @@ impl Model {
     /// Is that parameter the known value of a variable at the start, which must read back as it was set?
     pub fn is_imposed(&self, parameter: usize) -> bool {
         self.imposed.get(parameter).copied().unwrap_or_default()
+    }
+
+    /// So many scales a second are the least rate that counts relative to itself: wrong by a tolerance, it moves the mechanism by some tolerances in a run that ends at
+    /// this time, or when the scene says if that is later.
+    pub fn least_rate(&self, stop: Option<f64>) -> f64 {
+        let experiment = &self.program.experiment;
+        let end = stop.map_or(experiment.stop, |stop| math::maximum(stop, experiment.stop));
+        math::minimum(LASTING / (end - experiment.start), 1.0)
     }
 
     /// Number of coordinates, n.

@@ -138,13 +138,17 @@ impl Monitor {
             let (at, law) = self.crossings[index];
             let aside = f64::max(BESIDE, SPACINGS * span.shortest / span.h);
             let place = f64::max(if at < 1.0 { at - aside } else { at }, 0.0);
-            // What lies ahead may change by as much as in the step.
             let before = (at == 1.0).then(|| self.rate_at(span, law, 0.0).1);
-            let (value, towards) = self.rate_at(span, law, place);
+            let (mut value, mut towards) = self.rate_at(span, law, place);
+            // What lies ahead may change by as much as in the step.
             let change = before.map_or(0.0, |before| (towards - before).abs());
+            if at == 1.0 {
+                // A law that is steep, but does not jump, has the same value on both sides of the switch only.
+                self.advance((1.0 - MOVES) * (value / towards).abs() * span.h);
+                (value, towards) = self.rate(span, law, place);
+            }
             // Across the switch, as far as it is ahead.
-            self.go_on(f64::max(2.0 * (value / towards).abs(), aside) * span.h);
-            self.motion.copy_from_slice(&self.moved);
+            self.advance(f64::max(2.0 * (value / towards).abs(), aside) * span.h);
             std::mem::swap(&mut self.accelerations, &mut self.behind);
             let (other, back) = self.rate(span, law, place);
             let crosses = (value >= 0.0) != (other >= 0.0) && (value >= 0.0) == (towards < 0.0);
@@ -200,6 +204,12 @@ impl Monitor {
         };
         let here = value(&self.motion, place);
         (here, (value(&self.moved, place + aside) - here) / aside)
+    }
+
+    /// Goes on from the motion that is kept.
+    fn advance(&mut self, dt: f64) {
+        self.go_on(dt);
+        std::mem::swap(&mut self.motion, &mut self.moved);
     }
 
     /// Where the motion is so much later, with the accelerations that are kept.

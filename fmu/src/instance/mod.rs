@@ -402,6 +402,7 @@ impl Instance {
             engine: self.now.engine,
             automatic: self.now.automatic,
             tolerance: self.now.tolerance,
+            least_rate: self.model.least_rate(self.now.stop),
             max_step: self.model.program().experiment.max_step,
             stop: self.now.stop,
             deadline: None,

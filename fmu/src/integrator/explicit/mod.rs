@@ -274,15 +274,16 @@ impl Explicit {
         run.last.end.copy_from_slice(&self.next);
     }
 
-    /// Absolute tolerances of q and v. Rates count relative to themselves, but not below one scale a second.
+    /// Absolute tolerances of q and v. Rates count relative to themselves, but not below the least that do.
     fn tolerate(&mut self, context: &Context, start: &[f64], next: bool) {
         let n = context.model.coordinates();
         let tolerance = (SHARE_OF_TOLERANCE * context.settings.tolerance).max(FINEST);
+        let least = context.settings.least_rate;
         for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
             let after = if next { self.next[n + index].abs() } else { 0.0 };
             let rate = start[n + index].abs().max(after);
             self.tolerances[index] = tolerance * coordinate.scale;
-            self.tolerances[n + index] = tolerance * coordinate.scale.max(rate);
+            self.tolerances[n + index] = tolerance * (least * coordinate.scale).max(rate);
         }
     }
 }

@@ -74,13 +74,13 @@ impl Implicit {
         if (1.0..=KEEP).contains(&factor) { h } else { factor * h }
     }
 
-    /// Absolute tolerances of q and v for one step. Rates count relative to themselves, but not below one scale a second, or a step if it is
-    /// longer.
+    /// Absolute tolerances of q and v for one step. Rates count relative to themselves, but not below the least that do, or one scale a step if that is
+    /// less.
     pub(super) fn tolerate(&mut self, context: &Context, start: &[f64], h: f64, share: f64) {
-        let n = context.model.coordinates();
+        let (n, least) = (context.model.coordinates(), math::minimum(context.settings.least_rate, h.recip()));
         for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
             self.tolerances[index] = share * coordinate.scale;
-            self.tolerances[n + index] = share * (coordinate.scale / h.max(1.0)).max(start[n + index].abs());
+            self.tolerances[n + index] = share * (least * coordinate.scale).max(start[n + index].abs());
         }
     }
 }

@@ -183,6 +183,7 @@ impl Taylor {
             self.jet.update(machine.registers());
         }
         let order = order_for(settings.tolerance);
+        self.jet.least_rate = settings.least_rate;
         let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
         self.jet.closeness(&mut self.guard.next);
         self.take_closed(model);

@@ -177,7 +177,7 @@ impl Taylor {
     /// coefficients point away from the branch. The end is judged as it is: where the loops are closed again, a stiff spring feels what rounding errors leave of
     /// positions, divided by the distance.
     pub(super) fn flattened_defect(&mut self, context: &mut Context, run: &Run, end: f64) -> f64 {
-        let Context { model, machine, projection, .. } = context;
+        let Context { model, machine, projection, settings, .. } = context;
         let n = model.coordinates();
         let (lacks, demanded) = self.lacks.split_at_mut(n);
         self.jet.accelerations_at_end(lacks);
@@ -189,7 +189,8 @@ impl Taylor {
         projection.flatten(model, machine, lacks);
         projection.flatten(model, machine, lacks);
         let coordinates = model.program().coordinates.iter().zip(&self.next[n..]);
-        let rates = coordinates.map(|(coordinate, rate)| math::maximum(coordinate.scale, rate.abs()));
+        let least = settings.least_rate;
+        let rates = coordinates.map(|(coordinate, rate)| math::maximum(least * coordinate.scale, rate.abs()));
         let worst = lacks.iter().zip(rates).fold(0.0, |worst, (lack, rate)| math::maximum(worst, lack.abs() / rate));
         worst * (end - run.last.end_time) / run.last.order as f64
     }

@@ -223,6 +223,8 @@ pub struct Jet {
     solution: Vec<Lane>,
     /// Derivatives of arms: first by the angle, then by the length.
     derivatives: [Vec<Lane>; 2],
+    /// So many scales a second are the least rates that count relative to themselves.
+    pub least_rate: f64,
     /// Scales of the unknowns, and what counts of their rates.
     scales: Vec<Lane>,
     weights: Vec<Lane>,
@@ -301,6 +303,7 @@ impl Jet {
             derivatives: [vec![ZERO; 2 * all], vec![ZERO; 2 * all]],
             reads: form.coordinates.iter().map(|&coordinate| Read::new(&shape, coordinate)).collect(),
             scales: scales(model, &shape),
+            least_rate: model.least_rate(None),
             weights: vec![splat(1.0); all],
             end: [vec![ZERO; all], vec![ZERO; all], vec![ZERO; all]],
             unknowns,

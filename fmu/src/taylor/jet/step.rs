@@ -108,13 +108,13 @@ impl Jet {
         self.read(self.end[2].as_flattened(), accelerations);
     }
 
-    /// What counts of each unknown: the reciprocal of its scale a second, or of its rate if that is larger.
+    /// What counts of each unknown: the reciprocal of its rate, or of the least that counts relative to itself.
     pub(super) fn weigh(&mut self) {
         let all = self.shape.all();
         let rates = &self.values[all..];
         for ((weights, scales), rates) in self.weights.iter_mut().zip(&self.scales).zip(rates) {
             for ((weight, scale), rate) in weights.iter_mut().zip(scales).zip(rates) {
-                *weight = 1.0 / math::maximum(*scale, rate.abs());
+                *weight = 1.0 / math::maximum(self.least_rate * scale, rate.abs());
             }
         }
     }

@@ -98,7 +98,7 @@ pub(crate) struct Members<N> {
     reads: Vec<Read>,
     /// The arm of each unknown, in the order of their equations, with its scale, and its place in a polynomial.
     unknowns: Vec<usize>,
-    scales: Vec<f64>,
+    least_rates: Vec<f64>,
     stored: Vec<usize>,
     /// Numbers of one order of a polynomial.
     stride: usize,
@@ -145,12 +145,13 @@ impl<N: Elementary> Members<N> {
         let (coupling, rows): (Vec<_>, Vec<_>) = (coupling.collect(), rows.collect());
         let (padded, arms) = (Shape::new(&form), shape.places());
         let scale = |arm: &usize| if *arm < form.frames.len() { 1.0 } else { model.program().length };
+        let least_rate = |arm: &usize| model.least_rate(None) * scale(arm);
         let mut members = Self {
             frames: 0,
             response: Vec::new(),
             reads: form.coordinates.iter().map(|&coordinate| Read::new(&shape, coordinate)).collect(),
             chain: chain(&form),
-            scales: unknowns.iter().map(scale).collect(),
+            least_rates: unknowns.iter().map(least_rate).collect(),
             stored: unknowns.iter().map(|arm| padded.place(*arm as u32)).collect(),
             stride: padded.places(),
             turns: turns(&form, &turned_by),

@@ -193,12 +193,12 @@ impl<N: Elementary> Members<N> {
         open
     }
 
-    /// What counts of each unknown: the reciprocal of its scale a second, or of its rate if that is larger.
+    /// What counts of each unknown: the reciprocal of its rate, or of the least that counts relative to itself.
     #[inline(always)]
     fn weigh(&mut self) {
-        for (&arm, scale) in self.unknowns.iter().zip(&self.scales) {
+        for (&arm, least) in self.unknowns.iter().zip(&self.least_rates) {
             let arm = &mut self.arms[arm];
-            arm.weight = N::all(*scale).larger(arm.value[1]).reciprocal();
+            arm.weight = N::all(*least).larger(arm.value[1]).reciprocal();
         }
     }
 
