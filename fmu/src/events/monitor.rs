@@ -137,20 +137,26 @@ impl Monitor {
         for index in 0..self.crossings.len() {
             let (at, law) = self.crossings[index];
             let aside = f64::max(BESIDE, SPACINGS * span.shortest / span.h);
-            let place = f64::max(if at < 1.0 { at - aside } else { at }, 0.0);
-            let before = (at == 1.0).then(|| self.rate_at(span, law, 0.0).1);
-            let (mut value, mut towards) = self.rate_at(span, law, place);
+            let (ahead, place) = (at == 1.0, if at < 1.0 { at - aside } else { at });
+            if place < MOVES {
+                // Shortly before the step: the one before has looked ahead.
+                continue;
+            }
+            let before = ahead.then(|| self.rate_at(span, law, [MOVES, -MOVES]).1);
+            let (mut value, mut towards) = self.rate_at(span, law, [place, -MOVES]);
             // What lies ahead may change by as much as in the step.
             let change = before.map_or(0.0, |before| (towards - before).abs());
-            if at == 1.0 {
+            if ahead {
                 // A law that is steep, but does not jump, has the same value on both sides of the switch only.
                 self.advance((1.0 - MOVES) * (value / towards).abs() * span.h);
-                (value, towards) = self.rate(span, law, place);
+                (value, towards) = self.rate(span, law, [place, -MOVES]);
             }
             // Across the switch, as far as it is ahead.
             self.advance(f64::max(2.0 * (value / towards).abs(), aside) * span.h);
             std::mem::swap(&mut self.accelerations, &mut self.behind);
-            let (other, back) = self.rate(span, law, place);
+            // Away from the switch, for a switching function may jump there, as that of a periodic law does; but not beyond the end of the step.
+            let (other, back) =
+                self.rate(span, law, [place, if ahead { -MOVES } else { f64::min(MOVES, 1.0 - place) }]);
             let crosses = (value >= 0.0) != (other >= 0.0) && (value >= 0.0) == (towards < 0.0);
             let least = math::maximum(MOVES * self.range(law), change);
             // Written so that NaN is no push.
@@ -182,19 +188,28 @@ impl Monitor {
     }
 
     /// [`Self::rate`] of the motion that the step has at a place.
-    fn rate_at<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>, law: usize, place: f64) -> (f64, f64) {
+    fn rate_at<F: FnMut(f64, &mut [f64])>(
+        &mut self,
+        span: &mut Span<F>,
+        law: usize,
+        [place, aside]: [f64; 2],
+    ) -> (f64, f64) {
         span.load(place, &mut self.motion);
-        self.rate(span, law, place)
+        self.rate(span, law, [place, aside])
     }
 
-    /// A switching function where the motion is at a place, and how fast it changes by the accelerations demanded there, which are kept, times the length of the step.
-    fn rate<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>, law: usize, place: f64) -> (f64, f64) {
+    /// A switching function where the motion is at a place, and how fast it changes by the accelerations demanded there, which are kept, times the length of the step: by the
+    /// difference to its value a little aside.
+    fn rate<F: FnMut(f64, &mut [f64])>(
+        &mut self,
+        span: &mut Span<F>,
+        law: usize,
+        [place, aside]: [f64; 2],
+    ) -> (f64, f64) {
         let (model, program) = (span.model, span.model.program());
         span.machine.load_signals(model, span.origin, span.time + place * span.h);
         span.machine.load_motion(model, &self.motion);
         span.machine.evaluate(&program.tapes.acceleration, &mut self.accelerations);
-        // Not beyond the end of the step.
-        let aside = if place < 0.5 { MOVES } else { -MOVES };
         self.go_on(aside * span.h);
         let mut value = |motion: &[f64], place: f64| {
             span.machine.load_signals(model, span.origin, span.time + place * span.h);
