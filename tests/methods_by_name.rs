@@ -2,13 +2,10 @@
 
 mod support;
 
-use std::sync::Arc;
-
-use cotree_fmu::instance::Instance;
-use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use support::hard::families::Family;
 use support::hard::{Case, Outcome, Points};
+use support::run;
 
 fn member(family: &str, seed: u64) -> Case {
     (Family::named(family).member)(seed)
@@ -134,13 +131,9 @@ method = "{method}"
 
 /// Variables of a scene at a time, by a tolerance.
 fn end<const N: usize>(scene: &str, [time, tolerance]: [f64; 2], names: [&str; N]) -> Result<[f64; N], String> {
-    let scene = cotree::Scene::from_toml(scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
-    let compiled = cotree::compile(&scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
-    let mut instance = Instance::new(Arc::new(Model::new(compiled.program).expect("a sound program")));
-    instance.setup(0.0, Some(time), Some(tolerance)).expect("times");
-    instance.initialise().expect("consistent");
+    let mut instance = run::started(&run::model(scene), None, time, tolerance);
     instance.step_to(time).map_err(|error| error.to_string())?;
-    Ok(names.map(|name| instance.get(instance.variable(name).expect("an output")).expect("defined")))
+    Ok(names.map(|name| run::value(&mut instance, name)))
 }
 
 /// Dry friction holds what a force of less than 2 N pushes: no step has an end then. Under 20 N it changes its sign and the motion goes on.

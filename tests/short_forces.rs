@@ -1,33 +1,22 @@
 //! Forces and contacts that are over within a step are felt, whichever method takes it, and whatever the tolerance is.
 
-use std::sync::Arc;
-
-use cotree::compile::compile;
-use cotree::scene::Scene;
-use cotree_fmu::instance::Instance;
-use cotree_fmu::model::Model;
+#[path = "support/run.rs"]
+mod run;
 
 const TOLERANCES: [f64; 5] = [1e-5, 1e-6, 1e-7, 1e-8, 1e-10];
 
 /// Variables at a time.
-fn values(scene: &Scene, names: &[&str], [time, tolerance]: [f64; 2]) -> Vec<f64> {
-    let compiled = compile(scene).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
-    let mut instance = Instance::new(Arc::new(Model::new(compiled.program).expect("a sound program")));
-    instance.setup(0.0, Some(time), Some(tolerance)).expect("times");
-    instance.initialise().expect("consistent");
+fn values(scene: &str, names: &[&str], [time, tolerance]: [f64; 2]) -> Vec<f64> {
+    let mut instance = run::started(&run::model(scene), None, time, tolerance);
     instance.step_to(time).unwrap_or_else(|error| panic!("{tolerance:e}: {error}"));
-    let value = |name: &&str| instance.get(instance.variable(name).expect("an output")).expect("defined");
-    names.iter().map(value).collect()
-}
-
-fn scene(text: &str) -> Scene {
-    Scene::from_toml(&format!("format = 1\n{text}")).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)))
+    names.iter().map(|name| run::value(&mut instance, name)).collect()
 }
 
 /// A block of 1 kg on a guide with this friction, under a force, from this place and rate.
-fn guided(friction: &str, force: &str, [place, rate]: [f64; 2]) -> Scene {
-    scene(&format!(
+fn guided(friction: &str, force: &str, [place, rate]: [f64; 2]) -> String {
+    format!(
         r#"
+format = 1
 name = "guided"
 [bodies.block]
 mass = 1.0
@@ -46,7 +35,7 @@ vector = ["{force}", 0]
 [outputs]
 variables = ["block.x", "block.vx"]
 "#
-    ))
+    )
 }
 
 /// What rests by friction is set free: 40 N for 10 ms against 5 N. Implicit steps, which friction at rest asks for, used to pass over it. The rest is a block
@@ -72,8 +61,9 @@ fn a_push_within_a_step_sets_free_what_rests() {
 #[test]
 fn a_contact_shorter_than_a_step_keeps_the_energy() {
     for (speed, stiffness) in [(0.63, 2e8), (0.91, 3e6), (0.32, 7e9)] {
-        let scene = scene(&format!(
+        let scene = format!(
             r#"
+format = 1
 name = "stops"
 [ground.points]
 wall = [-1, 0]
@@ -111,7 +101,7 @@ side = "below"
 [outputs]
 variables = ["free.vx", "energy.total"]
 "#
-        ));
+        );
         for tolerance in &TOLERANCES[..4] {
             let energy = values(&scene, &["energy.total"], [4.0, *tolerance])[0];
             let error = energy / (0.5 * speed * speed) - 1.0;
@@ -127,8 +117,9 @@ fn a_rope_comes_taut_at_its_time() {
     for (stiffness, length, x, y, speed) in
         [(194_061.0, 1.716, -0.1804, 0.4859, 0.708), (5e4, 1.2, 0.3, -0.7, 1.9), (3e6, 0.8, 0.11, 0.02, 0.5)]
     {
-        let scene = scene(&format!(
+        let scene = format!(
             r#"
+format = 1
 name = "rope"
 [bodies.ball]
 mass = 1.0
@@ -146,7 +137,7 @@ side = "above"
 [outputs]
 variables = ["energy.total"]
 "#
-        ));
+        );
         for tolerance in TOLERANCES {
             let energy = values(&scene, &["energy.total"], [4.0, tolerance])[0];
             let error = energy / (0.5 * speed * speed) - 1.0;

@@ -124,13 +124,16 @@ impl Projection {
     pub fn flatten(&mut self, model: &Model, machine: &mut Machine, change: &mut [f64]) {
         let m = model.program().constraints.len();
         let tape = &model.program().tapes.project_velocity;
-        machine.load_rates(model, change);
-        machine.evaluate(tape, &mut self.step);
-        change.iter_mut().zip(&self.step[m..]).for_each(|(change, step)| *change += step);
-        // What the rates of drivers make is no part of the change.
-        machine.load_rates(model, &self.rest);
-        machine.evaluate(tape, &mut self.step);
-        change.iter_mut().zip(&self.step[m..]).for_each(|(change, step)| *change -= step);
+        // Twice, for the first time leaves rounding errors divided by the distance from a singular pose.
+        for _ in 0..2 {
+            machine.load_rates(model, change);
+            machine.evaluate(tape, &mut self.step);
+            change.iter_mut().zip(&self.step[m..]).for_each(|(change, step)| *change += step);
+            // What the rates of drivers make is no part of the change.
+            machine.load_rates(model, &self.rest);
+            machine.evaluate(tape, &mut self.step);
+            change.iter_mut().zip(&self.step[m..]).for_each(|(change, step)| *change -= step);
+        }
     }
 
     /// The larger of the relative gaps of positions and of rates, at the state in the registers.

@@ -72,6 +72,11 @@ pub(crate) struct Overlooked {
 impl<F: FnMut(f64, &mut [f64])> Span<'_, F> {
     fn load(&mut self, place: f64, motion: &mut [f64]) {
         (self.motion)(place, motion);
+        self.set(place, motion);
+    }
+
+    /// Brings a motion at the time of a place into the registers.
+    fn set(&mut self, place: f64, motion: &[f64]) {
         self.machine.load_signals(self.model, self.origin, self.time + place * self.h);
         self.machine.load_motion(self.model, motion);
     }
@@ -85,6 +90,14 @@ impl<F: FnMut(f64, &mut [f64])> Span<'_, F> {
     fn evaluate(&mut self, place: f64, motion: &mut [f64]) {
         self.load(place, motion);
         self.machine.run(&self.model.program().tapes.laws.tape);
+    }
+
+    /// An argument of a motion at the time of a place.
+    fn argument(&mut self, law: usize, place: f64, motion: &[f64]) -> f64 {
+        let tape = &self.model.program().tapes.laws.tape;
+        self.set(place, motion);
+        self.machine.run(tape);
+        self.machine.result(tape, law)
     }
 }
 
@@ -102,8 +115,8 @@ impl Monitor {
         self.laws == 0
     }
 
-    /// What is against the step: the first law that it has not seen, or a switch that the motion does not leave. `share` of a law may be overlooked; `excess` says by how much the accelerations that the equations demand
-    /// at a place are not those of the step, in units of what may be overlooked.
+    /// What is against the step: the first law that it has not seen, or a switch that the motion does not leave. `share` of a law may be overlooked; `excess` says by
+    /// how much the accelerations that the equations demand at a place are not those of the step, in units of what may be overlooked.
     ///
     /// The estimates of a `filtering` method take off what stiff springs, and friction at rest, do; `excess` is told whether to do so. A contact may be as
     /// stiff, and a force may set free what rests: its steps end where a law switches, and begin there with a short one.
@@ -130,8 +143,8 @@ impl Monitor {
         overlooked.map(Objection::Overlooked).or_else(|| self.chatter(span).map(Objection::Chatter))
     }
 
-    /// The coordinate that is pushed most at a switch to which both sides push the motion back (Filippov, Differential equations with discontinuous right-hand sides, 1988,
-    /// section 4: a solution would stay there, and steps are endless).
+    /// The coordinate that is pushed most at a switch to which both sides push the motion back (Filippov, Differential equations with discontinuous right-hand
+    /// sides, 1988, section 4: a solution would stay there, and steps are endless).
     fn chatter<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>) -> Option<usize> {
         self.add_switches_ahead(span.model);
         for index in 0..self.crossings.len() {
@@ -161,11 +174,11 @@ impl Monitor {
             let least = math::maximum(MOVES * self.range(law), change);
             // Written so that NaN is no push.
             if crosses && towards * back < 0.0 && towards.abs() > least && back.abs() > least {
-                let change = |&index: &usize| {
-                    let change = self.accelerations[index] - self.behind[index];
-                    (change / span.model.program().coordinates[index].scale).abs()
+                let push = |&index: &usize| {
+                    let jump = self.accelerations[index] - self.behind[index];
+                    (jump / span.model.program().coordinates[index].scale).abs()
                 };
-                return (0..self.accelerations.len()).max_by(|a, b| change(a).total_cmp(&change(b)));
+                return (0..self.accelerations.len()).max_by(|a, b| push(a).total_cmp(&push(b)));
             }
         }
         None
@@ -194,7 +207,7 @@ impl Monitor {
         law: usize,
         [place, aside]: [f64; 2],
     ) -> (f64, f64) {
-        span.load(place, &mut self.motion);
+        (span.motion)(place, &mut self.motion);
         self.rate(span, law, [place, aside])
     }
 
@@ -206,19 +219,11 @@ impl Monitor {
         law: usize,
         [place, aside]: [f64; 2],
     ) -> (f64, f64) {
-        let (model, program) = (span.model, span.model.program());
-        span.machine.load_signals(model, span.origin, span.time + place * span.h);
-        span.machine.load_motion(model, &self.motion);
-        span.machine.evaluate(&program.tapes.acceleration, &mut self.accelerations);
+        span.set(place, &self.motion);
+        span.machine.evaluate(&span.model.program().tapes.acceleration, &mut self.accelerations);
         self.go_on(aside * span.h);
-        let mut value = |motion: &[f64], place: f64| {
-            span.machine.load_signals(model, span.origin, span.time + place * span.h);
-            span.machine.load_motion(model, motion);
-            span.machine.run(&program.tapes.laws.tape);
-            span.machine.result(&program.tapes.laws.tape, law)
-        };
-        let here = value(&self.motion, place);
-        (here, (value(&self.moved, place + aside) - here) / aside)
+        let here = span.argument(law, place, &self.motion);
+        (here, (span.argument(law, place + aside, &self.moved) - here) / aside)
     }
 
     /// Goes on from the motion that is kept.

@@ -301,8 +301,8 @@ impl Engines<'_> {
         }
     }
 
-    /// Something changes within the last implicit step: takes that step again, up to the change, for its polynomial is of a lower order than its end, and the errors of many changes
-    /// would add up. Where that is not possible the motion goes on from the polynomial.
+    /// Something changes within the last implicit step: takes that step again, up to the change, for its polynomial is of a lower order than its end, and the
+    /// errors of many changes would add up. Where that is not possible the motion goes on from the polynomial.
     pub fn end_at_change(&mut self, context: &mut Context, run: &mut Run, state: &mut State) {
         let (begin, end, natural) = (run.last.start_time, run.last.end_time, run.last.natural);
         let passes = run.singular.pose.is_some_and(|pose| (begin..=end).contains(&pose));

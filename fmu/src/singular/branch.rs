@@ -190,6 +190,39 @@ pub(crate) fn watch(context: &mut Context, run: &mut Run) -> Result<(), Failure>
     if model.program().tapes.closeness.is_empty() {
         return Ok(());
     }
+    if !extend(context, run) {
+        return Ok(());
+    }
+    let Supervisor { trail, smallest, pose, .. } = &run.singular;
+    let Some(closest) = (if trail.count == WINDOW { trail.closest(smallest, *pose) } else { None }) else {
+        return Ok(());
+    };
+    let followed = run.singular.follow.is_some_and(|follow| follow.until >= trail.state(0)[0]);
+    let at = |place: usize| {
+        let state = trail.state(place);
+        run.state_at(model, state[0], &state[1..])
+    };
+    if followed {
+        return Ok(());
+    }
+    let distances = [0, closest, WINDOW - 1].map(|place| dependent(model, &at(place)).0);
+    if distances[1] > NEARER * math::minimum(distances[0], distances[2]) {
+        return Ok(());
+    }
+    let before = usize::from(trail.leapt);
+    let (angle, joints) = turn(model, [&at(before), &at(closest), &at(WINDOW - 1)]);
+    // Written so that no number is another branch too.
+    let same = angle < SAME;
+    if same {
+        return Ok(());
+    }
+    let time = trail.state(closest)[0];
+    Err(Failure::BranchLost { time, joints, named: context.settings.is_named() })
+}
+
+/// Adds the end of the last step to the trail, if it was a short one and lies far enough from the states there. Says whether it did.
+fn extend(context: &mut Context, run: &mut Run) -> bool {
+    let model = context.model;
     let trail = &mut run.singular.trail;
     let leap = !trail.begun || progress(model, &trail.last[1..], &run.last.end) > LEAP;
     if leap {
@@ -204,35 +237,11 @@ pub(crate) fn watch(context: &mut Context, run: &mut Run) -> Result<(), Failure>
     trail.last[1..].copy_from_slice(&run.last.end);
     let known = trail.count;
     if leap || progress(model, &trail.state(known - 1)[1..], &run.last.end) < trail.apart(&run.singular.smallest) {
-        return Ok(());
+        return false;
     }
     trail.push_last();
     note_closeness(context, run);
-    let Supervisor { trail, smallest, pose, .. } = &run.singular;
-    let Some(closest) = (if trail.count == WINDOW { trail.closest(smallest, *pose) } else { None }) else {
-        return Ok(());
-    };
-    let followed = run.singular.follow.is_some_and(|follow| follow.until >= run.singular.trail.state(0)[0]);
-    let at = |place: usize| {
-        let state = run.singular.trail.state(place);
-        run.state_at(model, state[0], &state[1..])
-    };
-    if followed {
-        return Ok(());
-    }
-    let distances = [0, closest, WINDOW - 1].map(|place| dependent(model, &at(place)).0);
-    if distances[1] > NEARER * math::minimum(distances[0], distances[2]) {
-        return Ok(());
-    }
-    let before = usize::from(run.singular.trail.leapt);
-    let (angle, joints) = turn(model, [&at(before), &at(closest), &at(WINDOW - 1)]);
-    // Written so that no number is another branch too.
-    let same = angle < SAME;
-    if same {
-        return Ok(());
-    }
-    let time = run.singular.trail.state(closest)[0];
-    Err(Failure::BranchLost { time, joints, named: context.settings.is_named() })
+    true
 }
 
 /// 1 / r^2 at the last state of the trail.

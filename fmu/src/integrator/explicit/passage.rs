@@ -41,11 +41,7 @@ impl Explicit {
         machine.load_signals(model, &run.signals.origin, end);
         machine.load_positions(model, &next[..n]);
         method.filtered_error(h, tolerances, |error| {
-            for part in error.chunks_exact_mut(n) {
-                // Twice, for the first time leaves rounding errors divided by the distance.
-                projection.flatten(model, machine, part);
-                projection.flatten(model, machine, part);
-            }
+            error.chunks_exact_mut(n).for_each(|part| projection.flatten(model, machine, part));
         })
     }
 

@@ -57,10 +57,7 @@ impl Implicit {
         machine.load_signals(model, &run.signals.origin, end);
         machine.load_positions(model, &next[..n]);
         let flat = radau.filtered_error(tolerances, |error| {
-            for part in error.chunks_exact_mut(n) {
-                projection.flatten(model, machine, part);
-                projection.flatten(model, machine, part);
-            }
+            error.chunks_exact_mut(n).for_each(|part| projection.flatten(model, machine, part));
         });
         let left = error.min(flat);
         if run.passes(end) { left / PASSING } else { left }

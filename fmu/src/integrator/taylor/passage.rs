@@ -185,8 +185,6 @@ impl Taylor {
         machine.load_motion(model, &self.next);
         machine.evaluate(&model.program().tapes.acceleration, demanded);
         lacks.iter_mut().zip(&*demanded).for_each(|(lack, demanded)| *lack -= demanded);
-        // Twice, for the first time leaves rounding errors divided by the distance.
-        projection.flatten(model, machine, lacks);
         projection.flatten(model, machine, lacks);
         let coordinates = model.program().coordinates.iter().zip(&self.next[n..]);
         let least = settings.least_rate;

@@ -96,7 +96,8 @@ pub(crate) struct Members<N> {
     /// Coordinates, what carries an angle before what it carries.
     chain: Vec<usize>,
     reads: Vec<Read>,
-    /// The arm of each unknown, in the order of their equations, with its scale, and its place in a polynomial.
+    /// The arm of each unknown, in the order of their equations, with the least of its rates that counts relative to itself, and its place in a
+    /// polynomial.
     unknowns: Vec<usize>,
     least_rates: Vec<f64>,
     stored: Vec<usize>,
@@ -144,8 +145,8 @@ impl<N: Elementary> Members<N> {
         let rows = rows.flat_map(|(row, data)| data.arms.iter().map(move |&(arm, p)| (row, arm as usize, p)));
         let (coupling, rows): (Vec<_>, Vec<_>) = (coupling.collect(), rows.collect());
         let (padded, arms) = (Shape::new(&form), shape.places());
-        let scale = |arm: &usize| if *arm < form.frames.len() { 1.0 } else { model.program().length };
-        let least_rate = |arm: &usize| model.least_rate(None) * scale(arm);
+        let scale = |arm: usize| if arm < form.frames.len() { 1.0 } else { model.program().length };
+        let least_rate = |arm: &usize| model.least_rate(None) * scale(*arm);
         let mut members = Self {
             frames: 0,
             response: Vec::new(),
