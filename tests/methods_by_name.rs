@@ -82,6 +82,27 @@ fn changes_within_implicit_steps_do_not_add_up_errors() {
     }
 }
 
+/// A step to a jump next to a change point ended behind it, and the motion went on from there as if it were the jump's; and a pose of the motion before a jump was
+/// remembered after it.
+#[test]
+fn implicit_steps_end_at_jumps_next_to_change_points() {
+    let mut passed = 0;
+    for (seed, tolerance, step) in [
+        (1, 1e-3, 0.018460620763951233),
+        (0, 1e-5, 0.00012756604362078119),
+        (3, 1e-7, 0.0007341020470818216),
+        (3, 1e-4, 0.06326653570328362),
+        (4, 1e-7, 0.0037872324059000963),
+        (9, 1e-8, 0.00028736399434909775),
+    ] {
+        let (said, outcome) = run(&member("torque that jumps every 2 ms", seed), Some(Engine::Radau), tolerance, step);
+        passed += usize::from(matches!(outcome, Outcome::Passed(_)));
+        let refused = matches!(&outcome, Outcome::Failed(why) if why.contains("singular pose"));
+        assert!(refused || matches!(outcome, Outcome::Passed(_)), "{said}");
+    }
+    assert!(passed >= 4, "{passed}");
+}
+
 /// Explicit steps that a law's switch keeps short next to a change point: rounding errors chose the branch there, and the states that tell began with one that
 /// was near already, or was the nearest.
 #[test]

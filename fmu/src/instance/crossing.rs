@@ -1,9 +1,9 @@
 //! Singular poses in Model Exchange. Two branches of the motion cross there. The importer's integrator does not know and goes on along either of
 //! them, with results that look good. So every completed step is searched for such a pose, and one that is found is an error.
 
-use crate::constraints::poses::jacobian;
+use crate::constraints::poses::active_rows;
 use crate::model::{Model, State};
-use crate::singular::detect::weakest;
+use crate::singular::detect::{dependent, distance};
 
 /// With more loop equations the search would take longer than the step.
 const MOST_EQUATIONS: usize = 50;
@@ -18,22 +18,6 @@ const STEEPER: f64 = 2.0;
 const REFINEMENTS: usize = 30;
 /// The golden section.
 const SECTION: f64 = 0.618_033_988_749_894_8;
-
-/// How far the loop equations are from depending on each other, in units of what they hold, and the joints and drivers that do so most.
-fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
-    let program = model.program();
-    let mut matrix = jacobian(model, state).select_rows(model.active());
-    for (mut row, &index) in matrix.row_iter_mut().zip(model.active()) {
-        row /= program.constraints[index].scale;
-    }
-    for (mut column, coordinate) in matrix.column_iter_mut().zip(&program.coordinates) {
-        column *= coordinate.scale;
-    }
-    match weakest(model, &matrix) {
-        Some(weakest) => (weakest.least.max(0.0).sqrt(), weakest.joints),
-        None => (f64::INFINITY, Vec::new()),
-    }
-}
 
 /// A singular pose within a step.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,19 +43,20 @@ impl Watch {
     /// Looks at a start; gives the pose if it is singular.
     pub fn begin(&mut self, model: &Model, state: &State) -> Option<Crossing> {
         *self = Self::default();
-        let (distance, joints) = self.resume(model, state)?;
+        self.resume(model, state)?;
+        let (distance, joints) = dependent(model, state);
         (distance <= EXACT).then(|| Crossing { time: state.time(), joints })
     }
 
-    /// The next step begins in this state; gives its distance from singular poses and who comes closest, unless that takes too long to find out.
-    pub fn resume(&mut self, model: &Model, state: &State) -> Option<(f64, Vec<String>)> {
+    /// The next step begins in this state; gives its distance from singular poses, unless that takes too long to find out.
+    pub fn resume(&mut self, model: &Model, state: &State) -> Option<f64> {
         if model.active().is_empty() || model.active().len() > MOST_EQUATIONS {
             return None;
         }
-        let found = dependent(model, state);
-        self.usual = self.usual.max(found.0);
-        self.last = Some((state.clone(), found.0));
-        Some(found)
+        let (distance, _) = distance(model, &active_rows(model, state))?;
+        self.usual = self.usual.max(distance);
+        self.last = Some((state.clone(), distance));
+        Some(distance)
     }
 
     /// Looks at a step that ends in `state`; gives the singular pose in it, if it is as close as an integrator with this tolerance can tell.
@@ -121,7 +106,7 @@ impl Path<'_> {
     }
 
     fn distance(&self, share: f64) -> f64 {
-        dependent(self.model, &self.at(share)).0
+        distance(self.model, &active_rows(self.model, &self.at(share))).map_or(1.0, |(distance, _)| distance)
     }
 
     /// Where between two shares of the step the distance is smallest.

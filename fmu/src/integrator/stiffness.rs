@@ -161,13 +161,14 @@ fn stable(settings: &Settings) -> f64 {
     }
 }
 
-/// One step of the explicit method where there is no series, unless that is because the loops are at the end of their reach, or next to a singular pose.
+/// One step of the explicit method where there is no series, perhaps again, unless that is because the loops are at the end of their reach, or next to a singular
+/// pose.
 fn fallback_step(
     context: &mut Context,
     taylor: &mut Taylor,
     explicit: &mut Explicit,
     run: &mut Run,
-    horizon: Horizon,
+    (horizon, again): (Horizon, bool),
 ) -> Result<(), Failure> {
     if let Some(failure) = end_of_reach(context, run) {
         return Err(failure);
@@ -177,7 +178,11 @@ fn fallback_step(
         return Err(not_passed(context, run));
     }
     explicit.forget();
-    (run.last.natural, run.last.order) = (0.0, 0);
+    run.last.order = 0;
+    // Where there is none for long, at rest say, steps grow.
+    if !again {
+        run.last.natural = 0.0;
+    }
     // What is no series may hold no numbers, and the dense output of the explicit method is shorter.
     run.last.dense.fill(0.0);
     run.taylor = taylor::Memory::default();
@@ -322,7 +327,8 @@ impl Engines<'_> {
         while stepped && run.last.end_time < horizon.target {
             stepped = matches!(take_step(self.implicit, context, run, horizon), Ok(Progress::Stepped));
         }
-        if stepped {
+        // No step ends in the zone of a singular pose.
+        if stepped && run.last.end_time == horizon.target {
             let motion = motion(context.model.layout());
             for state in [state, &mut run.signals.before] {
                 state.registers_mut()[motion.clone()].copy_from_slice(&run.last.end);
@@ -366,8 +372,9 @@ impl Engines<'_> {
         let context = &mut Context { model, machine, projection, statistics, settings };
         match (context.settings.engine, &mut self.taylor) {
             (Engine::Taylor, Some(taylor)) => {
+                let again = run.last.order == 0;
                 if taylor.advance(context, run, horizon)? == Progress::Declined {
-                    fallback_step(context, taylor, self.explicit, run, horizon)?;
+                    fallback_step(context, taylor, self.explicit, run, (horizon, again))?;
                 }
             }
             _ => {

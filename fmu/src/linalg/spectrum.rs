@@ -12,6 +12,9 @@ const SHIFT: f64 = 1e-14;
 
 /// The smallest and the largest eigenvalue of J J^T, and the unit vector of the smallest; none without rows.
 pub(crate) fn ends(rows: &DMatrix<f64>) -> Option<(f64, f64, Vec<f64>)> {
+    if rows.is_empty() {
+        return None;
+    }
     let eigen = (rows * rows.transpose()).symmetric_eigen();
     let (index, least) = eigen.eigenvalues.iter().enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
     Some((*least, eigen.eigenvalues.max(), eigen.eigenvectors.column(index).iter().copied().collect()))

@@ -11,8 +11,6 @@ use crate::singular::detect::dependent;
 const CLOSE: f64 = 1e-2;
 /// Loop equations closer than this are as good as dependent.
 const DEPENDENT: f64 = 1e-5;
-/// Closer to a singular pose than this the implicit method does not go.
-const REFUSED: f64 = 1e-3;
 /// The same where there is no step that leads on.
 const AT_THE_END: f64 = 1e-2;
 
@@ -25,14 +23,9 @@ pub(crate) fn begins_near(context: &Context, run: &Run) -> bool {
     at_the_end(context, run).0 < CLOSE
 }
 
-/// Does the last step end in a singular pose?
+/// Does the last step end in a singular pose, from which no method goes on?
 pub(crate) fn is_singular(context: &Context, run: &Run) -> bool {
     at_the_end(context, run).0 < DEPENDENT
-}
-
-/// Does the last step end so close to a singular pose that the implicit method does not go on?
-pub(crate) fn is_refused(context: &Context, run: &Run) -> bool {
-    at_the_end(context, run).0 < REFUSED
 }
 
 /// Why the implicit method goes no further where no other takes over.

@@ -11,7 +11,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::constraints::poses::{active_rows, jacobian};
+use crate::constraints::poses::{Random, active_rows};
 use crate::linalg::sparse::Row;
 use crate::linalg::spectrum::{ends, ends_of_many};
 use crate::math;
@@ -33,6 +33,9 @@ const TURNED: f64 = 0.8;
 pub(crate) const SHARE: f64 = 0.1;
 /// With more loop equations than this the weakest combination is found by iteration.
 const MANY: usize = 100;
+/// Loop equations are compared with those in so many poses around, up to so far away in units of the scales.
+const POSES: usize = 3;
+const ASIDE: f64 = 1.0;
 /// A start is in the zone of a singular pose if a step along it brings a row so many times further from the others.
 const ESCAPE: f64 = 20.0;
 
@@ -198,62 +201,72 @@ pub(crate) fn is_jump(one: f64, other: f64) -> bool {
     !(1.0 / (STEADY * STEADY)..STEADY * STEADY).contains(&(other / one))
 }
 
-/// Joints and drivers whose loop equations depend on each other at a state, or do so most, and how far from it they are: 0 to 1.
+/// Joints and drivers whose loop equations depend on each other at a state, or do so most, and how far from it they are, relative to how far they are in
+/// other poses: 0 to 1.
 pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
-    let program = model.program();
-    if model.active().is_empty() {
-        return (1.0, Vec::new());
-    }
-    let mut many = 1.0;
-    let found = if model.active().len() > MANY {
-        // Loops in a row hold the less the more they are, whatever the pose.
-        many = model.active().len() as f64 / MANY as f64;
-        ends_of_many(&active_rows(model, state)).map(|found| named(model, found))
-    } else {
-        let mut matrix = jacobian(model, state).select_rows(model.active());
-        for (mut row, &index) in matrix.row_iter_mut().zip(model.active()) {
-            row /= program.constraints[index].scale;
+    let mut poses = vec![active_rows(model, state)];
+    // A law may have no value in some poses.
+    let is_defined = |rows: &Vec<Row>| rows.iter().flat_map(Row::values).all(|entry| entry.is_finite());
+    poses.extend(open_poses(model, state).map(|pose| active_rows(model, &pose)).filter(is_defined));
+    divide_by_sizes(&mut poses);
+    let mut found = poses.iter().filter_map(|rows| distance(model, rows));
+    let Some((here, joints)) = found.next() else { return (1.0, Vec::new()) };
+    let usual = found.fold(here, |most, (distance, _)| math::maximum(most, distance));
+    (if here > 0.0 { here / usual } else { 0.0 }, joints)
+}
+
+/// How far rows of loop equations are from depending on each other, in units of the largest combination, and the joints and drivers that do so most.
+pub(crate) fn distance(model: &Model, rows: &[Row]) -> Option<(f64, Vec<String>)> {
+    let (least, largest, combination) = weakest(model, rows)?;
+    Some(((least.max(0.0) / largest).sqrt(), named(model, &combination)))
+}
+
+/// Poses around a state, whose loops are open.
+fn open_poses(model: &Model, state: &State) -> impl Iterator<Item = State> {
+    let mut random = Random::new(3);
+    (0..POSES).map(move |_| {
+        let mut pose = state.clone();
+        let places = pose.positions_mut().iter_mut().zip(&model.program().coordinates);
+        places.for_each(|(place, coordinate)| *place += ASIDE * coordinate.scale * random.symmetric());
+        pose
+    })
+}
+
+/// Makes each row 1 where it is largest: between angles and lengths of whatever order some rows are smaller than others in all poses.
+fn divide_by_sizes(poses: &mut [Vec<Row>]) {
+    let size = |row: &Row| row.values().map(|entry| entry * entry).sum::<f64>().sqrt();
+    for index in 0..poses.first().map_or(0, Vec::len) {
+        let largest = poses.iter().map(|rows| size(&rows[index])).fold(0.0, math::maximum);
+        if largest > 0.0 {
+            poses.iter_mut().flat_map(|rows| rows[index].values_mut()).for_each(|entry| *entry /= largest);
         }
-        weakest(model, &matrix)
-    };
-    let Some(weakest) = found else { return (1.0, Vec::new()) };
-    (math::minimum(many * (weakest.least.max(0.0) / weakest.largest).sqrt(), 1.0), weakest.joints)
-}
-
-/// The combination of active loop equations that holds least.
-#[derive(Debug)]
-pub(crate) struct Weakest {
-    /// Smallest and largest eigenvalue of J J^T.
-    pub least: f64,
-    pub largest: f64,
-    /// Joints and drivers that take part in the combination.
-    pub joints: Vec<String>,
-}
-
-/// The same for the rows J of the active loop equations, in whatever units; none without equations.
-pub(crate) fn weakest(model: &Model, rows: &DMatrix<f64>) -> Option<Weakest> {
-    ends(rows).map(|found| named(model, found))
+    }
 }
 
 /// The combination of some active loop equations, given by their rows, that holds least, and the joints and drivers that take part in it.
 pub(crate) fn weakest_combination(model: &Model, rows: &[Row]) -> Option<(Vec<f64>, Vec<String>)> {
-    let (least, largest, combination) = if rows.len() > MANY {
-        ends_of_many(rows)?
-    } else {
-        let columns = model.coordinates();
-        ends(&DMatrix::from_fn(rows.len(), columns, |row, column| rows[row].get(&column).copied().unwrap_or_default()))?
-    };
-    let joints = named(model, (least, largest, combination.clone())).joints;
+    let (_, _, combination) = weakest(model, rows)?;
+    let joints = named(model, &combination);
     Some((combination, joints))
 }
 
-fn named(model: &Model, (least, largest, combination): (f64, f64, Vec<f64>)) -> Weakest {
+/// The smallest and the largest eigenvalue of J J^T, and the combination that belongs to the smallest.
+fn weakest(model: &Model, rows: &[Row]) -> Option<(f64, f64, Vec<f64>)> {
+    if rows.len() > MANY {
+        return ends_of_many(rows);
+    }
+    let columns = model.coordinates();
+    ends(&DMatrix::from_fn(rows.len(), columns, |row, column| rows[row].get(&column).copied().unwrap_or_default()))
+}
+
+/// The joints and drivers that take part in a combination of active loop equations.
+fn named(model: &Model, combination: &[f64]) -> Vec<String> {
     let share = SHARE * combination.iter().fold(0.0, |largest, part| math::maximum(largest, part.abs()));
-    let taking_part = model.active().iter().zip(combination.iter()).filter(|(_, part)| part.abs() > share);
+    let taking_part = model.active().iter().zip(combination).filter(|(_, part)| part.abs() > share);
     let constraints = &model.program().constraints;
     let mut joints: Vec<String> = taking_part.map(|(&row, _)| constraints[row].owner.clone()).collect();
     joints.dedup();
-    Weakest { least, largest, joints }
+    joints
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ use crate::math;
 use crate::model::Model;
 use crate::program::Engine;
 use crate::singular::closeness::read;
-use crate::singular::dependence::is_refused;
+use crate::singular::dependence::is_singular;
 use crate::singular::detect::Course;
 use batched::Batched;
 use control::{SAFETY, SHRINK, fourth_root};
@@ -97,7 +97,7 @@ impl Integrator for Implicit {
         if run.last.natural == 0.0 {
             run.last.natural = self.first_step(context, &run.last.end);
         }
-        let declines = self.is_close(run) && is_refused(context, run);
+        let declines = self.is_close(run) && is_singular(context, run);
         Ok(declines.then_some(Progress::Declined))
     }
 
@@ -116,6 +116,10 @@ impl Integrator for Implicit {
         let proposed = self.propose(&run.radau, h, error, [f64::from(iterations), contraction], attempt.rejected);
         let passes = run.passes(attempt.end);
         self.accept(run, attempt.end, error, contraction);
+        if !passes {
+            // What was known of the way before something changed.
+            run.singular.pose = run.singular.pose.filter(|pose| *pose <= run.last.start_time);
+        }
         run.singular.expect(attempt.end, ahead);
         let keeps = attempt.is_cut() && (attempt.planned < attempt.natural || !attempt.rejected);
         let next = if keeps { proposed.max(attempt.natural) } else { proposed };
@@ -124,7 +128,7 @@ impl Integrator for Implicit {
 
     fn lose_pose(&mut self, context: &mut Context, run: &mut Run) -> Progress {
         let alone = context.settings.engine == Engine::Radau;
-        let declines = !alone && !self.has_each() || is_refused(context, run);
+        let declines = !alone && !self.has_each() || is_singular(context, run);
         if declines { Progress::Declined } else { Progress::Stepped }
     }
 
