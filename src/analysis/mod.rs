@@ -68,7 +68,6 @@ pub enum Failure {
     NoDerivative {
         /// When \[s\].
         time: f64,
-        /// Why.
         what: String,
     },
     #[error("the eigenvalues cannot be computed: the iteration does not converge")]

@@ -24,10 +24,8 @@ pub struct Study {
 /// Why there is no result.
 #[derive(Debug, Error)]
 pub enum StudyError {
-    /// The scene is at fault.
     #[error(transparent)]
     Scene(#[from] Faults),
-    /// The numbers do not work out.
     #[error(transparent)]
     Analysis(#[from] Failure),
 }
@@ -51,12 +49,10 @@ impl Study {
         Ok(Study { mechanism: resolved.mechanism, source: scene.source.clone(), warnings: resolved.warnings })
     }
 
-    /// The name of the scene.
     pub fn name(&self) -> &str {
         &self.mechanism.name
     }
 
-    /// The unit of an output.
     pub fn output_unit(&self, name: &str) -> Option<&Unit> {
         self.mechanism.outputs.iter().find(|output| output.name == name).map(|output| &output.unit)
     }

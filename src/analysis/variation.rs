@@ -116,7 +116,6 @@ impl Variation {
         Variation { roots, columns, places, derivatives, rows, coordinates, active }
     }
 
-    /// The independent loop equations.
     pub(super) fn active(&self) -> &[usize] {
         &self.active
     }

@@ -25,7 +25,6 @@ const STOPPED: u8 = 130;
 /// Why a command failed.
 #[derive(Debug)]
 pub enum Failure {
-    /// The scene is at fault.
     Scene(Faults),
     /// The command line, or a file that it names.
     Usage(String),

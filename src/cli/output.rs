@@ -19,9 +19,7 @@ const LARGEST_TABLE: u64 = 256 << 20;
 
 /// Where a table goes.
 pub enum Output {
-    /// Standard output.
     Standard(BufWriter<StdoutLock<'static>>),
-    /// A file.
     File(Draft),
 }
 

@@ -25,7 +25,6 @@ pub struct Take {
 /// A film, and why it ends early if it does.
 #[derive(Clone, Debug)]
 pub struct Taken {
-    /// The film.
     pub film: Film,
     /// Why the motion could not be continued.
     pub cut: Option<String>,

@@ -11,7 +11,6 @@ pub struct CoupledEdge<D> {
     pub label: String,
     /// The coupling.
     pub element: ElementId,
-    /// Which of its terms.
     pub term: usize,
     /// From, to.
     pub ends: [Node<D>; 2],

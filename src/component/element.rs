@@ -10,7 +10,6 @@ use crate::mechanism::{BodyId, Dimension, DriverId, Formula, JointId, LoadId, Pa
 
 /// Priorities of Table 2: which elements the translational tree takes first.
 pub mod table2 {
-    #![allow(missing_docs, reason = "the names are those of the table")]
     pub const ARM: u8 = 1;
     pub const POSITION_DRIVER: u8 = 2;
     pub const REVOLUTE: u8 = 3;
@@ -21,7 +20,6 @@ pub mod table2 {
 
 /// Priorities of Table 3: which elements the rotational tree takes first.
 pub mod table3 {
-    #![allow(missing_docs, reason = "the names are those of the table")]
     pub const ROTATION_DRIVER: u8 = 1;
     pub const PRISMATIC: u8 = 2;
     pub const BODY_WITH_ARMS: u8 = 3;
@@ -33,17 +31,13 @@ pub mod table3 {
 /// What an element stands for in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Origin {
-    /// A rigid body.
     Body(BodyId),
     /// The vector from a body's mass centre to one of its points.
     Arm(BodyId, usize),
     /// The vector from the origin to a ground point.
     GroundVector(usize),
-    /// A joint.
     Joint(JointId),
-    /// A driver.
     Driver(DriverId),
-    /// A load.
     Load(LoadId),
 }
 
@@ -67,11 +61,8 @@ pub struct Element {
     pub label: String,
     /// The user's name for it.
     pub name: String,
-    /// What it stands for.
     pub origin: Origin,
-    /// Its edge in the translational graph.
     pub translation: Option<TranslationalRow>,
-    /// Its edge in the rotational graph.
     pub rotation: Option<RotationalRow>,
     /// A relation that it imposes beside what its edges hold.
     pub coupling: Option<Coupling>,
@@ -90,7 +81,6 @@ pub struct Coupling {
 /// A term of a coupling.
 #[derive(Clone, Copy, Debug)]
 pub struct Term {
-    /// Constant factor.
     pub factor: Expr,
     /// What is multiplied.
     pub port: Port,
@@ -99,11 +89,9 @@ pub struct Term {
 /// A pair of nodes, and which part of the across variable between them a coupling uses.
 #[derive(Clone, Copy, Debug)]
 pub enum Port {
-    /// The angle between two bodies.
     Angle([RNode; 2]),
     /// The displacement between two points along a direction.
     Along([TNode; 2], Direction),
-    /// The distance between two points.
     Length([TNode; 2]),
     /// A function of the angle between two bodies.
     Curve([RNode; 2], Curve),
@@ -130,7 +118,6 @@ pub struct Curve {
 /// What a joint carries because a force passes through it that its coupling replaces by the load along a guide, for a reaction of one.
 #[derive(Clone, Copy, Debug)]
 pub struct Bearing {
-    /// The joint.
     pub joint: JointId,
     /// The force on its second point.
     pub force: [Expr; 2],
@@ -174,11 +161,8 @@ impl Port {
 /// A known function of time with its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signal {
-    /// Its value.
     pub value: Expr,
-    /// First time derivative.
     pub rate: Expr,
-    /// Second time derivative.
     pub acceleration: Expr,
 }
 
@@ -290,7 +274,6 @@ pub struct RotationalRow {
     pub ends: [RNode; 2],
     /// Place in Table 3.
     pub priority: u8,
-    /// The angle.
     pub angle: Angle,
     /// The part of the through variable that is no reaction.
     pub through: Torque,
@@ -301,9 +284,7 @@ pub struct RotationalRow {
 pub enum Angle {
     /// Free: a coordinate as a branch.
     Free(CoordinateName),
-    /// Held constant.
     Constant(Expr),
-    /// Prescribed.
     Given(Signal),
 }
 
@@ -316,7 +297,6 @@ pub enum Torque {
     Inertia(BodyId),
     /// Against the motion.
     Resistance(Resistance),
-    /// A law.
     Law(Formula),
 }
 

@@ -66,7 +66,6 @@ impl Stroke {
         Stroke::open((0..=steps).map(point).collect())
     }
 
-    /// A line.
     pub fn open(points: Vec<[f64; 2]>) -> Stroke {
         Stroke { points, closed: false }
     }

@@ -106,7 +106,6 @@ impl Section {
         }
     }
 
-    /// Its components.
     pub fn components(self) -> impl Iterator<Item = &'static Component> + Clone {
         ALL.iter().copied().filter(move |component| component.section == self)
     }
@@ -130,7 +129,6 @@ pub(crate) enum Room {
 pub(crate) struct Component {
     /// Its `type`; for a driver the key of the motion that it prescribes.
     pub name: &'static str,
-    /// Its section.
     pub section: Section,
     /// What it does, in a few words.
     pub about: &'static str,
@@ -242,7 +240,6 @@ impl Component {
 pub(crate) type Linear = [Formula; 3];
 
 impl Part {
-    /// What it is.
     pub(crate) fn component(&self) -> &'static Component {
         // Parts are made with the names of components only.
         ALL.iter().copied().find(|component| component.name == self.kind).unwrap_or(&weld::WELD)

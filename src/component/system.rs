@@ -64,7 +64,6 @@ impl<'m> System<'m> {
         system
     }
 
-    /// The element behind an index.
     pub fn element(&self, id: ElementId) -> &Element {
         &self.elements[id.0]
     }
@@ -87,7 +86,6 @@ impl<'m> System<'m> {
         }
     }
 
-    /// The node of a point.
     pub fn t_node(&self, place: Place) -> TNode {
         // Every used place has a node; an unused one is only asked for by its body's centre.
         self.t_nodes.get(&place).copied().unwrap_or(TNode::DATUM)

@@ -42,7 +42,6 @@ impl Equations<'_> {
         shares.filter(|(_, load)| load.iter().any(|entry| *entry != Expr::ZERO)).collect()
     }
 
-    /// Step 1 with a part of what acts.
     pub fn share_of(&mut self, share: Share) -> Dynamics {
         let mut laws = Laws { only: Some(share), ..self.laws.clone() };
         laws.forces.retain(|id, _| self.acts(*id, share));

@@ -22,15 +22,12 @@ const APACHE: &str = include_str!("apache-2.0.txt");
 /// What goes into an FMU.
 #[derive(Clone, Debug)]
 pub struct Package<'a> {
-    /// The version of FMI.
     pub version: FmiVersion,
-    /// Its description.
     pub description: &'a Description,
     /// The program as the runtime reads it.
     pub program: &'a [u8],
     /// The text that the scene came from, if it came from a file.
     pub scene: Option<SceneText<'a>>,
-    /// What its documentation shows.
     pub page: Page<'a>,
     /// The runtimes, one for each platform that the FMU is to run on.
     pub runtimes: &'a [Runtime],

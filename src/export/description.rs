@@ -15,13 +15,11 @@ pub struct Description {
     pub guid: String,
     /// One line; may be empty.
     pub description: String,
-    /// Default experiment.
     pub experiment: Experiment,
     /// Number of event indicators, if somebody else can integrate the model: Model Exchange.
     pub exchange: Option<usize>,
     /// Can somebody else integrate it who also tells the rates of inputs, as FMI 3.0 lets him?
     pub exchange_with_rates: bool,
-    /// Number of event indicators.
     pub indicators: usize,
     /// May an event of Model Exchange move the states? It closes the loops.
     pub moves_states: bool,

@@ -33,11 +33,9 @@ pub struct Contents {
     pub guid: String,
     /// `Co-Simulation`, `Model Exchange`.
     pub interfaces: Vec<&'static str>,
-    /// Default experiment.
     pub experiment: Experiment,
     /// The platforms it runs on, with the size of their shared libraries \[bytes\].
     pub platforms: Vec<(String, u64)>,
-    /// Every variable.
     pub variables: Vec<Variable>,
     /// Size of the file \[bytes\].
     pub size: u64,
@@ -48,7 +46,6 @@ pub struct Contents {
 /// A variable as the model description has it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Variable {
-    /// Its name.
     pub name: String,
     /// `parameter`, `input`, `output`, `local` or `independent`.
     pub causality: String,
@@ -71,7 +68,6 @@ pub struct Variable {
 /// Why an FMU cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum InspectError {
-    /// The file cannot be read.
     #[error("{0}")]
     Read(#[from] std::io::Error),
     /// It is a folder or a device.

@@ -39,24 +39,15 @@ pub enum ExportError {
     /// There is no runtime for a platform.
     #[error(transparent)]
     Runtime(#[from] runtime::RuntimeError),
-    /// The picture could not be drawn.
     #[error("cannot draw model.png: {0}")]
     Picture(String),
     /// The model description could not be written.
     #[error("cannot write the model description: {0}")]
     Description(std::io::Error),
-    /// The program could not be written.
     #[error("cannot write the program: {0}")]
     Program(#[from] cotree_fmu::program::storage::LoadError),
-    /// The archive could not be packed.
     #[error("cannot pack the FMU: {0}")]
     Archive(#[from] zip::result::ZipError),
-    /// The file could not be written.
     #[error("cannot write `{path}`: {error}")]
-    Write {
-        /// Where it should have gone.
-        path: String,
-        /// Why not.
-        error: std::io::Error,
-    },
+    Write { path: String, error: std::io::Error },
 }

@@ -35,7 +35,6 @@ pub struct Page<'a> {
 }
 
 impl Page<'_> {
-    /// The page.
     pub fn html(&self, description: &Description, version: FmiVersion) -> String {
         let sections = self.sections(description, version);
         match self.live {

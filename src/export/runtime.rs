@@ -123,9 +123,7 @@ fn number(bytes: &[u8], from: usize, length: usize) -> Option<u32> {
 /// A shared library and the platform it is for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Runtime {
-    /// The platform.
     pub platform: Platform,
-    /// The shared library.
     pub library: Cow<'static, [u8]>,
 }
 
@@ -137,44 +135,22 @@ pub enum RuntimeError {
     Host,
     /// There is no platform of that name.
     #[error("there is no platform `{name}`; there are: {}", PLATFORMS.map(|platform| platform.folder).join(", "))]
-    Unknown {
-        /// What was asked for.
-        name: String,
-    },
+    Unknown { name: String },
     /// No folder of runtimes has it.
     #[error(
         "there is no runtime for {platform}: `{}` does not exist\nBuild it with tools/build-runtimes.sh, and name its folder with \
          --runtimes or in COTREE_RUNTIMES",
         file.display()
     )]
-    Missing {
-        /// The platform.
-        platform: &'static str,
-        /// Where it was looked for.
-        file: PathBuf,
-    },
-    /// The file cannot be read.
+    Missing { platform: &'static str, file: PathBuf },
     #[error("cannot read the runtime `{}`: {error}", file.display())]
-    Read {
-        /// The file.
-        file: PathBuf,
-        /// Why not.
-        error: std::io::Error,
-    },
+    Read { file: PathBuf, error: std::io::Error },
     /// It reads other programs than this cotree writes.
     #[error("`{}` is the runtime of another version of cotree\nBuild it again with tools/build-runtimes.sh", file.display())]
-    Version {
-        /// The file.
-        file: PathBuf,
-    },
+    Version { file: PathBuf },
     /// The file is for another platform, or no shared library at all.
     #[error("`{}` is not a shared library for {platform}", file.display())]
-    Foreign {
-        /// The platform that it should be for.
-        platform: &'static str,
-        /// The file.
-        file: PathBuf,
-    },
+    Foreign { platform: &'static str, file: PathBuf },
 }
 
 impl Runtime {

@@ -58,7 +58,6 @@ fn inputs(part: &Part) -> Vec<(String, usize)> {
 #[derive(Default)]
 struct Found {
     terminals: Vec<Terminal>,
-    /// By their names.
     places: HashMap<String, usize>,
     /// Variables that are members of one.
     taken: HashSet<usize>,

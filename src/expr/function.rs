@@ -68,7 +68,6 @@ macro_rules! operations {
     ($(#[$about:meta])* $kind:ident of $count:literal: $($variant:ident = $name:literal, $shown:expr, $units:ident, $derivative:expr, $run:expr;)*) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        #[allow(missing_docs, reason = "the names say it")]
         pub enum $kind {
             $($variant,)*
         }

@@ -53,7 +53,6 @@ pub struct Fit {
 pub struct Quantity {
     /// The user's name.
     pub name: String,
-    /// Its unit.
     pub unit: String,
     /// Where the search began.
     pub start: f64,
@@ -68,9 +67,7 @@ pub struct Quantity {
 /// A measured variable, SI.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// Its name.
     pub name: String,
-    /// Its unit.
     pub unit: String,
     /// What was measured, one value for each time.
     pub measured: Vec<f64>,

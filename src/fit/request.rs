@@ -22,7 +22,6 @@ pub struct Request {
 /// A quantity that is varied: a parameter, a constant input or an initial value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Vary {
-    /// Its name.
     pub name: String,
     /// Its bounds, if not those of the scene: numbers (SI) or numbers with their unit.
     pub bounds: [Option<String>; 2],

@@ -39,7 +39,6 @@ pub enum Kind {
 #[derive(Clone, Debug)]
 pub struct Link {
     pub name: String,
-    /// Indices of its pins.
     pub pins: Vec<usize>,
     pub mass: Option<f64>,
     pub inertia: Option<f64>,

@@ -14,7 +14,6 @@ pub struct Point {
     pub span: Span,
 }
 
-/// A rigid body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// The user's name.
@@ -25,7 +24,6 @@ pub struct Body {
     pub inertia: Option<Formula>,
     /// Does gravity leave it alone?
     pub weightless: bool,
-    /// Its points.
     pub points: Vec<Point>,
     /// Its shape, relative to the mass centre.
     pub outline: Option<Outline>,

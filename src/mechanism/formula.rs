@@ -59,7 +59,6 @@ impl Formula {
 
 /// < <= > >=
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names say it")]
 pub enum Comparison {
     Less,
     LessEqual,

@@ -59,7 +59,6 @@ pub struct Mechanism {
     pub name: String,
     /// One line about it; may be empty.
     pub description: String,
-    /// Plane or line.
     pub dimension: Dimension,
     /// Acceleration of gravity [m/s2]; constants and parameters only.
     pub gravity: [Formula; 2],
@@ -69,9 +68,7 @@ pub struct Mechanism {
     pub inputs: Vec<Input>,
     /// Points of the ground.
     pub ground: Vec<Point>,
-    /// Rigid bodies.
     pub bodies: Vec<Body>,
-    /// Joints.
     pub joints: Vec<Part>,
     /// Prescribed motions.
     pub drivers: Vec<Part>,
@@ -81,11 +78,8 @@ pub struct Mechanism {
     pub initial: Vec<Initial>,
     /// What is reported.
     pub outputs: Vec<Output>,
-    /// Default experiment.
     pub experiment: Experiment,
-    /// Solver settings.
     pub solver: Solver,
-    /// Choice of trees.
     pub coordinates: Coordinates,
     /// Values of keys that parameters can move out of their ranges.
     pub bounds: Vec<Bound>,

@@ -31,17 +31,12 @@ pub enum Value {
     Formula(Formula),
     /// Two components, SI; the second is the number 0 in one dimension. A direction has length one.
     Vector([Formula; 2]),
-    /// A point.
     Place(Place),
-    /// A joint.
     Joint(JointId),
-    /// A prescribed motion.
     Motion(Motion),
-    /// Dry friction.
     Friction(Friction),
     /// One of several words.
     Choice(&'static str),
-    /// True or false.
     Switch(bool),
 }
 
@@ -88,17 +83,14 @@ impl Part {
         if let Some(Value::Place(place)) = self.value(key) { *place } else { Place::Origin }
     }
 
-    /// The joint that a key names.
     pub fn joint(&self) -> Option<JointId> {
         self.values.iter().find_map(|(_, value)| if let Value::Joint(joint) = value { Some(*joint) } else { None })
     }
 
-    /// The motion that it prescribes.
     pub fn motion(&self) -> Option<&Motion> {
         self.values.iter().find_map(|(_, value)| if let Value::Motion(motion) = value { Some(motion) } else { None })
     }
 
-    /// Its dry friction.
     pub fn friction(&self) -> Option<&Friction> {
         self.values.iter().find_map(|(_, value)| match value {
             Value::Friction(friction) => Some(friction),
@@ -106,7 +98,6 @@ impl Part {
         })
     }
 
-    /// The word that a key chooses.
     pub fn choice(&self, key: &str) -> Option<&'static str> {
         if let Some(Value::Choice(word)) = self.value(key) { Some(word) } else { None }
     }

@@ -15,7 +15,6 @@ pub struct Experiment {
     pub tolerance: f64,
 }
 
-/// Solver settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solver {
     /// How motion is integrated.

@@ -73,7 +73,6 @@ pub struct DisplayUnit {
     pub factor: f64,
 }
 
-/// A named parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// The user's name.
@@ -94,7 +93,6 @@ pub struct Parameter {
     pub span: Span,
 }
 
-/// A named input.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
     /// The user's name.

@@ -6,9 +6,7 @@ use super::{DriverId, JointId, LoadId, Mechanism, Place};
 /// A variable of the naming table, such as `crank.angle`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Variable {
-    /// Whose.
     pub owner: Owner,
-    /// Which.
     pub quantity: Quantity,
 }
 
@@ -17,11 +15,8 @@ pub struct Variable {
 pub enum Owner {
     /// A point of a body or of the ground; `Place::Centre` is the body itself.
     Place(Place),
-    /// A joint.
     Joint(JointId),
-    /// A driver.
     Driver(DriverId),
-    /// A load.
     Load(LoadId),
     /// `energy.*`, `constraint.*`.
     System,
@@ -29,7 +24,6 @@ pub enum Owner {
 
 /// What is said of the owner: the last word of a variable's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[allow(missing_docs, reason = "the names are those of the naming table")]
 pub enum Quantity {
     X,
     Y,
@@ -66,7 +60,6 @@ use Quantity::*;
 
 /// What kind of thing a variable is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names say it")]
 pub enum Class {
     Position,
     Velocity,
@@ -127,7 +120,6 @@ impl Quantity {
         self.row().2
     }
 
-    /// Its class.
     pub fn class(self) -> Class {
         self.row().3
     }

@@ -28,7 +28,6 @@ pub struct Cam {
     pub pitch_radius: Option<At>,
     /// The smallest radius of curvature of the profile where it is hollow \[m\].
     pub hollow_radius: Option<At>,
-    /// Is the profile undercut?
     pub undercut: bool,
     /// The smallest base circle without undercut, if this one is too small and a larger one helps \[m\].
     pub least_base: Option<f64>,

@@ -8,7 +8,6 @@ use super::samples::{At, Samples};
 /// The path of a point.
 #[derive(Clone, Debug, Serialize)]
 pub struct Path {
-    /// Its name.
     pub point: String,
     /// Its length \[m\].
     pub length: f64,

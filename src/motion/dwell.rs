@@ -12,9 +12,7 @@ const EQUAL: f64 = 1e-9;
 /// The longest part of the turn or stroke in which the output stays within a tolerance of an end of its own stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Dwell {
-    /// The tolerance.
     pub tolerance: f64,
-    /// The position.
     pub position: f64,
     /// First and last input; the second may lie beyond a turn.
     pub from: f64,

@@ -71,9 +71,7 @@ pub struct Figures {
     pub inertia: Option<Extent>,
     /// Fluctuation of the speed, and flywheel.
     pub fluctuation: Option<Fluctuation>,
-    /// The path of a point.
     pub path: Option<Path>,
-    /// Its cams.
     pub cams: Vec<Cam>,
     /// Values over the input.
     pub table: Vec<Column>,
@@ -86,7 +84,6 @@ pub struct Figures {
 /// A joint and what moves there.
 #[derive(Clone, Debug, Serialize)]
 pub struct Link {
-    /// Its name.
     pub name: String,
     /// Does it turn? Else it slides.
     pub angular: bool,

@@ -49,7 +49,6 @@ pub struct Request {
 /// Why there is no answer.
 #[derive(Debug, thiserror::Error)]
 pub enum MotionError {
-    /// The scene is at fault.
     #[error(transparent)]
     Scene(#[from] Faults),
     /// What is asked for does not fit the scene.

@@ -20,9 +20,7 @@ pub struct Samples {
 /// A value and where it is.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct At {
-    /// The input.
     pub input: f64,
-    /// The value there.
     pub value: f64,
 }
 

@@ -51,7 +51,6 @@ impl Dxf {
         self.begin("SEQEND", layer);
     }
 
-    /// A circle.
     pub fn circle(&mut self, layer: &str, centre: [f64; 2], radius: f64) {
         if centre.iter().all(|x| x.is_finite()) && radius.is_finite() && radius > 0.0 {
             self.begin("CIRCLE", layer);
@@ -62,7 +61,6 @@ impl Dxf {
         }
     }
 
-    /// A point.
     pub fn point(&mut self, layer: &str, at: [f64; 2]) {
         if at.iter().all(|x| x.is_finite()) {
             self.begin("POINT", layer);

@@ -20,7 +20,6 @@ pub struct Statistics {
 /// A variable in figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figures {
-    /// The variable.
     pub name: String,
     /// Its unit; empty if it has none.
     pub unit: String,
@@ -32,7 +31,6 @@ pub struct Figures {
     pub mean: f64,
     /// The root of the mean square over time.
     pub rms: f64,
-    /// The last value.
     pub end: f64,
 }
 
@@ -61,7 +59,6 @@ impl Figures {
 /// integrals take it as straight in between.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accumulator {
-    /// The first value.
     pub first: f64,
     /// Time and value, as of the extremes.
     pub last: (f64, f64),
@@ -81,7 +78,6 @@ impl Accumulator {
         Accumulator { first: value, last: here, max: here, min: here, duration: 0.0, integral: 0.0, square: 0.0 }
     }
 
-    /// Adds the next value.
     pub fn add(&mut self, time: f64, value: f64) {
         let (before, old) = self.last;
         let step = time - before;
@@ -111,7 +107,6 @@ impl Accumulator {
         if self.duration > 0.0 { self.integral / self.duration } else { self.last.1 }
     }
 
-    /// The root of the mean square over time.
     pub fn rms(&self) -> f64 {
         if self.duration > 0.0 { (self.square / self.duration).max(0.0).sqrt() } else { self.last.1.abs() }
     }

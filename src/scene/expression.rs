@@ -76,7 +76,6 @@ impl Lookup {
     }
 }
 
-/// Parses an expression.
 pub(crate) fn parse(text: &Text) -> Result<Tree, Fault> {
     let tokens = tokens(text)?;
     let mut parser = Parser { text, tokens, at: 0, nesting: 0 };

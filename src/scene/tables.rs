@@ -34,7 +34,6 @@ const DESCRIPTION: Key = Key::default("description", Form::Text, "one line about
 const MIN: Key = Key::default("min", Form::Constant(ANYTHING, Range::Any), "its smallest value", "none");
 const MAX: Key = Key::default("max", Form::Constant(ANYTHING, Range::Any), "its largest value", "none");
 
-/// A parameter that is a table.
 pub(crate) const PARAMETER: &[Key] = &[
     Key::required(
         "value",
@@ -49,7 +48,6 @@ pub(crate) const PARAMETER: &[Key] = &[
     Key::default("tunable", Form::Switch, "whether it may change while the FMU runs", "`false`"),
 ];
 
-/// An input that is a table.
 pub(crate) const INPUT: &[Key] = &[
     Key::optional("start", Form::Constant(ANYTHING, Range::Any), "its value until it is set"),
     UNIT,
@@ -92,7 +90,6 @@ pub(crate) const OUTPUTS: &[Key] = &[Key::default(
     "none",
 )];
 
-/// An output that is a table.
 pub(crate) const OUTPUT: &[Key] = &[
     Key::required(
         "value",
@@ -104,7 +101,6 @@ pub(crate) const OUTPUT: &[Key] = &[
     DESCRIPTION,
 ];
 
-/// The default experiment.
 pub(crate) const EXPERIMENT: &[Key] = &[
     Key::optional("start", Form::Constant(TIME, Range::Any), "its start"),
     Key::default("stop", Form::Constant(TIME, Range::Any), "its end", "10 s after the start"),
@@ -130,7 +126,6 @@ pub(crate) const DISPLAY: &[Key] = &[
     unit_of("power", POWER, "the unit of powers"),
 ];
 
-/// Settings of the solver.
 pub(crate) const SOLVER: &[Key] = &[
     Key::optional(
         "method",
@@ -148,7 +143,6 @@ pub(crate) const SOLVER: &[Key] = &[
     ),
 ];
 
-/// The choice of trees.
 pub(crate) const COORDINATES: &[Key] = &[
     Key::optional(
         "preset",

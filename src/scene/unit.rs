@@ -70,7 +70,6 @@ fn exponents_of(si: &str) -> Exponents {
     }
 }
 
-/// Reads a unit.
 pub(crate) fn parse(text: &Text) -> Result<Unit, Fault> {
     let mut factor = 1.0;
     let mut parts: Vec<(&'static str, i32)> = Vec::new();

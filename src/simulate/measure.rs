@@ -40,7 +40,6 @@ enum Kind {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Measure {
     kind: Kind,
-    /// The variable's name.
     pub variable: String,
 }
 

@@ -24,7 +24,6 @@ pub use results::{Column, Results, SimulateError};
 /// What to simulate.
 #[derive(Clone, Debug)]
 pub struct Run<'a> {
-    /// The variables.
     pub description: &'a Description,
     /// Times and tolerance.
     pub experiment: Experiment,

@@ -76,7 +76,6 @@ impl Design {
         Ok(Design { factors, runs: Runs::Columns(columns, count) })
     }
 
-    /// What is varied.
     pub fn factors(&self) -> &[Factor] {
         &self.factors
     }

@@ -10,7 +10,6 @@ use crate::simulate::settings;
 pub struct Factor {
     /// Index of the variable.
     pub variable: usize,
-    /// Its name.
     pub name: String,
     /// Its SI unit.
     pub unit: String,

@@ -36,12 +36,7 @@ pub enum RecordError {
     Unfinished(PathBuf),
     /// The file cannot be read or written.
     #[error("cannot write `{}`: {error}", .path.display())]
-    File {
-        /// Which.
-        path: PathBuf,
-        /// Why.
-        error: io::Error,
-    },
+    File { path: PathBuf, error: io::Error },
 }
 
 impl<W: Write> Rows<W> {

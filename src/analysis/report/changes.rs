@@ -12,7 +12,6 @@ pub struct Features {
     pub name: String,
     /// With respect to what, with its unit.
     pub parameters: Vec<(String, String)>,
-    /// What happens.
     pub features: Vec<Feature>,
 }
 
@@ -130,7 +129,6 @@ impl Report for ModeChanges {
     }
 }
 
-/// The word for a feature.
 fn word(kind: Kind) -> &'static str {
     match kind {
         Kind::Largest => "max",

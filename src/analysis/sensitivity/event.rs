@@ -23,7 +23,6 @@ const SAME: f64 = 1e-6;
 /// A switching function changes sign.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
-    /// Which one.
     pub switch: usize,
     /// Just before it \[s\].
     pub time: f64,

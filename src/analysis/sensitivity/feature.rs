@@ -38,7 +38,6 @@ const PLACES: usize = 64;
 pub struct Feature {
     /// The output, and its unit.
     pub output: (String, String),
-    /// What happens.
     pub kind: Kind,
     /// When \[s\].
     pub time: f64,
@@ -60,11 +59,8 @@ pub struct Changes {
 /// What happens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// The largest value.
     Largest,
-    /// The smallest value.
     Smallest,
-    /// A given value is crossed.
     Crossing,
 }
 

@@ -60,7 +60,6 @@ pub struct Varying<'f, 'm> {
 pub struct Varied {
     /// The user's name.
     pub name: String,
-    /// Its unit.
     pub unit: Unit,
     /// Its value in the scene, SI.
     pub start: f64,
@@ -90,7 +89,6 @@ impl<'f, 'm> Varying<'f, 'm> {
         &self.parameters
     }
 
-    /// The outputs with their units.
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &Unit)> + Clone {
         let outputs = &self.formulated.equations.system.mechanism.outputs;
         outputs.iter().map(|output| (output.name.as_str(), &output.unit))

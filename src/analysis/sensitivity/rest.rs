@@ -34,7 +34,6 @@ pub struct ModeChanges {
     pub name: String,
     /// With respect to what, with its unit.
     pub parameters: Vec<(String, String)>,
-    /// The vibrations.
     pub modes: Vec<Mode>,
     /// Derivatives of each eigenvalue, one for each parameter; none of free motions and of eigenvalues that are there twice.
     pub derivatives: Vec<Option<Vec<Complex<f64>>>>,

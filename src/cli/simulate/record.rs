@@ -28,7 +28,6 @@ struct Column {
 }
 
 impl Record {
-    /// An empty record of some variables.
     pub fn new(compiled: &Compiled, reported: &[usize], shown: &Shown) -> Record {
         let column = |&index: &usize| {
             let variable = &compiled.description.variables[index];

@@ -16,7 +16,6 @@ pub(crate) struct Profile {
     pub name: String,
     /// The cam; `None` is the ground.
     pub body: Option<BodyId>,
-    /// The follower.
     pub follower: Option<BodyId>,
     /// Radius of the roller \[m\]; 0 is an edge, none a flat face.
     pub roller: Option<f64>,

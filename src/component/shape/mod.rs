@@ -59,7 +59,6 @@ impl Shape {
         Shape { depth: SECTION, density: LINE_DENSITY, ..Shape::flat(place, solid) }
     }
 
-    /// All its keys.
     pub fn all_keys(&self) -> Vec<Key> {
         let first = std::iter::once(self.place).chain(self.keys.iter().copied());
         first.chain([DENSITY_KEY, self.depth]).collect()

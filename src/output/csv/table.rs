@@ -19,7 +19,6 @@ pub struct Table {
 /// How the rows are to be read.
 #[derive(Clone, Debug, PartialEq)]
 struct Layout {
-    /// Between columns.
     separator: char,
     /// The place of the time.
     time: usize,

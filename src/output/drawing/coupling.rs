@@ -100,7 +100,6 @@ impl Coupling {
         }
     }
 
-    /// Its wheels.
     pub fn wheels(&self) -> Vec<Wheel> {
         match &self.kind {
             CouplingKind::Gears(wheels) | CouplingKind::Band { wheels, .. } => wheels.to_vec(),

@@ -71,7 +71,6 @@ impl Film {
         (0..self.poses.len()).step_by(self.step)
     }
 
-    /// Are there none?
     pub fn is_empty(&self) -> bool {
         self.poses.is_empty()
     }

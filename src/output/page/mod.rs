@@ -51,7 +51,6 @@ pub struct Page {
     pub facts: Facts,
     /// What else there is to read, as HTML.
     pub sections: String,
-    /// What moves.
     pub live: Live,
 }
 
@@ -60,7 +59,6 @@ pub struct Page {
 pub struct Live {
     /// What the scripts need.
     pub model: Model,
-    /// Where the motion comes from.
     pub motion: Motion,
 }
 
@@ -96,7 +94,6 @@ pub struct Model {
 pub struct GroundPoint {
     /// The user's name.
     pub name: String,
-    /// Where it is.
     pub at: [f64; 2],
 }
 
@@ -186,7 +183,6 @@ impl Page {
         live(&self.html())
     }
 
-    /// The page.
     pub fn html(&self) -> String {
         let Live { model, motion } = &self.live;
         let model = serde_json::to_string(model).unwrap_or_default();

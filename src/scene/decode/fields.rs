@@ -43,12 +43,10 @@ impl<'n> Fields<'n> {
         Some(Fields { owner: owner.to_string(), span, entries })
     }
 
-    /// The value of a key, if it is there.
     pub fn get(&self, key: &str) -> Option<&'n Node> {
         self.entries.iter().find(|(other, _)| other.text == key).map(|(_, node)| node)
     }
 
-    /// Where a key is written, if it is there.
     pub fn key_span(&self, key: &str) -> Option<Span> {
         self.entries.iter().find(|(other, _)| other.text == key).map(|(other, _)| other.span)
     }
