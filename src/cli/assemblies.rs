@@ -41,8 +41,7 @@ impl FindAssemblies {
             let posed = posed(scene.clone(), found.held.iter().chain(pose));
             let (_, picture) = compile_with(&posed, |formulated| draw(formulated).svg())?;
             let path = folder.join(format!("{}.png", index + 1));
-            output::picture(&path, &picture)?;
-            output::wrote(&path, "the drawing of this assembly", format);
+            output::picture(&path, &picture, "the drawing of this assembly", format)?;
         }
         Ok(())
     }

@@ -42,8 +42,7 @@ impl Bench {
             output::write(path, &bench.svg())?;
         }
         if self.json {
-            let json = serde_json::to_string_pretty(&bench).map_err(std::io::Error::from)?;
-            return output::print(&format!("{json}\n"));
+            return output::json(&bench);
         }
         output::print(&bench.to_string())
     }

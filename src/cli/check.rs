@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::failure::{self, Failure};
+use super::failure::Failure;
 use super::{MessageFormat, output};
 use crate::compile::{Compiled, compile_with};
 use crate::formulate::attempt::attempt;
@@ -31,10 +31,8 @@ pub struct Check {
 
 impl Check {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        if let Some(path) = &self.drawing {
-            output::is_picture(path, &["svg", "png"])?;
-            output::apart(&[Some(&self.scene)], &[Some(path)])?;
-        }
+        output::is_picture(self.drawing.as_deref(), &["svg", "png"])?;
+        output::apart(&[Some(&self.scene)], &[self.drawing.as_deref()])?;
         let scene = output::load(&self.scene)?;
         let made = compile_with(&scene, |formulated| {
             let picture = self.drawing.as_ref().map(|_| draw(formulated).svg());
@@ -48,14 +46,11 @@ impl Check {
             }
         };
         if let (Some(path), Some(picture)) = (&self.drawing, picture) {
-            output::picture(path, &picture)?;
-            output::wrote(path, "the drawing", format);
+            output::picture(path, &picture, "the drawing", format)?;
         }
         match format {
             MessageFormat::Human => {
-                if let Some(warnings) = &compiled.warnings {
-                    failure::warn(warnings);
-                }
+                output::warn(compiled.warnings.as_ref(), format);
                 output::print(&self.verdict(&summary, &assumptions))
             }
             MessageFormat::Json => output::print(&format!("{:#}\n", self.json(&compiled, assumptions))),
@@ -66,9 +61,7 @@ impl Check {
     fn draw_attempt(&self, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
         let (Some(path), Ok(resolved)) = (&self.drawing, scene.resolve()) else { return Ok(()) };
         let Some(mut attempt) = attempt(&resolved.mechanism) else { return Ok(()) };
-        output::picture(path, &draw_attempt(&mut attempt).svg())?;
-        output::wrote(path, "the best attempt, with the gap in red", format);
-        Ok(())
+        output::picture(path, &draw_attempt(&mut attempt).svg(), "the best attempt, with the gap in red", format)
     }
 
     fn verdict(&self, summary: &Summary, assumptions: &[String]) -> String {

@@ -51,7 +51,7 @@ impl Export {
         compiled.warn(left_out);
         let accuracy = compiled.accuracy();
         compiled.warn_of_growth(&accuracy);
-        output::warn_of(&compiled, format);
+        output::warn(compiled.warnings.as_ref(), format);
         if let Some(inaccuracy) = accuracy.as_ref().ok().and_then(|accuracy| accuracy.inaccuracy.as_ref()) {
             output::warn_inaccurate(&compiled, "", inaccuracy, format);
         }

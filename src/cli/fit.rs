@@ -1,6 +1,5 @@
 //! `cotree fit`
 
-use std::io;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -57,7 +56,7 @@ pub struct Fit {
 impl Fit {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene), Some(&self.measured)], &[self.plot.as_deref(), self.output.as_deref()])?;
-        self.plot.as_deref().map_or(Ok(()), |path| output::is_picture(path, &["svg", "png"]))?;
+        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
         let scene = output::load(&self.scene)?;
         let request = self.request()?;
         let named = self.measured.display().to_string();
@@ -66,15 +65,10 @@ impl Fit {
         let times = Times::of(self.stop.clone(), None, self.tolerance);
         study.set_experiment(times.experiment(study.experiment())?);
         let found = fit::fit(&mut study, &request);
-        if let Some(warnings) = study.take_warnings() {
-            output::warn(&warnings, format);
-        }
+        output::warn(study.take_warnings().as_ref(), format);
         let found = found.map_err(|error| failure(error, &named))?;
         match self.json {
-            true => {
-                let json = serde_json::to_string_pretty(&found.json()).map_err(io::Error::from)?;
-                output::print(&format!("{json}\n"))?;
-            }
+            true => output::json(&found.json())?,
             false => output::print(&found.text())?,
         }
         self.write(&scene, &found, format)
@@ -97,8 +91,7 @@ impl Fit {
     /// The picture, and the scene with the values that were found.
     fn write(&self, scene: &Scene, found: &Found, format: MessageFormat) -> Result<(), Failure> {
         if let Some(path) = &self.plot {
-            output::picture(path, &found.plot().svg())?;
-            output::wrote(path, "measured and fitted values, residuals", format);
+            output::picture(path, &found.plot().svg(), "measured and fitted values, residuals", format)?;
         }
         if let Some(path) = &self.output {
             let values = found.quantities.iter().map(|own| (own.name.clone(), own.value, own.unit.clone()));

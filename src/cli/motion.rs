@@ -71,7 +71,7 @@ pub struct Motion {
 impl Motion {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.table.as_deref(), self.plot.as_deref()])?;
-        self.plot.as_deref().map_or(Ok(()), |path| output::is_picture(path, &["svg", "png"]))?;
+        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
         let mut scene = output::load(&self.scene)?;
         if !self.settings.is_empty() {
             scene = study::with_settings(&scene, &self.settings)?.settled(scene);
@@ -84,16 +84,14 @@ impl Motion {
             let (header, rows) = figures.csv(&units);
             let mut writer = Writer::with_header(Output::new(Some(path))?, header.iter().map(String::as_str))?;
             rows.iter().try_for_each(|row| writer.row(row[0], &row[1..]))?;
-            writer.finish()?.commit().map_err(|error| Failure::file("write", path, error))?;
+            output::finish(writer, Some(path))?;
             output::wrote(path, &format!("{} rows", rows.len()), format);
         }
         if let Some(path) = &self.plot {
-            output::picture(path, &figures.plot(&units).svg())?;
-            output::wrote(path, "the table as curves", format);
+            output::picture(path, &figures.plot(&units).svg(), "the table as curves", format)?;
         }
         if self.json {
-            let json = serde_json::to_string_pretty(&figures).map_err(std::io::Error::from)?;
-            return output::print(&format!("{json}\n"));
+            return output::json(&figures);
         }
         output::print(&figures.text(self.every(&figures)?, &units))
     }

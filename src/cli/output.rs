@@ -4,13 +4,14 @@ use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
 use std::path::Path;
 
 use cotree_fmu::instance::Inaccuracy;
+use serde::Serialize;
 
 use super::MessageFormat;
 use super::failure::{self, Failure};
 use crate::compile::{self, Compiled};
 use crate::diagnostic::visible::visible;
 use crate::files::{self, Draft};
-use crate::output::csv::Table;
+use crate::output::csv::{Table, Writer};
 use crate::output::png::{self, Size};
 use crate::scene::{Fault, Faults, Scene, Span};
 
@@ -115,21 +116,39 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     files::write(path, bytes).map_err(|error| Failure::file("write", path, error))
 }
 
-/// Writes a picture in the format that the end of its name says: SVG or PNG.
-pub fn picture(path: &Path, svg: &str) -> Result<(), Failure> {
-    is_picture(path, &["svg", "png"])?;
-    if !has_extension(path, "png") {
-        return write(path, svg);
+/// Writes a text, to standard output if there is no file.
+pub fn put(file: Option<&Path>, text: &str) -> Result<(), Failure> {
+    file.map_or_else(|| print(text), |path| write(path, text))
+}
+
+/// Prints what scripts read.
+pub fn json(value: &impl Serialize) -> Result<(), Failure> {
+    print(&format!("{}\n", serde_json::to_string_pretty(value).map_err(io::Error::from)?))
+}
+
+/// Ends a table.
+pub fn finish(table: Writer<Output>, file: Option<&Path>) -> Result<(), Failure> {
+    table.finish().and_then(Output::commit).map_err(|error| match file {
+        Some(path) => Failure::file("write", path, error),
+        None => Failure::from(error),
+    })
+}
+
+/// Writes a picture, as PNG if its name ends so, and says what it is.
+pub fn picture(path: &Path, picture: &str, what: &str, format: MessageFormat) -> Result<(), Failure> {
+    if has_extension(path, "png") {
+        let png = png::png(picture, Size::Times(2.0)).map_err(|error| Failure::file("draw", path, error))?;
+        write_bytes(path, &png)?;
+    } else {
+        write(path, picture)?;
     }
-    let png = png::png(svg, Size::Times(2.0)).map_err(|error| Failure::file("draw", path, error))?;
-    files::write(path, &png).map_err(|error| Failure::file("write", path, error))
+    wrote(path, what, format);
+    Ok(())
 }
 
 /// Pictures are written in the format that the end of the name says, never in another.
-pub fn is_picture(path: &Path, kinds: &[&str]) -> Result<(), Failure> {
-    if kinds.iter().any(|kind| has_extension(path, kind)) {
-        return Ok(());
-    }
+pub fn is_picture(path: Option<&Path>, kinds: &[&str]) -> Result<(), Failure> {
+    let Some(path) = path.filter(|path| !kinds.iter().any(|kind| has_extension(path, kind))) else { return Ok(()) };
     let names: Vec<String> = kinds.iter().map(|kind| format!("`.{kind}`")).collect();
     let name = path.display();
     Err(Failure::Usage(format!("cannot write `{name}`: the name of the picture must end with {}", names.join(" or "))))
@@ -191,25 +210,19 @@ pub fn compile(path: &Path, format: MessageFormat) -> Result<Compiled, Failure> 
 /// Compiles a scene; its warnings go to standard error.
 pub fn compile_scene(scene: &Scene, format: MessageFormat) -> Result<Compiled, Failure> {
     let compiled = compile::compile(scene)?;
-    warn_of(&compiled, format);
+    warn(compiled.warnings.as_ref(), format);
     Ok(compiled)
-}
-
-/// Shows the warnings of a compiled scene on standard error.
-pub fn warn_of(compiled: &Compiled, format: MessageFormat) {
-    if let Some(warnings) = &compiled.warnings {
-        warn(warnings, format);
-    }
 }
 
 /// Shows on standard error that rounding errors are larger than the tolerance; `of` says in which runs.
 pub fn warn_inaccurate(compiled: &Compiled, of: &str, inaccuracy: &Inaccuracy, format: MessageFormat) {
     let fault = Fault::warning("solver::accuracy", format!("{of}{inaccuracy}"), Span::default()).help(Inaccuracy::HELP);
-    warn(&Faults::new(compiled.source.clone(), vec![fault]), format);
+    warn(Some(&Faults::new(compiled.source.clone(), vec![fault])), format);
 }
 
-/// Shows warnings on standard error.
-pub fn warn(warnings: &Faults, format: MessageFormat) {
+/// Shows warnings, if there are any, on standard error.
+pub fn warn(warnings: Option<&Faults>, format: MessageFormat) {
+    let Some(warnings) = warnings else { return };
     match format {
         MessageFormat::Human => failure::warn(warnings),
         MessageFormat::Json => failure::say(&format!("{}\n", warnings.to_json())),

@@ -21,10 +21,6 @@ pub struct Schema {
 
 impl Schema {
     pub fn run(self) -> Result<(), Failure> {
-        let text = component::schema();
-        match output::file(self.output.as_deref()) {
-            Some(path) => output::write(path, &text),
-            None => output::print(&text),
-        }
+        output::put(output::file(self.output.as_deref()), &component::schema())
     }
 }

@@ -77,7 +77,7 @@ impl Show {
         output::apart(&[Some(&self.scene)], &[self.graph.as_deref(), self.drawing.as_deref()])?;
         for (path, kinds) in [(&self.drawing, ["svg", "png", "dxf"].as_slice()), (&self.graph, &["svg", "png", "dot"])]
         {
-            path.as_deref().map_or(Ok(()), |path| output::is_picture(path, kinds))?;
+            output::is_picture(path.as_deref(), kinds)?;
         }
         let scene = output::load(&self.scene)?;
         let (compiled, shown) = compile::compile_with(&scene, |formulated| self.shown(&scene, formulated))?;
@@ -89,14 +89,10 @@ impl Show {
             [(&self.graph, &shown.graph, "the linear graphs"), (&self.drawing, &shown.drawing, "the drawing")]
         {
             let Some((path, picture)) = path.as_ref().zip(picture.as_ref()) else { continue };
-            match ["dot", "dxf"].iter().any(|kind| output::has_extension(path, kind)) {
-                true => output::write(path, picture)?,
-                false => output::picture(path, picture)?,
-            }
-            output::wrote(path, what, format);
+            output::picture(path, picture, what, format)?;
         }
         if shown.text.is_none() || shown.drawing.is_some() {
-            output::warn_of(&compiled, format);
+            output::warn(compiled.warnings.as_ref(), format);
         }
         shown.figures.map_or(Ok(()), |figures| figures.print(self.json))
     }
@@ -164,8 +160,7 @@ struct Shown {
 impl Figures {
     fn print(&self, as_json: bool) -> Result<(), Failure> {
         if as_json {
-            let json = serde_json::to_string_pretty(self).map_err(std::io::Error::from)?;
-            return output::print(&format!("{json}\n"));
+            return output::json(self);
         }
         match &self.comparison {
             Some(comparison) => output::print(&comparison.to_string()),

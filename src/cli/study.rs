@@ -46,19 +46,13 @@ impl Asked {
         format: MessageFormat,
         result: Result<impl Report, StudyError>,
     ) -> Result<(), Failure> {
-        if let Some(warnings) = study.take_warnings() {
-            output::warn(&warnings, format);
-        }
+        output::warn(study.take_warnings().as_ref(), format);
         let style = match (self.json, self.csv) {
             (true, _) => Style::Json,
             (_, true) => Style::Csv,
             _ => Style::Text,
         };
-        let text = result?.write(style);
-        match output::file(self.output.as_deref()) {
-            Some(path) => output::write(path, &text),
-            None => output::print(&text),
-        }
+        output::put(output::file(self.output.as_deref()), &result?.write(style))
     }
 }
 

@@ -79,7 +79,7 @@ pub struct Sweep {
 impl Sweep {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene), self.table.as_deref()], &[self.file(), self.plot.as_deref()])?;
-        self.plot.as_deref().map_or(Ok(()), |path| output::is_picture(path, &["svg", "png"]))?;
+        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
         let scene = output::load(&self.scene)?;
         let (compiled, measures) = self.compiled(&scene, format)?;
         let design = self.design(&compiled.description)?;
@@ -97,9 +97,7 @@ impl Sweep {
             None => self.print(&sweep, &stop, picture.as_mut(), format),
         }?;
         let (Some(path), Some(picture)) = (&self.plot, picture) else { return Ok(()) };
-        output::picture(path, &picture.svg(&sweep))?;
-        output::wrote(path, &format!("the picture of {} runs", sweep.design.len()), format);
-        Ok(())
+        output::picture(path, &picture.svg(&sweep), &format!("the picture of {} runs", sweep.design.len()), format)
     }
 
     fn file(&self) -> Option<&Path> {
@@ -112,7 +110,7 @@ impl Sweep {
         match Failure::every(self.measures.iter().map(read)) {
             Ok(asked) if !asked.is_empty() => {
                 let compiled = sweep::measured(scene, &asked)?;
-                output::warn_of(&compiled, format);
+                output::warn(compiled.warnings.as_ref(), format);
                 Ok((compiled, asked))
             }
             Ok(_) => {

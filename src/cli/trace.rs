@@ -49,8 +49,8 @@ impl Trace {
         scene.outputs.variables = variables(&points).map(|name| Text::from(name.as_str())).collect();
         scene.outputs.expressions.clear();
         let compiled = compile::compile(&scene)?;
-        output::warn_of(&compiled, format);
-        match file.filter(|path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("dxf"))) {
+        output::warn(compiled.warnings.as_ref(), format);
+        match file.filter(|path| output::has_extension(path, "dxf")) {
             Some(path) => curves(&compiled, (&points, &cams), path, format),
             None => match &cams[..] {
                 [] => table(&compiled, &points, file, format),
@@ -134,11 +134,7 @@ fn table(compiled: &Compiled, points: &[String], file: Option<&Path>, format: Me
         writer.row(time, values)
     });
     let failure = part(compiled, ended, rows, format)?;
-    let named = |error| match file {
-        Some(path) => Failure::file("write", path, error),
-        None => Failure::from(error),
-    };
-    writer.finish().map_err(named)?.commit().map_err(named)?;
+    output::finish(writer, file)?;
     failure.map_or(Ok(()), Err)
 }
 
@@ -151,11 +147,7 @@ fn profile_table(cam: &Profile, file: Option<&Path>) -> Result<(), Failure> {
         let [profile, pitch] = [sample.contact, sample.point].map(|at| from_shaft(cam, at));
         writer.row(sample.angle, &[profile, pitch].concat())?;
     }
-    let named = |error| match file {
-        Some(path) => Failure::file("write", path, error),
-        None => Failure::from(error),
-    };
-    writer.finish().map_err(named)?.commit().map_err(named)
+    output::finish(writer, file)
 }
 
 /// Points of a profile.

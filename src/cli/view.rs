@@ -62,7 +62,7 @@ impl View {
         let folder = self.runtimes.clone().unwrap_or_else(runtime::default_folder);
         let module = runtime::for_browsers(&folder).map_err(ExportError::from)?;
         let (compiled, page) = page::page(scene, module)?;
-        output::warn_of(&compiled, format);
+        output::warn(compiled.warnings.as_ref(), format);
         let page = page.map_err(Failure::Numerical)?;
         let path = self.path(&compiled.description.identifier, "html")?;
         output::write(&path, &page.html())?;
@@ -77,7 +77,7 @@ impl View {
         }
         let take = Take { rate: self.frames.is_some().then_some(self.fps), speed: self.speed };
         let (compiled, taken) = film::film(scene, take, MOST_PICTURES)?;
-        output::warn_of(&compiled, format);
+        output::warn(compiled.warnings.as_ref(), format);
         let Taken { film, cut, inaccuracy } = taken.map_err(Failure::Numerical)?;
         inaccuracy.iter().for_each(|found| output::warn_inaccurate(&compiled, "", found, format));
         match &self.frames {

@@ -99,7 +99,7 @@ impl Simulate {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let read = [Some(self.scene.as_path()), self.input.as_deref(), self.overlay.as_deref()];
         output::apart(&read, &[self.file(), self.plot.as_deref()])?;
-        self.plot.as_deref().map_or(Ok(()), |path| output::is_picture(path, &["svg", "png"]))?;
+        output::is_picture(self.plot.as_deref(), &["svg", "png"])?;
         let mut scene = output::load(&self.scene)?;
         if !self.sensitivity.is_empty() {
             return sensitivity::run(&self, scene, format);
@@ -111,7 +111,7 @@ impl Simulate {
         let (compiled, display) =
             compile_with(&scene, |formulated| formulated.equations.system.mechanism.display.clone())
                 .map_err(|faults| output::unknown(faults, "the command line"))?;
-        output::warn_of(&compiled, format);
+        output::warn(compiled.warnings.as_ref(), format);
         let shown = Shown::new(&self, &display)?;
         let [input, overlay] = [&self.input, &self.overlay].map(|file| file.as_deref().map(output::table).transpose());
         let (input, overlay) = (input?, overlay?);
@@ -166,13 +166,7 @@ impl Simulate {
             Err(RunError::Instance(error)) if rows > 0 => Err(self.cut_short(error, rows)),
             ended => Ok(ended?),
         };
-        let named = |error| match self.file() {
-            Some(path) => Failure::file("write", path, error),
-            None => Failure::from(error),
-        };
-        if let Some(writer) = writer {
-            writer.finish().map_err(named)?.commit().map_err(named)?;
-        }
+        writer.map_or(Ok(()), |writer| output::finish(writer, self.file()))?;
         Ok((rows, ended))
     }
 
@@ -190,8 +184,7 @@ impl Simulate {
         if let Some(path) = &self.plot {
             let mut plot = record.plot(self, run, shown)?;
             plot.series.extend(measured.iter().flat_map(|(series, _)| series.clone()));
-            output::picture(path, &plot.svg())?;
-            output::wrote(path, &format!("{} curves", plot.series.len()), format);
+            output::picture(path, &plot.svg(), &format!("{} curves", plot.series.len()), format)?;
         }
         measured.map_or(Ok(()), |(_, report)| match self.summary {
             true => output::print(&report),
@@ -205,8 +198,7 @@ impl Simulate {
     /// Prints the figures; says what was written and what can be done next.
     fn conclude(&self, record: &Record, rows: u64, format: MessageFormat) -> Result<(), Failure> {
         if self.summary && self.json {
-            let json = serde_json::to_string_pretty(&record.statistics()).map_err(std::io::Error::from)?;
-            output::print(&format!("{json}\n"))?;
+            output::json(&record.statistics())?;
         } else if self.summary {
             output::print(&record.statistics().to_string())?;
         }

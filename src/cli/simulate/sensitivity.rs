@@ -23,9 +23,7 @@ pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<()
         return features(options, study, &times, format);
     }
     let found = study.sensitivities(&options.sensitivity, &times);
-    if let Some(warnings) = study.take_warnings() {
-        output::warn(&warnings, format);
-    }
+    output::warn(study.take_warnings().as_ref(), format);
     let found = found?;
     let outputs = || found.outputs.iter().map(|(name, _)| name);
     let derivatives = found.parameters.iter().flat_map(|(to, _)| outputs().map(move |of| format!("d({of})/d({to})")));
@@ -36,11 +34,7 @@ pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<()
         let row: Vec<f64> = values.iter().chain(derivatives.iter()).copied().collect();
         writer.row(time, &row)?;
     }
-    let named = |error| match options.file() {
-        Some(path) => Failure::file("write", path, error),
-        None => Failure::from(error),
-    };
-    writer.finish().map_err(named)?.commit().map_err(named)
+    output::finish(writer, options.file())
 }
 
 /// Prints peaks and crossings with their derivatives.
@@ -54,12 +48,7 @@ fn features(options: &Simulate, mut study: Study, times: &[f64], format: Message
     };
     let levels = options.crossing.iter().map(level).collect::<Result<Vec<_>, Failure>>()?;
     let found = study.features(&options.sensitivity, times, &levels);
-    if let Some(warnings) = study.take_warnings() {
-        output::warn(&warnings, format);
-    }
+    output::warn(study.take_warnings().as_ref(), format);
     let text = found?.write(if options.json { Style::Json } else { Style::Text });
-    match options.file() {
-        Some(path) => output::write(path, &text),
-        None => output::print(&text),
-    }
+    output::put(options.file(), &text)
 }
