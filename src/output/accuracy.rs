@@ -10,7 +10,7 @@ use cotree_fmu::program::Engine;
 use cotree_fmu::taylor::Jet;
 
 use super::bench::trajectory::Trajectory;
-use super::curve::Curve;
+use super::plot::Curve;
 use crate::mechanism::Experiment;
 
 const TOLERANCES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, FINEST];
@@ -53,9 +53,6 @@ pub struct Measurement {
 }
 
 /// Simulates the model at each tolerance and compares the variables with those of a run at [`REFERENCE`].
-///
-/// # Errors
-/// The model cannot be simulated.
 pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Accuracy, InstanceError> {
     let mut stop = experiment.start;
     let growing = affordable(model, experiment, &mut stop)?;

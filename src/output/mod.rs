@@ -6,7 +6,6 @@ pub mod bench;
 pub mod code;
 pub mod compare;
 pub mod csv;
-pub mod curve;
 pub mod drawing;
 pub mod dxf;
 pub mod figures;

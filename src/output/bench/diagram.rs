@@ -1,7 +1,7 @@
 //! The work-precision diagram: time over error, one curve for each method.
 
 use super::Bench;
-use crate::output::curve::{Scale, draw_axes};
+use crate::output::plot::{Scale, draw_axes, headed, place};
 use crate::output::svg::{Frame, Pixel, Svg, polyline};
 
 const WIDTH: f64 = 720.0;
@@ -23,9 +23,8 @@ impl Bench {
                 None => methods.push((run.method, vec![point])),
             }
         }
-        let mut svg = Svg::default();
         let title = format!("{}: time over error", self.name);
-        svg.text([AXES.x, 27.0], r##"font-size="15" font-weight="600" fill="#1f2933""##, &title);
+        let mut svg = headed(&title);
         if methods.is_empty() {
             let place = [AXES.x, AXES.y + 20.0];
             let text = "No error is larger than the reference's own: there are no errors to draw.";
@@ -43,10 +42,7 @@ fn draw(svg: &mut Svg, methods: &[(&str, Vec<[f64; 2]>)], time: &str) {
     draw_axes(svg, AXES, [&across, &up], ["largest relative error", time]);
     for (index, (method, points)) in methods.iter().enumerate() {
         let colour = COLOURS[index % COLOURS.len()];
-        let place = |[x, y]: &[f64; 2]| -> Pixel {
-            [AXES.x + across.part(*x) * AXES.width, AXES.y + (1.0 - up.part(*y)) * AXES.height]
-        };
-        let pixels: Vec<Pixel> = points.iter().map(place).collect();
+        let pixels: Vec<Pixel> = points.iter().map(|[x, y]| place(AXES, across.part(*x), up.part(*y))).collect();
         // The first method lies under one of the others where it has chosen that.
         let width = if index == 0 { 5.0 } else { 1.8 };
         let style = format!(

@@ -1,12 +1,17 @@
-//! Curves over time: one panel for each unit, a common time axis. Maps over two quantities; histograms.
+//! Curves over time: one panel for each unit, a common time axis. Maps over two quantities;
+//! histograms; curves over logarithmic axes.
 
+mod curve;
 mod histogram;
 mod map;
 mod panel;
 mod ticks;
 
+pub use curve::Curve;
+pub(super) use curve::{Scale, draw_axes};
 pub use histogram::{Histogram, Sample};
 pub use map::{Field, Map};
+pub(super) use panel::place;
 
 use super::svg::{Frame, Svg};
 use panel::Panel;
@@ -114,7 +119,7 @@ impl Plot {
 }
 
 /// A picture that begins with its title.
-fn headed(title: &str) -> Svg {
+pub(super) fn headed(title: &str) -> Svg {
     let mut svg = Svg::default();
     svg.text([LEFT, 27.0], r##"font-size="15" font-weight="600" fill="#1f2933""##, title);
     svg

@@ -142,7 +142,12 @@ pub fn along(svg: &mut Svg, frame: Frame, times: &Ticks, title: &str) {
         svg.line([x, bottom], [x, bottom + 4.0], AXIS);
         svg.text([x, bottom + 18.0], &format!(r#"{TICK} text-anchor="middle""#), &times.label(at));
     }
-    let middle = [frame.x + 0.5 * frame.width, bottom + 39.0];
+    below(svg, frame, title);
+}
+
+/// The title of the axis below.
+pub fn below(svg: &mut Svg, frame: Frame, title: &str) {
+    let middle = [frame.x + 0.5 * frame.width, frame.y + frame.height + 39.0];
     svg.text(middle, &format!(r#"{TITLE} text-anchor="middle""#), title);
 }
 
@@ -155,7 +160,7 @@ fn upwards(svg: &mut Svg, frame: Frame, values: &Ticks) {
 }
 
 /// The title of the axis upwards.
-fn beside(svg: &mut Svg, frame: Frame, title: &str) {
+pub fn beside(svg: &mut Svg, frame: Frame, title: &str) {
     let [x, y] = [20.0, frame.y + 0.5 * frame.height];
     let style = format!(r#"{TITLE} text-anchor="middle" transform="rotate(-90 {x} {y})""#);
     svg.text([x, y], &style, title);

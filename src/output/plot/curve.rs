@@ -1,6 +1,8 @@
 //! A curve with labelled points over two logarithmic axes.
 
-use super::svg::{Frame, Pixel, Svg, polyline};
+use super::headed;
+use super::panel::{AXIS, GRID, TICK, below, beside, place};
+use crate::output::svg::{Frame, Pixel, Svg, polyline};
 
 /// A curve; all coordinates are above zero.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,27 +21,20 @@ const BOTTOM: f64 = 52.0;
 const SPACE: f64 = 1.6;
 const SHARE: f64 = 0.06;
 
-const GRID: &str = r##"stroke="#e6eaef" stroke-width="1""##;
-const AXIS: &str = r##"stroke="#9aa5b1" stroke-width="1""##;
-const SMALL: &str = r##"font-size="12" fill="#4b5563""##;
 const HALO: &str = r##"paint-order="stroke" stroke="#ffffff" stroke-width="3""##;
-const TITLE: &str = r##"font-size="12.5" fill="#1f2933" text-anchor="middle""##;
 const LINE: &str = r##"fill="none" stroke="#2f6cab" stroke-width="1.8" stroke-linejoin="round""##;
 
 impl Curve {
     pub fn svg(&self) -> String {
         let [across, up] = [0, 1].map(|axis| Scale::over(self.points.iter().map(|(point, _)| point[axis])));
-        let place = |[x, y]: [f64; 2]| -> Pixel {
-            [AXES.x + across.part(x) * AXES.width, AXES.y + (1.0 - up.part(y)) * AXES.height]
-        };
-        let mut svg = Svg::default();
-        svg.text([AXES.x, 27.0], r##"font-size="15" font-weight="600" fill="#1f2933""##, &self.title);
+        let mut svg = headed(&self.title);
         draw_axes(&mut svg, AXES, [&across, &up], [&self.axes[0], &self.axes[1]]);
-        let pixels: Vec<Pixel> = self.points.iter().map(|(point, _)| place(*point)).collect();
+        let pixels: Vec<Pixel> =
+            self.points.iter().map(|([x, y], _)| place(AXES, across.part(*x), up.part(*y))).collect();
         svg.path(&polyline(&pixels), LINE);
         for ([x, y], (_, label)) in pixels.into_iter().zip(&self.points) {
             svg.circle([x, y], 4.0, r##"fill="#2f6cab" stroke="#ffffff" stroke-width="1.5""##);
-            svg.text([x + 8.0, y - 6.0], &format!("{SMALL} {HALO}"), label);
+            svg.text([x + 8.0, y - 6.0], &format!("{TICK} {HALO}"), label);
         }
         svg.finish(Frame { x: 0.0, y: 0.0, width: WIDTH, height: AXES.y + AXES.height + BOTTOM }, &self.title)
     }
@@ -52,18 +47,17 @@ pub(crate) fn draw_axes(svg: &mut Svg, axes: Frame, [across, up]: [&Scale; 2], t
     for tick in across.ticks() {
         let x = left + across.part(tick) * width;
         svg.line([x, top], [x, bottom], GRID);
-        svg.text([x, bottom + 18.0], &format!(r#"{SMALL} text-anchor="middle""#), &label(tick));
+        svg.text([x, bottom + 18.0], &format!(r#"{TICK} text-anchor="middle""#), &label(tick));
     }
     for tick in up.ticks() {
         let y = bottom - up.part(tick) * height;
         svg.line([left, y], [right, y], GRID);
-        svg.text([left - 8.0, y + 4.2], &format!(r#"{SMALL} text-anchor="end""#), &label(tick));
+        svg.text([left - 8.0, y + 4.2], &format!(r#"{TICK} text-anchor="end""#), &label(tick));
     }
     svg.line([left, top], [left, bottom], AXIS);
     svg.line([left, bottom], [right, bottom], AXIS);
-    svg.text([left + 0.5 * width, bottom + 39.0], TITLE, titles[0]);
-    let [x, y] = [20.0, top + 0.5 * height];
-    svg.text([x, y], &format!(r#"{TITLE} transform="rotate(-90 {x} {y})""#), titles[1]);
+    below(svg, axes, titles[0]);
+    beside(svg, axes, titles[1]);
 }
 
 /// A logarithmic axis: the decimal logarithms of its ends.
