@@ -4,6 +4,7 @@
 mod decompose;
 mod equilibrium;
 mod independent;
+mod matrix;
 mod modes;
 mod point;
 pub mod report;
@@ -16,6 +17,7 @@ mod study;
 mod variation;
 
 pub use equilibrium::{Equilibrium, Stability};
+pub use matrix::{dense, saddle};
 pub use modes::{Mode, modes};
 pub use point::Point;
 pub use rest::at_rest;

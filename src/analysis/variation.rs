@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Failure, Point};
+use super::{Failure, Point, saddle};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
@@ -306,13 +306,8 @@ impl Numbers<'_> {
 
     /// \[M Phi_q^T; Phi_q 0\]
     pub fn system(&self) -> DMatrix<f64> {
-        let (mass, reactions) =
-            (self.block(Row::Motion, Column::Accelerations), self.block(Row::Motion, Column::Reactions));
-        let (n, m) = reactions.shape();
-        let mut system = DMatrix::zeros(n + m, n + m);
-        system.view_mut((0, 0), (n, n)).copy_from(&mass);
-        system.view_mut((0, n), (n, m)).copy_from(&reactions);
-        system.view_mut((n, 0), (m, n)).copy_from(&self.block(Row::Accelerations, Column::Accelerations));
-        system
+        let [mass, reactions] =
+            [Column::Accelerations, Column::Reactions].map(|column| self.block(Row::Motion, column));
+        saddle(&mass, &reactions, &self.block(Row::Accelerations, Column::Accelerations))
     }
 }

@@ -34,8 +34,7 @@ impl Resistance {
         if let Some([level, transition]) = self.friction {
             let ratio = arena.divide(velocity, transition);
             let sign = arena.unary(Unary::Tanh, ratio);
-            let dry = arena.multiply(level, sign);
-            resisting = arena.add(resisting, dry);
+            resisting = arena.add_product(resisting, level, sign);
         }
         arena.negate(resisting)
     }

@@ -46,8 +46,7 @@ fn relation(
         let ((position, rate, second), chord) = across(system, kinematics, term.port, term.factor);
         let arena = &mut system.arena;
         let minus = arena.negate(term.factor);
-        let share = arena.multiply(minus, position);
-        value = arena.add(value, share);
+        value = arena.add_product(value, minus, position);
         velocity.accumulate(arena, minus, &rate);
         acceleration.accumulate(arena, minus, &second);
         coupled.push(chord);

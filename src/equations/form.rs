@@ -106,8 +106,7 @@ impl Form<Expr> {
     pub fn total(&self, arena: &mut Arena) -> Expr {
         let mut total = Expr::ZERO;
         for (key, coefficient) in self.terms() {
-            let term = arena.multiply(key, coefficient.to_owned());
-            total = arena.add(total, term);
+            total = arena.add_product(total, key, *coefficient);
         }
         total
     }

@@ -145,8 +145,7 @@ impl<'m> Equations<'m> {
         let mut rate = time_rate;
         for (column, entry) in jacobian {
             let speed = arena.symbol(Symbol::Coordinate(column, Order::Velocity));
-            let term = arena.multiply(entry, speed);
-            rate = arena.add(rate, term);
+            rate = arena.add_product(rate, entry, speed);
         }
         rate
     }

@@ -39,8 +39,7 @@ impl Equations<'_> {
                 None => self.force_along(id, direction),
             };
             let speed = self.kinematics.speed_along(&mut self.system, row.ends, direction);
-            let power = self.system.arena.multiply(effort, speed);
-            total = self.system.arena.add(total, power);
+            total = self.system.arena.add_product(total, effort, speed);
         }
         total
     }

@@ -91,8 +91,7 @@ impl Equations<'_> {
                         let arena = &mut self.system.arena;
                         let short = arena.subtract(free, position);
                         let push = arena.multiply(share.stiffness, short);
-                        let drag = arena.multiply(share.damping, rate);
-                        share.force = arena.subtract(push, drag);
+                        share.force = arena.subtract_product(push, share.damping, rate);
                     }
                     None => share.force = self.outer_force(element, &load.name)?,
                 }

@@ -70,6 +70,18 @@ impl Arena {
         }
     }
 
+    /// a + b c
+    pub fn add_product(&mut self, a: Expr, b: Expr, c: Expr) -> Expr {
+        let product = self.multiply(b, c);
+        self.add(a, product)
+    }
+
+    /// a - b c
+    pub fn subtract_product(&mut self, a: Expr, b: Expr, c: Expr) -> Expr {
+        let product = self.multiply(b, c);
+        self.subtract(a, product)
+    }
+
     pub fn multiply(&mut self, a: Expr, b: Expr) -> Expr {
         if a == Expr::ZERO || b == Expr::ZERO {
             return Expr::ZERO;

@@ -91,13 +91,13 @@ impl Factor {
             match step {
                 Step::One { index, below, .. } | Step::Add { index, to: below, .. } => {
                     for (row, factor) in below {
-                        x[*row] = minus_product(arena, x[*row], *factor, x[*index]);
+                        x[*row] = arena.subtract_product(x[*row], *factor, x[*index]);
                     }
                 }
                 Step::Two { pair: [i, k], below, .. } => {
                     for (row, [fi, fk]) in below {
-                        let first = minus_product(arena, x[*row], *fi, x[*i]);
-                        x[*row] = minus_product(arena, first, *fk, x[*k]);
+                        let first = arena.subtract_product(x[*row], *fi, x[*i]);
+                        x[*row] = arena.subtract_product(first, *fk, x[*k]);
                     }
                 }
             }
@@ -134,18 +134,18 @@ impl Step {
             Step::One { index, inverse, below } => {
                 let mut value = arena.multiply(x[*index], *inverse);
                 for (row, factor) in below {
-                    value = minus_product(arena, value, *factor, x[*row]);
+                    value = arena.subtract_product(value, *factor, x[*row]);
                 }
                 x[*index] = value;
             }
             Step::Two { pair: [i, k], diagonal, inverse, below } => {
                 // [a b; b 0]^-1 (y_i, y_k) = (y_k / b, (y_i - a y_k / b) / b)
                 let mut first = arena.multiply(x[*k], *inverse);
-                let rest = minus_product(arena, x[*i], *diagonal, first);
+                let rest = arena.subtract_product(x[*i], *diagonal, first);
                 let mut second = arena.multiply(rest, *inverse);
                 for (row, [fi, fk]) in below {
-                    first = minus_product(arena, first, *fi, x[*row]);
-                    second = minus_product(arena, second, *fk, x[*row]);
+                    first = arena.subtract_product(first, *fi, x[*row]);
+                    second = arena.subtract_product(second, *fk, x[*row]);
                 }
                 x[*i] = first;
                 x[*k] = second;
@@ -319,7 +319,7 @@ impl Elimination {
         for row in rows {
             let entry = |column: &BTreeMap<usize, Expr>| column.get(&row).copied().unwrap_or(Expr::ZERO);
             let of_first = arena.multiply(entry(&second), inverse);
-            let rest = minus_product(arena, entry(&first), diagonal, of_first);
+            let rest = arena.subtract_product(entry(&first), diagonal, of_first);
             below.insert(row, [of_first, arena.multiply(rest, inverse)]);
         }
         for (&row, &[of_first, of_second]) in &below {
@@ -352,7 +352,7 @@ impl Elimination {
     fn subtract(&mut self, arena: &mut Arena, [row, column]: [usize; 2], factor: Expr, entry: Expr) {
         self.operations += 1;
         let old = self.rows[row].get(&column).copied().unwrap_or(Expr::ZERO);
-        let new = minus_product(arena, old, factor, entry);
+        let new = arena.subtract_product(old, factor, entry);
         for [row, column] in [[row, column], [column, row]] {
             if new == Expr::ZERO {
                 self.rows[row].remove(&column);
@@ -361,11 +361,6 @@ impl Elimination {
             }
         }
     }
-}
-
-fn minus_product(arena: &mut Arena, a: Expr, b: Expr, c: Expr) -> Expr {
-    let product = arena.multiply(b, c);
-    arena.subtract(a, product)
 }
 
 fn rows(system: &System) -> Rows {

@@ -111,8 +111,7 @@ fn reactions(equations: &mut Equations, stresses: &[BTreeMap<usize, Expr>], leng
         for (reaction, slope) in found.iter_mut().zip(slopes) {
             for (sum, stress) in reaction.stress.iter_mut().zip(stresses) {
                 let Some(&entry) = stress.get(&row) else { continue };
-                let term = arena.multiply(slope, entry);
-                *sum = arena.add(*sum, term);
+                *sum = arena.add_product(*sum, slope, entry);
             }
         }
     }
@@ -162,11 +161,9 @@ fn minimising(arena: &mut Arena, reactions: &[Reaction], states: usize) -> Vec<E
         for (row, &stress) in rows.iter_mut().zip(&reaction.stress) {
             let weighted = arena.multiply(weight, stress);
             for (entry, &other) in row.iter_mut().zip(&reaction.stress) {
-                let product = arena.multiply(weighted, other);
-                *entry = arena.add(*entry, product);
+                *entry = arena.add_product(*entry, weighted, other);
             }
-            let product = arena.multiply(weighted, reaction.value);
-            row[states] = arena.subtract(row[states], product);
+            row[states] = arena.subtract_product(row[states], weighted, reaction.value);
         }
     }
     for pivot in 0..states {
@@ -174,17 +171,14 @@ fn minimising(arena: &mut Arena, reactions: &[Reaction], states: usize) -> Vec<E
         for row in &mut rows[pivot + 1..] {
             let factor = arena.divide(row[pivot], upper[pivot]);
             for (entry, &above) in row.iter_mut().zip(&upper).skip(pivot) {
-                let product = arena.multiply(factor, above);
-                *entry = arena.subtract(*entry, product);
+                *entry = arena.subtract_product(*entry, factor, above);
             }
         }
     }
     let mut sizes = vec![Expr::ZERO; states];
     for pivot in (0..states).rev() {
-        let right = (pivot + 1..states).fold(rows[pivot][states], |right, other| {
-            let product = arena.multiply(rows[pivot][other], sizes[other]);
-            arena.subtract(right, product)
-        });
+        let right = (pivot + 1..states)
+            .fold(rows[pivot][states], |right, other| arena.subtract_product(right, rows[pivot][other], sizes[other]));
         sizes[pivot] = arena.divide(right, rows[pivot][pivot]);
     }
     sizes

@@ -228,8 +228,7 @@ pub(super) fn inverse(equations: &mut Equations) -> Vec<Expr> {
     rows.map(|(load, mass)| {
         mass.into_iter().fold(load, |rest, (column, entry)| {
             let acceleration = arena.symbol(Symbol::Coordinate(column, Order::Acceleration));
-            let product = arena.multiply(entry, acceleration);
-            arena.subtract(rest, product)
+            arena.subtract_product(rest, entry, acceleration)
         })
     })
     .collect()

@@ -398,13 +398,9 @@ impl SeriesBuilder {
         for (operand, sign) in operands {
             let sign = arena.constant(sign);
             match self.series(arena, c, operand)? {
-                Series::Constant(value) => {
-                    let value = arena.multiply(sign, value);
-                    constant = arena.add(constant, value);
-                }
+                Series::Constant(value) => constant = arena.add_product(constant, sign, value),
                 Series::Sum(value, terms, level) => {
-                    let value = arena.multiply(sign, value);
-                    constant = arena.add(constant, value);
+                    constant = arena.add_product(constant, sign, value);
                     for (source, coefficient) in terms {
                         all.push((source, arena.multiply(sign, coefficient)));
                     }

@@ -12,6 +12,7 @@ use cotree_fmu::tape::{Operation, Tape};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
+use crate::analysis::{dense, saddle};
 use crate::expr::Expr;
 use crate::formulate::start::evaluate_at;
 use crate::formulate::{Formulated, formulate_written};
@@ -198,36 +199,14 @@ fn time(machine: &mut Machine, tapes: &[&Tape]) -> f64 {
 
 /// Of the equations that are solved for accelerations, and of the mass matrix.
 fn conditions(formulated: &mut Formulated, dynamic: bool) -> (Option<f64>, Option<f64>) {
-    let active = (0..formulated.equations.constraints.len()).filter(|index| !formulated.redundant.contains(index));
-    let active: Vec<usize> = active.collect();
-    let n = formulated.equations.coordinates.len();
-    let jacobian: Vec<Vec<(usize, Expr)>> =
-        active.iter().map(|&row| formulated.equations.constraints[row].jacobian.clone()).collect();
-    let jacobian = values(formulated, &jacobian, n);
-    if !dynamic {
-        return (condition(jacobian), None);
-    }
-    let mass = formulated.equations.dynamics().mass.clone();
-    let mass = values(formulated, &mass, n);
-    let size = n + active.len();
-    let mut whole = DMatrix::zeros(size, size);
-    whole.view_mut((0, 0), (n, n)).copy_from(&mass);
-    whole.view_mut((n, 0), (active.len(), n)).copy_from(&jacobian);
-    whole.view_mut((0, n), (n, active.len())).copy_from(&jacobian.transpose());
-    (condition(whole), condition(mass))
-}
-
-/// A sparse matrix of expressions as numbers at the initial pose.
-fn values(formulated: &Formulated, rows: &[Vec<(usize, Expr)>], columns: usize) -> DMatrix<f64> {
-    let exprs: Vec<Expr> = rows.iter().flatten().map(|(_, entry)| *entry).collect();
-    let numbers = evaluate_at(&formulated.equations.system.arena, &formulated.state, &exprs);
-    let mut matrix = DMatrix::zeros(rows.len(), columns);
-    let places =
-        rows.iter().enumerate().flat_map(|(row, entries)| entries.iter().map(move |(column, _)| (row, *column)));
-    for (place, number) in places.zip(numbers) {
-        matrix[place] = number;
-    }
-    matrix
+    let mass = dynamic.then(|| formulated.equations.dynamics().mass.clone());
+    let Formulated { equations, state, redundant, .. } = formulated;
+    let (n, values) =
+        (equations.coordinates.len(), |exprs: &[Expr]| evaluate_at(&equations.system.arena, state, exprs));
+    let active = equations.constraints.iter().enumerate().filter(|(index, _)| !redundant.contains(index));
+    let jacobian = dense(active.map(|(_, row)| &row.jacobian), n, values);
+    let Some(mass) = mass.map(|mass| dense(&mass, n, values)) else { return (condition(jacobian), None) };
+    (condition(saddle(&mass, &jacobian.transpose(), &jacobian)), condition(mass))
 }
 
 /// Largest over smallest singular value, after rows and columns have been scaled to largest entries of about 1 (Ruiz).

@@ -14,7 +14,7 @@ use super::super::modes::{Mode, modes};
 use super::super::search::scales;
 use super::super::state_space::StateSpace;
 use super::super::variation::{Column, Numbers, Row, Variation};
-use super::super::{Equilibrium, Failure, Point, Study, StudyError};
+use super::super::{Equilibrium, Failure, Point, Study, StudyError, saddle};
 use super::start::{check_repeated, stacked};
 use super::{Sensitivities, Varied, varied};
 use crate::expr::Symbol;
@@ -72,9 +72,6 @@ impl Study {
     }
 
     /// Vibrations about the equilibrium next to the start, and the derivatives of their eigenvalues.
-    ///
-    /// # Errors
-    /// Those of [`Study::equilibrium_sensitivities`].
     pub fn mode_sensitivities(&mut self, to: &[String]) -> Result<ModeChanges, StudyError> {
         self.rest(|formulated, variation, equilibrium| {
             let Equilibrium { point, .. } = equilibrium;
@@ -97,7 +94,7 @@ impl Rest {
         let variation = Variation::by(formulated, parameters.iter().map(|own| own.symbol).collect());
         let numbers = variation.at(&formulated.equations, point)?;
         let refused = |what: &str| Failure::NoDerivative { time: point.time(), what: what.to_owned() };
-        let stiff = saddle(&numbers.block(Row::Motion, Column::Positions), &numbers);
+        let stiff = stiffness(&numbers);
         let n = stiff.nrows() - variation.active().len();
         let change = stacked(&numbers.block(Row::Motion, Column::Signals), &numbers.block(Row::Loops, Column::Signals));
         let units = units(formulated, &stiff, n);
@@ -130,10 +127,10 @@ impl Rest {
     ) -> Result<Vec<Option<Vec<Complex<f64>>>>, Failure> {
         let changes = self.changes(formulated, point)?;
         let numbers = self.variation.at(&formulated.equations, point)?;
-        let block = |column: Column| numbers.block(Row::Motion, column);
-        let [mass, damping] = [Column::Accelerations, Column::Rates].map(|column| padded(&block(column), &numbers));
-        let stiffness = saddle(&block(Column::Positions), &numbers);
-        let n = mass.nrows() - self.variation.active().len();
+        let stiffness = stiffness(&numbers);
+        let (size, n) = (stiffness.nrows(), stiffness.nrows() - self.variation.active().len());
+        let [mass, damping] = [Column::Accelerations, Column::Rates]
+            .map(|column| numbers.block(Row::Motion, column).resize(size, size, 0.0));
         let derivative = |mode: &Mode| -> Result<Option<Vec<Complex<f64>>>, Failure> {
             let s = mode.eigenvalue;
             let twice = |other: &&Mode| (other.eigenvalue - s).norm() <= SAME * s.norm();
@@ -182,32 +179,19 @@ impl Rest {
             }
             let of = |row: Row, column: Column| self.variation.block_of(&sum, row, column);
             let (n, m) = (self.positions.nrows(), self.reactions.nrows());
-            let mut parts = [(); 3].map(|()| DMatrix::zeros(n + m, n + m));
-            parts[0].view_mut((0, 0), (n, n)).copy_from(&of(Row::Motion, Column::Accelerations));
-            parts[1].view_mut((0, 0), (n, n)).copy_from(&of(Row::Motion, Column::Rates));
-            parts[2].view_mut((0, 0), (n, n)).copy_from(&of(Row::Motion, Column::Positions));
-            parts[2].view_mut((0, n), (n, m)).copy_from(&of(Row::Motion, Column::Reactions));
-            parts[2].view_mut((n, 0), (m, n)).copy_from(&of(Row::Loops, Column::Positions));
-            parts
+            let [mass, damping] =
+                [Column::Accelerations, Column::Rates].map(|column| of(Row::Motion, column).resize(n + m, n + m, 0.0));
+            let [stiff, reactions] = [Column::Positions, Column::Reactions].map(|column| of(Row::Motion, column));
+            [mass, damping, saddle(&stiff, &reactions, &of(Row::Loops, Column::Positions))]
         };
         Ok((0..self.positions.ncols()).map(change).collect())
     }
 }
 
-/// \[A Phi_q^T; Phi_q 0\]
-fn saddle(block: &DMatrix<f64>, numbers: &Numbers) -> DMatrix<f64> {
-    let reactions = numbers.block(Row::Motion, Column::Reactions);
-    let (n, m) = reactions.shape();
-    let mut system = padded(block, numbers);
-    system.view_mut((0, n), (n, m)).copy_from(&reactions);
-    system.view_mut((n, 0), (m, n)).copy_from(&numbers.block(Row::Loops, Column::Positions));
-    system
-}
-
-/// \[A 0; 0 0\]
-fn padded(block: &DMatrix<f64>, numbers: &Numbers) -> DMatrix<f64> {
-    let size = block.nrows() + numbers.block(Row::Loops, Column::Positions).nrows();
-    block.clone().resize(size, size, 0.0)
+/// \[H Phi_q^T; Phi_q 0\]
+fn stiffness(numbers: &Numbers) -> DMatrix<f64> {
+    let [stiff, reactions] = [Column::Positions, Column::Reactions].map(|column| numbers.block(Row::Motion, column));
+    saddle(&stiff, &reactions, &numbers.block(Row::Loops, Column::Positions))
 }
 
 /// Units of rows and columns in which the matrix has entries of one size.

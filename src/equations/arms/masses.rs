@@ -25,8 +25,7 @@ impl Equations<'_> {
                     }
                     (Factor::Signal(signal), _) => {
                         let arena = &mut self.system.arena;
-                        let term = arena.multiply(coefficient, signal);
-                        part.signal = arena.add(part.signal, term);
+                        part.signal = arena.add_product(part.signal, coefficient, signal);
                     }
                     // The constant part of a function of time.
                     (Factor::One, _) => part.signal = self.system.arena.add(part.signal, coefficient),

@@ -36,8 +36,7 @@ pub(super) fn frames(arena: &mut Arena, angles: &[ScalarMotion]) -> (Frames, Vec
         let mut offset = Expr::ZERO;
         for (key, &coefficient) in angle.position.terms() {
             if is_constant(arena, key) {
-                let term = arena.multiply(key, coefficient);
-                offset = arena.add(offset, term);
+                offset = arena.add_product(offset, key, coefficient);
             } else {
                 moving.add_term(arena, key, &coefficient);
             }

@@ -10,7 +10,7 @@ use super::motion::{Entry, Motion, has_masses};
 use super::name::Name;
 use super::symbols::{values, with_names};
 use super::tree::Tree;
-use super::{Prose, Written, json, page};
+use super::{Written, json, page};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
@@ -60,13 +60,10 @@ fn reduced(
         }
         Written::Prose(prose) => {
             blocks.extend(minimal.blocks(equations));
-            Ok(titled(equations, &blocks, prose))
+            let title = format!("Reduced equations of motion of {}", equations.system.mechanism.name);
+            Ok(page(&title, &blocks, prose))
         }
     }
-}
-
-fn titled(equations: &Equations, blocks: &[Block], prose: Prose) -> String {
-    page(&format!("Reduced equations of motion of {}", equations.system.mechanism.name), blocks, prose)
 }
 
 impl Minimal {
@@ -80,9 +77,9 @@ impl Minimal {
         }
         let closed = Closed::new(equations, start, &rows, &solved.dependent);
         groups.push(("Dependent coordinates", entries(equations, &closed.positions, Order::Position)));
-        let rates = rates(equations, &solved);
+        let rates = followed(equations, &solved, Order::Velocity, &solved.rates);
         groups.push(("Their rates", entries(equations, &rates, Order::Velocity)));
-        let accelerations = accelerations(equations, &solved);
+        let accelerations = followed(equations, &solved, Order::Acceleration, &solved.accelerations);
         groups.push(("Their accelerations", entries(equations, &accelerations, Order::Acceleration)));
         let open: Vec<Entry> = closed
             .rows
@@ -144,20 +141,15 @@ fn motion_equations(equations: &mut Equations, solved: &Solved) -> [(&'static st
     for (row, entries) in dynamics.mass.iter().enumerate() {
         for &(column, entry) in entries {
             for (place, product) in products[row].iter_mut().enumerate() {
-                let term = arena.multiply(entry, solved.ratio(column, place));
-                *product = arena.add(*product, term);
+                *product = arena.add_product(*product, entry, solved.ratio(column, place));
             }
-            let term = arena.multiply(entry, solved.acceleration(column));
-            rest[row] = arena.subtract(rest[row], term);
+            rest[row] = arena.subtract_product(rest[row], entry, solved.acceleration(column));
         }
     }
     let (mut mass, mut load) = (Vec::new(), Vec::new());
     for place in 0..count {
         let column = |arena: &mut crate::expr::Arena, of: &dyn Fn(usize) -> Expr| {
-            (0..n).fold(Expr::ZERO, |sum, row| {
-                let term = arena.multiply(solved.ratio(row, place), of(row));
-                arena.add(sum, term)
-            })
+            (0..n).fold(Expr::ZERO, |sum, row| arena.add_product(sum, solved.ratio(row, place), of(row)))
         };
         for other in place..count {
             let entry = column(arena, &|row| products[row][other]);
@@ -175,30 +167,15 @@ fn entries(equations: &Equations, values: &[(usize, Expr)], order: Order) -> Vec
     values.iter().map(|&(column, value)| (name(column), value)).collect()
 }
 
-/// v_u = R v_w + r
-fn rates(equations: &mut Equations, solved: &Solved) -> Vec<(usize, Expr)> {
-    followed(equations, solved, Order::Velocity, |place| solved.rates[place])
-}
-
-/// a_u = R a_w + g
-fn accelerations(equations: &mut Equations, solved: &Solved) -> Vec<(usize, Expr)> {
-    followed(equations, solved, Order::Acceleration, |place| solved.accelerations[place])
-}
-
-fn followed(
-    equations: &mut Equations,
-    solved: &Solved,
-    order: Order,
-    constant: impl Fn(usize) -> Expr,
-) -> Vec<(usize, Expr)> {
+/// v_u = R v_w + r, or a_u = R a_w + g
+fn followed(equations: &mut Equations, solved: &Solved, order: Order, constants: &[Expr]) -> Vec<(usize, Expr)> {
     let arena = &mut equations.system.arena;
     let mut values = Vec::new();
-    for (place, &column) in solved.dependent.iter().enumerate() {
-        let mut value = constant(place);
+    for (&column, &constant) in solved.dependent.iter().zip(constants) {
+        let mut value = constant;
         for (own, &independent) in solved.independent.iter().enumerate() {
             let symbol = arena.symbol(Symbol::Coordinate(independent, order));
-            let term = arena.multiply(solved.ratio(column, own), symbol);
-            value = arena.add(value, term);
+            value = arena.add_product(value, solved.ratio(column, own), symbol);
         }
         values.push((column, value));
     }

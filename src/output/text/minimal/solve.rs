@@ -4,7 +4,6 @@ use crate::analysis::independent_columns;
 use crate::equations::Equations;
 use crate::expr::Expr;
 use crate::output::text::steps::Values;
-use nalgebra::DMatrix;
 
 /// v_u = R v_w + r, a_u = R a_w + g, in the order of the dependent coordinates.
 pub struct Solved {
@@ -44,7 +43,7 @@ struct Row {
 /// # Errors
 /// The loops determine no choice of coordinates at the start.
 pub fn solve(equations: &mut Equations, start: &Values, rows: &[usize]) -> Result<Solved, String> {
-    let jacobian = jacobian(equations, start, rows);
+    let jacobian = start.jacobian(equations, rows);
     let (independent, dependent) = independent_columns(&jacobian)
         .ok_or("where the motion starts the loops do not determine the dependent coordinates: it is a singular pose")?;
     let mut system: Vec<Row> = rows
@@ -79,17 +78,6 @@ pub fn solve(equations: &mut Equations, start: &Values, rows: &[usize]) -> Resul
     })
 }
 
-fn jacobian(equations: &Equations, start: &Values, rows: &[usize]) -> DMatrix<f64> {
-    let mut matrix = DMatrix::zeros(rows.len(), equations.coordinates.len());
-    for (place, &index) in rows.iter().enumerate() {
-        let entries = &equations.constraints[index].jacobian;
-        let exprs: Vec<Expr> = entries.iter().map(|(_, entry)| *entry).collect();
-        let values = start.of(equations, &exprs);
-        entries.iter().zip(values).for_each(|((column, _), value)| matrix[(place, *column)] = value);
-    }
-    matrix
-}
-
 /// Gauss-Jordan elimination: pivots with few other entries in their row and column come first. Returns rows with their columns.
 fn eliminate(equations: &mut Equations, start: &Values, system: &mut [Row]) -> Vec<(usize, usize)> {
     let mut order: Vec<(usize, usize)> = Vec::new();
@@ -108,8 +96,7 @@ fn eliminate(equations: &mut Equations, start: &Values, system: &mut [Row]) -> V
             }
             let own = &mut system[other];
             for (entry, above) in own.left.iter_mut().zip(&left).chain(own.right.iter_mut().zip(&right)) {
-                let term = arena.multiply(factor, *above);
-                *entry = arena.subtract(*entry, term);
+                *entry = arena.subtract_product(*entry, factor, *above);
             }
             own.left[column] = Expr::ZERO;
         }

@@ -124,8 +124,7 @@ impl Lesson<'_, '_, '_> {
                 let arena = &mut self.equations.system.arena;
                 let slope = arena.derivative(expr, Symbol::Coordinate(column, order));
                 let rate = arena.symbol(Symbol::Coordinate(column, next));
-                let term = arena.multiply(slope, rate);
-                sum = arena.add(sum, term);
+                sum = arena.add_product(sum, slope, rate);
             }
         }
         sum

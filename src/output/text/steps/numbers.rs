@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Lesson;
+use crate::analysis::{dense, saddle};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::mechanism::Mechanism;
@@ -56,31 +57,26 @@ impl Values {
         equations.system.arena.evaluate(exprs, &|symbol| self.value(symbol))
     }
 
+    /// Some rows of Phi_q.
+    pub fn jacobian(&self, equations: &Equations, rows: &[usize]) -> DMatrix<f64> {
+        let rows = rows.iter().map(|&row| &equations.constraints[row].jacobian);
+        dense(rows, equations.coordinates.len(), |exprs| self.of(equations, exprs))
+    }
+
     /// Accelerations and multipliers of \[M Phi_q^T; Phi_q 0\], without loop equations that repeat others; none where it is singular.
     pub fn solve(&mut self, equations: &mut Equations) -> Option<()> {
         let (n, dynamics) = (equations.coordinates.len(), equations.dynamics().clone());
         let rows: Vec<usize> = equations.loops().filter(|(_, row)| !row.repeats).map(|(index, _)| index).collect();
-        let m = rows.len();
-        if n + m == 0 {
+        if n + rows.len() == 0 {
             self.reactions = vec![0.0; equations.constraints.len()];
             return Some(());
         }
-        let mut matrix = DMatrix::zeros(n + m, n + m);
-        for (row, entries) in dynamics.mass.iter().enumerate() {
-            let values = self.of(equations, &entries.iter().map(|(_, entry)| *entry).collect::<Vec<_>>());
-            entries.iter().zip(values).for_each(|((column, _), value)| matrix[(row, *column)] = value);
-        }
-        let mut right = DVector::zeros(n + m);
-        right.rows_mut(0, n).copy_from_slice(&self.of(equations, &dynamics.load));
-        for (place, &row) in rows.iter().enumerate() {
-            let constraint = equations.constraints[row].clone();
-            let values = self.of(equations, &constraint.jacobian.iter().map(|(_, entry)| *entry).collect::<Vec<_>>());
-            for ((column, _), value) in constraint.jacobian.iter().zip(values) {
-                matrix[(n + place, *column)] = value;
-                matrix[(*column, n + place)] = value;
-            }
-            right[n + place] = self.of(equations, &[constraint.gamma])[0];
-        }
+        let mass = dense(&dynamics.mass, n, |exprs| self.of(equations, exprs));
+        let jacobian = self.jacobian(equations, &rows);
+        let matrix = saddle(&mass, &jacobian.transpose(), &jacobian);
+        let gammas = rows.iter().map(|&row| equations.constraints[row].gamma);
+        let right: Vec<Expr> = dynamics.load.into_iter().chain(gammas).collect();
+        let right = DVector::from_vec(self.of(equations, &right));
         let solution = matrix.lu().solve(&right).filter(|solution| solution.iter().all(|value| value.is_finite()))?;
         self.accelerations = solution.rows(0, n).iter().copied().collect();
         self.reactions = vec![0.0; equations.constraints.len()];

@@ -154,8 +154,7 @@ impl Lesson<'_, '_, '_> {
                 let arena = &mut lesson.equations.system.arena;
                 let slope = arena.derivative(expr, Symbol::Coordinate(column, Order::Position));
                 let speed = arena.symbol(Symbol::Coordinate(column, Order::Velocity));
-                let term = arena.multiply(slope, speed);
-                sum = arena.add(sum, term);
+                sum = arena.add_product(sum, slope, speed);
             }
             sum
         };
@@ -181,8 +180,7 @@ impl Lesson<'_, '_, '_> {
             };
             if let Some(next) = next {
                 let (slope, rate) = (arena.derivative(expr, symbol), arena.symbol(next));
-                let term = arena.multiply(slope, rate);
-                sum = arena.add(sum, term);
+                sum = arena.add_product(sum, slope, rate);
             }
         }
         sum

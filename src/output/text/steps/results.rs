@@ -1,10 +1,9 @@
 //! Step 4: M, Q and their properties.
 
-use nalgebra::DMatrix;
-
 use super::line;
 use super::numbers::{agree, short};
 use super::{Lesson, check, heading, words};
+use crate::analysis::dense;
 use crate::equations::Share;
 use crate::expr::Expr;
 use crate::output::text::document::{Block, Piece};
@@ -82,12 +81,7 @@ impl Lesson<'_, '_, '_> {
         let n = self.equations.coordinates.len();
         let dynamics = self.equations.dynamics().clone();
         let values = self.moving();
-        let mut matrix = DMatrix::<f64>::zeros(n, n);
-        for (row, entries) in dynamics.mass.iter().enumerate() {
-            let exprs: Vec<Expr> = entries.iter().map(|(_, entry)| *entry).collect();
-            let numbers = values.of(&self.equations, &exprs);
-            entries.iter().zip(numbers).for_each(|((column, _), number)| matrix[(row, *column)] = number);
-        }
+        let matrix = dense(&dynamics.mass, n, |exprs| values.of(&self.equations, exprs));
         let symmetric = agree(matrix.as_slice(), matrix.transpose().as_slice());
         let mut blocks = vec![check("M is symmetric, each pair of entries found from two different rows", symmetric)];
         if n <= 60 {
