@@ -23,12 +23,23 @@ pub struct Trees {
 impl Trees {
     /// Those of Tables 2 and 3.
     pub fn recommended(system: &System) -> Trees {
-        recommended(system)
+        let (t_order, r_order) = Trees::order(system);
+        Trees { translation: system.translation.tree(t_order), rotation: system.rotation.tree(r_order) }
     }
 
     /// The orders in which Tables 2 and 3 take the edges of the translational and of the rotational graph.
     pub fn order(system: &System) -> (Vec<ElementId>, Vec<ElementId>) {
-        in_order(system)
+        let depth = depths(system);
+        let key = |id: &ElementId| match system.element(*id).origin {
+            Origin::Joint(joint) => depth[joint.0],
+            _ => 0,
+        };
+        let t_order = ordered(&system.translation, |id| {
+            (system.element(*id).translation.as_ref().map_or(u8::MAX, |row| row.priority), key(id))
+        });
+        let r_order =
+            ordered(&system.rotation, |id| system.element(*id).rotation.as_ref().map_or(u8::MAX, |row| row.priority));
+        (t_order, r_order)
     }
 
     /// The trees that the scene asks for.
@@ -38,7 +49,7 @@ impl Trees {
     pub fn select(system: &System, choice: &Coordinates) -> Result<Trees, Vec<Fault>> {
         match choice {
             // The search for the cheapest trees starts from these.
-            Coordinates::Recommended | Coordinates::Cheapest => Ok(recommended(system)),
+            Coordinates::Recommended | Coordinates::Cheapest => Ok(Trees::recommended(system)),
             Coordinates::Absolute => Ok(absolute(system)),
             Coordinates::Joint => Ok(joint(system)),
             Coordinates::Chosen { translation, rotation } => {
@@ -83,26 +94,6 @@ impl Trees {
     }
 }
 
-/// Tables 2 and 3.
-fn recommended(system: &System) -> Trees {
-    let (t_order, r_order) = Trees::order(system);
-    Trees { translation: system.translation.tree(t_order), rotation: system.rotation.tree(r_order) }
-}
-
-fn in_order(system: &System) -> (Vec<ElementId>, Vec<ElementId>) {
-    let depth = depths(system);
-    let key = |id: &ElementId| match system.element(*id).origin {
-        Origin::Joint(joint) => depth[joint.0],
-        _ => 0,
-    };
-    let t_order = ordered(&system.translation, |id| {
-        (system.element(*id).translation.as_ref().map_or(u8::MAX, |row| row.priority), key(id))
-    });
-    let r_order =
-        ordered(&system.rotation, |id| system.element(*id).rotation.as_ref().map_or(u8::MAX, |row| row.priority));
-    (t_order, r_order)
-}
-
 /// All bodies in both trees.
 fn absolute(system: &System) -> Trees {
     let rank = |id: &ElementId| match system.element(*id).origin {
@@ -110,10 +101,7 @@ fn absolute(system: &System) -> Trees {
         Origin::Body(_) => 1,
         _ => 2,
     };
-    Trees {
-        translation: system.translation.tree(ordered(&system.translation, rank)),
-        rotation: system.rotation.tree(ordered(&system.rotation, rank)),
-    }
+    by_rank(system, rank)
 }
 
 /// One joint after another in both trees, welds and revolutes and slides alike breadth first from the ground, until they span; what no joint
@@ -126,6 +114,10 @@ fn joint(system: &System) -> Trees {
         Origin::Body(_) => (2, 0),
         Origin::Driver(_) | Origin::Load(_) => (3, 0),
     };
+    by_rank(system, rank)
+}
+
+fn by_rank<K: Ord>(system: &System, rank: impl Fn(&ElementId) -> K + Copy) -> Trees {
     Trees {
         translation: system.translation.tree(ordered(&system.translation, rank)),
         rotation: system.rotation.tree(ordered(&system.rotation, rank)),
@@ -174,7 +166,7 @@ type Names<'a> = Option<&'a [(String, Span)]>;
 
 /// The user's own trees; a list that is not given is the recommended one.
 fn chosen(system: &System, translation: Names, rotation: Names) -> Result<Trees, Vec<Fault>> {
-    let default = recommended(system);
+    let default = Trees::recommended(system);
     let mut faults = Vec::new();
     let mut obey = |result: Result<Vec<ElementId>, Vec<Fault>>| result.map_err(|found| faults.extend(found)).ok();
     let t_branches = translation.map_or(Some(default.translation.branches), |names| {

@@ -2,7 +2,7 @@
 
 use super::study::{Study, StudyError};
 use crate::expr::{Symbol, Values};
-use crate::mechanism::{BodyId, Dimension, Mechanism, Owner, Place, Quantity, Variable};
+use crate::mechanism::{BodyId, Dimension, Mechanism, Owner, Place, Quantity, Unit, Variable};
 use crate::scene::{Initial, Scene, Text};
 
 impl Study {
@@ -39,7 +39,7 @@ impl Study {
 }
 
 /// The positions of all bodies.
-fn pose(mechanism: &Mechanism) -> Vec<Variable> {
+pub(super) fn pose(mechanism: &Mechanism) -> Vec<Variable> {
     let quantities: &[Quantity] = match mechanism.dimension {
         Dimension::One => &[Quantity::X],
         Dimension::Two => &[Quantity::X, Quantity::Y, Quantity::Angle],
@@ -50,14 +50,13 @@ fn pose(mechanism: &Mechanism) -> Vec<Variable> {
 
 /// Makes the values of a mechanism's parameters and inputs those of the scene.
 fn adopt(scene: &mut Scene, mechanism: &Mechanism) {
+    let unit = |unit: &Unit| (!unit.si.is_empty()).then(|| Text::from(unit.si.as_str()));
     for (own, set) in scene.parameters.iter_mut().zip(&mechanism.parameters) {
-        own.value = set.value.into();
-        own.unit = (!set.unit.si.is_empty()).then(|| Text::from(set.unit.si.as_str()));
+        (own.value, own.unit) = (set.value.into(), unit(&set.unit));
         (own.min, own.max) = (set.min.map(Into::into), set.max.map(Into::into));
     }
     for (own, set) in scene.inputs.iter_mut().zip(&mechanism.inputs) {
-        own.start = Some(set.start.into());
-        own.unit = (!set.unit.si.is_empty()).then(|| Text::from(set.unit.si.as_str()));
+        (own.start, own.unit) = (Some(set.start.into()), unit(&set.unit));
         (own.min, own.max) = (set.min.map(Into::into), set.max.map(Into::into));
     }
 }

@@ -7,40 +7,21 @@ use crate::mechanism::{BodyId, Place};
 
 pub(super) fn of_body(system: &mut System, body: BodyId, point: usize) -> Element {
     let owner = &system.mechanism.bodies[body.0];
-    let at = system.values(&owner.points[point].at);
-    Element {
-        label: system.label("r", ""),
-        name: format!("{}.{}", owner.name, owner.points[point].name),
-        origin: Origin::Arm(body, point),
-        coupling: None,
-        translation: Some(TranslationalRow {
-            ends: [system.t_node(Place::Centre(body)), system.t_node(Place::Point(body, point))],
-            priority: table2::ARM,
-            known: Known::Fixed(Some(body), at),
-            motion: Vec::new(),
-            reaction: Vec::new(),
-            through: Force::None,
-        }),
-        rotation: None,
-    }
+    let known = Known::Fixed(Some(body), system.values(&owner.points[point].at));
+    let name = format!("{}.{}", owner.name, owner.points[point].name);
+    let ends = [Place::Centre(body), Place::Point(body, point)].map(|place| system.t_node(place));
+    arm(system.label("r", ""), name, Origin::Arm(body, point), ends, known)
 }
 
 pub(super) fn of_ground(system: &mut System, point: usize) -> Element {
     let owner = &system.mechanism.ground[point];
-    let at = system.values(&owner.at);
-    Element {
-        label: system.label("R", ""),
-        name: format!("ground.{}", owner.name),
-        origin: Origin::GroundVector(point),
-        coupling: None,
-        translation: Some(TranslationalRow {
-            ends: [TNode::DATUM, system.t_node(Place::Ground(point))],
-            priority: table2::ARM,
-            known: Known::Fixed(None, at),
-            motion: Vec::new(),
-            reaction: Vec::new(),
-            through: Force::None,
-        }),
-        rotation: None,
-    }
+    let known = Known::Fixed(None, system.values(&owner.at));
+    let ends = [TNode::DATUM, system.t_node(Place::Ground(point))];
+    arm(system.label("R", ""), format!("ground.{}", owner.name), Origin::GroundVector(point), ends, known)
+}
+
+fn arm(label: String, name: String, origin: Origin, ends: [TNode; 2], known: Known) -> Element {
+    let (priority, motion, reaction, through) = (table2::ARM, Vec::new(), Vec::new(), Force::None);
+    let row = TranslationalRow { ends, priority, known, motion, reaction, through };
+    Element { label, name, origin, translation: Some(row), rotation: None, coupling: None }
 }

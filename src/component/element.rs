@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use super::{Resistance, System};
 use crate::expr::{Arena, Expr, Symbol, Unary, build};
 use crate::graph::{RNode, TNode};
-use crate::mechanism::{BodyId, Dimension, DriverId, Formula, JointId, LoadId, Part};
+use crate::mechanism::{BodyId, Dimension, DriverId, Formula, JointId, LoadId, Owner, Part};
 
 /// Priorities of Table 2: which elements the translational tree takes first.
 pub mod table2 {
@@ -39,6 +39,18 @@ pub enum Origin {
     Joint(JointId),
     Driver(DriverId),
     Load(LoadId),
+}
+
+impl Origin {
+    /// The element of a joint, driver or load; nothing else that owns variables is a part.
+    pub fn of(owner: Owner) -> Option<Self> {
+        match owner {
+            Owner::Joint(joint) => Some(Origin::Joint(joint)),
+            Owner::Driver(driver) => Some(Origin::Driver(driver)),
+            Owner::Load(load) => Some(Origin::Load(load)),
+            Owner::Place(_) | Owner::System => None,
+        }
+    }
 }
 
 /// The rows of a component in Table 1, before it has a number.
@@ -180,9 +192,15 @@ pub enum Direction {
 impl Direction {
     /// The body that it turns with.
     pub fn carrier(self) -> Option<BodyId> {
+        self.in_body().0
+    }
+
+    /// The body that it turns with, and its unit vector there.
+    pub fn in_body(self) -> (Option<BodyId>, [Expr; 2]) {
         match self {
-            Direction::X | Direction::Y => None,
-            Direction::Fixed(body, _) => body,
+            Direction::X => (None, [Expr::ONE, Expr::ZERO]),
+            Direction::Y => (None, [Expr::ZERO, Expr::ONE]),
+            Direction::Fixed(body, unit) => (body, unit),
         }
     }
 }

@@ -47,7 +47,7 @@ impl<'m> System<'m> {
             translation: LinearGraph::default(),
             rotation: LinearGraph::default(),
             followers: Vec::new(),
-            used: used_places(mechanism),
+            used: mechanism.parts().flat_map(Part::places).collect(),
             held: UnionFind::new(mechanism.bodies.len() + 1),
             t_nodes: HashMap::from([(Place::Origin, TNode::DATUM)]),
             r_nodes: HashMap::new(),
@@ -192,12 +192,7 @@ impl<'m> System<'m> {
 
     fn add_part(&mut self, part: &Part) {
         let rows = (part.component().rows)(part, self);
-        let origin = match part.owner {
-            Owner::Joint(joint) => Origin::Joint(joint),
-            Owner::Driver(driver) => Origin::Driver(driver),
-            Owner::Load(load) => Origin::Load(load),
-            Owner::Place(_) | Owner::System => return, // no part has such an owner
-        };
+        let Some(origin) = Origin::of(part.owner) else { return };
         let (label, name) = (self.label(rows.letter, &part.name), part.name.clone());
         let (translation, rotation, coupling) = (rows.translation, rows.rotation, rows.coupling);
         self.push(Element { label, name, origin, translation, rotation, coupling });
@@ -229,11 +224,6 @@ fn is_label(name: &str) -> bool {
 fn names(mechanism: &Mechanism) -> HashSet<&str> {
     let bodies = mechanism.bodies.iter().map(|body| &*body.name);
     bodies.chain(mechanism.parts().map(|part| &*part.name)).collect()
-}
-
-/// The points that joints, drivers and loads use.
-fn used_places(mechanism: &Mechanism) -> BTreeSet<Place> {
-    mechanism.parts().flat_map(Part::places).collect()
 }
 
 impl System<'_> {

@@ -156,8 +156,8 @@ impl SourceCode for Source {
         let bytes = text.as_bytes();
         // miette asks for no lines before when it only wants to know the column.
         let from = if before == 0 { start } else { line_start(bytes, start, before) };
-        let first = from.max(floor(text, start.saturating_sub(LONGEST_LINE)));
-        let last = line_end(bytes, end, after).min(ceil(text, end + LONGEST_LINE));
+        let first = from.max(text.floor_char_boundary(start.saturating_sub(LONGEST_LINE)));
+        let last = line_end(bytes, end, after).min(text.ceil_char_boundary(end + LONGEST_LINE));
         let preceding = &text[..first];
         let line = preceding.matches('\n').count();
         let column = preceding.rsplit('\n').next().map_or(0, |start_of_line| start_of_line.chars().count());
@@ -180,20 +180,4 @@ fn line_start(bytes: &[u8], offset: usize, lines: usize) -> usize {
 /// The end of the line that is `lines` lines below the one with `offset`, with its line break.
 fn line_end(bytes: &[u8], offset: usize, lines: usize) -> usize {
     (offset..bytes.len()).filter(|&at| bytes[at] == b'\n').nth(lines).map_or(bytes.len(), |at| at + 1)
-}
-
-fn floor(text: &str, mut at: usize) -> usize {
-    at = at.min(text.len());
-    while !text.is_char_boundary(at) {
-        at -= 1;
-    }
-    at
-}
-
-fn ceil(text: &str, mut at: usize) -> usize {
-    at = at.min(text.len());
-    while !text.is_char_boundary(at) {
-        at += 1;
-    }
-    at
 }

@@ -2,7 +2,7 @@
 
 use super::constraints::split;
 use super::form::Form;
-use super::kinematics::Motion;
+use super::kinematics::{Motion, ScalarMotion};
 use super::vector::Scalar;
 use super::{Coordinate, Equations};
 use crate::component::{Direction, Known};
@@ -16,10 +16,8 @@ impl Equations<'_> {
         if let Some(index) = self.own(coordinate) {
             return self.system.arena.symbol(Symbol::Coordinate(index, order));
         }
-        let element = self.system.element(coordinate.element);
-        if let (true, Some(row)) = (coordinate.angular, element.rotation.clone()) {
+        if let Some(angle) = self.angle_of(coordinate) {
             let arena = &mut self.system.arena;
-            let angle = self.kinematics.angle_across(arena, row.ends);
             return if order == Order::Velocity { angle.velocity.total(arena) } else { angle.position.total(arena) };
         }
         if let Some(total) = self.total_across(coordinate, order) {
@@ -32,6 +30,13 @@ impl Equations<'_> {
         }
         let arena = &mut self.system.arena;
         across.position.dot(arena, &axis).total(arena, &self.kinematics.frames)
+    }
+
+    /// The angle across the element of a coordinate that is an angle.
+    fn angle_of(&mut self, coordinate: &Coordinate) -> Option<ScalarMotion> {
+        let row = self.system.element(coordinate.element).rotation.as_ref().filter(|_| coordinate.angular)?;
+        let ends = row.ends;
+        Some(self.kinematics.angle_across(&mut self.system.arena, ends))
     }
 
     /// A displacement from the datum, along an axis of the world, to the end of a deep path.
@@ -60,11 +65,8 @@ impl Equations<'_> {
 
     /// alpha, or s'' = a . u + s omega^2 along an axis that turns.
     fn acceleration_form(&mut self, coordinate: &Coordinate) -> Form<Scalar> {
-        let element = self.system.element(coordinate.element);
-        if let (true, Some(row)) = (coordinate.angular, element.rotation.clone()) {
-            let arena = &mut self.system.arena;
-            let angle = self.kinematics.angle_across(arena, row.ends);
-            return angle.acceleration.map(arena, |_, &coefficient| Scalar::plain(coefficient));
+        if let Some(angle) = self.angle_of(coordinate) {
+            return angle.acceleration.map(&mut self.system.arena, |_, &coefficient| Scalar::plain(coefficient));
         }
         let Some((across, direction)) = self.free_motion(coordinate) else { return Form::default() };
         let (frame, axis) = self.kinematics.direction(&mut self.system, direction);

@@ -235,10 +235,8 @@ impl Equations<'_> {
             Quantity::Fx => self.force_along(id, Direction::X),
             Quantity::Fy => self.force_along(id, Direction::Y),
             Quantity::Force => {
-                match self.system.element(id).translation.as_ref().and_then(|row| row.reaction.first()) {
-                    Some(&axis) => self.force_along(id, axis),
-                    None => Expr::ZERO,
-                }
+                let axis = self.system.element(id).translation.as_ref().and_then(|row| row.reaction.first().copied());
+                axis.map_or(Expr::ZERO, |axis| self.force_along(id, axis))
             }
             Quantity::Power => self.power(id),
             _ => Expr::ZERO,
@@ -250,12 +248,7 @@ impl Equations<'_> {
         match quantity {
             Quantity::Angle | Quantity::Omega | Quantity::Alpha => self.angle_across(id, quantity),
             Quantity::Torque => self.laws.torques.get(&id).copied().unwrap_or(Expr::ZERO),
-            Quantity::Length | Quantity::Rate => {
-                let Some(ends) = self.system.element(id).translation.as_ref().map(|row| row.ends) else {
-                    return Expr::ZERO;
-                };
-                self.line(ends, quantity)
-            }
+            Quantity::Length | Quantity::Rate => self.ends(id).map_or(Expr::ZERO, |ends| self.line(ends, quantity)),
             Quantity::Acceleration => self.spanned(id, Quantity::Ax),
             _ if component(quantity).is_some() => self.spanned(id, quantity),
             Quantity::Fx => self.load_force(id, &Vector::x()),
@@ -274,9 +267,13 @@ impl Equations<'_> {
         }
     }
 
+    fn ends(&self, id: ElementId) -> Option<[TNode; 2]> {
+        self.system.element(id).translation.as_ref().map(|row| row.ends)
+    }
+
     /// A component of the motion of a load's second point against its first.
     fn spanned(&mut self, id: ElementId, quantity: Quantity) -> Expr {
-        let Some(ends) = self.system.element(id).translation.as_ref().map(|row| row.ends) else { return Expr::ZERO };
+        let Some(ends) = self.ends(id) else { return Expr::ZERO };
         let across = self.kinematics.across(&mut self.system.arena, ends);
         self.of_motion(&across, quantity)
     }
@@ -362,8 +359,7 @@ impl Equations<'_> {
                 let mass = mass(&mut self.system, body);
                 let arena = &mut self.system.arena;
                 let weight = arena.multiply(mass, component);
-                let work = arena.multiply(weight, position);
-                total = arena.subtract(total, work);
+                total = arena.subtract_product(total, weight, position);
             }
         }
         for energy in mechanism.parts().filter_map(|part| part.energy.as_ref()) {

@@ -176,7 +176,8 @@ fn typical_length(equations: &mut Equations) -> f64 {
     if longest > 0.0 && longest.is_finite() { longest } else { 1.0 }
 }
 
-fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
+/// Values of symbols at the start of the experiment, without coordinates.
+pub(crate) fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
     match symbol {
         Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
         Symbol::Input(i, crate::expr::Order::Position) => mechanism.inputs[i].start,

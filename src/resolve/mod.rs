@@ -27,7 +27,7 @@ use std::path::PathBuf;
 use std::rc::Rc;
 
 use self::names::Names;
-use crate::component::{ALL, Room};
+use crate::component::{ALL, Room, Section};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
@@ -95,9 +95,9 @@ impl Scene {
             inputs,
             ground: resolver.ground(),
             bodies: resolver.bodies(),
-            joints: resolver.joints(),
-            drivers: resolver.drivers(),
-            loads: resolver.loads(),
+            joints: resolver.parts(Section::Joints),
+            drivers: resolver.parts(Section::Drivers),
+            loads: resolver.parts(Section::Loads),
             initial: resolver.initial(),
             outputs: resolver.outputs(),
             experiment: resolver.experiment(),

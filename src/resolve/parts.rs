@@ -48,22 +48,14 @@ struct Reading<'n> {
 }
 
 impl Resolver<'_> {
-    pub(super) fn joints(&mut self) -> Vec<Part> {
+    pub(super) fn parts(&mut self, section: Section) -> Vec<Part> {
         let scene = self.scene;
-        let read = |(index, part)| self.part(part, Section::Joints, Owner::Joint(JointId(index)));
-        scene.joints.iter().enumerate().filter_map(read).collect()
-    }
-
-    pub(super) fn drivers(&mut self) -> Vec<Part> {
-        let scene = self.scene;
-        let read = |(index, part)| self.part(part, Section::Drivers, Owner::Driver(DriverId(index)));
-        scene.drivers.iter().enumerate().filter_map(read).collect()
-    }
-
-    pub(super) fn loads(&mut self) -> Vec<Part> {
-        let scene = self.scene;
-        let read = |(index, part)| self.part(part, Section::Loads, Owner::Load(LoadId(index)));
-        scene.loads.iter().enumerate().filter_map(read).collect()
+        let (parts, owner): (_, fn(usize) -> Owner) = match section {
+            Section::Joints => (&scene.joints, |index| Owner::Joint(JointId(index))),
+            Section::Drivers => (&scene.drivers, |index| Owner::Driver(DriverId(index))),
+            Section::Loads => (&scene.loads, |index| Owner::Load(LoadId(index))),
+        };
+        parts.iter().enumerate().filter_map(|(index, part)| self.part(part, section, owner(index))).collect()
     }
 
     fn part(&mut self, part: &written::Part, section: Section, owner: Owner) -> Option<Part> {

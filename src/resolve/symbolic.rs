@@ -6,7 +6,7 @@ use crate::component::{Origin, System};
 use crate::diagnostic::span::Span;
 use crate::expr::{Binary, Function, Unary};
 use crate::mechanism::measure::{ACCELERATION, INERTIA, LENGTH, MASS, NUMBER, Wanted};
-use crate::mechanism::{Formula, Mechanism, Motion, Owner, Parameter, ParameterId, Part, Unit, Value};
+use crate::mechanism::{Formula, Mechanism, Motion, Parameter, ParameterId, Part, Unit, Value};
 use crate::scene::constant::{evaluate, negate};
 use crate::scene::key::Form;
 
@@ -155,12 +155,7 @@ impl Namer<'_, '_> {
     }
 
     fn part(&mut self, mut part: Part) -> Part {
-        let origin = match part.owner {
-            Owner::Joint(joint) => Origin::Joint(joint),
-            Owner::Driver(driver) => Origin::Driver(driver),
-            Owner::Load(load) => Origin::Load(load),
-            Owner::Place(_) | Owner::System => return part,
-        };
+        let Some(origin) = Origin::of(part.owner) else { return part };
         let suffix = self.suffix(origin, &part.name);
         let name = part.name.clone();
         let keys = part.component().keys;

@@ -92,35 +92,35 @@ pub(crate) fn parse(text: &Text) -> Result<Tree, Fault> {
 
 /// The expression with other texts for some of its names; as it is if it cannot be read.
 pub(crate) fn substituted(text: &str, replace: impl Fn(&str) -> Option<String>) -> String {
-    let whole = Text::from(text);
-    let Ok(tokens) = tokens(&whole) else { return text.to_owned() };
-    let (mut result, mut done) = (String::new(), 0);
-    for pair in tokens.windows(2) {
-        let [(Token::Name(name), start, end), (next, ..)] = *pair else { continue };
-        if next == Token::Open {
-            continue; // a function
-        }
-        if let Some(other) = replace(name) {
-            result += &text[done..start];
-            result += &other;
-            done = end;
-        }
-    }
-    result + &text[done..]
+    rewritten(text, |token, next| match token {
+        Token::Name(_) if next == Token::Open => None, // a function
+        Token::Name(name) => replace(name),
+        _ => None,
+    })
 }
 
 /// The expression with other texts for the files of its tables; as it is if it cannot be read.
 pub(crate) fn with_files(text: &str, mut replace: impl FnMut(&str) -> String) -> String {
+    rewritten(text, |token, _| {
+        let Token::Text(file) = token else { return None };
+        let other = replace(file);
+        let quote = if other.contains('"') { '\'' } else { '"' };
+        Some(format!("{quote}{other}{quote}"))
+    })
+}
+
+/// The expression with other texts for some of its tokens; `replace` is told the next one too.
+fn rewritten(text: &str, mut replace: impl FnMut(Token, Token) -> Option<String>) -> String {
     let whole = Text::from(text);
     let Ok(tokens) = tokens(&whole) else { return text.to_owned() };
     let (mut result, mut done) = (String::new(), 0);
-    for (token, start, end) in tokens {
-        let Token::Text(file) = token else { continue };
-        let other = replace(file);
-        let quote = if other.contains('"') { '\'' } else { '"' };
-        result += &text[done..start];
-        result += &format!("{quote}{other}{quote}");
-        done = end;
+    for pair in tokens.windows(2) {
+        let [(token, start, end), (next, ..)] = *pair else { continue };
+        if let Some(other) = replace(token, next) {
+            result += &text[done..start];
+            result += &other;
+            done = end;
+        }
     }
     result + &text[done..]
 }

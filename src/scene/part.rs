@@ -34,16 +34,18 @@ impl Part {
 
     /// Adds an entry to the table that a key has.
     fn add(mut self, key: &str, name: &str, value: impl Into<Node>) -> Part {
-        if self.get(key).is_none() {
-            self = self.set(key, Node::built(Kind::Table(Vec::new())));
-        }
-        if let Kind::Table(entries) = &mut self.node.kind
-            && let Some((_, Node { kind: Kind::Table(table), .. })) =
-                entries.iter_mut().find(|(own, _)| own.text == key)
-        {
-            table.push((Text::from(name), value.into()));
-        }
+        self.add_entry(key, Text::from(name), value.into());
         self
+    }
+
+    /// The same, if it is a table.
+    fn add_entry(&mut self, key: &str, name: Text, value: Node) {
+        if self.get(key).is_none() {
+            self.insert(key, Node::built(Kind::Table(Vec::new())));
+        }
+        if let Some(Node { kind: Kind::Table(entries), .. }) = self.get_mut(key) {
+            entries.push((name, value));
+        }
     }
 
     /// Is it a table, and so are its points, if it has any? Else nobody knows its points.
@@ -83,12 +85,7 @@ impl Part {
 
     /// Adds a point, if it is a table and so are its points.
     pub(crate) fn add_point(&mut self, name: Text, at: Vector) {
-        if self.get("points").is_none() {
-            self.insert("points", Node::built(Kind::Table(Vec::new())));
-        }
-        if let Some(Node { kind: Kind::Table(points), .. }) = self.get_mut("points") {
-            points.push((name, at.into()));
-        }
+        self.add_entry("points", name, at.into());
     }
 
     /// The text of a key, if it is one.

@@ -41,18 +41,12 @@ pub enum RecordError {
 
 impl<W: Write> Rows<W> {
     /// Begins with the line of names.
-    ///
-    /// # Errors
-    /// `out` cannot be written.
     pub fn new(mut out: W, sweep: &Sweep) -> io::Result<Self> {
         writeln!(out, "{}", heading(sweep))?;
         Ok(Rows { out })
     }
 
     /// Writes outcomes from run `first` on, and hands them over to the operating system.
-    ///
-    /// # Errors
-    /// They cannot be written.
     pub fn write(&mut self, sweep: &Sweep, first: usize, outcomes: &[Outcome]) -> io::Result<()> {
         for (index, outcome) in outcomes.iter().enumerate() {
             writeln!(self.out, "{}", row(sweep, first + index, outcome))?;
@@ -104,9 +98,6 @@ impl Record {
     }
 
     /// Those that have been kept, read again.
-    ///
-    /// # Errors
-    /// The file cannot be read.
     pub fn outcomes(&self, sweep: &Sweep) -> Result<Vec<Outcome>, RecordError> {
         let failed = |error: io::Error| RecordError::File { path: self.part.clone(), error };
         let lines = BufReader::new(File::open(&self.part).map_err(failed)?).lines().skip(2).take(self.done);
@@ -121,18 +112,12 @@ impl Record {
     }
 
     /// Keeps outcomes.
-    ///
-    /// # Errors
-    /// They cannot be written.
     pub fn write(&mut self, sweep: &Sweep, first: usize, outcomes: &[Outcome]) -> io::Result<()> {
         self.done = first + outcomes.len();
         self.rows.write(sweep, first, outcomes)
     }
 
     /// Puts the finished table in its place.
-    ///
-    /// # Errors
-    /// A file cannot be written.
     pub fn finish(self) -> Result<(), RecordError> {
         let failed = |error: io::Error| RecordError::File { path: self.place.clone(), error };
         let mut draft = Draft::new(&self.place).map_err(failed)?;

@@ -3,10 +3,11 @@
 use serde_json::{Map, Value, json};
 
 use super::{Report, align, largest, number};
+use crate::analysis::resting::pose;
 use crate::analysis::{Equilibrium, Point, Stability};
 use crate::expr::{Expr, Symbol};
 use crate::formulate::Formulated;
-use crate::mechanism::{BodyId, Dimension, Formula, Mechanism, Owner, Place, Quantity, Value as Written, Variable};
+use crate::mechanism::{Dimension, Formula, Mechanism, Value as Written, Variable};
 
 /// Groups are not magnified below this [m, rad, N, N.m].
 const LEAST: f64 = 1e-6;
@@ -36,7 +37,7 @@ impl Statics {
     pub fn new(formulated: &mut Formulated, equilibrium: &Equilibrium) -> Self {
         let mechanism = formulated.equations.system.mechanism;
         let mut reader = Reader { formulated, point: &equilibrium.point };
-        let mut groups = vec![reader.coordinates(), reader.read("pose", poses(mechanism))];
+        let mut groups = vec![reader.coordinates(), reader.read("pose", pose(mechanism))];
         let efforts = [("joints", joints(mechanism)), ("drivers", mechanism.driver_efforts())];
         let weightless = efforts.iter().find_map(|(_, variables)| reader.missing_mass(variables));
         if weightless.is_none() {
@@ -139,13 +140,6 @@ impl Reader<'_, '_> {
         let value = self.values(&[expr])[0];
         (format!("{owner}.{word}"), value, if word == "torque" { "N.m" } else { "N" })
     }
-}
-
-fn poses(mechanism: &Mechanism) -> Vec<Variable> {
-    let all = [Quantity::X, Quantity::Y, Quantity::Angle];
-    let quantities = if mechanism.dimension == Dimension::One { &all[..1] } else { &all };
-    let owners = (0..mechanism.bodies.len()).map(|index| Owner::Place(Place::Centre(BodyId(index))));
-    owners.flat_map(|owner| quantities.iter().map(move |&quantity| Variable { owner, quantity })).collect()
 }
 
 fn joints(mechanism: &Mechanism) -> Vec<Variable> {

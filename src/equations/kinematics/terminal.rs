@@ -55,11 +55,7 @@ impl Kinematics {
         let mut motion = self.known(system, &row.known);
         for (offset, (direction, _)) in row.motion.iter().enumerate() {
             let coordinate = ScalarMotion::coordinate(&mut system.arena, first.unwrap_or_default() + offset);
-            let (body, unit) = match *direction {
-                Direction::X => (None, [Expr::ONE, Expr::ZERO]),
-                Direction::Y => (None, [Expr::ZERO, Expr::ONE]),
-                Direction::Fixed(body, unit) => (body, unit),
-            };
+            let (body, unit) = direction.in_body();
             let along = self.along(system, body, unit, &coordinate);
             motion.accumulate(&mut system.arena, Expr::ONE, &along);
         }

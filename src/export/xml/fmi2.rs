@@ -6,9 +6,9 @@ use std::sync::Arc;
 use cotree_fmu::instance::DERIVATIVE_ORDER;
 
 use super::{
-    Attributes, Out, document, element, experiment, header, leaf, log_categories, moved, named, units, values,
+    Attributes, Out, document, element, experiment, header, initial, leaf, log_categories, moved, named, units, values,
 };
-use crate::export::description::{Causality, Description, ScalarVariable, Start};
+use crate::export::description::{Causality, Description, ScalarVariable};
 
 /// Names of the log categories that the runtime uses, and what is logged under them.
 const LOG_CATEGORIES: [(&str, &str); 3] = [
@@ -65,18 +65,8 @@ fn common(description: &Description) -> Attributes {
 
 fn scalar(out: &mut Out, index: usize, variable: &ScalarVariable, moved: bool) -> io::Result<()> {
     let mut attributes = named(index, variable);
-    match variable.causality {
-        Causality::Parameter { .. } => attributes.push(("initial", "exact".into())),
-        Causality::Output | Causality::Local => {
-            let initial = match variable.start {
-                None => "calculated",
-                Some(Start::Exact(_)) => "exact",
-                Some(Start::Approximate(_)) => "approx",
-            };
-            attributes.push(("initial", initial.into()));
-        }
-        Causality::Input { .. } | Causality::Independent => {} // the standard permits none
-    }
+    // The standard permits none for inputs.
+    attributes.extend(initial(variable).filter(|_| !matches!(variable.causality, Causality::Input { .. })));
     element(out, "ScalarVariable", attributes, |out| {
         let mut attributes = values(variable);
         attributes.extend(variable.derivative_of.map(|state| ("derivative", ordinal(state))));

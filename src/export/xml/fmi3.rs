@@ -11,10 +11,10 @@ use cotree_fmu::fmi3::token;
 use cotree_fmu::instance::DERIVATIVE_ORDER;
 
 use super::{
-    Attributes, Out, dependencies, document, element, experiment, header, leaf, log_categories, moved, named, units,
-    values,
+    Attributes, Out, dependencies, document, element, experiment, header, initial, leaf, log_categories, moved, named,
+    units, values,
 };
-use crate::export::description::{Causality, Description, ScalarVariable, Start};
+use crate::export::description::{Causality, Description, ScalarVariable};
 use crate::mechanism::Unit;
 
 /// The standard's names where it has one (2.4.5).
@@ -141,7 +141,7 @@ impl<'a> Model<'a> {
         derivative_of: Option<usize>,
     ) -> io::Result<()> {
         let mut attributes = named(reference, variable);
-        attributes.extend(initial(variable).map(|initial| ("initial", initial.into())));
+        attributes.extend(initial(variable));
         let is_indicator = reference > self.references.time();
         attributes.extend(
             (variable.causality.is_calculated() && !is_indicator).then(|| ("intermediateUpdate", "true".into())),
@@ -189,15 +189,6 @@ impl<'a> Model<'a> {
             .into_iter()
             .flat_map(|input| orders.clone().map(move |order| self.references.input_derivative(input, order)));
         std::iter::once(place).chain(derivatives).collect()
-    }
-}
-
-fn initial(variable: &ScalarVariable) -> Option<&'static str> {
-    match (variable.causality, variable.start) {
-        (Causality::Independent, _) => None,
-        (Causality::Parameter { .. } | Causality::Input { .. }, _) | (_, Some(Start::Exact(_))) => Some("exact"),
-        (_, Some(Start::Approximate(_))) => Some("approx"),
-        (_, None) => Some("calculated"),
     }
 }
 

@@ -7,10 +7,10 @@ pub mod terminals;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::io;
 
-use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
+use quick_xml::writer::{ElementWriter, Writer};
 
-use super::description::{Description, ScalarVariable, Start, is_structured};
+use super::description::{Causality, Description, ScalarVariable, Start, is_structured};
 use crate::lower::LISTED;
 use crate::mechanism::Unit;
 
@@ -75,6 +75,17 @@ fn values(variable: &ScalarVariable) -> Attributes {
         attributes.push(("start", number(value)));
     }
     attributes
+}
+
+/// Where the value at the start comes from.
+fn initial(variable: &ScalarVariable) -> Option<(&'static str, String)> {
+    let initial = match (variable.causality, variable.start) {
+        (Causality::Independent, _) => return None,
+        (Causality::Parameter { .. } | Causality::Input { .. }, _) | (_, Some(Start::Exact(_))) => "exact",
+        (_, Some(Start::Approximate(_))) => "approx",
+        (_, None) => "calculated",
+    };
+    Some(("initial", initial.into()))
 }
 
 /// States that an event may move in Model Exchange, where the importer integrates.
@@ -145,10 +156,13 @@ fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') { ' ' } else { c }).collect()
 }
 
-fn leaf(out: &mut Out, name: &str, attributes: Attributes) -> io::Result<()> {
+fn begun<'o>(out: &'o mut Out, name: &'o str, attributes: Attributes) -> ElementWriter<'o, Vec<u8>> {
     let attributes: Vec<_> = attributes.into_iter().map(|(key, value)| (key, printable(&value))).collect();
-    let attributes = attributes.iter().map(|(key, value)| (*key, value.as_str()));
-    out.create_element(name).with_attributes(attributes).write_empty().map(|_| ())
+    out.create_element(name).with_attributes(attributes.iter().map(|(key, value)| (*key, value.as_str())))
+}
+
+fn leaf(out: &mut Out, name: &str, attributes: Attributes) -> io::Result<()> {
+    begun(out, name, attributes).write_empty().map(|_| ())
 }
 
 fn element(
@@ -157,7 +171,5 @@ fn element(
     attributes: Attributes,
     content: impl FnOnce(&mut Out) -> io::Result<()>,
 ) -> io::Result<()> {
-    let attributes: Vec<_> = attributes.into_iter().map(|(key, value)| (key, printable(&value))).collect();
-    let attributes = attributes.iter().map(|(key, value)| (*key, value.as_str()));
-    out.create_element(name).with_attributes(attributes).write_inner_content(content).map(|_| ())
+    begun(out, name, attributes).write_inner_content(content).map(|_| ())
 }

@@ -181,10 +181,10 @@ impl Forms<'_> {
     fn body(&self, index: usize) -> BodyForm {
         let body = &self.drawing.bodies[index];
         let local = |at: &[f64; 2]| self.local(Some(index), *at);
-        let slides = |joint: &&Joint| {
-            matches!(joint.kind, Hold::Slider(_)) && joint.is_finite() && joint.moving().0 == Some(index)
+        let block = |(joint, axis): (&Joint, [f64; 2])| {
+            let along = joint.between[0];
+            Block { at: self.anchor(Some(index), joint.moving().1), axis: self.turned(along, axis), along }
         };
-        let slider = self.drawing.joints.iter().find(slides);
         BodyForm {
             name: body.name.clone(),
             start: self.frame(Some(index)),
@@ -194,15 +194,8 @@ impl Forms<'_> {
             barred: !self.drawing.bar(index, self.view).is_empty(),
             cornered: self.drawing.is_cornered(index),
             marked: !self.drawing.is_covered(body.centre, self.view),
-            block: slider.and_then(|joint| self.block(joint)),
+            block: self.drawing.slider(index).map(block),
         }
-    }
-
-    fn block(&self, joint: &Joint) -> Option<Block> {
-        let (body, at) = joint.moving();
-        let along = joint.between[0];
-        let Hold::Slider(axis) = joint.kind else { return None };
-        Some(Block { at: self.anchor(body, at), axis: self.turned(along, axis), along })
     }
 
     fn joint(&self, joint: &Joint) -> JointForm {

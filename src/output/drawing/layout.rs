@@ -113,10 +113,10 @@ impl Drawing {
         self.joints.iter().flat_map(|joint| joint.at).any(near)
     }
 
-    /// Where and along what a body slides, if it does.
-    pub(super) fn slider(&self, body: usize) -> Option<([f64; 2], [f64; 2])> {
+    /// The joint in which a body slides, if it does, and along what.
+    pub(super) fn slider(&self, body: usize) -> Option<(&Joint, [f64; 2])> {
         self.joints.iter().filter(|joint| joint.is_finite()).find_map(|joint| match joint.kind {
-            Hold::Slider(axis) if joint.moving().0 == Some(body) => Some((joint.moving().1, axis)),
+            Hold::Slider(axis) if joint.moving().0 == Some(body) => Some((joint, axis)),
             _ => None,
         })
     }

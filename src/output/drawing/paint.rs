@@ -79,7 +79,7 @@ impl Drawing {
             couplings.for_each(|coupling| self.draw_coupling(coupling, view, svg, labels));
             svg.carry(Carrier::Body(index));
             let outline = self.outline(index, view);
-            let block = self.slider(index).map(|(at, axis)| (view.pixel(at), view.direction(axis)));
+            let block = self.slider(index).map(|(joint, axis)| (view.pixel(joint.moving().1), view.direction(axis)));
             symbols::body(svg, view, index, &self.bar(index, view), block);
             if self.bodies[index].shape.is_some() {
                 symbols::plate(svg, index, &outline);

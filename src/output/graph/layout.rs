@@ -214,14 +214,7 @@ fn nudged([x, y]: Point, index: usize) -> Point {
 fn repel(now: &[Point], forces: &mut [Point]) {
     for a in 0..now.len() {
         for b in a + 1..now.len() {
-            let (dx, dy) = (now[b][0] - now[a][0], now[b][1] - now[a][1]);
-            let distance = dx.hypot(dy).max(1e-3);
-            let push = (1.5 * ROOM / distance - 1.0).clamp(0.0, 4.0);
-            for (axis, component) in [dx, dy].into_iter().enumerate() {
-                let force = 0.8 * push * component / distance;
-                forces[a][axis] -= force;
-                forces[b][axis] += force;
-            }
+            pull(now, [a, b], forces, |distance| -0.8 * (1.5 * ROOM / distance - 1.0).clamp(0.0, 4.0));
         }
     }
 }
@@ -231,11 +224,15 @@ fn attract(now: &[Point], [a, b]: [usize; 2], forces: &mut [Point]) {
     if a == 0 || b == 0 || a == b {
         return;
     }
+    pull(now, [a, b], forces, |distance| 0.08 * (distance - 1.4 * ROOM).max(0.0));
+}
+
+/// Two nodes pull each other by a force that depends on their distance.
+fn pull(now: &[Point], [a, b]: [usize; 2], forces: &mut [Point], size: impl Fn(f64) -> f64) {
     let (dx, dy) = (now[b][0] - now[a][0], now[b][1] - now[a][1]);
     let distance = dx.hypot(dy).max(1e-3);
-    let pull = 0.08 * (distance - 1.4 * ROOM).max(0.0);
     for (axis, component) in [dx, dy].into_iter().enumerate() {
-        let force = pull * component / distance;
+        let force = size(distance) * component / distance;
         forces[a][axis] += force;
         forces[b][axis] -= force;
     }

@@ -182,12 +182,8 @@ impl<'a, 'm> Pose<'a, 'm> {
                 let direction = self.arrow(vector, part.between[1].body().filter(|_| *in_body));
                 drawing.forces.push(Force { name, on: between[1], at: self.at(part.between[1]), direction });
             }
-            Icon::Turn => {
-                drawing.turns.push(self.turn(part, None));
-            }
-            Icon::Round(glyph) => {
-                drawing.turns.push(self.turn(part, Some(*glyph)));
-            }
+            Icon::Turn => drawing.turns.push(self.turn(part, None)),
+            Icon::Round(glyph) => drawing.turns.push(self.turn(part, Some(*glyph))),
             Icon::Push => drawing.forces.extend(self.push(part, &drawing.joints)),
             Icon::Target(position) => {
                 let exprs = position.each_ref().map(|component| self.equations.formula(component));

@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 use super::document::{Block, Piece};
 use super::tree::Tree;
 use crate::equations::Equations;
-use crate::expr::{Expr, Order, Symbol};
+use crate::expr::{Expr, Symbol};
+use crate::formulate::default_value;
 
 /// The matrices of Eq. (24) at the start.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,17 +31,10 @@ impl Matrices {
         }
         let follows = symbols.iter().any(|symbol| matches!(symbol, Symbol::Follower(..)));
         let mechanism = equations.system.mechanism;
-        let time = mechanism.experiment.start;
-        let value = |symbol: Symbol| match symbol {
-            Symbol::Time => time,
-            Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
-            Symbol::Input(i, Order::Position) => mechanism.inputs[i].start,
-            _ => 0.0,
-        };
-        let numbers = |exprs: &[Expr]| arena.evaluate(exprs, &value);
+        let numbers = |exprs: &[Expr]| arena.evaluate(exprs, &|symbol| default_value(mechanism, symbol));
         let rows = |matrix: &[Vec<Expr>]| matrix.iter().map(|row| numbers(row)).collect();
         Some(Matrices {
-            time,
+            time: mechanism.experiment.start,
             square: vec![
                 ("M", "kg", rows(&vibration.mass)),
                 ("D", "N.s/m", rows(&vibration.damping)),

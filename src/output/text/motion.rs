@@ -4,8 +4,8 @@ use std::collections::{HashMap, HashSet};
 
 use super::document::{Block, Piece};
 use super::matrices::Matrices;
-use super::name::{Name, Names};
-use super::read::{Context, Reading};
+use super::name::Name;
+use super::read::Context;
 use super::signals::signals;
 use super::tree::{Formulas, Tree, formulas};
 use crate::component::{Direction, Force, Held, Origin, Torque};
@@ -48,8 +48,7 @@ impl Motion {
 
     pub fn formulas(&self, equations: &mut Equations) -> Formulas {
         let context = context(equations);
-        let reading = Reading::new(&equations.system.arena, &self.expressions(), &context);
-        formulas(&reading, &Names::new(equations))
+        formulas(equations, &self.expressions(), &context)
     }
 
     fn expressions(&self) -> Vec<Expr> {

@@ -1,9 +1,8 @@
 //! Equations in which every number has a name, and the table of the values.
 
 use super::document::{Block, Piece};
-use super::name::{Names, symbol_name};
-use super::read::{Context, Reading};
-use super::tree::{Tree, formulas};
+use super::name::symbol_name;
+use super::tree::{Tree, plain};
 use super::{Prose, json, titled};
 use crate::component::System;
 use crate::equations::Equations;
@@ -80,6 +79,5 @@ pub fn number(value: f64, unit: &Unit) -> Piece {
 /// What a name stands for, if that is more than a number.
 pub fn definition(equations: &mut Equations, named: &Named) -> Option<Tree> {
     let value = equations.system.value(named.definition.as_ref()?);
-    let reading = Reading::new(&equations.system.arena, &[value], &Context::default());
-    formulas(&reading, &Names::new(equations)).formulas.pop()
+    plain(equations, &[value]).pop()
 }

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use super::name::{Name, Names};
 use super::normal::{Factor, Function, Sum, Term};
 use super::number::{Written, written};
-use super::read::Reading;
-use crate::expr::{Binary, Unary};
+use super::read::{Context, Reading};
+use crate::equations::Equations;
+use crate::expr::{Binary, Expr, Unary};
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tree {
@@ -33,17 +34,19 @@ impl Tree {
             return Tree::zero();
         }
         let (over, under) = number(value.abs());
-        let over = Tree::product(over);
-        let size = match under.is_empty() {
-            true => over,
-            false => Tree::Quotient(Box::new([over, Tree::product(under)])),
-        };
+        let size = Tree::quotient(over, under);
         if value < 0.0 { Tree::Sum(vec![(true, size)]) } else { size }
     }
 
     /// a^2 and the like.
     pub fn power(base: Tree, exponent: Tree) -> Tree {
         Tree::Power(Box::new([base, exponent]))
+    }
+
+    /// A product of factors over others, if there are any.
+    fn quotient(over: Vec<Tree>, under: Vec<Tree>) -> Tree {
+        let over = Tree::product(over);
+        if under.is_empty() { over } else { Tree::Quotient(Box::new([over, Tree::product(under)])) }
     }
 
     pub fn zero() -> Tree {
@@ -122,7 +125,13 @@ pub struct Formulas {
     pub formulas: Vec<Tree>,
 }
 
-pub fn formulas<'a>(reading: &Reading, names: &'a Names<'a, '_>) -> Formulas {
+/// Formulas without abbreviations.
+pub fn plain(equations: &Equations, exprs: &[Expr]) -> Vec<Tree> {
+    formulas(equations, exprs, &Context::default()).formulas
+}
+
+pub fn formulas(equations: &Equations, exprs: &[Expr], context: &Context) -> Formulas {
+    let (reading, names) = (&Reading::new(&equations.system.arena, exprs, context), &Names::new(equations));
     let defined = definition_names(reading, names);
     let variables = defined.iter().scan(names.coordinates, |count, name| {
         *count += usize::from(name.is_variable());
@@ -196,12 +205,7 @@ impl Layout<'_, '_> {
                 power => Tree::power(tree, Tree::Number(f64::from(power))),
             });
         }
-        let over = Tree::product(over);
-        let tree = match under.is_empty() {
-            true => over,
-            false => Tree::Quotient(Box::new([over, Tree::product(under)])),
-        };
-        (minus, tree)
+        (minus, Tree::quotient(over, under))
     }
 
     fn factor(&mut self, factor: &Factor) -> Tree {

@@ -300,7 +300,7 @@ fn sum(turned: Option<Operand>, angle: Operand) -> Operand {
     }
 }
 
-fn sections(scene: &mut Scene) -> [(Section, &mut Vec<Part>); 3] {
+pub(super) fn sections(scene: &mut Scene) -> [(Section, &mut Vec<Part>); 3] {
     [(Section::Joints, &mut scene.joints), (Section::Drivers, &mut scene.drivers), (Section::Loads, &mut scene.loads)]
 }
 

@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use crate::component::{Section, body, shape};
+use super::elements::sections;
+use crate::component::{body, shape};
 use crate::diagnostic::span::Text;
 use crate::mechanism::Quantity as Variable;
 use crate::scene::document::{Kind, Node};
@@ -117,12 +118,7 @@ impl Walk<'_> {
         }
         scene.ground.iter_mut().for_each(|point| self.vector(&mut point.at));
         scene.bodies.iter_mut().for_each(|part| self.entries(part, body::KEYS, &[]));
-        let sections = [
-            (Section::Joints, &mut scene.joints),
-            (Section::Drivers, &mut scene.drivers),
-            (Section::Loads, &mut scene.loads),
-        ];
-        for (section, parts) in sections {
+        for (section, parts) in sections(scene) {
             for part in parts {
                 if let Some(component) = part.component(section) {
                     self.entries(part, component.keys, component.own);

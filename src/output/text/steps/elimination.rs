@@ -2,8 +2,8 @@
 
 use super::graphs::list;
 use super::numbers::agree;
-use super::projection::{Rows, by_branches, negated, signed};
-use super::view::{Edge, Row};
+use super::projection::{Rows, by_branches, by_chords};
+use super::view::Edge;
 use super::{Lesson, check, heading, words};
 use crate::component::Origin;
 use crate::equations::{Dynamics, Share};
@@ -55,13 +55,8 @@ impl Lesson<'_, '_, '_> {
     }
 
     fn arms(&self) -> Rows {
-        let branches = self.translation.branches.iter().zip(self.translation.cutsets());
-        let is_arm = |edge: &Edge<_>| matches!(self.equations.system.element(edge.element).origin, Origin::Arm(..));
-        let row = |(branch, cutset): (&Edge<_>, Row)| {
-            let sum = signed(None, &negated(&cutset), |label| self.letters.force(label));
-            (self.letters.force(&branch.label), sum)
-        };
-        branches.filter(|(branch, _)| is_arm(branch)).map(row).collect()
+        let is_arm = |element| matches!(self.equations.system.element(element).origin, Origin::Arm(..));
+        by_chords(&self.translation, is_arm, |label| self.letters.force(label))
     }
 
     fn centres(&self) -> Rows {

@@ -62,13 +62,9 @@ fn floating(lesson: &Lesson, kinds: &[Kind], rows: &[(String, Row)], vibration: 
     if masses.len() != n || n == 0 || n > WIDEST {
         return None;
     }
-    let transposed = DMatrix::from_fn(n, n, |mass, row| {
-        rows[row].1.iter().find(|(label, _)| *label == masses[mass].0).map_or(0.0, |(_, sign)| f64::from(*sign))
-    });
-    let shift = transposed.lu().solve(&DMatrix::from_element(n, 1, 1.0))?;
+    let shift = signs(rows, masses).transpose().lu().solve(&DMatrix::from_element(n, 1, 1.0))?;
     let held = |matrix: &[Vec<Expr>]| {
-        let all: Vec<Expr> = matrix.iter().flatten().copied().collect();
-        let matrix = DMatrix::from_row_slice(n, n, &lesson.start().of(&lesson.equations, &all));
+        let matrix = numbers(lesson, matrix);
         (&matrix * &shift).amax() > 1e-9 * matrix.amax()
     };
     if held(&vibration.stiffness) || held(&vibration.damping) {
@@ -187,24 +183,29 @@ fn entries(lesson: &mut Lesson, vibration: &Vibration) -> Vec<Block> {
     list(names.into_iter().zip(formulas).collect())
 }
 
+/// A square matrix at the start.
+fn numbers(lesson: &Lesson, matrix: &[Vec<Expr>]) -> DMatrix<f64> {
+    DMatrix::from_row_slice(matrix.len(), matrix.len(), &lesson.at_start(&matrix.concat()))
+}
+
+/// The columns of some elements in the rows of the cutset matrix.
+fn signs(rows: &[(String, Row)], elements: &[(String, Expr)]) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), elements.len(), |row, column| {
+        let sign = rows[row].1.iter().find(|(label, _)| *label == elements[column].0);
+        sign.map_or(0.0, |(_, sign)| f64::from(*sign))
+    })
+}
+
 /// The products in numbers.
 fn agrees(lesson: &Lesson, kinds: &[Kind], rows: &[(String, Row)], vibration: &Vibration) -> bool {
-    let start = lesson.start();
     let n = rows.len();
-    let numbers = |matrix: &[Vec<Expr>]| {
-        let all: Vec<Expr> = matrix.iter().flatten().copied().collect();
-        DMatrix::from_row_slice(matrix.len(), matrix.len(), &start.of(&lesson.equations, &all))
-    };
     [("m", &vibration.mass), ("d", &vibration.damping), ("k", &vibration.stiffness)].into_iter().all(
         |(letter, matrix)| {
-            let own = numbers(matrix);
+            let own = numbers(lesson, matrix);
             let elements = kinds.iter().find(|kind| kind.letter == letter).map_or(&[][..], |kind| &kind.elements);
-            let a = DMatrix::from_fn(n, elements.len(), |row, column| {
-                let sign = rows[row].1.iter().find(|(label, _)| *label == elements[column].0);
-                sign.map_or(0.0, |(_, sign)| f64::from(*sign))
-            });
+            let a = signs(rows, elements);
             let constants: Vec<Expr> = elements.iter().map(|(_, constant)| *constant).collect();
-            let constants = start.of(&lesson.equations, &constants);
+            let constants = lesson.at_start(&constants);
             let scaled = DMatrix::from_fn(n, elements.len(), |row, column| a[(row, column)] * constants[column]);
             let product = scaled * a.transpose();
             agree(product.as_slice(), own.as_slice()) && agree(own.as_slice(), own.transpose().as_slice())

@@ -22,8 +22,6 @@ mod view;
 
 use super::document::{Block, Piece};
 use super::motion::{context, has_masses};
-use super::name::Names;
-use super::read::{Context, Reading};
 use super::symbols::with_names;
 use super::tree::{Formulas, Tree, formulas};
 use super::{Prose, page};
@@ -90,14 +88,7 @@ impl<'a, 'n, 'm> Lesson<'a, 'n, 'm> {
     /// Formulas of expressions, with the abbreviations in them.
     fn formulas(&mut self, exprs: &[Expr]) -> Formulas {
         let context = context(&mut self.equations);
-        let reading = Reading::new(&self.equations.system.arena, exprs, &context);
-        formulas(&reading, &Names::new(&self.equations))
-    }
-
-    /// Formulas of expressions without abbreviations.
-    fn plain(&self, exprs: &[Expr]) -> Vec<Tree> {
-        let reading = Reading::new(&self.equations.system.arena, exprs, &Context::default());
-        formulas(&reading, &Names::new(&self.equations)).formulas
+        formulas(&self.equations, exprs, &context)
     }
 
     /// Equations with names on the left, then the abbreviations in them.

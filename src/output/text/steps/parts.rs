@@ -9,7 +9,7 @@ use crate::graph::ElementId;
 use crate::output::text::document::{Block, Piece};
 use crate::output::text::name::symbol_name;
 use crate::output::text::symbols::number;
-use crate::output::text::tree::Tree;
+use crate::output::text::tree::{Tree, plain};
 
 impl Lesson<'_, '_, '_> {
     pub fn parts(&mut self) -> Vec<Block> {
@@ -51,7 +51,7 @@ impl Lesson<'_, '_, '_> {
             _ => None,
         });
         if let (Some((body, at)), true) = (at, matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_))) {
-            let trees = self.plain(&at);
+            let trees = plain(&self.equations, &at);
             let owner = body.map_or_else(String::new, |body| {
                 format!(" in {}", self.equations.system.mechanism.bodies[body.0].name)
             });
@@ -80,7 +80,7 @@ impl Lesson<'_, '_, '_> {
         let Some(&(Direction::Fixed(body, unit), _)) = row.and_then(|row| row.motion.first()) else {
             return Vec::new();
         };
-        let vector = Tree::Call("", self.plain(&unit));
+        let vector = Tree::Call("", plain(&self.equations, &unit));
         let axis = self.letters.direction(Direction::Fixed(body, unit), element, true);
         let owner = body
             .map_or_else(String::new, |body| format!(" in {}", self.equations.system.mechanism.bodies[body.0].name));

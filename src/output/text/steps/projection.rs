@@ -108,18 +108,8 @@ impl Lesson<'_, '_, '_> {
 
     fn efforts(&self) -> Rows {
         let is_driver = |element| matches!(self.equations.system.element(element).origin, Origin::Driver(_));
-        let effort = |branch: &str, cutset: &Row, letter: &dyn Fn(&str) -> Tree| {
-            (letter(branch), signed(None, &negated(cutset), letter))
-        };
-        let forces = self.translation.branches.iter().zip(self.translation.cutsets());
-        let forces = forces
-            .filter(|(branch, _)| is_driver(branch.element))
-            .map(|(branch, cutset)| effort(&branch.label, &cutset, &|label| self.letters.force(label)));
-        let torques = self.rotation.branches.iter().zip(self.rotation.cutsets());
-        let torques = torques
-            .filter(|(branch, _)| is_driver(branch.element))
-            .map(|(branch, cutset)| effort(&branch.label, &cutset, &|label| self.letters.torque(label)));
-        forces.chain(torques).collect()
+        let forces = by_chords(&self.translation, is_driver, |label| self.letters.force(label));
+        [forces, by_chords(&self.rotation, is_driver, |label| self.letters.torque(label))].concat()
     }
 
     /// Step 2: circuits of chords, projected on their reaction spaces; and the displacements of slides.
@@ -250,12 +240,7 @@ impl Lesson<'_, '_, '_> {
         let system = &self.equations.system;
         let Some(element) = system.elements.iter().find(|element| element.label == label) else { return false };
         let Some(row) = &element.translation else { return false };
-        let axis = |direction: Direction| match direction {
-            Direction::X => (None, [Expr::ONE, Expr::ZERO]),
-            Direction::Y => (None, [Expr::ZERO, Expr::ONE]),
-            Direction::Fixed(body, unit) => (body, unit),
-        };
-        let (carrier, normal) = axis(along);
+        let (carrier, normal) = along.in_body();
         let across = |body: Option<_>, vector: [Expr; 2]| {
             body == carrier && vector.iter().zip(&normal).all(|(a, b)| *a == Expr::ZERO || *b == Expr::ZERO)
         };
@@ -266,7 +251,7 @@ impl Lesson<'_, '_, '_> {
         };
         known
             && row.motion.iter().all(|(direction, _)| {
-                let (body, unit) = axis(*direction);
+                let (body, unit) = direction.in_body();
                 across(body, unit)
             })
     }
@@ -329,6 +314,12 @@ pub fn inserted(known: &Rows, terms: impl Iterator<Item = (bool, Tree)>) -> Tree
 /// An across variable of a chord as a sum of those of branches.
 pub fn by_branches<D>(view: &View<D>, chord: &Edge<D>, letter: impl Fn(&str) -> Tree) -> (Tree, Tree) {
     (letter(&chord.label), signed(None, &view.path(chord), &letter))
+}
+
+/// Through variables of some branches as sums of those of chords.
+pub fn by_chords<D>(view: &View<D>, is_one: impl Fn(ElementId) -> bool, letter: impl Fn(&str) -> Tree) -> Rows {
+    let branches = view.branches.iter().zip(view.cutsets()).filter(|(branch, _)| is_one(branch.element));
+    branches.map(|(branch, cutset)| (letter(&branch.label), signed(None, &negated(&cutset), &letter))).collect()
 }
 
 pub fn negated(row: &Row) -> Row {

@@ -13,9 +13,8 @@ use crate::expr::Expr;
 use crate::graph::ElementId;
 use crate::mechanism::{BodyId, Owner, Quantity, Variable};
 use crate::output::text::document::{Block, Piece};
-use crate::output::text::name::{Name, Names};
-use crate::output::text::read::{Context, Reading};
-use crate::output::text::tree::{Tree, formulas};
+use crate::output::text::name::Name;
+use crate::output::text::tree::{Tree, plain};
 
 /// A right side; it may contain formulas of the scene.
 enum Side {
@@ -78,7 +77,7 @@ impl Lesson<'_, '_, '_> {
     fn gravity(&mut self) -> Option<Block> {
         let mechanism = self.equations.system.mechanism;
         let gravity = mechanism.gravity.each_ref().map(|component| self.equations.system.value(component));
-        let [x, y] = <[Tree; 2]>::try_from(self.plain(&gravity)).ok()?;
+        let [x, y] = <[Tree; 2]>::try_from(plain(&self.equations, &gravity)).ok()?;
         let acts = self.dynamic && gravity != [Expr::ZERO; 2];
         acts.then(|| Block::Equations(vec![(self.letters.gravity(), pair(self.letters, [x, y]))]))
     }
@@ -348,8 +347,7 @@ fn value_name(equations: &mut Equations, body: BodyId, word: &str) -> Tree {
     match formula {
         Some(formula) => {
             let value = equations.system.value(formula);
-            let reading = Reading::new(&equations.system.arena, &[value], &Context::default());
-            formulas(&reading, &Names::new(equations)).formulas.pop().unwrap_or_else(Tree::zero)
+            plain(equations, &[value]).pop().unwrap_or_else(Tree::zero)
         }
         // A body that does not turn needs no inertia: its symbol stands, and goes with its angular acceleration.
         None => {
@@ -369,9 +367,7 @@ fn angle_of(equations: &Equations, letters: Letters, body: BodyId) -> Tree {
 /// Replaces expressions by formulas; abbreviations follow.
 fn resolve(equations: &mut Equations, rows: Rows) -> Vec<(Tree, Tree)> {
     let roots: Vec<Expr> = rows.iter().flat_map(|(_, side)| side.formulas()).collect();
-    let reading = Reading::new(&equations.system.arena, &roots, &Context::default());
-    let resolved = formulas(&reading, &Names::new(equations));
-    let mut found = resolved.formulas.into_iter();
+    let mut found = plain(equations, &roots).into_iter();
     let mut next = || found.next().unwrap_or_else(Tree::zero);
     let mut lines = Vec::new();
     for (left, side) in rows {
