@@ -19,7 +19,7 @@ use crate::graph::{ElementId, Rotation, Topology, Translation, Tree};
 use crate::mechanism::BodyId;
 
 /// Forces and torques of all elements, and the projected cutset equations.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Dynamics {
     forces: HashMap<ElementId, Form<Vector>>,
     torques: HashMap<ElementId, Form<Scalar>>,
@@ -126,13 +126,7 @@ impl Dynamics {
         laws: &Laws,
         sums: Sums,
     ) -> (Self, HashMap<BodyId, Form<Scalar>>) {
-        let mut dynamics = Dynamics {
-            forces: HashMap::new(),
-            torques: HashMap::new(),
-            mass: Vec::new(),
-            reactions: Vec::new(),
-            load: Vec::new(),
-        };
+        let mut dynamics = Dynamics::default();
         let held = by_chord(constraints);
         let of = |chord: ElementId| held.get(&chord).into_iter().flatten().map(|&index| (index, &constraints[index]));
         let couplings = Couplings::new(&mut system.arena, constraints);

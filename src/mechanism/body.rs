@@ -14,7 +14,7 @@ pub struct Point {
     pub span: Span,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Body {
     /// The user's name.
     pub name: String,

@@ -70,7 +70,7 @@ pub struct DisplayUnit {
     pub factor: f64,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parameter {
     /// The user's name.
     pub name: String,

@@ -25,7 +25,7 @@ pub(super) struct Subject<'a> {
 }
 
 /// What there is to say of the motion, in SI. What the scene has no masses for is absent.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Figures {
     /// The name of the scene.
     pub name: String,
@@ -82,7 +82,7 @@ pub struct Figures {
 }
 
 /// A joint and what moves there.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Link {
     pub name: String,
     /// Does it turn? Else it slides.
@@ -150,11 +150,6 @@ pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> R
     figures.range = folds.or(drive.range);
     figures.dead_points = folds.is_some();
     figures.four_bar = grashof::class(mechanism, drive.joint);
-    let column = |name: &str, unit: &str, samples: &Samples| Column {
-        name: name.to_string(),
-        unit: unit.to_string(),
-        values: samples.values().to_vec(),
-    };
     let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
     let input_unit = if figures.input.angular { "rad" } else { "m" };
     figures.table.push(Column { name: input.name.clone(), unit: input_unit.to_string(), values: inputs });
@@ -171,7 +166,7 @@ pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> R
     let masses = Masses::of(mechanism);
     if let Some(effort) = table.effort() {
         let unit = if figures.input.angular { "N.m" } else { "N" };
-        figures.table.push(column("drive", unit, &effort));
+        figures.push("drive", unit, &effort);
         figures.drive = Some(Extent::of(&effort));
         figures.power = Some(Extent::of(&effort.map(|value| value * drive.speed)));
     }
@@ -264,31 +259,11 @@ impl Figures {
         Figures {
             name: mechanism.name.clone(),
             input: Link { name: input.name.clone(), angular: motion_of(input) == Some(ANGULAR) },
-            output: None,
             speed: drive.speed,
             full_turn: table.periodic,
-            range: None,
-            dead_points: false,
             change_points: drive.between,
-            four_bar: None,
-            limits: Vec::new(),
-            stroke: None,
-            time_ratio: None,
-            dwell: None,
-            transmission: Vec::new(),
-            joint_force_index: None,
-            drive: None,
-            power: None,
-            joints: Vec::new(),
-            shaking_force: None,
-            shaking_moment: None,
-            inertia: None,
-            fluctuation: None,
-            path: None,
             cams: cams(mechanism),
-            table: Vec::new(),
-            instant_centres: Vec::new(),
-            relative_centres: Vec::new(),
+            ..Figures::default()
         }
     }
 

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::cams::Cam;
 use super::figures::{Column, Extent, Figures, Link, Transmission};
 use super::samples::At;
-use crate::columns::{aligned, rounded};
+use crate::columns::{aligned, rounded, titled};
 use crate::mechanism::{DisplayUnit, Unit, Units};
 use crate::output::plot::{Plot, Series};
 
@@ -164,14 +164,13 @@ impl Figures {
         let word = if self.input.angular { "drive torque" } else { "drive force" };
         lines.extend(extent(word, &self.drive, effort));
         lines.extend(extent("drive power", &self.power, "W"));
-        for joint in &self.joints {
-            let peak = format!("{} at {}", shown.value(joint.max.value, "N"), self.at(&joint.max, shown));
-            lines.push(format!("joint `{}`: peak {peak}, RMS {}", joint.joint, shown.value(joint.rms, "N")));
-        }
-        if let Some(force) = &self.shaking_force {
-            let peak = format!("{} at {}", shown.value(force.max.value, "N"), self.at(&force.max, shown));
-            lines.push(format!("shaking force: peak {peak}, RMS {}", shown.value(force.rms, "N")));
-        }
+        let peak = |name: &str, max: &At, rms: f64| {
+            let [peak, rms] = [max.value, rms].map(|force| shown.value(force, "N"));
+            format!("{name}: peak {peak} at {}, RMS {rms}", self.at(max, shown))
+        };
+        let joints = self.joints.iter();
+        lines.extend(joints.map(|joint| peak(&format!("joint `{}`", joint.joint), &joint.max, joint.rms)));
+        lines.extend(self.shaking_force.iter().map(|force| peak("shaking force", &force.max, force.rms)));
         lines.extend(extent("shaking moment", &self.shaking_moment, "N.m"));
         lines.extend(extent("generalised inertia", &self.inertia, if self.input.angular { "kg.m2" } else { "kg" }));
         if let Some(own) = &self.fluctuation {
@@ -265,10 +264,6 @@ pub(super) fn radius_of(cam: &str) -> String {
 
 fn unit_of(link: &Link) -> &'static str {
     if link.angular { "rad" } else { "m" }
-}
-
-fn titled(name: &str, unit: &str) -> String {
-    if unit.is_empty() { name.to_string() } else { format!("{name} [{unit}]") }
 }
 
 /// Six digits.

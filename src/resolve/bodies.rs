@@ -48,15 +48,7 @@ impl Resolver<'_> {
     fn body_of_part(&mut self, written: &Part) -> Body {
         let (name, span) = (written.name.text.clone(), written.name.span);
         let called = format!("body `{name}`");
-        let mut body = Body {
-            name,
-            mass: None,
-            inertia: None,
-            weightless: false,
-            points: self.points_of(written),
-            outline: None,
-            span,
-        };
+        let mut body = Body { name, points: self.points_of(written), span, ..Body::default() };
         let Some(fields) = Fields::open(&written.node, &called, span, &names(KEYS), self.faults) else {
             body.mass = Some(UNKNOWN);
             return body;

@@ -3,7 +3,6 @@
 use std::collections::HashSet;
 
 use crate::component::{Origin, System};
-use crate::diagnostic::span::Span;
 use crate::expr::{Binary, Function, Unary};
 use crate::mechanism::measure::{ACCELERATION, INERTIA, LENGTH, MASS, NUMBER, Wanted};
 use crate::mechanism::{Formula, Mechanism, Motion, Parameter, ParameterId, Part, Unit, Value};
@@ -245,13 +244,9 @@ impl Namer<'_, '_> {
         let exponents = about.measure.exponents.unwrap_or_default();
         self.mechanism.parameters.push(Parameter {
             name,
-            description: String::new(),
             unit: Unit { exponents, si: about.measure.si.to_owned(), display: None },
             value,
-            min: None,
-            max: None,
-            tunable: false,
-            span: Span::default(),
+            ..Parameter::default()
         });
         let definition = (!matches!(formula, Formula::Number(_))).then_some(formula);
         let element = about.owner.map(str::to_owned);
