@@ -57,9 +57,7 @@ impl Trees {
             }
         }
     }
-}
 
-impl Trees {
     /// These trees with some bodies as branches of the translational tree in the place of joints, as far as arms and position
     /// drivers permit.
     pub fn with_bodies(&self, system: &System, chosen: impl Fn(BodyId) -> bool) -> Trees {

@@ -20,6 +20,12 @@ pub fn lay_out(drawing: &mut Drawing) {
     }
 }
 
+/// The ends of springs and joints, each with its body.
+fn ends(drawing: &mut Drawing) -> impl Iterator<Item = (&mut [f64; 2], Option<usize>)> {
+    let springs = drawing.springs.iter_mut().flat_map(|spring| spring.ends.iter_mut().zip(spring.between));
+    springs.chain(drawing.joints.iter_mut().flat_map(|joint| joint.at.iter_mut().zip(joint.between)))
+}
+
 /// Draws masses as points: what is fixed to a point of a mass would else cross the mass.
 fn gather(drawing: &mut Drawing) {
     let centres: Vec<[f64; 2]> = drawing.bodies.iter().map(|body| body.centre).collect();
@@ -28,12 +34,7 @@ fn gather(drawing: &mut Drawing) {
             *at = *centre;
         }
     };
-    for spring in &mut drawing.springs {
-        spring.ends.iter_mut().zip(spring.between).for_each(|(end, body)| centre(body, end));
-    }
-    for joint in &mut drawing.joints {
-        joint.at.iter_mut().zip(joint.between).for_each(|(at, body)| centre(body, at));
-    }
+    ends(drawing).for_each(|(end, body)| centre(body, end));
     drawing.forces.iter_mut().for_each(|force| centre(force.on, &mut force.at));
     drawing.bodies.iter_mut().for_each(|body| body.points.clear());
 }
@@ -58,16 +59,7 @@ fn spread(drawing: &mut Drawing) {
         let rank = places.iter().position(is_it)?;
         Some(first.0 + step * rank as f64 - places[rank].0)
     };
-    for spring in &mut drawing.springs {
-        for (end, body) in spring.ends.iter_mut().zip(spring.between) {
-            end[0] += shift(end[0], body).unwrap_or(0.0);
-        }
-    }
-    for joint in &mut drawing.joints {
-        for (at, body) in joint.at.iter_mut().zip(joint.between) {
-            at[0] += shift(at[0], body).unwrap_or(0.0);
-        }
-    }
+    ends(drawing).for_each(|(end, body)| end[0] += shift(end[0], body).unwrap_or(0.0));
     for at in &mut drawing.ground {
         at[0] += shift(at[0], None).unwrap_or(0.0);
     }

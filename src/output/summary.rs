@@ -221,9 +221,7 @@ impl Summary {
         }
         Ok(())
     }
-}
 
-impl Summary {
     fn write_savings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.solve_tree.is_some() || self.cheapest.is_some() {
             writeln!(f)?;

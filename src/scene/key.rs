@@ -115,9 +115,7 @@ impl Key {
     pub const fn one_of(name: &'static str, form: Form, about: &'static str) -> Key {
         Key { name, form, need: Need::OneOf(about), about }
     }
-}
 
-impl Key {
     /// What to write if it is missing; empty if it need not be there.
     pub fn help(&self) -> &'static str {
         if let Need::Required(help) = self.need { help } else { "" }

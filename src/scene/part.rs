@@ -284,7 +284,7 @@ impl Node {
         Node { span: Span::default(), kind }
     }
 
-    fn text(&self) -> Option<Text> {
+    pub(super) fn text(&self) -> Option<Text> {
         let Kind::Text(text) = &self.kind else { return None };
         Some(Text::new(text.as_str(), self.span))
     }

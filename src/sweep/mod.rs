@@ -21,6 +21,7 @@ pub use picture::Picture;
 pub use record::{Record, RecordError, Rows};
 pub use sample::Kind;
 
+use crate::columns::titled;
 use crate::compile::{Compiled, compile};
 use crate::mechanism::Experiment;
 use crate::output::statistics::Accumulator;
@@ -65,11 +66,9 @@ pub fn measured(scene: &Scene, measures: &[Measure]) -> Result<Compiled, Faults>
 impl Sweep {
     /// The heading of each column: parameters, measures, with their units.
     pub fn columns(&self) -> Vec<String> {
-        let headed =
-            |name: &str, unit: &str| if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") };
-        let factors = self.design.factors().iter().map(|factor| headed(&factor.name, &factor.unit));
+        let factors = self.design.factors().iter().map(|factor| titled(&factor.name, &factor.unit));
         let measures =
-            self.measures.iter().map(|measure| headed(&measure.to_string(), measure.unit(self.unit(measure))));
+            self.measures.iter().map(|measure| titled(&measure.to_string(), measure.unit(self.unit(measure))));
         factors.chain(measures).collect()
     }
 

@@ -2,6 +2,7 @@
 
 use super::super::failure::Failure;
 use super::Simulate;
+use crate::columns::titled;
 use crate::compile::{self, Compiled};
 use crate::diagnostic::{Text, suggest};
 use crate::mechanism::{DisplayUnit, Unit, Units};
@@ -81,9 +82,4 @@ impl Shown {
 
 fn is_si(name: &str) -> bool {
     name.eq_ignore_ascii_case("si")
-}
-
-/// `time [s]`
-pub fn titled(name: &str, unit: &str) -> String {
-    if unit.is_empty() { name.to_string() } else { format!("{name} [{unit}]") }
 }

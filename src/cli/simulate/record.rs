@@ -4,7 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use super::super::failure::Failure;
 use super::Simulate;
-use super::asked::{Shown, titled};
+use super::asked::Shown;
+use crate::columns::titled;
 use crate::compile::Compiled;
 use crate::diagnostic::suggest;
 use crate::mechanism::{DisplayUnit, Unit};

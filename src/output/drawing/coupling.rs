@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::labels::Labels;
-use super::shapes::{along, difference, norm, normal, unit};
+use super::shapes::{along, difference, dot, norm, normal, unit};
 use super::symbols;
 use super::view::View;
 use crate::output::svg::{Carrier, Pixel, Svg, number, polyline};
@@ -333,8 +333,7 @@ fn draw_rack(
     let towards = (-outward[1]).atan2(outward[0]);
     let own = Teeth { count, phase: towards, inside: false };
     let (height, pitch_length) = (own.height(radius), TAU * radius / count);
-    let shift = difference(at, pitch);
-    let reach = shift[0] * axis[0] + shift[1] * axis[1];
+    let reach = dot(difference(at, pitch), axis);
     let [back, forth] = travel.map(|reach| view.length(reach));
     let ends = [reach.min(back), reach.max(forth)].map(|end| (end / pitch_length).round());
     let (first, last) = (ends[0] - 0.3 * count, ends[1] + 0.3 * count);
@@ -369,8 +368,7 @@ fn rolling_line(
     let [base, centre] = [base, centre].map(|point| view.pixel(point));
     // To the right of the axis; the picture's y points down.
     let contact = along(centre, radius, normal(axis));
-    let away = difference(base, contact);
-    let reach = away[0] * axis[0] + away[1] * axis[1];
+    let reach = dot(difference(base, contact), axis);
     let beyond = radius.max(6.0 * view.pin);
     let [back, forth] = travel.map(|reach| view.length(reach));
     let [low, high] = [reach.min(back) - beyond, reach.max(forth) + beyond].map(|end| along(contact, end, axis));

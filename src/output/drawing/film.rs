@@ -2,7 +2,7 @@
 
 use super::coupling::{CouplingKind, tangents};
 use super::geometry::{StrokeForm, strokes};
-use super::shapes::{along, difference, norm, normal, unit};
+use super::shapes::{along, difference, dot, norm, normal, unit};
 use super::view::View;
 use super::{Drawing, Hold, Range, is_finite, symbols};
 use crate::output::svg::{Carrier, Frame, Pixel, Svg, number, polyline};
@@ -333,10 +333,7 @@ impl Film {
             let angle = |sample: usize| body.and_then(|body| self.poses[sample].get(body)).map_or(0.0, |pose| pose[2]);
             rotated(axis, angle(sample) - angle(0))
         };
-        let reach = |sample: usize| {
-            let ([x, y], [u, v]) = (difference(place(sample), self.at(body, base, sample)), turned(sample));
-            x * u + y * v
-        };
+        let reach = |sample: usize| dot(difference(place(sample), self.at(body, base, sample)), turned(sample));
         let moved = (0..self.poses.len()).map(|sample| reach(sample) - reach(0)).filter(|x| x.is_finite());
         moved.fold([0.0, 0.0], |[low, high], x| [low.min(x), high.max(x)])
     }

@@ -54,7 +54,7 @@ pub fn covers(rim: &[Pixel], point: Pixel, margin: f64) -> bool {
     near || crossed.count() % 2 == 1
 }
 
-fn dot(a: Pixel, b: Pixel) -> f64 {
+pub fn dot(a: Pixel, b: Pixel) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 

@@ -1,6 +1,6 @@
 //! The signs of the trade: pins, pedestals, sliders, springs, arrows.
 
-use super::shapes::{along, difference, extent, norm, normal, unit};
+use super::shapes::{along, difference, dot, extent, norm, normal, unit};
 use super::view::View;
 use super::{Hold, Joint};
 use crate::component::{Glyph, RoundGlyph, Stroke};
@@ -147,8 +147,7 @@ pub fn rod(svg: &mut Svg, view: &View, joint: &Joint, travel: [f64; 2]) {
         return;
     };
     let (axis, [base, at]) = (view.direction(axis), joint.at.map(|point| view.pixel(point)));
-    let away = difference(at, base);
-    let distance = away[0] * axis[0] + away[1] * axis[1];
+    let distance = dot(difference(at, base), axis);
     let [low, high] = travel.map(|reach| distance + view.length(reach));
     let beyond = 7.0 * view.pin;
     let ends = match distance < 0.0 {
@@ -162,8 +161,7 @@ pub fn rod(svg: &mut Svg, view: &View, joint: &Joint, travel: [f64; 2]) {
 pub fn slot(svg: &mut Svg, view: &View, joint: &Joint, travel: [f64; 2]) -> Option<[Pixel; 2]> {
     let Hold::Slot(axis) = joint.kind else { return None };
     let (axis, [base, at]) = (view.direction(axis), joint.at.map(|point| view.pixel(point)));
-    let away = difference(at, base);
-    let distance = away[0] * axis[0] + away[1] * axis[1];
+    let distance = dot(difference(at, base), axis);
     let [back, forth] = travel.map(|reach| view.length(reach));
     let channel = [back - 6.0 * view.pin, forth + 6.0 * view.pin].map(|reach| along(at, reach, axis));
     let [low, high] = [(-distance).min(back - 8.0 * view.pin), (-distance).max(forth + 8.0 * view.pin)];

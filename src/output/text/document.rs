@@ -163,6 +163,12 @@ impl Piece {
         Piece::Words(text.into())
     }
 
+    /// Pieces with words between them.
+    pub fn list(between: &str, pieces: impl Iterator<Item = Piece>) -> Piece {
+        let gap = |index| (index > 0).then(|| Piece::words(between));
+        Piece::Row(pieces.enumerate().flat_map(|(index, piece)| gap(index).into_iter().chain([piece])).collect())
+    }
+
     /// In digits, printed.
     fn width(&self) -> f64 {
         match self {

@@ -77,33 +77,24 @@ fn wrong_type(node: &Node, what: &str, wanted: &str) -> Fault {
 
 impl Sink {
     pub fn entries<'n>(&mut self, node: &'n Node, what: &str) -> Option<&'n [(Text, Node)]> {
-        match &node.kind {
-            Kind::Table(entries) => Some(entries),
-            _ => {
-                self.push(wrong_type(node, what, "a table"));
-                None
-            }
+        let entries = if let Kind::Table(entries) = &node.kind { Some(&entries[..]) } else { None };
+        self.expect(entries, node, what, "a table")
+    }
+
+    fn expect<T>(&mut self, found: Option<T>, node: &Node, what: &str, wanted: &str) -> Option<T> {
+        if found.is_none() {
+            self.push(wrong_type(node, what, wanted));
         }
+        found
     }
 
     pub fn text(&mut self, node: &Node, what: &str) -> Option<Text> {
-        match &node.kind {
-            Kind::Text(text) => Some(Text::new(text.as_str(), node.span)),
-            _ => {
-                self.push(wrong_type(node, what, "a text in quotes"));
-                None
-            }
-        }
+        self.expect(node.text(), node, what, "a text in quotes")
     }
 
     pub fn boolean(&mut self, node: &Node, what: &str) -> Option<bool> {
-        match node.kind {
-            Kind::Boolean(value) => Some(value),
-            _ => {
-                self.push(wrong_type(node, what, "true or false"));
-                None
-            }
-        }
+        let value = if let Kind::Boolean(value) = node.kind { Some(value) } else { None };
+        self.expect(value, node, what, "true or false")
     }
 
     pub fn quantity(&mut self, node: &Node, what: &str) -> Option<Quantity> {

@@ -121,15 +121,8 @@ impl Lesson<'_, '_, '_> {
 
     /// "0.25 m", or what a named number is in the scene's own parameters.
     fn values(&self, parameters: &[usize]) -> Piece {
-        let mut pieces = Vec::new();
-        for &index in parameters {
-            if !pieces.is_empty() {
-                pieces.push(Piece::words(", "));
-            }
-            let own = &self.equations.system.mechanism.parameters[index];
-            pieces.push(number(own.value, &own.unit));
-        }
-        Piece::Row(pieces)
+        let all = &self.equations.system.mechanism.parameters;
+        Piece::list(", ", parameters.iter().map(|&index| number(all[index].value, &all[index].unit)))
     }
 
     /// The freedoms of the bodies, and what joints and drivers take.

@@ -15,7 +15,7 @@ use crate::tree::Trees;
 
 /// What was decided about edges that are decided alike.
 struct Decision {
-    rank: Option<u8>,
+    rank: u8,
     labels: Vec<String>,
     unknowns: usize,
     branch: bool,
@@ -182,7 +182,7 @@ fn table<D>(title: &str, view: &View<D>, order: Vec<ElementId>, facts: &dyn Fn(E
             class.iter_mut().filter(|own| **own == b).for_each(|own| *own = a);
         }
         let decision = Decision {
-            rank: Some(own.rank),
+            rank: own.rank,
             labels: vec![edge.label.clone()],
             unknowns: own.unknowns,
             branch,
@@ -213,7 +213,6 @@ fn add(decisions: &mut Vec<Decision>, new: Decision, many: bool) {
 
 fn row(decision: &Decision) -> Vec<Piece> {
     let labels: Vec<&str> = decision.labels.iter().map(String::as_str).collect();
-    let rank = decision.rank.map_or_else(String::new, |rank| format!("{rank} "));
     let each = if labels.len() > 1 && decision.unknowns > 0 { " each" } else { "" };
     let reason = match decision.reasons.as_slice() {
         [only] => only.clone(),
@@ -230,7 +229,7 @@ fn row(decision: &Decision) -> Vec<Piece> {
         (true, pieces) => pieces.to_string(),
     };
     vec![
-        Piece::words(format!("{rank}{}", shortened(&labels))),
+        Piece::words(format!("{} {}", decision.rank, shortened(&labels))),
         Piece::words(format!("{}{each}", decision.unknowns)),
         Piece::words(if decision.branch { "branch" } else { "chord" }),
         Piece::words(reason),

@@ -52,13 +52,9 @@ impl Lesson<'_, '_, '_> {
         let mut rows = Vec::new();
         for id in (0..count).map(ElementId) {
             let element = self.equations.system.element(id).clone();
-            let pieces = self.says(id).into_iter().enumerate().flat_map(|(index, (left, right))| {
-                let gap = (index > 0).then(|| Piece::words(";  "));
-                let equation = Tree::Relation("=", Box::new([left, right]));
-                gap.into_iter().chain([Piece::Math(equation)])
-            });
-            let pieces: Vec<Piece> = pieces.collect();
-            let row = vec![Piece::words(&element.label), Piece::Row(pieces), self.unknowns(&element)];
+            let equation = |(left, right)| Piece::Math(Tree::Relation("=", Box::new([left, right])));
+            let equations = Piece::list(";  ", self.says(id).into_iter().map(equation));
+            let row = vec![Piece::words(&element.label), equations, self.unknowns(&element)];
             rows.push((kind(&element).to_owned(), row));
         }
         let mut blocks = vec![heading("5. What does each part say by itself? Terminal equations (Table 1)")];
@@ -122,11 +118,7 @@ impl Lesson<'_, '_, '_> {
             let free = matches!(row.angle, Angle::Free(_));
             unknown.push(if free { letters.angle(label) } else { letters.torque(label) });
         }
-        let pieces = unknown
-            .into_iter()
-            .enumerate()
-            .flat_map(|(index, tree)| (index > 0).then(|| Piece::words(", ")).into_iter().chain([Piece::Math(tree)]));
-        Piece::Row(pieces.collect())
+        Piece::list(", ", unknown.into_iter().map(Piece::Math))
     }
 
     /// Two variables for each edge and direction against terminal, cutset and circuit equations.
