@@ -165,7 +165,7 @@ pub fn has_masses(equations: &mut Equations) -> bool {
 
 const LOADS: &str = "Loads";
 
-fn dynamics(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
+pub fn dynamics(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
     let dynamics = equations.dynamics();
     let mass = dynamics.mass.iter().enumerate().flat_map(|(row, entries)| {
         let upper = entries.iter().filter(move |(column, _)| *column >= row);
@@ -176,7 +176,7 @@ fn dynamics(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
 }
 
 /// \[D\], \[K\] and {F} of masses on a line (33).
-fn vibration(equations: &mut Equations) -> Vec<(&'static str, Vec<Entry>)> {
+pub fn vibration(equations: &mut Equations) -> Vec<(&'static str, Vec<Entry>)> {
     let Some(vibration) = equations.vibration() else { return Vec::new() };
     let upper = |symbol: &str, matrix: &[Vec<Expr>]| -> Vec<Entry> {
         let rows = matrix.iter().enumerate();
@@ -205,13 +205,7 @@ fn in_parts(equations: &mut Equations, groups: &mut Vec<(&'static str, Vec<Entry
     }
     let part = |(share, load): &(Share, Vec<Expr>)| {
         let rows = load.iter().enumerate().filter(|(_, entry)| **entry != Expr::ZERO);
-        let title = match share {
-            Share::Applied => "Applied loads",
-            Share::Gravity => "Gravity",
-            Share::Velocity => "Loads by velocities: centrifugal and Coriolis forces",
-            Share::Elastic => "Springs and their dampers",
-            Share::Resistance | Share::Element(_) => "Damping and friction in joints",
-        };
+        let [_, title, _] = called(*share);
         (title, rows.map(|(row, entry)| (part_of_load(*share, row), *entry)).collect())
     };
     let parts: Vec<_> = shares.iter().map(part).collect();
@@ -220,21 +214,32 @@ fn in_parts(equations: &mut Equations, groups: &mut Vec<(&'static str, Vec<Entry
 }
 
 fn part_of_load(share: Share, row: usize) -> Name {
-    let word = match share {
-        Share::Applied => "applied",
-        Share::Gravity => "gravity",
-        Share::Velocity => "velocity",
-        Share::Elastic => "elastic",
-        Share::Resistance | Share::Element(_) => "resistance",
-    };
+    let [word, ..] = called(share);
     Name { plain: format!("Q_{word}[{}]", row + 1), ..Name::letter("Q", &format!("{}, {word}", row + 1)) }
+}
+
+/// A part of {Q} as a subscript, as a title, and within a sentence.
+pub fn called(share: Share) -> [&'static str; 3] {
+    match share {
+        Share::Applied => ["applied", "Applied loads", "applied forces and torques"],
+        Share::Gravity => ["gravity", "Gravity", "gravity"],
+        Share::Velocity => [
+            "velocity",
+            "Loads by velocities: centrifugal and Coriolis forces",
+            "velocities (centrifugal and Coriolis terms)",
+        ],
+        Share::Elastic => ["elastic", "Springs and their dampers", "springs and their dampers"],
+        Share::Resistance | Share::Element(_) => {
+            ["resistance", "Damping and friction in joints", "damping and friction in joints"]
+        }
+    }
 }
 
 fn has_loops(equations: &Equations) -> bool {
     equations.loops().next().is_some()
 }
 
-fn loops(equations: &Equations) -> [(&'static str, Vec<Entry>); 4] {
+pub fn loops(equations: &Equations) -> [(&'static str, Vec<Entry>); 4] {
     let rows = |of: fn(&Constraint) -> Expr, symbol: &str| -> Vec<Entry> {
         let rows = equations.loops().enumerate();
         rows.map(|(row, (_, constraint))| (Name::entry(symbol, &[row]), of(constraint))).collect()

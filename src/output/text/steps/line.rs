@@ -5,13 +5,14 @@ use nalgebra::DMatrix;
 use super::graphs::{list, table};
 use super::numbers::agree;
 use super::view::Row;
-use super::{Lesson, check, words};
+use super::{Lesson, check, columns, words};
 use crate::component::Origin;
 use crate::equations::Vibration;
 use crate::expr::Expr;
 use crate::graph::ElementId;
 use crate::mechanism::Formula;
 use crate::output::text::document::Block;
+use crate::output::text::motion::vibration;
 use crate::output::text::name::Name;
 use crate::output::text::tree::Tree;
 
@@ -27,10 +28,10 @@ struct Kind {
 
 /// The matrices of a scene on a line; nothing for a scene in the plane.
 pub fn matrices(lesson: &mut Lesson) -> Vec<Block> {
-    let vibration = match lesson.equations.linear() {
+    let matrices = match lesson.equations.linear() {
         None => return Vec::new(),
         Some(Err(why)) => return vec![words(format!("There are no matrices D and K (24): {why}."))],
-        Some(Ok(vibration)) => vibration,
+        Some(Ok(matrices)) => matrices,
     };
     let kinds = kinds(lesson);
     let rows = rows(lesson);
@@ -48,10 +49,10 @@ pub fn matrices(lesson: &mut Lesson) -> Vec<Block> {
         }
     }
     blocks.extend(products(&kinds));
-    blocks.extend(entries(lesson, &vibration));
-    let same = agrees(lesson, &kinds, &rows, &vibration);
+    blocks.extend(entries(lesson));
+    let same = agrees(lesson, &kinds, &rows, &matrices);
     blocks.push(check("the three products in numbers are M, D and K, and these are symmetric", same));
-    blocks.extend(floating(lesson, &kinds, &rows, &vibration));
+    blocks.extend(floating(lesson, &kinds, &rows, &matrices));
     blocks
 }
 
@@ -163,22 +164,8 @@ fn products(kinds: &[Kind]) -> Vec<Block> {
 }
 
 /// The entries of D and K, and of {F}; those of M are above.
-fn entries(lesson: &mut Lesson, vibration: &Vibration) -> Vec<Block> {
-    let (mut names, mut exprs) = (Vec::new(), Vec::new());
-    for (letter, matrix) in [("D", &vibration.damping), ("K", &vibration.stiffness)] {
-        for (row, entries) in matrix.iter().enumerate() {
-            for (column, entry) in
-                entries.iter().enumerate().filter(|(column, entry)| *column >= row && **entry != Expr::ZERO)
-            {
-                names.push(Tree::Name(Name::entry(letter, &[row, column])));
-                exprs.push(*entry);
-            }
-        }
-    }
-    for (row, entry) in vibration.force.iter().enumerate() {
-        names.push(Tree::Name(Name::entry("F", &[row])));
-        exprs.push(*entry);
-    }
+fn entries(lesson: &mut Lesson) -> Vec<Block> {
+    let (names, exprs) = columns(vibration(&mut lesson.equations).into_iter().flat_map(|(_, entries)| entries));
     let formulas = lesson.formulas(&exprs).formulas;
     list(names.into_iter().zip(formulas).collect())
 }

@@ -21,7 +21,7 @@ mod trees;
 mod view;
 
 use super::document::{Block, Piece};
-use super::motion::{context, has_masses};
+use super::motion::{Entry, context, has_masses};
 use super::symbols::with_names;
 use super::tree::{Formulas, Tree, formulas};
 use super::{Prose, page};
@@ -104,6 +104,16 @@ impl<'a, 'n, 'm> Lesson<'a, 'n, 'm> {
         }
         blocks
     }
+
+    fn written(&mut self, entries: Vec<Entry>) -> Vec<Block> {
+        let (names, exprs): (Vec<Tree>, Vec<Expr>) = columns(entries);
+        self.equations(names, &exprs)
+    }
+}
+
+/// Names and expressions of entries.
+fn columns(entries: impl IntoIterator<Item = Entry>) -> (Vec<Tree>, Vec<Expr>) {
+    entries.into_iter().map(|(name, expr)| (Tree::Name(name), expr)).unzip()
 }
 
 fn heading(text: &str) -> Block {

@@ -6,6 +6,7 @@ use super::{Lesson, check, heading, words};
 use crate::component::{Direction, Held, Origin};
 use crate::expr::{Expr, Order, Symbol};
 use crate::output::text::document::{Block, Piece};
+use crate::output::text::motion;
 use crate::output::text::name::Name;
 use crate::output::text::tree::Tree;
 
@@ -39,9 +40,8 @@ impl Lesson<'_, '_, '_> {
             }
         }
         blocks.extend(self.equations(names, &exprs));
-        let gammas: Vec<Expr> = loops.iter().map(|&index| self.equations.constraints[index].gamma).collect();
-        let names = (0..loops.len()).map(|row| Tree::Name(Name::entry("gamma", &[row]))).collect();
-        blocks.extend(self.equations(names, &gammas));
+        let [.., (_, gammas)] = motion::loops(&self.equations);
+        blocks.extend(self.written(gammas));
         let worked = loops.iter().position(|&index| self.turns(index)).unwrap_or(0);
         blocks.extend(self.by_graph(loops[worked]));
         blocks.extend(self.by_calculus(worked, loops[worked]));

@@ -11,6 +11,7 @@ use crate::formulate::equations;
 use crate::graph::ElementId;
 use crate::mechanism::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, Variable};
 use crate::output::text::document::{Block, Piece};
+use crate::output::text::motion::{self, dynamics};
 use crate::output::text::name::Name;
 use crate::output::text::tree::Tree;
 
@@ -125,9 +126,9 @@ impl Lesson<'_, '_, '_> {
         }
         let few = self.dynamic && self.equations.coordinates.len() <= 3;
         let mut reactions = if few { self.entries() } else { Vec::new() };
-        reactions.extend(crate::output::text::motion::slides(&mut self.equations));
+        reactions.extend(motion::slides(&mut self.equations));
         if self.dynamic {
-            reactions.extend(crate::output::text::motion::held(&mut self.equations));
+            reactions.extend(motion::held(&mut self.equations));
         }
         let exprs: Vec<Expr> = reactions.iter().map(|(_, expr)| *expr).collect();
         let numbers = values.of(&self.equations, &exprs);
@@ -147,13 +148,8 @@ impl Lesson<'_, '_, '_> {
 
     /// The entries of M, Q, Phi_q and gamma.
     fn entries(&mut self) -> Vec<(Name, Expr)> {
-        let dynamics = self.equations.dynamics().clone();
-        let mut entries = Vec::new();
-        for (row, own) in dynamics.mass.iter().enumerate() {
-            let upper = own.iter().filter(|(column, _)| *column >= row);
-            entries.extend(upper.map(|(column, entry)| (Name::entry("M", &[row, *column]), *entry)));
-        }
-        entries.extend(dynamics.load.iter().enumerate().map(|(row, entry)| (Name::entry("Q", &[row]), *entry)));
+        let [(_, mut entries), (_, load)] = dynamics(&mut self.equations);
+        entries.extend(load);
         for (row, (_, own)) in self.equations.loops().enumerate() {
             entries.extend(own.jacobian.iter().map(|(column, entry)| (Name::entry("Phi_q", &[row, *column]), *entry)));
             entries.push((Name::entry("gamma", &[row]), own.gamma));

@@ -4,9 +4,9 @@ use super::line;
 use super::numbers::{agree, short};
 use super::{Lesson, check, heading, words};
 use crate::analysis::dense;
-use crate::equations::Share;
 use crate::expr::Expr;
 use crate::output::text::document::{Block, Piece};
+use crate::output::text::motion::{called, dynamics};
 use crate::output::text::name::Name;
 use crate::output::text::tree::Tree;
 
@@ -47,24 +47,17 @@ impl Lesson<'_, '_, '_> {
     }
 
     fn mass_matrix(&mut self) -> Vec<Block> {
-        let mass = self.equations.dynamics().mass.clone();
-        let (mut names, mut exprs) = (Vec::new(), Vec::new());
-        for (row, entries) in mass.iter().enumerate() {
-            for (column, entry) in entries.iter().filter(|(column, _)| *column >= row) {
-                names.push(Tree::Name(Name::entry("M", &[row, *column])));
-                exprs.push(*entry);
-            }
-        }
-        self.equations(names, &exprs)
+        let [(_, mass), _] = dynamics(&mut self.equations);
+        self.written(mass)
     }
 
     /// {Q}, with what each part of it comes from.
     fn loads(&mut self) -> Vec<Block> {
-        let load = self.equations.dynamics().load.clone();
-        let names = (0..load.len()).map(|row| Tree::Name(Name::entry("Q", &[row]))).collect();
-        let mut blocks = self.equations(names, &load);
+        let [_, (_, entries)] = dynamics(&mut self.equations);
+        let load: Vec<Expr> = entries.iter().map(|(_, expr)| *expr).collect();
+        let mut blocks = self.written(entries);
         let shares = self.equations.load_shares();
-        let parts: Vec<&str> = shares.iter().map(|(share, _)| word(*share)).collect();
+        let parts: Vec<&str> = shares.iter().map(|(share, _)| called(*share)[2]).collect();
         if !parts.is_empty() {
             blocks.push(words(format!("Q has parts from {}.", parts.join(", "))));
         }
@@ -123,15 +116,5 @@ impl Lesson<'_, '_, '_> {
             }
         }
         agree(&values.of(&self.equations, &cutsets), &values.of(&self.equations, &circuits))
-    }
-}
-
-fn word(share: Share) -> &'static str {
-    match share {
-        Share::Applied => "applied forces and torques",
-        Share::Gravity => "gravity",
-        Share::Velocity => "velocities (centrifugal and Coriolis terms)",
-        Share::Elastic => "springs and their dampers",
-        Share::Resistance | Share::Element(_) => "damping and friction in joints",
     }
 }
