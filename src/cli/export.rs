@@ -6,8 +6,9 @@ use clap::Args;
 
 use super::failure::Failure;
 use super::{MessageFormat, output};
+use crate::compile;
 use crate::compile::page::{self, Origin};
-use crate::compile::{self, Documents};
+use crate::export::page::Page;
 use crate::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
 use crate::export::{ExportError, FmiVersion};
 
@@ -59,8 +60,8 @@ impl Export {
         let live = page::documentation(&scene, &compiled, origin);
         let path = self.output.unwrap_or_else(|| format!("{}.fmu", compiled.description.identifier).into());
         output::apart(&[Some(&self.scene)], &[Some(&path)])?;
-        let documents = Documents { front: &front, accuracy: &accuracy, live: &live };
-        compiled.write_fmu(self.fmi, documents, &runtimes, &path)?;
+        let page = Page { drawing: &front.drawing, facts: &front.facts, accuracy: &accuracy, live: &live };
+        compiled.write_fmu(self.fmi, page, &runtimes, &path)?;
         output::print(&format!("{}\n", path.display()))
     }
 

@@ -28,7 +28,7 @@ use crate::output::compare::{Comparison, compare};
 use crate::output::drawing::Drawing;
 use crate::output::figures::summarise;
 use crate::output::graph::GraphDrawing;
-use crate::output::page::{Facts, Live};
+use crate::output::page::Facts;
 use crate::output::pose::draw;
 use crate::output::summary::Summary;
 use crate::output::text::Written;
@@ -76,17 +76,6 @@ pub struct Front {
     pub drawing: Drawing,
     /// Figures, graphs and equations.
     pub facts: Facts,
-}
-
-/// What goes into the documentation of an FMU.
-#[derive(Clone, Copy, Debug)]
-pub struct Documents<'a> {
-    /// The drawing, and what stands under it.
-    pub front: &'a Front,
-    /// What accuracy costs, or why it could not be measured.
-    pub accuracy: &'a Result<Accuracy, String>,
-    /// The motion, or why there is none.
-    pub live: &'a Result<Live, String>,
 }
 
 /// Formulates the equations of a scene and lowers them.
@@ -303,8 +292,8 @@ impl Scene {
         let (compiled, front) = compile_with(self, front)?;
         let accuracy = compiled.accuracy();
         let live = page::documentation(self, &compiled, page::Origin::Stored(compiled.affordable(&accuracy)));
-        let documents = Documents { front: &front, accuracy: &accuracy, live: &live };
-        Ok(compiled.write_fmu(version, documents, &[runtime], path.as_ref())?)
+        let page = Page { drawing: &front.drawing, facts: &front.facts, accuracy: &accuracy, live: &live };
+        Ok(compiled.write_fmu(version, page, &[runtime], path.as_ref())?)
     }
 
     /// The mechanism in figures and names, as `cotree show` prints it.
@@ -342,11 +331,10 @@ impl Compiled {
     pub fn write_fmu(
         &self,
         version: FmiVersion,
-        documents: Documents,
+        page: Page,
         runtimes: &[Runtime],
         path: &Path,
     ) -> Result<(), ExportError> {
-        let Documents { front, accuracy, live } = documents;
         let is_json = self.source.own_text().trim_start().starts_with('{');
         let extension = if is_json { "json" } else { "toml" };
         let package = Package {
@@ -354,7 +342,7 @@ impl Compiled {
             description: &self.description,
             program: &self.program.to_bytes()?,
             scene: (!self.source.text.is_empty()).then_some(SceneText { extension, source: &self.source }),
-            page: Page { drawing: &front.drawing, facts: &front.facts, accuracy, live },
+            page,
             runtimes,
         };
         archive::write(&package, path)

@@ -38,10 +38,7 @@ fn loose(mechanism: &Mechanism) -> Vec<String> {
 fn free_lengths(scene: &Scene) -> Vec<String> {
     let mut sentences = Vec::new();
     for part in &scene.loads {
-        let kind = part.text("type").map(|kind| kind.text).unwrap_or_default();
-        let Some(component) = Section::Loads.components().find(|component| component.name == kind) else {
-            continue;
-        };
+        let Some(component) = part.component(Section::Loads) else { continue };
         let free = |name: &str| name == "length" || name == "angle";
         for key in component.keys {
             let is_number = matches!((key.form, key.need), (Form::Constant(_, Range::Any), Need::Optional));
