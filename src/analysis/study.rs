@@ -41,6 +41,9 @@ pub enum At {
 
 impl Study {
     /// Resolves a scene.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
     pub fn new(scene: &Scene) -> Result<Self, Faults> {
         let resolved = scene.resolve()?;
         Ok(Study { mechanism: resolved.mechanism, source: scene.source.clone(), warnings: resolved.warnings })

@@ -87,6 +87,9 @@ pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
 }
 
 /// As [`compile`], with what is made of the equations before they go.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
 pub fn compile_with<T>(scene: &Scene, make: impl FnOnce(&mut Formulated) -> T) -> Result<(Compiled, T), Faults> {
     let Resolved { mechanism, mut warnings } = scene.resolve()?;
     let faults = |list: Vec<Fault>| Faults::new(scene.source.clone(), list);
@@ -117,6 +120,9 @@ pub fn front(formulated: &mut Formulated) -> Front {
 }
 
 /// The scene with every variable that can be computed among its outputs, and warnings that say which cannot, and why.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
 pub fn with_everything(scene: &Scene) -> Result<(Scene, Vec<Fault>), Faults> {
     let mut whole = scene.with_every_output();
     let mechanism = whole.resolve()?.mechanism;
@@ -169,6 +175,9 @@ pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
 }
 
 /// How a scene derives its equations, as a lesson.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
 pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
     let mechanism = scene.resolve()?.mechanism;
     let text = formulate(&mechanism).and_then(|mut formulated| derived(&mut formulated, prose));
@@ -176,6 +185,9 @@ pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
 }
 
 /// Equations that have been formulated, in a notation.
+///
+/// # Errors
+/// They are too large to be written.
 pub fn written(formulated: &mut Formulated, notation: Notation) -> Result<String, Vec<Fault>> {
     check_written(&formulated.equations)?;
     let Formulated { equations, lowered, redundant, .. } = formulated;
@@ -193,12 +205,18 @@ pub fn written(formulated: &mut Formulated, notation: Notation) -> Result<String
 }
 
 /// Equations that have been formulated, with a name for every number.
+///
+/// # Errors
+/// They are too large to be written.
 pub fn named(formulated: &mut Formulated, written: Written) -> Result<String, Vec<Fault>> {
     check_written(&formulated.equations)?;
     Ok(text::symbols::symbols(&formulated.equations, written))
 }
 
 /// The reduced equations in independent coordinates, with a name for every number on request; or why there are none where the motion starts.
+///
+/// # Errors
+/// They are too large to be written.
 pub fn reduced(
     formulated: &mut Formulated,
     written: Written,
@@ -209,12 +227,18 @@ pub fn reduced(
 }
 
 /// The derivation of equations that have been formulated.
+///
+/// # Errors
+/// They are too large to be written.
 pub fn derived(formulated: &mut Formulated, prose: Prose) -> Result<String, Vec<Fault>> {
     check_written(&formulated.equations)?;
     Ok(text::steps(formulated, prose))
 }
 
 /// The linear graphs of a scene with their trees, and the mechanism at its start.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
 pub fn graph(scene: &Scene) -> Result<(GraphDrawing, Drawing), Faults> {
     let mechanism = scene.resolve()?.mechanism;
     let mut formulated = formulate(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
@@ -256,6 +280,9 @@ fn internal(what: &str) -> Fault {
 }
 
 /// Reads a number, alone (SI) or with a unit, for a variable of the given unit; the empty unit takes any.
+///
+/// # Errors
+/// What is wrong with the text.
 pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
     let reading = read(&Text::from(text)).map_err(|fault| fault.message)?;
     match reading {

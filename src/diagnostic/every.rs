@@ -1,6 +1,9 @@
 //! What is wrong is said at once.
 
 /// All of them, or everything that is wrong.
+///
+/// # Errors
+/// Those of all that failed, in their order.
 pub fn every<T, E>(results: impl Iterator<Item = Result<T, E>>) -> Result<Vec<T>, Vec<E>> {
     let (mut good, mut wrong) = (Vec::new(), Vec::new());
     for result in results {

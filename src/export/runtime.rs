@@ -81,6 +81,9 @@ impl Platform {
     }
 
     /// The platform of that name.
+    ///
+    /// # Errors
+    /// There is no such platform.
     pub fn named(name: &str) -> Result<Self, RuntimeError> {
         let known = PLATFORMS.iter().copied().find(|platform| [platform.folder, platform.tuple].contains(&name));
         known.ok_or_else(|| RuntimeError::Unknown { name: name.to_owned() })

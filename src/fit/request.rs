@@ -29,6 +29,9 @@ pub struct Vary {
 
 impl Vary {
     /// Reads `name`, `name=low..high`, `name=low..` or `name=..high`.
+    ///
+    /// # Errors
+    /// What is wrong with it.
     pub fn read(text: &str) -> Result<Self, String> {
         let Some((name, range)) = text.split_once('=') else {
             return Ok(Vary { name: text.trim().to_owned(), bounds: [None, None] });

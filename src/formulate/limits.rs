@@ -17,6 +17,9 @@ const TERMS: usize = 5_000_000;
 const ENTRIES: usize = 1_000_000;
 
 /// Is the scene small enough for these trees?
+///
+/// # Errors
+/// It is not.
 pub fn check(system: &System, trees: &Trees) -> Result<(), Vec<Fault>> {
     let angles = Angles::new(system, trees);
     let result =

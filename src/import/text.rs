@@ -51,6 +51,9 @@ struct Writer<'a> {
 }
 
 /// The linkage as a scene of that name.
+///
+/// # Errors
+/// What makes it no mechanism.
 pub fn scene(name: &str, linkage: &Linkage) -> Result<Imported, Vec<String>> {
     let mut faults = Vec::new();
     if linkage.links.is_empty() {

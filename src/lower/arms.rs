@@ -83,6 +83,9 @@ fn unit_of_mass(equations: &Equations, arms: &ArmEquations, values: &impl Values
 }
 
 /// The same without loads: what the accuracy of a motion is measured by that has no series.
+///
+/// # Errors
+/// As [`arm_form`].
 pub fn mass_form(
     equations: &mut Equations,
     active: &[bool],

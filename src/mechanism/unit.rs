@@ -41,6 +41,9 @@ impl Unit {
     }
 
     /// May a value \[SI\] of this unit lie within these bounds?
+    ///
+    /// # Errors
+    /// Why not.
     pub fn permit(&self, value: f64, bounds: [Option<f64>; 2]) -> Result<(), String> {
         match bounds {
             _ if !value.is_finite() => Err("is not a finite number".to_owned()),

@@ -53,6 +53,9 @@ pub struct Measurement {
 }
 
 /// Simulates the model at each tolerance and compares the variables with those of a run at [`REFERENCE`].
+///
+/// # Errors
+/// The model cannot be simulated.
 pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Accuracy, InstanceError> {
     let mut stop = experiment.start;
     let growing = affordable(model, experiment, &mut stop)?;

@@ -23,6 +23,9 @@ pub enum Size {
 }
 
 /// An SVG picture as a PNG file.
+///
+/// # Errors
+/// Why it cannot be drawn.
 pub fn png(svg: &str, size: Size) -> Result<Vec<u8>, String> {
     let tree = tree(svg)?;
     let longer = tree.size().width().max(tree.size().height());
@@ -39,6 +42,9 @@ pub fn png(svg: &str, size: Size) -> Result<Vec<u8>, String> {
 }
 
 /// The shapes and texts of an SVG picture.
+///
+/// # Errors
+/// Why it cannot be read.
 pub fn tree(svg: &str) -> Result<Tree, String> {
     let mut letters = Database::new();
     letters.load_font_data(LETTERS.to_vec());

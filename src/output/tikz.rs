@@ -14,6 +14,9 @@ const WIDEST: f32 = 470.0;
 const POINT: f32 = 0.7;
 
 /// The picture in an environment `tikzpicture`.
+///
+/// # Errors
+/// Why it cannot be read.
 pub fn tikz(svg: &str) -> Result<String, String> {
     let tree = png::tree(svg)?;
     let scale = (WIDEST / tree.size().width()).min(POINT);

@@ -44,6 +44,9 @@ pub fn settable(description: &Description, name: &str) -> Result<usize, String> 
 }
 
 /// May the variable have that value \[SI\]?
+///
+/// # Errors
+/// Why not.
 pub fn permitted(variable: &ScalarVariable, value: f64) -> Result<(), String> {
     variable.unit.permit(value, variable.causality.range().map_or([None; 2], |(_, bounds)| bounds))
 }

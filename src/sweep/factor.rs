@@ -34,6 +34,9 @@ const MOST_LEVELS: usize = 10_000_000;
 impl Factor {
     /// Reads `name=values`: `1,1.2`, `0.4..0.6:21` (so many, both ends among them), `0.4..0.6` (any between), `0.5+-0.01` (any within), `0.5~0.01` (normal); tolerances may be
     /// shares, as in `0.5+-2%`. Numbers may have units: `"400 mm..600 mm:21"`.
+    ///
+    /// # Errors
+    /// What is wrong with it.
     pub fn read(description: &Description, text: &str) -> Result<Self, String> {
         let (name, values) = text.split_once('=').ok_or("write name=values")?;
         let variable = settings::settable(description, name.trim())?;

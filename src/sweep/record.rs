@@ -41,6 +41,9 @@ pub enum RecordError {
 
 impl<W: Write> Rows<W> {
     /// Begins with the line of names.
+    ///
+    /// # Errors
+    /// `out` cannot be written.
     pub fn new(mut out: W, sweep: &Sweep) -> io::Result<Self> {
         writeln!(out, "{}", heading(sweep))?;
         Ok(Rows { out })
@@ -98,6 +101,9 @@ impl Record {
     }
 
     /// Those that have been kept, read again.
+    ///
+    /// # Errors
+    /// The file cannot be read.
     pub fn outcomes(&self, sweep: &Sweep) -> Result<Vec<Outcome>, RecordError> {
         let failed = |error: io::Error| RecordError::File { path: self.part.clone(), error };
         let lines = BufReader::new(File::open(&self.part).map_err(failed)?).lines().skip(2).take(self.done);

@@ -21,6 +21,9 @@ struct Column {
 type Columns = (Vec<Factor>, Vec<Vec<f64>>);
 
 /// The columns of a table.
+///
+/// # Errors
+/// Everything that is wrong with the table, with its lines.
 pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<String>> {
     let cells = Cells::read(text).map_err(|error| vec![error.to_string()])?;
     let Some(((_, names), rows)) = cells.rows.split_first() else {

@@ -79,6 +79,9 @@ impl Study {
     /// at these times \[s\], ascending: what happens and is gone again between two of them is not seen.
     ///
     /// There are no derivatives at a corner of the output itself, of two different peaks that are equally high, where a value is touched without being crossed, and of what is constant.
+    ///
+    /// # Errors
+    /// Those of [`Study::sensitivities`].
     pub fn features(&mut self, to: &[String], times: &[f64], levels: &[(String, f64)]) -> Result<Features, StudyError> {
         let name = self.name().to_owned();
         self.varying(to, |varying| {

@@ -72,6 +72,9 @@ impl Study {
     }
 
     /// Vibrations about the equilibrium next to the start, and the derivatives of their eigenvalues.
+    ///
+    /// # Errors
+    /// Those of [`Study::equilibrium_sensitivities`].
     pub fn mode_sensitivities(&mut self, to: &[String]) -> Result<ModeChanges, StudyError> {
         self.rest(|formulated, variation, equilibrium| {
             let Equilibrium { point, .. } = equilibrium;

@@ -150,6 +150,9 @@ impl Equations<'_> {
     }
 
     /// The same without loads: masses, and the `active` loop equations.
+    ///
+    /// # Errors
+    /// As [`Equations::arms`].
     pub fn arms_without_loads(&mut self, active: &[bool]) -> Result<ArmEquations, Reason> {
         let mut arms = ArmEquations { frames: self.turning()?, ..ArmEquations::default() };
         if !active.contains(&true) {

@@ -93,6 +93,9 @@ fn series_cost(program: &Program) -> Option<Cost> {
 }
 
 /// Formulates a mechanism in the cheapest trees found.
+///
+/// # Errors
+/// Those of the recommended trees.
 pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
     let system = System::new(mechanism);
     let start = Trees::select(&system, &Coordinates::Recommended)?;

@@ -248,6 +248,9 @@ fn plain(field: &str, separator: char) -> String {
 }
 
 /// The name and the unit of a heading such as `gas_force [kN]`.
+///
+/// # Errors
+/// The unit is none.
 pub fn named(heading: &str) -> Result<(String, Option<Unit>), String> {
     name_and_unit(1, 1, heading).map_err(|fault| fault.message)
 }
