@@ -33,9 +33,8 @@ const TURNED: f64 = 0.8;
 pub(crate) const SHARE: f64 = 0.1;
 /// With more loop equations than this the weakest combination is found by iteration.
 const MANY: usize = 100;
-/// Loop equations are compared with those in so many poses around, up to so far away in units of the scales.
+/// Loop equations are compared with those in so many poses around, up to a scale away in each coordinate.
 const POSES: usize = 3;
-const ASIDE: f64 = 1.0;
 /// A start is in the zone of a singular pose if a step along it brings a row so many times further from the others.
 const ESCAPE: f64 = 20.0;
 
@@ -227,7 +226,7 @@ fn open_poses(model: &Model, state: &State) -> impl Iterator<Item = State> {
     (0..POSES).map(move |_| {
         let mut pose = state.clone();
         let places = pose.positions_mut().iter_mut().zip(&model.program().coordinates);
-        places.for_each(|(place, coordinate)| *place += ASIDE * coordinate.scale * random.symmetric());
+        places.for_each(|(place, coordinate)| *place += coordinate.scale * random.symmetric());
         pose
     })
 }
