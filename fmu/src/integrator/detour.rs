@@ -1,11 +1,12 @@
-//! Past a singular pose by the explicit method, where what the program chooses has not passed it.
+//! Past a singular pose by another method, where what the program chooses has not passed it.
 //!
 //! The steps begin again where the motion was before it came near the pose; what has been read since then lies before the pose, and is right. Two runs with
-//! different tolerances must agree: next to the pose the explicit method may be no better.
+//! different tolerances must agree: next to the pose the other method may be no better. The explicit method is tried first; steps that stiffness does not keep short
+//! stay away from the pose.
 
 use serde::{Deserialize, Serialize};
 
-use super::control::{Horizon, take_step};
+use super::control::{Horizon, Progress, take_step};
 use super::run::Run;
 use super::stiffness::{Choice, Engines};
 use crate::context::{Context, Settings};
@@ -13,8 +14,9 @@ use crate::failure::Failure;
 use crate::math;
 use crate::model::Model;
 use crate::program::Engine;
+use crate::singular::dependence::singular_ahead;
 
-/// Tolerances of the explicit method past a pose that was not passed otherwise, in units of the one asked for: shorter steps come to the pose elsewhere.
+/// Tolerances of a method past a pose that was not passed otherwise, in units of the one asked for: shorter steps come to the pose elsewhere.
 /// Two results must agree to so many tolerances.
 const DETOURS: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.05];
 const AGREED: f64 = 10.0;
@@ -27,9 +29,11 @@ const CLEAR: f64 = 2e-12;
 /// At most so many steps judge how a pose was passed.
 const FURTHEST: usize = 4096;
 
-/// The explicit method takes the steps past a singular pose.
+/// Another method takes the steps past a singular pose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Detour {
+    /// The implicit one?
+    pub implicit: bool,
     /// Until then \[s\].
     pub until: f64,
     /// With this tolerance.
@@ -46,7 +50,7 @@ impl Detour {
 }
 
 impl Engines<'_> {
-    /// Takes the last steps again by the explicit method, from before they came near a singular pose, if what the program chooses has not passed it.
+    /// Takes the last steps again by another method, from before they came near a singular pose, if what the program chooses has not passed it.
     pub fn advance_again(
         &mut self,
         context: &mut Context,
@@ -70,10 +74,11 @@ impl Engines<'_> {
         let until = f64::min(pose + (pose - begin), horizon.limit);
         let all = Horizon { target: until, limit: until };
         let mut found: Option<Vec<f64>> = None;
-        for share in DETOURS {
+        let methods: &[bool] = if self.implicit.has_each() { &[false, true] } else { &[false] };
+        for (&implicit, share) in methods.iter().flat_map(|implicit| DETOURS.map(|share| (implicit, share))) {
             // The same steps would agree whatever they are worth.
             let longest = share.sqrt() * (until - begin);
-            let detour = Detour { until, tolerance: share * tolerance, longest };
+            let detour = Detour { implicit, until, tolerance: share * tolerance, longest };
             if self.go_round(context, run, checkpoint, (detour, all)).is_err() {
                 continue;
             }
@@ -140,8 +145,8 @@ impl Engines<'_> {
         self.advance(context, run, horizon)
     }
 
-    /// A step of the explicit method past the pose, or the end of the detour.
-    pub(super) fn explicit_step(
+    /// A step past the pose, or the end of the detour.
+    pub(super) fn step_round(
         &mut self,
         context: &mut Context,
         run: &mut Run,
@@ -157,13 +162,19 @@ impl Engines<'_> {
             return Ok(());
         }
         let max_step = context.settings.max_step.min(detour.longest);
-        let settings = Settings { tolerance: detour.tolerance, max_step, engine: Engine::Dop853, ..*context.settings };
+        let engine = if detour.implicit { Engine::Radau } else { Engine::Dop853 };
+        let settings = Settings { tolerance: detour.tolerance, max_step, engine, ..*context.settings };
         let Context { model, machine, projection, statistics, .. } = context;
         let context = &mut Context { model, machine, projection, statistics, settings: &settings };
         run.last.order = 0;
-        take_step(self.explicit, context, run, horizon)?;
         context.statistics.fallbacks += 1;
-        Ok(())
+        if !detour.implicit {
+            return take_step(self.explicit, context, run, horizon).map(|_| ());
+        }
+        match take_step(self.implicit, context, run, horizon)? {
+            Progress::Stepped => Ok(()),
+            Progress::Declined => Err(singular_ahead(context, run)),
+        }
     }
 }
 

@@ -244,7 +244,7 @@ impl Engines<'_> {
                     return Err(singular_ahead(context, run));
                 }
             } else if let Some(detour) = run.stiffness.detour {
-                self.explicit_step(context, run, horizon, detour)?;
+                self.step_round(context, run, horizon, detour)?;
             } else if run.stiffness.stiff {
                 self.stiff_step(context, run, horizon)?;
             } else {
