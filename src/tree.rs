@@ -27,6 +27,14 @@ impl Trees {
         Trees { translation: system.translation.tree(t_order), rotation: system.rotation.tree(r_order) }
     }
 
+    /// The same with some edges as chords, as far as others span the graphs.
+    pub fn recommended_but(system: &System, chord: impl Fn(ElementId) -> bool) -> Trees {
+        let (mut t_order, mut r_order) = Trees::order(system);
+        t_order.sort_by_key(|&id| chord(id));
+        r_order.sort_by_key(|&id| chord(id));
+        Trees { translation: system.translation.tree(t_order), rotation: system.rotation.tree(r_order) }
+    }
+
     /// The orders in which Tables 2 and 3 take the edges of the translational and of the rotational graph.
     pub fn order(system: &System) -> (Vec<ElementId>, Vec<ElementId>) {
         let depth = depths(system);

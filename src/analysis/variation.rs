@@ -9,7 +9,7 @@ use super::{Failure, Point, saddle};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
-use crate::lower::{Conditions, conditions, indicators};
+use crate::lower::{Conditions, conditions, motion_indicators};
 use crate::mechanism::Mechanism;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,7 +85,7 @@ impl Variation {
             roots.push((row, starts(equations, order)));
         }
         roots.push((Row::Repeated, repeated(equations, &active)));
-        let switches = indicators(&mut equations.system.arena, &formulated.lowered.solved);
+        let switches = motion_indicators(equations, &formulated.lowered.solved);
         roots.push((Row::Switches, switches));
         Variation::of(equations, active, roots, signals)
     }

@@ -1,12 +1,16 @@
-//! Laws of drivers whose value or rate jumps: what the jump would do to the momentum of all that is not driven is no part of the motion.
+//! Laws of drivers whose value or rate jumps. Where the driver is a loop equation, closing the loops behind a jump of its rate is the impulse on all that is not
+//! driven; where it is a branch of a tree, what depends on its coordinate follows, and all else keeps the rates of its coordinates.
 
 use std::collections::HashMap;
 
+use crate::component::Origin;
 use crate::diagnostic::Fault;
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr, Symbol};
+use crate::graph::ElementId;
 use crate::lower::indicators;
-use crate::mechanism::{Formula, Motion, Part, Value};
+use crate::mechanism::{Coordinates, Formula, Motion, Part, Value};
+use crate::tree::Trees;
 
 /// The experiment is looked at in so many places, and jumps are found between them by so many halvings.
 const PLACES: usize = 2000;
@@ -52,15 +56,53 @@ impl Law {
     }
 }
 
-/// The first jump of each driver's law within the experiment.
-pub(super) fn jumps(equations: &mut Equations) -> Vec<Fault> {
-    let mechanism = equations.system.mechanism;
-    let mut faults = Vec::new();
-    for part in &mechanism.drivers {
-        let found = laws(part).iter().find_map(|law| first_jump(equations, law));
-        faults.extend(found.map(|(time, what)| fault(part, time, &what)));
-    }
-    faults
+/// The first jump of a driver's law within the experiment.
+pub(super) struct Jump {
+    /// Which driver.
+    driver: usize,
+    time: f64,
+    /// What jumps, from where to where.
+    what: String,
+    /// Has the rate two values there?
+    of_rate: bool,
+}
+
+/// Those of all drivers.
+pub(super) fn jumps(equations: &mut Equations) -> Vec<Jump> {
+    let drivers = equations.system.mechanism.drivers.iter().enumerate();
+    let jump = |(driver, part): (usize, &Part)| {
+        let (time, (what, of_rate)) = laws(part).iter().find_map(|law| first_jump(equations, law))?;
+        Some(Jump { driver, time, what, of_rate })
+    };
+    drivers.filter_map(jump).collect()
+}
+
+/// The recommended trees, but with drivers as loop equations whose rates jump; none if these are the scene's own, or like that already.
+pub(super) fn with_impulses(equations: &Equations, jumps: &[Jump]) -> Option<Trees> {
+    let system = &equations.system;
+    let jumping = |id: ElementId| match system.element(id).origin {
+        Origin::Driver(driver) => jumps.iter().any(|jump| jump.of_rate && jump.driver == driver.0),
+        _ => false,
+    };
+    let trees = Trees::recommended_but(system, jumping);
+    let own = matches!(system.mechanism.coordinates, Coordinates::Chosen { .. });
+    let recommended = !own && equations.trees == Trees::recommended(system);
+    (recommended && equations.trees != trees).then_some(trees)
+}
+
+/// That a driver's law jumps, and what becomes of its impulse.
+pub(super) fn warning(equations: &Equations, jump: &Jump) -> Fault {
+    let (part, system) = (&equations.system.mechanism.drivers[jump.driver], &equations.system);
+    let own = |id: &ElementId| matches!(system.element(*id).origin, Origin::Driver(driver) if driver.0 == jump.driver);
+    let trees = &equations.trees;
+    let substituted = trees.translation.branches.iter().chain(&trees.rotation.branches).any(own);
+    let help = if !jump.of_rate || substituted {
+        "what is not driven keeps the rates of its coordinates there: the impulse is no part of the motion; let the law turn smoothly (`smoothstep`, `spline`)"
+    } else {
+        "its impulse changes the speeds of what is not driven at once, as if the law turned very fast; if that is not meant, let it turn smoothly (`smoothstep`, `spline`)"
+    };
+    let message = format!("the law of driver `{}` jumps: at t = {} s {}", part.name, jump.time, jump.what);
+    Fault::warning("scene::driver_jump", message, part.span).label("jumps").help(help)
 }
 
 /// The first driver whose law has a value at a time, but no rate.
@@ -85,15 +127,8 @@ fn laws_of(value: &Value) -> Vec<Formula> {
     }
 }
 
-fn fault(part: &Part, time: f64, what: &str) -> Fault {
-    let message = format!("the law of driver `{}` jumps: at t = {time} s {what}", part.name);
-    Fault::warning("scene::driver_jump", message, part.span)
-        .label("jumps")
-        .help("what is not driven keeps its speed there: the impulse is no part of the motion; let the law turn smoothly (`smoothstep`, `spline`)")
-}
-
 /// When a law of time jumps first, or its rate does, and from where to where.
-fn first_jump(equations: &mut Equations, formula: &Formula) -> Option<(f64, String)> {
+fn first_jump(equations: &mut Equations, formula: &Formula) -> Option<(f64, (String, bool))> {
     let experiment = equations.system.mechanism.experiment;
     let mut law = Law::of(equations, formula)?;
     let switches = indicators(&mut law.arena, &law.value[..1]);
@@ -109,8 +144,8 @@ fn first_jump(equations: &mut Equations, formula: &Formula) -> Option<(f64, Stri
     times.into_iter().find_map(|time| Some((time, jump(&law, largest, time, span)?)))
 }
 
-/// What of a law jumps at a switch.
-fn jump(law: &Law, largest: [f64; 2], time: f64, span: f64) -> Option<String> {
+/// What of a law jumps at a switch, and whether it is a rate with two values.
+fn jump(law: &Law, largest: [f64; 2], time: f64, span: f64) -> Option<(String, bool)> {
     // On both sides, first further away.
     let [far, near] = BESIDE.map(|beside| [-1.0, 1.0].map(|side: f64| law.at(&law.value, time + side * beside * span)));
     let change = |sides: &[Vec<f64>; 2], index: usize| (sides[1][index] - sides[0][index]).abs();
@@ -121,11 +156,11 @@ fn jump(law: &Law, largest: [f64; 2], time: f64, span: f64) -> Option<String> {
     };
     let says = |what: &str, index: usize| format!("{what} goes from {:.6} to {:.6}", near[0][index], near[1][index]);
     if jumps(0) {
-        Some(says("it", 0))
+        Some((says("it", 0), false))
     } else if size(&near) > GROWS * size(&far) && size(&near) > largest[1] {
-        Some("its rate grows beyond all bounds".to_owned())
+        Some(("its rate grows beyond all bounds".to_owned(), false))
     } else {
-        jumps(1).then(|| says("its rate", 1))
+        jumps(1).then(|| (says("its rate", 1), true))
     }
 }
 

@@ -110,7 +110,12 @@ pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -
     let moves_freely = program.motion == Motion::Dynamic;
     let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.sharing, chosen).into_iter().collect();
     if moves_freely {
-        warnings.extend(corners::jumps(&mut equations));
+        let jumps = corners::jumps(&mut equations);
+        if let Some(trees) = corners::with_impulses(&equations, &jumps) {
+            limits::check(&equations.system, &trees)?;
+            return formulate_with(Equations::new(System::new(equations.system.mechanism), trees), None);
+        }
+        warnings.extend(jumps.iter().map(|jump| corners::warning(&equations, jump)));
     }
     Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
 }

@@ -3,7 +3,18 @@
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
+use crate::equations::Equations;
 use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
+
+/// Those of a motion: of its accelerations, and of the rates that drivers prescribe, for where these jump no acceleration does. None where drivers prescribe all.
+pub(crate) fn motion_indicators(equations: &mut Equations, accelerations: &[Expr]) -> Vec<Expr> {
+    if accelerations.is_empty() {
+        return Vec::new();
+    }
+    let rates = (0..equations.constraints.len()).map(|index| equations.constraint_rate(index));
+    let jumping: Vec<Expr> = accelerations.iter().copied().chain(rates.collect::<Vec<_>>()).collect();
+    indicators(&mut equations.system.arena, &jumping)
+}
 
 /// Indicators of all subexpressions of the given results: differences of compared expressions, arguments of absolute values and
 /// signs. Those that only parameters move are left out.

@@ -16,7 +16,7 @@ use super::cost::Cost;
 use super::dependencies::{Beginning, Moving};
 use super::domains::{domains, ranges};
 use super::eliminate::Obstacle;
-use super::indicators::indicators;
+use super::indicators::motion_indicators;
 use super::initial::{Conditions, Settable, conditions, settable};
 use super::least_norm;
 use super::motion::typical;
@@ -103,9 +103,9 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     if motion == Motion::Dynamic {
         moving.eliminate(equations, &kernels, (length, active), pose)?;
     }
-    moving.indicators = indicators(&mut equations.system.arena, &moving.acceleration);
+    moving.indicators = motion_indicators(equations, &moving.acceleration);
     if motion == Motion::Dynamic {
-        let values = [equations.law_values(), kernels.gamma.clone()].concat();
+        let values = [equations.law_values(), kernels.gamma.clone(), kernels.constraint_rate.clone()].concat();
         moving.laws = steep(&mut equations.system.arena, &values);
     }
     moving.domains = domains(equations);

@@ -101,7 +101,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Event indicators: they change sign where the accelerations have a step or a corner.
+    /// Event indicators: they change sign where the accelerations, or the rates that drivers prescribe, have a step or a corner.
     pub fn indicators(&mut self, indicators: &mut [f64]) -> Result<(), InstanceError> {
         let tape = &self.model.program().tapes.indicators;
         let expected = tape.results.len();

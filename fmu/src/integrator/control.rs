@@ -2,7 +2,8 @@
 
 use super::run::Run;
 use crate::constraints::domains::outside_soon;
-use crate::context::Context;
+use crate::constraints::projection::largest_gap;
+use crate::context::{Context, Settings};
 use crate::events::{Objection, Overlooked};
 use crate::failure::Failure;
 use crate::model::Model;
@@ -18,12 +19,19 @@ const SHORTEST: f64 = 16.0;
 /// Times nearer to zero than this are spaced as if they were there \[s\].
 const EARLY: f64 = 1e-6;
 
+/// What rounding errors open loops by in a step at most, in units of the scales.
+const ROUNDING: f64 = 1e-10;
 /// So often a step is taken again because of a singular pose before it is made shorter.
 const REPLANS: u32 = 4;
 
 /// The shortest step at a time.
 pub(crate) fn shortest(time: f64) -> f64 {
     SHORTEST * f64::EPSILON * time.abs().max(EARLY)
+}
+
+/// How far from the loops a step may end, in units of the scales: further, and the rate of a driver has jumped within it, which no acceleration shows.
+pub(crate) fn reach(settings: &Settings) -> f64 {
+    settings.tolerance.max(ROUNDING)
 }
 
 /// A proposed step within its limits; one that is no number is as long as they permit.
@@ -186,10 +194,25 @@ fn propose<M: Integrator>(context: &Context, run: &Run, horizon: Horizon, (rejec
 /// No step is short enough: the loops are at the end of their reach, or something moves too fast. Names the coordinate that accelerates most, judging
 /// by the derivative where the step begins.
 fn no_step(context: &mut Context, run: &Run, derivative: &[f64], cause: Option<Failure>) -> Failure {
-    end_of_reach(context, run).unwrap_or_else(|| {
+    let jump = |context: &mut Context| cause.as_ref().and_then(|cause| driver_jump(context, run, cause));
+    jump(context).or_else(|| end_of_reach(context, run)).unwrap_or_else(|| {
         let failure = underflow(context.model, run.last.end_time, derivative, cause);
         because(context, run, failure)
     })
+}
+
+/// What drives the mechanism jumps, if that is why the loops were not closed after the shortest step: what moves without a jump has not moved yet.
+fn driver_jump(context: &mut Context, run: &Run, cause: &Failure) -> Option<Failure> {
+    let &Failure::Drift { time, .. } = cause else { return None };
+    let Context { model, machine, settings, .. } = context;
+    machine.load_signals(model, &run.signals.origin, time);
+    machine.load_positions(model, &run.last.end[..model.coordinates()]);
+    let tape = &model.program().tapes.constraint;
+    machine.run(tape);
+    let residuals: Vec<f64> = tape.results(machine.registers()).collect();
+    let gap = largest_gap(model, model.active(), &residuals);
+    let scale = if gap.angular { 1.0 } else { model.program().length };
+    (gap.size > reach(settings) * scale).then_some(Failure::DriverJumps { time, gap })
 }
 
 /// A law without a value where the last step ends, if there is one: it is the cause of the failure.

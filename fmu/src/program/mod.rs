@@ -263,7 +263,7 @@ pub struct Tapes {
     /// Kinematic only, and only if something requested needs reactions: Q - M a, n results, so that Phi_q^T lambda equals it. Reads
     /// time, inputs, followers, q, v, a.
     pub inverse: Option<Tape>,
-    /// Values that change sign where the accelerations have a step or a corner. Reads time, inputs, followers, q, v.
+    /// Values that change sign where the accelerations, or the rates that drivers prescribe, have a step or a corner. Reads time, inputs, followers, q, v.
     pub indicators: Tape,
     /// Dynamic only. Arguments of what may be steep in laws. Reads time, inputs, followers, q, v.
     pub laws: LawTape,

@@ -128,6 +128,12 @@ impl Course<'_, '_> {
         };
         let (after, numbers) = self.at(&mut motion, time + 2.0 * beside)?;
         let (new, values) = (self.values(&after, Order::Acceleration), numbers.values(Row::Switches));
+        // Speeds that jump with a driver take what is not driven along.
+        let now = self.values(&after, Order::Velocity);
+        let change_of_rates = (&now - &rates).amax() - 2.0 * beside * accelerations.amax().max(new.amax());
+        if change_of_rates > SAME.max(self.tolerance) * now.amax().max(rates.amax()) {
+            return Err(refused(time, "the rate of a driver jumps, and the speeds with it; let its law turn smoothly"));
+        }
         let jump = &accelerations - &new;
         // Crossed at an angle it gets about as far as its speed takes it; one that jumps itself, where an angle begins a new turn, goes on far from zero.
         let beyond = values[switch].abs();

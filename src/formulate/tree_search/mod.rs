@@ -100,7 +100,8 @@ pub fn formulate(mechanism: &Mechanism) -> Result<Formulated<'_>, Vec<Fault>> {
     let system = System::new(mechanism);
     let start = Trees::select(&system, &Coordinates::Recommended)?;
     let mut recommended = formulate_with(Equations::new(system.clone(), start.clone()), None)?;
-    if mechanism.bodies.len() > LARGEST {
+    // Other trees would have drivers as branches again whose rates jump.
+    if mechanism.bodies.len() > LARGEST || recommended.equations.trees != start {
         return Ok(recommended);
     }
     let effort = Effort::of(&recommended);

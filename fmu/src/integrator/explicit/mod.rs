@@ -10,7 +10,7 @@ use crate::constraints::accelerations::finite;
 use crate::context::Context;
 use crate::events::{Monitor, Objection, Span};
 use crate::failure::Failure;
-use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, shortest};
+use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, reach, shortest};
 use crate::math;
 use crate::model::Model;
 use crate::singular::closeness::{is_watched, read};
@@ -257,8 +257,9 @@ impl Explicit {
         let Context { model, machine, projection, settings, .. } = context;
         let (q, v) = self.next.split_at_mut(model.coordinates());
         machine.load_signals(model, &run.signals.origin, end);
-        let tolerance = if near { settings.tolerance.min(TIGHT) } else { settings.tolerance };
-        projection.positions(model, machine, q, tolerance, f64::INFINITY)?;
+        let [tolerance, reach] =
+            if near { [settings.tolerance.min(TIGHT), f64::INFINITY] } else { [settings.tolerance, reach(settings)] };
+        projection.positions(model, machine, q, tolerance, reach)?;
         projection.rates(model, machine, v, tolerance)
     }
 

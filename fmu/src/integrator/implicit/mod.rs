@@ -17,7 +17,7 @@ use crate::constraints::accelerations::finite;
 use crate::context::Context;
 use crate::events::{Monitor, Objection, Span};
 use crate::failure::Failure;
-use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, shortest};
+use crate::integrator::control::{Attempt, Integrator, Progress, Trial, because, reach, shortest};
 use crate::linalg::lane::{Lane, ZERO};
 use crate::math;
 use crate::model::Model;
@@ -316,9 +316,11 @@ impl Implicit {
         machine.load_signals(model, &run.signals.origin, end);
         let radau = &self.radau;
         let relax = &mut |change: &mut [f64]| radau.relax(change);
-        projection.positions_along(model, machine, q, settings.tolerance, f64::INFINITY, relax)?;
+        let near = Self::is_near(run, end);
+        let most = if near { f64::INFINITY } else { reach(settings) };
+        projection.positions_along(model, machine, q, settings.tolerance, most, relax)?;
         let mut tolerance = settings.tolerance;
-        if Self::is_near(run, end) {
+        if near {
             // What the loops are open by is divided by the distance from the pose.
             tolerance = tolerance.min(TIGHT);
             projection.positions(model, machine, q, tolerance, f64::INFINITY)?;

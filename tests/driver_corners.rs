@@ -1,0 +1,112 @@
+//! Where the rate of a driver jumps, its impulse acts on what is not driven, whatever the coordinates and the method are.
+
+#[path = "support/run.rs"]
+mod run;
+
+use cotree_fmu::program::Engine;
+
+const STOP: f64 = 1.0;
+const CORNER: f64 = 0.5;
+
+/// A pen that turns freely at the end of a crank whose motor turns by this law.
+fn pen(law: &str, preset: &str) -> String {
+    format!(
+        r#"
+format = 1
+name = "pen"
+[bodies.crank]
+mass = 1
+inertia = 0.01
+points = {{ axle = [0, 0], pin = [0.1, 0] }}
+[bodies.pen]
+mass = 2
+inertia = 0.005
+points = {{ pin = [-0.2, 0] }}
+[joints.axle]
+type = "revolute"
+between = ["ground", "crank.axle"]
+[joints.pin]
+type = "revolute"
+between = ["crank.pin", "pen.pin"]
+[drivers.motor]
+joint = "axle"
+angle = "{law}"
+[initial]
+"pen.angle" = 0.5
+"pen.omega" = 0
+[outputs]
+variables = ["pen.angle", "pen.omega"]
+[experiment]
+stop = 1
+[coordinates]
+preset = "{preset}"
+"#
+    )
+}
+
+fn values(scene: &str, engine: Option<Engine>, [time, tolerance]: [f64; 2], communication: usize) -> [f64; 2] {
+    let mut instance = run::started(&run::model(scene), engine, STOP, tolerance);
+    for point in 1..=communication {
+        let target = time * point as f64 / communication as f64;
+        instance.step_to(target).unwrap_or_else(|error| panic!("{engine:?}, {tolerance:e}: {error}"));
+    }
+    ["pen.angle", "pen.omega"].map(|name| run::value(&mut instance, name))
+}
+
+/// The crank stops at the corner: the impulse of the pin goes through the pen's mass centre at its lever, and then the pen turns about a pin at rest.
+fn expected() -> [f64; 2] {
+    let [angle, omega] = values(&pen("5*t", "absolute"), None, [CORNER, 1e-12], 1);
+    let (inertia, coupling) = (0.005 + 2.0 * 0.2 * 0.2, 2.0 * 0.2 * 0.1 * (5.0 * CORNER - angle).cos());
+    let behind = omega + coupling / inertia * 5.0;
+    [angle + (STOP - CORNER) * behind, behind]
+}
+
+#[test]
+fn the_impulse_of_a_corner_does_not_depend_on_coordinates_nor_method() {
+    let expected = expected();
+    for preset in ["recommended", "joint", "absolute", "cheapest"] {
+        let scene = pen("5*min(t, 0.5)", preset);
+        for engine in [None, Some(Engine::Dop853), Some(Engine::Radau)] {
+            for (tolerance, points) in [(1e-4, 1), (1e-6, 7), (1e-6, 1000), (1e-9, 3)] {
+                let found = values(&scene, engine, [STOP, tolerance], points);
+                let error = run::distance(&found, &expected);
+                assert!(error < 10.0 * tolerance, "{preset}, {engine:?}, {tolerance:e}, {points}: {error:e}");
+            }
+        }
+    }
+}
+
+/// The limit of ever faster turns is the corner.
+#[test]
+fn a_corner_is_a_very_fast_turn() {
+    let turn = "2.5*t + 1.25 - 2.5*sqrt((t - 0.5)^2 + 1e-14)";
+    let found = values(&pen(turn, "recommended"), None, [STOP, 1e-9], 1);
+    assert!(run::distance(&found, &expected()) < 1e-5, "{found:?}");
+}
+
+/// Trees that a scene asks for are kept: the warning says what that means.
+#[test]
+fn the_warning_says_what_becomes_of_the_impulse() {
+    let warning = |coordinates: &str| {
+        let text = pen("5*min(t, 0.5)", "recommended").replace("preset = \"recommended\"", coordinates);
+        run::compiled(&text).warnings.map(|warnings| warnings.render(false, 400)).unwrap_or_default()
+    };
+    let said = warning("preset = \"recommended\"");
+    assert!(said.contains("its impulse changes the speeds"), "{said}");
+    let said = warning("rotation = [\"motor\", \"pen\"]");
+    assert!(said.contains("the impulse is no part"), "{said}");
+}
+
+/// How the impulse depends on parameters is not derived.
+#[test]
+fn sensitivities_end_at_a_corner() {
+    let derivative = |law: &str, time: f64| {
+        let scene = cotree::Scene::from_toml(&pen(law, "recommended")).expect("a sound scene");
+        let mut study = cotree::analysis::Study::new(&scene).expect("a sound scene");
+        study.sensitivities(&["pen.angle".into()], &[time])
+    };
+    assert!(derivative("5*t", STOP).is_ok());
+    assert!(derivative("5*min(t, 0.5)", 0.9 * CORNER).is_ok());
+    let refused = derivative("5*min(t, 0.5)", STOP).map(|_| ()).map_err(|error| error.to_string());
+    assert!(refused.as_ref().is_err_and(|why| why.contains("the rate of a driver jumps")), "{refused:?}");
+}
