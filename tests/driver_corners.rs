@@ -76,6 +76,26 @@ fn the_impulse_of_a_corner_does_not_depend_on_coordinates_nor_method() {
     }
 }
 
+/// A speed that an importer sets in small steps is felt like one that grows evenly: what is free kept the rate of its coordinate over each step.
+#[test]
+fn a_speed_in_steps_is_felt_like_an_even_one() {
+    const STEPS: u32 = 1000;
+    let even = values(&pen("2.5*t^2", "recommended"), None, [STOP, 1e-10], 1);
+    for preset in ["recommended", "joint", "absolute"] {
+        let scene = pen("LAW", preset).replace("\"LAW\"", "{ input = \"speed\", as = \"velocity\" }");
+        let scene =
+            scene.replace("[bodies.crank]", "[inputs]\nspeed = { start = 0, unit = \"rad/s\" }\n[bodies.crank]");
+        let mut instance = run::started(&run::model(&scene), None, STOP, 1e-8);
+        let speed = instance.variable("speed").expect("an input");
+        for step in 0..STEPS {
+            instance.set(speed, 5.0 * (f64::from(step) + 0.5) / f64::from(STEPS)).expect("an input");
+            instance.step_to(f64::from(step + 1) / f64::from(STEPS)).expect("regular");
+        }
+        let found = ["pen.angle", "pen.omega"].map(|name| run::value(&mut instance, name));
+        assert!(run::distance(&found, &even) < 2e-3, "{preset}: {found:?} {even:?}");
+    }
+}
+
 /// The limit of ever faster turns is the corner.
 #[test]
 fn a_corner_is_a_very_fast_turn() {

@@ -77,11 +77,15 @@ pub(super) fn jumps(equations: &mut Equations) -> Vec<Jump> {
     drivers.filter_map(jump).collect()
 }
 
-/// The recommended trees, but with drivers as loop equations whose rates jump; none if these are the scene's own, or like that already.
+/// The recommended trees, but with drivers as loop equations whose rates jump, or are inputs, which may; none if these are the scene's own, or like that already.
 pub(super) fn with_impulses(equations: &Equations, jumps: &[Jump]) -> Option<Trees> {
     let system = &equations.system;
     let jumping = |id: ElementId| match system.element(id).origin {
-        Origin::Driver(driver) => jumps.iter().any(|jump| jump.of_rate && jump.driver == driver.0),
+        Origin::Driver(driver) => {
+            let part = &system.mechanism.drivers[driver.0];
+            let is_input = |(_, value): &(_, Value)| matches!(value, Value::Motion(Motion::Velocity(_)));
+            jumps.iter().any(|jump| jump.of_rate && jump.driver == driver.0) || part.values.iter().any(is_input)
+        }
         _ => false,
     };
     let trees = Trees::recommended_but(system, jumping);
