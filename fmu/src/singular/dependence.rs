@@ -5,12 +5,15 @@ use crate::failure::Failure;
 use crate::integrator::run::Run;
 use crate::machine::Machine;
 use crate::model::Model;
+use crate::program::Engine;
 use crate::singular::detect::dependent;
 
 /// A start closer to a singular pose than this is treated as one in it.
 const CLOSE: f64 = 1e-2;
 /// Loop equations closer than this are as good as dependent.
 const DEPENDENT: f64 = 1e-5;
+/// Closer to a singular pose than this the implicit method does not go if another can.
+const REFUSED: f64 = 3e-3;
 /// The same where there is no step that leads on.
 const AT_THE_END: f64 = 1e-2;
 
@@ -23,7 +26,13 @@ pub(crate) fn begins_near(context: &Context, run: &Run) -> bool {
     at_the_end(context, run).0 < CLOSE
 }
 
-/// Does the last step end in a singular pose, from which no method goes on?
+/// Does the last step end so close to a singular pose that the implicit method leaves it to another? If there is none it goes as far as any does.
+pub(crate) fn is_refused(context: &Context, run: &Run) -> bool {
+    let alone = context.settings.engine == Engine::Radau;
+    at_the_end(context, run).0 < if alone { DEPENDENT } else { REFUSED }
+}
+
+/// Does the last step end in a singular pose?
 pub(crate) fn is_singular(context: &Context, run: &Run) -> bool {
     at_the_end(context, run).0 < DEPENDENT
 }

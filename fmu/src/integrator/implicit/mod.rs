@@ -23,7 +23,7 @@ use crate::math;
 use crate::model::Model;
 use crate::program::Engine;
 use crate::singular::closeness::read;
-use crate::singular::dependence::is_singular;
+use crate::singular::dependence::is_refused;
 use crate::singular::detect::Course;
 use batched::Batched;
 use control::{SAFETY, SHRINK, fourth_root};
@@ -97,7 +97,7 @@ impl Integrator for Implicit {
         if run.last.natural == 0.0 {
             run.last.natural = self.first_step(context, &run.last.end);
         }
-        let declines = self.is_close(run) && is_singular(context, run);
+        let declines = self.is_close(run) && is_refused(context, run);
         Ok(declines.then_some(Progress::Declined))
     }
 
@@ -128,7 +128,7 @@ impl Integrator for Implicit {
 
     fn lose_pose(&mut self, context: &mut Context, run: &mut Run) -> Progress {
         let alone = context.settings.engine == Engine::Radau;
-        let declines = !alone && !self.has_each() || is_singular(context, run);
+        let declines = !alone && !self.has_each() || is_refused(context, run);
         if declines { Progress::Declined } else { Progress::Stepped }
     }
 
