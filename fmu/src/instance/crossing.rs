@@ -3,7 +3,7 @@
 
 use crate::constraints::poses::active_rows;
 use crate::model::{Model, State};
-use crate::singular::detect::{dependent, distance};
+use crate::singular::detect::{dependent, weakest};
 
 /// With more loop equations the search would take longer than the step.
 const MOST_EQUATIONS: usize = 50;
@@ -18,6 +18,11 @@ const STEEPER: f64 = 2.0;
 const REFINEMENTS: usize = 30;
 /// The golden section.
 const SECTION: f64 = 0.618_033_988_749_894_8;
+
+/// How far the loop equations are from depending on each other, in units of what they hold.
+fn distance(model: &Model, state: &State) -> f64 {
+    weakest(model, &active_rows(model, state)).map_or(f64::INFINITY, |(least, ..)| least.max(0.0).sqrt())
+}
 
 /// A singular pose within a step.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,7 +58,7 @@ impl Watch {
         if model.active().is_empty() || model.active().len() > MOST_EQUATIONS {
             return None;
         }
-        let (distance, _) = distance(model, &active_rows(model, state))?;
+        let distance = distance(model, state);
         self.usual = self.usual.max(distance);
         self.last = Some((state.clone(), distance));
         Some(distance)
@@ -106,7 +111,7 @@ impl Path<'_> {
     }
 
     fn distance(&self, share: f64) -> f64 {
-        distance(self.model, &active_rows(self.model, &self.at(share))).map_or(1.0, |(distance, _)| distance)
+        distance(self.model, &self.at(share))
     }
 
     /// Where between two shares of the step the distance is smallest.

@@ -215,7 +215,7 @@ pub fn dependent(model: &Model, state: &State) -> (f64, Vec<String>) {
 }
 
 /// How far rows of loop equations are from depending on each other, in units of the largest combination, and the joints and drivers that do so most.
-pub(crate) fn distance(model: &Model, rows: &[Row]) -> Option<(f64, Vec<String>)> {
+fn distance(model: &Model, rows: &[Row]) -> Option<(f64, Vec<String>)> {
     let (least, largest, combination) = weakest(model, rows)?;
     Some(((least.max(0.0) / largest).sqrt(), named(model, &combination)))
 }
@@ -250,7 +250,7 @@ pub(crate) fn weakest_combination(model: &Model, rows: &[Row]) -> Option<(Vec<f6
 }
 
 /// The smallest and the largest eigenvalue of J J^T, and the combination that belongs to the smallest.
-fn weakest(model: &Model, rows: &[Row]) -> Option<(f64, f64, Vec<f64>)> {
+pub(crate) fn weakest(model: &Model, rows: &[Row]) -> Option<(f64, f64, Vec<f64>)> {
     if rows.len() > MANY {
         return ends_of_many(rows);
     }
