@@ -48,9 +48,8 @@ impl Watch {
     /// Looks at a start; gives the pose if it is singular.
     pub fn begin(&mut self, model: &Model, state: &State) -> Option<Crossing> {
         *self = Self::default();
-        self.resume(model, state)?;
-        let (distance, joints) = dependent(model, state);
-        (distance <= EXACT).then(|| Crossing { time: state.time(), joints })
+        let distance = self.resume(model, state)?;
+        (distance <= EXACT).then(|| Crossing { time: state.time(), joints: dependent(model, state).1 })
     }
 
     /// The next step begins in this state; gives its distance from singular poses, unless that takes too long to find out.
