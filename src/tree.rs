@@ -23,8 +23,7 @@ pub struct Trees {
 impl Trees {
     /// Those of Tables 2 and 3.
     pub fn recommended(system: &System) -> Trees {
-        let (t_order, r_order) = Trees::order(system);
-        Trees { translation: system.translation.tree(t_order), rotation: system.rotation.tree(r_order) }
+        Trees::recommended_but(system, |_| false)
     }
 
     /// The same with some edges as chords, as far as others span the graphs.

@@ -117,6 +117,27 @@ fn the_warning_says_what_becomes_of_the_impulse() {
     assert!(said.contains("the impulse is no part"), "{said}");
 }
 
+/// Where nothing has a mass for the impulse to act on, a driver is a branch whatever its law, and is said to be one.
+#[test]
+fn a_driver_of_what_has_no_mass_stays_a_branch_with_a_warning() {
+    let input = ("\"LAW\"", "{ input = \"speed\", as = \"velocity\" }");
+    let inputs = ("[bodies.crank]", "[inputs]\nspeed = { start = 0, unit = \"rad/s\" }\n[bodies.crank]");
+    let weight = ("mass = 1\ninertia = 0.01\n", "");
+    let compiled = |law: &str, changes: &[(&str, &str)]| {
+        let start = pen(law, "recommended");
+        let text = changes.iter().fold(start, |text, (from, to)| text.replacen(from, to, 1));
+        let compiled = run::compiled(&text);
+        let said = compiled.warnings.map(|warnings| warnings.render(false, 400)).unwrap_or_default();
+        (compiled.program.coordinates.len(), said)
+    };
+    let (coordinates, said) = compiled("LAW", &[weight, input, inputs]);
+    assert!(coordinates == 1 && said.contains("takes its speed from an input"), "{coordinates}: {said}");
+    let (coordinates, said) = compiled("5*min(t, 0.5)", &[weight]);
+    assert!(coordinates == 1 && said.contains("the impulse is no part"), "{coordinates}: {said}");
+    let (coordinates, said) = compiled("LAW", &[input, inputs]);
+    assert!(coordinates == 2 && said.is_empty(), "{coordinates}: {said}");
+}
+
 /// How the impulse depends on parameters is not derived.
 #[test]
 fn sensitivities_end_at_a_corner() {

@@ -71,7 +71,7 @@ pub(super) struct Jump {
 pub(super) fn jumps(equations: &mut Equations) -> Vec<Jump> {
     let drivers = equations.system.mechanism.drivers.iter().enumerate();
     let jump = |(driver, part): (usize, &Part)| {
-        let (time, (what, of_rate)) = laws(part).iter().find_map(|law| first_jump(equations, law))?;
+        let (time, what, of_rate) = laws(part).iter().find_map(|law| first_jump(equations, law))?;
         Some(Jump { driver, time, what, of_rate })
     };
     drivers.filter_map(jump).collect()
@@ -82,9 +82,8 @@ pub(super) fn with_impulses(equations: &Equations, jumps: &[Jump]) -> Option<Tre
     let system = &equations.system;
     let jumping = |id: ElementId| match system.element(id).origin {
         Origin::Driver(driver) => {
-            let part = &system.mechanism.drivers[driver.0];
-            let is_input = |(_, value): &(_, Value)| matches!(value, Value::Motion(Motion::Velocity(_)));
-            jumps.iter().any(|jump| jump.of_rate && jump.driver == driver.0) || part.values.iter().any(is_input)
+            let jumps = jumps.iter().any(|jump| jump.of_rate && jump.driver == driver.0);
+            jumps || takes_speed(&system.mechanism.drivers[driver.0])
         }
         _ => false,
     };
@@ -94,19 +93,39 @@ pub(super) fn with_impulses(equations: &Equations, jumps: &[Jump]) -> Option<Tre
     (recommended && equations.trees != trees).then_some(trees)
 }
 
-/// That a driver's law jumps, and what becomes of its impulse.
-pub(super) fn warning(equations: &Equations, jump: &Jump) -> Fault {
-    let (part, system) = (&equations.system.mechanism.drivers[jump.driver], &equations.system);
-    let own = |id: &ElementId| matches!(system.element(*id).origin, Origin::Driver(driver) if driver.0 == jump.driver);
+/// Which drivers' laws jump, or may, and what becomes of the impulses.
+pub(super) fn warnings(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
+    let drivers = || equations.system.mechanism.drivers.iter().enumerate();
+    let laws = jumps.iter().map(|jump| {
+        let part = &equations.system.mechanism.drivers[jump.driver];
+        let help = if !jump.of_rate || is_branch(equations, jump.driver) {
+            "what is not driven keeps the rates of its coordinates there: the impulse is no part of the motion; let the law turn smoothly (`smoothstep`, `spline`)"
+        } else {
+            "its impulse changes the speeds of what is not driven at once, as if the law turned very fast; if that is not meant, let it turn smoothly (`smoothstep`, `spline`)"
+        };
+        let message = format!("the law of driver `{}` jumps: at t = {} s {}", part.name, jump.time, jump.what);
+        Fault::warning("scene::driver_jump", message, part.span).label("jumps").help(help)
+    });
+    let inputs = drivers().filter(|(driver, part)| takes_speed(part) && is_branch(equations, *driver)).map(|(_, part)| {
+        let message = format!("driver `{}` takes its speed from an input, which may jump", part.name);
+        let help = "what is not driven keeps the rates of its coordinates there: the impulse is no part of the motion; give what the driver moves a \
+                    mass and an inertia, and keep it out of the trees, as the recommended ones do then";
+        Fault::warning("scene::driver_jump", message, part.span).label("may jump").help(help)
+    });
+    laws.chain(inputs).collect()
+}
+
+/// Is the speed of a driver an input?
+fn takes_speed(part: &Part) -> bool {
+    part.values.iter().any(|(_, value)| matches!(value, Value::Motion(Motion::Velocity(_))))
+}
+
+/// Is the motion of a driver substituted, not imposed by a loop equation?
+fn is_branch(equations: &Equations, driver: usize) -> bool {
+    let own =
+        |id: &ElementId| matches!(equations.system.element(*id).origin, Origin::Driver(other) if other.0 == driver);
     let trees = &equations.trees;
-    let substituted = trees.translation.branches.iter().chain(&trees.rotation.branches).any(own);
-    let help = if !jump.of_rate || substituted {
-        "what is not driven keeps the rates of its coordinates there: the impulse is no part of the motion; let the law turn smoothly (`smoothstep`, `spline`)"
-    } else {
-        "its impulse changes the speeds of what is not driven at once, as if the law turned very fast; if that is not meant, let it turn smoothly (`smoothstep`, `spline`)"
-    };
-    let message = format!("the law of driver `{}` jumps: at t = {} s {}", part.name, jump.time, jump.what);
-    Fault::warning("scene::driver_jump", message, part.span).label("jumps").help(help)
+    trees.translation.branches.iter().chain(&trees.rotation.branches).any(own)
 }
 
 /// The first driver whose law has a value at a time, but no rate.
@@ -132,7 +151,7 @@ fn laws_of(value: &Value) -> Vec<Formula> {
 }
 
 /// When a law of time jumps first, or its rate does, and from where to where.
-fn first_jump(equations: &mut Equations, formula: &Formula) -> Option<(f64, (String, bool))> {
+fn first_jump(equations: &mut Equations, formula: &Formula) -> Option<(f64, String, bool)> {
     let experiment = equations.system.mechanism.experiment;
     let mut law = Law::of(equations, formula)?;
     let switches = indicators(&mut law.arena, &law.value[..1]);
@@ -145,7 +164,10 @@ fn first_jump(equations: &mut Equations, formula: &Formula) -> Option<(f64, (Str
     let largest = |index: usize| finite(index).fold(0.0, f64::max);
     let largest = [0, 1].map(largest);
     let times = sign_changes([start, span], &switches, &|roots, time| law.at(roots, time));
-    times.into_iter().find_map(|time| Some((time, jump(&law, largest, time, span)?)))
+    times.into_iter().find_map(|time| {
+        let (what, of_rate) = jump(&law, largest, time, span)?;
+        Some((time, what, of_rate))
+    })
 }
 
 /// What of a law jumps at a switch, and whether it is a rate with two values.

@@ -111,13 +111,19 @@ pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -
     let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.sharing, chosen).into_iter().collect();
     if moves_freely {
         let jumps = corners::jumps(&mut equations);
-        if let Some(trees) = corners::with_impulses(&equations, &jumps) {
-            limits::check(&equations.system, &trees)?;
-            return formulate_with(Equations::new(System::new(equations.system.mechanism), trees), None);
+        if let Some(formulated) = with_impulses(&equations, &jumps) {
+            return Ok(formulated);
         }
-        warnings.extend(jumps.iter().map(|jump| corners::warning(&equations, jump)));
+        warnings.extend(corners::warnings(&equations, &jumps));
     }
     Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
+}
+
+/// The same with loop equations for the drivers whose rates jump; none if what they drive has no mass for an impulse to act on, or that would be too large.
+fn with_impulses<'m>(equations: &Equations<'m>, jumps: &[corners::Jump]) -> Option<Formulated<'m>> {
+    let trees = corners::with_impulses(equations, jumps)?;
+    limits::check(&equations.system, &trees).ok()?;
+    formulate_with(Equations::new(System::new(equations.system.mechanism), trees), None).ok()
 }
 
 /// The equations for a choice of trees.

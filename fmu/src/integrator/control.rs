@@ -194,8 +194,10 @@ fn propose<M: Integrator>(context: &Context, run: &Run, horizon: Horizon, (rejec
 /// No step is short enough: the loops are at the end of their reach, or something moves too fast. Names the coordinate that accelerates most, judging
 /// by the derivative where the step begins.
 fn no_step(context: &mut Context, run: &Run, derivative: &[f64], cause: Option<Failure>) -> Failure {
-    let jump = |context: &mut Context| cause.as_ref().and_then(|cause| driver_jump(context, run, cause));
-    jump(context).or_else(|| end_of_reach(context, run)).unwrap_or_else(|| {
+    if let Some(jump) = cause.as_ref().and_then(|cause| driver_jump(context, run, cause)) {
+        return jump;
+    }
+    end_of_reach(context, run).unwrap_or_else(|| {
         let failure = underflow(context.model, run.last.end_time, derivative, cause);
         because(context, run, failure)
     })
