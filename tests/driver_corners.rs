@@ -96,12 +96,92 @@ fn a_speed_in_steps_is_felt_like_an_even_one() {
     }
 }
 
+/// The same of a position that follows a polyline: its rate jumps at each of its corners.
+#[test]
+fn a_position_along_a_polyline_is_felt_like_an_even_one() {
+    const STEPS: u32 = 1000;
+    let law = |time: f64| 2.5 * time * time;
+    let even = values(&pen("2.5*t^2", "recommended"), None, [STOP, 1e-10], 1);
+    for preset in ["recommended", "joint", "absolute"] {
+        let scene = pen("LAW", preset).replace("\"LAW\"", "{ input = \"way\", as = \"position\" }");
+        let scene = scene.replace("[bodies.crank]", "[inputs]\nway = { start = 0, unit = \"rad\" }\n[bodies.crank]");
+        let mut instance = run::started(&run::model(&scene), None, STOP, 1e-8);
+        let way = instance.variable("way").expect("an input");
+        for step in 0..STEPS {
+            let [begin, end] = [step, step + 1].map(|step| f64::from(step) / f64::from(STEPS));
+            instance.set(way, law(begin)).expect("an input");
+            instance.set_derivative(way, 1, (law(end) - law(begin)) / (end - begin)).expect("an input");
+            instance.step_to(end).expect("regular");
+        }
+        let found = ["pen.angle", "pen.omega"].map(|name| run::value(&mut instance, name));
+        // The rate that holds at the end is that of the last piece.
+        assert!(run::distance(&found, &even) < 2e-3, "{preset}: {found:?} {even:?}");
+    }
+}
+
 /// The limit of ever faster turns is the corner.
 #[test]
 fn a_corner_is_a_very_fast_turn() {
     let turn = "2.5*t + 1.25 - 2.5*sqrt((t - 0.5)^2 + 1e-14)";
     let found = values(&pen(turn, "recommended"), None, [STOP, 1e-9], 1);
     assert!(run::distance(&found, &expected()) < 1e-5, "{found:?}");
+}
+
+/// Roots, quotients and arcs bend or jump without a comparison that would tell where.
+#[test]
+fn laws_that_jump_without_a_switch_are_found() {
+    let said = |law: &str| {
+        let warnings = run::compiled(&pen(law, "recommended")).warnings;
+        warnings.map(|warnings| warnings.render(false, 400)).unwrap_or_default()
+    };
+    for (law, what) in [
+        ("5*sqrt((t - 0.5)^2)", "at t = 0.5 s its rate goes from -5.000000 to 5.000000"),
+        ("sqrt(1 - cos(2*pi*t + 3))", "its rate goes from -4.44"),
+        ("sqrt(2 - 2*cos(pi*(t - 0.3)))", "its rate goes from -3.14"),
+        ("asin(sin(2*pi*t))", "its rate goes from 6.28"),
+        ("acos(cos(2*pi*t + 1))", "its rate goes from 6.28"),
+        ("0.1*atan2(sin(2*pi*t), cos(2*pi*t))", "it goes from 0.314159 to -0.314159"),
+        ("0.1*atan(tan(pi*t))", "it goes from 0.157080 to -0.157080"),
+        ("0.01*tan(3*(t - 0.4))", "its rate grows beyond all bounds"),
+    ] {
+        assert!(said(law).contains(what), "{law}: {}", said(law));
+    }
+    for law in [
+        "sqrt(1.001 - cos(2*pi*t + 3))",
+        "2*sqrt((t - 0.3)^2 + 0.0001)",
+        "asin(0.999*sin(2*pi*t))",
+        "5*((t - 0.5)^2)^0.75",
+        "5*t/(0.1 + t)",
+        "0.1/(t + 0.01)",
+        "log(t + 0.001)",
+        "(t + 0.1)^0.3",
+        "atan2(sin(t), cos(t))",
+        "0.3*atan(40*(t - 0.5))",
+        "sin(300*t)/(2 + cos(300*t))",
+    ] {
+        assert!(said(law).is_empty(), "{law}: {}", said(law));
+    }
+}
+
+/// The root of a square is a size, and has the same corner.
+#[test]
+fn the_root_of_a_square_turns_like_a_size() {
+    for engine in [None, Some(Engine::Dop853), Some(Engine::Radau)] {
+        let [root, size] = ["5*sqrt((t - 0.5)^2)", "5*abs(t - 0.5)"]
+            .map(|law| values(&pen(law, "recommended"), engine, [STOP, 1e-8], 10));
+        assert_eq!(root, size, "{engine:?}");
+    }
+}
+
+/// A law that begins in a corner has no rate there, whatever the coordinates.
+#[test]
+fn a_law_that_begins_in_a_corner_is_refused() {
+    for preset in ["recommended", "joint", "absolute"] {
+        let scene = cotree::Scene::from_toml(&pen("acos(cos(2*pi*t))", preset)).expect("a sound scene");
+        let said = cotree::compile::compile(&scene).map(|_| ()).map_err(|faults| faults.render(false, 400));
+        let expected = "the law of driver `motor` has no finite rate at t = 0 s";
+        assert!(said.as_ref().is_err_and(|said| said.contains(expected)), "{preset}: {said:?}");
+    }
 }
 
 /// Trees that a scene asks for are kept: the warning says what that means.
@@ -131,7 +211,7 @@ fn a_driver_of_what_has_no_mass_stays_a_branch_with_a_warning() {
         (compiled.program.coordinates.len(), said)
     };
     let (coordinates, said) = compiled("LAW", &[weight, input, inputs]);
-    assert!(coordinates == 1 && said.contains("takes its speed from an input"), "{coordinates}: {said}");
+    assert!(coordinates == 1 && said.contains("follows an input"), "{coordinates}: {said}");
     let (coordinates, said) = compiled("5*min(t, 0.5)", &[weight]);
     assert!(coordinates == 1 && said.contains("the impulse is no part"), "{coordinates}: {said}");
     let (coordinates, said) = compiled("LAW", &[input, inputs]);

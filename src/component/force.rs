@@ -20,6 +20,7 @@ pub(super) const APPLIED_FORCE: Component = Component {
         ),
     ],
     variables: &[Q::Fx, Q::Fy],
+    pose: &[Q::Fx, Q::Fy],
     ..Component::load("force", rows, |part| Icon::Arrow { vector: part.vector("vector"), in_body: in_body(part) })
 };
 

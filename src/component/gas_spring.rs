@@ -47,14 +47,14 @@ pub(super) const GAS_SPRING: Component = Component {
 
 const RATIO: &str = "(column/(column + own.length - length))";
 
-/// The integral of the force from `length`, with its own form where the exponent is 1.
+/// The integral of the force from `length`: with l = log(V0/V), p V0 (exp((n - 1) l) - 1)/(n - 1), next to n = 1 by its series p V0 (l + (n - 1) l^2/2 + ...).
 fn energy(part: &Part) -> Option<String> {
     let power = format!("push*column/(exponent - 1)*({RATIO}^(exponent - 1) - 1)");
     let logarithm = format!("push*column*log{RATIO}");
     Some(match part.formula("exponent") {
         Formula::Number(1.0) => logarithm,
         Formula::Number(_) => power,
-        _ => format!("if(abs(exponent - 1) < 1e-9, {logarithm}, {power})"),
+        _ => format!("if(abs(exponent - 1) < 1e-5, {logarithm}*(1 + (exponent - 1)/2*log{RATIO}), {power})"),
     })
 }
 

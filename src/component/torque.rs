@@ -15,6 +15,7 @@ pub(super) const APPLIED_TORQUE: Component = Component {
         Key::required("value", Form::Law(TORQUE), "the torque", "give the torque [N.m]: `value = \"tau\"`"),
     ],
     variables: &[Q::Torque],
+    pose: &[Q::Torque],
     room: Room::Turning,
     law: |_| Some("value".to_string()),
     ..Component::load("torque", torsion::rows, |_| Icon::Turn)

@@ -17,6 +17,7 @@ use crate::diagnostic::{Fault, Span, suggest};
 use crate::equations::{Constraint, CoupledChord, Equations};
 use crate::expr::Symbol;
 use crate::graph::{ElementId, SignedRow, Topology};
+use crate::mechanism::Part;
 
 /// The fault behind a failure of the first assembly.
 pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, length: f64) -> Fault {
@@ -48,9 +49,9 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
             let span = joints.first().map_or_else(Span::default, |joint| owner_span(equations, joint));
             Fault::new("assembly::singular", failure.to_string(), span).label("depends on the others in this pose")
         }
-        Failure::DriverUndefined { owner, time } => without_rate(equations, *time).unwrap_or_else(|| {
+        Failure::DriverUndefined { owner, .. } => {
             Fault::new("assembly::not_finite", failure.to_string(), owner_span(equations, owner)).label("not a number")
-        }),
+        }
         Failure::NotFinite { .. }
         | Failure::NoValue { .. }
         | Failure::OutOfRange { .. }
@@ -77,12 +78,16 @@ fn without_value(equations: &Equations, gap: &Gap) -> Fault {
     Fault::new("assembly::not_finite", message, span).label("not a number").help(help)
 }
 
-/// A prescribed motion that begins with no finite rate.
-fn without_rate(equations: &mut Equations, time: f64) -> Option<Fault> {
-    let part = corners::without_rate(equations, time)?;
-    let message = format!("the law of driver `{}` has no finite rate at t = {time} s", part.name);
-    let fault = Fault::new("assembly::not_finite", message, part.span).label("its derivative is not a number");
-    Some(fault.help("the derivative of a root, or of a power below 1, divides by zero where what is under it is zero: begin beside that place, or write the law without it"))
+/// Prescribed motions that begin with no finite rate.
+pub(super) fn without_rate(equations: &mut Equations) -> Vec<Fault> {
+    let time = equations.system.mechanism.experiment.start;
+    let fault = |part: &Part| {
+        let message = format!("the law of driver `{}` has no finite rate at t = {time} s", part.name);
+        let help = "the derivative of a root, or of a power below 1, divides by zero where what is under it is zero: begin beside that place, or write the law \
+                    without it";
+        Fault::new("assembly::not_finite", message, part.span).label("its derivative is not a number").help(help)
+    };
+    corners::without_rate(equations, time).into_iter().map(fault).collect()
 }
 
 fn open_loop(equations: &Equations, gap: &Gap, length: f64) -> Fault {

@@ -20,7 +20,7 @@ use crate::component::{Held, Origin, System};
 use crate::diagnostic::{Fault, Span};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
-use crate::formulate::assembly::{circuit_names, explain, list, show, span_of};
+use crate::formulate::assembly::{circuit_names, explain, list, show, span_of, without_rate};
 use crate::formulate::start::Start;
 use crate::formulate::suspect::suspect;
 use crate::formulate::tree_search::Search;
@@ -80,6 +80,7 @@ pub(crate) fn formulate_written(mechanism: &Mechanism) -> Result<Formulated<'_>,
 pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -> Result<Formulated<'m>, Vec<Fault>> {
     let length = typical_length(&mut equations);
     let mut faults = check_trivial(&equations, length);
+    faults.extend(without_rate(&mut equations));
     let start = start.cloned().or_else(|| own_start(&equations, length));
     let (model, state) = first_state(&mut equations, length, start.as_ref(), &mut faults)?;
     let active = active_rows(&equations, &model, &state, faults.is_empty());
@@ -149,7 +150,11 @@ fn first_state(
     if let Some(start) = start {
         start.begin(equations, &mut draft.initial);
     }
-    let model = Model::of_positions(draft).map_err(|fault| vec![internal(mechanism, &fault.to_string())])?;
+    let model = Model::of_positions(draft).map_err(|fault| match faults.is_empty() {
+        true => vec![internal(mechanism, &fault.to_string())],
+        // What is not a number has its fault already.
+        false => std::mem::take(faults),
+    })?;
     let mut state = model.default_state(mechanism.experiment.start);
     if let Err(failure) = solve_initial(&model, &mut state)
         && faults.is_empty()

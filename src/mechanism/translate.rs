@@ -1,6 +1,6 @@
 //! Formulas of the scene as expressions.
 
-use crate::expr::{Arena, Binary, Expr, Function, Order, Symbol};
+use crate::expr::{Arena, Binary, Expr, Function, Node, Order, Symbol, Unary};
 use crate::mechanism::{Comparison, Formula, Variable};
 
 /// Translates a formula; `variable` gives the expression of a variable of the naming table.
@@ -14,6 +14,15 @@ pub fn translate(arena: &mut Arena, formula: &Formula, variable: &mut dyn FnMut(
         Formula::Call(function, arguments) => {
             let arguments: Vec<Expr> = arguments.iter().map(|argument| translate(arena, argument, variable)).collect();
             let of = |index: usize| arguments.get(index).copied().unwrap_or(Expr::ZERO);
+            let constant = |arena: &Arena| arena.as_constant(of(1)).filter(|exponent| exponent.fract() != 0.0);
+            let exponent = match *function {
+                Function::One(Unary::Sqrt) => Some(0.5),
+                Function::Two(Binary::Power) => constant(arena),
+                _ => None,
+            };
+            if let Some(power) = exponent.and_then(|exponent| power_of_square(arena, of(0), exponent)) {
+                return power;
+            }
             match *function {
                 Function::One(function) => arena.apply_unary(function, of(0)),
                 Function::Two(function) => arena.apply_binary(function, of(0), of(1)),
@@ -25,6 +34,16 @@ pub fn translate(arena: &mut Arena, formula: &Formula, variable: &mut dyn FnMut(
             arena.select(condition, then, otherwise)
         }
     }
+}
+
+/// A power of x^2 as one of |x|: at x = 0 that has a rate wherever there is one.
+fn power_of_square(arena: &mut Arena, base: Expr, exponent: f64) -> Option<Expr> {
+    let Node::Binary(Binary::Multiply, x, _) = arena.node(base) else { return None };
+    if arena.square(x) != base {
+        return None;
+    }
+    let (size, doubled) = (arena.unary(Unary::Abs, x), arena.constant(2.0 * exponent));
+    Some(arena.power(size, doubled))
 }
 
 fn compare(arena: &mut Arena, comparison: Comparison, left: Expr, right: Expr) -> Expr {

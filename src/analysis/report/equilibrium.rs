@@ -7,7 +7,7 @@ use crate::analysis::resting::pose;
 use crate::analysis::{Equilibrium, Point, Stability};
 use crate::expr::{Expr, Symbol};
 use crate::formulate::Formulated;
-use crate::mechanism::{Dimension, Formula, Mechanism, Value as Written, Variable};
+use crate::mechanism::{Dimension, Mechanism, Quantity, Variable};
 
 /// Groups are not magnified below this [m, rad, N, N.m].
 const LEAST: f64 = 1e-6;
@@ -108,37 +108,15 @@ impl Reader<'_, '_> {
         })
     }
 
-    /// Springs and actuators by their variables, forces and torques by the values of the scene.
+    /// Loads by their variables; forces in the world's axes, whatever axes the scene gives them in.
     fn loads(&mut self) -> Group {
         let mechanism = self.formulated.equations.system.mechanism;
-        let mut group = Group { title: "loads", values: Vec::new() };
-        for load in &mechanism.loads {
-            let component = load.component();
-            let of = |&quantity| Variable { owner: load.owner, quantity };
-            group.values.extend(self.read("", component.pose.iter().map(of).collect()).values);
-            for (key, value) in load.values.iter().filter(|_| component.pose.is_empty()) {
-                match value {
-                    Written::Vector([x, y]) => {
-                        group.values.push(self.formula(&load.name, "fx", x));
-                        if mechanism.dimension == Dimension::Two {
-                            group.values.push(self.formula(&load.name, "fy", y));
-                        }
-                    }
-                    Written::Formula(value) if *key == "value" => {
-                        group.values.push(self.formula(&load.name, "torque", value));
-                    }
-                    _ => {}
-                }
-            }
-        }
-        group
-    }
-
-    /// A component of a load, in the axes in which the scene gives it.
-    fn formula(&mut self, owner: &str, word: &str, formula: &Formula) -> (String, f64, &'static str) {
-        let expr = self.formulated.equations.formula(formula);
-        let value = self.values(&[expr])[0];
-        (format!("{owner}.{word}"), value, if word == "torque" { "N.m" } else { "N" })
+        let plane = mechanism.dimension == Dimension::Two;
+        let variables = mechanism.loads.iter().flat_map(|load| {
+            let quantities = load.component().pose.iter().filter(|quantity| plane || **quantity != Quantity::Fy);
+            quantities.map(|&quantity| Variable { owner: load.owner, quantity })
+        });
+        self.read("loads", variables.collect())
     }
 }
 
