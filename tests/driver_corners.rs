@@ -44,6 +44,15 @@ preset = "{preset}"
     )
 }
 
+/// The same with a motor that follows this input.
+fn following(input: &str, unit: &str, follows: &str, preset: &str) -> String {
+    pen("LAW", preset).replace("\"LAW\"", &format!("{{ input = \"{input}\", as = \"{follows}\" }}")).replacen(
+        "[bodies",
+        &format!("[inputs]\n{input} = {{ start = 0, unit = \"{unit}\" }}\n[bodies"),
+        1,
+    )
+}
+
 fn values(scene: &str, engine: Option<Engine>, [time, tolerance]: [f64; 2], communication: usize) -> [f64; 2] {
     let mut instance = run::started(&run::model(scene), engine, STOP, tolerance);
     for point in 1..=communication {
@@ -82,9 +91,7 @@ fn a_speed_in_steps_is_felt_like_an_even_one() {
     const STEPS: u32 = 1000;
     let even = values(&pen("2.5*t^2", "recommended"), None, [STOP, 1e-10], 1);
     for preset in ["recommended", "joint", "absolute"] {
-        let scene = pen("LAW", preset).replace("\"LAW\"", "{ input = \"speed\", as = \"velocity\" }");
-        let scene =
-            scene.replace("[bodies.crank]", "[inputs]\nspeed = { start = 0, unit = \"rad/s\" }\n[bodies.crank]");
+        let scene = following("speed", "rad/s", "velocity", preset);
         let mut instance = run::started(&run::model(&scene), None, STOP, 1e-8);
         let speed = instance.variable("speed").expect("an input");
         for step in 0..STEPS {
@@ -103,8 +110,7 @@ fn a_position_along_a_polyline_is_felt_like_an_even_one() {
     let law = |time: f64| 2.5 * time * time;
     let even = values(&pen("2.5*t^2", "recommended"), None, [STOP, 1e-10], 1);
     for preset in ["recommended", "joint", "absolute"] {
-        let scene = pen("LAW", preset).replace("\"LAW\"", "{ input = \"way\", as = \"position\" }");
-        let scene = scene.replace("[bodies.crank]", "[inputs]\nway = { start = 0, unit = \"rad\" }\n[bodies.crank]");
+        let scene = following("way", "rad", "position", preset);
         let mut instance = run::started(&run::model(&scene), None, STOP, 1e-8);
         let way = instance.variable("way").expect("an input");
         for step in 0..STEPS {
@@ -116,6 +122,30 @@ fn a_position_along_a_polyline_is_felt_like_an_even_one() {
         let found = ["pen.angle", "pen.omega"].map(|name| run::value(&mut instance, name));
         // The rate that holds at the end is that of the last piece.
         assert!(run::distance(&found, &even) < 2e-3, "{preset}: {found:?} {even:?}");
+    }
+}
+
+/// A motor whose speed is `fast` rad/s over the way from the corner on, which may be set at any time.
+fn tunable(preset: &str) -> String {
+    pen("5*t - (5 - fast)*(t - 0.5)", preset).replacen(
+        "[bodies",
+        "[parameters]\nfast = { value = 5, unit = \"1/s\", tunable = true }\n[bodies",
+        1,
+    )
+}
+
+/// A tunable parameter that is set in the run changes the speed as an input does.
+#[test]
+fn a_tunable_speed_is_felt_like_a_corner() {
+    let expected = expected();
+    for preset in ["recommended", "cheapest", "joint", "absolute"] {
+        let mut instance = run::started(&run::model(&tunable(preset)), None, STOP, 1e-8);
+        let fast = instance.variable("fast").expect("a parameter");
+        instance.step_to(CORNER).expect("regular");
+        instance.set(fast, 0.0).expect("tunable");
+        instance.step_to(STOP).expect("regular");
+        let found = ["pen.angle", "pen.omega"].map(|name| run::value(&mut instance, name));
+        assert!(run::distance(&found, &expected) < 1e-7, "{preset}: {found:?} {expected:?}");
     }
 }
 
@@ -200,21 +230,20 @@ fn the_warning_says_what_becomes_of_the_impulse() {
 /// Where nothing has a mass for the impulse to act on, a driver is a branch whatever its law, and is said to be one.
 #[test]
 fn a_driver_of_what_has_no_mass_stays_a_branch_with_a_warning() {
-    let input = ("\"LAW\"", "{ input = \"speed\", as = \"velocity\" }");
-    let inputs = ("[bodies.crank]", "[inputs]\nspeed = { start = 0, unit = \"rad/s\" }\n[bodies.crank]");
-    let weight = ("mass = 1\ninertia = 0.01\n", "");
-    let compiled = |law: &str, changes: &[(&str, &str)]| {
-        let start = pen(law, "recommended");
-        let text = changes.iter().fold(start, |text, (from, to)| text.replacen(from, to, 1));
-        let compiled = run::compiled(&text);
+    let massless = |scene: String| scene.replacen("mass = 1\ninertia = 0.01\n", "", 1);
+    let compiled = |scene: &str| {
+        let compiled = run::compiled(scene);
         let said = compiled.warnings.map(|warnings| warnings.render(false, 400)).unwrap_or_default();
         (compiled.program.coordinates.len(), said)
     };
-    let (coordinates, said) = compiled("LAW", &[weight, input, inputs]);
+    let follows = following("speed", "rad/s", "velocity", "recommended");
+    let (coordinates, said) = compiled(&massless(follows.clone()));
     assert!(coordinates == 1 && said.contains("follows an input"), "{coordinates}: {said}");
-    let (coordinates, said) = compiled("5*min(t, 0.5)", &[weight]);
+    let (coordinates, said) = compiled(&massless(tunable("recommended")));
+    assert!(coordinates == 1 && said.contains("follows a tunable parameter"), "{coordinates}: {said}");
+    let (coordinates, said) = compiled(&massless(pen("5*min(t, 0.5)", "recommended")));
     assert!(coordinates == 1 && said.contains("the impulse is no part"), "{coordinates}: {said}");
-    let (coordinates, said) = compiled("LAW", &[input, inputs]);
+    let (coordinates, said) = compiled(&follows);
     assert!(coordinates == 2 && said.is_empty(), "{coordinates}: {said}");
 }
 

@@ -47,7 +47,8 @@ pub(super) const GAS_SPRING: Component = Component {
 
 const RATIO: &str = "(column/(column + own.length - length))";
 
-/// The integral of the force from `length`: with l = log(V0/V), p V0 (exp((n - 1) l) - 1)/(n - 1), next to n = 1 by its series p V0 (l + (n - 1) l^2/2 + ...).
+/// The integral of the force from `length`: with l = log(V0/V), p V0 (exp((n - 1) l) - 1)/(n - 1), next to n = 1 by its series p V0 (l + (n - 1) l^2/2 + ...). At
+/// |n - 1| = 1e-5 the next term, (n - 1)^2 l^3/6, and the rounding error of the quotient, 1e-16/|n - 1|, are both about 1e-11.
 fn energy(part: &Part) -> Option<String> {
     let power = format!("push*column/(exponent - 1)*({RATIO}^(exponent - 1) - 1)");
     let logarithm = format!("push*column*log{RATIO}");

@@ -9,7 +9,7 @@ use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{Condition, Program};
 
-use super::corners;
+use super::jumps;
 use super::suspect::{suspect, too_many_drivers};
 use crate::columns::rounded;
 use crate::component::{Held, Origin};
@@ -17,7 +17,7 @@ use crate::diagnostic::{Fault, Span, suggest};
 use crate::equations::{Constraint, CoupledChord, Equations};
 use crate::expr::Symbol;
 use crate::graph::{ElementId, SignedRow, Topology};
-use crate::mechanism::Part;
+use crate::mechanism::{Mechanism, Part};
 
 /// The fault behind a failure of the first assembly.
 pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, length: f64) -> Fault {
@@ -79,15 +79,15 @@ fn without_value(equations: &Equations, gap: &Gap) -> Fault {
 }
 
 /// Prescribed motions that begin with no finite rate.
-pub(super) fn without_rate(equations: &mut Equations) -> Vec<Fault> {
-    let time = equations.system.mechanism.experiment.start;
+pub(super) fn without_rate(mechanism: &Mechanism) -> Vec<Fault> {
+    let time = mechanism.experiment.start;
     let fault = |part: &Part| {
         let message = format!("the law of driver `{}` has no finite rate at t = {time} s", part.name);
         let help = "the derivative of a root, or of a power below 1, divides by zero where what is under it is zero: begin beside that place, or write the law \
                     without it";
         Fault::new("assembly::not_finite", message, part.span).label("its derivative is not a number").help(help)
     };
-    corners::without_rate(equations, time).into_iter().map(fault).collect()
+    jumps::without_rate(mechanism, time).map(fault).collect()
 }
 
 fn open_loop(equations: &Equations, gap: &Gap, length: f64) -> Fault {

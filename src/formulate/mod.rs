@@ -3,7 +3,8 @@
 pub mod assemblies;
 pub(crate) mod assembly;
 pub(crate) mod attempt;
-mod corners;
+mod impulses;
+mod jumps;
 pub(crate) mod limits;
 pub(crate) mod start;
 mod suspect;
@@ -21,6 +22,7 @@ use crate::diagnostic::{Fault, Span};
 use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
 use crate::formulate::assembly::{circuit_names, explain, list, show, span_of, without_rate};
+use crate::formulate::jumps::Jump;
 use crate::formulate::start::Start;
 use crate::formulate::suspect::suspect;
 use crate::formulate::tree_search::Search;
@@ -80,7 +82,7 @@ pub(crate) fn formulate_written(mechanism: &Mechanism) -> Result<Formulated<'_>,
 pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -> Result<Formulated<'m>, Vec<Fault>> {
     let length = typical_length(&mut equations);
     let mut faults = check_trivial(&equations, length);
-    faults.extend(without_rate(&mut equations));
+    faults.extend(without_rate(equations.system.mechanism));
     let start = start.cloned().or_else(|| own_start(&equations, length));
     let (model, state) = first_state(&mut equations, length, start.as_ref(), &mut faults)?;
     let active = active_rows(&equations, &model, &state, faults.is_empty());
@@ -111,18 +113,18 @@ pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -
     let moves_freely = program.motion == Motion::Dynamic;
     let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.sharing, chosen).into_iter().collect();
     if moves_freely {
-        let jumps = corners::jumps(&mut equations);
+        let jumps = jumps::jumps(equations.system.mechanism);
         if let Some(formulated) = with_impulses(&equations, &jumps) {
             return Ok(formulated);
         }
-        warnings.extend(corners::warnings(&equations, &jumps));
+        warnings.extend(impulses::warnings(&equations, &jumps));
     }
     Ok(Formulated { equations, lowered, state, redundant, warnings, search: None })
 }
 
 /// The same with loop equations for the drivers whose rates jump; none if what they drive has no mass for an impulse to act on, or that would be too large.
-fn with_impulses<'m>(equations: &Equations<'m>, jumps: &[corners::Jump]) -> Option<Formulated<'m>> {
-    let trees = corners::with_impulses(equations, jumps)?;
+fn with_impulses<'m>(equations: &Equations<'m>, jumps: &[Jump]) -> Option<Formulated<'m>> {
+    let trees = impulses::trees(equations, jumps)?;
     limits::check(&equations.system, &trees).ok()?;
     formulate_with(Equations::new(System::new(equations.system.mechanism), trees), None).ok()
 }

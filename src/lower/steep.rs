@@ -38,7 +38,7 @@ fn laws(arena: &Arena, expr: Expr, divides: bool) -> impl Iterator<Item = (Steep
 }
 
 /// What an expression divides by, raises to a power, or takes the root or the logarithm of.
-fn divisor(arena: &Arena, expr: Expr) -> Option<Expr> {
+pub(crate) fn divisor(arena: &Arena, expr: Expr) -> Option<Expr> {
     match arena.node(expr) {
         Node::Binary(Binary::Divide, _, a) | Node::Binary(Binary::Power, a, _) => Some(a),
         Node::Unary(Unary::Sqrt | Unary::Log, a) => Some(a),

@@ -14,10 +14,9 @@ pub fn translate(arena: &mut Arena, formula: &Formula, variable: &mut dyn FnMut(
         Formula::Call(function, arguments) => {
             let arguments: Vec<Expr> = arguments.iter().map(|argument| translate(arena, argument, variable)).collect();
             let of = |index: usize| arguments.get(index).copied().unwrap_or(Expr::ZERO);
-            let constant = |arena: &Arena| arena.as_constant(of(1)).filter(|exponent| exponent.fract() != 0.0);
             let exponent = match *function {
                 Function::One(Unary::Sqrt) => Some(0.5),
-                Function::Two(Binary::Power) => constant(arena),
+                Function::Two(Binary::Power) => arena.as_constant(of(1)).filter(|exponent| exponent.fract() != 0.0),
                 _ => None,
             };
             if let Some(power) = exponent.and_then(|exponent| power_of_square(arena, of(0), exponent)) {
@@ -38,10 +37,10 @@ pub fn translate(arena: &mut Arena, formula: &Formula, variable: &mut dyn FnMut(
 
 /// A power of x^2 as one of |x|: at x = 0 that has a rate wherever there is one.
 fn power_of_square(arena: &mut Arena, base: Expr, exponent: f64) -> Option<Expr> {
-    let Node::Binary(Binary::Multiply, x, _) = arena.node(base) else { return None };
-    if arena.square(x) != base {
-        return None;
-    }
+    let x = match arena.node(base) {
+        Node::Binary(Binary::Multiply, x, y) if x == y => x,
+        _ => return None,
+    };
     let (size, doubled) = (arena.unary(Unary::Abs, x), arena.constant(2.0 * exponent));
     Some(arena.power(size, doubled))
 }

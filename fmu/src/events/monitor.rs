@@ -1,5 +1,6 @@
 //! Steep laws along the dense output of a Runge-Kutta step.
 
+use super::chatter::pushed;
 use super::course::{Course, HALVINGS, PLACES, ROUGH_PLACES, varies};
 use super::{Steep, half_width};
 use crate::machine::Machine;
@@ -36,6 +37,8 @@ pub(crate) struct Monitor {
     accelerations: Vec<f64>,
     /// Accelerations on the other side of a switch.
     behind: Vec<f64>,
+    /// Those as far on as that side is from this one.
+    beyond: Vec<f64>,
 }
 
 /// A step whose motion is known all along it.
@@ -47,6 +50,8 @@ pub(crate) struct Span<'a, F> {
     pub h: f64,
     /// The shortest step.
     pub shortest: f64,
+    /// That of the run.
+    pub tolerance: f64,
     /// Writes (q, v), so many steps after the start.
     pub motion: F,
 }
@@ -106,8 +111,9 @@ impl Monitor {
     pub fn new(model: &Model) -> Self {
         let (laws, n) = (model.program().tapes.laws.kinds.len(), model.coordinates());
         let (samples, crossings) = (vec![0.0; laws * PLACES.len()], Vec::with_capacity(laws * (PLACES.len() + 1)));
-        let (accelerations, behind) = (vec![0.0; n], vec![0.0; n]);
-        Self { laws, samples, crossings, motion: vec![0.0; 2 * n], moved: vec![0.0; 2 * n], accelerations, behind }
+        let [motion, moved] = [vec![0.0; 2 * n], vec![0.0; 2 * n]];
+        let [accelerations, behind, beyond] = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+        Self { laws, samples, crossings, motion, moved, accelerations, behind, beyond }
     }
 
     /// Are there no laws that may be steep?
@@ -165,7 +171,8 @@ impl Monitor {
                 (value, towards) = self.rate(span, law, [place, -MOVES]);
             }
             // Across the switch, as far as it is ahead.
-            self.advance(f64::max(2.0 * (value / towards).abs(), aside) * span.h);
+            let across = f64::max(2.0 * (value / towards).abs(), aside) * span.h;
+            self.advance(across);
             std::mem::swap(&mut self.accelerations, &mut self.behind);
             // Away from the switch, for a switching function may jump there, as that of a periodic law does; but not beyond the end of the step.
             let (other, back) =
@@ -174,14 +181,24 @@ impl Monitor {
             let least = math::maximum(MOVES * self.range(law), change);
             // Written so that NaN is no push.
             if crosses && towards * back < 0.0 && towards.abs() > least && back.abs() > least {
-                let push = |&index: &usize| {
-                    let jump = self.accelerations[index] - self.behind[index];
-                    (jump / span.model.program().coordinates[index].scale).abs()
-                };
-                return (0..self.accelerations.len()).max_by(|a, b| push(a).total_cmp(&push(b)));
+                self.look_beyond(span, place, across);
+                let sides = [&self.behind[..], &self.accelerations, &self.beyond];
+                let rates = &self.motion[self.behind.len()..];
+                if let Some(pushed) = pushed(span.model, span.tolerance, rates, sides) {
+                    return Some(pushed);
+                }
             }
         }
         None
+    }
+
+    /// The accelerations where the motion would be as long behind the switch again, if what is before it went on.
+    fn look_beyond<F: FnMut(f64, &mut [f64])>(&mut self, span: &mut Span<F>, place: f64, dt: f64) {
+        std::mem::swap(&mut self.accelerations, &mut self.behind);
+        self.advance(dt);
+        std::mem::swap(&mut self.accelerations, &mut self.behind);
+        span.set(place, &self.motion);
+        span.machine.evaluate(&span.model.program().tapes.acceleration, &mut self.beyond);
     }
 
     /// Adds the switches shortly before which the step ends to those within it.

@@ -130,8 +130,10 @@ impl Course<'_, '_> {
         let (new, values) = (self.values(&after, Order::Acceleration), numbers.values(Row::Switches));
         // Speeds that jump with a driver take what is not driven along.
         let now = self.values(&after, Order::Velocity);
-        let change_of_rates = (&now - &rates).amax() - 2.0 * beside * accelerations.amax().max(new.amax());
-        if change_of_rates > SAME.max(self.tolerance) * now.amax().max(rates.amax()) {
+        let largest = accelerations.amax().max(new.amax());
+        // Where the motion turns back its rates are small, and so is what steps of the motion leave between them.
+        let usual = now.amax().max(rates.amax()).max(interval * largest);
+        if (&now - &rates).amax() - 2.0 * beside * largest > SAME.max(self.tolerance) * usual {
             return Err(refused(time, "the rate of a driver jumps, and the speeds with it; let its law turn smoothly"));
         }
         let jump = &accelerations - &new;
@@ -139,7 +141,7 @@ impl Course<'_, '_> {
         let beyond = values[switch].abs();
         let jumps = speed != 0.0 && beyond > JUMPED * reached && beyond > 4.0 * beside * speed.abs();
         let crosses = jumps || speed.abs() * interval > self.tolerance.sqrt() * reached;
-        if jump.amax() > SAME * accelerations.amax().max(new.amax()) {
+        if jump.amax() > SAME * largest {
             // Laws that switch for the same reason do so at the same time for all parameters.
             let now = sides(&values);
             let mut switched = (0..now.len()).filter(|&other| old[other] != now[other]);

@@ -272,8 +272,7 @@ impl<'f, 'm> Course<'f, 'm> {
         if let Some(crossing) = self.next_crossing(begin + length)? {
             let before = crossing.time - begin;
             if before > f64::EPSILON * crossing.time.abs().max(1.0) {
-                let nodes = self.nodes(before)?;
-                let Some(tried) = self.solve(&nodes, before).filter(|tried| tried.excess <= 1.0) else {
+                let Some(tried) = self.attempt(before)?.filter(|tried| tried.excess <= 1.0) else {
                     return Ok(0.5 * before);
                 };
                 self.accept(&tried, before, due, report)?;
@@ -281,8 +280,7 @@ impl<'f, 'm> Course<'f, 'm> {
             self.cross(&crossing)?;
             return Ok(length);
         }
-        let nodes = self.nodes(length)?;
-        let Some(tried) = self.solve(&nodes, length) else { return Ok(0.5 * length) };
+        let Some(tried) = self.attempt(length)? else { return Ok(0.5 * length) };
         let factor = (0.9 * tried.excess.max(1e-30).powf(-1.0 / (NODES - 1) as f64)).clamp(0.3, 2.0);
         if tried.excess <= 1.0 {
             self.accept(&tried, length, due, report)?;

@@ -237,7 +237,16 @@ impl Explicit {
         let (first, part) = ((time - run.last.start_time) / step, h / step);
         let Context { model, machine, statistics, settings, .. } = context;
         let motion = |place: f64, motion: &mut [f64]| interpolate(&run.last.dense, first + part * place, motion);
-        let mut span = Span { model, machine, origin: &run.signals.origin, time, h, shortest: shortest(end), motion };
+        let mut span = Span {
+            model,
+            machine,
+            origin: &run.signals.origin,
+            time,
+            h,
+            shortest: shortest(end),
+            tolerance: settings.tolerance,
+            motion,
+        };
         let (n, tolerances) = (model.coordinates(), &self.tolerances);
         let excess = |_: bool, place: f64, accelerations: &[f64]| {
             statistics.evaluations += 1;

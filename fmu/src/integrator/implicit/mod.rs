@@ -287,7 +287,16 @@ impl Implicit {
         radau.dense(&run.last.end, h, polynomial);
         let motion = |place: f64, motion: &mut [f64]| evaluate(polynomial, place * h, motion);
         let (time, shortest) = (run.last.end_time, shortest(end));
-        let mut span = Span { model, machine, origin: &run.signals.origin, time, h, shortest, motion };
+        let mut span = Span {
+            model,
+            machine,
+            origin: &run.signals.origin,
+            time,
+            h,
+            shortest,
+            tolerance: settings.tolerance,
+            motion,
+        };
         let excess = |filtered: bool, place: f64, accelerations: &[f64]| {
             statistics.evaluations += 1;
             for (index, (lack, acceleration)) in column.iter_mut().zip(accelerations).enumerate() {

@@ -3,10 +3,10 @@
 use super::{Start, Taylor};
 use crate::context::Context;
 use crate::events::Choices;
+use crate::events::chatter::pushed;
 use crate::failure::Failure;
 use crate::integrator::control::Progress;
 use crate::integrator::run::Run;
-use crate::model::Model;
 
 /// A smooth branch that is no longer than so many shortest steps is one of several that begin together.
 const FLEETING: f64 = 64.0;
@@ -74,31 +74,34 @@ impl Taylor {
         }
     }
 
-    /// Begins anew on other branches where the step begins, unless nothing changes by that. Fails if the motion has just come from there: each
-    /// branch leads back to the other.
+    /// Begins anew on other branches where the step begins, unless nothing changes by that. If the motion has just come from there, each branch leads back to the
+    /// other: fails if accelerations jump, and declines if rounding errors alone switch.
     pub(super) fn switch_at_once(
         &mut self,
-        model: &Model,
+        context: &mut Context,
         run: &mut Run,
         branches: Choices,
     ) -> Result<Progress, Failure> {
-        if run.taylor.branches.reversed & branches.known != 0 {
-            return Err(Failure::Chatter { time: run.last.end_time, coordinate: self.most_switched(model) });
-        }
-        self.jet.coordinates(2, &mut self.left);
-        run.taylor.branches = run.taylor.branches.then(branches);
         self.known = Start::Unknown;
+        if run.taylor.branches.reversed & branches.known != 0 {
+            let chatter = |coordinate| Failure::Chatter { time: run.last.end_time, coordinate };
+            return self.pushed(context, run, branches).map_or(Ok(Progress::Declined), |name| Err(chatter(name)));
+        }
+        run.taylor.branches = run.taylor.branches.then(branches);
         run.taylor.series = None;
         Ok(if branches.known != 0 { Progress::Stepped } else { Progress::Declined })
     }
 
-    /// The coordinate whose acceleration has changed most with the branch.
-    fn most_switched(&mut self, model: &Model) -> String {
-        let here = &mut self.next[..model.coordinates()];
-        self.jet.coordinates(2, here);
-        let coordinates = &model.program().coordinates;
-        let change = |index: usize| (here[index] - self.left[index]).abs() / coordinates[index].scale;
-        let most = (0..coordinates.len()).max_by(|&a, &b| change(a).total_cmp(&change(b)));
-        most.map_or_else(|| model.program().name.clone(), |index| coordinates[index].name.clone())
+    /// The coordinate whose acceleration changes most with these branches, if that is no rounding error.
+    fn pushed(&mut self, context: &mut Context, run: &Run, branches: Choices) -> Option<String> {
+        self.jet.coordinates(2, &mut self.left);
+        self.next.copy_from_slice(&run.last.end);
+        self.jet.force(run.taylor.branches.then(branches));
+        self.start(context, run, run.last.end_time, false)?;
+        let Self { jet, left, next, closed, .. } = self;
+        let n = left.len();
+        jet.coordinates(2, &mut next[..n]);
+        let most = pushed(context.model, context.settings.tolerance, &closed[n..], [&left[..], &next[..n], &next[..n]]);
+        most.map(|index| context.model.program().coordinates[index].name.clone())
     }
 }

@@ -35,7 +35,7 @@ pub struct Taylor {
     next: Vec<f64>,
     /// (q, v) where the series begins, on the loops.
     closed: Vec<f64>,
-    /// Series of q, order 2, on the branch that was left at once.
+    /// Series of q, order 2, on branches that are left at once.
     left: Vec<f64>,
     /// Accelerations at the end of a step, and those that are demanded there.
     lacks: Vec<f64>,

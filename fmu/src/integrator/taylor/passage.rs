@@ -90,7 +90,7 @@ impl Taylor {
             }
             let Some((length, switch)) = self.piece(context, run, search.h) else { continue };
             if let Some((_, branches)) = switch.filter(|_| length < shortest) {
-                return self.switch_at_once(context.model, run, branches);
+                return self.switch_at_once(context, run, branches);
             }
             let order = run.last.order as usize;
             self.jet.move_start(&mut run.last.dense, order, -search.h);

@@ -38,7 +38,7 @@ impl Taylor {
     pub(super) fn step(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Progress, Failure> {
         let mut step = match self.propose(context, run, horizon) {
             Proposal::Step(step) => step,
-            Proposal::Switch(branches) => return self.switch_at_once(context.model, run, branches),
+            Proposal::Switch(branches) => return self.switch_at_once(context, run, branches),
             Proposal::Unknown => return Ok(Progress::Declined),
         };
         for _ in 0..ATTEMPTS {

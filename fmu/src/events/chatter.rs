@@ -1,0 +1,30 @@
+//! Switches to which both sides push the motion back.
+
+use crate::math;
+use crate::model::Model;
+
+/// Accelerations jump that differ by so many times as much as they do as far behind.
+const JUMPS: f64 = 10.0;
+/// They jump by more than rounding errors if by more than this share of the largest, or of the squares of rates.
+const PUSH: f64 = 1e-9;
+
+/// The coordinate whose acceleration differs most on the sides of a switch, if it jumps; `beyond` are accelerations as far behind the switch again. A law of what
+/// joints hold switches by rounding errors, without a jump of accelerations.
+pub(crate) fn pushed(
+    model: &Model,
+    tolerance: f64,
+    rates: &[f64],
+    [before, behind, beyond]: [&[f64]; 3],
+) -> Option<usize> {
+    let experiment = model.program().experiment;
+    let scaled = |index: usize, value: f64| (value / model.program().coordinates[index].scale).abs();
+    let largest = |of: &dyn Fn(usize) -> f64| (0..behind.len()).map(of).fold(0.0, math::maximum);
+    let size = largest(&|index| math::maximum(scaled(index, behind[index]), scaled(index, rates[index]).powi(2)));
+    let goes_on = largest(&|index| scaled(index, beyond[index] - behind[index]));
+    let push = |index: usize| scaled(index, behind[index] - before[index]);
+    // At rest all accelerations are rounding errors: what does not change rates by the tolerance in the whole experiment is no push.
+    let felt = tolerance / (experiment.stop - experiment.start);
+    let least = math::maximum(JUMPS * goes_on, math::maximum(PUSH * size, felt));
+    let most = (0..behind.len()).max_by(|&a, &b| push(a).total_cmp(&push(b)));
+    most.filter(|&index| push(index) > least)
+}

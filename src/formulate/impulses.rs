@@ -1,0 +1,75 @@
+//! What becomes of the impulse where the rate of a driver jumps. Where the driver is a loop equation, closing the loops behind the jump is the impulse on all
+//! that is not driven; where it is a branch of a tree, what depends on its coordinate follows, and all else keeps the rates of its coordinates.
+
+use crate::component::Origin;
+use crate::diagnostic::Fault;
+use crate::equations::Equations;
+use crate::formulate::jumps::{Jump, laws};
+use crate::graph::ElementId;
+use crate::mechanism::{Coordinates, Formula, Mechanism, Motion, Part, Value};
+use crate::tree::Trees;
+
+/// The recommended trees, but with drivers as loop equations whose rates jump, or may, as importers set them; none if these are the scene's own, or like that
+/// already.
+pub(super) fn trees(equations: &Equations, jumps: &[Jump]) -> Option<Trees> {
+    let system = &equations.system;
+    let jumping = |id: ElementId| match system.element(id).origin {
+        Origin::Driver(driver) => {
+            let jumps = jumps.iter().any(|jump| jump.of_rate && jump.driver == driver.0);
+            jumps || set_by(system.mechanism, &system.mechanism.drivers[driver.0]).is_some()
+        }
+        _ => false,
+    };
+    let trees = Trees::recommended_but(system, jumping);
+    let own = matches!(system.mechanism.coordinates, Coordinates::Chosen { .. });
+    let recommended = !own && equations.trees == Trees::recommended(system);
+    (recommended && equations.trees != trees).then_some(trees)
+}
+
+/// Which drivers' laws jump, or may, and what becomes of the impulses.
+pub(super) fn warnings(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
+    let mechanism = equations.system.mechanism;
+    let laws = jumps.iter().map(|jump| {
+        let part = &mechanism.drivers[jump.driver];
+        let help = if !jump.of_rate || is_branch(equations, jump.driver) {
+            "what is not driven keeps the rates of its coordinates there: the impulse is no part of the motion; let the law turn smoothly (`smoothstep`, `spline`)"
+        } else {
+            "its impulse changes the speeds of what is not driven at once, as if the law turned very fast; if that is not meant, let it turn smoothly (`smoothstep`, `spline`)"
+        };
+        let message = format!("the law of driver `{}` jumps: at t = {} s {}", part.name, jump.time, jump.what);
+        Fault::warning("scene::driver_jump", message, part.span).label("jumps").help(help)
+    });
+    let branches = mechanism.drivers.iter().enumerate().filter(|(driver, _)| is_branch(equations, *driver));
+    let set = branches.filter_map(|(_, part)| {
+        let message = format!("driver `{}` follows {}, and its rate may jump", part.name, set_by(mechanism, part)?);
+        let help = "what is not driven keeps the rates of its coordinates there: the impulse is no part of the motion; give what the driver moves a \
+                    mass and an inertia, and keep it out of the trees, as the recommended ones do then";
+        Some(Fault::warning("scene::driver_jump", message, part.span).label("may jump").help(help))
+    });
+    laws.chain(set).collect()
+}
+
+/// What importers set in steps, or along lines with corners, and what the speed or the position of a driver follows: an input, or a tunable parameter.
+fn set_by(mechanism: &Mechanism, part: &Part) -> Option<&'static str> {
+    const INPUT: &str = "an input";
+    if part.values.iter().any(|(_, value)| matches!(value, Value::Motion(Motion::Velocity(_)))) {
+        return Some(INPUT);
+    }
+    let mut found = None;
+    for law in laws(part) {
+        law.visit(&mut |formula| match formula {
+            Formula::Input(_) => found = Some(INPUT),
+            Formula::Parameter(id) if mechanism.parameters[id.0].tunable => found = Some("a tunable parameter"),
+            _ => {}
+        });
+    }
+    found
+}
+
+/// Is the motion of a driver substituted, not imposed by a loop equation?
+fn is_branch(equations: &Equations, driver: usize) -> bool {
+    let own =
+        |id: &ElementId| matches!(equations.system.element(*id).origin, Origin::Driver(other) if other.0 == driver);
+    let trees = &equations.trees;
+    trees.translation.branches.iter().chain(&trees.rotation.branches).any(own)
+}
