@@ -149,6 +149,39 @@ fn a_weight_that_bounces_on_a_stiff_stop_with_damping() {
     check(&bounce("40 kN/m", "20 N.s/m"), &names, 1.2, 1e-4, 1e-7);
 }
 
+/// Far outside the layer of dry friction its level is constant to rounding, and how it changes with the width of the layer is a staircase of rounding errors.
+#[test]
+fn a_law_that_a_parameter_does_not_move_yet() {
+    let text = "
+        name = 'sliding'
+        [parameters]
+        width = '0.0376 m/s'
+        level = '0.3 N'
+        [ground.points]
+        wall = [-1, 0]
+        [bodies.block]
+        mass = 1.5
+        [joints.guide]
+        type = 'prismatic'
+        between = ['ground', 'block']
+        axis = [1, 0]
+        friction = { coulomb = 'level', velocity = 'width' }
+        [loads.spring]
+        type = 'spring'
+        between = ['ground.wall', 'block']
+        stiffness = 47
+        length = 1
+        [initial]
+        'guide.s' = 0.073
+        'guide.v' = 0.96
+        [outputs]
+        variables = ['guide.s', 'guide.v']
+        [experiment]
+        tolerance = 1e-9
+    ";
+    check(text, &["width", "level"], 1.0, 1e-4, 1e-6);
+}
+
 /// A hard stop is touched for a millisecond within a long flight: no step may pass over that.
 #[test]
 fn a_short_contact_in_a_long_flight() {

@@ -13,26 +13,15 @@ const SMALLEST: f64 = 1e-12;
 const SWEEPS: usize = 60;
 /// A sweep that changes less than this share is the last.
 const SETTLED: f64 = 1e-14;
-/// The equations at so small a share of the step from a node differ from those there by rounding errors, and so many times these count in the last coefficients
-/// (each is a sum over the nodes, with weights up to 3).
-const BESIDE: f64 = 1e-12;
-const ROUNDING: f64 = 10.0;
+/// Derivatives are rounding errors below this share of the scale of the coordinates over the parameter: those of what nothing depends on, and of laws that a
+/// parameter does not move yet. However short a step is, their last coefficients are as large as the others.
+const ROUNDING: f64 = 1e-13;
 
 /// The variational equations at a node: a_p = by_positions q_p + by_rates v_p + own.
 pub(super) struct Node {
     by_positions: DMatrix<f64>,
     by_rates: DMatrix<f64>,
     own: DMatrix<f64>,
-}
-
-impl Node {
-    /// a_p
-    fn accelerations(&self, positions: &DMatrix<f64>, rates: &DMatrix<f64>) -> DMatrix<f64> {
-        let mut found = self.own.clone();
-        found.gemm(1.0, &self.by_positions, positions, 1.0);
-        found.gemm(1.0, &self.by_rates, rates, 1.0);
-        found
-    }
 }
 
 /// A step that was tried: v_p and a_p, a column for each node, and by how much the last coefficients of a_p exceed what is permitted.
@@ -44,31 +33,19 @@ pub(super) struct Tried {
 
 impl Course<'_, '_> {
     /// Tries a step. `None` if it does not settle.
-    ///
-    /// What does not depend on a parameter has derivatives of rounding errors only: however short a step is, their last coefficients are as large as the others.
     pub(super) fn attempt(&mut self, length: f64) -> Result<Option<Tried>, Failure> {
-        let nodes = self.nodes(length, 0.0)?;
-        let Some(mut tried) = self.solve(&nodes, length) else { return Ok(None) };
-        if tried.excess > 1.0 {
-            let beside = self.nodes(length, BESIDE)?;
-            let rounding = nodes.iter().zip(&beside).fold(DMatrix::zeros(1, self.parameters), |most, (node, other)| {
-                let change = node.accelerations(&self.positions, &self.rates)
-                    - other.accelerations(&self.positions, &self.rates);
-                DMatrix::from_fn(1, self.parameters, |_, column| change.column(column).amax().max(most[column]))
-            });
-            tried.excess = self.excess(&tried.accelerations, length, &(ROUNDING * rounding));
-        }
-        Ok(Some(tried))
+        let nodes = self.nodes(length)?;
+        Ok(self.solve(&nodes, length))
     }
 
-    /// The equations at this share of a step behind its nodes.
-    fn nodes(&mut self, length: f64, beside: f64) -> Result<Vec<Node>, Failure> {
+    /// The equations at the nodes of a step.
+    fn nodes(&mut self, length: f64) -> Result<Vec<Node>, Failure> {
         let mut motion = self.motion.clone();
         let begin = motion.time();
         let (n, parameters) = self.positions.shape();
         let mut matrix = DMatrix::zeros(n, 2 * n + parameters);
         let nodes = self.rule.nodes.iter().map(|node| {
-            move_on(&mut motion, begin + (node + beside) * length)?;
+            move_on(&mut motion, begin + node * length)?;
             self.variational.accelerations(&mut motion, matrix.as_mut_slice())?;
             let columns = |first: usize, count: usize| matrix.columns(first, count).into_owned();
             Ok(Node { by_positions: columns(0, n), by_rates: columns(n, n), own: columns(2 * n, parameters) })
@@ -87,7 +64,9 @@ impl Course<'_, '_> {
             let positions = integrated(&self.positions, &rates, &integrals);
             for (index, node) in nodes.iter().enumerate() {
                 let at = |all: &DMatrix<f64>| DMatrix::from_column_slice(n, parameters, all.column(index).as_slice());
-                let next = node.accelerations(&at(&positions), &at(&rates));
+                let mut next = node.own.clone();
+                next.gemm(1.0, &node.by_positions, &at(&positions), 1.0);
+                next.gemm(1.0, &node.by_rates, &at(&rates), 1.0);
                 let (size, moved) = (next.amax(), (&next - at(&accelerations)).amax());
                 change = change.max(if size > 0.0 { moved / size } else { 0.0 });
                 accelerations.column_mut(index).copy_from_slice(next.as_slice());
@@ -96,15 +75,15 @@ impl Course<'_, '_> {
                 return None;
             }
             if change <= SETTLED * NODES as f64 {
-                let excess = self.excess(&accelerations, length, &DMatrix::zeros(1, parameters));
+                let excess = self.excess(&accelerations, length);
                 return Some(Tried { rates, accelerations, excess });
             }
         }
         None
     }
 
-    /// The last coefficients of a_p against the tolerance, the worst parameter; rounding errors of this size, one for each parameter, are permitted besides.
-    fn excess(&self, accelerations: &DMatrix<f64>, length: f64, rounding: &DMatrix<f64>) -> f64 {
+    /// The last coefficients of a_p against the tolerance, the worst parameter.
+    fn excess(&self, accelerations: &DMatrix<f64>, length: f64) -> f64 {
         let n = self.positions.nrows();
         let last = accelerations * self.rule.tail().transpose();
         let worst = |column: usize| {
@@ -112,8 +91,7 @@ impl Course<'_, '_> {
             let error = length * own(&last).column_iter().map(|column| column.amax()).sum::<f64>();
             let size = |matrix: &DMatrix<f64>| matrix.column(column).amax();
             let scale = size(&self.rates).max(size(&self.positions)).max(length * own(accelerations).amax());
-            let permitted = self.tolerance.max(SMALLEST) * scale + length * rounding[column];
-            if permitted > 0.0 { error / permitted } else { 0.0 }
+            error / (self.tolerance.max(SMALLEST) * scale + ROUNDING * self.sizes[column])
         };
         (0..self.parameters).map(worst).fold(0.0, f64::max)
     }

@@ -51,6 +51,8 @@ pub struct Course<'f, 'm> {
     /// The variables that the outputs are.
     pub(super) outputs: Vec<usize>,
     pub(super) parameters: usize,
+    /// The scale of the coordinates over each parameter; over 1 where that is zero.
+    pub(super) sizes: Vec<f64>,
     /// q_p and v_p: a column for each parameter.
     pub(super) positions: DMatrix<f64>,
     pub(super) rates: DMatrix<f64>,
@@ -103,6 +105,8 @@ impl<'f, 'm> Course<'f, 'm> {
         }
         motion.initialise()?;
         let empty = DMatrix::zeros(formulated.equations.coordinates.len(), varied.len());
+        let scale = model.program().coordinates.iter().fold(0.0, |most: f64, own| most.max(own.scale));
+        let size = |own: &Varied| if own.start == 0.0 { scale } else { scale / own.start.abs() };
         let places: Vec<instance::Varied> = varied.iter().map(|own| own.place).collect();
         let rows = formulated.lowered.table.rows.iter().enumerate();
         let mut course = Course {
@@ -114,6 +118,7 @@ impl<'f, 'm> Course<'f, 'm> {
             variational: Variational::new(&model, &places, (experiment.tolerance * CLOSER).max(FINEST)),
             outputs: rows.filter(|(_, row)| row.output).map(|(place, _)| place).collect(),
             parameters: varied.len(),
+            sizes: varied.iter().map(size).collect(),
             model,
             positions: empty.clone(),
             rates: empty,
