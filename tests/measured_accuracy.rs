@@ -46,3 +46,15 @@ fn calm_motion_is_measured_as_a_whole() {
         assert_eq!(accuracy.span, [compiled.description.experiment.start, compiled.description.experiment.stop]);
     }
 }
+
+/// A part of 2^-100 of the experiment is nothing next to a start that is not zero: the measurement never ended.
+#[test]
+fn an_experiment_may_begin_at_any_time() {
+    for start in [-1.3, 1e-9, 1.0, 1e6] {
+        let scene = RUNAWAY
+            .replace("drag = -4.0", "drag = 0.1")
+            .replace("stop = 2.0", &format!("start = {start:?}\nstop = {:?}", start + 2.0));
+        let accuracy = compiled(&scene).accuracy().expect("a measurement");
+        assert_eq!(accuracy.span, [start, start + 2.0]);
+    }
+}

@@ -351,6 +351,24 @@ fn a_triple_rocker_has_dead_points_at_both_ends() {
     check_to(1e-6, &figures, &[("/range/0", -74.41010189 * DEG), ("/range/1", 74.41010189 * DEG)]);
 }
 
+/// A damper takes the same power all along a range, on either side of where the scene starts.
+#[test]
+fn the_input_moves_forwards_all_along_a_range() {
+    let scene = r#"
+name = "damped"
+[bodies]
+bar = { mass = 1, inertia = 0.05, points = { o = [-0.3, 0] } }
+[joints]
+O2 = { type = "revolute", between = ["ground", "bar.o"], damping = 1.5 }
+[initial]
+"bar.angle" = 0.1
+[outputs]
+variables = ["bar.angle"]
+"#;
+    let figures = motion(scene, &["--speed", "2 rad/s", "--range", "-30 deg..30 deg"]);
+    check(&figures, &[("/drive/min/value", 3.0), ("/drive/max/value", 3.0)]);
+}
+
 /// A slide that is driven goes as far as the links reach: sqrt((l +- r)^2 - e^2).
 #[test]
 fn a_driven_slide_has_its_dead_points_too() {

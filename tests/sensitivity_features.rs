@@ -120,6 +120,32 @@ fn eigenvalues_of_oscillators() {
     assert!(found.modes.len() == 2 && found.derivatives.iter().all(Option::is_none), "{found:?}");
 }
 
+/// Damping that is no multiple of masses and stiffnesses: left and right vectors are complex, and not the same.
+#[test]
+fn eigenvalues_of_coupled_masses() {
+    let ways = [("ground", "a", 29.7, 0.95), ("a", "b", 44.0, 1.09), ("b", "c", 61.0, 0.4), ("ground", "c", 17.0, 0.0)];
+    let masses = [("a", 1.2), ("b", 0.84), ("c", 2.1)].map(|(name, mass)| format!("[bodies.{name}]\nmass = {mass}\n"));
+    let springs = ways.map(|(from, to, stiffness, damping)| {
+        let between = format!("between = [\"{from}\", \"{to}\"]\nlength = 0.0\n");
+        let own = format!("stiffness = \"{stiffness}*factor_{to}\"\ndamping = \"{damping}*loss\"\n");
+        format!("[loads.{from}_{to}]\ntype = \"spring\"\n{between}{own}")
+    });
+    let head = "name = \"o\"\ndimension = 1\n[parameters]\nfactor_a = \"1 N/m\"\nfactor_b = \"1 N/m\"\nfactor_c = \"1 N/m\"\nloss = \"1 N.s/m\"\n";
+    let text = format!("{head}{}{}[outputs]\nvariables = [\"a.x\"]\n", masses.concat(), springs.concat());
+    let scene = Scene::from_toml(&text).unwrap();
+    let by = ["factor_a", "factor_b", "factor_c", "loss"];
+    let found = Study::new(&scene).unwrap().mode_sensitivities(&names(&by)).unwrap();
+    assert_eq!(found.modes.len(), 3);
+    for (column, name) in by.iter().enumerate() {
+        let values = |mut study: Study| {
+            let modes = study.modes(None).unwrap().modes;
+            modes.iter().flat_map(|mode| [mode.eigenvalue.re, mode.eigenvalue.im]).collect::<Vec<f64>>()
+        };
+        let own: Vec<f64> = found.derivatives.iter().flatten().flat_map(|by| [by[column].re, by[column].im]).collect();
+        assert_close(&own, &difference_of(&scene, name, values), 1e-7, name);
+    }
+}
+
 #[test]
 fn what_rests_without_stiffness_has_no_derivatives() {
     let text = model("slider_crank").replace("gravity = [0.0, -9.81]", "gravity = [0.0, 0.0]");

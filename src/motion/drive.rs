@@ -186,35 +186,31 @@ fn closes(columns: &HashMap<String, Vec<f64>>, mechanism: &Mechanism) -> bool {
     })
 }
 
-/// From the start to both ends of a range: backwards first, then forwards.
+/// A range from its lower to its upper end. Forces may depend on the direction: backwards the input only goes to where the samples begin.
 fn stroke(scene: &Scene, mechanism: &Mechanism, drive: &Drive, [low, high]: [f64; 2]) -> Result<Table, SimulateError> {
     let step = (high - low) / COUNT as f64;
-    let before = ((drive.start - low) / step * (1.0 + 1e-12)).floor().clamp(0.0, COUNT as f64);
-    let after = ((high - drive.start) / step * (1.0 + 1e-12)).floor().clamp(0.0, COUNT as f64);
-    let side = |direction: f64, count: f64| {
-        if count < 1.0 {
-            return Ok(HashMap::new());
-        }
-        run(driven(scene, mechanism, drive, direction, 0.0), mechanism, drive, [step, count])
-    };
-    let (mut earlier, mut columns) = (side(-1.0, before)?, side(1.0, after)?);
-    for (name, column) in &mut earlier {
-        // Rates are those of the drive backwards; accelerations and forces are the same both ways.
-        let sign = if is_rate(name) { -1.0 } else { 1.0 };
-        column.iter_mut().for_each(|value| *value *= sign);
-        column.reverse();
-        if let Some(later) = columns.get(name) {
-            column.extend(later.iter().skip(1));
-        }
+    let [before, after] = [drive.start - low, high - drive.start]
+        .map(|way| (way / step * (1.0 + 1e-12)).floor().clamp(0.0, COUNT as f64));
+    let mut forwards = driven(scene, mechanism, drive, 1.0, -before * step);
+    if before >= 1.0 {
+        let backwards = driven(scene, mechanism, drive, -1.0, 0.0);
+        forwards = beginning(forwards, mechanism, &run(backwards, mechanism, drive, [step, before])?);
     }
-    if !earlier.is_empty() {
-        columns = earlier;
-    }
+    let columns = run(forwards, mechanism, drive, [step, before + after])?;
     Ok(Table { grid: [drive.start - before * step, step], periodic: false, columns })
 }
 
-fn is_rate(name: &str) -> bool {
-    matches!(name.rsplit('.').next(), Some("vx" | "vy" | "omega" | "v" | "rate"))
+/// The scene assembled where a run has ended.
+fn beginning(mut scene: Scene, mechanism: &Mechanism, columns: &HashMap<String, Vec<f64>>) -> Scene {
+    scene.initial.clear();
+    for body in &mechanism.bodies {
+        for name in ["x", "y", "angle"].map(|word| format!("{}.{word}", body.name)) {
+            if let Some(&last) = columns.get(&name).and_then(|column| column.last()) {
+                scene = scene.guess(&name, last);
+            }
+        }
+    }
+    scene
 }
 
 /// A length that no input of a closed mechanism moves: that of all links together.

@@ -93,7 +93,8 @@ fn affordable(model: &Arc<Model>, experiment: Experiment, reached: &mut f64) -> 
     let mut instance = start(model, experiment, REFERENCE)?;
     let (mut length, mut used) = (shortest, 0);
     while *reached < experiment.stop {
-        let time = (*reached + length).min(experiment.stop);
+        // Next to a start that is not zero the shortest parts are nothing.
+        let time = (*reached + length).max(reached.next_up()).min(experiment.stop);
         if time > instance.time() {
             instance.step_to(time)?;
         }

@@ -148,7 +148,7 @@ impl Rest {
             let scaled = |matrix: &DMatrix<Complex<f64>>| {
                 DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * units[i] * units[j])
             };
-            let (left, right) = null_vectors(scaled(&system))?;
+            let (left, right) = null_vectors(&scaled(&system))?;
             let slope = mass.map(Complex::from) * (s * 2.0) + damping.map(Complex::from);
             let slope = scaled(&slope);
             let along = |matrix: &DMatrix<Complex<f64>>| left.dotc(&(matrix * &right));
@@ -213,10 +213,45 @@ fn units(formulated: &Formulated, matrix: &DMatrix<f64>, n: usize) -> Vec<f64> {
 
 type Vector = DVector<Complex<f64>>;
 
-/// u and v with u^H N = 0 and N v = 0.
-fn null_vectors(matrix: DMatrix<Complex<f64>>) -> Result<(Vector, Vector), Failure> {
-    let parts = decompose::svd(matrix, true, true)?;
+/// u and v with u^H N = 0 and N v = 0, by the real matrix \[Re N, -Im N; Im N, Re N\]: the left vectors of the library's complex decomposition have wrong phases.
+fn null_vectors(matrix: &DMatrix<Complex<f64>>) -> Result<(Vector, Vector), Failure> {
+    let (rows, n) = matrix.shape();
+    let real = DMatrix::from_fn(2 * rows, 2 * n, |i, j| {
+        let entry = matrix[(i % rows, j % n)];
+        match (i < rows, j < n) {
+            (true, false) => -entry.im,
+            (false, true) => entry.im,
+            _ => entry.re,
+        }
+    });
+    let parts = decompose::svd(real, true, true)?;
     let (Some(left), Some(right)) = (parts.u, parts.v_t) else { return Err(Failure::Range) };
-    let last = right.nrows() - 1;
-    Ok((left.column(last).into_owned(), right.row(last).adjoint()))
+    let last = 2 * n - 1;
+    let vector =
+        |size: usize, at: &dyn Fn(usize) -> f64| Vector::from_fn(size, |i, _| Complex::new(at(i), at(size + i)));
+    Ok((vector(rows, &|i| left[(i, last)]), vector(n, &|i| right[(last, i)])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Products of n x (n - 1) and (n - 1) x n matrices with entries about one.
+    #[test]
+    fn null_vectors_are_those_of_the_matrix() {
+        let mut seed = 1.0_f64;
+        let mut random = || {
+            seed = (seed * 78.233).sin() * 43758.5453;
+            seed -= seed.floor();
+            2.0 * seed - 1.0
+        };
+        for n in (2..7).flat_map(|n| [n; 20]) {
+            let mut factor = |rows, columns| DMatrix::from_fn(rows, columns, |_, _| Complex::new(random(), random()));
+            let matrix = factor(n, n - 1) * factor(n - 1, n);
+            let (left, right) = null_vectors(&matrix).expect("numbers");
+            let (across, along) = (left.adjoint() * &matrix, &matrix * &right);
+            assert!(along.norm() < 1e-12 && across.norm() < 1e-12, "{n}: {across} {along}");
+            assert!((left.norm() - 1.0).abs() < 1e-12 && (right.norm() - 1.0).abs() < 1e-12, "{n}");
+        }
+    }
 }
