@@ -351,6 +351,25 @@ fn a_triple_rocker_has_dead_points_at_both_ends() {
     check_to(1e-6, &figures, &[("/range/0", -74.41010189 * DEG), ("/range/1", 74.41010189 * DEG)]);
 }
 
+/// It may start anywhere up to there, and the other rocker swings as far: cos of the limits by the triangles of the links in line, and the output, between its own limit and the
+/// farther dead point of the input, by the same triangles.
+#[test]
+fn a_double_rocker_may_start_next_to_a_dead_point() {
+    for start in ["50 deg", "82.7 deg", "82.81 deg"] {
+        let scene = CRANK_ROCKER
+            .replace("\"100 mm\", 0] }", "\"125 mm\", 0] }")
+            .replace("40 mm", "100 mm")
+            .replace("120 mm", "50 mm")
+            .replace("b = [\"80 mm\", 0]", "b = [\"100 mm\", 0]")
+            .replace("60 deg", start)
+            .replace("guess = 0.32", "guess = \"30 deg\"")
+            .replace("guess = 1.13", "guess = \"140 deg\"");
+        let figures = motion(&scene, &["--output", "O4"]);
+        check_to(1e-5, &figures, &[("/range/0", 0.925f64.acos()), ("/range/1", 0.125f64.acos())]);
+        check_to(1e-4, &figures, &[("/stroke", 0.125f64.acos() - 0.75f64.acos())]);
+    }
+}
+
 /// A damper takes the same power all along a range, on either side of where the scene starts.
 #[test]
 fn the_input_moves_forwards_all_along_a_range() {

@@ -291,7 +291,9 @@ impl Figures {
         let unwound = position.unwound();
         self.limits = first.zeros().iter().map(|&input| At { input, value: unwound.at_input(input) }).collect();
         if self.limits.len() >= 2 || !table.periodic {
-            self.stroke = Some(unwound.max().value - unwound.min().value);
+            let ends = self.at_dead_points(&unwound, &first, &second);
+            let most = |sign: f64, own: f64| ends.iter().map(|end| sign * end).fold(sign * own, f64::max) * sign;
+            self.stroke = Some(most(1.0, unwound.max().value) - most(-1.0, unwound.min().value));
         }
         if let Some(tolerance) = dwell.filter(|_| !table.periodic || unwound.is_periodic()) {
             let ends = [table.input(0), table.input(if table.periodic { table.count() } else { table.count() - 1 })];
@@ -304,6 +306,16 @@ impl Figures {
             let rest = std::f64::consts::TAU - way;
             self.time_ratio = Some(way.max(rest) / way.min(rest));
         }
+    }
+
+    /// The output where the motion folds, a little beyond the first and the last sample: y = y_f + c sqrt(d) + e d at the way d from there, by two derivatives.
+    fn at_dead_points(&self, position: &Samples, first: &Samples, second: &Samples) -> Vec<f64> {
+        let Some(folds) = self.range.filter(|_| self.dead_points) else { return Vec::new() };
+        let at = |(index, fold): (usize, f64)| {
+            let way = fold - position.input(index);
+            position.values()[index] + way * first.values()[index] + 2.0 * way * way * second.values()[index]
+        };
+        [0, position.values().len() - 1].into_iter().zip(folds).map(at).collect()
     }
 
     /// Transmission angles and the joint-force index, by the difference that a unit load makes.
