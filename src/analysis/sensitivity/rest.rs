@@ -213,7 +213,7 @@ fn units(formulated: &Formulated, matrix: &DMatrix<f64>, n: usize) -> Vec<f64> {
 
 type Vector = DVector<Complex<f64>>;
 
-/// u and v with u^H N = 0 and N v = 0, by the real matrix \[Re N, -Im N; Im N, Re N\]: the left vectors of the library's complex decomposition have wrong phases.
+/// u and v with u^H N = 0 and N v = 0, by the real matrix \[Re N, -Im N; Im N, Re N\]: left vectors of the library's complex decomposition may be wrong.
 fn null_vectors(matrix: &DMatrix<Complex<f64>>) -> Result<(Vector, Vector), Failure> {
     let (rows, n) = matrix.shape();
     let real = DMatrix::from_fn(2 * rows, 2 * n, |i, j| {
@@ -235,6 +235,17 @@ fn null_vectors(matrix: &DMatrix<Complex<f64>>) -> Result<(Vector, Vector), Fail
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Two damped masses at one of their eigenvalues: by the complex decomposition the left vector leaves 5.4.
+    #[test]
+    fn null_vectors_of_two_damped_masses() {
+        let coupling = Complex::new(23.785532594135713, -7.482043350450101);
+        let own = [(23.554504622836582, -13.491347659062852), (22.81303183960336, -2.0442046662145783)];
+        let [first, second] = own.map(|(re, im)| Complex::new(re, im));
+        let matrix = DMatrix::from_row_slice(2, 2, &[first, coupling, coupling, second]);
+        let (left, right) = null_vectors(&matrix).expect("numbers");
+        assert!((left.adjoint() * &matrix).norm() < 1e-12 && (&matrix * &right).norm() < 1e-12);
+    }
 
     /// Products of n x (n - 1) and (n - 1) x n matrices with entries about one.
     #[test]
