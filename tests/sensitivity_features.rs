@@ -73,20 +73,25 @@ fn an_equilibrium() {
     assert!((0..4).all(|column| found.derivatives[0].column(column).amax() > 1e-4));
 }
 
+/// Derivatives of eigenvalues against differences.
+fn check_eigenvalues(scene: &Scene, by: &[&str], found: &cotree::analysis::ModeChanges) {
+    for (column, name) in by.iter().enumerate() {
+        let values = |mut study: Study| {
+            let modes = study.modes(None).unwrap().modes;
+            modes.iter().flat_map(|mode| [mode.eigenvalue.re, mode.eigenvalue.im]).collect::<Vec<f64>>()
+        };
+        let own: Vec<f64> = found.derivatives.iter().flatten().flat_map(|by| [by[column].re, by[column].im]).collect();
+        assert_close(&own, &difference_of(scene, name, values), 1e-7, name);
+    }
+}
+
 #[test]
 fn vibrations_about_an_equilibrium_that_moves() {
     let scene = resting();
     let found = Study::new(&scene).unwrap().mode_sensitivities(&names(&AT_REST)).unwrap();
     assert_eq!(found.modes.len(), 1);
     assert!(found.modes[0].frequency() > 0.1 && found.modes[0].damping_ratio().unwrap() > 1e-3, "{:?}", found.modes);
-    for (column, name) in AT_REST.iter().enumerate() {
-        let values = |mut study: Study| {
-            let modes = study.modes(None).unwrap().modes;
-            modes.iter().flat_map(|mode| [mode.eigenvalue.re, mode.eigenvalue.im]).collect::<Vec<f64>>()
-        };
-        let own: Vec<f64> = found.derivatives.iter().flatten().flat_map(|by| [by[column].re, by[column].im]).collect();
-        assert_close(&own, &difference_of(&scene, name, values), 1e-7, name);
-    }
+    check_eigenvalues(&scene, &AT_REST, &found);
 }
 
 /// Two equal masses on equal springs: s^2 = -k/m, with the same damping; a third one apart.
@@ -136,14 +141,7 @@ fn eigenvalues_of_coupled_masses() {
     let by = ["factor_a", "factor_b", "factor_c", "loss"];
     let found = Study::new(&scene).unwrap().mode_sensitivities(&names(&by)).unwrap();
     assert_eq!(found.modes.len(), 3);
-    for (column, name) in by.iter().enumerate() {
-        let values = |mut study: Study| {
-            let modes = study.modes(None).unwrap().modes;
-            modes.iter().flat_map(|mode| [mode.eigenvalue.re, mode.eigenvalue.im]).collect::<Vec<f64>>()
-        };
-        let own: Vec<f64> = found.derivatives.iter().flatten().flat_map(|by| [by[column].re, by[column].im]).collect();
-        assert_close(&own, &difference_of(&scene, name, values), 1e-7, name);
-    }
+    check_eigenvalues(&scene, &by, &found);
 }
 
 #[test]

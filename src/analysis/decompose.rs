@@ -1,7 +1,7 @@
 //! Decompositions that end whatever the numbers are: those of the library go on for ever, or panic, where one is not finite.
 
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
-use nalgebra::{Complex, ComplexField, DMatrix, Dyn, SVD, Schur, SymmetricEigen};
+use nalgebra::{Complex, ComplexField, DMatrix, DVector, Dyn, SVD, Schur, SymmetricEigen};
 
 use super::Failure;
 
@@ -22,6 +22,17 @@ pub(super) fn svd<T: ComplexField<RealField = f64>>(
     let mut found = found.filter(|svd| !svd.singular_values.iter().any(|value| value.is_nan()));
     found.iter_mut().for_each(SVD::sort_by_singular_values);
     found.ok_or(Failure::Range)
+}
+
+/// v with N v = 0, or of a smallest singular value that is there more than once the one so many before. With the adjoint matrix the left one: those that the
+/// library gives beside the right ones may be wrong.
+///
+/// # Errors
+/// Those of [`svd`].
+pub(super) fn null_vector(matrix: DMatrix<Complex<f64>>, before: usize) -> Result<DVector<Complex<f64>>, Failure> {
+    let last = matrix.ncols() - 1;
+    let vectors = svd(matrix, false, true)?.v_t.ok_or(Failure::Range)?;
+    Ok(vectors.row(last - before.min(last)).adjoint())
 }
 
 /// Eigenvalues and vectors of a symmetric matrix.
@@ -95,6 +106,40 @@ mod tests {
             for (found, expected) in found.iter().zip([-4.0, 4.0]) {
                 assert!((found.re / size - expected).abs() < 1e-12 && found.im == 0.0, "{found} at {size}");
             }
+        }
+    }
+
+    fn null_vectors(matrix: &DMatrix<Complex<f64>>) -> [DVector<Complex<f64>>; 2] {
+        [matrix.adjoint(), matrix.clone()].map(|matrix| null_vector(matrix, 0).expect("numbers"))
+    }
+
+    /// Two damped masses at one of their eigenvalues: by the complex decomposition the left vector leaves 5.4.
+    #[test]
+    fn null_vectors_of_two_damped_masses() {
+        let coupling = Complex::new(23.785532594135713, -7.482043350450101);
+        let own = [(23.554504622836582, -13.491347659062852), (22.81303183960336, -2.0442046662145783)];
+        let [first, second] = own.map(|(re, im)| Complex::new(re, im));
+        let matrix = DMatrix::from_row_slice(2, 2, &[first, coupling, coupling, second]);
+        let [left, right] = null_vectors(&matrix);
+        assert!((left.adjoint() * &matrix).norm() < 1e-12 && (&matrix * &right).norm() < 1e-12);
+    }
+
+    /// Products of n x (n - 1) and (n - 1) x n matrices with entries about one.
+    #[test]
+    fn null_vectors_are_those_of_the_matrix() {
+        let mut seed = 1.0_f64;
+        let mut random = || {
+            seed = (seed * 78.233).sin() * 43758.5453;
+            seed -= seed.floor();
+            2.0 * seed - 1.0
+        };
+        for n in (2..7).flat_map(|n| [n; 20]) {
+            let mut factor = |rows, columns| DMatrix::from_fn(rows, columns, |_, _| Complex::new(random(), random()));
+            let matrix = factor(n, n - 1) * factor(n - 1, n);
+            let [left, right] = null_vectors(&matrix);
+            let (across, along) = (left.adjoint() * &matrix, &matrix * &right);
+            assert!(along.norm() < 1e-12 && across.norm() < 1e-12, "{n}: {across} {along}");
+            assert!((left.norm() - 1.0).abs() < 1e-12 && (right.norm() - 1.0).abs() < 1e-12, "{n}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::Failure;
-use super::decompose::{self, svd};
+use super::decompose::{self, null_vector};
 use super::search::{null_space, scales};
 use super::state_space::StateSpace;
 use crate::formulate::Formulated;
@@ -119,10 +119,7 @@ fn vibration(
         let diagonal = if i == j { square } else { Complex::default() };
         diagonal - eigenvalue * damping[(i, j)] - stiffness[(i, j)]
     });
-    Ok(match svd(matrix, false, true)?.v_t {
-        Some(v_t) => v_t.row(f - 1 - repeated.min(f - 1)).adjoint(),
-        None => DVector::zeros(f),
-    })
+    null_vector(matrix, repeated)
 }
 
 /// Zero has no sign: adding it takes one away.

@@ -291,9 +291,10 @@ impl Figures {
         let unwound = position.unwound();
         self.limits = first.zeros().iter().map(|&input| At { input, value: unwound.at_input(input) }).collect();
         if self.limits.len() >= 2 || !table.periodic {
-            let ends = self.at_dead_points(&unwound, &first, &second);
-            let most = |sign: f64, own: f64| ends.iter().map(|end| sign * end).fold(sign * own, f64::max) * sign;
-            self.stroke = Some(most(1.0, unwound.max().value) - most(-1.0, unwound.min().value));
+            let mut reached = self.at_dead_points(&unwound, &first, &second);
+            reached.extend([unwound.min().value, unwound.max().value]);
+            let [least, most] = [f64::min, f64::max].map(|of| reached.iter().copied().reduce(of));
+            self.stroke = most.zip(least).map(|(most, least)| most - least);
         }
         if let Some(tolerance) = dwell.filter(|_| !table.periodic || unwound.is_periodic()) {
             let ends = [table.input(0), table.input(if table.periodic { table.count() } else { table.count() - 1 })];

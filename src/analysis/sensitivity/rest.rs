@@ -7,9 +7,9 @@
 //! An eigenvalue s of N(s) = \[s^2 M + s C + H, Phi_q^T; Phi_q, 0\], with N v = 0 and u^H N = 0, changes by s_p = -u^H N_p v / u^H (2 s M + C) v. N_p is the whole
 //! change: the pose moves with the parameter (Murthy and Haftka, *Int. J. Numer. Methods Eng.* 26, 1988).
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix};
 
-use super::super::decompose::{self, svd};
+use super::super::decompose::{null_vector, svd};
 use super::super::modes::{Mode, modes};
 use super::super::search::scales;
 use super::super::state_space::StateSpace;
@@ -148,7 +148,8 @@ impl Rest {
             let scaled = |matrix: &DMatrix<Complex<f64>>| {
                 DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * units[i] * units[j])
             };
-            let (left, right) = null_vectors(&scaled(&system))?;
+            let system = scaled(&system);
+            let [left, right] = [null_vector(system.adjoint(), 0)?, null_vector(system, 0)?];
             let slope = mass.map(Complex::from) * (s * 2.0) + damping.map(Complex::from);
             let slope = scaled(&slope);
             let along = |matrix: &DMatrix<Complex<f64>>| left.dotc(&(matrix * &right));
@@ -209,60 +210,4 @@ fn units(formulated: &Formulated, matrix: &DMatrix<f64>, n: usize) -> Vec<f64> {
     let [own, loops] = [largest(0..n), largest(n..matrix.nrows())];
     let reaction = if own > 0.0 && loops > 0.0 { own / loops } else { 1.0 };
     scales.iter().copied().chain((n..matrix.nrows()).map(|_| reaction)).collect()
-}
-
-type Vector = DVector<Complex<f64>>;
-
-/// u and v with u^H N = 0 and N v = 0, by the real matrix \[Re N, -Im N; Im N, Re N\]: left vectors of the library's complex decomposition may be wrong.
-fn null_vectors(matrix: &DMatrix<Complex<f64>>) -> Result<(Vector, Vector), Failure> {
-    let (rows, n) = matrix.shape();
-    let real = DMatrix::from_fn(2 * rows, 2 * n, |i, j| {
-        let entry = matrix[(i % rows, j % n)];
-        match (i < rows, j < n) {
-            (true, false) => -entry.im,
-            (false, true) => entry.im,
-            _ => entry.re,
-        }
-    });
-    let parts = decompose::svd(real, true, true)?;
-    let (Some(left), Some(right)) = (parts.u, parts.v_t) else { return Err(Failure::Range) };
-    let last = 2 * n - 1;
-    let vector =
-        |size: usize, at: &dyn Fn(usize) -> f64| Vector::from_fn(size, |i, _| Complex::new(at(i), at(size + i)));
-    Ok((vector(rows, &|i| left[(i, last)]), vector(n, &|i| right[(last, i)])))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Two damped masses at one of their eigenvalues: by the complex decomposition the left vector leaves 5.4.
-    #[test]
-    fn null_vectors_of_two_damped_masses() {
-        let coupling = Complex::new(23.785532594135713, -7.482043350450101);
-        let own = [(23.554504622836582, -13.491347659062852), (22.81303183960336, -2.0442046662145783)];
-        let [first, second] = own.map(|(re, im)| Complex::new(re, im));
-        let matrix = DMatrix::from_row_slice(2, 2, &[first, coupling, coupling, second]);
-        let (left, right) = null_vectors(&matrix).expect("numbers");
-        assert!((left.adjoint() * &matrix).norm() < 1e-12 && (&matrix * &right).norm() < 1e-12);
-    }
-
-    /// Products of n x (n - 1) and (n - 1) x n matrices with entries about one.
-    #[test]
-    fn null_vectors_are_those_of_the_matrix() {
-        let mut seed = 1.0_f64;
-        let mut random = || {
-            seed = (seed * 78.233).sin() * 43758.5453;
-            seed -= seed.floor();
-            2.0 * seed - 1.0
-        };
-        for n in (2..7).flat_map(|n| [n; 20]) {
-            let mut factor = |rows, columns| DMatrix::from_fn(rows, columns, |_, _| Complex::new(random(), random()));
-            let matrix = factor(n, n - 1) * factor(n - 1, n);
-            let (left, right) = null_vectors(&matrix).expect("numbers");
-            let (across, along) = (left.adjoint() * &matrix, &matrix * &right);
-            assert!(along.norm() < 1e-12 && across.norm() < 1e-12, "{n}: {across} {along}");
-            assert!((left.norm() - 1.0).abs() < 1e-12 && (right.norm() - 1.0).abs() < 1e-12, "{n}");
-        }
-    }
 }
