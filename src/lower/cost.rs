@@ -51,7 +51,7 @@ fn weigh(operation: Operation) -> (usize, usize, usize) {
         | Operation::Less
         | Operation::LessEqual
         | Operation::Floor => (1, 0, 3),
-        Operation::MultiplyAdd => (1, 0, 6),
+        Operation::MultiplyAdd | Operation::MultiplySubtract | Operation::SubtractProduct => (1, 0, 6),
         Operation::Divide => (1, 0, 13),
         Operation::SquareRoot => (1, 0, 20),
         Operation::SinCos

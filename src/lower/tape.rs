@@ -141,7 +141,7 @@ struct Writer<'w, 'a> {
     order: &'w [Expr],
     /// The number of each expression in the order.
     numbers: Vec<u32>,
-    /// By numbers: products whose only use is an addition, which becomes a multiply-add.
+    /// By numbers: products whose only use is a sum or a difference, which becomes one instruction with it.
     fused: Vec<bool>,
     schedule: Vec<Expr>,
     /// By numbers.
@@ -177,24 +177,31 @@ impl<'w, 'a> Writer<'w, 'a> {
 
     fn fuse(&mut self, results: &[Expr]) {
         let mut uses = vec![0; self.order.len()];
-        let operands = self.order.iter().flat_map(|&expr| self.assembler.arena.node(expr).operands());
-        for number in operands.chain(results.iter().copied()).filter_map(|used| self.number(used)) {
-            uses[number] += 1;
+        let mut depths = vec![0; self.order.len()];
+        let arena = &self.assembler.arena;
+        for (number, &expr) in self.order.iter().enumerate() {
+            for used in arena.node(expr).operands().filter_map(|operand| self.number(operand)) {
+                uses[used] += 1;
+                depths[number] = depths[number].max(depths[used] + 1);
+            }
         }
+        results.iter().filter_map(|&result| self.number(result)).for_each(|result| uses[result] += 1);
         for &expr in self.order {
-            if let Some(product) = self.fusible(expr, &uses) {
+            if let Some(product) = self.fusible(expr, &uses, &depths) {
                 self.fused[product] = true;
             }
         }
     }
 
-    fn fusible(&self, expr: Expr, uses: &[usize]) -> Option<usize> {
+    /// Of two products the one that more operations precede: it would be waited for, and results take three times as long through a register of the file as within an instruction.
+    fn fusible(&self, expr: Expr, uses: &[usize], depths: &[usize]) -> Option<usize> {
         let arena = &self.assembler.arena;
-        let Node::Binary(Binary::Add, a, b) = arena.node(expr) else { return None };
-        [a, b].into_iter().find_map(|operand| {
+        let Node::Binary(Binary::Add | Binary::Subtract, a, b) = arena.node(expr) else { return None };
+        let product = |operand: Expr| {
             let number = self.number(operand).filter(|&number| uses[number] == 1)?;
             matches!(arena.node(operand), Node::Binary(Binary::Multiply, ..)).then_some(number)
-        })
+        };
+        [a, b].into_iter().filter_map(product).max_by_key(|&number| depths[number])
     }
 
     fn find_last_uses(&mut self, results: &[Expr]) {
@@ -308,6 +315,8 @@ impl<'w, 'a> Writer<'w, 'a> {
     fn kind(&self, expr: Expr) -> Operation {
         match self.assembler.arena.node(expr) {
             Node::Binary(Binary::Add, a, b) if self.is_fused(a) || self.is_fused(b) => Operation::MultiplyAdd,
+            Node::Binary(Binary::Subtract, a, _) if self.is_fused(a) => Operation::MultiplySubtract,
+            Node::Binary(Binary::Subtract, _, b) if self.is_fused(b) => Operation::SubtractProduct,
             Node::Binary(function, ..) => operation(function.definition().run),
             Node::Unary(function, _) => operation(function.definition().run),
             Node::Select(..) => Operation::Select,
@@ -319,7 +328,7 @@ impl<'w, 'a> Writer<'w, 'a> {
     fn operation(&self, expr: Expr) -> (Operation, [u32; 3]) {
         let at = |e: Expr| self.register(e);
         let operands = match self.assembler.arena.node(expr) {
-            Node::Binary(Binary::Add, a, b) if self.is_fused(a) || self.is_fused(b) => {
+            Node::Binary(Binary::Add | Binary::Subtract, a, b) if self.is_fused(a) || self.is_fused(b) => {
                 let (product, other) = if self.is_fused(a) { (a, b) } else { (b, a) };
                 let factors: Vec<u32> = self.assembler.arena.node(product).operands().map(at).collect();
                 [factors[0], factors[1], at(other)]

@@ -154,14 +154,14 @@ fn whole_run(model: Arc<Model>, experiment: Experiment) -> Option<(f64, u64)> {
     Some((fastest.as_secs_f64(), found.statistics.steps))
 }
 
-/// Counts instructions; a multiplication with an addition counts as both.
+/// Counts instructions; a multiplication with an addition or subtraction counts as both.
 pub fn count(tapes: &[&Tape]) -> Operations {
     let mut counts = Operations::default();
     for instruction in tapes.iter().flat_map(|tape| tape.instructions()) {
         match instruction.operation {
             Operation::Add | Operation::Subtract | Operation::Negate => counts.additions += 1,
             Operation::Multiply => counts.multiplications += 1,
-            Operation::MultiplyAdd => {
+            Operation::MultiplyAdd | Operation::MultiplySubtract | Operation::SubtractProduct => {
                 counts.additions += 1;
                 counts.multiplications += 1;
             }

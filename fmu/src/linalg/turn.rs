@@ -1,6 +1,6 @@
 //! Sine and cosine of four angles at once, with the bits of [`math::sin_cos`].
 
-use super::lane::{Lane, WIDTH, add, multiply, plus, splat, subtract};
+use super::lane::{Lane, WIDTH, add, by_width, multiply, plus, splat, subtract};
 use super::many::Many;
 use crate::math::{self, COSINE, HALF_PI, REDUCTION_LIMIT, ROUND, SINE, TWO_OVER_PI};
 
@@ -32,6 +32,21 @@ pub(crate) fn cosine_and_sine(x: Lane) -> [Lane; 2] {
         result[1][i] = f64::from_bits(odd.to_bits() ^ (quadrant & 2) << 62);
     }
     result
+}
+
+/// Four angles.
+pub(crate) struct Angles(pub Lane);
+
+impl Angles {
+    by_width! {
+        /// Their cosines and sines, where the code around is not compiled for AVX2.
+        pub(crate) fn cosines_and_sines(&self: Angles) -> [Lane; 2] = turned
+    }
+
+    #[inline(always)]
+    fn turned(&self) -> [Lane; 2] {
+        cosine_and_sine(self.0)
+    }
 }
 
 /// The same of several motions.

@@ -65,6 +65,8 @@ impl Instruction {
             Operation::Subtract => subtract(a, b),
             Operation::Multiply => multiply(a, b),
             Operation::MultiplyAdd => add(multiply(a, b), registers[self.c as usize]),
+            Operation::MultiplySubtract => subtract(multiply(a, b), registers[self.c as usize]),
+            Operation::SubtractProduct => subtract(registers[self.c as usize], multiply(a, b)),
             Operation::Divide => divide(a, b),
             Operation::Negate => [-a[0], -a[1], -a[2], -a[3]],
             Operation::SquareRoot => [a[0].sqrt(), a[1].sqrt(), a[2].sqrt(), a[3].sqrt()],
@@ -90,6 +92,12 @@ impl Instruction {
             Operation::Subtract => self.along(tangents, |da, db, _| subtract(da, db)),
             Operation::Multiply => self.along(tangents, |da, db, _| add(chains(b, da), chains(a, db))),
             Operation::MultiplyAdd => self.along(tangents, |da, db, dc| add(add(chains(b, da), chains(a, db)), dc)),
+            Operation::MultiplySubtract => {
+                self.along(tangents, |da, db, dc| subtract(add(chains(b, da), chains(a, db)), dc))
+            }
+            Operation::SubtractProduct => {
+                self.along(tangents, |da, db, dc| subtract(dc, add(chains(b, da), chains(a, db))))
+            }
             Operation::Divide => self.along(tangents, |da, db, _| divide(subtract(da, chains(db, value)), b)),
             Operation::Negate => self.along(tangents, |da, _, _| da.map(|da| -da)),
             Operation::SquareRoot => {
@@ -130,6 +138,8 @@ impl Instruction {
             Operation::Subtract => subtract(da, db),
             Operation::Multiply => add(chain(b, da), chain(a, db)),
             Operation::MultiplyAdd => add(add(chain(b, da), chain(a, db)), dc),
+            Operation::MultiplySubtract => subtract(add(chain(b, da), chain(a, db)), dc),
+            Operation::SubtractProduct => subtract(dc, add(chain(b, da), chain(a, db))),
             Operation::Divide => divide(subtract(da, chains(db, splat(value))), splat(b)),
             Operation::Negate => da.map(|da| -da),
             Operation::SinCos => {

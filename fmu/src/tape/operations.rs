@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Tape;
 use super::file::{FEW_REGISTERS, File};
+use super::interpreter::sines_and_cosines;
 use super::series::Series;
 use super::tangent::chain;
 use crate::math;
@@ -75,13 +76,7 @@ macro_rules! operations {
                     let (alike, after) = rest.split_at(count as usize);
                     rest = after;
                     match alike[0].operation {
-                        Operation::SinCos => {
-                            for instruction in alike {
-                                let (sine, cosine) = math::sin_cos(file.get(instruction.a));
-                                file.set(instruction.c, cosine);
-                                file.set(instruction.target, sine);
-                            }
-                        }
+                        Operation::SinCos => sines_and_cosines(alike, file),
                         $(Operation::$name => {
                             for instruction in alike {
                                 $(let $operand = file.get(instruction.$operand);)+
@@ -103,6 +98,10 @@ operations! {
     Divide(a, b): "a / b" = a / b, slope (da - chain(db, value)) / b, series a.divide(b);
     Negate(a): "-a" = -a, slope -da, series a.scale(-1.0);
     MultiplyAdd(a, b, c): "a * b + c, rounded twice" = a * b + c, slope chain(b, da) + chain(a, db) + dc, series a.multiply(b).add(c);
+    MultiplySubtract(a, b, c): "a * b - c, rounded twice" = a * b - c, slope chain(b, da) + chain(a, db) - dc,
+        series a.multiply(b).add(c.scale(-1.0));
+    SubtractProduct(a, b, c): "c - a * b, rounded twice" = c - a * b, slope dc - (chain(b, da) + chain(a, db)),
+        series c.add(a.multiply(b).scale(-1.0));
     SquareRoot(a): "sqrt a" = a.sqrt(), slope chain(0.5 / value, da),
         series a.map(a.0[0].sqrt(), |root| Series::constant(0.5).divide(root));
     Absolute(a): "|a|" = a.abs(), slope chain(math::sign(a), da),
