@@ -1,5 +1,7 @@
 //! The quantities of one turn or stroke.
 
+use std::f64::consts::FRAC_PI_2;
+
 use serde::Serialize;
 
 use super::cams::{Cam, cams};
@@ -7,6 +9,7 @@ use super::centres::{Centres, RelativeCentres, centres};
 use super::curve::{self, Path};
 use super::drive::{self, Table, motion_of};
 use super::dwell::Dwell;
+use super::flywheel::Fluctuation;
 use super::grashof;
 use super::report::radius_of;
 use super::samples::{ANGULAR, At, Samples};
@@ -35,6 +38,8 @@ pub struct Figures {
     pub output: Option<Link>,
     /// The speed of the input [rad/s] or [m/s].
     pub speed: f64,
+    /// Does the scene move the input backwards? The figures are those of the way forwards.
+    pub reversed: bool,
     /// Does the input turn fully, and is everything then as before?
     pub full_turn: bool,
     /// The range of the input, if it does not turn fully: where the motion folds, or what was asked for.
@@ -119,19 +124,6 @@ pub struct Transmission {
     pub joint: String,
     pub min: At,
     pub max: At,
-}
-
-/// How much the speed fluctuates.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Fluctuation {
-    /// (w_max - w_min)/w_mean without drive and loads.
-    pub free: f64,
-    /// What loads take out of a constant drive torque and give back \[J\].
-    pub energy: f64,
-    /// The constant drive torque that the loads need [N.m].
-    pub mean_torque: f64,
-    /// The flywheel for the permitted fluctuation [kg.m2].
-    pub flywheel: Option<f64>,
 }
 
 /// A quantity over the input.
@@ -291,7 +283,7 @@ impl Figures {
         let unwound = position.unwound();
         self.limits = first.zeros().iter().map(|&input| At { input, value: unwound.at_input(input) }).collect();
         if self.limits.len() >= 2 || !table.periodic {
-            let mut reached = self.at_dead_points(&unwound, &first, &second);
+            let mut reached = self.at_dead_points(&unwound);
             reached.extend([unwound.min().value, unwound.max().value]);
             let [least, most] = [f64::min, f64::max].map(|of| reached.iter().copied().reduce(of));
             self.stroke = most.zip(least).map(|(most, least)| most - least);
@@ -300,8 +292,10 @@ impl Figures {
             let ends = [table.input(0), table.input(if table.periodic { table.count() } else { table.count() - 1 })];
             self.dwell = Dwell::longest(&unwound, &self.limits, tolerance, ends, table.periodic);
         }
+        // Where it dwells there is no one input between going and coming back.
         if let [a, b] = self.limits[..]
             && table.periodic
+            && first.with(&second, f64::hypot).zeros().is_empty()
         {
             let way = b.input - a.input;
             let rest = std::f64::consts::TAU - way;
@@ -309,14 +303,17 @@ impl Figures {
         }
     }
 
-    /// The output where the motion folds, a little beyond the first and the last sample: y = y_f + c sqrt(d) + e d at the way d from there, by two derivatives.
-    fn at_dead_points(&self, position: &Samples, first: &Samples, second: &Samples) -> Vec<f64> {
+    /// The output where the motion folds, a little beyond the first and the last sample: at the way d from there it is a power series of sqrt(d).
+    fn at_dead_points(&self, position: &Samples) -> Vec<f64> {
         let Some(folds) = self.range.filter(|_| self.dead_points) else { return Vec::new() };
-        let at = |(index, fold): (usize, f64)| {
-            let way = fold - position.input(index);
-            position.values()[index] + way * first.values()[index] + 2.0 * way * way * second.values()[index]
+        let Some(last) = position.values().len().checked_sub(8).map(|rest| rest + 7) else { return Vec::new() };
+        let nearest = |end: usize| std::array::from_fn::<usize, 8, _>(|i| if end == 0 { i } else { last - i });
+        let at = |(end, fold): (usize, f64)| {
+            let samples =
+                nearest(end).map(|index| [(fold - position.input(index)).abs().sqrt(), position.values()[index]]);
+            at_zero(&samples)
         };
-        [0, position.values().len() - 1].into_iter().zip(folds).map(at).collect()
+        [0, last].into_iter().zip(folds).map(at).collect()
     }
 
     /// Transmission angles and the joint-force index, by the difference that a unit load makes.
@@ -349,8 +346,18 @@ impl Figures {
             let across = x.with(&vy, |f, v| f * v).minus(&y.with(&vx, |f, v| f * v));
             // The acute angle between force and path is 90 degrees less the transmission angle.
             let angle = along.with(&across, |along, across| along.abs().atan2(across.abs()));
+            // Its ends, 0 and 90 degrees, are kinks; where the point stands still both parts are zero.
+            let moving = 1e-6 * along.with(&across, f64::hypot).max().value;
+            let end = |zero: &Samples, other: &Samples, value: f64| {
+                let input = zero.zeros().into_iter().find(|&input| other.at_input(input).abs() > moving);
+                input.map(|input| At { input, value })
+            };
             self.push(&format!("transmission at {}", joint.name), "rad", &angle);
-            self.transmission.push(Transmission { joint: joint.name.clone(), min: angle.min(), max: angle.max() });
+            self.transmission.push(Transmission {
+                joint: joint.name.clone(),
+                min: end(&along, &across, 0.0).unwrap_or_else(|| angle.min()),
+                max: end(&across, &along, FRAC_PI_2).unwrap_or_else(|| angle.max()),
+            });
         }
         self.joint_force_index = largest.map(|largest| largest.max());
     }
@@ -368,22 +375,6 @@ impl Figures {
                 self.push(&radius_of(&name), "m", &curvature.map(|value| 1.0 / value));
             }
         }
-    }
-
-    /// What the loads take out of a constant torque, and the flywheel for it. The drive's effort less that of the masses, J' w^2/2, is that
-    /// of the loads (Eksergian 1930).
-    fn flywheel(&mut self, effort: &Samples, inertia: &Samples, permitted: Option<f64>) {
-        let square = self.speed * self.speed;
-        let load = effort.minus(&inertia.slope().map(|slope| 0.5 * slope * square));
-        let energy = load.fluctuation();
-        let energy = energy.max().value - energy.min().value;
-        let [least, most] = [inertia.min().value.sqrt(), inertia.max().value.sqrt()];
-        self.fluctuation = Some(Fluctuation {
-            free: 2.0 * (most - least) / (most + least),
-            energy,
-            mean_torque: load.mean(),
-            flywheel: permitted.map(|permitted| energy / (permitted * square)),
-        });
     }
 
     fn forces(&mut self, mechanism: &Mechanism, table: &Table) {
@@ -437,9 +428,18 @@ impl Figures {
         self.shaking_moment = Some(Extent::of(&moment));
         self.inertia = Some(Extent::of(&inertia));
         if let (Some(effort), true) = (table.effort(), self.full_turn) {
-            self.flywheel(&effort, &inertia, permitted);
+            self.fluctuation = Some(Fluctuation::of(&effort, &inertia, speed, permitted));
         }
     }
+}
+
+/// The value at 0 of the polynomial through points (Lagrange).
+fn at_zero(points: &[[f64; 2]]) -> f64 {
+    let term = |(i, [x, value]): (usize, &[f64; 2])| {
+        let others = points.iter().enumerate().filter(|(j, _)| *j != i);
+        value * others.map(|(_, [other, _])| other / (other - x)).product::<f64>()
+    };
+    points.iter().enumerate().map(term).sum()
 }
 
 /// The unit of a derivative: `m/rad`, `rad/m2`; a pure number has none.

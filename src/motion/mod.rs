@@ -8,6 +8,7 @@ mod curve;
 mod drive;
 mod dwell;
 mod figures;
+mod flywheel;
 mod grashof;
 mod report;
 mod samples;
@@ -34,7 +35,7 @@ pub struct Request {
     pub input: Option<String>,
     /// The joint whose motion is of interest; another one on the ground if absent.
     pub output: Option<String>,
-    /// The speed of the input [rad/s] or [m/s]; that of the scene's start if absent.
+    /// The speed of the input [rad/s] or [m/s], above zero; the size of that at the scene's start if absent.
     pub speed: Option<f64>,
     /// From where to where, SI; one turn, or as far as it goes, if absent.
     pub range: Option<[f64; 2]>,
@@ -92,6 +93,7 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
     let joint = input(&mechanism, request.input.as_deref())?;
     let output = output(&mechanism, joint, request.output.as_deref())?;
     let [start, speed] = start(scene, &mechanism, joint)?;
+    let reversed = request.speed.is_none() && speed < -1e-9;
     let speed = request.speed.unwrap_or(if speed.abs() > 1e-9 { speed.abs() } else { 1.0 });
     if !(speed > 0.0 && speed.is_finite()) {
         return Err(MotionError::Request(format!("the speed of the input must be above zero, not {speed}")));
@@ -108,7 +110,8 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
         Some(_) => (drive::sample(scene, &mechanism, &drive, None)?, None),
         None => whole_way(scene, &mechanism, &mut drive)?,
     };
-    figures::of(&figures::Subject { scene, mechanism: &mechanism, drive: &drive, output, request }, &table, folds)
+    let subject = figures::Subject { scene, mechanism: &mechanism, drive: &drive, output, request };
+    Ok(Figures { reversed, ..figures::of(&subject, &table, folds)? })
 }
 
 /// The motion of a full turn; else as far as the input goes from its start both ways, and the input at the folds there.

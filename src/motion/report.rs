@@ -84,6 +84,12 @@ impl Figures {
             let _ = writeln!(text, "{sentence}");
         };
         line(self.kind(&shown));
+        if self.reversed {
+            let input = &self.input.name;
+            line(format!(
+                "the scene moves `{input}` backwards; the figures are those of the way forwards, at the same speed"
+            ));
+        }
         self.output_lines(&shown).into_iter().for_each(&mut line);
         self.transmission.iter().for_each(|angle| line(self.transmission_line(angle, &shown)));
         if let (Some(index), Some(output)) = (&self.joint_force_index, &self.output) {
@@ -177,7 +183,11 @@ impl Figures {
             let free = format!("coefficient of fluctuation without drive and loads {}", number(own.free));
             let energy = shown.value(own.energy, "J");
             lines.push(format!("{free}; the loads need {} and vary by {energy}", shown.value(own.mean_torque, "N.m")));
-            lines.extend(own.flywheel.map(|wheel| format!("flywheel {}", shown.value(wheel, "kg.m2"))));
+            let wheels = own.flywheel.zip(own.added_inertia);
+            lines.extend(wheels.map(|(loads, added)| {
+                let [loads, added] = [loads, added].map(|inertia| shown.value(inertia, "kg.m2"));
+                format!("flywheel {added} beside the inertia of the mechanism; {loads} for the loads alone")
+            }));
         }
         lines
     }

@@ -1,4 +1,5 @@
-//! Values at equal steps of the input, and what lies between them: extremes and zeros, by polynomials through eight neighbours.
+//! Values at equal steps of the input, and what lies between them: extremes and zeros, by polynomials through eight neighbours. Next to jumps and kinks (cams, forces on one
+//! stroke) these are neighbours of one side, as in essentially non-oscillatory interpolation (Harten, Engquist, Osher, Chakravarthy, *J. Comput. Phys.* 71, 1987).
 
 use crate::mechanism::Quantity;
 
@@ -6,6 +7,10 @@ use crate::mechanism::Quantity;
 pub const ANGULAR: [Quantity; 3] = [Quantity::Angle, Quantity::Omega, Quantity::Alpha];
 /// How many neighbours an interpolation uses.
 const NEIGHBOURS: usize = 8;
+/// Where polynomials through different neighbours differ by more than this share of what the values there do, the values are not smooth.
+const SMOOTH: f64 = 1e-3;
+/// Values below this share of the largest are rounding errors of zero.
+const ROUNDING: f64 = 1e-12;
 
 /// Values of one quantity at equal steps.
 #[derive(Clone, Debug)]
@@ -51,7 +56,40 @@ impl Samples {
 
     /// The value at a place in steps.
     fn at(&self, place: f64) -> f64 {
-        self.polynomial(self.first(place), place)
+        let first = self.first(place);
+        let [centred, smoothest] = [first, self.smoothest(place)].map(|first| self.polynomial(first, place));
+        let values = || (first..first + NEIGHBOURS as isize).filter_map(|index| self.value(index));
+        let [least, most] = [f64::min, f64::max].map(|of| values().reduce(of).unwrap_or(0.0));
+        if (centred - smoothest).abs() > SMOOTH * (most - least) { smoothest } else { centred }
+    }
+
+    /// The first of those neighbours of a place whose divided differences are the smallest.
+    fn smoothest(&self, place: f64) -> isize {
+        let used = NEIGHBOURS.min(self.values.len());
+        let mut first = place.floor() as isize;
+        if !self.periodic {
+            first = first.clamp(0, self.values.len() as isize - 2.min(used as isize));
+        }
+        for order in 2..used {
+            let [left, right] = [first - 1, first].map(|first| self.difference(first, order));
+            if left < right {
+                first -= 1;
+            }
+        }
+        first
+    }
+
+    /// The size of a difference of so many orders from a sample on; infinite where there are no values.
+    fn difference(&self, first: isize, order: usize) -> f64 {
+        let mut values = [f64::INFINITY; NEIGHBOURS];
+        for (value, index) in values.iter_mut().zip(first..=first + order as isize) {
+            let Some(own) = self.value(index) else { return f64::INFINITY };
+            *value = own;
+        }
+        for last in (1..=order).rev() {
+            (0..last).for_each(|index| values[index] = values[index + 1] - values[index]);
+        }
+        values[0].abs()
     }
 
     /// The first of the neighbours of a place.
@@ -87,11 +125,14 @@ impl Samples {
 
     /// Where it changes its sign, by halving between samples, and where it begins and ends to be zero.
     pub fn zeros(&self) -> Vec<f64> {
+        let least = ROUNDING * self.values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        let rounded = |value: f64| if value.abs() <= least { 0.0 } else { value };
         let mut zeros = Vec::new();
-        for (index, [a, b]) in self.pairs() {
+        for (index, pair) in self.pairs() {
+            let [a, b] = pair.map(rounded);
             if a == 0.0 {
                 // Of a dwell only its ends.
-                let before = self.value(index as isize - 1);
+                let before = self.value(index as isize - 1).map(rounded);
                 if b != 0.0 || before != Some(0.0) {
                     zeros.push(self.input(index));
                 }
@@ -245,6 +286,18 @@ mod tests {
         }
         let zeros = wave(|x| (x - 0.1234).sin()).zeros();
         assert!(zeros.iter().zip([0.1234, 0.1234 + PI]).all(|(a, b)| (a - b).abs() < 1e-12), "{zeros:?}");
+    }
+
+    #[test]
+    fn a_jump_and_a_kink_do_not_oscillate() {
+        let jump = wave(|x| if x < 1.0 { 1.0 + 0.1 * x } else { 0.1 * x.sin() });
+        let (max, min) = (jump.max(), jump.min());
+        assert!((max.value - 1.1).abs() < 1e-3 && (min.value + 0.1).abs() < 1e-9, "{max:?} {min:?}");
+        let kink = wave(|x| 1.0 - (x - 1.0).abs());
+        assert!((kink.max().value - 1.0).abs() < 5e-3 && kink.max().value <= 1.0);
+        let dwell = wave(|x| if x < 2.0 { (1.0 - (x * PI).cos()) * 0.5 } else { 1e-17 }).zeros();
+        assert_eq!(dwell.len(), 2, "{dwell:?}");
+        assert!(dwell[0] == 0.0 && (dwell[1] - 2.0).abs() < TAU / 720.0);
     }
 
     #[test]

@@ -209,7 +209,8 @@ impl Profile {
     }
 
     fn phase(&self, [from, to]: [f64; 2]) -> Option<Phase> {
-        let (beta, inset) = (to - from, 1e-9 * (to - from));
+        // Rounding errors of the phase before, such as sin(pi), hide the slow beginning of the next.
+        let (beta, inset) = (to - from, 1e-7 * (to - from));
         let law = |angle: f64| self.sample(angle.rem_euclid(TAU)).law;
         let rise = law(to - inset)[0] - law(from + inset)[0];
         if rise.abs() < 1e-12 * self.base {
@@ -219,7 +220,14 @@ impl Profile {
             let of = |sample: &Sample| -sample.law[order].abs();
             let steps = 400;
             let angle = |step: usize| from + inset + (beta - 2.0 * inset) * step as f64 / steps as f64;
-            let sizes: Vec<f64> = (0..=steps).map(|step| law(angle(step))[order].abs()).collect();
+            // On to the ends themselves.
+            let end = |end: f64, inset: f64| 2.0 * law(end + inset)[order] - law(end + 2.0 * inset)[order];
+            let size = |step: usize| match step {
+                0 => end(from, inset),
+                step if step == steps => end(to, -inset),
+                step => law(angle(step))[order],
+            };
+            let sizes: Vec<f64> = (0..=steps).map(|step| size(step).abs()).collect();
             let best = (0..=steps).max_by(|&a, &b| sizes[a].total_cmp(&sizes[b])).unwrap_or(0);
             let around = [angle(best.saturating_sub(1)), angle((best + 1).min(steps))];
             let size = sizes[best].max(-of(&self.narrowed(around, &of)));
