@@ -11,6 +11,7 @@ use crate::compile::{self, compile_with};
 use crate::mechanism::{Unit, Units};
 use crate::motion::{self, Figures, MotionError, Request};
 use crate::output::csv::Writer;
+use crate::scene::Scene;
 
 /// Say what a mechanism does in one turn or stroke of its input: range, limits, transmission, drive, reactions, shaking
 ///
@@ -79,7 +80,7 @@ impl Motion {
         let display = compile_with(&scene, |formulated| formulated.equations.system.mechanism.display.clone());
         let display = display.map_or(Units::default(), |(_, display)| display);
         let units = self.units(&display)?;
-        let figures = motion::study(&scene, &self.request()?)?;
+        let figures = motion::study(&scene, &self.request(&scene)?)?;
         if let Some(path) = &self.table {
             let (header, rows) = figures.csv(&units);
             let mut writer = Writer::with_header(Output::new(Some(path))?, header.iter().map(String::as_str))?;
@@ -96,31 +97,31 @@ impl Motion {
         output::print(&figures.text(self.every(&figures)?, &units))
     }
 
-    fn request(&self) -> Result<Request, Failure> {
+    fn request(&self, scene: &Scene) -> Result<Request, Failure> {
         let wrong = |option: &str, message: String| Failure::Usage(format!("--{option}: {message}"));
-        let any = Unit::default();
-        let number = |option: &str, text: &str| compile::quantity(text, &any).map_err(|message| wrong(option, message));
+        let names = Request { input: self.input.clone(), output: self.output_joint.clone(), ..Request::default() };
+        let [input, output] =
+            motion::angular(scene, &names)?.map(|angular| if angular { Unit::angle() } else { Unit::length() });
+        let number = |option: &str, text: &str, unit: &Unit| {
+            compile::quantity(text, unit).map_err(|message| wrong(option, message))
+        };
         let range = match self.range.as_deref().map(|range| range.split_once("..").ok_or(range)) {
             None => None,
-            Some(Ok((low, high))) => Some([number("range", low)?, number("range", high)?]),
+            Some(Ok((from, to))) => {
+                let [from, to] = [number("range", from, &input)?, number("range", to, &input)?];
+                Some([from.min(to), from.max(to)])
+            }
             Some(Err(range)) => return Err(wrong("range", format!("write `from..to`, not `{range}`"))),
         };
         if self.fluctuation.is_some_and(|share| !(share > 0.0 && share < 2.0)) {
             return Err(wrong("fluctuation", "must be between 0 and 2".to_owned()));
         }
-        let dwell = self.dwell.as_deref().map(|near| number("dwell", near)).transpose()?;
+        let dwell = self.dwell.as_deref().map(|near| number("dwell", near, &output)).transpose()?;
         if dwell.is_some_and(|near| !(near > 0.0 && near.is_finite())) {
             return Err(wrong("dwell", "must be above zero".to_owned()));
         }
-        Ok(Request {
-            input: self.input.clone(),
-            output: self.output_joint.clone(),
-            speed: self.speed.as_deref().map(|speed| number("speed", speed)).transpose()?,
-            range,
-            point: self.point.clone(),
-            dwell,
-            fluctuation: self.fluctuation,
-        })
+        let speed = self.speed.as_deref().map(|speed| number("speed", speed, &input.per_second())).transpose()?;
+        Ok(Request { speed, range, point: self.point.clone(), dwell, fluctuation: self.fluctuation, ..names })
     }
 
     fn units(&self, display: &Units) -> Result<Units, Failure> {

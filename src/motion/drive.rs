@@ -7,7 +7,7 @@ use super::Drive;
 use super::samples::Samples;
 use crate::compile::compile;
 use crate::component::body::{POINT_VARIABLES, VARIABLES};
-use crate::mechanism::{Class, Dimension, Mechanism, Part, Quantity};
+use crate::mechanism::{Class, Dimension, JointId, Mechanism, Part, Quantity};
 use crate::scene::constant::evaluate;
 use crate::scene::{Driver, Faults, Load, Scene, Text};
 use crate::simulate::SimulateError;
@@ -64,12 +64,16 @@ pub fn motion_of(joint: &Part) -> Option<[Quantity; 3]> {
     all.iter().all(|quantity| component.variables.contains(quantity)).then_some(all)
 }
 
+/// Does a driver move this joint?
+pub fn moves(driver: &Part, id: JointId, joint: &Part) -> bool {
+    driver.joint() == Some(id) || driver.is_angular() && driver.bodies() == joint.bodies()
+}
+
 /// The scene driven from its start, or from a way before it on, reporting everything that can be computed.
 fn driven(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64, ahead: f64) -> Scene {
     let joint = &mechanism.joints[drive.joint.0];
     let mut driven = scene.clone();
-    let moves_it =
-        |part: &&Part| part.joint() == Some(drive.joint) || part.is_angular() && part.bodies() == joint.bodies();
+    let moves_it = |driver: &&Part| moves(driver, drive.joint, joint);
     let replaced: Vec<&str> = mechanism.drivers.iter().filter(moves_it).map(|part| &*part.name).collect();
     driven.drivers.retain(|driver| !replaced.contains(&driver.name.text.as_str()));
     let motion = format!("{:?} + {:?}*t", drive.start + ahead, direction * drive.speed);

@@ -10,6 +10,7 @@ mod dwell;
 mod figures;
 mod flywheel;
 mod grashof;
+mod input;
 mod report;
 mod samples;
 
@@ -21,12 +22,10 @@ pub use figures::{Figures, Link};
 pub use report::{step, usual};
 pub use samples::At;
 
-use crate::compile::compile_with;
-use crate::diagnostic::suggest;
-use crate::formulate::start::evaluate_at;
-use crate::mechanism::{JointId, Mechanism, Owner, Part, Variable};
+use crate::mechanism::{JointId, Mechanism};
 use crate::scene::{Faults, Scene};
 use crate::simulate::{RunError, SimulateError};
+use input::Start;
 
 /// What is asked for.
 #[derive(Clone, Debug, Default)]
@@ -37,7 +36,7 @@ pub struct Request {
     pub output: Option<String>,
     /// The speed of the input [rad/s] or [m/s], above zero; the size of that at the scene's start if absent.
     pub speed: Option<f64>,
-    /// From where to where, SI; one turn, or as far as it goes, if absent.
+    /// From where to where, SI, the lower end first; one turn, or as far as it goes, if absent.
     pub range: Option<[f64; 2]>,
     /// A point whose path is of interest.
     pub point: Option<String>,
@@ -70,6 +69,18 @@ impl From<SimulateError> for MotionError {
     }
 }
 
+/// Do the driven joint and the one of interest turn? Else they slide.
+///
+/// # Errors
+/// As [`study`].
+pub fn angular(scene: &Scene, request: &Request) -> Result<[bool; 2], MotionError> {
+    let mechanism = scene.resolve()?.mechanism;
+    let joint = input::driven(&mechanism, request.input.as_deref())?;
+    let output = input::output(&mechanism, joint, request.output.as_deref())?;
+    let turns = |joint: JointId| drive::motion_of(&mechanism.joints[joint.0]) == Some(samples::ANGULAR);
+    Ok([turns(joint), output.is_some_and(turns)])
+}
+
 /// Which joint is driven, how fast, and how far.
 #[derive(Clone, Debug)]
 struct Drive {
@@ -90,9 +101,10 @@ struct Drive {
 /// Faults of the scene, a request that does not fit it, a motion that cannot be found.
 pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
     let mechanism = scene.resolve()?.mechanism;
-    let joint = input(&mechanism, request.input.as_deref())?;
-    let output = output(&mechanism, joint, request.output.as_deref())?;
-    let [start, speed] = start(scene, &mechanism, joint)?;
+    let joint = input::driven(&mechanism, request.input.as_deref())?;
+    let output = input::output(&mechanism, joint, request.output.as_deref())?;
+    let Start { position: start, speed, scene } = input::start(scene, &mechanism, joint)?;
+    let (scene, mechanism) = (&scene, scene.resolve()?.mechanism);
     let reversed = request.speed.is_none() && speed < -1e-9;
     let speed = request.speed.unwrap_or(if speed.abs() > 1e-9 { speed.abs() } else { 1.0 });
     if !(speed > 0.0 && speed.is_finite()) {
@@ -145,66 +157,4 @@ fn whole_way(
     let margin = 1e-3 * (back + forth);
     drive.range = Some([drive.start - (back - margin).max(0.0), drive.start + (forth - margin).max(0.0)]);
     Ok((drive::sample(scene, mechanism, drive, None)?, Some([drive.start - back, drive.start + forth])))
-}
-
-/// The joint that is driven.
-fn input(mechanism: &Mechanism, name: Option<&str>) -> Result<JointId, MotionError> {
-    let can_be_driven = |part: &&Part| drive::motion_of(part).is_some();
-    let names = || mechanism.joints.iter().filter(can_be_driven).map(|joint| joint.name.as_str()).collect::<Vec<_>>();
-    let by_driver = |driver: &Part| {
-        let beside = |joint: &Part| driver.is_angular() && joint.bodies() == driver.bodies() && can_be_driven(&joint);
-        driver.joint().or_else(|| mechanism.joints.iter().position(beside).map(JointId))
-    };
-    let found = match name {
-        Some(name) => {
-            let joint = mechanism.joints.iter().position(|joint| joint.name == name && can_be_driven(&joint));
-            let driver = mechanism.drivers.iter().find(|driver| driver.name == name);
-            joint.map(JointId).or_else(|| driver.and_then(by_driver))
-        }
-        None => mechanism.drivers.iter().find_map(by_driver),
-    };
-    found.ok_or_else(|| match name {
-        Some(name) => {
-            let known = suggest::known(name, names());
-            MotionError::Request(format!("no joint `{name}` can be driven; {known}"))
-        }
-        None if names().is_empty() => MotionError::Request("the scene has no joint that can be driven".to_string()),
-        None => {
-            let known = suggest::list(names());
-            MotionError::Request(format!(
-                "no driver moves a joint: say which is the input with --input, one of {known}"
-            ))
-        }
-    })
-}
-
-/// The joint on the ground whose motion is of interest.
-fn output(mechanism: &Mechanism, input: JointId, name: Option<&str>) -> Result<Option<JointId>, MotionError> {
-    let can_be = |(index, joint): &(usize, &Part)| {
-        *index != input.0 && joint.bodies().contains(&None) && drive::motion_of(joint).is_some()
-    };
-    let all = || mechanism.joints.iter().enumerate().filter(can_be);
-    match name {
-        None => Ok(all().next().map(|(index, _)| JointId(index))),
-        Some(name) => match all().find(|(_, joint)| joint.name == name) {
-            Some((index, _)) => Ok(Some(JointId(index))),
-            None => {
-                let known = suggest::known(name, all().map(|(_, joint)| joint.name.as_str()).collect::<Vec<_>>());
-                Err(MotionError::Request(format!("no joint `{name}` on the ground can be the output; {known}")))
-            }
-        },
-    }
-}
-
-/// Where the input is when the scene starts, and how fast it moves.
-fn start(scene: &Scene, mechanism: &Mechanism, joint: JointId) -> Result<[f64; 2], MotionError> {
-    let Some([position, rate, _]) = drive::motion_of(&mechanism.joints[joint.0]) else { return Ok([0.0, 0.0]) };
-    let (_, values) = compile_with(scene, |formulated| {
-        let equations = &mut formulated.equations;
-        let exprs =
-            [position, rate].map(|quantity| equations.variable(Variable { owner: Owner::Joint(joint), quantity }));
-        let values = evaluate_at(&equations.system.arena, &formulated.state, &exprs);
-        [values[0], values[1]]
-    })?;
-    Ok(values)
 }

@@ -24,7 +24,8 @@ impl Part {
         self
     }
 
-    fn set(mut self, key: &str, value: impl Into<Node>) -> Part {
+    /// With a value for a key, in place of the one that it has.
+    pub(crate) fn set(mut self, key: &str, value: impl Into<Node>) -> Part {
         if let Kind::Table(entries) = &mut self.node.kind {
             entries.retain(|(other, _)| other.text != key);
             entries.push((Text::from(key), value.into()));
