@@ -268,6 +268,10 @@ fn a_flywheel_for_a_load_on_one_stroke() {
             ("/fluctuation/flywheel", 0.8018341155),
         ],
     );
+    // With that flywheel and the inertia of the mechanism the speed fluctuates a little more.
+    let arguments = ["--speed", "60 rad/s", "--fluctuation", "0.02006615634"];
+    let figures = motion(&format!("{SLIDER_CRANK}{load}"), &arguments);
+    check_to(2e-5, &figures, &[("/fluctuation/added_inertia", 0.8018341155)]);
 }
 
 #[test]
@@ -388,6 +392,31 @@ variables = ["bar.angle"]
     check(&figures, &[("/drive/min/value", 3.0), ("/drive/max/value", 3.0)]);
 }
 
+/// The scene's driver of the crank gives way, and the pose that it chose remains; without masses too.
+#[test]
+fn another_input_replaces_the_driver_of_the_scene() {
+    let free = CRANK_ROCKER.replace("\"60 deg\"", "{ guess = \"60 deg\" }");
+    let driven = CRANK_ROCKER.replace("\"crank.angle\"   = \"60 deg\"\n", "")
+        + "[drivers.motor]\njoint = \"O2\"\nangle = \"60*pi/180 + 3*t\"\n";
+    let light = ["mass = 0.3, inertia = 8e-5, ", "mass = 0.6, inertia = 1.2e-3, ", "mass = 0.5, inertia = 4e-4, "];
+    let light = light.into_iter().fold(free.clone(), |scene, masses| scene.replace(masses, ""));
+    // Crank and coupler in line: cos by the triangle with the ground.
+    let ends = [160.0f64, 80.0].map(|reach| ((reach * reach - 1e4 - 6.4e3) / (2.0 * 100.0 * 80.0)).acos());
+    let speed = ["--input", "O4", "--output", "O2", "--speed", "3 rad/s"];
+    for scene in [&free, &driven, &light] {
+        let figures = motion(scene, &speed);
+        check_to(1e-6, &figures, &[("/range/0", ends[0]), ("/range/1", ends[1])]);
+    }
+}
+
+/// Ends of the range of the angle between 0 and 90 degrees, at which it is reflected.
+#[test]
+fn a_transmission_angle_passes_90_degrees() {
+    let scene = CRANK_ROCKER.replace("[\"100 mm\", 0] }\n[bodies]", "[\"125 mm\", 0] }\n[bodies]");
+    let figures = motion(&scene, &["--output", "O4"]);
+    check(&figures, &[("/transmission/0/max/value", 90.0 * DEG)]);
+}
+
 /// A slide that is driven goes as far as the links reach: sqrt((l +- r)^2 - e^2).
 #[test]
 fn a_driven_slide_has_its_dead_points_too() {
@@ -447,6 +476,9 @@ fn the_report_is_a_text_a_table_and_a_plot() {
         (&["--input", "O2", "--output", "A"][..], "on the ground"),
         (&["--input", "O2", "--point", "coupler.q"][..], "no point `coupler.q`"),
         (&["--input", "O2", "--range", "3"][..], "from..to"),
+        (&["--input", "O2", "--range", "-30 deg..10 mm"][..], "not in rad"),
+        (&["--input", "O2", "--speed", "5 mm/s"][..], "not in rad/s"),
+        (&["--input", "O2", "--dwell", "1 mm"][..], "not in rad"),
     ] {
         let output = run(more);
         assert!(code(&output) == 2 && stderr(&output).contains(message), "{more:?}: {}", stderr(&output));

@@ -244,7 +244,8 @@ pub fn reach(scene: &Scene, mechanism: &Mechanism, drive: &Drive, direction: f64
     let Some(columns) = try_it(before) else { return good };
     let rates = mechanism.bodies.iter().filter_map(|body| {
         let last = |word: &str| columns.get(&format!("{}.{word}", body.name))?.last().copied();
-        Some([last("omega")? / drive.speed, last("alpha")? / (drive.speed * drive.speed)])
+        let rates = [last("omega")? / drive.speed, last("alpha")? / (drive.speed * drive.speed)];
+        rates.iter().all(|rate| rate.is_finite()).then_some(rates)
     });
     let fastest = rates.max_by(|a, b| a[0].abs().total_cmp(&b[0].abs()));
     match fastest {

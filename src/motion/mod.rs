@@ -153,6 +153,12 @@ fn whole_way(
         let message = format!("`{name}` moves without an end: give its range, such as \"0 mm..120 mm\"");
         return Err(MotionError::Request(message));
     }
+    if back + forth <= 1e-9 * most {
+        let name = &mechanism.joints[drive.joint.0].name;
+        let message =
+            format!("`{name}` cannot move from where the scene starts: a dead point of the mechanism for this input");
+        return Err(MotionError::Request(message));
+    }
     // The folds themselves have no rates.
     let margin = 1e-3 * (back + forth);
     drive.range = Some([drive.start - (back - margin).max(0.0), drive.start + (forth - margin).max(0.0)]);
