@@ -180,6 +180,24 @@ fn peaks_and_crossings() {
     }
 }
 
+/// They do not depend on the communication points.
+#[test]
+fn peaks_and_crossings_between_two_times() {
+    let scene = Scene::from_toml(&model("slider_crank")).unwrap();
+    let levels = [("cylinder.s".to_owned(), 1.7), ("crank.angle".to_owned(), 0.0)];
+    let at = |points: u32| {
+        let times: Vec<f64> = (0..=points).map(|index| 2.5 / f64::from(points) * f64::from(index)).collect();
+        Study::new(&scene).unwrap().features(&names(&["rod_length"]), &times, &levels).unwrap().features
+    };
+    let (few, many) = (at(1), at(700));
+    assert!(few.len() == many.len() && few.len() > 10);
+    for (few, many) in few.iter().zip(&many).filter(|(few, _)| few.output.0 != "energy.total") {
+        assert_eq!((&few.output, few.kind), (&many.output, many.kind));
+        let apart = [few.time - many.time, few.value - many.value];
+        assert!(apart[0].abs() < 1e-7 && apart[1].abs() < 1e-7 * few.value.abs().max(1.0), "{few:?} {many:?}");
+    }
+}
+
 /// A cart is pushed by F as far as c and braked by G from there on: v^2 = 2 F c / m where it is fastest.
 #[test]
 fn peaks_and_jumps_where_a_law_switches() {

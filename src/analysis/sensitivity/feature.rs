@@ -30,6 +30,8 @@ const SAME: f64 = 1e-5;
 const TOUCHED: f64 = 1e-9;
 /// Why there are no derivatives.
 pub(super) const CORNER: &str = "there is a corner: derivatives differ on both sides";
+/// The motion is looked at in so many intervals of time, at least.
+const INTERVALS: usize = 1000;
 /// Places that are looked at for the highest value of a polynomial.
 const PLACES: usize = 64;
 
@@ -76,7 +78,7 @@ pub(super) struct Search {
 
 impl Study {
     /// The largest and the smallest value of each output, and the times at which outputs cross given values \[SI\]; with their derivatives. The motion is looked at
-    /// at these times \[s\], ascending: what happens and is gone again between two of them is not seen.
+    /// at these times \[s\], ascending, and between them, in 1000 intervals or more: what happens and is gone again within one of them is not seen.
     ///
     /// There are no derivatives at a corner of the output itself, of two different peaks that are equally high, where a value is touched without being crossed, and of what is constant.
     ///
@@ -84,6 +86,7 @@ impl Study {
     /// Those of [`Study::sensitivities`].
     pub fn features(&mut self, to: &[String], times: &[f64], levels: &[(String, f64)]) -> Result<Features, StudyError> {
         let name = self.name().to_owned();
+        let times = &closer(times);
         self.varying(to, |varying| {
             let start: Vec<f64> = varying.parameters().iter().map(|own| own.start).collect();
             let (rows, switched) = varying.seen(&start, times)?;
@@ -105,6 +108,19 @@ impl Study {
             Ok(Features { name, parameters, features })
         })
     }
+}
+
+/// These times and others between them.
+fn closer(times: &[f64]) -> Vec<f64> {
+    let parts = INTERVALS.div_ceil(times.len().saturating_sub(1).max(1));
+    let between = |pair: &[f64]| {
+        let [low, high] = [pair[0], pair[1]];
+        (0..parts).map(move |part| low + (high - low) * part as f64 / parts as f64)
+    };
+    let mut all: Vec<f64> = times.windows(2).flat_map(between).collect();
+    all.extend(times.last());
+    all.dedup();
+    all
 }
 
 /// A motion that has been looked at.
