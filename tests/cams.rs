@@ -579,6 +579,31 @@ fn wrong_cams_are_told_from_right_ones() {
     }
 }
 
+/// Within the turn; narrow and steep rises are none.
+#[test]
+fn laws_that_jump_are_refused_and_corners_are_warned_of() {
+    let law = |rise: &str| LIFTED.replace("harmonic(angle/2)", rise);
+    let jump = Scene::from_toml(&law("if(angle < 1, 0, 1)")).and_then(|scene| scene.resolve()).unwrap_err();
+    assert!(
+        jump.list.len() == 1 && jump.list[0].message.contains("jumps at 57.29578 deg from 0 mm to 12 mm"),
+        "{jump}"
+    );
+    let warnings = |rise: &str| {
+        let resolved = Scene::from_toml(&law(rise)).unwrap().resolve().unwrap();
+        resolved
+            .warnings
+            .iter()
+            .map(|fault| fault.message.clone())
+            .filter(|own| own.contains("corner"))
+            .collect::<Vec<_>>()
+    };
+    let corners = warnings("if(angle < 1, 0, min((angle - 1)/2, 1))");
+    assert!(corners.len() == 1 && corners[0].contains("at 57.29578 deg, as at 1 more"), "{corners:?}");
+    for smooth in ["poly345((angle - 1)/0.003)", "cycloidal((angle - 1.3)/0.02)", "poly345((angle - 2.99)/0.01)"] {
+        assert_eq!(warnings(smooth), Vec::<String>::new(), "{smooth}");
+    }
+}
+
 /// The lift over a prescribed law: what the follower does and what its driver must exert are the same without a cam.
 #[test]
 fn a_follower_moves_as_if_its_law_were_prescribed() {

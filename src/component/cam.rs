@@ -2,6 +2,7 @@
 //! follower, psi = start -+ law(theta) for a turning one. The reaction is the force or torque on the follower; the cam gets law'(theta)
 //! times as much, and the contact a normal force that is never a pull only as long as the follower does not lift off.
 
+mod breaks;
 mod check;
 mod geometry;
 mod mounting;

@@ -2,10 +2,13 @@
 
 use std::f64::consts::TAU;
 
+use super::breaks::{Break, breaks};
 use super::profile::{Profile, Sample};
 use crate::columns::without_zeros;
 use crate::diagnostic::Fault;
 use crate::mechanism::{Mechanism, Part, Unit};
+
+const SMOOTH: &str = "let it rise over an angle: `lift*cycloidal((angle - from)/rise)`, `poly345`";
 
 pub(super) fn check(part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
     let called = format!("joint `{}`", part.name);
@@ -23,9 +26,11 @@ pub(super) fn check(part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
             return vec![Fault::new("scene::cam_joint", message, part.span).label("not mounted as a cam").help(help)];
         }
     };
-    let fault = open(&profile, part, mechanism).or_else(|| out_of_reach(&profile, part, mechanism));
+    let breaks = breaks(&profile);
+    let fault = open(&profile, part, mechanism).or_else(|| jump(&breaks, &profile, part, mechanism));
+    let fault = fault.or_else(|| out_of_reach(&profile, part, mechanism));
     let fault = fault.or_else(|| undercut(&profile, part, mechanism));
-    fault.into_iter().chain(needless_side(&profile, part)).collect()
+    fault.into_iter().chain(corner(&breaks, part, mechanism)).chain(needless_side(&profile, part)).collect()
 }
 
 /// A follower that slides has no side.
@@ -59,6 +64,36 @@ fn open(profile: &Profile, part: &Part, mechanism: &Mechanism) -> Option<Fault> 
     let message = format!("`law` of joint `{}` {what}", part.name);
     let help = "let it return: `lift*(cycloidal(angle/rise) - cycloidal((angle - back)/rise))`, `periodic_spline`, or functions of sin(angle) and cos(angle)";
     Some(Fault::new("scene::cam_law", message, part.span).label("does not close").help(help))
+}
+
+/// A follower cannot jump.
+fn jump(breaks: &[Break], profile: &Profile, part: &Part, mechanism: &Mechanism) -> Option<Fault> {
+    let first = breaks.iter().find(|own| own.is_jump)?;
+    let unit = || if profile.turning { Unit::angle() } else { Unit::length() };
+    let [from, to] = first.sides.map(|side| shown(mechanism, side[0], unit()));
+    let at = shown(mechanism, first.angle, Unit::angle());
+    let message = format!("`law` of joint `{}` jumps at {at} from {from} to {to}", part.name);
+    Some(Fault::new("scene::cam_law", message, part.span).label("jumps").help(format!("{SMOOTH}, or a spline")))
+}
+
+/// A follower whose speed jumps can be computed, but no profile with a radius of curvature moves it so.
+fn corner(breaks: &[Break], part: &Part, mechanism: &Mechanism) -> Option<Fault> {
+    let mut corners = breaks.iter().filter(|own| !own.is_jump);
+    let first = corners.next()?;
+    let at = shown(mechanism, first.angle, Unit::angle());
+    let more = match corners.count() {
+        0 => String::new(),
+        more => format!(", as at {more} more"),
+    };
+    let [from, to] = first.sides.map(|side| without_zeros(&format!("{:.6}", side[1])).to_owned());
+    let message = format!(
+        "`law` of joint `{}` has a corner at {at}{more}: its slope jumps from {from} to {to} (SI, per radian)",
+        part.name
+    );
+    let help = format!(
+        "{SMOOTH}, or a spline; at a corner the follower is struck, and radii of curvature and undercut do not count it"
+    );
+    Some(Fault::warning("scene::cam_law", message, part.span).label("not smooth").help(help))
 }
 
 /// The follower must meet its base circle, and its normal force must move it everywhere.
