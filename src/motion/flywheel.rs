@@ -89,12 +89,7 @@ impl Turn<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::TAU;
-
-    fn wave(of: impl Fn(f64) -> f64) -> Samples {
-        let step = TAU / 720.0;
-        Samples::new([0.0, step], (0..720).map(|index| of(step * f64::from(index))).collect(), true)
-    }
+    use crate::motion::samples::wave;
 
     /// With constant J the energy is (J + J_f) w^2 C, without loads w is as 1/sqrt(J + J_f).
     #[test]

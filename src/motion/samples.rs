@@ -266,15 +266,17 @@ impl Samples {
     }
 }
 
+/// A function over one turn.
+#[cfg(test)]
+pub(super) fn wave(of: impl Fn(f64) -> f64) -> Samples {
+    let step = std::f64::consts::TAU / 720.0;
+    Samples::new([0.0, step], (0..720).map(|index| of(step * f64::from(index))).collect(), true)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::f64::consts::{PI, TAU};
-
-    fn wave(of: impl Fn(f64) -> f64) -> Samples {
-        let step = TAU / 720.0;
-        Samples::new([0.0, step], (0..720).map(|index| of(step * f64::from(index))).collect(), true)
-    }
 
     #[test]
     fn extremes_and_zeros_lie_between_samples() {
