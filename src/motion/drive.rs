@@ -205,13 +205,19 @@ fn stroke(scene: &Scene, mechanism: &Mechanism, drive: &Drive, [low, high]: [f64
 }
 
 /// The scene assembled where a run has ended.
-fn beginning(mut scene: Scene, mechanism: &Mechanism, columns: &HashMap<String, Vec<f64>>) -> Scene {
+fn beginning(scene: Scene, mechanism: &Mechanism, columns: &HashMap<String, Vec<f64>>) -> Scene {
+    assembled_at(scene, mechanism, |name| columns.get(name)?.last().copied())
+}
+
+/// The variables that say where a body is.
+pub const POSE: [Quantity; 3] = [Quantity::X, Quantity::Y, Quantity::Angle];
+
+/// The scene with the pose of all bodies as guesses, and nothing else said of its start.
+pub fn assembled_at(mut scene: Scene, mechanism: &Mechanism, pose: impl Fn(&str) -> Option<f64>) -> Scene {
     scene.initial.clear();
-    for body in &mechanism.bodies {
-        for name in ["x", "y", "angle"].map(|word| format!("{}.{word}", body.name)) {
-            if let Some(&last) = columns.get(&name).and_then(|column| column.last()) {
-                scene = scene.guess(&name, last);
-            }
+    for name in mechanism.bodies.iter().flat_map(|body| POSE.map(|own| format!("{}.{}", body.name, own.word()))) {
+        if let Some(value) = pose(&name) {
+            scene = scene.guess(&name, value);
         }
     }
     scene

@@ -12,7 +12,7 @@ use super::dwell::Dwell;
 use super::flywheel::Fluctuation;
 use super::grashof;
 use super::report::radius_of;
-use super::samples::{ANGULAR, At, Samples};
+use super::samples::{ANGULAR, At, Samples, lagrange};
 use super::{Drive, MotionError, Request};
 use crate::mechanism::{BodyId, JointId, Mechanism, Part, Place, Quantity};
 use crate::scene::constant::evaluate;
@@ -311,7 +311,7 @@ impl Figures {
         let at = |(end, fold): (usize, f64)| {
             let samples =
                 nearest(end).map(|index| [(fold - position.input(index)).abs().sqrt(), position.values()[index]]);
-            at_zero(&samples)
+            lagrange(&samples, 0.0)
         };
         [0, last].into_iter().zip(folds).map(at).collect()
     }
@@ -431,15 +431,6 @@ impl Figures {
             self.fluctuation = Some(Fluctuation::of(&effort, &inertia, speed, permitted));
         }
     }
-}
-
-/// The value at 0 of the polynomial through points (Lagrange).
-fn at_zero(points: &[[f64; 2]]) -> f64 {
-    let term = |(i, [x, value]): (usize, &[f64; 2])| {
-        let others = points.iter().enumerate().filter(|(j, _)| *j != i);
-        value * others.map(|(_, [other, _])| other / (other - x)).product::<f64>()
-    };
-    points.iter().enumerate().map(term).sum()
 }
 
 /// The unit of a derivative: `m/rad`, `rad/m2`; a pure number has none.

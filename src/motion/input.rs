@@ -1,10 +1,13 @@
 //! What is driven, what is looked at, and where the scene starts.
 
-use super::{MotionError, drive};
+use std::collections::HashMap;
+
+use super::MotionError;
+use super::drive::{self, POSE};
 use crate::compile::compile_with;
 use crate::diagnostic::suggest;
 use crate::formulate::start::evaluate_at;
-use crate::mechanism::{BodyId, JointId, Mechanism, Owner, Part, Place, Quantity, Variable};
+use crate::mechanism::{BodyId, JointId, Mechanism, Owner, Part, Place, Variable};
 use crate::scene::Scene;
 
 /// The joint that is driven.
@@ -77,35 +80,34 @@ pub(super) fn start(scene: &Scene, mechanism: &Mechanism, joint: JointId) -> Res
     let Some([position, rate, _]) = drive::motion_of(input) else {
         return Ok(Start { position: 0.0, speed: 0.0, scene: scene.clone() });
     };
-    let words = ["x", "y", "angle"];
-    let (_, (values, poses, free)) = compile_with(&with_masses(scene, mechanism), |formulated| {
+    let (_, (values, pose, free)) = compile_with(&with_masses(scene, mechanism), |formulated| {
         let equations = &mut formulated.equations;
-        let of_input = [position, rate].map(|quantity| Variable { owner: Owner::Joint(joint), quantity });
-        let of_bodies = (0..mechanism.bodies.len()).flat_map(|body| {
-            [Quantity::X, Quantity::Y, Quantity::Angle]
-                .map(|quantity| Variable { owner: Owner::Place(Place::Centre(BodyId(body))), quantity })
+        let mut values = |variables: &[Variable]| {
+            let exprs: Vec<_> = variables.iter().map(|&variable| equations.variable(variable)).collect();
+            evaluate_at(&equations.system.arena, &formulated.state, &exprs)
+        };
+        let of_input = values(&[position, rate].map(|quantity| Variable { owner: Owner::Joint(joint), quantity }));
+        let pose = mechanism.bodies.iter().enumerate().flat_map(|(index, body)| {
+            let owner = Owner::Place(Place::Centre(BodyId(index)));
+            POSE.map(|quantity| (format!("{}.{}", body.name, quantity.word()), Variable { owner, quantity }))
         });
-        let variables: Vec<Variable> = of_input.into_iter().chain(of_bodies).collect();
-        let exprs: Vec<_> = variables.into_iter().map(|variable| equations.variable(variable)).collect();
-        let values = evaluate_at(&equations.system.arena, &formulated.state, &exprs);
-        ([values[0], values[1]], values[2..].to_vec(), formulated.mobility() > 0)
+        let pose: HashMap<String, f64> = pose.map(|(name, variable)| (name, values(&[variable])[0])).collect();
+        (of_input, pose, formulated.mobility() > 0)
     })?;
-    let [position, speed] = values;
+    let [position, speed] = [values[0], values[1]];
+    let replaces = !free && !mechanism.drivers.iter().any(|driver| drive::moves(driver, joint, input));
     let mut scene = scene.clone();
-    let others = mechanism.drivers.iter().filter(|driver| !drive::moves(driver, joint, input)).count();
-    if !free && others > 0 && others == mechanism.drivers.len() {
-        if others > 1 {
+    match &mechanism.drivers[..] {
+        [_] if replaces => {
+            scene.drivers.clear();
+            scene = drive::assembled_at(scene, mechanism, |name| pose.get(name).copied());
+        }
+        [_, _, ..] if replaces => {
             let names = suggest::list(mechanism.drivers.iter().map(|driver| driver.name.as_str()).collect::<Vec<_>>());
             let message = format!("the scene drives {names}: take the one out that `{}` is to replace", input.name);
             return Err(MotionError::Request(message));
         }
-        scene.drivers.clear();
-        scene.initial.clear();
-        for (body, pose) in mechanism.bodies.iter().zip(poses.chunks(words.len())) {
-            for (word, value) in words.iter().zip(pose) {
-                scene = scene.guess(&format!("{}.{word}", body.name), *value);
-            }
-        }
+        _ => {}
     }
     Ok(Start { position, speed, scene })
 }

@@ -104,7 +104,7 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
     let joint = input::driven(&mechanism, request.input.as_deref())?;
     let output = input::output(&mechanism, joint, request.output.as_deref())?;
     let Start { position: start, speed, scene } = input::start(scene, &mechanism, joint)?;
-    let (scene, mechanism) = (&scene, scene.resolve()?.mechanism);
+    let scene = &scene;
     let reversed = request.speed.is_none() && speed < -1e-9;
     let speed = request.speed.unwrap_or(if speed.abs() > 1e-9 { speed.abs() } else { 1.0 });
     if !(speed > 0.0 && speed.is_finite()) {

@@ -100,16 +100,15 @@ impl Samples {
         if self.periodic { first } else { first.clamp(0, count as isize - used) }
     }
 
-    /// The polynomial through neighbours (Lagrange).
+    /// The polynomial through neighbours.
     fn polynomial(&self, first: isize, place: f64) -> f64 {
-        let used = NEIGHBOURS.min(self.values.len()) as isize;
-        let mut sum = 0.0;
-        for i in first..first + used {
-            let Some(value) = self.value(i) else { return f64::NAN };
-            let others = (first..first + used).filter(|&j| j != i);
-            sum += value * others.map(|j| (place - j as f64) / (i - j) as f64).product::<f64>();
+        let used = NEIGHBOURS.min(self.values.len());
+        let mut points = [[0.0; 2]; NEIGHBOURS];
+        for (point, index) in points[..used].iter_mut().zip(first..) {
+            let Some(value) = self.value(index) else { return f64::NAN };
+            *point = [index as f64, value];
         }
-        sum
+        lagrange(&points[..used], place)
     }
 
     /// The value at an input.
@@ -264,6 +263,16 @@ impl Samples {
         }
         Samples { values, ..self.clone() }
     }
+}
+
+/// The value at a place of the polynomial through points (Lagrange).
+pub(super) fn lagrange(points: &[[f64; 2]], place: f64) -> f64 {
+    let mut sum = 0.0;
+    for (i, [at, value]) in points.iter().enumerate() {
+        let others = points.iter().enumerate().filter(|(j, _)| *j != i);
+        sum += value * others.map(|(_, [other, _])| (place - other) / (at - other)).product::<f64>();
+    }
+    sum
 }
 
 /// A function over one turn.
