@@ -6,6 +6,7 @@ mod evaluate;
 mod expand;
 mod function;
 mod import;
+mod indicators;
 mod simplify;
 mod term;
 
@@ -14,6 +15,7 @@ use std::collections::{BinaryHeap, HashMap};
 pub use evaluate::Values;
 pub use expand::Expansions;
 pub use function::{Binary, Function, Run, Shown, Unary, Units};
+pub use indicators::indicators;
 pub use term::{Term, build, build_all};
 
 /// Handle of an expression in an [`Arena`].

@@ -1,7 +1,7 @@
 //! Where laws of drivers jump, or their rates do: at switches (`min`, `abs`, `if`), and where a root, a quotient or an arc bends without one.
 
-use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
-use crate::lower::{divisor, indicators};
+use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary, indicators};
+use crate::lower::divisor;
 use crate::mechanism::translate::translate;
 use crate::mechanism::{Formula, Mechanism, Motion, Part, Value};
 

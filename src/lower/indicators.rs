@@ -1,10 +1,7 @@
-//! Event indicators (switching functions): they change sign where a law or its derivative is discontinuous.
-
-use std::collections::BTreeSet;
-use std::f64::consts::PI;
+//! Event indicators (switching functions) of a motion.
 
 use crate::equations::Equations;
-use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
+use crate::expr::{Expr, indicators};
 
 /// Those of a motion: of its accelerations, and of the rates that drivers prescribe, for where these jump no acceleration does. None where drivers prescribe all.
 pub(crate) fn motion_indicators(equations: &mut Equations, accelerations: &[Expr]) -> Vec<Expr> {
@@ -14,31 +11,4 @@ pub(crate) fn motion_indicators(equations: &mut Equations, accelerations: &[Expr
     let rates = (0..equations.constraints.len()).map(|index| equations.constraint_rate(index));
     let jumping: Vec<Expr> = accelerations.iter().copied().chain(rates.collect::<Vec<_>>()).collect();
     indicators(&mut equations.system.arena, &jumping)
-}
-
-/// Indicators of all subexpressions of the given results: differences of compared expressions, arguments of absolute values and
-/// signs. Those that only parameters move are left out.
-pub(crate) fn indicators(arena: &mut Arena, results: &[Expr]) -> Vec<Expr> {
-    let results = arena.expanded(results);
-    let reached = arena.reachable(results);
-    let found: BTreeSet<Expr> = reached.into_iter().filter_map(|expr| indicator(arena, expr)).collect();
-    found.into_iter().filter(|&expr| moves(arena, expr)).collect()
-}
-
-fn indicator(arena: &mut Arena, expr: Expr) -> Option<Expr> {
-    match arena.node(expr) {
-        Node::Binary(Binary::Less | Binary::LessEqual | Binary::Min | Binary::Max, a, b) => Some(arena.subtract(a, b)),
-        Node::Unary(Unary::Abs | Unary::Sign, a) => Some(a),
-        Node::Unary(Unary::Floor, a) => {
-            // Changes sign at every whole number.
-            let pi = arena.constant(PI);
-            let turns = arena.multiply(pi, a);
-            Some(arena.sin(turns))
-        }
-        _ => None,
-    }
-}
-
-fn moves(arena: &Arena, expr: Expr) -> bool {
-    arena.symbols([expr]).into_iter().any(|symbol| !matches!(symbol, Symbol::Parameter(_)))
 }

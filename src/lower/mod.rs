@@ -25,7 +25,7 @@ mod tape;
 pub use cost::Cost;
 pub(crate) use dependencies::LISTED;
 pub use eliminate::{Factor, Obstacle, System};
-pub(crate) use indicators::{indicators, motion_indicators};
+pub(crate) use indicators::motion_indicators;
 pub(crate) use initial::{Conditions, conditions, order_of};
 pub use motion::{MotionSystem, Solver};
 pub use program::{Lowered, Pose, kernel_cost, positions, program};

@@ -4,8 +4,7 @@ use std::collections::BTreeSet;
 
 use cotree_fmu::events::Steep;
 
-use super::indicators::indicators;
-use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
+use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary, indicators};
 
 /// How the functions that these results depend on are steep, and their arguments. Those that only parameters move are left out.
 pub(super) fn steep(arena: &mut Arena, results: &[Expr]) -> Vec<(Steep, Expr)> {

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use super::Drive;
 use super::samples::Samples;
+use super::{Drive, MotionError};
 use crate::compile::compile;
 use crate::component::body::{POINT_VARIABLES, VARIABLES};
 use crate::mechanism::{Class, Dimension, JointId, Mechanism, Part, Quantity};
@@ -12,8 +12,11 @@ use crate::scene::constant::evaluate;
 use crate::scene::{Driver, Faults, Load, Scene, Text};
 use crate::simulate::SimulateError;
 
-/// Samples of one turn, and of a range.
+/// Samples of one turn, and of a range, that are shown.
 const COUNT: usize = 720;
+/// Samples of each piece of a cam's law between two of its switches, at least, and so many for each that is shown, at most.
+const PIECE: f64 = 12.0;
+const FINEST: usize = 256;
 /// The driver that moves the input.
 const DRIVER: &str = "cotree_drive";
 
@@ -159,27 +162,50 @@ pub fn sample(scene: &Scene, mechanism: &Mechanism, drive: &Drive, load: Option<
 
 /// One turn from the first round angle after the start; the table begins at angle 0 if the turn closes.
 fn turn(scene: &Scene, mechanism: &Mechanism, drive: &Drive) -> Result<Table, SimulateError> {
-    let step = TAU / COUNT as f64;
-    let beside = if drive.between { 0.5 } else { 0.0 };
-    let first = (drive.start / step - beside - 1e-9).ceil();
-    let scene = driven(scene, mechanism, drive, 1.0, (first + beside) * step - drive.start);
-    let mut columns = run(scene, mechanism, drive, [step, COUNT as f64])?;
-    let periodic = closes(&columns, mechanism);
+    let count = COUNT * drive.fineness;
+    let [shown, step] = [COUNT, count].map(|count| TAU / count as f64);
+    let beside = if drive.between { 0.5 * step } else { 0.0 };
+    let first = ((drive.start - beside) / shown - 1e-9).ceil();
+    let begin = first * shown + beside;
+    let scene = driven(scene, mechanism, drive, 1.0, begin - drive.start);
+    let mut columns = run(scene, mechanism, drive, [step, count as f64])?;
+    let periodic = closes(&columns, mechanism, count);
     if !periodic {
-        return Ok(Table { grid: [(first + beside) * step, step], periodic, columns });
+        return Ok(Table { grid: [begin, step], periodic, columns });
     }
-    let shift = (first as i64).rem_euclid(COUNT as i64) as usize;
+    let shift = (first as i64).rem_euclid(COUNT as i64) as usize * drive.fineness;
     for column in columns.values_mut() {
-        column.truncate(COUNT);
+        column.truncate(count);
         column.rotate_right(shift);
     }
-    Ok(Table { grid: [beside * step, step], periodic, columns })
+    Ok(Table { grid: [beside, step], periodic, columns })
+}
+
+/// So many samples for each that is shown does the shortest piece of a cam's law need; an error if these are too many.
+pub fn fineness(mechanism: &Mechanism, table: &Table) -> Result<usize, MotionError> {
+    let mut most = 1.0f64;
+    for cam in mechanism.profiles(&mechanism.parameter_values()) {
+        let Some(angle) = table.get(&format!("{}.{}", cam.name, Quantity::Angle.word())) else { continue };
+        let unwound = angle.unwound();
+        let step = unwound.values().windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+        let needed = cam.shortest_piece().map_or(1.0, |piece| (PIECE * step / piece).ceil());
+        if needed > FINEST as f64 {
+            let piece = cam.shortest_piece().unwrap_or(0.0).to_degrees();
+            let message = format!(
+                "the law of cam `{}` has a piece over {piece:.3e} deg, between whose ends the motion is not looked at: let it rise over a larger angle",
+                cam.name
+            );
+            return Err(MotionError::Request(message));
+        }
+        most = most.max(needed);
+    }
+    Ok(most as usize)
 }
 
 /// Is everything after one turn as before?
-fn closes(columns: &HashMap<String, Vec<f64>>, mechanism: &Mechanism) -> bool {
+fn closes(columns: &HashMap<String, Vec<f64>>, mechanism: &Mechanism, count: usize) -> bool {
     let same = |name: String, turns: bool| {
-        let ends = columns.get(&name).and_then(|column| column.first().zip(column.get(COUNT)));
+        let ends = columns.get(&name).and_then(|column| column.first().zip(column.get(count)));
         let Some((first, last)) = ends else { return true };
         let whole = if turns { ((last - first) / TAU).round() * TAU } else { 0.0 };
         (last - first - whole).abs() < 1e-6 * (1.0 + first.abs())
@@ -192,9 +218,10 @@ fn closes(columns: &HashMap<String, Vec<f64>>, mechanism: &Mechanism) -> bool {
 
 /// A range from its lower to its upper end. Forces may depend on the direction: backwards the input only goes to where the samples begin.
 fn stroke(scene: &Scene, mechanism: &Mechanism, drive: &Drive, [low, high]: [f64; 2]) -> Result<Table, SimulateError> {
-    let step = (high - low) / COUNT as f64;
+    let count = COUNT * drive.fineness;
+    let step = (high - low) / count as f64;
     let [before, after] = [drive.start - low, high - drive.start]
-        .map(|way| (way / step * (1.0 + 1e-12)).floor().clamp(0.0, COUNT as f64));
+        .map(|way| (way / step * (1.0 + 1e-12)).floor().clamp(0.0, count as f64));
     let mut forwards = driven(scene, mechanism, drive, 1.0, -before * step);
     if before >= 1.0 {
         let backwards = driven(scene, mechanism, drive, -1.0, 0.0);

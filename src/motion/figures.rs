@@ -170,6 +170,7 @@ pub(super) fn of(subject: &Subject, table: &Table, folds: Option<[f64; 2]>) -> R
     if let Some(point) = &request.point {
         figures.path = Some(curve::path(table, point).ok_or_else(|| unknown_point(mechanism, point))?);
     }
+    figures.thin(drive.fineness);
     Ok(figures)
 }
 
@@ -256,6 +257,17 @@ impl Figures {
             change_points: drive.between,
             cams: cams(mechanism),
             ..Figures::default()
+        }
+    }
+
+    /// Of so many samples keeps one for the tables.
+    fn thin(&mut self, every: usize) {
+        self.table.iter_mut().for_each(|column| thinned(&mut column.values, every));
+        self.instant_centres.iter_mut().for_each(|centres| thinned(&mut centres.at, every));
+        self.relative_centres.iter_mut().for_each(|centres| thinned(&mut centres.at, every));
+        if let Some(path) = &mut self.path {
+            thinned(&mut path.radius, every);
+            [&mut path.x, &mut path.y].into_iter().for_each(|values| thinned(values, every));
         }
     }
 
@@ -430,6 +442,12 @@ impl Figures {
         if let (Some(effort), true) = (table.effort(), self.full_turn) {
             self.fluctuation = Some(Fluctuation::of(&effort, &inertia, speed, permitted));
         }
+    }
+}
+
+fn thinned<T: Copy>(values: &mut Vec<T>, every: usize) {
+    if every > 1 {
+        *values = values.iter().copied().step_by(every).collect();
     }
 }
 

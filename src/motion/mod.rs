@@ -93,6 +93,8 @@ struct Drive {
     range: Option<[f64; 2]>,
     /// Are the samples of the turn half a step beside round angles? In a pose where branches cross there are no reactions.
     between: bool,
+    /// Samples for each that is shown.
+    fineness: usize,
 }
 
 /// Moves a scene through one turn or stroke of its input, and says what there is to say.
@@ -110,7 +112,7 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
     if !(speed > 0.0 && speed.is_finite()) {
         return Err(MotionError::Request(format!("the speed of the input must be above zero, not {speed}")));
     }
-    let mut drive = Drive { joint, speed, start, range: request.range, between: false };
+    let mut drive = Drive { joint, speed, start, range: request.range, between: false, fineness: 1 };
     if let Some([low, high]) = request.range
         && !(low <= start && start <= high && low < high)
     {
@@ -118,10 +120,14 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
             format!("the range from {low} to {high} (SI) does not have the start of the scene, {start}, in it");
         return Err(MotionError::Request(message));
     }
-    let (table, folds) = match request.range {
+    let (mut table, folds) = match request.range {
         Some(_) => (drive::sample(scene, &mechanism, &drive, None)?, None),
         None => whole_way(scene, &mechanism, &mut drive)?,
     };
+    drive.fineness = drive::fineness(&mechanism, &table)?;
+    if drive.fineness > 1 {
+        table = drive::sample(scene, &mechanism, &drive, None)?;
+    }
     let subject = figures::Subject { scene, mechanism: &mechanism, drive: &drive, output, request };
     Ok(Figures { reversed, ..figures::of(&subject, &table, folds)? })
 }

@@ -56,6 +56,7 @@ impl Samples {
 
     /// The value at a place in steps.
     fn at(&self, place: f64) -> f64 {
+        let place = if self.periodic { place.rem_euclid(self.values.len() as f64) } else { place };
         let first = self.first(place);
         let [centred, smoothest] = [first, self.smoothest(place)].map(|first| self.polynomial(first, place));
         let values = || (first..first + NEIGHBOURS as isize).filter_map(|index| self.value(index));
@@ -297,6 +298,13 @@ mod tests {
         }
         let zeros = wave(|x| (x - 0.1234).sin()).zeros();
         assert!(zeros.iter().zip([0.1234, 0.1234 + PI]).all(|(a, b)| (a - b).abs() < 1e-12), "{zeros:?}");
+    }
+
+    #[test]
+    fn any_input_has_a_value() {
+        let wave = wave(f64::sin);
+        assert!(wave.at_input(1e300).abs() <= 1.0 && wave.at_input(f64::NAN).is_nan());
+        assert!((wave.at_input(-1.0) + 1f64.sin()).abs() < 1e-12);
     }
 
     #[test]

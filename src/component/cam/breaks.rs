@@ -1,8 +1,8 @@
-//! Where the law of a cam jumps or has a corner within the turn.
+//! Where the law of a cam jumps or has a corner within the turn: at its switches, and where a root, a pole or an arc bends without one.
 
 use std::f64::consts::TAU;
 
-use super::profile::{Profile, Sample};
+use super::profile::{Profile, SAME, Sample};
 
 /// At so many angles a turn is looked at.
 const STEPS: usize = 720;
@@ -26,7 +26,7 @@ pub(super) struct Break {
 /// All breaks within the turn, by their angles.
 pub(super) fn breaks(profile: &Profile) -> Vec<Break> {
     let samples: Vec<Sample> = (0..=STEPS).map(|step| profile.sample(TAU * step as f64 / STEPS as f64)).collect();
-    let largest = [0, 1].map(|order| samples.iter().map(|own| own.law[order].abs()).fold(f64::MIN_POSITIVE, f64::max));
+    let largest = [0, 1].map(|order| profile.turn().map(|own| own.law[order].abs()).fold(f64::MIN_POSITIVE, f64::max));
     let change = |step: usize| (samples[step + 1].law[1] - samples[step].law[1]).abs();
     let suspect = |step: &usize| {
         let neighbours = [step.checked_sub(2), Some(step + 2).filter(|after| *after < STEPS)];
@@ -36,7 +36,12 @@ pub(super) fn breaks(profile: &Profile) -> Vec<Break> {
         bends || unexplained(&samples[*step], &samples[step + 1]) > way * around + JUMP * largest[0]
     };
     let steps: Vec<usize> = (0..STEPS).filter(suspect).collect();
-    steps.into_iter().filter_map(|step| sharpest(profile, [samples[step], samples[step + 1]], largest)).collect()
+    let bends = steps.into_iter().filter_map(|step| sharpest(profile, [samples[step], samples[step + 1]], largest));
+    let switches = profile.switches.iter().map(|sides| sides.map(|angle| profile.sample(angle)));
+    let mut all: Vec<Break> = bends.chain(switches.filter_map(|sides| between(sides, largest))).collect();
+    all.sort_by(|a, b| a.angle.total_cmp(&b.angle));
+    all.dedup_by(|a, b| a.angle - b.angle < SAME);
+    all
 }
 
 /// The change of the law between two angles beyond what its slopes there make of it.
@@ -54,6 +59,11 @@ fn sharpest(profile: &Profile, [mut low, mut high]: [Sample; 2], largest: [f64; 
         let middle = profile.sample(0.5 * (low.angle + high.angle));
         *(if turns(&low, &middle) > turns(&middle, &high) { &mut high } else { &mut low }) = middle;
     }
+    between([low, high], largest)
+}
+
+/// The break between two angles next to each other, if there is one.
+fn between([low, high]: [Sample; 2], largest: [f64; 2]) -> Option<Break> {
     let jumps = |order: usize| (high.law[order] - low.law[order]).abs() > JUMP * largest[order];
     let sides = [low, high].map(|sample| [sample.law[0], sample.law[1]]);
     (jumps(0) || jumps(1)).then(|| Break { angle: high.angle, sides, is_jump: jumps(0) })

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::breaks::{Break, breaks};
-use super::profile::{Profile, Sample};
+use super::profile::Profile;
 use crate::columns::without_zeros;
 use crate::diagnostic::Fault;
 use crate::mechanism::{Mechanism, Part, Unit};
@@ -50,7 +50,7 @@ fn shown(mechanism: &Mechanism, value: f64, unit: Unit) -> String {
 /// After a turn the follower must be where it was, and as fast.
 fn open(profile: &Profile, part: &Part, mechanism: &Mechanism) -> Option<Fault> {
     let [first, last] = [0.0, TAU].map(|angle| profile.sample(angle).law);
-    let scale = profile.samples(360).iter().map(|sample| sample.law[0].abs()).fold(1e-9, f64::max);
+    let scale = profile.turn().map(|sample| sample.law[0].abs()).fold(1e-9, f64::max);
     let apart = |order: usize| (last[order] - first[order]).abs() > 1e-6 * scale;
     let unit = || if profile.turning { Unit::angle() } else { Unit::length() };
     let what = if apart(0) {
@@ -98,8 +98,7 @@ fn corner(breaks: &[Break], part: &Part, mechanism: &Mechanism) -> Option<Fault>
 
 /// The follower must meet its base circle, and its normal force must move it everywhere.
 fn out_of_reach(profile: &Profile, part: &Part, mechanism: &Mechanism) -> Option<Fault> {
-    let finite = |sample: &Sample| sample.contact.iter().all(|x| x.is_finite()) && sample.pressure.cos() > 1e-6;
-    let missed = profile.samples(360).into_iter().find(|sample| !finite(sample))?;
+    let missed = profile.missed()?;
     let at = shown(mechanism, missed.angle, Unit::angle());
     let message = format!("the follower of joint `{}` cannot touch its cam at {at}", part.name);
     let help = "the base circle with the roller must reach the follower's line or arm, and the contact must be able to push it: change `base`, the \
@@ -124,13 +123,13 @@ fn undercut(profile: &Profile, part: &Part, mechanism: &Mechanism) -> Option<Fau
         shown(mechanism, worst.angle, Unit::angle()),
         length(radius),
     );
-    let larger = match profile.least_base() {
-        Some(base) => format!("let `base` be at least {}, not {}", length(base), length(profile.base)),
-        None => "no larger `base` helps".to_string(),
-    };
-    let smaller = if profile.roller.is_some() { ", take a smaller roller" } else { "" };
-    let help = format!(
-        "{larger}{smaller}, or let the follower rise over a larger angle; such a cam cannot be made, though its motion is that of the law"
-    );
+    let mut ways: Vec<String> = Vec::new();
+    let base = profile.least_base();
+    ways.extend(base.map(|base| format!("let `base` be at least {}, not {}", length(base), length(profile.base))));
+    ways.extend(profile.roller.map(|_| "take a smaller roller".to_string()));
+    ways.push("let the follower rise over a larger angle".to_string());
+    let larger = if base.is_none() { "no larger `base` helps: " } else { "" };
+    let help =
+        format!("{larger}{}; such a cam cannot be made, though its motion is that of the law", ways.join(", or "));
     Some(Fault::warning("scene::cam_undercut", message, part.span).label("undercut").help(help))
 }

@@ -6,7 +6,7 @@ use cotree_fmu::math::largest_between;
 
 use super::geometry::Geometry;
 use super::mounting::{Guide, Misfit, Mounting, place, value};
-use crate::expr::{Arena, Expr, Symbol};
+use crate::expr::{Arena, Expr, Symbol, indicators};
 use crate::mechanism::{BodyId, Mechanism, Part};
 
 /// A cam for given parameters.
@@ -31,6 +31,10 @@ pub(crate) struct Profile {
     order: Vec<Expr>,
     /// Parameters, then the radius of the base circle.
     values: Vec<f64>,
+    /// Where the law switches (`if`, `min`, the ends of a rise), by their angles: the last number before each, and the first behind it.
+    pub switches: Vec<[f64; 2]>,
+    /// Where a turn is looked at before extremes are refined, in order from 0.
+    angles: Vec<f64>,
 }
 
 /// A cam at one of its angles \[SI\].
@@ -68,8 +72,18 @@ pub struct Phase {
     pub peaks: [f64; 3],
 }
 
-/// At so many angles a turn is looked at before extremes are refined.
+/// At so many angles a turn is looked at before extremes are refined, and each part of it between two switches at no fewer than these.
 const STEPS: usize = 720;
+const PIECE: usize = 24;
+/// Halvings of a step: down to rounding errors.
+const HALVINGS: usize = 60;
+/// A base circle that is too small is tried larger by this factor, up to so many times as large.
+const LARGER: f64 = 1.1;
+const LARGEST: f64 = 1e3;
+/// Switches no further apart are one [rad].
+pub(super) const SAME: f64 = 1e-12;
+/// A common normal at less than this cosine to the follower's direction does not move it.
+const PUSHES: f64 = 1e-6;
 
 impl Profile {
     /// The cam of a part for these parameters.
@@ -88,6 +102,7 @@ impl Profile {
         let own = [own[0], own[1], hub_x, hub_y];
         let known = |symbol: Symbol| if let Symbol::Parameter(index) = symbol { parameters[index] } else { 0.0 };
         let numbers = arena.evaluate(&own, &known);
+        let switches = switches(&mut arena, &law, parameters);
         Ok(Profile {
             name: part.name.clone(),
             body: part.between[0].body(),
@@ -100,6 +115,8 @@ impl Profile {
             arena,
             roots,
             values: parameters.iter().copied().chain([numbers[0]]).collect(),
+            angles: angles(&switches),
+            switches,
         })
     }
 
@@ -137,55 +154,77 @@ impl Profile {
         (0..count).map(|step| self.sample(TAU * step as f64 / count as f64)).collect()
     }
 
+    /// A turn with samples in each piece of the law.
+    pub fn turn(&self) -> impl Iterator<Item = Sample> {
+        self.angles.iter().map(|&angle| self.sample(angle))
+    }
+
     /// The sample with the smallest value of a quantity.
     pub fn least(&self, of: impl Fn(&Sample) -> f64) -> Sample {
-        let samples = self.samples(STEPS);
-        let finite = samples.into_iter().filter(|sample| of(sample).is_finite());
-        let Some(first) = finite.min_by(|a, b| of(a).total_cmp(&of(b))) else { return self.sample(0.0) };
-        let step = TAU / STEPS as f64;
-        let refined = self.narrowed([first.angle - step, first.angle + step], &of);
-        if of(&refined) < of(&first) { refined } else { first }
+        let samples: Vec<Sample> = self.turn().collect();
+        let finite = (0..samples.len()).filter(|&index| of(&samples[index]).is_finite());
+        let best = finite.min_by(|&a, &b| of(&samples[a]).total_cmp(&of(&samples[b])));
+        let Some(best) = best else { return self.sample(0.0) };
+        let before =
+            best.checked_sub(1).map_or_else(|| self.angles[samples.len() - 1] - TAU, |index| self.angles[index]);
+        let behind = self.angles.get(best + 1).copied().unwrap_or(TAU);
+        let refined = self.narrowed([before, behind], &of);
+        if of(&refined) < of(&samples[best]) { refined } else { samples[best] }
+    }
+
+    /// Where the follower cannot touch the cam, or the cam cannot push it.
+    pub fn missed(&self) -> Option<Sample> {
+        let touches = |own: &Sample| own.contact.iter().all(|x| x.is_finite()) && own.pressure.cos() > PUSHES;
+        self.turn().find(|sample| !touches(sample))
     }
 
     /// The smallest value between two angles.
     fn narrowed(&self, range: [f64; 2], of: &impl Fn(&Sample) -> f64) -> Sample {
         let at = |angle: f64| self.sample(angle.rem_euclid(TAU));
-        at(largest_between(range, 60, |angle| -of(&at(angle))).0)
+        at(largest_between(range, HALVINGS, |angle| -of(&at(angle))).0)
     }
 
-    /// The smallest base circle without undercut, if this one has some and a larger one helps.
+    /// The smallest base circle without undercut, if this one has some and there is a larger one without that the follower can touch.
     pub fn least_base(&self) -> Option<f64> {
-        let is_cut = |base: f64| {
-            let other = self.on_base(base);
-            other.least(|sample| sample.excess).excess <= 0.0
-        };
+        let is_cut = |base: f64| self.on_base(base).is_undercut();
+        if !is_cut(self.base) {
+            return None;
+        }
         let mut high = self.base;
         while is_cut(high) {
-            high *= 2.0;
-            if high > 1e3 * self.base {
+            high *= LARGER;
+            if high > LARGEST * self.base || self.on_base(high).missed().is_some() {
                 return None;
             }
         }
-        let mut low = 0.5 * high;
-        if high == self.base {
-            return None;
-        }
+        let mut low = high / LARGER;
         for _ in 0..40 {
             let middle = 0.5 * (low + high);
-            if is_cut(middle) { low = middle } else { high = middle }
+            *(if is_cut(middle) { &mut low } else { &mut high }) = middle;
         }
         Some(high)
     }
 
+    fn is_undercut(&self) -> bool {
+        let cut = |sample: &Sample| sample.excess <= 0.0;
+        self.turn().any(|sample| cut(&sample)) || cut(&self.least(|sample| sample.excess))
+    }
+
+    /// The shortest way between two switches of the law, if it has some.
+    pub fn shortest_piece(&self) -> Option<f64> {
+        let ways = self.switches.windows(2).map(|pair| pair[1][0] - pair[0][1]);
+        ways.filter(|way| *way > SAME).min_by(f64::total_cmp)
+    }
+
     /// The rises and returns of a turn, each between angles at which the follower stands still.
     pub fn phases(&self) -> Vec<Phase> {
-        let samples = self.samples(STEPS);
+        let samples: Vec<Sample> = self.turn().collect();
         let largest = [1, 2, 3].map(|order| samples.iter().map(|sample| sample.law[order].abs()).fold(0.0, f64::max));
         let directions: Vec<i32> = samples.iter().map(|sample| direction(sample, largest)).collect();
-        let at = |step: usize| TAU * step as f64 / STEPS as f64;
-        let ends = (0..STEPS).filter_map(|step| {
-            let [before, after] = [step, (step + 1) % STEPS].map(|step| directions[step]);
-            (before != after).then(|| self.change([at(step), at(step + 1)], before, largest))
+        let ends = (0..samples.len()).filter_map(|index| {
+            let next = (index + 1) % samples.len();
+            let span = [self.angles[index], if next == 0 { TAU } else { self.angles[next] }];
+            (directions[index] != directions[next]).then(|| self.change(span, directions[index], largest))
         });
         let ends: Vec<f64> = ends.collect();
         let spans = (0..ends.len()).map(|end| {
@@ -196,15 +235,9 @@ impl Profile {
     }
 
     /// Where the follower's direction changes, by bisection.
-    fn change(&self, [mut low, mut high]: [f64; 2], before: i32, largest: [f64; 3]) -> f64 {
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if direction(&self.sample(middle.rem_euclid(TAU)), largest) == before {
-                low = middle
-            } else {
-                high = middle
-            }
-        }
+    fn change(&self, span: [f64; 2], before: i32, largest: [f64; 3]) -> f64 {
+        let same = |angle: f64| direction(&self.sample(angle.rem_euclid(TAU)), largest) == before;
+        let [low, high] = halved(span, same);
         if before == 0 { low } else { high }
     }
 
@@ -235,6 +268,54 @@ impl Profile {
         };
         Some(Phase { from, to, rise, peaks: [peak(1), peak(2), peak(3)] })
     }
+}
+
+/// The two ends of where a condition that holds at the first end no longer does.
+fn halved([mut low, mut high]: [f64; 2], holds: impl Fn(f64) -> bool) -> [f64; 2] {
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        *(if holds(middle) { &mut low } else { &mut high }) = middle;
+    }
+    [low, high]
+}
+
+/// Where the event indicators of a law change their signs, by halving.
+fn switches(arena: &mut Arena, law: &[Expr], parameters: &[f64]) -> Vec<[f64; 2]> {
+    let indicators = indicators(arena, law);
+    let order = arena.reachable(indicators.iter().copied());
+    let above = |roots: &[Expr], angle: f64| -> Vec<bool> {
+        let known = |symbol: Symbol| if let Symbol::Parameter(index) = symbol { parameters[index] } else { angle };
+        arena.evaluate_in(&order, roots, &known).into_iter().map(|value| value > 0.0).collect()
+    };
+    let mut found = Vec::new();
+    let mut before = (0.0, above(&indicators, 0.0));
+    for step in 1..=STEPS {
+        let angle = TAU * step as f64 / STEPS as f64;
+        let now = above(&indicators, angle);
+        for index in (0..indicators.len()).filter(|&index| now[index] != before.1[index]) {
+            let same = |angle: f64| above(&indicators[index..=index], angle)[0] == before.1[index];
+            found.push(halved([before.0, angle], same));
+        }
+        before = (angle, now);
+    }
+    found.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    found.dedup();
+    found
+}
+
+/// A regular grid of the turn, both sides of all switches, and a grid of each short piece between two of them.
+fn angles(switches: &[[f64; 2]]) -> Vec<f64> {
+    let step = TAU / STEPS as f64;
+    let mut angles: Vec<f64> = (0..STEPS).map(|index| step * index as f64).collect();
+    angles.extend(switches.iter().flatten());
+    let pieces = switches.windows(2).map(|pair| [pair[0][1], pair[1][0]]);
+    for [from, to] in pieces.filter(|[from, to]| to - from < step * PIECE as f64) {
+        angles.extend((1..PIECE).map(|part| from + (to - from) * part as f64 / PIECE as f64));
+    }
+    angles.retain(|angle| (0.0..TAU).contains(angle));
+    angles.sort_by(f64::total_cmp);
+    angles.dedup();
+    angles
 }
 
 /// 1 while the follower rises, -1 while it returns, 0 while it stands still with all derivatives.
