@@ -77,3 +77,37 @@ fn what_is_open_is_held_where_the_scene_begins() {
     let check = cotree(folder.path(), &["check", "a.toml"]);
     assert!(stdout(&check).contains("this assembly is one of 2"), "{}{}", stdout(&check), stderr(&check));
 }
+
+/// A wheel turns a rack, a rod ties both: where the rack is counts whole turns of the wheel.
+#[test]
+fn whole_turns_that_a_rack_counts_are_kept() {
+    let scene = r#"
+name = "rack"
+[bodies]
+wheel  = { mass = 1, inertia = 1, points = { pin = [0.1, 0] } }
+slider = { mass = 1, inertia = 1 }
+[joints]
+bearing = { type = "revolute", between = ["ground", "wheel"] }
+guide   = { type = "prismatic", between = ["ground", "slider"], axis = [1, 0] }
+rack    = { type = "rack", between = ["wheel", "slider"], axis = [1, 0], radius = "20 mm", displacement = "80 mm" }
+rod     = { type = "distance", between = ["wheel.pin", "slider"], length = "150 mm" }
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("rack.toml"), scene).unwrap();
+    let output = cotree(folder.path(), &["assemblies", "rack.toml", "--starts", "400"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let text = stdout(&output);
+    let value = |line: &str| -> f64 {
+        let inner = line.split("guess = \"").nth(1).unwrap();
+        inner.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    let of = |name: &str| text.lines().filter(|line| line.starts_with(name)).map(value).collect::<Vec<f64>>();
+    let (places, angles) = (of("\"guide.s\""), of("\"wheel.angle\""));
+    assert!(places.len() >= 3 && places.len() == angles.len(), "{text}");
+    for (place, angle) in places.iter().zip(&angles) {
+        // The rack, and the rod from the pin.
+        assert!((place - (80.0 + 20.0 * angle)).abs() < 1e-4, "{place} {angle}");
+        assert!(((place - 100.0 * angle.cos()).hypot(100.0 * angle.sin()) - 150.0).abs() < 1e-3, "{place} {angle}");
+    }
+    assert!(angles.iter().any(|angle| angle.abs() > std::f64::consts::PI), "{angles:?}");
+}

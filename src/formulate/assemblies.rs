@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use cotree_fmu::constraints::initial::solve_initial;
+use cotree_fmu::constraints::poses::constraint;
 use cotree_fmu::constraints::redundancy::redundancy;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Program;
@@ -68,19 +69,23 @@ fn own_start(mechanism: &Mechanism) -> Result<(Vec<Value>, State, usize), Vec<Fa
     };
     let rank = redundancy(&model, &state, POSES).independent.len();
     let freedoms = equations.coordinates.len().saturating_sub(rank);
-    Ok((values(&equations, &state), state, freedoms))
+    Ok((values(&equations, &model, &state), state, freedoms))
 }
 
-fn values(equations: &Equations, state: &State) -> Vec<Value> {
-    let coordinates = equations.coordinates.iter().zip(state.positions());
-    let value = |angular: bool, value: f64| if angular { value - ((value / TAU).round() * TAU) } else { value };
-    coordinates
-        .map(|(own, &at)| Value {
-            name: own.name.position.clone(),
-            value: value(own.angular, at),
-            angular: own.angular,
-        })
-        .collect()
+/// The coordinates; an angle without whole turns, unless loop equations such as those of gears and racks count them.
+fn values(equations: &Equations, model: &Model, state: &State) -> Vec<Value> {
+    let mut reduced = state.clone();
+    for (index, _) in equations.coordinates.iter().enumerate().filter(|(_, own)| own.angular) {
+        let turns = (state.positions()[index] / TAU).round() * TAU;
+        let mut turned = state.clone();
+        turned.positions_mut()[index] += TAU;
+        let same = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME;
+        if constraint(model, state).iter().zip(constraint(model, &turned).iter()).all(same) {
+            reduced.positions_mut()[index] -= turns;
+        }
+    }
+    let coordinates = equations.coordinates.iter().zip(reduced.positions());
+    coordinates.map(|(own, &value)| Value { name: own.name.position.clone(), value, angular: own.angular }).collect()
 }
 
 fn solved(program: Program, mechanism: &Mechanism) -> Result<(Model, Option<State>), Vec<Fault>> {
@@ -141,11 +146,11 @@ fn search(mechanism: &Mechanism, held: Vec<Value>, own: &State, starts: usize) -
         positions.extend(own.follower_positions());
         program.initial.first_rates = vec![0.0; positions.len()];
         program.initial.first_positions = positions;
-        match solved(program, mechanism)?.1 {
-            None => found.failed += 1,
+        match solved(program, mechanism)? {
+            (_, None) => found.failed += 1,
             // A disturbed search may leave what is known; that is no pose of the scene.
-            Some(state) if !keeps(&equations, &known, own, &state) => found.failed += 1,
-            Some(state) => found.add(values(&equations, &state), length),
+            (_, Some(state)) if !keeps(&equations, &known, own, &state) => found.failed += 1,
+            (model, Some(state)) => found.add(values(&equations, &model, &state), length),
         }
         if found.poses.len() > MOST {
             break;
@@ -172,7 +177,12 @@ impl Assemblies {
     fn add(&mut self, pose: Vec<Value>, length: f64) {
         let same = |a: &Value, b: &Value| {
             let apart = (a.value - b.value).abs();
-            if a.angular { apart.min(TAU - apart) < SAME } else { apart < SAME * length }
+            // Half a turn is the same either way; whole turns that matter are not.
+            if a.angular {
+                apart < SAME || (apart - TAU).abs() < SAME && (a.value.abs() - PI).abs() < SAME
+            } else {
+                apart < SAME * length
+            }
         };
         match self.poses.iter().position(|known| known.iter().zip(&pose).all(|(a, b)| same(a, b))) {
             Some(index) => self.found[index] += 1,

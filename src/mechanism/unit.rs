@@ -3,6 +3,9 @@
 use super::measure::Wanted;
 use crate::diagnostic::Span;
 
+/// Exponents of the hertz.
+const HERTZ: [i8; 4] = [0, 0, -1, 0];
+
 /// Exponents of kg, m, s and rad, and how the user writes the unit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Unit {
@@ -35,9 +38,11 @@ impl Unit {
         Unit { exponents: [0, 1, 0, 0], si: "m".to_string(), display: None }
     }
 
-    /// May the two stand for the same kind of value? The radian counts as a pure number.
+    /// May the two stand for the same kind of value? The radian counts as a pure number; but 1 Hz is one turn a second to some and one radian a second to others.
     pub fn is_compatible(&self, other: &Unit) -> bool {
-        self.exponents[..3] == other.exponents[..3]
+        let [one, two] = [self, other].map(|unit| unit.exponents);
+        let is_frequency = |exponents: [i8; 4]| exponents[..3] == HERTZ[..3];
+        one[..3] == two[..3] && (!is_frequency(one) || (one == HERTZ) == (two == HERTZ))
     }
 
     /// May a value \[SI\] of this unit lie within these bounds?
@@ -109,4 +114,17 @@ pub struct Input {
     pub max: Option<f64>,
     /// Where it stands in the file.
     pub span: Span,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Unit;
+
+    #[test]
+    fn hertz_are_no_unit_of_an_angular_velocity() {
+        let unit = |exponents| Unit { exponents, ..Unit::default() };
+        let [hertz, velocity, angle, number] = [[0, 0, -1, 0], [0, 0, -1, 1], [0, 0, 0, 1], [0; 4]].map(unit);
+        assert!(!hertz.is_compatible(&velocity) && !velocity.is_compatible(&hertz));
+        assert!(hertz.is_compatible(&hertz) && angle.is_compatible(&number) && !angle.is_compatible(&velocity));
+    }
 }

@@ -161,7 +161,11 @@ impl Record {
             })?;
             if let Some(unit) = unit.as_ref().filter(|unit| !unit.is_compatible(&column.si) && !column.si.si.is_empty())
             {
-                return Err(wrong(format!("`{name}` is in `{}`, but the variable in `{}`", unit.si, column.si.si)));
+                return Err(wrong(format!(
+                    "`{name}` is in `{}`, but the variable in `{}`",
+                    unit.shown(),
+                    column.si.si
+                )));
             }
             let at: Vec<f64> = table.times().iter().map(|time| time / self.time.factor).collect();
             let values: Vec<f64> = table.column(place).iter().map(|value| value / column.unit.factor).collect();
