@@ -414,3 +414,70 @@ fn long_pages_say_so_and_how_they_get_shorter() {
     assert!(long.contains(" formulas. Other coordinates give other equations"), "{}", &long[..2000]);
     assert!(!short.contains(" formulas."), "{}", &short[..2000]);
 }
+
+/// A pendulum whose rod slides, tied to the ground and to its rod by laws: equations with many shared parts.
+const SHARED: &str = r#"
+    name = "shared"
+    [ground.points]
+    p1 = [-0.3818, 0.919]
+    p5 = [-0.1853, -0.9221]
+    [bodies.b0]
+    mass = 0.3484
+    inertia = 0.163
+    com = [-0.1842, -0.2532]
+    points = { p2 = [-0.2, -0.76], p3 = [-0.48, -2.06], p8 = [-0.39, -2.29] }
+    [bodies.b1]
+    mass = 1.4088
+    inertia = 0.2007
+    com = [-0.2816, -0.1396]
+    points = { p4 = [-0.768, 0.265], p6 = [-0.906, -1.117], p7 = [-1.751, -0.866] }
+    [joints.j0]
+    type = "revolute"
+    between = ["ground.p1", "b0.p2"]
+    [joints.j1]
+    type = "prismatic"
+    between = ["b0.p3", "b1.p4"]
+    axis = [-0.9019, 0.4319]
+    angle = -2.7605
+    friction = { coulomb = 0.1384, velocity = 0.5 }
+    [joints.j2]
+    type = "distance"
+    between = ["ground.p5", "b1.p6"]
+    length = 0.8577877243234483
+    [loads.l0]
+    type = "spring"
+    between = ["b1.p7", "b0.p8"]
+    stiffness = 21.2
+    length = 0.7
+    damping = 1.37
+    cubic = 17.5
+    side = "below"
+    [initial]
+    "b0.angle" = { guess = 1.6644 }
+    "b1.angle" = { guess = -1.0961 }
+    "b1.omega" = -0.37
+    [coordinates]
+    translation = ["j0", "j1"]
+    rotation = ["b1", "j1"]
+"#;
+
+#[test]
+fn an_abbreviation_stands_for_one_thing_all_through_a_lesson() {
+    let models = ["four_bar", "slider_crank", "excavator", "quick_return", "gear_train", "trammel"];
+    let models = models.map(|model| scene(&format!("models/{model}/scene.toml")));
+    for scene in models.iter().chain([&written(SHARED)]) {
+        let text = lesson(scene);
+        let is_short = |word: &&str| word.strip_prefix(['z', 'c', 's']).is_some_and(|rest| rest.parse::<u32>().is_ok());
+        let mut known = std::collections::HashMap::new();
+        for line in lines(&text) {
+            let Some((name, value)) = line.split_once(" = ").filter(|(name, _)| is_short(name)) else { continue };
+            let before = known.insert(name.to_owned(), value.to_owned());
+            assert!(before.is_none_or(|before| before == value), "{name} is defined twice:\n{text}");
+        }
+        let words = text.split(|letter: char| !(letter.is_alphanumeric() || letter == '_' || letter == '.'));
+        // `s3` may be an edge too.
+        for word in words.filter(|word| is_short(word) && word.starts_with('z')) {
+            assert!(known.contains_key(word), "{word} is not defined:\n{text}");
+        }
+    }
+}

@@ -281,3 +281,16 @@ fn reduced_equations_move_as_all_equations_do() {
         }
     }
 }
+
+/// `push.fx` is along the x axis of the world, in `cotree simulate` too.
+#[test]
+fn a_force_in_the_axes_of_a_body_does_not_get_the_name_of_one_in_those_of_the_world() {
+    let text = |frame: &str| {
+        let scene = format!(
+            "name = \"push\"\n[inputs]\nu = 0\n[bodies.rod]\nmass = 1\ninertia = 0.1\npoints = {{ tip = [1, 0] }}\n[joints.pin]\ntype = \"revolute\"\n\
+             between = [\"ground\", \"rod\"]\n[loads.push]\ntype = \"force\"\non = \"rod.tip\"\nvector = [\"2*u\", \"3*u + sin(u)\"]\nframe = \"{frame}\"\n"
+        );
+        named(&Scene::from_toml(&scene).unwrap(), Written::Prose(Prose::Text))
+    };
+    assert!(text("world").contains("push.fy") && !text("body").contains("push.fy"), "{}", text("body"));
+}

@@ -330,7 +330,8 @@ fn laws(equations: &mut Equations) -> HashMap<Expr, String> {
         let name = |word: &str| format!("{}.{word}", element.name);
         match element.translation.as_ref().map(|row| row.through.clone()) {
             Some(Force::Line(law)) => laws.push((law, name("force"))),
-            Some(Force::World([x, y]) | Force::InBody(_, [x, y])) => laws.extend([(x, name("fx")), (y, name("fy"))]),
+            // Components in the axes of a body have no name: `fx` and `fy` are those in the axes of the world.
+            Some(Force::World([x, y])) => laws.extend([(x, name("fx")), (y, name("fy"))]),
             _ => {}
         }
         if let Some(Torque::Law(law)) = element.rotation.as_ref().map(|row| row.through.clone()) {

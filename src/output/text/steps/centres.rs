@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::graphs::{list, shortened};
 use super::numbers::agree;
-use super::{Lesson, check, words};
+use super::{Lesson, check, with, words};
 use crate::component::Origin;
 use crate::expr::{Expr, Order, Symbol};
 use crate::graph::ElementId;
@@ -51,7 +51,8 @@ impl Lesson<'_, '_, '_> {
         let mut values = self.moving();
         values.accelerations = values.rates.iter().map(|rate| 0.4 * rate - 1.1).collect();
         let holds = agree(&values.of(&self.equations, &accelerations), &values.of(&self.equations, &twice));
-        let mut formulas = self.formulas(&accelerations).formulas.into_iter();
+        let (formulas, new) = self.formulas(&accelerations);
+        let mut formulas = formulas.into_iter();
         let mut rows = Vec::new();
         for (label, _) in &bodies {
             let own: Vec<Tree> = formulas.by_ref().take(axes.len()).collect();
@@ -60,6 +61,7 @@ impl Lesson<'_, '_, '_> {
         }
         let mut blocks = vec![words("With the rates of the arms put in, in the axes of the ground:")];
         blocks.extend(list(rows));
+        blocks.extend(with(new));
         blocks.push(check("they are the second derivatives of the positions by time", holds));
         blocks
     }

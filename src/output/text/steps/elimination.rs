@@ -4,7 +4,7 @@ use super::graphs::list;
 use super::numbers::agree;
 use super::projection::{Rows, by_branches, by_chords};
 use super::view::Edge;
-use super::{Lesson, check, heading, words};
+use super::{Lesson, check, heading, with, words};
 use crate::component::Origin;
 use crate::equations::{Dynamics, Share};
 use crate::expr::Expr;
@@ -103,7 +103,7 @@ impl Lesson<'_, '_, '_> {
             Piece::Math(Tree::Name(Name::symbol(&own.position))),
             Piece::words(", element by element, with (a) to (c) put in:"),
         ])];
-        blocks.push(self.table_of_terms(&columns, &terms));
+        blocks.extend(self.table_of_terms(&columns, &terms));
         blocks.push(words(
             "The sum is zero. Accelerations and multipliers go to the left with the sign changed, and a row of (22) is there: the columns are \
              minus the entries of M, the rest is Q minus the multipliers' part.",
@@ -152,7 +152,7 @@ impl Lesson<'_, '_, '_> {
         sums
     }
 
-    fn table_of_terms(&mut self, columns: &[usize], terms: &[(String, Dynamics)]) -> Block {
+    fn table_of_terms(&mut self, columns: &[usize], terms: &[(String, Dynamics)]) -> Vec<Block> {
         let mut exprs = Vec::new();
         for (_, part) in terms {
             for column in columns {
@@ -161,8 +161,9 @@ impl Lesson<'_, '_, '_> {
             }
             exprs.push(part.load[0]);
         }
-        let reactions = self.reactions_of(columns.len(), terms);
-        let mut formulas = self.formulas(&exprs).formulas.into_iter();
+        let (formulas, mut new) = self.formulas(&exprs);
+        let mut formulas = formulas.into_iter();
+        let reactions = self.reactions_of(columns.len(), terms, &mut new);
         let mut rows: Vec<Vec<Piece>> = Vec::new();
         for (label, _) in terms {
             let cells = formulas.by_ref().take(columns.len() + 1).map(cell);
@@ -176,11 +177,18 @@ impl Lesson<'_, '_, '_> {
         });
         let head = std::iter::once(Piece::words("element")).chain(head).chain([Piece::words("the rest")]);
         rows.insert(0, head.collect());
-        Block::Table(Vec::new(), rows)
+        let mut blocks = vec![Block::Table(Vec::new(), rows)];
+        blocks.extend(with(new));
+        blocks
     }
 
-    /// What the multipliers bring to the row: minus Phi_q^T lambda.
-    fn reactions_of(&mut self, columns: usize, terms: &[(String, Dynamics)]) -> Vec<Vec<Piece>> {
+    /// What the multipliers bring to the row, minus Phi_q^T lambda, and abbreviations in it.
+    fn reactions_of(
+        &mut self,
+        columns: usize,
+        terms: &[(String, Dynamics)],
+        definitions: &mut Vec<(Tree, Tree)>,
+    ) -> Vec<Vec<Piece>> {
         let Some((_, first)) = terms.first() else { return Vec::new() };
         let mut rows = Vec::new();
         for (index, coefficient) in first.reactions[0].clone() {
@@ -189,7 +197,9 @@ impl Lesson<'_, '_, '_> {
             let product = arena.multiply(coefficient, lambda);
             let minus = arena.negate(product);
             let label = self.equations.system.element(self.equations.constraints[index].element).label.clone();
-            let tree = self.formulas(&[minus]).formulas.pop().unwrap_or_else(Tree::zero);
+            let (mut formulas, new) = self.formulas(&[minus]);
+            definitions.extend(new);
+            let tree = formulas.pop().unwrap_or_else(Tree::zero);
             let empty = (0..columns).map(|_| Piece::words("."));
             rows.push(std::iter::once(Piece::words(label)).chain(empty).chain([cell(tree)]).collect());
         }

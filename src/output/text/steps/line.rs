@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::graphs::{list, table};
+use super::graphs::table;
 use super::numbers::agree;
 use super::view::Row;
 use super::{Lesson, check, columns, words};
@@ -166,8 +166,7 @@ fn products(kinds: &[Kind]) -> Vec<Block> {
 /// The entries of D and K, and of {F}; those of M are above.
 fn entries(lesson: &mut Lesson) -> Vec<Block> {
     let (names, exprs) = columns(vibration(&mut lesson.equations).into_iter().flat_map(|(_, entries)| entries));
-    let formulas = lesson.formulas(&exprs).formulas;
-    list(names.into_iter().zip(formulas).collect())
+    lesson.equations(names, &exprs)
 }
 
 /// A square matrix at the start.

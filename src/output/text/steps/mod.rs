@@ -1,6 +1,7 @@
 //! The derivation as a lesson, in the order of the paper: parts and graphs, trees, cutsets and circuits, terminal equations, Steps 1 to 4, then
 //! rates, reactions and what was gained. Every section ends with a check that was carried out.
 
+mod abbreviations;
 mod centres;
 mod elimination;
 mod gain;
@@ -22,14 +23,16 @@ mod view;
 
 use super::document::{Block, Piece};
 use super::motion::{Entry, context, has_masses};
+use super::name::Names;
 use super::symbols::with_names;
-use super::tree::{Formulas, Tree, formulas};
+use super::tree::{Tree, formulas};
 use super::{Prose, page};
 use crate::equations::Equations;
 use crate::expr::Expr;
 use crate::formulate::Formulated;
 use crate::graph::{Rotation, Translation};
 use crate::resolve::symbolic::{Style, Symbolic};
+use abbreviations::Abbreviations;
 use letters::Letters;
 pub use numbers::Values;
 use view::View;
@@ -42,8 +45,7 @@ struct Lesson<'a, 'n, 'm> {
     translation: View<Translation>,
     rotation: View<Rotation>,
     dynamic: bool,
-    /// Abbreviations that have been defined already.
-    said: Vec<(Tree, Tree)>,
+    abbreviations: Abbreviations,
 }
 
 pub fn steps(formulated: &mut Formulated, prose: Prose) -> String {
@@ -81,27 +83,22 @@ impl<'a, 'n, 'm> Lesson<'a, 'n, 'm> {
             equations,
             source,
             dynamic,
-            said: Vec::new(),
+            abbreviations: Abbreviations::default(),
         }
     }
 
-    /// Formulas of expressions, with the abbreviations in them.
-    fn formulas(&mut self, exprs: &[Expr]) -> Formulas {
+    /// Formulas of expressions, and the abbreviations in them that have not been defined yet.
+    fn formulas(&mut self, exprs: &[Expr]) -> (Vec<Tree>, Vec<(Tree, Tree)>) {
         let context = context(&mut self.equations);
-        formulas(&self.equations, exprs, &context)
+        let found = formulas(&self.equations, exprs, &context);
+        self.abbreviations.settled(&Names::new(&self.equations), found)
     }
 
     /// Equations with names on the left, then the abbreviations in them.
     fn equations(&mut self, names: Vec<Tree>, exprs: &[Expr]) -> Vec<Block> {
-        let Formulas { angles, definitions, formulas } = self.formulas(exprs);
+        let (formulas, new) = self.formulas(exprs);
         let mut blocks = graphs::list(names.into_iter().zip(formulas).collect());
-        let mut with: Vec<(Tree, Tree)> = angles.into_iter().chain(definitions).collect();
-        with.retain(|pair| !self.said.contains(pair));
-        self.said.extend(with.iter().cloned());
-        if !blocks.is_empty() && !with.is_empty() {
-            blocks.push(words("with"));
-            blocks.extend(graphs::list(with));
-        }
+        blocks.extend(with(new));
         blocks
     }
 
@@ -109,6 +106,15 @@ impl<'a, 'n, 'm> Lesson<'a, 'n, 'm> {
         let (names, exprs): (Vec<Tree>, Vec<Expr>) = columns(entries);
         self.equations(names, &exprs)
     }
+}
+
+/// The definitions of abbreviations, after the formulas in which they occur.
+fn with(definitions: Vec<(Tree, Tree)>) -> Vec<Block> {
+    let mut blocks = graphs::list(definitions);
+    if !blocks.is_empty() {
+        blocks.insert(0, words("with"));
+    }
+    blocks
 }
 
 /// Names and expressions of entries.
