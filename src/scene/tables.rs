@@ -38,7 +38,7 @@ pub(crate) const PARAMETER: &[Key] = &[
     Key::required(
         "value",
         Form::Constant(ANYTHING, Range::Any),
-        "its default; may be an expression of other parameters",
+        "its default; may be an expression of other parameters, which is evaluated when the scene is read: it does not follow when these are set",
         "give its default: `value = \"0.5 m\"`",
     ),
     UNIT,
