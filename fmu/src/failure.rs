@@ -61,6 +61,12 @@ impl fmt::Display for Outside {
             Limit::NotNegative => write!(f, "{place} must not be negative, but `{argument}` is {value}"),
             Limit::Positive => write!(f, "{place} must be positive, but `{argument}` is {value}"),
             Limit::NotZero => write!(f, "{place} must not be zero, but `{argument}` is {value}"),
+            Limit::AtLeast(least) => {
+                write!(f, "{place} must be at least {}, but `{argument}` is {value}", number(*least))
+            }
+            Limit::AtMost(most) => {
+                write!(f, "{place} must be at most {}, but `{argument}` is {value}", number(*most))
+            }
         }
     }
 }

@@ -105,6 +105,9 @@ impl Study {
     }
 
     fn unknown(&self, name: &str) -> String {
+        if let Some(why) = self.mechanism.why_calculated(name) {
+            return why;
+        }
         let parameters = self.mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
         let known = suggest::known(name, parameters.chain(self.mechanism.inputs.iter().map(|own| own.name.as_str())));
         format!("the scene has no parameter or input `{name}`; {known}")

@@ -40,7 +40,9 @@ pub fn reference() -> String {
     table(&mut text, "`outputs`", "", tables::OUTPUTS);
     push(&mut text, "An output that is a table has these keys:\n");
     rows(&mut text, tables::OUTPUT);
-    table(&mut text, "`experiment`", "", tables::EXPERIMENT);
+    let experiment =
+        "Where parameters are used, their values in the scene count: times do not follow when they are set.";
+    table(&mut text, "`experiment`", experiment, tables::EXPERIMENT);
     let display = "Results are SI unless a unit is given for their kind, here or with `--units`.";
     table(&mut text, "`display`", display, tables::DISPLAY);
     table(&mut text, "`solver`", "", tables::SOLVER);

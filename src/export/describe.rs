@@ -57,8 +57,9 @@ impl Changing<'_> {
 }
 
 fn variable(mechanism: &Mechanism, changing: &mut Changing, row: &Row) -> ScalarVariable {
-    let causality = match row.source {
-        Source::Parameter(index) => {
+    let causality = match (row.source, row.calculated) {
+        (_, Some(tunable)) => Causality::CalculatedParameter { tunable },
+        (Source::Parameter(index), _) => {
             let parameter = &mechanism.parameters[index as usize];
             Causality::Parameter {
                 tunable: parameter.tunable,
@@ -67,11 +68,11 @@ fn variable(mechanism: &Mechanism, changing: &mut Changing, row: &Row) -> Scalar
                 max: parameter.max,
             }
         }
-        Source::Input(index) => {
+        (Source::Input(index), _) => {
             let input = &mechanism.inputs[index as usize];
             Causality::Input { start: input.start, min: input.min, max: input.max }
         }
-        Source::Time => Causality::Independent,
+        (Source::Time, _) => Causality::Independent,
         _ if row.output => Causality::Output,
         _ => Causality::Local,
     };

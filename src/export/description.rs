@@ -108,6 +108,11 @@ pub enum Causality {
         /// Largest permitted value, SI.
         max: Option<f64>,
     },
+    /// Follows parameters that can be set.
+    CalculatedParameter {
+        /// May these change after initialisation?
+        tunable: bool,
+    },
     /// Set at communication points.
     Input {
         /// Value until it is set, SI.
@@ -130,6 +135,7 @@ impl Causality {
     pub fn name(self) -> &'static str {
         match self {
             Causality::Parameter { .. } => "parameter",
+            Causality::CalculatedParameter { .. } => "calculatedParameter",
             Causality::Input { .. } => "input",
             Causality::Output => "output",
             Causality::Local => "local",
@@ -140,8 +146,8 @@ impl Causality {
     /// When its value may change.
     pub fn variability(self) -> &'static str {
         match self {
-            Causality::Parameter { tunable: false, .. } => "fixed",
-            Causality::Parameter { tunable: true, .. } => "tunable",
+            Causality::Parameter { tunable: false, .. } | Causality::CalculatedParameter { tunable: false } => "fixed",
+            Causality::Parameter { tunable: true, .. } | Causality::CalculatedParameter { tunable: true } => "tunable",
             _ => "continuous",
         }
     }
@@ -152,7 +158,7 @@ impl Causality {
             Causality::Parameter { start, min, max, .. } | Causality::Input { start, min, max } => {
                 Some((start, [min, max]))
             }
-            Causality::Output | Causality::Local | Causality::Independent => None,
+            _ => None,
         }
     }
 
@@ -190,16 +196,18 @@ impl Description {
         derivatives
     }
 
-    /// Indices of what must be solved for at initialisation: the calculated or guessed ones among outputs, states and derivatives.
+    /// Indices of what must be solved for at initialisation: calculated parameters, and the calculated or guessed ones among outputs, states
+    /// and derivatives.
     pub fn initial_unknowns(&self) -> Vec<usize> {
         let mut wanted = self.outputs();
+        wanted.extend(self.indices(|variable| matches!(variable.causality, Causality::CalculatedParameter { .. })));
         for derivative in self.derivatives() {
             wanted.push(derivative);
             wanted.extend(self.variables[derivative].derivative_of);
         }
         wanted.retain(|&index| {
             let variable = &self.variables[index];
-            variable.causality.is_calculated() && !matches!(variable.start, Some(Start::Exact(_)))
+            variable.causality.range().is_none() && !matches!(variable.start, Some(Start::Exact(_)))
         });
         wanted.sort_unstable();
         wanted.dedup();

@@ -93,7 +93,9 @@ const SECTIONS: [Section; 4] = [
     ("Parameters", |causality| matches!(causality, Causality::Parameter { .. })),
     ("Inputs", |causality| matches!(causality, Causality::Input { .. })),
     ("Outputs", |causality| causality == Causality::Output),
-    ("Other variables", |causality| matches!(causality, Causality::Local | Causality::Independent)),
+    ("Other variables", |causality| {
+        matches!(causality, Causality::CalculatedParameter { .. } | Causality::Local | Causality::Independent)
+    }),
 ];
 
 const LICENCES: &str = "<h2>Licences</h2>\n<p>The shared libraries in <code>binaries/</code> are the cotree runtime, under the MIT \

@@ -6,6 +6,7 @@ use crate::diagnostic::{Fault, Span};
 use crate::equations::Equations;
 use crate::formulate::assembly::list;
 use crate::formulate::start::Start;
+use crate::graph::ElementId;
 use crate::mechanism::{Coordinates, JointId, Mechanism, Owner, Part, Value};
 
 /// Beyond so many joints no single one is looked for.
@@ -77,8 +78,14 @@ pub fn too_many_drivers(equations: &Equations) -> Option<String> {
 
 /// How many freedoms the joints leave, by counting, as if there were no drivers.
 fn freedoms(equations: &Equations) -> i64 {
-    let rows = equations.constraints.len() as i64;
     let drivers = equations.system.mechanism.drivers.iter();
+    // Where a driver stands for its joint in the tree, what the joint holds of itself is no equation.
+    let is_held = |element: ElementId| match equations.system.element(element).origin {
+        Origin::Joint(joint) => drivers.clone().any(|driver| driver.joint() == Some(joint)),
+        _ => false,
+    };
+    let held = equations.constraints.iter().filter(|row| row.is_trivial() && is_held(row.element)).count();
+    let rows = (equations.constraints.len() - held) as i64;
     let driven: i64 = drivers.map(|driver| if driver.is_angular() || driver.joint().is_some() { 1 } else { 2 }).sum();
     equations.coordinates.len() as i64 - rows + driven
 }

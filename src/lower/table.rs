@@ -9,7 +9,7 @@ use super::dependencies::{self, Beginning, Moving};
 use super::initial::{order_of, settable};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
-use crate::mechanism::{DisplayUnit, Mechanism, Quantity, Unit};
+use crate::mechanism::{Calculated, DisplayUnit, Mechanism, Quantity, Unit};
 
 #[derive(Clone, Debug)]
 pub struct Row {
@@ -22,6 +22,8 @@ pub struct Row {
     pub derivative_of: Option<usize>,
     /// Its initial value, if that can be set.
     pub start: Option<Start>,
+    /// Of a calculated parameter: may it change in a run?
+    pub calculated: Option<bool>,
     pub value: Expr,
     /// Places of the inputs, states and parameters that it depends on; the number of rows stands for time.
     pub dependencies: Arc<[usize]>,
@@ -82,6 +84,17 @@ impl Table {
                 Source::Parameter(index as u32),
                 value,
             );
+        }
+        for Calculated { parameter, formula } in &mechanism.calculated {
+            let value = equations.formula(formula);
+            let source = self.computed(equations, value);
+            let calculated = format!("calculated: `{}`", mechanism.written(formula));
+            let own = [&parameter.description, &calculated].map(String::as_str).into_iter();
+            let description = own.filter(|text| !text.is_empty()).collect::<Vec<_>>().join("; ");
+            self.push((&parameter.name, &description, &parameter.unit), source, value);
+            if let Some(row) = self.rows.last_mut() {
+                row.calculated = Some(parameter.tunable);
+            }
         }
         for (index, input) in mechanism.inputs.iter().enumerate() {
             let value = equations.system.arena.symbol(Symbol::Input(index, Order::Position));
@@ -207,6 +220,7 @@ impl Table {
             output: false,
             derivative_of: None,
             start: None,
+            calculated: None,
             value,
             dependencies: Arc::default(),
             initial_dependencies: Arc::default(),

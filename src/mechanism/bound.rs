@@ -5,7 +5,7 @@ use cotree_fmu::program::domain::Limit;
 use super::Formula;
 
 /// Which values a number may have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
     /// Every finite one.
     Any,
@@ -15,6 +15,10 @@ pub enum Range {
     Positive,
     /// All but zero.
     NotZero,
+    /// This and more.
+    AtLeast(f64),
+    /// This and less.
+    AtMost(f64),
 }
 
 impl Range {
@@ -25,6 +29,8 @@ impl Range {
             Self::NotNegative => Some(Limit::NotNegative),
             Self::Positive => Some(Limit::Positive),
             Self::NotZero => Some(Limit::NotZero),
+            Self::AtLeast(least) => Some(Limit::AtLeast(least)),
+            Self::AtMost(most) => Some(Limit::AtMost(most)),
         }
     }
 

@@ -47,6 +47,11 @@ impl Formula {
         self.parts().iter().for_each(|part| part.visit(visit));
     }
 
+    /// How many numbers, names and functions it has.
+    pub fn operations(&self) -> usize {
+        1 + self.parts().iter().map(Formula::operations).sum::<usize>()
+    }
+
     /// Calls `visit` with every parameter that occurs.
     pub fn visit_parameters(&self, visit: &mut dyn FnMut(ParameterId)) {
         self.visit(&mut |part| {

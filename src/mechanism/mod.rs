@@ -23,10 +23,10 @@ pub use formula::{Comparison, Formula};
 pub use name::identifier;
 pub use part::{Friction, Motion, Part, Value};
 pub use settings::{Coordinates, Experiment, Method, Solver};
-pub use unit::{DisplayUnit, Input, Parameter, Unit};
+pub use unit::{Calculated, DisplayUnit, Input, Parameter, Unit};
 pub use variable::{Class, Owner, Quantity, Variable};
 
-use crate::diagnostic::Span;
+use crate::diagnostic::{Span, suggest};
 
 /// Declares an index type: `BodyId(3)` indexes `Mechanism::bodies`.
 macro_rules! index {
@@ -64,6 +64,8 @@ pub struct Mechanism {
     pub gravity: [Formula; 2],
     /// Become FMU parameters.
     pub parameters: Vec<Parameter>,
+    /// Become calculated parameters of the FMU.
+    pub calculated: Vec<Calculated>,
     /// Become FMU inputs.
     pub inputs: Vec<Input>,
     /// Points of the ground.
@@ -93,6 +95,20 @@ impl Mechanism {
     /// The parameters' default values, SI.
     pub fn parameter_values(&self) -> Vec<f64> {
         self.parameters.iter().map(|parameter| parameter.value).collect()
+    }
+
+    /// Why a parameter cannot be set, if it is one that is calculated.
+    pub fn why_calculated(&self, name: &str) -> Option<String> {
+        let Calculated { formula, .. } = self.calculated.iter().find(|own| own.parameter.name == name)?;
+        let mut used: Vec<&str> = Vec::new();
+        formula.visit_parameters(&mut |id| used.push(&self.parameters[id.0].name));
+        used.sort_unstable();
+        used.dedup();
+        let formula = self.written(formula);
+        Some(format!(
+            "`{name}` is calculated, as `{formula}`: set {}, or give it a number of its own in the scene",
+            suggest::list(used)
+        ))
     }
 
     /// All joints, drivers and loads, in this order.

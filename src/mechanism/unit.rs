@@ -1,5 +1,6 @@
 //! Units, and the parameters and inputs that have them.
 
+use super::Formula;
 use super::measure::Wanted;
 use crate::diagnostic::Span;
 
@@ -96,6 +97,15 @@ pub struct Parameter {
     pub tunable: bool,
     /// Where it stands in the file.
     pub span: Span,
+}
+
+/// A parameter that follows others: it cannot be set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calculated {
+    /// Its name, and its value with the defaults of the others; its limits are kept as [`super::Bound`]s.
+    pub parameter: Parameter,
+    /// What it is calculated from: numbers and parameters that can be set. Expressions that use it have this in its place.
+    pub formula: Formula,
 }
 
 #[derive(Clone, Debug, PartialEq)]

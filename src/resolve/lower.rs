@@ -185,9 +185,9 @@ impl Resolver<'_> {
                 "rename the parameter or input",
                 (tree, site),
             ),
-            Some(Named::Parameter(id)) => {
-                let unit = self.parameter_units.get(id.0).copied().flatten();
-                Some((Formula::Parameter(id), Known::constant(unit)))
+            Some(Named::Parameter(index)) => {
+                let known = &self.parameters[index];
+                Some((known.formula.clone(), Known::constant(known.unit)))
             }
             Some(Named::Input(_)) if site.context.is_constant() => {
                 self.not_constant(&format!("the input `{name}`"), tree, site)
@@ -361,7 +361,7 @@ pub(crate) fn formula_of_numbers(text: &str) -> Option<Formula> {
         values: Vec::new(),
         incomplete: false,
         bounds: Vec::new(),
-        parameter_units: Vec::new(),
+        parameters: Vec::new(),
         input_units: Vec::new(),
         written_in: crate::mechanism::Units::default(),
         tables: std::collections::HashMap::new(),

@@ -84,7 +84,7 @@ impl Scene {
         let mut resolver = Resolver::new(self, names, faults);
         resolver.name();
         let display = resolver.display();
-        let parameters = resolver.parameters();
+        let (parameters, calculated) = resolver.parameters();
         let inputs = resolver.inputs();
         let mut mechanism = Mechanism {
             name: self.name.text.clone(),
@@ -92,6 +92,7 @@ impl Scene {
             dimension: self.dimension,
             gravity: resolver.gravity(),
             parameters,
+            calculated,
             inputs,
             ground: resolver.ground(),
             bodies: resolver.bodies(),
@@ -133,8 +134,10 @@ struct Resolver<'s> {
     incomplete: bool,
     /// Values that parameters can move out of their ranges.
     bounds: Vec<Bound>,
+    /// The values of the parameters that have their own.
     values: Vec<f64>,
-    parameter_units: Vec<Option<Exponents>>,
+    /// All parameters of the scene.
+    parameters: Vec<parameters::Known>,
     input_units: Vec<Option<Exponents>>,
     /// The first unit of each kind of value in the scene.
     written_in: Units,
@@ -153,7 +156,7 @@ impl<'s> Resolver<'s> {
             incomplete: false,
             bounds: Vec::new(),
             values: Vec::new(),
-            parameter_units: Vec::new(),
+            parameters: Vec::new(),
             input_units: Vec::new(),
             written_in: Units::default(),
             tables: HashMap::new(),

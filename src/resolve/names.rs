@@ -6,12 +6,13 @@ use crate::component::Section;
 use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::Text;
 use crate::expr::Function;
-use crate::mechanism::{BodyId, DriverId, InputId, JointId, LoadId, ParameterId};
+use crate::mechanism::{BodyId, DriverId, InputId, JointId, LoadId};
 use crate::scene::model::Scene;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Named {
-    Parameter(ParameterId),
+    /// Its place in the scene.
+    Parameter(usize),
     Input(InputId),
     Body(BodyId),
     Joint(JointId),
@@ -59,7 +60,7 @@ impl<'s> Names<'s> {
                 points(names, &format!("body `{}`", body.name.text), faults)
             })
             .collect();
-        let all = (scene.parameters.iter().enumerate().map(|(i, item)| (&item.name, Named::Parameter(ParameterId(i)))))
+        let all = (scene.parameters.iter().enumerate().map(|(i, item)| (&item.name, Named::Parameter(i))))
             .chain(scene.inputs.iter().enumerate().map(|(i, item)| (&item.name, Named::Input(InputId(i)))))
             .chain(scene.bodies.iter().enumerate().map(|(i, item)| (&item.name, Named::Body(BodyId(i)))))
             .chain(scene.joints.iter().enumerate().map(|(i, item)| (&item.name, Named::Joint(JointId(i)))))

@@ -2,16 +2,16 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::Resolver;
 use super::lower::Context;
 use super::names::Named;
+use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
-use crate::mechanism::{Input, Parameter, Unit};
+use crate::mechanism::{Bound, Calculated, Formula, Input, Parameter, ParameterId, Range, Unit};
 use crate::scene::dimension::ANYTHING;
 use crate::scene::expression::{self, Tree, TreeKind};
 use crate::scene::quantity::{Quantity, Reading, Value, read};
-use crate::scene::unit;
+use crate::scene::unit::{self, Exponents};
 
 /// A value that is given by an expression, and the parameters that it uses.
 struct Pending {
@@ -20,51 +20,93 @@ struct Pending {
     uses: HashSet<usize>,
 }
 
+/// More operations than a calculated parameter may take when all that it uses is written out.
+const LONGEST: usize = 10_000;
+
+/// A parameter of the scene in expressions.
+pub(super) struct Known {
+    /// Its place among those with values of their own; nothing for calculated ones.
+    id: Option<ParameterId>,
+    /// Itself, or what it is calculated from.
+    pub formula: Formula,
+    pub unit: Option<Exponents>,
+}
+
 impl Resolver<'_> {
-    /// Resolves the parameters in the order of their dependences.
-    pub(super) fn parameters(&mut self) -> Vec<Parameter> {
+    /// Resolves the parameters in the order of their dependences: those with values of their own, and those that are calculated from others.
+    pub(super) fn parameters(&mut self) -> (Vec<Parameter>, Vec<Calculated>) {
         let scene = self.scene;
-        let count = scene.parameters.len();
-        let units: Vec<Option<Unit>> =
+        let mut units: Vec<Option<Unit>> =
             scene.parameters.iter().map(|parameter| self.unit(parameter.unit.as_ref())).collect();
-        self.parameter_units = units.iter().map(|unit| unit.as_ref().map(|unit| unit.exponents)).collect();
-        self.values = vec![f64::NAN; count];
-        let mut found = units.clone();
-        let mut pending = HashMap::new();
-        for (index, parameter) in scene.parameters.iter().enumerate() {
-            if let Some(expression) = self.pending(&parameter.value) {
-                pending.insert(index, expression);
-                continue;
-            }
-            let what = format!("parameter `{}`", parameter.name.text);
-            let (value, unit) = self.declared(&parameter.value, units[index].as_ref(), &what);
-            self.values[index] = value;
-            self.parameter_units[index] = unit.as_ref().map(|unit| unit.exponents);
-            found[index] = unit;
+        let declared = units.clone();
+        let pending: HashMap<usize, Pending> = (scene.parameters.iter().enumerate())
+            .filter_map(|(index, parameter)| Some((index, self.pending(&parameter.value)?)))
+            .collect();
+        let mut own = 0..;
+        for (index, unit) in units.iter().enumerate() {
+            let calculated = pending.get(&index).is_some_and(|expression| !expression.uses.is_empty());
+            let id = if calculated { None } else { own.next().map(ParameterId) };
+            let unit = unit.as_ref().map(|unit| unit.exponents);
+            self.parameters.push(Known { id, formula: id.map_or(UNKNOWN, Formula::Parameter), unit });
         }
-        self.evaluate_in_order(pending, &mut found);
-        scene
-            .parameters
-            .iter()
-            .zip(found)
-            .enumerate()
-            .map(|(index, (parameter, unit))| {
-                let what = format!("parameter `{}`", parameter.name.text);
-                let value = self.values[index];
-                let limits = [&parameter.min, &parameter.max];
-                let [min, max] = self.limits(limits, value, units[index].as_ref(), unit.as_ref(), &what);
-                Parameter {
-                    name: parameter.name.text.clone(),
-                    description: parameter.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
-                    unit: unit.unwrap_or_default(),
-                    value,
-                    min,
-                    max,
-                    tunable: parameter.tunable,
-                    span: parameter.name.span,
-                }
-            })
-            .collect()
+        self.values = vec![f64::NAN; own.start];
+        for (index, parameter) in scene.parameters.iter().enumerate().filter(|(index, _)| !pending.contains_key(index))
+        {
+            let what = format!("parameter `{}`", parameter.name.text);
+            let (value, unit) = self.declared(&parameter.value, declared[index].as_ref(), &what);
+            self.give(index, Formula::Number(value));
+            self.parameters[index].unit = unit.as_ref().map(|unit| unit.exponents);
+            units[index] = unit;
+        }
+        self.evaluate_in_order(pending, &mut units);
+        let mut found = Vec::new();
+        for (index, unit) in units.into_iter().enumerate() {
+            found.push(self.parameter(index, declared[index].as_ref(), unit));
+        }
+        let is_own = |index: &usize| self.parameters[*index].id.is_some();
+        let (own, others): (Vec<usize>, Vec<usize>) = (0..found.len()).partition(is_own);
+        let independent = own.into_iter().map(|index| found[index].clone()).collect::<Vec<Parameter>>();
+        let calculated = others.into_iter().map(|index| self.calculated(index, found[index].clone(), &independent));
+        let calculated = calculated.collect();
+        (independent, calculated)
+    }
+
+    /// A parameter whose value is known.
+    fn parameter(&mut self, index: usize, declared: Option<&Unit>, unit: Option<Unit>) -> Parameter {
+        let scene = &self.scene.parameters[index];
+        let what = format!("parameter `{}`", scene.name.text);
+        let value = self.value(&self.parameters[index].formula);
+        let [min, max] = self.limits([&scene.min, &scene.max], value, declared, unit.as_ref(), &what);
+        Parameter {
+            name: scene.name.text.clone(),
+            description: scene.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
+            unit: unit.unwrap_or_default(),
+            value,
+            min,
+            max,
+            tunable: scene.tunable,
+            span: scene.name.span,
+        }
+    }
+
+    /// A parameter that is calculated: its limits hold whatever the others are, and it changes in a run if one of them does.
+    fn calculated(&mut self, index: usize, parameter: Parameter, independent: &[Parameter]) -> Calculated {
+        let formula = self.parameters[index].formula.clone();
+        let what = format!("parameter `{}`", parameter.name);
+        let ranges = [parameter.min.map(Range::AtLeast), parameter.max.map(Range::AtMost)];
+        let bound = |range| Bound { name: what.clone(), value: formula.clone(), range };
+        self.bounds.extend(ranges.into_iter().flatten().map(bound));
+        let mut tunable = false;
+        formula.visit_parameters(&mut |id| tunable |= independent[id.0].tunable);
+        Calculated { parameter: Parameter { tunable, ..parameter }, formula }
+    }
+
+    /// The value of a parameter of its own, or what another one is calculated from.
+    fn give(&mut self, index: usize, formula: Formula) {
+        match self.parameters[index].id {
+            Some(id) => self.values[id.0] = self.value(&formula),
+            None => self.parameters[index].formula = formula,
+        }
     }
 
     pub(super) fn inputs(&mut self) -> Vec<Input> {
@@ -181,8 +223,8 @@ impl Resolver<'_> {
     fn parameters_in(&self, tree: &Tree, uses: &mut HashSet<usize>) {
         match &tree.kind {
             TreeKind::Name(name) => {
-                if let Some(Named::Parameter(id)) = self.names.get(name) {
-                    uses.insert(id.0);
+                if let Some(Named::Parameter(index)) = self.names.get(name) {
+                    uses.insert(index);
                 }
             }
             kind => kind.parts().iter().for_each(|part| self.parameters_in(part, uses)),
@@ -230,15 +272,23 @@ impl Resolver<'_> {
             let (declared, found) = (declared.clone(), found.clone());
             self.declared_mismatch(&what, &declared, &found, pending.text.span);
         }
-        self.values[index] = self.value(&formula);
-        let spoiled = pending.uses.iter().any(|used| !self.values[*used].is_finite());
-        if !self.values[index].is_finite() && !spoiled {
+        let value = self.value(&formula);
+        let spoiled = pending.uses.iter().any(|used| !self.value(&self.parameters[*used].formula).is_finite());
+        if !value.is_finite() && !spoiled {
             let message = format!("{what} is not a finite number");
-            let label = format!("this is {}", self.values[index]);
+            let label = format!("this is {value}");
             self.faults.push(Fault::new("scene::not_finite", message, pending.text.span).label(label));
         }
+        if formula.operations() > LONGEST {
+            let message =
+                format!("the scene is too large: {what} takes more than {LONGEST} operations with what it uses");
+            let fault = Fault::new("scene::too_large", message, pending.text.span).label("too long when written out");
+            self.faults.push(fault.help("give one of the parameters that it uses a number"));
+            return;
+        }
+        self.give(index, formula);
         if units[index].is_none() {
-            self.parameter_units[index] = known;
+            self.parameters[index].unit = known;
             units[index] = found;
         }
     }

@@ -38,7 +38,7 @@ pub(crate) const PARAMETER: &[Key] = &[
     Key::required(
         "value",
         Form::Constant(ANYTHING, Range::Any),
-        "its default; may be an expression of other parameters, which is evaluated when the scene is read: it does not follow when these are set",
+        "its default; as an expression of other parameters it always follows these, and cannot be set itself",
         "give its default: `value = \"0.5 m\"`",
     ),
     UNIT,
@@ -49,7 +49,11 @@ pub(crate) const PARAMETER: &[Key] = &[
 ];
 
 pub(crate) const INPUT: &[Key] = &[
-    Key::optional("start", Form::Constant(ANYTHING, Range::Any), "its value until it is set"),
+    Key::optional(
+        "start",
+        Form::Constant(ANYTHING, Range::Any),
+        "its value until it is set; of parameters those in the scene count",
+    ),
     UNIT,
     DESCRIPTION,
     MIN,

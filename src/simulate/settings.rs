@@ -37,6 +37,15 @@ pub fn settable(description: &Description, name: &str) -> Result<usize, String> 
     let can_be_set = |variable: &&ScalarVariable| variable.causality.range().is_some() || variable.start.is_some();
     let found = description.variables.iter().position(|variable| variable.name == name && can_be_set(&variable));
     found.ok_or_else(|| {
+        let is_calculated = |variable: &&ScalarVariable| {
+            variable.name == name && matches!(variable.causality, Causality::CalculatedParameter { .. })
+        };
+        if let Some(variable) = description.variables.iter().find(is_calculated) {
+            let about = &variable.description;
+            return format!(
+                "`{name}` follows other parameters ({about}): set these, or give it a number of its own in the scene"
+            );
+        }
         let variables = description.variables.iter().filter(can_be_set);
         let names: Vec<&str> = variables.map(|variable| variable.name.as_str()).collect();
         format!("the scene has no parameter or input `{name}`; {}", suggest::known(name, names))

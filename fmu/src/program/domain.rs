@@ -25,7 +25,7 @@ pub struct Domain {
 }
 
 /// What an argument must be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Limit {
     /// A divisor: not zero.
     Divisor,
@@ -47,6 +47,10 @@ pub enum Limit {
     Positive,
     /// A key that must not be zero.
     NotZero,
+    /// A calculated parameter with a smallest value.
+    AtLeast(f64),
+    /// A calculated parameter with a largest value.
+    AtMost(f64),
 }
 
 impl Limit {
@@ -58,6 +62,8 @@ impl Limit {
             Self::NotZero => argument.is_finite() && argument != 0.0,
             Self::Root | Self::Base | Self::NotNegative => argument >= 0.0,
             Self::Logarithm | Self::Distance | Self::Positive => argument > 0.0,
+            Self::AtLeast(least) => argument.is_finite() && argument >= least,
+            Self::AtMost(most) => argument.is_finite() && argument <= most,
             Self::ArcSine => argument.abs() <= 1.0,
             Self::Value => argument.is_finite(),
         }

@@ -181,6 +181,9 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
         let unit = mechanism.inputs[index].unit.clone();
         return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
     }
+    if let Some(why) = mechanism.why_calculated(name) {
+        return Err(why);
+    }
     let names = program.parameters.iter().map(|own| own.name.as_str());
     let names = names.chain(program.inputs.iter().map(|own| own.name.as_str()));
     Err(format!("the scene has no parameter, input or initial value `{name}`; {}", suggest::known(name, names)))

@@ -58,7 +58,7 @@ fn variable(equations: &Equations, letters: Letters, own: Variable) -> Tree {
         (Quantity::Length, false) => letters.displacement(label),
         (Quantity::Rate, true) => {
             let name = Name::edge("r", label, false);
-            Tree::Name(Name { plain: format!("{}'", name.plain), dots: 1, ..name })
+            Tree::Name(Name { plain: format!("abs({})'", name.plain), dots: 1, ..name })
         }
         (Quantity::Rate, false) => letters.velocity(label),
         (Quantity::Angle, _) => letters.angle(label),
