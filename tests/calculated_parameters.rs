@@ -190,3 +190,18 @@ fn chains_of_them_that_double_are_refused() {
     let faults = Scene::from_toml(&text).and_then(|scene| scene.resolve().map(|_| ())).expect_err("2^59 operations");
     assert!(faults.render(false, 100).contains("takes more than 10000 operations"), "{}", faults.render(false, 100));
 }
+
+#[test]
+fn a_unit_that_an_expression_of_mere_numbers_does_not_get_is_warned_of() {
+    let warned = |value: &str, unit: &str| {
+        let more = format!("[parameters]\nratio = 0.4\nmore = {{ value = \"{value}\", unit = \"{unit}\" }}\n");
+        let resolved = scene(&SCENE.replace("[parameters]\n", &more)).resolve().expect("no errors");
+        resolved.warnings.iter().any(|fault| fault.code == "scene::unit_in_expression")
+    };
+    for (value, unit) in [("30 + 2", "mm"), ("10*3", "deg"), ("ratio*30", "deg")] {
+        assert!(warned(value, unit), "{value} {unit}");
+    }
+    for (value, unit) in [("30", "mm"), ("2*length", "mm"), ("atan(ratio)", "deg"), ("2*pi*ratio", "rad/s")] {
+        assert!(!warned(value, unit), "{value} {unit}");
+    }
+}

@@ -93,3 +93,26 @@ fn a_tuned_parameter_is_refused_during_the_run() {
     set(&mut instance, "load", 3.0);
     instance.step_to(0.2).expect("a mass again");
 }
+
+#[test]
+fn nothing_is_computed_from_such_values_while_another_integrates() {
+    let mut instance = instance();
+    instance.initialise_exchange().expect("a start");
+    let mut derivatives = vec![0.0; instance.state_count()];
+    instance.state_derivatives(&mut derivatives).expect("derivatives");
+    set(&mut instance, "load", 0.5);
+    let angle = instance.variable("disc.angle").expect("an output");
+    let refused = [
+        instance.close_loops().err(),
+        instance.state_derivatives(&mut derivatives).err(),
+        instance.complete_step().err(),
+        instance.get(angle).err(),
+    ];
+    for error in refused {
+        let error = error.expect("a negative mass").to_string();
+        assert!(error.contains("`mass` of body `disc` must not be negative, but `load-1` is -0.5"), "{error}");
+    }
+    set(&mut instance, "load", 3.0);
+    instance.close_loops().expect("a mass again");
+    instance.state_derivatives(&mut derivatives).expect("derivatives");
+}

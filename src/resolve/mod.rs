@@ -4,6 +4,7 @@
 //! mechanism, which is not returned, and checks of its value pass.
 
 mod bodies;
+mod calculated;
 mod everything;
 mod formulas;
 mod initial;
@@ -137,7 +138,7 @@ struct Resolver<'s> {
     /// The values of the parameters that have their own.
     values: Vec<f64>,
     /// All parameters of the scene.
-    parameters: Vec<parameters::Known>,
+    parameters: Vec<calculated::Known>,
     input_units: Vec<Option<Exponents>>,
     /// The first unit of each kind of value in the scene.
     written_in: Units,

@@ -1,74 +1,44 @@
 //! Parameters and inputs: units, default values, limits.
 
-use std::collections::{HashMap, HashSet};
-
+use super::Resolver;
 use super::lower::Context;
-use super::names::Named;
-use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
-use crate::mechanism::{Bound, Calculated, Formula, Input, Parameter, ParameterId, Range, Unit};
+use crate::mechanism::{Calculated, Formula, Input, Parameter, Unit};
 use crate::scene::dimension::ANYTHING;
-use crate::scene::expression::{self, Tree, TreeKind};
 use crate::scene::quantity::{Quantity, Reading, Value, read};
-use crate::scene::unit::{self, Exponents};
-
-/// A value that is given by an expression, and the parameters that it uses.
-struct Pending {
-    text: Text,
-    tree: Tree,
-    uses: HashSet<usize>,
-}
-
-/// More operations than a calculated parameter may take when all that it uses is written out.
-const LONGEST: usize = 10_000;
-
-/// A parameter of the scene in expressions.
-pub(super) struct Known {
-    /// Its place among those with values of their own; nothing for calculated ones.
-    id: Option<ParameterId>,
-    /// Itself, or what it is calculated from.
-    pub formula: Formula,
-    pub unit: Option<Exponents>,
-}
+use crate::scene::unit;
 
 impl Resolver<'_> {
-    /// Resolves the parameters in the order of their dependences: those with values of their own, and those that are calculated from others.
+    /// Resolves the parameters: those with values of their own, and those that are calculated from others.
     pub(super) fn parameters(&mut self) -> (Vec<Parameter>, Vec<Calculated>) {
         let scene = self.scene;
-        let mut units: Vec<Option<Unit>> =
+        let declared: Vec<Option<Unit>> =
             scene.parameters.iter().map(|parameter| self.unit(parameter.unit.as_ref())).collect();
-        let declared = units.clone();
-        let pending: HashMap<usize, Pending> = (scene.parameters.iter().enumerate())
-            .filter_map(|(index, parameter)| Some((index, self.pending(&parameter.value)?)))
-            .collect();
-        let mut own = 0..;
-        for (index, unit) in units.iter().enumerate() {
-            let calculated = pending.get(&index).is_some_and(|expression| !expression.uses.is_empty());
-            let id = if calculated { None } else { own.next().map(ParameterId) };
-            let unit = unit.as_ref().map(|unit| unit.exponents);
-            self.parameters.push(Known { id, formula: id.map_or(UNKNOWN, Formula::Parameter), unit });
-        }
-        self.values = vec![f64::NAN; own.start];
-        for (index, parameter) in scene.parameters.iter().enumerate().filter(|(index, _)| !pending.contains_key(index))
-        {
+        let expressions = self.expressions();
+        self.know_parameters(&declared, &expressions);
+        let mut units = declared.clone();
+        for (index, parameter) in scene.parameters.iter().enumerate() {
+            if expressions.contains_key(&index) {
+                continue;
+            }
             let what = format!("parameter `{}`", parameter.name.text);
             let (value, unit) = self.declared(&parameter.value, declared[index].as_ref(), &what);
             self.give(index, Formula::Number(value));
             self.parameters[index].unit = unit.as_ref().map(|unit| unit.exponents);
             units[index] = unit;
         }
-        self.evaluate_in_order(pending, &mut units);
-        let mut found = Vec::new();
-        for (index, unit) in units.into_iter().enumerate() {
-            found.push(self.parameter(index, declared[index].as_ref(), unit));
+        self.evaluate_in_order(expressions, &mut units);
+        let (mut own, mut others) = (Vec::new(), Vec::new());
+        for (index, (declared, unit)) in declared.iter().zip(units).enumerate() {
+            let parameter = self.parameter(index, declared.as_ref(), unit);
+            match self.calculated_from(index) {
+                None => own.push(parameter),
+                Some(formula) => others.push((parameter, formula)),
+            }
         }
-        let is_own = |index: &usize| self.parameters[*index].id.is_some();
-        let (own, others): (Vec<usize>, Vec<usize>) = (0..found.len()).partition(is_own);
-        let independent = own.into_iter().map(|index| found[index].clone()).collect::<Vec<Parameter>>();
-        let calculated = others.into_iter().map(|index| self.calculated(index, found[index].clone(), &independent));
-        let calculated = calculated.collect();
-        (independent, calculated)
+        let others = others.into_iter().map(|(parameter, formula)| self.calculated(parameter, formula, &own)).collect();
+        (own, others)
     }
 
     /// A parameter whose value is known.
@@ -86,26 +56,6 @@ impl Resolver<'_> {
             max,
             tunable: scene.tunable,
             span: scene.name.span,
-        }
-    }
-
-    /// A parameter that is calculated: its limits hold whatever the others are, and it changes in a run if one of them does.
-    fn calculated(&mut self, index: usize, parameter: Parameter, independent: &[Parameter]) -> Calculated {
-        let formula = self.parameters[index].formula.clone();
-        let what = format!("parameter `{}`", parameter.name);
-        let ranges = [parameter.min.map(Range::AtLeast), parameter.max.map(Range::AtMost)];
-        let bound = |range| Bound { name: what.clone(), value: formula.clone(), range };
-        self.bounds.extend(ranges.into_iter().flatten().map(bound));
-        let mut tunable = false;
-        formula.visit_parameters(&mut |id| tunable |= independent[id.0].tunable);
-        Calculated { parameter: Parameter { tunable, ..parameter }, formula }
-    }
-
-    /// The value of a parameter of its own, or what another one is calculated from.
-    fn give(&mut self, index: usize, formula: Formula) {
-        match self.parameters[index].id {
-            Some(id) => self.values[id.0] = self.value(&formula),
-            None => self.parameters[index].formula = formula,
         }
     }
 
@@ -157,16 +107,14 @@ impl Resolver<'_> {
         (value, declared.cloned().or(own))
     }
 
-    fn declared_mismatch(&mut self, what: &str, declared: &Unit, own: &Unit, span: Span) {
-        let (declared, own) = (declared.shown(), own.shown());
+    pub(super) fn declared_mismatch(&mut self, what: &str, declared: &Unit, own: &Unit, span: Span) {
+        let is_pure = own.shown().is_empty();
+        let own = if is_pure { "a pure number".to_owned() } else { format!("in `{}`", own.shown()) };
+        let declared = declared.shown();
         self.faults.push(
-            Fault::new(
-                "scene::wrong_unit",
-                format!("{what} is in `{own}`, which does not agree with `{declared}`"),
-                span,
-            )
-            .label(format!("not in `{declared}`"))
-            .help(format!("give a bare number (it is taken in `{declared}`) or a unit of the same kind")),
+            Fault::new("scene::wrong_unit", format!("{what} is {own}, which does not agree with `{declared}`"), span)
+                .label(format!("not in `{declared}`"))
+                .help(format!("give a bare number (it is taken in `{declared}`) or a unit of the same kind")),
         );
     }
 
@@ -203,124 +151,6 @@ impl Resolver<'_> {
             *found = Some(bound);
         }
         result
-    }
-
-    /// The parsed value of a parameter that is an expression, if it is one that can be parsed.
-    fn pending(&mut self, quantity: &Quantity) -> Option<Pending> {
-        let Value::Text(text) = &quantity.value else {
-            return None;
-        };
-        let text = Text::new(text.as_str(), quantity.span);
-        if !matches!(read(&text), Ok(Reading::Expression)) {
-            return None;
-        }
-        let tree = expression::parse(&text).ok()?;
-        let mut uses = HashSet::new();
-        self.parameters_in(&tree, &mut uses);
-        Some(Pending { text, tree, uses })
-    }
-
-    fn parameters_in(&self, tree: &Tree, uses: &mut HashSet<usize>) {
-        match &tree.kind {
-            TreeKind::Name(name) => {
-                if let Some(Named::Parameter(index)) = self.names.get(name) {
-                    uses.insert(index);
-                }
-            }
-            kind => kind.parts().iter().for_each(|part| self.parameters_in(part, uses)),
-        }
-    }
-
-    /// Evaluates the expressions in topological order; the rest is a cycle.
-    fn evaluate_in_order(&mut self, pending: HashMap<usize, Pending>, units: &mut [Option<Unit>]) {
-        let mut waiting: HashMap<usize, usize> = HashMap::new();
-        let mut users: HashMap<usize, Vec<usize>> = HashMap::new();
-        for (&index, expression) in &pending {
-            let uses = expression.uses.iter().filter(|used| pending.contains_key(used));
-            waiting.insert(index, uses.clone().count());
-            uses.for_each(|&used| users.entry(used).or_default().push(index));
-        }
-        let mut ready: Vec<usize> = waiting.iter().filter(|(_, count)| **count == 0).map(|(index, _)| *index).collect();
-        ready.sort_unstable();
-        let mut done = 0;
-        while let Some(&index) = ready.get(done) {
-            done += 1;
-            waiting.remove(&index);
-            self.evaluate(index, &pending[&index], units);
-            for user in users.get(&index).into_iter().flatten() {
-                if let Some(count) = waiting.get_mut(user) {
-                    *count -= 1;
-                    if *count == 0 {
-                        ready.push(*user);
-                    }
-                }
-            }
-        }
-        self.cycle(&pending, &waiting);
-    }
-
-    fn evaluate(&mut self, index: usize, pending: &Pending, units: &mut [Option<Unit>]) {
-        let what = format!("parameter `{}`", self.scene.parameters[index].name.text);
-        let Some((formula, known)) = self.constant_tree(&pending.tree, &pending.text, &what) else {
-            return;
-        };
-        let known = known.unit();
-        let found = known.map(unit::from_exponents);
-        if let (Some(declared), Some(found)) = (&units[index], &found)
-            && !unit::compatible(declared.exponents, found.exponents)
-        {
-            let (declared, found) = (declared.clone(), found.clone());
-            self.declared_mismatch(&what, &declared, &found, pending.text.span);
-        }
-        let value = self.value(&formula);
-        let spoiled = pending.uses.iter().any(|used| !self.value(&self.parameters[*used].formula).is_finite());
-        if !value.is_finite() && !spoiled {
-            let message = format!("{what} is not a finite number");
-            let label = format!("this is {value}");
-            self.faults.push(Fault::new("scene::not_finite", message, pending.text.span).label(label));
-        }
-        if formula.operations() > LONGEST {
-            let message =
-                format!("the scene is too large: {what} takes more than {LONGEST} operations with what it uses");
-            let fault = Fault::new("scene::too_large", message, pending.text.span).label("too long when written out");
-            self.faults.push(fault.help("give one of the parameters that it uses a number"));
-            return;
-        }
-        self.give(index, formula);
-        if units[index].is_none() {
-            self.parameters[index].unit = known;
-            units[index] = found;
-        }
-    }
-
-    /// Reports one cycle among the parameters that wait for each other.
-    fn cycle(&mut self, pending: &HashMap<usize, Pending>, waiting: &HashMap<usize, usize>) {
-        let Some(&first) = waiting.keys().min() else {
-            return;
-        };
-        let mut path = vec![first];
-        let mut at = HashMap::from([(first, 0)]);
-        // Each waiting parameter uses another waiting one, so the walk returns to where it was.
-        while let Some(next) =
-            path.last().and_then(|last| pending[last].uses.iter().filter(|used| waiting.contains_key(used)).min())
-        {
-            if let Some(&start) = at.get(next) {
-                let names: Vec<String> = path[start..]
-                    .iter()
-                    .chain([next])
-                    .map(|index| format!("`{}`", self.scene.parameters[*index].name.text))
-                    .collect();
-                let message = format!("parameters depend on each other in a circle: {}", names.join(" -> "));
-                self.faults.push(
-                    Fault::new("scene::cycle", message, pending[next].text.span)
-                        .label("part of the circle")
-                        .help("give one of them a number"),
-                );
-                return;
-            }
-            at.insert(*next, path.len());
-            path.push(*next);
-        }
     }
 }
 

@@ -70,6 +70,8 @@ pub struct Instance {
     shown: State,
     outputs: Vec<f64>,
     computed: Computed,
+    /// Have all keys been found in their ranges with the present parameters?
+    in_range: bool,
     /// Has time moved on along the last step's polynomial, and the rest of the state not yet?
     behind: bool,
 }
@@ -88,6 +90,7 @@ impl Instance {
             shown: model.default_state(0.0),
             outputs: vec![0.0; model.program().tapes.outputs.results.len()],
             computed: Computed::default(),
+            in_range: false,
             behind: false,
             model,
         }
@@ -220,6 +223,7 @@ impl Instance {
                         self.now.run.change(&self.now.state);
                     }
                     self.now.state.parameters_mut()[index] = value;
+                    self.in_range = false;
                 }
             }
             Settable::Input(index) => {
@@ -462,6 +466,7 @@ impl Instance {
         }
         self.catch_up();
         self.solve()?;
+        self.check_ranges()?;
         if self.is_shown() {
             let settings = self.settings();
             self.shown.copy_from(&self.now.state);
@@ -471,6 +476,18 @@ impl Instance {
             reprojected.map_err(|failure| self.explained(failure))?;
         }
         self.computed.state = true;
+        Ok(())
+    }
+
+    /// Nothing is computed from parameters that give a key a value which it must not have.
+    fn check_ranges(&mut self) -> Result<(), InstanceError> {
+        if !self.in_range {
+            self.machine.load_parameters(&self.model, self.now.state.parameters());
+            if let Some(failure) = out_of_range(&self.model, &mut self.machine) {
+                return Err(InstanceError::Solver(failure));
+            }
+            self.in_range = true;
+        }
         Ok(())
     }
 
@@ -540,6 +557,7 @@ impl Instance {
     pub fn reset(&mut self) {
         self.now = Snapshot::new(&self.model);
         self.computed = Computed::default();
+        self.in_range = false;
         self.behind = false;
         self.stepper.forget();
         *self.stepper.accuracy() = Accuracy::default();
@@ -569,6 +587,7 @@ impl Instance {
         }
         self.now.copy_from(snapshot);
         self.computed = Computed::default();
+        self.in_range = false;
         self.behind = false;
         self.stepper.forget();
         self.watch = Watch::default();

@@ -1,0 +1,213 @@
+//! Parameters that are expressions of others: in the place of each stands what it is calculated from, so that everything follows what is set.
+
+use std::collections::{HashMap, HashSet};
+
+use super::names::Named;
+use super::{Resolver, UNKNOWN};
+use crate::diagnostic::fault::Fault;
+use crate::diagnostic::span::Text;
+use crate::mechanism::{Bound, Calculated, Formula, Parameter, ParameterId, Range, Unit};
+use crate::scene::dimension::PURE;
+use crate::scene::expression::{self, Tree, TreeKind};
+use crate::scene::quantity::{Quantity, Reading, Value, read};
+use crate::scene::unit::{self, Exponents};
+
+/// A value that is given by an expression, and the parameters that it uses.
+pub(super) struct Pending {
+    text: Text,
+    tree: Tree,
+    uses: HashSet<usize>,
+}
+
+/// More operations than a calculated parameter may take when all that it uses is written out.
+const LONGEST: usize = 10_000;
+
+/// A parameter of the scene in expressions.
+pub(super) struct Known {
+    /// Its place among those with values of their own; nothing for calculated ones.
+    id: Option<ParameterId>,
+    /// Itself, or what it is calculated from.
+    pub formula: Formula,
+    pub unit: Option<Exponents>,
+}
+
+impl Resolver<'_> {
+    /// The values that are given by expressions, by their places in the scene.
+    pub(super) fn expressions(&self) -> HashMap<usize, Pending> {
+        let values = self.scene.parameters.iter().map(|parameter| &parameter.value).enumerate();
+        values.filter_map(|(index, value)| Some((index, self.pending(value)?))).collect()
+    }
+
+    /// Makes all parameters known, still without their values.
+    pub(super) fn know_parameters(&mut self, declared: &[Option<Unit>], expressions: &HashMap<usize, Pending>) {
+        let mut own = 0..;
+        for (index, unit) in declared.iter().enumerate() {
+            let follows = expressions.get(&index).is_some_and(|expression| !expression.uses.is_empty());
+            let id = if follows { None } else { own.next().map(ParameterId) };
+            let unit = unit.as_ref().map(|unit| unit.exponents);
+            self.parameters.push(Known { id, formula: id.map_or(UNKNOWN, Formula::Parameter), unit });
+        }
+        self.values = vec![f64::NAN; own.start];
+    }
+
+    /// The value of a parameter of its own, or what another one is calculated from.
+    pub(super) fn give(&mut self, index: usize, formula: Formula) {
+        match self.parameters[index].id {
+            Some(id) => self.values[id.0] = self.value(&formula),
+            None => self.parameters[index].formula = formula,
+        }
+    }
+
+    /// What a parameter is calculated from, if it has no value of its own.
+    pub(super) fn calculated_from(&self, index: usize) -> Option<Formula> {
+        let Known { id, formula, .. } = &self.parameters[index];
+        id.is_none().then(|| formula.clone())
+    }
+
+    /// Its limits hold whatever the others are, and it changes in a run if one of these does.
+    pub(super) fn calculated(&mut self, parameter: Parameter, formula: Formula, own: &[Parameter]) -> Calculated {
+        let name = format!("parameter `{}`", parameter.name);
+        let ranges = [parameter.min.map(Range::AtLeast), parameter.max.map(Range::AtMost)];
+        let bound = |range| Bound { name: name.clone(), value: formula.clone(), range };
+        self.bounds.extend(ranges.into_iter().flatten().map(bound));
+        let mut tunable = false;
+        formula.visit_parameters(&mut |id| tunable |= own[id.0].tunable);
+        Calculated { parameter: Parameter { tunable, ..parameter }, formula }
+    }
+
+    /// The parsed value of a parameter that is an expression, if it is one that can be parsed.
+    fn pending(&self, quantity: &Quantity) -> Option<Pending> {
+        let Value::Text(text) = &quantity.value else {
+            return None;
+        };
+        let text = Text::new(text.as_str(), quantity.span);
+        if !matches!(read(&text), Ok(Reading::Expression)) {
+            return None;
+        }
+        let tree = expression::parse(&text).ok()?;
+        let mut uses = HashSet::new();
+        self.parameters_in(&tree, &mut uses);
+        Some(Pending { text, tree, uses })
+    }
+
+    fn parameters_in(&self, tree: &Tree, uses: &mut HashSet<usize>) {
+        match &tree.kind {
+            TreeKind::Name(name) => {
+                if let Some(Named::Parameter(index)) = self.names.get(name) {
+                    uses.insert(index);
+                }
+            }
+            kind => kind.parts().iter().for_each(|part| self.parameters_in(part, uses)),
+        }
+    }
+
+    /// Evaluates the expressions in topological order; the rest is a cycle.
+    pub(super) fn evaluate_in_order(&mut self, pending: HashMap<usize, Pending>, units: &mut [Option<Unit>]) {
+        let mut waiting: HashMap<usize, usize> = HashMap::new();
+        let mut users: HashMap<usize, Vec<usize>> = HashMap::new();
+        for (&index, expression) in &pending {
+            let uses = expression.uses.iter().filter(|used| pending.contains_key(used));
+            waiting.insert(index, uses.clone().count());
+            uses.for_each(|&used| users.entry(used).or_default().push(index));
+        }
+        let mut ready: Vec<usize> = waiting.iter().filter(|(_, count)| **count == 0).map(|(index, _)| *index).collect();
+        ready.sort_unstable();
+        let mut done = 0;
+        while let Some(&index) = ready.get(done) {
+            done += 1;
+            waiting.remove(&index);
+            self.evaluate(index, &pending[&index], units);
+            for user in users.get(&index).into_iter().flatten() {
+                if let Some(count) = waiting.get_mut(user) {
+                    *count -= 1;
+                    if *count == 0 {
+                        ready.push(*user);
+                    }
+                }
+            }
+        }
+        self.cycle(&pending, &waiting);
+    }
+
+    fn evaluate(&mut self, index: usize, pending: &Pending, units: &mut [Option<Unit>]) {
+        let what = format!("parameter `{}`", self.scene.parameters[index].name.text);
+        let Some((formula, known)) = self.constant_tree(&pending.tree, &pending.text, &what) else {
+            return;
+        };
+        let known = known.unit();
+        let found = known.map(unit::from_exponents);
+        if let (Some(declared), Some(found)) = (&units[index], &found)
+            && !unit::compatible(declared.exponents, found.exponents)
+        {
+            let (declared, found) = (declared.clone(), found.clone());
+            self.declared_mismatch(&what, &declared, &found, pending.text.span);
+        }
+        self.suspect_unit(index, known, units[index].as_ref(), &pending.text);
+        let value = self.value(&formula);
+        let spoiled = pending.uses.iter().any(|used| !self.value(&self.parameters[*used].formula).is_finite());
+        if !value.is_finite() && !spoiled {
+            let message = format!("{what} is not a finite number");
+            let label = format!("this is {value}");
+            self.faults.push(Fault::new("scene::not_finite", message, pending.text.span).label(label));
+        }
+        if formula.operations() > LONGEST {
+            let message =
+                format!("the scene is too large: {what} takes more than {LONGEST} operations with what it uses");
+            let fault = Fault::new("scene::too_large", message, pending.text.span).label("too long when written out");
+            self.faults.push(fault.help("give one of the parameters that it uses a number"));
+            return;
+        }
+        self.give(index, formula);
+        if units[index].is_none() {
+            self.parameters[index].unit = known;
+            units[index] = found;
+        }
+    }
+
+    /// Warns of an expression of mere numbers whose value could be meant in the parameter's unit: only a number that stands alone is in it.
+    fn suspect_unit(&mut self, index: usize, known: Option<Exponents>, declared: Option<&Unit>, text: &Text) {
+        let is_mere = |unit: &&Unit| known.is_none_or(|known| known == PURE && unit::compatible(unit.exponents, known));
+        let Some(unit) = declared.filter(is_mere) else { return };
+        if unit.display.as_ref().is_some_and(|display| display.factor != 1.0) {
+            let name = &self.scene.parameters[index].name.text;
+            let (written, si) = (unit.shown(), &unit.si);
+            let message = format!(
+                "parameter `{name}` is taken in `{si}`, not in `{written}`: it is an expression without a unit"
+            );
+            let fault = Fault::warning("scene::unit_in_expression", message, text.span).label(format!("in `{si}`"));
+            self.faults.push(fault.help(format!(
+                "write a single number for `{written}`, or give the parameters in it units; or remove `unit` if `{si}` is meant"
+            )));
+        }
+    }
+
+    /// Reports one cycle among the parameters that wait for each other.
+    fn cycle(&mut self, pending: &HashMap<usize, Pending>, waiting: &HashMap<usize, usize>) {
+        let Some(&first) = waiting.keys().min() else {
+            return;
+        };
+        let mut path = vec![first];
+        let mut at = HashMap::from([(first, 0)]);
+        // Each waiting parameter uses another waiting one, so the walk returns to where it was.
+        while let Some(next) =
+            path.last().and_then(|last| pending[last].uses.iter().filter(|used| waiting.contains_key(used)).min())
+        {
+            if let Some(&start) = at.get(next) {
+                let names: Vec<String> = path[start..]
+                    .iter()
+                    .chain([next])
+                    .map(|index| format!("`{}`", self.scene.parameters[*index].name.text))
+                    .collect();
+                let message = format!("parameters depend on each other in a circle: {}", names.join(" -> "));
+                self.faults.push(
+                    Fault::new("scene::cycle", message, pending[next].text.span)
+                        .label("part of the circle")
+                        .help("give one of them a number"),
+                );
+                return;
+            }
+            at.insert(*next, path.len());
+            path.push(*next);
+        }
+    }
+}
