@@ -314,10 +314,11 @@ impl fmt::Display for Contents {
         };
         let (name, unit) = (width(|variable| variable.name.clone()), width(|variable| variable.unit.clone()));
         let (start, remark) = (width(Variable::start), width(Variable::remark));
+        let kind = width(|variable| variable.causality.clone()).max(11);
         for variable in &self.variables {
             let (value, remarks) = (variable.start(), variable.remark());
             let line = format!(
-                "  {:11} {:name$}  {:unit$}  {value:start$}  {remarks:remark$}  {}",
+                "  {:kind$} {:name$}  {:unit$}  {value:start$}  {remarks:remark$}  {}",
                 variable.causality, variable.name, variable.unit, variable.description
             );
             writeln!(f, "{}", on_one_line(line.trim_end()))?;
