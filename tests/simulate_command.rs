@@ -116,6 +116,9 @@ fn other_variables_can_be_asked_for() {
     let rows = rows(&table);
     assert_eq!((rows.len(), rows[1][2]), (11, 2.0));
     assert!((rows[1][1] - 0.3 * (0.2 * std::f64::consts::PI).sin()).abs() < 1e-9);
+    let varied = ["--sensitivity", "pressure", "--variables", "guide.v", "--stop", "0.1", "--step", "0.1"];
+    let table = simulate(folder.path(), &varied);
+    assert_eq!(table.lines().next(), Some("time,guide.v,d(guide.v)/d(pressure)"));
     let wrong = cotree(folder.path(), &["simulate", "a.toml", "--variables", "crank.angel"]);
     assert!(code(&wrong) == 2 && stderr(&wrong).contains("did you mean `crank.angle`"), "{}", stderr(&wrong));
 }

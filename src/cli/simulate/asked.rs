@@ -14,6 +14,15 @@ pub fn with_outputs(options: &Simulate, scene: Scene) -> Scene {
     names.map(String::as_str).filter(|name| *name != "time").fold(scene, with_output)
 }
 
+/// The scene with the variables that are asked for instead of its outputs, if there are any.
+pub fn with_these_outputs(options: &Simulate, mut scene: Scene) -> Scene {
+    if !options.variables.is_empty() {
+        scene.outputs.variables.clear();
+        scene.outputs.expressions.retain(|own| options.variables.contains(&own.name.text));
+    }
+    with_outputs(options, scene)
+}
+
 /// The scene with a variable among its outputs.
 pub fn with_output(mut scene: Scene, name: &str) -> Scene {
     let is_named = scene.outputs.variables.iter().any(|known| known.text == name)

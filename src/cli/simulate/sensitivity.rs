@@ -14,7 +14,7 @@ use crate::simulate::points;
 /// Writes a table with a column for each variable, and one for each derivative.
 pub fn run(options: &Simulate, scene: Scene, format: MessageFormat) -> Result<(), Failure> {
     let crossed = options.crossing.iter().filter_map(|text| text.split('=').next()).map(str::trim);
-    let scene = crossed.fold(asked::with_outputs(options, scene), asked::with_output);
+    let scene = crossed.fold(asked::with_these_outputs(options, scene), asked::with_output);
     let mut study = study::with_settings(&scene, &options.settings)?;
     let experiment = options.times.experiment(study.experiment())?;
     study.set_experiment(experiment);
