@@ -165,6 +165,15 @@ fn bounds_are_kept_and_said() {
     assert!(found.quantities[1].error.is_some() && found.correlation[(0, 1)].is_nan());
 }
 
+/// A limit that the search cannot see is no minimum.
+#[test]
+fn a_search_that_comes_to_where_there_is_no_motion_says_so() {
+    let limited = SCENE.replace("[parameters]\n", "[parameters]\ntwice = { value = \"2*stiffness\", min = 520 }\n");
+    let mut study = Study::new(&Scene::from_toml(&limited).unwrap()).unwrap();
+    let error = fit(&mut study, &request(measured(3), &["stiffness", "damping"])).unwrap_err().to_string();
+    assert!(error.contains("no minimum") && error.contains("parameter `twice` must be at least 520"), "{error}");
+}
+
 fn csv(path: &Path) {
     let table = measured(5);
     let mut text = "block.x [mm];time [ms];block.vx\n".to_owned();

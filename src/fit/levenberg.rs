@@ -28,6 +28,8 @@ pub struct Residuals {
 pub struct Minimum {
     pub values: Vec<f64>,
     pub ended: Ended,
+    /// Why there is no motion on the other side, where the search could not go on: no minimum.
+    pub blocked: Option<String>,
     /// How often the residuals were evaluated.
     pub evaluations: usize,
 }
@@ -54,7 +56,7 @@ pub fn minimise(
     let mut values = DVector::from_column_slice(start);
     let mut here = evaluate(start)?;
     let mut scales = DVector::zeros(start.len());
-    let (mut damping, mut evaluations) = (FIRST, 1);
+    let (mut damping, mut evaluations, mut blocked) = (FIRST, 1, None);
     let ended = 'search: loop {
         for (scale, column) in scales.iter_mut().zip(here.derivatives.column_iter()) {
             *scale = column.norm().max(*scale);
@@ -74,8 +76,9 @@ pub fn minimise(
             let sum = here.values.norm_squared();
             let predicted = sum - (&here.values + &here.derivatives * &change).norm_squared();
             // Where there is no motion it is worse than anything.
-            let there = evaluate(next.as_slice()).ok().filter(|there| there.values.norm_squared() < sum);
-            let Some(there) = there else {
+            let there = evaluate(next.as_slice());
+            blocked = there.as_ref().err().map(Failure::to_string);
+            let Some(there) = there.ok().filter(|there| there.values.norm_squared() < sum) else {
                 if predicted <= FLAT * sum {
                     break 'search Ended::Settled;
                 }
@@ -92,7 +95,7 @@ pub fn minimise(
         };
         (values, here) = moved;
     };
-    Ok(Minimum { values: values.as_slice().to_vec(), ended, evaluations })
+    Ok(Minimum { values: values.as_slice().to_vec(), ended, blocked, evaluations })
 }
 
 /// The steps from a point, for any damping.

@@ -133,6 +133,11 @@ impl Problem<'_, '_, '_> {
             let weighed = &self.weighed;
             let found = minimise(&values, &weighed.bounds, most, |values| Ok(self.residuals(values)?.by(weighed)))?;
             (values, evaluations) = (found.values, evaluations + found.evaluations);
+            if let Some(cause) = found.blocked {
+                return Ok(Err(FitError::Undetermined(format!(
+                    "the search came to where there is no motion any more, which is no minimum: {cause}; keep the quantities away from there by bounds (NAME=LOW..HIGH)"
+                ))));
+            }
             let residuals = self.residuals(&values)?;
             evaluations += 1;
             let change = self.weighed.estimate(&residuals, start.len());
