@@ -180,3 +180,17 @@ proptest! {
         prop_assert_eq!(taken, around, "{:?}", order);
     }
 }
+
+/// A polygon turned over by a parameter that is set has no mass: the size is that of the corners in their order.
+#[test]
+fn a_shape_that_a_parameter_turns_over_is_refused() {
+    let text = "name = \"turned\"\n[parameters]\nw = \"1 m\"\n[bodies.b]\npoints = { a = [0, 0] }\n\
+                shape = { polygon = [[0, 0], [\"w\", 0], [\"w\", 1], [0, 1]], density = \"1 kg/m2\" }\n\
+                [joints.guide]\ntype = \"prismatic\"\nbetween = [\"ground\", \"b.a\"]\naxis = [1, 0]\n\
+                [outputs]\nvariables = [\"guide.s\"]\n[experiment]\nstop = 0.1\nstep = 0.1\n";
+    let scene = cotree::Scene::from_toml(text).expect("a scene");
+    let runs = scene.simulate_many(&[vec![("w", 2.0)], vec![("w", -2.0)]]).expect("a parameter");
+    assert!(runs[0].is_ok());
+    let error = runs[1].as_ref().expect_err("no mass").to_string();
+    assert!(error.contains("the size of") && error.contains("must be positive") && error.contains("is -2"), "{error}");
+}

@@ -7,7 +7,8 @@ use crate::component::shape::{ALL, DENSITY_KEY, Shape, Solid};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::mechanism::{Body, Formula, Range, Value};
+use crate::mechanism::{Body, Bound, Formula, Range, Value};
+use crate::scene::constant;
 use crate::scene::decode::Fields;
 use crate::scene::dimension::{ANYTHING, DENSITY, LENGTH};
 use crate::scene::document::{Kind, Node};
@@ -51,6 +52,7 @@ impl Resolver<'_> {
         let value =
             |name: &str| values.iter().find(|(own, _)| *own == name).map_or(UNKNOWN, |(_, value)| value.clone());
         let solid = (component.solid)(&corners, &value);
+        self.keep_size(&solid, &owner);
         let mass = self.mass_of_shape(component, &fields, body).map(|density| density * solid.size.clone());
         Some(Shaped { solid, mass })
     }
@@ -128,6 +130,19 @@ impl Resolver<'_> {
             self.faults.push(fault.help(suggest::hint(name, names(), otherwise)));
         }
         None
+    }
+
+    /// A shape that parameters turn inside out has no mass.
+    fn keep_size(&mut self, solid: &Solid, owner: &str) {
+        let sizes = [
+            ("size", &solid.size, Range::Positive),
+            ("square of the gyration radius", &solid.gyration, Range::NotNegative),
+        ];
+        for (what, value, range) in sizes {
+            if constant::number(value).is_none() && range.permits(self.value(value)) {
+                self.bounds.push(Bound { name: format!("the {what} of {owner}"), value: value.clone(), range });
+            }
+        }
     }
 
     /// Refuses corners that make no shape with the default parameters.
