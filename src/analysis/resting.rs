@@ -3,7 +3,7 @@
 use super::study::{Study, StudyError};
 use crate::expr::{Symbol, Values};
 use crate::mechanism::{BodyId, Dimension, Mechanism, Owner, Place, Quantity, Unit, Variable};
-use crate::scene::{Initial, Parameter, Scene, Text};
+use crate::scene::{Initial, Scene, Text};
 
 impl Study {
     /// The scene of this study with its start at rest; what was set is then its default.
@@ -51,9 +51,9 @@ pub(super) fn pose(mechanism: &Mechanism) -> Vec<Variable> {
 /// Makes the values of a mechanism's parameters and inputs those of the scene.
 fn adopt(scene: &mut Scene, mechanism: &Mechanism) {
     let unit = |unit: &Unit| (!unit.si.is_empty()).then(|| Text::from(unit.si.as_str()));
-    let calculated =
-        |own: &&mut Parameter| mechanism.calculated.iter().all(|known| known.parameter.name != own.name.text);
-    for (own, set) in scene.parameters.iter_mut().filter(calculated).zip(&mechanism.parameters) {
+    for own in &mut scene.parameters {
+        // Calculated ones follow those that are set.
+        let Some(set) = mechanism.parameters.iter().find(|set| set.name == own.name.text) else { continue };
         (own.value, own.unit) = (set.value.into(), unit(&set.unit));
         (own.min, own.max) = (set.min.map(Into::into), set.max.map(Into::into));
     }

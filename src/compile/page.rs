@@ -110,7 +110,7 @@ fn assemble(compiled: &Compiled, everything: &Compiled, picture: Picture, origin
     let recorded: Vec<usize> = (0..description.variables.len())
         .filter(|&index| {
             let variable = &description.variables[index];
-            variable.causality.is_calculated() && (outputs.contains(&variable.name) || is_seen(&variable.name))
+            variable.causality.follows_motion() && (outputs.contains(&variable.name) || is_seen(&variable.name))
         })
         .collect();
     let mut model = Model {

@@ -179,8 +179,6 @@ fn constant(range: Range) -> Value {
         Range::NotNegative => json!({ "minimum": 0 }),
         Range::Positive => json!({ "exclusiveMinimum": 0 }),
         Range::NotZero => json!({ "not": { "const": 0 } }),
-        Range::AtLeast(least) => json!({ "minimum": least }),
-        Range::AtMost(most) => json!({ "maximum": most }),
     };
     json!({ "allOf": [reference("quantity"), bound] })
 }

@@ -158,12 +158,14 @@ impl Causality {
             Causality::Parameter { start, min, max, .. } | Causality::Input { start, min, max } => {
                 Some((start, [min, max]))
             }
-            _ => None,
+            Causality::CalculatedParameter { .. } | Causality::Output | Causality::Local | Causality::Independent => {
+                None
+            }
         }
     }
 
-    /// Is its value computed by the FMU?
-    pub fn is_calculated(self) -> bool {
+    /// Is its value computed along the motion?
+    pub fn follows_motion(self) -> bool {
         matches!(self, Causality::Output | Causality::Local)
     }
 }

@@ -34,10 +34,9 @@ pub(super) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
 /// Values of keys that must keep within a range, whatever the parameters are.
 pub(super) fn ranges(equations: &mut Equations) -> Vec<(Domain, Expr)> {
     let mechanism = equations.system.mechanism;
-    let limits = mechanism.bounds.iter().filter_map(|bound| {
-        let limit = bound.range.limit()?;
-        let domain = Domain { place: bound.name.clone(), argument: mechanism.written(&bound.value), limit };
-        Some((domain, equations.formula(&bound.value)))
+    let limits = mechanism.bounds.iter().map(|bound| {
+        let (place, argument) = (bound.name.clone(), mechanism.written(&bound.value));
+        (Domain { place, argument, limit: bound.limit }, equations.formula(&bound.value))
     });
     limits.collect()
 }

@@ -5,7 +5,7 @@ use cotree_fmu::program::domain::Limit;
 use super::Formula;
 
 /// Which values a number may have.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Range {
     /// Every finite one.
     Any,
@@ -15,10 +15,6 @@ pub enum Range {
     Positive,
     /// All but zero.
     NotZero,
-    /// This and more.
-    AtLeast(f64),
-    /// This and less.
-    AtMost(f64),
 }
 
 impl Range {
@@ -29,8 +25,6 @@ impl Range {
             Self::NotNegative => Some(Limit::NotNegative),
             Self::Positive => Some(Limit::Positive),
             Self::NotZero => Some(Limit::NotZero),
-            Self::AtLeast(least) => Some(Limit::AtLeast(least)),
-            Self::AtMost(most) => Some(Limit::AtMost(most)),
         }
     }
 
@@ -48,5 +42,5 @@ pub struct Bound {
     /// Constants and parameters only.
     pub value: Formula,
     /// What it must be.
-    pub range: Range,
+    pub limit: Limit,
 }

@@ -49,7 +49,9 @@ impl Formula {
 
     /// How many numbers, names and functions it has.
     pub fn operations(&self) -> usize {
-        1 + self.parts().iter().map(Formula::operations).sum::<usize>()
+        let mut count = 0;
+        self.visit(&mut |_| count += 1);
+        count
     }
 
     /// Calls `visit` with every parameter that occurs.

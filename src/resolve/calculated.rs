@@ -2,11 +2,13 @@
 
 use std::collections::{HashMap, HashSet};
 
+use cotree_fmu::program::domain::Limit;
+
 use super::names::Named;
 use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
-use crate::mechanism::{Bound, Calculated, Formula, Parameter, ParameterId, Range, Unit};
+use crate::mechanism::{Calculated, Formula, Parameter, ParameterId, Unit};
 use crate::scene::dimension::PURE;
 use crate::scene::expression::{self, Tree, TreeKind};
 use crate::scene::quantity::{Quantity, Reading, Value, read};
@@ -22,8 +24,8 @@ pub(super) struct Pending {
 /// More operations than a calculated parameter may take when all that it uses is written out.
 const LONGEST: usize = 10_000;
 
-/// A parameter of the scene in expressions.
-pub(super) struct Known {
+/// What a parameter's name stands for in expressions.
+pub(super) struct Meaning {
     /// Its place among those with values of their own; nothing for calculated ones.
     id: Option<ParameterId>,
     /// Itself, or what it is calculated from.
@@ -38,14 +40,14 @@ impl Resolver<'_> {
         values.filter_map(|(index, value)| Some((index, self.pending(value)?))).collect()
     }
 
-    /// Makes all parameters known, still without their values.
-    pub(super) fn know_parameters(&mut self, declared: &[Option<Unit>], expressions: &HashMap<usize, Pending>) {
+    /// Gives the names of all parameters their meanings, still without values.
+    pub(super) fn introduce_parameters(&mut self, declared: &[Option<Unit>], expressions: &HashMap<usize, Pending>) {
         let mut own = 0..;
         for (index, unit) in declared.iter().enumerate() {
             let follows = expressions.get(&index).is_some_and(|expression| !expression.uses.is_empty());
             let id = if follows { None } else { own.next().map(ParameterId) };
             let unit = unit.as_ref().map(|unit| unit.exponents);
-            self.parameters.push(Known { id, formula: id.map_or(UNKNOWN, Formula::Parameter), unit });
+            self.parameters.push(Meaning { id, formula: id.map_or(UNKNOWN, Formula::Parameter), unit });
         }
         self.values = vec![f64::NAN; own.start];
     }
@@ -60,16 +62,15 @@ impl Resolver<'_> {
 
     /// What a parameter is calculated from, if it has no value of its own.
     pub(super) fn calculated_from(&self, index: usize) -> Option<Formula> {
-        let Known { id, formula, .. } = &self.parameters[index];
+        let Meaning { id, formula, .. } = &self.parameters[index];
         id.is_none().then(|| formula.clone())
     }
 
     /// Its limits hold whatever the others are, and it changes in a run if one of these does.
     pub(super) fn calculated(&mut self, parameter: Parameter, formula: Formula, own: &[Parameter]) -> Calculated {
         let name = format!("parameter `{}`", parameter.name);
-        let ranges = [parameter.min.map(Range::AtLeast), parameter.max.map(Range::AtMost)];
-        let bound = |range| Bound { name: name.clone(), value: formula.clone(), range };
-        self.bounds.extend(ranges.into_iter().flatten().map(bound));
+        let limits = [parameter.min.map(Limit::AtLeast), parameter.max.map(Limit::AtMost)];
+        limits.into_iter().flatten().for_each(|limit| self.keep_within(name.clone(), &formula, limit));
         let mut tunable = false;
         formula.visit_parameters(&mut |id| tunable |= own[id.0].tunable);
         Calculated { parameter: Parameter { tunable, ..parameter }, formula }

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use cotree_fmu::program::domain::Limit;
+
 use super::lower::Context;
 use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
@@ -61,10 +63,17 @@ impl Resolver<'_> {
             };
             self.faults.push(Fault::new(code, message, quantity.span).label(label));
         }
-        if !is_number && range != Range::Any {
-            self.bounds.push(Bound { name: what.to_string(), value: formula.clone(), range });
+        if let Some(limit) = range.limit() {
+            self.keep_within(what.to_string(), &formula, limit);
         }
         formula
+    }
+
+    /// A value that has to keep to a limit whatever the parameters are.
+    pub(super) fn keep_within(&mut self, name: String, value: &Formula, limit: Limit) {
+        if constant::number(value).is_none() {
+            self.bounds.push(Bound { name, value: value.clone(), limit });
+        }
     }
 
     /// The value of a constant formula at the default parameters.

@@ -186,8 +186,8 @@ impl Resolver<'_> {
                 (tree, site),
             ),
             Some(Named::Parameter(index)) => {
-                let known = &self.parameters[index];
-                Some((known.formula.clone(), Known::constant(known.unit)))
+                let meaning = &self.parameters[index];
+                Some((meaning.formula.clone(), Known::constant(meaning.unit)))
             }
             Some(Named::Input(_)) if site.context.is_constant() => {
                 self.not_constant(&format!("the input `{name}`"), tree, site)

@@ -137,8 +137,8 @@ struct Resolver<'s> {
     bounds: Vec<Bound>,
     /// The values of the parameters that have their own.
     values: Vec<f64>,
-    /// All parameters of the scene.
-    parameters: Vec<calculated::Known>,
+    /// Of all parameters of the scene.
+    parameters: Vec<calculated::Meaning>,
     input_units: Vec<Option<Exponents>>,
     /// The first unit of each kind of value in the scene.
     written_in: Units,

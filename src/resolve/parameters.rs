@@ -16,7 +16,7 @@ impl Resolver<'_> {
         let declared: Vec<Option<Unit>> =
             scene.parameters.iter().map(|parameter| self.unit(parameter.unit.as_ref())).collect();
         let expressions = self.expressions();
-        self.know_parameters(&declared, &expressions);
+        self.introduce_parameters(&declared, &expressions);
         let mut units = declared.clone();
         for (index, parameter) in scene.parameters.iter().enumerate() {
             if expressions.contains_key(&index) {

@@ -1,5 +1,7 @@
 //! Shapes of bodies: their places, their density, and what they give the body.
 
+use cotree_fmu::program::domain::Limit;
+
 use super::lower::Context;
 use super::parts::Reader;
 use super::{Resolver, UNKNOWN};
@@ -7,8 +9,7 @@ use crate::component::shape::{ALL, DENSITY_KEY, Shape, Solid};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::mechanism::{Body, Bound, Formula, Range, Value};
-use crate::scene::constant;
+use crate::mechanism::{Body, Formula, Range, Value};
 use crate::scene::decode::Fields;
 use crate::scene::dimension::{ANYTHING, DENSITY, LENGTH};
 use crate::scene::document::{Kind, Node};
@@ -135,12 +136,12 @@ impl Resolver<'_> {
     /// A shape that parameters turn inside out has no mass.
     fn keep_size(&mut self, solid: &Solid, owner: &str) {
         let sizes = [
-            ("size", &solid.size, Range::Positive),
-            ("square of the gyration radius", &solid.gyration, Range::NotNegative),
+            ("size", &solid.size, Limit::Positive),
+            ("square of the gyration radius", &solid.gyration, Limit::NotNegative),
         ];
-        for (what, value, range) in sizes {
-            if constant::number(value).is_none() && range.permits(self.value(value)) {
-                self.bounds.push(Bound { name: format!("the {what} of {owner}"), value: value.clone(), range });
+        for (what, value, limit) in sizes {
+            if limit.allows(self.value(value)) {
+                self.keep_within(format!("the {what} of {owner}"), value, limit);
             }
         }
     }

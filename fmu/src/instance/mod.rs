@@ -326,10 +326,7 @@ impl Instance {
             let mut state = self.now.state.clone();
             let motion = self.model.layout().followers();
             state.registers_mut()[motion..].fill(0.0);
-            self.machine.load(&self.model, &state);
-            if let Some(failure) = out_of_range(&self.model, &mut self.machine) {
-                return Err(self.unlike_the_scene(failure));
-            }
+            self.check_ranges().map_err(|failure| self.unlike_the_scene(failure))?;
             solve_initial(&self.model, &mut state).map_err(|failure| self.unlike_the_scene(failure))?;
             self.machine.load(&self.model, &state);
             if let Some(failure) = undefined(&self.model, &mut self.machine) {
@@ -466,7 +463,7 @@ impl Instance {
         }
         self.catch_up();
         self.solve()?;
-        self.check_ranges()?;
+        self.check_ranges().map_err(InstanceError::Solver)?;
         if self.is_shown() {
             let settings = self.settings();
             self.shown.copy_from(&self.now.state);
@@ -480,12 +477,10 @@ impl Instance {
     }
 
     /// Nothing is computed from parameters that give a key a value which it must not have.
-    fn check_ranges(&mut self) -> Result<(), InstanceError> {
+    fn check_ranges(&mut self) -> Result<(), Failure> {
         if !self.in_range {
             self.machine.load_parameters(&self.model, self.now.state.parameters());
-            if let Some(failure) = out_of_range(&self.model, &mut self.machine) {
-                return Err(InstanceError::Solver(failure));
-            }
+            out_of_range(&self.model, &mut self.machine).map_or(Ok(()), Err)?;
             self.in_range = true;
         }
         Ok(())

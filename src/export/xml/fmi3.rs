@@ -144,7 +144,7 @@ impl<'a> Model<'a> {
         attributes.extend(initial(variable));
         let is_indicator = reference > self.references.time();
         attributes.extend(
-            (variable.causality.is_calculated() && !is_indicator).then(|| ("intermediateUpdate", "true".into())),
+            (variable.causality.follows_motion() && !is_indicator).then(|| ("intermediateUpdate", "true".into())),
         );
         attributes.extend(values(variable));
         attributes.extend(derivative_of.map(|state| ("derivative", state.to_string())));
