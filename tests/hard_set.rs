@@ -336,6 +336,21 @@ fn what_is_read_shortly_behind_a_pose_is_on_the_same_branch() {
     }
 }
 
+/// Springs so stiff that the steps follow their ringing: series and implicit steps divide rounding errors by the distance from the pose, and end with an error; the branch of
+/// the linkage leads past it. Neither depends on the communication steps.
+#[test]
+fn very_stiff_springs_pass_change_points_along_the_branch() {
+    let family = Family::named("very stiff flap at change points");
+    for (seed, tolerance) in [(5, 1e-9), (4, 1e-10)] {
+        let case = (family.member)(seed);
+        let model = case.expect_model();
+        for points in [Points::Every(0.5), Points::Every(0.01)] {
+            let outcome = case.run(&model, None, tolerance, points);
+            assert!(matches!(outcome, Outcome::Passed(_)), "{seed} at {tolerance:e}, {points:?}: {outcome:?}");
+        }
+    }
+}
+
 /// In line the loops leave them open, but the motion goes on.
 #[test]
 fn accelerations_in_a_singular_pose_are_refused_with_the_cause() {

@@ -62,10 +62,15 @@ impl Machine {
         self.registers[layout.rates()..layout.accelerations()].copy_from_slice(rates);
     }
 
-    /// Brings a and lambda into the registers.
-    pub fn load_accelerations(&mut self, model: &Model, accelerations: &[f64], reactions: &[f64]) {
+    /// Brings a into the registers.
+    pub fn load_accelerations(&mut self, model: &Model, accelerations: &[f64]) {
         let layout = model.layout();
         self.registers[layout.accelerations()..layout.reactions()].copy_from_slice(accelerations);
+    }
+
+    /// Brings lambda into the registers.
+    pub fn load_reactions(&mut self, model: &Model, reactions: &[f64]) {
+        let layout = model.layout();
         self.registers[layout.reactions()..layout.constants()].copy_from_slice(reactions);
     }
 

@@ -11,7 +11,7 @@ use cotree_fmu::taylor::Jet;
 use cotree_fmu::taylor::form::ArmForm;
 
 use super::arms::{arm_form, mass_form};
-use super::blocks::blocks;
+use super::blocks::{blocks, pieces};
 use super::cost::Cost;
 use super::dependencies::{Beginning, Moving};
 use super::domains::{domains, ranges};
@@ -123,6 +123,13 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     if motion == Motion::Kinematic && reacting.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
         moving.inverse = Some(inverse(equations));
     }
+    let linkages = if motion == Motion::Dynamic { stiff_linkages(equations, active) } else { Vec::new() };
+    if !linkages.is_empty() {
+        moving.inverse = Some(inverse(equations)).filter(|loads| {
+            let symbols = equations.system.arena.symbols(loads.iter().copied());
+            !symbols.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_)))
+        });
+    }
     let mut no_series = None;
     if motion == Motion::Dynamic {
         match series(equations, (length, active), pose) {
@@ -135,6 +142,9 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     }
     let mut program = assemble(equations, (length, active), &kernels, &moving, motion, &table);
     program.blocks = blocks;
+    if program.tapes.inverse.is_some() {
+        program.linkages = linkages;
+    }
     if is_too_large(&program) {
         program.engine = Engine::Dop853;
         no_series = Some(TOO_MANY.into());
@@ -347,6 +357,7 @@ fn assemble(
         constraints: constraints(equations, length, active),
         motion,
         blocks: Vec::new(),
+        linkages: Vec::new(),
         length,
         variables: table.variables(),
         constants: assembler.constants.clone(),
@@ -366,11 +377,31 @@ fn assemble(
 
 /// The blocks of the independent loop equations.
 fn solution_order(equations: &Equations, active: &[bool]) -> Vec<Block> {
+    blocks(&incidence(equations, active), equations.coordinates.len())
+}
+
+/// The coordinates that occur in each active loop equation.
+fn incidence(equations: &Equations, active: &[bool]) -> Vec<(u32, Vec<u32>)> {
     let rows = equations.constraints.iter().enumerate().filter(|(row, _)| active[*row]);
-    let incidence: Vec<(u32, Vec<u32>)> = rows
-        .map(|(row, constraint)| (row as u32, constraint.jacobian.iter().map(|&(column, _)| column as u32).collect()))
-        .collect();
-    blocks(&incidence, equations.coordinates.len())
+    rows.map(|(row, constraint)| (row as u32, constraint.jacobian.iter().map(|&(column, _)| column as u32).collect()))
+        .collect()
+}
+
+/// Closed linkages of one degree of freedom that stiffness may hold back in poses where their branches cross.
+fn stiff_linkages(equations: &mut Equations, active: &[bool]) -> Vec<Block> {
+    let laws = equations.law_values();
+    let is_law = |symbol: &Symbol| matches!(symbol, Symbol::Coordinate(..));
+    let is_stiff = equations.system.arena.symbols(laws).iter().any(is_law);
+    if !is_stiff || equations.system.mechanism.solver.method != Method::Auto {
+        return Vec::new();
+    }
+    let is_steady = |block: &Block| {
+        let values = block.rows.iter().map(|&row| equations.constraints[row as usize].value);
+        let known = |symbol: &Symbol| matches!(symbol, Symbol::Coordinate(..) | Symbol::Parameter(_));
+        equations.system.arena.symbols(values).iter().all(known)
+    };
+    let pieces = pieces(&incidence(equations, active)).into_iter();
+    pieces.filter(|block| block.columns.len() == block.rows.len() + 1 && is_steady(block)).collect()
 }
 
 fn experiment(equations: &Equations) -> Experiment {

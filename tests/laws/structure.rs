@@ -72,7 +72,8 @@ impl<'a> Point<'a> {
         machine.load(model, state);
         let mut numbers = |count: usize| -> Vec<f64> { (0..count).map(|_| random.number(-9.0, 9.0)).collect() };
         let accelerations = numbers(model.coordinates());
-        machine.load_accelerations(model, &accelerations, &numbers(model.program().constraints.len()));
+        machine.load_accelerations(model, &accelerations);
+        machine.load_reactions(model, &numbers(model.program().constraints.len()));
         Point { model, state, machine }
     }
 

@@ -46,14 +46,16 @@ impl Accelerations {
                 accelerations.copy_from_slice(loops.solve(&self.gamma));
                 reactions.fill(0.0);
                 if let Some(inverse) = &tapes.inverse {
-                    machine.load_accelerations(model, accelerations, reactions);
+                    machine.load_accelerations(model, accelerations);
+                    machine.load_reactions(model, reactions);
                     machine.evaluate(inverse, &mut self.loads);
                     loops.reactions(&self.loads, reactions);
                 }
             }
         }
         let (accelerations, reactions) = self.values.split_at(n);
-        machine.load_accelerations(model, accelerations, reactions);
+        machine.load_accelerations(model, accelerations);
+        machine.load_reactions(model, reactions);
         let time = machine.registers()[model.layout().time()];
         finite(model, time, accelerations)
             .map_err(|failure| outside(model, machine).or_else(|| undetermined(model, machine)).unwrap_or(failure))

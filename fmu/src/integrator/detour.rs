@@ -1,8 +1,8 @@
 //! Past a singular pose by another method, where what the program chooses has not passed it.
 //!
 //! The steps begin again where the motion was before it came near the pose; what has been read since then lies before the pose, and is right. Two runs with
-//! different tolerances must agree: next to the pose the other method may be no better. The explicit method is tried first; steps that stiffness does not keep short
-//! stay away from the pose.
+//! different tolerances must agree: next to the pose the other method may be no better. The explicit method is tried first: steps that stiffness does not keep short
+//! stay away from the pose. Those that it does keep short follow the branch of the linkage, if it has one degree of freedom.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,9 @@ use crate::failure::Failure;
 use crate::math;
 use crate::model::Model;
 use crate::program::Engine;
+use crate::singular::curve::Curve;
 use crate::singular::dependence::singular_ahead;
+use crate::singular::passing::Passage;
 
 /// Tolerances of a method past a pose that was not passed otherwise, in units of the one asked for: shorter steps come to the pose elsewhere.
 /// Two results must agree to so many tolerances.
@@ -29,11 +31,19 @@ const CLEAR: f64 = 2e-12;
 /// At most so many steps judge how a pose was passed.
 const FURTHEST: usize = 4096;
 
+/// How a singular pose is passed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Way {
+    Explicit,
+    Implicit,
+    /// Along the branch of the linkage.
+    Along,
+}
+
 /// Another method takes the steps past a singular pose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Detour {
-    /// The implicit one?
-    pub implicit: bool,
+    pub way: Way,
     /// Until then \[s\].
     pub until: f64,
     /// With this tolerance.
@@ -49,9 +59,38 @@ impl Detour {
     }
 }
 
+/// From where a pose is passed by another method.
+struct Origin {
+    time: f64,
+    motion: Vec<f64>,
+    /// The poses that were passed before.
+    passages: Vec<Passage>,
+    /// The branch, once it is known.
+    curve: Option<Curve>,
+}
+
+impl Origin {
+    /// Where the first of the runs that has been far enough from a pose before was so last.
+    fn before(context: &Context, runs: [&Run; 2], pose: f64) -> Option<Self> {
+        let is_clear = |&(time, motion): &(f64, &[f64])| {
+            // Written so that NaN is too near.
+            let way = speed(context.model, motion) * (pose - time);
+            way >= AHEAD && way * context.settings.tolerance >= CLEAR
+        };
+        let (time, motion) = runs.iter().filter_map(|run| run.singular.refuge.first()).find(is_clear)?;
+        let mut passages = runs[0].singular.passages.clone();
+        passages.retain(|passage| passage.time <= time);
+        Some(Self { time, motion: motion.to_vec(), passages, curve: None })
+    }
+}
+
 impl Engines<'_> {
-    /// Takes the last steps again by another method, from before they came near a singular pose, if what the program chooses has not passed it.
-    pub fn advance_again(
+    /// Takes the last steps again by another method, from before they came near a singular pose that what the program chooses has not passed: to the end of the
+    /// detour, or to the target if that is nearer.
+    ///
+    /// # Errors
+    /// The failure, if there is no way round it.
+    pub fn pass_otherwise(
         &mut self,
         context: &mut Context,
         run: &mut Run,
@@ -61,35 +100,47 @@ impl Engines<'_> {
         let (Failure::BranchLost { time, .. } | Failure::NotPassed { time, .. }) = failure else {
             return Err(failure);
         };
-        let Some((begin, start)) = checkpoint.singular.refuge.first() else { return Err(failure) };
         // The pose that is not passed lies ahead.
         let pose = run.singular.pose.filter(|pose| *pose > time).unwrap_or(time);
-        let way = speed(context.model, start) * (pose - begin);
-        // What has been read lies before the pose. Written so that NaN is too near.
         let tolerance = context.settings.tolerance;
-        let ahead = checkpoint.last.end_time <= pose && way >= AHEAD && way * tolerance >= CLEAR;
-        if checkpoint.stiffness.detour.is_some() || !ahead || tolerance < FINEST {
+        // What has been read lies before the pose.
+        let ahead = checkpoint.last.end_time <= pose && checkpoint.stiffness.detour.is_none();
+        let Some(mut origin) =
+            Origin::before(context, [run, checkpoint], pose).filter(|_| ahead && tolerance >= FINEST)
+        else {
             return Err(failure);
-        }
+        };
+        let begin = origin.time;
         let until = f64::min(pose + (pose - begin), horizon.limit);
         let all = Horizon { target: until, limit: until };
         let mut found: Option<Vec<f64>> = None;
-        let methods: &[bool] = if self.implicit.has_each() { &[false, true] } else { &[false] };
-        for (&implicit, share) in methods.iter().flat_map(|implicit| DETOURS.map(|share| (implicit, share))) {
+        let implicit = self.implicit.has_each().then_some(Way::Implicit);
+        let near = (run.last.end_time, run.last.end.clone());
+        let ways = [Some(Way::Explicit), implicit, Some(Way::Along)].into_iter().flatten();
+        for (way, share) in ways.flat_map(|way| DETOURS.map(|share| (way, share))) {
+            if way == Way::Along && origin.curve.is_none() {
+                let state = run.state_at(context.model, near.0, &near.1);
+                let share = (near.0 - begin) / (pose - begin);
+                let ends = [&*origin.motion, &near.1];
+                origin.curve = Curve::trace(context.model, context.machine, &state, ends, share);
+                if origin.curve.is_none() {
+                    break;
+                }
+            }
             // The same steps would agree whatever they are worth.
             let longest = share.sqrt() * (until - begin);
-            let detour = Detour { implicit, until, tolerance: share * tolerance, longest };
-            if self.go_round(context, run, checkpoint, (detour, all)).is_err() {
+            let detour = Detour { way, until, tolerance: share * tolerance, longest };
+            if self.go_round(context, run, checkpoint, (detour, &origin), all).is_err() {
                 continue;
             }
             let end = run.last.end.clone();
             let agrees = found.is_some_and(|other| difference(context.model, &other, &end) <= AGREED * tolerance);
             if agrees && until <= horizon.target {
-                return self.advance(context, run, horizon);
+                return Ok(());
             }
             if agrees {
                 let same = Horizon { target: horizon.target, limit: until };
-                return self.go_round(context, run, checkpoint, (detour, same));
+                return self.go_round(context, run, checkpoint, (detour, &origin), same);
             }
             found = Some(end);
         }
@@ -131,16 +182,17 @@ impl Engines<'_> {
         context: &mut Context,
         run: &mut Run,
         checkpoint: &Run,
-        (detour, horizon): (Detour, Horizon),
+        (detour, origin): (Detour, &Origin),
+        horizon: Horizon,
     ) -> Result<(), Failure> {
         run.copy_from(checkpoint);
         self.forget(run);
         run.singular.go_back();
-        if let Some((begin, start)) = checkpoint.singular.refuge.first() {
-            (run.last.start_time, run.last.end_time) = (begin, begin);
-            run.last.end.copy_from_slice(start);
-        }
+        run.singular.passages.clone_from(&origin.passages);
+        (run.last.start_time, run.last.end_time) = (origin.time, origin.time);
+        run.last.end.copy_from_slice(&origin.motion);
         run.stiffness = Choice::on(Some(detour));
+        run.curve.clone_from(&origin.curve);
         close(context, run, detour.tolerance)?;
         self.advance(context, run, horizon)
     }
@@ -154,7 +206,7 @@ impl Engines<'_> {
         detour: Detour,
     ) -> Result<(), Failure> {
         if run.last.end_time >= detour.until {
-            run.stiffness = Choice::on(None);
+            (run.stiffness, run.curve) = (Choice::on(None), None);
             run.last.natural = 0.0;
             if let Some(taylor) = &mut self.taylor {
                 taylor.forget();
@@ -162,16 +214,18 @@ impl Engines<'_> {
             return Ok(());
         }
         let max_step = context.settings.max_step.min(detour.longest);
-        let engine = if detour.implicit { Engine::Radau } else { Engine::Dop853 };
+        let engine = if detour.way == Way::Implicit { Engine::Radau } else { Engine::Dop853 };
         let settings = Settings { tolerance: detour.tolerance, max_step, engine, ..*context.settings };
         let Context { model, machine, projection, statistics, .. } = context;
         let context = &mut Context { model, machine, projection, statistics, settings: &settings };
         run.last.order = 0;
         context.statistics.fallbacks += 1;
-        if !detour.implicit {
-            return take_step(self.explicit, context, run, horizon).map(|_| ());
-        }
-        match take_step(self.implicit, context, run, horizon)? {
+        let taken = match detour.way {
+            Way::Explicit => return take_step(self.explicit, context, run, horizon).map(|_| ()),
+            Way::Implicit => take_step(self.implicit, context, run, horizon)?,
+            Way::Along => take_step(self.along, context, run, horizon)?,
+        };
+        match taken {
             Progress::Stepped => Ok(()),
             Progress::Declined => Err(singular_ahead(context, run)),
         }

@@ -2,6 +2,7 @@
 //!
 //! * [`stepping`]: from one communication point to the next.
 //! * `taylor`, `explicit` (DOP853), `implicit` (Radau IIA): the methods, each with what it remembers between steps.
+//! * `along`: steps of DOP853 along a branch through a singular pose.
 //! * `control`: bounds of the length of a step; `stiffness`: which method takes the next step; `detour`: past a pose that was not passed.
 //! * `together`: steps of several runs at once.
 //! * `accuracy`: how accurate rounding errors let a motion be.
@@ -9,6 +10,7 @@
 //! * `right_hand_side`: the equations of motion, as the Runge-Kutta methods see them.
 
 pub(crate) mod accuracy;
+pub(crate) mod along;
 pub(crate) mod control;
 mod detour;
 pub(crate) mod explicit;

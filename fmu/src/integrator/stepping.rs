@@ -6,6 +6,7 @@
 //! step that went too far is forgotten; and when changes come at every communication point, steps end exactly there.
 
 use super::accuracy::{Accuracy, Masses};
+use super::along::Along;
 use super::control::Horizon;
 use super::explicit::Explicit;
 use super::implicit::Implicit;
@@ -32,6 +33,7 @@ const SHORTEST_PART: f64 = 1e-4;
 pub struct Stepper {
     explicit: Explicit,
     implicit: Implicit,
+    along: Along,
     pub(super) taylor: Option<Taylor>,
     kinematic: Kinematic,
     pub(super) projection: Projection,
@@ -60,6 +62,7 @@ impl Stepper {
         Self {
             explicit: Explicit::new(model),
             implicit: Implicit::new(model),
+            along: Along::new(model),
             taylor: Taylor::new(model),
             kinematic: Kinematic::new(model),
             projection: Projection::new(model),
@@ -87,9 +90,9 @@ impl Stepper {
         machine: &'a mut Machine,
         settings: &'a Settings,
     ) -> (Engines<'a>, Context<'a>) {
-        let Self { explicit, implicit, taylor, projection, statistics, masses, accuracy, .. } = self;
+        let Self { explicit, implicit, along, taylor, projection, statistics, masses, accuracy, .. } = self;
         let context = Context { model, machine, projection, statistics, settings };
-        (Engines { taylor: taylor.as_mut(), explicit, implicit, masses: masses.as_mut(), accuracy }, context)
+        (Engines { taylor: taylor.as_mut(), explicit, implicit, along, masses: masses.as_mut(), accuracy }, context)
     }
 
     /// What has been done so far.
@@ -106,6 +109,7 @@ impl Stepper {
     pub fn forget(&mut self) {
         self.explicit.forget();
         self.implicit.forget();
+        self.along.forget();
         if let Some(taylor) = &mut self.taylor {
             taylor.forget();
         }
@@ -166,6 +170,7 @@ impl Stepper {
         let Self {
             explicit,
             implicit,
+            along,
             taylor,
             kinematic,
             projection,
@@ -182,7 +187,8 @@ impl Stepper {
         run.take_passages(state.time());
         let exact = run.signals.changed && run.signals.changed_before;
         work.copy_from(state);
-        let mut engines = Engines { taylor: taylor.as_mut(), explicit, implicit, masses: masses.as_mut(), accuracy };
+        let mut engines =
+            Engines { taylor: taylor.as_mut(), explicit, implicit, along, masses: masses.as_mut(), accuracy };
         if run.signals.changed {
             engines.end_at_change(context, run, work);
             // In the zone of a singular pose a projection would take the motion off its branch; the next step begins with one outside.
@@ -210,15 +216,21 @@ impl Stepper {
                 // Where there are singular poses the steps may have to be taken again.
                 let again =
                     settings.automatic && settings.engine == Engine::Taylor && !run.singular.smallest.is_empty();
-                if again && run.last.end_time < target {
+                let mut begun = again && run.last.end_time < target;
+                if begun {
                     checkpoint.copy_from(run);
                 }
-                let done = engines.advance(context, run, horizon).and_then(|()| engines.look_on(context, run, probe));
-                if let Err(failure) = done {
+                while let Err(failure) =
+                    engines.advance(context, run, horizon).and_then(|()| engines.look_on(context, run, probe))
+                {
                     if !again {
                         return Err(failure);
                     }
-                    engines.advance_again(context, run, (checkpoint, horizon), failure)?;
+                    if !begun {
+                        checkpoint.copy_from(run);
+                    }
+                    engines.pass_otherwise(context, run, (checkpoint, horizon), failure)?;
+                    begun = false;
                 }
                 read(context, run, target, work, |context, run, motion| engines.read(context, run, target, motion))?;
                 engines.tighten(context, run, work);

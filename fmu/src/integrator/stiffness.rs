@@ -7,6 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::accuracy::{Accuracy, Masses};
+use super::along::Along;
 use super::control::{Horizon, Progress, because, take_step};
 use super::detour::Detour;
 use super::explicit::Explicit;
@@ -221,6 +222,7 @@ pub(crate) struct Engines<'a> {
     pub taylor: Option<&'a mut Taylor>,
     pub explicit: &'a mut Explicit,
     pub implicit: &'a mut Implicit,
+    pub along: &'a mut Along,
     /// Where there are no series.
     pub masses: Option<&'a mut Masses>,
     pub accuracy: &'a mut Accuracy,
@@ -281,6 +283,7 @@ impl Engines<'_> {
     pub(super) fn forget_steps(&mut self) {
         self.explicit.forget();
         self.implicit.forget();
+        self.along.forget();
         if let Some(taylor) = &mut self.taylor {
             taylor.forget();
         }

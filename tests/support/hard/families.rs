@@ -19,6 +19,7 @@ impl Family {
 
 pub const FAMILIES: &[Family] = &[
     Family { name: "stiff flap at change points", member: flaps::flap },
+    Family { name: "very stiff flap at change points", member: flaps::very_stiff },
     Family { name: "redundant cranks", member: cranks::redundant },
     Family { name: "redundant cranks from a line", member: cranks::in_line },
     Family { name: "three cranks, nearly flat", member: cranks::three_cranks },

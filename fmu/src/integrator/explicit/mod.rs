@@ -1,6 +1,6 @@
 //! Integration of Eqs. (22): steps of DOP853, each projected onto the loop equations.
 
-mod dop853;
+pub(super) mod dop853;
 mod passage;
 mod stages;
 
@@ -63,7 +63,7 @@ impl Integrator for Explicit {
         let n = context.model.coordinates();
         finite(context.model, time, &self.method.first()[n..]).map_err(|failure| because(context, run, failure))?;
         if run.last.natural == 0.0 {
-            self.tolerate(context, &run.last.end, false);
+            tolerate(context, [&run.last.end, &run.last.end], &mut self.tolerances);
             let mut f = RightHandSide::new(context, &run.signals.origin);
             run.last.natural = self.method.starting_step(&mut f, time, &run.last.end, &self.tolerances);
         }
@@ -198,7 +198,7 @@ impl Explicit {
     /// The error of the step just tried, in units of the tolerance.
     fn judge(&mut self, context: &mut Context, run: &Run, end: f64, near: bool) -> f64 {
         let h = end - run.last.end_time;
-        self.tolerate(context, &run.last.end, true);
+        tolerate(context, [&run.last.end, &self.next], &mut self.tolerances);
         let error = self.method.error(h, &self.tolerances);
         let passes = run.passes(end);
         if near && error > 1.0 && (passes || error < ROUGH) {
@@ -283,17 +283,16 @@ impl Explicit {
         run.last.end_time = end;
         run.last.end.copy_from_slice(&self.next);
     }
+}
 
-    /// Absolute tolerances of q and v. Rates count relative to themselves, but not below the least that do.
-    fn tolerate(&mut self, context: &Context, start: &[f64], next: bool) {
-        let n = context.model.coordinates();
-        let tolerance = (SHARE_OF_TOLERANCE * context.settings.tolerance).max(FINEST);
-        let least = context.settings.least_rate;
-        for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
-            let after = if next { self.next[n + index].abs() } else { 0.0 };
-            let rate = start[n + index].abs().max(after);
-            self.tolerances[index] = tolerance * coordinate.scale;
-            self.tolerances[n + index] = tolerance * (least * coordinate.scale).max(rate);
-        }
+/// Absolute tolerances of q and v, by both ends of a step. Rates count relative to themselves, but not below the least that do.
+pub(super) fn tolerate(context: &Context, [start, next]: [&[f64]; 2], tolerances: &mut [f64]) {
+    let n = context.model.coordinates();
+    let tolerance = (SHARE_OF_TOLERANCE * context.settings.tolerance).max(FINEST);
+    let least = context.settings.least_rate;
+    for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
+        let rate = start[n + index].abs().max(next[n + index].abs());
+        tolerances[index] = tolerance * coordinate.scale;
+        tolerances[n + index] = tolerance * (least * coordinate.scale).max(rate);
     }
 }

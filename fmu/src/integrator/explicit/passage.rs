@@ -4,9 +4,9 @@
 //! would miss them by is divided by the distance; and what rounding errors add to its error along the direction in which the loops hold least does not
 //! count.
 
-use super::Explicit;
 use super::dop853::{interpolate, node};
 use super::stages::{Stages, Watch};
+use super::{Explicit, tolerate};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::integrator::run::Run;
@@ -156,7 +156,7 @@ impl Explicit {
     fn accept_departure(&mut self, context: &mut Context, run: &mut Run, end: f64, h: f64) -> bool {
         let mut state = self.next.clone();
         let there = self.stretch(context, run, end - h, h, &mut state);
-        self.tolerate(context, &state, true);
+        tolerate(context, [&state, &self.next], &mut self.tolerances);
         let straight = self.method.error(h, &self.tolerances);
         if !there || straight.min(self.flattened_error(context, run, end, h)) > 1.0 {
             return false;
