@@ -82,6 +82,16 @@ pub enum Failure {
         /// The largest gap.
         gap: Gap,
     },
+    /// No assembly was found with a relation that the joints imply only with the parameters of the export.
+    #[error(
+        "the loops cannot be closed while `{relation}` stays what the joints imply with the parameters of the export: the largest gap is {gap}; with the parameters that were set they may not imply it: write them into the scene and export it again"
+    )]
+    NotImplied {
+        /// What is implied, such as `beam.angle`.
+        relation: String,
+        /// The largest gap.
+        gap: Gap,
+    },
     /// The loops close, but not with these values.
     #[error("the initial {} contradict each other{}: {}; give fewer, or make one a guess", if *.velocity { "velocities" } else { "positions" }, if *.loops { " or the loops" } else { "" }, list(.conditions))]
     Contradiction {

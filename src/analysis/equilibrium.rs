@@ -1,5 +1,6 @@
 //! Static equilibrium: the pose, its reactions, and its stability.
 
+use cotree_fmu::constraints::projection::check_redundant;
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
@@ -55,6 +56,9 @@ impl Equilibrium {
         let model = Model::new(formulated.lowered.program.clone())?;
         let guess = Point::resting(&model, &formulated.state);
         let point = search(formulated, variation, guess)?;
+        let mut state = formulated.state.clone();
+        state.positions_mut().copy_from_slice(point.positions());
+        check_redundant(&model, &state)?;
         let statics = Statics::new(formulated, variation, &point)?;
         let motion = StateSpace::new(formulated, variation, &point, None).and_then(|system| modes(formulated, &system));
         let (stability, by_motion) = match motion {

@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::report::{Linearization, Statics, Vibration};
 use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
 use crate::diagnostic::suggest;
-use crate::formulate::{Formulated, formulate_written};
+use crate::formulate::{Formulated, formulate_written, pattern};
 use crate::mechanism::{Experiment, Formula, Mechanism, Unit};
 use crate::scene::{Fault, Faults, Scene, Source};
 
@@ -102,6 +102,13 @@ impl Study {
         unit.permit(value, bounds)?;
         *place = value;
         Ok(())
+    }
+
+    /// Does what was set change which loop equations are imposed? A program for the values of the scene would be refused.
+    pub fn restricts_otherwise(&self, scene: &Scene) -> bool {
+        let Ok(own) = scene.resolve() else { return false };
+        let set = pattern(&self.mechanism);
+        set.is_some() && set != pattern(&own.mechanism)
     }
 
     fn unknown(&self, name: &str) -> String {

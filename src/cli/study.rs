@@ -74,6 +74,17 @@ pub fn with_settings(scene: &Scene, settings: &[String]) -> Result<Study, Failur
     Ok(study)
 }
 
+/// The scene as it is, or with its settings as defaults where these change which loop equations are imposed. What is wrong with a setting is said where the run is given it.
+pub fn adapted(scene: Scene, settings: &[String]) -> Scene {
+    if settings.is_empty() {
+        return scene;
+    }
+    match with_settings(&scene, settings) {
+        Ok(study) if study.restricts_otherwise(&scene) => study.settled(scene),
+        _ => scene,
+    }
+}
+
 /// `name=value` for a parameter or an input.
 fn set(study: &mut Study, setting: &str) -> Result<(), String> {
     let (name, text) = setting.split_once('=').ok_or("write name=value")?;

@@ -20,7 +20,7 @@ use crate::export::runtime::Runtime;
 use crate::export::{ExportError, FmiVersion};
 use crate::expr::Property;
 use crate::formulate::limits::check_written;
-use crate::formulate::{Formulated, formulate, lacking};
+use crate::formulate::{Formulated, formulate, lacking, undetermined};
 use crate::mechanism::Unit;
 use crate::output::accuracy::{self, Accuracy};
 use crate::output::code;
@@ -132,6 +132,12 @@ pub fn with_everything(scene: &Scene) -> Result<(Scene, Vec<Fault>), Faults> {
         if !scene.outputs.variables.iter().any(|asked| asked.text == output.name) {
             whole.outputs.variables.retain(|variable| variable.text != output.name);
             left_out.entry((body, property)).or_default().push(&output.name);
+        }
+    }
+    let undetermined = undetermined(&mechanism).map_err(|list| Faults::new(scene.source.clone(), list))?;
+    for name in undetermined.into_iter().map(|variable| mechanism.variable_name(variable)) {
+        if !scene.outputs.variables.iter().any(|asked| asked.text == name) {
+            whole.outputs.variables.retain(|variable| variable.text != name);
         }
     }
     let warnings = left_out.iter().map(|(&(body, property), names)| {

@@ -39,6 +39,8 @@ pub enum Origin {
     Joint(JointId),
     Driver(DriverId),
     Load(LoadId),
+    /// One of the relations that the joints imply.
+    Implied(usize),
 }
 
 impl Origin {

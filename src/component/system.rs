@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use petgraph::unionfind::UnionFind;
 
-use super::{Angle, Element, Origin, RotationalRow, Signal, arm, body};
+use super::{Angle, Element, Implied, Origin, RotationalRow, Signal, arm, body};
 use crate::diagnostic::Span;
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
@@ -26,6 +26,8 @@ pub struct System<'m> {
     pub rotation: LinearGraph<Rotation>,
     /// Drivers that integrate an input: the driver, the input, and which derivative the input prescribes.
     pub followers: Vec<(DriverId, InputId, Order)>,
+    /// What the joints imply in second order, each an element of its own.
+    pub implied: Vec<Implied>,
     pub(super) used: BTreeSet<Place>,
     /// Classes of bodies that keep their relative angles.
     held: UnionFind<usize>,
@@ -47,6 +49,7 @@ impl<'m> System<'m> {
             translation: LinearGraph::default(),
             rotation: LinearGraph::default(),
             followers: Vec::new(),
+            implied: Vec::new(),
             used: mechanism.parts().flat_map(Part::places).collect(),
             held: UnionFind::new(mechanism.bodies.len() + 1),
             t_nodes: HashMap::from([(Place::Origin, TNode::DATUM)]),
@@ -62,6 +65,26 @@ impl<'m> System<'m> {
         }
         system.find_held();
         system
+    }
+
+    /// The same with relations that the joints imply: couplings, which are chords in all trees.
+    #[must_use]
+    pub fn implying(mut self, relations: &[Implied]) -> Self {
+        for relation in relations {
+            let origin = Origin::Implied(self.implied.len());
+            let label = self.label("c", &relation.name);
+            let coupling = Some(relation.coupling(&mut self));
+            let name = relation.name.clone();
+            self.push(Element { label, name, origin, translation: None, rotation: None, coupling });
+            self.implied.push(relation.clone());
+        }
+        self
+    }
+
+    /// The same with expressions of its own.
+    #[must_use]
+    pub fn anew(&self) -> Self {
+        System::new(self.mechanism).implying(&self.implied)
     }
 
     pub fn element(&self, id: ElementId) -> &Element {
@@ -83,6 +106,7 @@ impl<'m> System<'m> {
             Origin::Joint(joint) => mechanism.joints[joint.0].span,
             Origin::Driver(driver) => mechanism.drivers[driver.0].span,
             Origin::Load(load) => mechanism.loads[load.0].span,
+            Origin::Implied(relation) => self.implied[relation].span(mechanism),
         }
     }
 

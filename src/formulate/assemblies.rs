@@ -4,11 +4,11 @@ use std::f64::consts::{PI, TAU};
 
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::constraints::poses::constraint;
-use cotree_fmu::constraints::redundancy::redundancy;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Program;
 
-use super::{POSES, equations, typical_length};
+use super::restrictions::{Restrictions, restrictions};
+use super::{equations, typical_length};
 use crate::diagnostic::{Fault, Span};
 use crate::equations::Equations;
 use crate::lower;
@@ -67,9 +67,10 @@ fn own_start(mechanism: &Mechanism) -> Result<(Vec<Value>, State, usize), Vec<Fa
         let message = "the loops cannot be closed from the start of the scene; `cotree check` says where";
         return Err(vec![Fault::new("assembly::open_loop", message, Span::default())]);
     };
-    let rank = redundancy(&model, &state, POSES).independent.len();
-    let freedoms = equations.coordinates.len().saturating_sub(rank);
-    Ok((values(&equations, &model, &state), state, freedoms))
+    let restrictions = restrictions(equations, (model, state), length, None)?;
+    let Restrictions { equations, model, state, .. } = &restrictions;
+    let freedoms = restrictions.mobility();
+    Ok((values(equations, model, state), state.clone(), freedoms))
 }
 
 /// The coordinates; an angle without whole turns, unless loop equations such as those of gears and racks count them.

@@ -22,7 +22,7 @@ use crate::mechanism::{Mechanism, Part};
 /// The fault behind a failure of the first assembly.
 pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, length: f64) -> Fault {
     match failure {
-        Failure::LoopsOpen { gap } => open_loop(equations, gap, length),
+        Failure::LoopsOpen { gap } | Failure::NotImplied { gap, .. } => open_loop(equations, gap, length),
         Failure::LockUp { time, gap } => locked(equations, *time, gap),
         Failure::Contradiction { conditions, velocity, .. } => contradiction(equations, model, conditions, *velocity),
         Failure::OtherBranch { condition: name, guess, found, angular } => {

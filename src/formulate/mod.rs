@@ -6,6 +6,7 @@ pub(crate) mod attempt;
 mod impulses;
 mod jumps;
 pub(crate) mod limits;
+mod restrictions;
 pub(crate) mod start;
 mod suspect;
 pub mod tree_search;
@@ -13,7 +14,6 @@ pub mod tree_search;
 use std::collections::BTreeSet;
 
 use cotree_fmu::constraints::initial::solve_initial;
-use cotree_fmu::constraints::redundancy::redundancy;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Motion;
 
@@ -23,16 +23,14 @@ use crate::equations::{Constraint, Equations};
 use crate::expr::{Expr, Property, Symbol};
 use crate::formulate::assembly::{circuit_names, explain, list, show, span_of, without_rate};
 use crate::formulate::jumps::Jump;
+use crate::formulate::restrictions::{Restrictions, restrictions};
 use crate::formulate::start::Start;
 use crate::formulate::suspect::suspect;
 use crate::formulate::tree_search::Search;
 use crate::graph::ElementId;
-use crate::lower::{self, Lowered, Obstacle, Pose};
-use crate::mechanism::{Coordinates, Formula, Mechanism, Output, Owner};
+use crate::lower::{self, Lowered, Obstacle, Pose, Shared};
+use crate::mechanism::{Coordinates, Formula, Mechanism, Output, Owner, Variable};
 use crate::tree::Trees;
-
-/// How many poses are examined for redundant loop equations.
-const POSES: usize = 6;
 
 /// A mechanism with its equations, assembled at its initial state and lowered.
 #[derive(Clone, Debug)]
@@ -85,7 +83,10 @@ pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -
     faults.extend(without_rate(equations.system.mechanism));
     let start = start.cloned().or_else(|| own_start(&equations, length));
     let (model, state) = first_state(&mut equations, length, start.as_ref(), &mut faults)?;
-    let active = active_rows(&equations, &model, &state, faults.is_empty());
+    let Restrictions { mut equations, state, active, restricting, .. } = match faults.is_empty() {
+        true => restrictions(equations, (model, state), length, start.as_ref())?,
+        false => unclosed(equations, (model, state)),
+    };
     let redundant: Vec<usize> = (0..active.len()).filter(|&index| !active[index]).collect();
     for &index in &redundant {
         equations.constraints[index].repeats = !equations.constraints[index].is_trivial();
@@ -95,13 +96,14 @@ pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -
         positions: state.positions().to_vec(),
         followers: state.follower_positions().to_vec(),
     };
-    let mut lowered = match lower::program(&mut equations, length, &active, &pose) {
+    let mut lowered = match lower::program(&mut equations, length, (&active, &restricting), &pose) {
         Ok(lowered) => lowered,
         // Where the loops do not close, this may have no other cause.
         Err(_) if !faults.is_empty() => return Err(faults),
         Err(obstacle) => return Err(vec![unsolvable(&equations, obstacle)]),
     };
     faults.extend(check_masses(&mut equations, &lowered));
+    faults.extend(check_determined(&equations, &lowered.shared));
     if !faults.is_empty() {
         return Err(faults);
     }
@@ -111,7 +113,7 @@ pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -
     let program = &lowered.program;
     let chosen = program.motion == Motion::Kinematic || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
     let moves_freely = program.motion == Motion::Dynamic;
-    let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.sharing, chosen).into_iter().collect();
+    let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.shared, chosen).into_iter().collect();
     if moves_freely {
         let jumps = jumps::jumps(equations.system.mechanism);
         if let Some(formulated) = with_impulses(&equations, &jumps) {
@@ -166,15 +168,11 @@ fn first_state(
     Ok((model, state))
 }
 
-/// Which loop equations are imposed: not those that repeat others in every pose.
-fn active_rows(equations: &Equations, model: &Model, state: &State, closed: bool) -> Vec<bool> {
-    let independent: BTreeSet<usize> = if closed {
-        redundancy(model, state, POSES).independent.into_iter().collect()
-    } else {
-        // No pose closes the loops: at least so many are needed to find missing masses.
-        equations.loops().map(|(index, _)| index).take(equations.coordinates.len()).collect()
-    };
-    (0..equations.constraints.len()).map(|index| independent.contains(&index)).collect()
+/// Where no pose closes the loops: at least so many loop equations are needed to find missing masses.
+fn unclosed(equations: Equations, (model, state): (Model, State)) -> Restrictions {
+    let some: BTreeSet<usize> = equations.loops().map(|(index, _)| index).take(equations.coordinates.len()).collect();
+    let active = (0..equations.constraints.len()).map(|index| some.contains(&index)).collect();
+    Restrictions { equations, model, state, active, restricting: Vec::new() }
 }
 
 /// Where the recommended trees start, for other trees.
@@ -338,16 +336,11 @@ const FIXED: &str = "; which of its loop equations are left out is fixed here, a
                      compare two tolerances";
 
 /// Which joints and drivers share their loads with others, whatever the trees. `chosen`: independent loop equations are chosen in every pose.
-fn redundancy_warning(equations: &Equations, sharing: &[Owner], chosen: bool) -> Option<Fault> {
-    let origin = |owner: &Owner| match owner {
-        Owner::Joint(joint) => Some(Origin::Joint(*joint)),
-        Owner::Driver(driver) => Some(Origin::Driver(*driver)),
-        _ => None,
-    };
-    let elements: Vec<ElementId> =
-        sharing.iter().filter_map(origin).filter_map(|origin| equations.system.find(origin)).collect();
-    let first = *elements.first()?;
-    let names: Vec<String> = elements.iter().map(|&element| equations.system.element(element).name.clone()).collect();
+fn redundancy_warning(equations: &Equations, shared: &Shared, chosen: bool) -> Option<Fault> {
+    if !equations.system.implied.is_empty() {
+        return Some(implied_warning(equations, shared));
+    }
+    let (first, names) = named(equations, &shared.owners)?;
     let message = format!("redundant: {} share loads that are not unique", list(&names));
     let fault = Fault::warning("scene::redundant", message, span_of(equations, first))
         .label("part of its constraint is redundant")
@@ -357,6 +350,94 @@ fn redundancy_warning(equations: &Equations, sharing: &[Owner], chosen: bool) ->
             if chosen { "" } else { FIXED }
         ));
     Some(fault)
+}
+
+/// What joints hold in second order only.
+fn implied_warning(equations: &Equations, shared: &Shared) -> Fault {
+    let relations: Vec<String> = equations.system.implied.iter().map(|relation| relation.name.clone()).collect();
+    let owners: Vec<Owner> = shared.undetermined.iter().map(|variable| variable.owner).collect();
+    let (first, names) = named(equations, &owners).map_or((None, Vec::new()), |(first, names)| (Some(first), names));
+    let own = || equations.system.find(Origin::Implied(0));
+    let span = first.or_else(own).map_or_else(Span::default, |element| span_of(equations, element));
+    let (holder, whose) = match names.as_slice() {
+        [] => ("the joints".to_owned(), "of joints that do it".to_owned()),
+        names => (list(names), format!("of {}", list(names))),
+    };
+    let stay = if relations.len() == 1 { "stays" } else { "stay" };
+    Fault::warning("scene::second_order", format!("{holder} imply that {} {stay} constant, without any slack", list(&relations)), span)
+        .label("takes part")
+        .help(format!(
+            "the motion is right; the reactions {whose} that do it grow without bound and are not determined; a real mechanism needs play there, or one joint less"
+        ))
+}
+
+/// The elements of joints and drivers, each once: the first of them, and the names of all.
+fn named(equations: &Equations, owners: &[Owner]) -> Option<(ElementId, Vec<String>)> {
+    let mut elements: Vec<ElementId> = Vec::new();
+    for element in owners.iter().filter_map(|owner| equations.system.find(Origin::of(*owner)?)) {
+        if !elements.contains(&element) {
+            elements.push(element);
+        }
+    }
+    let names = elements.iter().map(|&element| equations.system.element(element).name.clone()).collect();
+    Some((*elements.first()?, names))
+}
+
+/// Outputs that ask for reactions which are not determined.
+fn check_determined(equations: &Equations, shared: &Shared) -> Vec<Fault> {
+    let mechanism = equations.system.mechanism;
+    let mut faults = Vec::new();
+    for output in &mechanism.outputs {
+        let mut asked = None;
+        output.value.visit(&mut |part| match part {
+            Formula::Variable(variable) if shared.undetermined.contains(variable) => asked = Some(*variable),
+            _ => {}
+        });
+        if let Some(variable) = asked {
+            let name = mechanism.variable_name(variable);
+            let message = format!("`{name}` is not determined: the joints hold a direction in second order only, and what they carry there grows without bound");
+            let owner = Origin::of(variable.owner).and_then(|origin| equations.system.find(origin));
+            let span = owner.map_or_else(Span::default, |element| span_of(equations, element));
+            let help = format!("leave the output `{}` out, or give the mechanism play or one joint less", output.name);
+            faults.push(Fault::new("scene::undetermined_reaction", message, span).label("carries it").help(help));
+        }
+    }
+    faults
+}
+
+/// Variables that are not determined in the motion of a mechanism, whatever its outputs are.
+///
+/// # Errors
+/// The equations cannot be formulated.
+pub fn undetermined(mechanism: &Mechanism) -> Result<Vec<Variable>, Vec<Fault>> {
+    let silent = Mechanism { outputs: Vec::new(), ..mechanism.clone() };
+    if pattern(&silent).is_none_or(|pattern| pattern.implied.is_empty()) {
+        return Ok(Vec::new());
+    }
+    Ok(formulate(&silent)?.lowered.shared.undetermined)
+}
+
+/// Which loop equations a mechanism imposes, and what its joints imply in second order.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Pattern {
+    active: Vec<bool>,
+    implied: Vec<String>,
+}
+
+/// That of a mechanism; none if it cannot be assembled.
+pub(crate) fn pattern(mechanism: &Mechanism) -> Option<Pattern> {
+    let choice = match &mechanism.coordinates {
+        Coordinates::Cheapest => &Coordinates::Recommended,
+        choice => choice,
+    };
+    let mut equations = equations(mechanism, choice).ok()?;
+    let length = typical_length(&mut equations);
+    let start = own_start(&equations, length);
+    let mut faults = Vec::new();
+    let (model, state) = first_state(&mut equations, length, start.as_ref(), &mut faults).ok()?;
+    let found = faults.is_empty().then(|| restrictions(equations, (model, state), length, start.as_ref()))?.ok()?;
+    let implied = found.equations.system.implied.iter().map(|relation| relation.name.clone()).collect();
+    Some(Pattern { active: found.active, implied })
 }
 
 /// An internal error, which no scene should cause.

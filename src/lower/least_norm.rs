@@ -25,20 +25,41 @@ struct Reaction {
     stress: Vec<Expr>,
 }
 
-/// Makes the reactions of joints and drivers those of least norm, and finds their owners. `active`: the independent loop equations.
+/// Reactions that the equations of motion do not determine.
+#[derive(Clone, Debug, Default)]
+pub struct Shared {
+    /// Joints and drivers that share their loads with others: those of least norm are reported.
+    pub owners: Vec<Owner>,
+    /// What grows without bound where joints hold a direction in second order only: nothing can be reported.
+    pub undetermined: Vec<Variable>,
+}
+
+/// Makes the reactions of joints and drivers those of least norm. `active`: the independent loop equations; `restricting`: those of the others that restrict in second order.
 ///
 /// # Errors
 /// The elimination takes too many operations.
-pub fn impose(equations: &mut Equations, active: &[bool], length: f64, pose: &Pose) -> Result<Vec<Owner>, Obstacle> {
+pub fn impose(
+    equations: &mut Equations,
+    (active, restricting): (&[bool], &[usize]),
+    length: f64,
+    pose: &Pose,
+) -> Result<Shared, Obstacle> {
     if active.iter().all(|&active| active) {
-        return Ok(Vec::new());
+        return Ok(Shared::default());
     }
     let stresses = self_stresses(equations, active, length, pose)?;
     let mut reactions = reactions(equations, &stresses, length);
     let values = stress_values(equations, &reactions, stresses.len(), pose);
+    let largest = values.iter().flatten().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    let shares = |row: &[f64], states: &[usize]| states.iter().any(|&state| row[state].abs() > NONE * largest);
+    let dropped = (0..active.len()).filter(|&row| !active[row]);
+    let unbounded: Vec<usize> =
+        dropped.enumerate().filter(|(_, row)| restricting.contains(row)).map(|(state, _)| state).collect();
+    let undetermined = reactions.iter().zip(&values).filter(|(_, row)| shares(row, &unbounded));
+    let undetermined = undetermined.map(|(reaction, _)| reaction.variable).collect();
     let independent = independent(&values);
     if independent.is_empty() {
-        return Ok(Vec::new());
+        return Ok(Shared { owners: Vec::new(), undetermined });
     }
     for reaction in &mut reactions {
         reaction.stress = independent.iter().map(|&state| reaction.stress[state]).collect();
@@ -52,12 +73,10 @@ pub fn impose(equations: &mut Equations, active: &[bool], length: f64, pose: &Po
         });
         equations.redefine(reaction.variable, value);
     }
-    let largest = values.iter().flatten().fold(0.0, |largest: f64, value| largest.max(value.abs()));
-    let shares = |row: &[f64]| independent.iter().any(|&state| row[state].abs() > NONE * largest);
-    let sharing = reactions.iter().zip(&values).filter(|(_, row)| shares(row));
+    let sharing = reactions.iter().zip(&values).filter(|(_, row)| shares(row, &independent));
     let mut owners: Vec<Owner> = sharing.map(|(reaction, _)| reaction.variable.owner).collect();
     owners.dedup();
-    Ok(owners)
+    Ok(Shared { owners, undetermined })
 }
 
 /// For each redundant loop equation, multipliers of it and of the independent ones in equilibrium: J_a^T y = J_d^T. A diagonal matrix

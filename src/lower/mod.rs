@@ -25,6 +25,7 @@ mod tape;
 pub use cost::Cost;
 pub(crate) use dependencies::LISTED;
 pub use eliminate::{Factor, Obstacle, System};
+pub use least_norm::Shared;
 pub(crate) use indicators::motion_indicators;
 pub(crate) use initial::{Conditions, conditions, order_of};
 pub use motion::{MotionSystem, Solver};

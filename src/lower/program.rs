@@ -18,17 +18,17 @@ use super::domains::{domains, ranges};
 use super::eliminate::Obstacle;
 use super::indicators::motion_indicators;
 use super::initial::{Conditions, Settable, conditions, settable};
-use super::least_norm;
+use super::least_norm::{self, Shared};
 use super::motion::typical;
 use super::solve_tree::{self, SolveTree};
 use super::steep::steep;
 use super::table::Table;
 use super::tape::Assembler;
-use crate::component::Held;
+use crate::component::{Held, Origin};
 use crate::equations::Equations;
 use crate::equations::arms::TOO_MANY;
 use crate::expr::{Expr, Order, Symbol};
-use crate::mechanism::{Method, Owner};
+use crate::mechanism::Method;
 
 /// With more coordinates there are no implicit steps unless the scene asks for them: their matrices are full.
 const MOST_IMPLICIT: usize = 500;
@@ -45,8 +45,7 @@ pub struct Lowered {
     pub no_series: Option<String>,
     /// The trees behind the acceleration kernel, where they are not those of the coordinates.
     pub solve_tree: Option<SolveTree>,
-    /// Joints and drivers whose reactions are not unique: those of least norm are reported.
-    pub sharing: Vec<Owner>,
+    pub shared: Shared,
 }
 
 /// A consistent pose at default parameters: where the weight of pivots is judged.
@@ -91,11 +90,17 @@ pub fn positions(equations: &mut Equations, length: f64) -> Program {
     assemble(equations, (length, &active), &kernels, &MotionKernels::default(), Motion::Dynamic, &Table::default())
 }
 
-/// The whole program. `active`: the independent loop equations; as many as coordinates make the motion kinematic.
+/// The whole program. `active`: the independent loop equations; as many as coordinates make the motion kinematic. `restricting`: those that others stand for, because they restrict in
+/// second order only.
 ///
 /// # Errors
 /// A coordinate that moves no mass and is not constrained.
-pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &Pose) -> Result<Lowered, Obstacle> {
+pub fn program(
+    equations: &mut Equations,
+    length: f64,
+    (active, restricting): (&[bool], &[usize]),
+    pose: &Pose,
+) -> Result<Lowered, Obstacle> {
     let rank = active.iter().filter(|active| **active).count();
     let motion = if rank == equations.coordinates.len() { Motion::Kinematic } else { Motion::Dynamic };
     let kernels = PositionKernels::new(equations, length);
@@ -110,7 +115,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
     }
     moving.domains = domains(equations);
     let blocks = if motion == Motion::Kinematic { solution_order(equations, active) } else { Vec::new() };
-    let sharing = least_norm::impose(equations, active, length, pose)?;
+    let shared = least_norm::impose(equations, (active, restricting), length, pose)?;
     let mut table = Table::new(equations, motion, &Moving { solved: &moving.acceleration, blocks: &blocks });
     let beginning = Beginning {
         conditions: [&kernels.positions, &kernels.velocities],
@@ -150,7 +155,7 @@ pub fn program(equations: &mut Equations, length: f64, active: &[bool], pose: &P
         no_series = Some(TOO_MANY.into());
     }
     let MotionKernels { acceleration: solved, solve_tree, .. } = moving;
-    Ok(Lowered { program, table, solved, solve_tree, no_series, sharing })
+    Ok(Lowered { program, table, solved, solve_tree, no_series, shared })
 }
 
 /// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because
@@ -477,6 +482,7 @@ fn constraints(equations: &Equations, length: f64, active: &[bool]) -> Vec<Const
         scale: constraint.scale(length),
         angular: constraint.held == Held::Angle,
         active,
+        implied: matches!(equations.system.element(constraint.element).origin, Origin::Implied(_)),
     })
     .collect()
 }

@@ -15,7 +15,7 @@ use super::cost::Cost;
 use super::eliminate::Obstacle;
 use super::motion::{Branch, LoopRow, MotionSystem, Solver, scales, typical};
 use super::program::{Pose, kernel_cost};
-use crate::component::{Held, System};
+use crate::component::Held;
 use crate::equations::{Constraint, Coordinate, Equations};
 use crate::expr::{Expr, Order, Symbol};
 use crate::graph::ElementId;
@@ -103,7 +103,7 @@ fn with_stride(
 ) -> Result<(Solver, SolveTree), Obstacle> {
     let chosen = |body: BodyId| equations.depth(body).is_multiple_of(stride);
     let trees = equations.trees.with_bodies(&equations.system, chosen);
-    let mut other = Equations::new(System::new(equations.system.mechanism), trees.clone());
+    let mut other = Equations::new(equations.system.anew(), trees.clone());
     let system = in_other_trees(equations, &mut other, active, length);
     let solver = system.factorise(equations, pose).map_err(|obstacle| match obstacle {
         Obstacle::Undetermined(index) => Obstacle::Undetermined(equations.counterpart(&other.coordinates[index])),
@@ -121,7 +121,7 @@ fn cost_of(equations: &mut Equations, solver: &Solver, constraints: usize) -> Co
 /// Formulates the equations for `trees` and expresses them in the branch coordinates, their rates, and the symbols of the
 /// mechanism.
 pub fn in_solve_tree(equations: &mut Equations, trees: Trees, active: &[bool], length: f64) -> MotionSystem {
-    let mut other = Equations::new(System::new(equations.system.mechanism), trees);
+    let mut other = Equations::new(equations.system.anew(), trees);
     in_other_trees(equations, &mut other, active, length)
 }
 

@@ -5,15 +5,16 @@
 //! * [`accelerations`], [`expansion`], [`tangent`]: derivatives of the motion by time and by the independent inputs.
 //! * `domains`: which law has no value.
 //! * [`kinematic`]: mechanisms whose motion is prescribed; they need no integrator.
-//! * [`poses`], [`redundancy`]: nearby consistent poses, and the joints that add no condition.
+//! * [`poses`], `closing`, [`independence`]: nearby consistent poses, and what each loop equation restricts.
 
 pub mod accelerations;
+mod closing;
 pub(crate) mod domains;
 pub mod expansion;
+pub mod independence;
 pub mod initial;
 pub mod kinematic;
 pub(crate) mod loops;
 pub mod poses;
 pub mod projection;
-pub mod redundancy;
 pub mod tangent;

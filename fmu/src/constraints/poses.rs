@@ -35,17 +35,13 @@ pub fn jacobian(model: &Model, state: &State) -> DMatrix<f64> {
 /// The rows of Phi_q at a state, in units of the scales.
 pub(crate) fn sparse_jacobian(model: &Model, state: &State) -> Vec<Row> {
     let mut machine = Machine::new(model);
-    let x: Vec<f64> = state
-        .positions()
-        .iter()
-        .zip(&model.program().coordinates)
-        .map(|(q, coordinate)| q / coordinate.scale)
-        .collect();
-    let mut entries = Vec::new();
-    Loops { model, machine: &mut machine, state: &mut state.clone() }.jacobian(&x, &mut entries);
-    let mut rows = vec![Row::new(); model.program().constraints.len()];
-    entries.into_iter().for_each(|(row, column, value)| *rows[row].entry(column).or_default() += value);
-    rows
+    Loops { model, machine: &mut machine, state: &mut state.clone(), only: None }.rows(&scaled(model, state))
+}
+
+/// The coordinates of a state in units of their scales.
+pub(super) fn scaled(model: &Model, state: &State) -> Vec<f64> {
+    let coordinates = state.positions().iter().zip(&model.program().coordinates);
+    coordinates.map(|(q, coordinate)| q / coordinate.scale).collect()
 }
 
 /// Those of the active loop equations.
@@ -79,12 +75,11 @@ fn moved(
     parts: usize,
 ) -> Option<State> {
     let mut pose = state.clone();
-    let scales = model.program().coordinates.iter().map(|coordinate| coordinate.scale);
-    let mut x: Vec<f64> = state.positions().iter().zip(scales).map(|(q, scale)| q / scale).collect();
+    let mut x = scaled(model, state);
     for part in 1..=parts {
         model.advance_signals(state, state.time() + time * part as f64 / parts as f64, pose.registers_mut());
         x.iter_mut().zip(moves).for_each(|(x, way)| *x += way / parts as f64);
-        let mut loops = Loops { model, machine: &mut *machine, state: &mut pose };
+        let mut loops = Loops { model, machine: &mut *machine, state: &mut pose, only: None };
         let r = project(&mut loops, &mut x, longest);
         // Written so that NaN is no way back.
         if !r.iter().all(|r| r.abs() <= FULFILLED) {
@@ -95,20 +90,31 @@ fn moved(
     Some(pose)
 }
 
-/// All loop equations, with q as the unknown.
-struct Loops<'a> {
-    model: &'a Model,
-    machine: &'a mut Machine,
-    state: &'a mut State,
+/// Loop equations with q as the unknown, all of them unless only some are named.
+pub(super) struct Loops<'a> {
+    pub model: &'a Model,
+    pub machine: &'a mut Machine,
+    pub state: &'a mut State,
+    pub only: Option<&'a [usize]>,
 }
 
 impl Loops<'_> {
-    fn load(&mut self, x: &[f64]) {
+    /// Writes the coordinates, in units of their scales, to the state and the registers.
+    pub fn load(&mut self, x: &[f64]) {
         let coordinates = &self.model.program().coordinates;
         for ((place, x), coordinate) in self.state.positions_mut().iter_mut().zip(x).zip(coordinates) {
             *place = x * coordinate.scale;
         }
         self.machine.load(self.model, self.state);
+    }
+
+    /// The rows of the Jacobian, in units of the scales.
+    pub fn rows(&mut self, x: &[f64]) -> Vec<Row> {
+        let mut entries = Vec::new();
+        self.jacobian(x, &mut entries);
+        let mut rows = vec![Row::new(); self.only.map_or(self.model.program().constraints.len(), <[usize]>::len)];
+        entries.into_iter().for_each(|(row, column, value)| *rows[row].entry(column).or_default() += value);
+        rows
     }
 }
 
@@ -117,9 +123,13 @@ impl Equations for Loops<'_> {
         self.load(x);
         let tape = &self.model.program().tapes.constraint;
         self.machine.run(tape);
-        let scales = self.model.program().constraints.iter().map(|constraint| constraint.scale);
+        let constraints = &self.model.program().constraints;
+        let residual = |row: usize| self.machine.result(tape, row) / constraints[row].scale;
         r.clear();
-        r.extend(tape.results(self.machine.registers()).zip(scales).map(|(phi, scale)| phi / scale));
+        match self.only {
+            Some(only) => r.extend(only.iter().map(|&row| residual(row))),
+            None => r.extend((0..constraints.len()).map(residual)),
+        }
     }
 
     fn jacobian(&mut self, x: &[f64], entries: &mut Vec<Entry>) {
@@ -130,8 +140,9 @@ impl Equations for Loops<'_> {
         entries.clear();
         for (&(row, column), value) in jacobian.entries.iter().zip(jacobian.tape.results(self.machine.registers())) {
             let (row, column) = (row as usize, column as usize);
-            if let Some(coordinate) = program.coordinates.get(column) {
-                entries.push((row, column, value * coordinate.scale / program.constraints[row].scale));
+            let place = self.only.map_or(Some(row), |only| only.binary_search(&row).ok());
+            if let (Some(place), Some(coordinate)) = (place, program.coordinates.get(column)) {
+                entries.push((place, column, value * coordinate.scale / program.constraints[row].scale));
             }
         }
     }

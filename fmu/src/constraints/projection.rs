@@ -3,6 +3,7 @@
 //! Dynamic motion is corrected in the metric of the mass matrix (the tapes `project_position` and `project_velocity`). Driven mechanisms have their own
 //! way ([`super::kinematic`]).
 
+use super::initial::FULFILLED;
 use crate::failure::{Failure, Gap};
 use crate::machine::Machine;
 use crate::model::{Model, State};
@@ -12,8 +13,9 @@ use crate::tape::Tape;
 const IDLE: f64 = 1e-13;
 /// The loops are kept closed this much better than the tolerance on the motion.
 const SHARE_OF_TOLERANCE: f64 = 1e-3;
-/// Redundant equations may differ this much, relative to their scale.
-pub(super) const CONSISTENT: f64 = 1e-6;
+/// Loop equations that are not imposed may differ by the tolerance on the motion, but not by more or less than this, relative to their scale: what counts as closed at the
+/// start, and lengths that are typed with few digits.
+const CONSISTENT: [f64; 2] = [FULFILLED, 1e-6];
 /// Newton steps.
 const ITERATIONS: usize = 8;
 /// A Newton step must reduce the gap to this fraction.
@@ -102,7 +104,7 @@ impl Projection {
         let idle = IDLE.max(noise);
         let goal = idle.max(SHARE_OF_TOLERANCE * tolerance);
         let moved = self.newton(model, machine, Level::Position, q, [idle, goal, reach], bend)?;
-        self.consistent(model, machine)?;
+        self.consistent(model, machine, tolerance)?;
         Ok(moved)
     }
 
@@ -197,17 +199,47 @@ impl Projection {
         Failure::Drift { time: time(model, machine), gap: largest_gap(model, model.active(), &self.step) }
     }
 
-    /// Redundant equations must hold by themselves.
-    fn consistent(&mut self, model: &Model, machine: &mut Machine) -> Result<(), Failure> {
-        let constraints = &model.program().constraints;
-        let holds = |row: usize| constraints[row].active || self.step[row].abs() <= CONSISTENT * constraints[row].scale;
-        match (0..constraints.len()).find(|&row| !holds(row)) {
-            Some(row) if !model.active().is_empty() => {
+    /// Loop equations that are not imposed must hold by themselves.
+    fn consistent(&mut self, model: &Model, machine: &mut Machine, tolerance: f64) -> Result<(), Failure> {
+        let count = model.program().constraints.len();
+        if model.active().len() == count {
+            return Ok(());
+        }
+        if model.active().is_empty() {
+            machine.evaluate(&model.program().tapes.constraint, &mut self.step[..count]);
+        }
+        match open_row(model, &self.step, tolerance) {
+            Some(row) => {
                 Err(Failure::Redundant { time: time(model, machine), gap: largest_gap(model, &[row], &self.step) })
             }
-            _ => Ok(()),
+            None => Ok(()),
         }
     }
+}
+
+/// Do the loop equations that are not imposed hold at a state that satisfies the others?
+///
+/// # Errors
+/// One of them does not.
+pub fn check_redundant(model: &Model, state: &State) -> Result<(), Failure> {
+    let mut machine = Machine::new(model);
+    machine.load(model, state);
+    let mut residuals = vec![0.0; model.program().constraints.len()];
+    machine.evaluate(&model.program().tapes.constraint, &mut residuals);
+    match open_row(model, &residuals, FULFILLED) {
+        Some(row) => Err(Failure::Redundant { time: state.time(), gap: largest_gap(model, &[row], &residuals) }),
+        None => Ok(()),
+    }
+}
+
+/// The first loop equation that is not imposed and does not hold.
+pub(super) fn open_row(model: &Model, residuals: &[f64], tolerance: f64) -> Option<usize> {
+    let [least, most] = CONSISTENT;
+    let limit = tolerance.clamp(least, most);
+    let constraints = model.program().constraints.iter().zip(residuals);
+    // Written so that NaN does not hold.
+    let holds = |size: f64| size <= limit;
+    constraints.into_iter().position(|(row, residual)| !row.active && !holds(residual.abs() / row.scale))
 }
 
 /// The largest of some loop equations' residuals, relative to their scales.

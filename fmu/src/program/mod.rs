@@ -162,6 +162,8 @@ pub struct Constraint {
     pub angular: bool,
     /// Redundant rows are checked for consistency but not imposed.
     pub active: bool,
+    /// Do the others imply it, in second order, with the parameters of the export? Then it stands for rows that are not imposed.
+    pub implied: bool,
 }
 
 /// Loop equations that determine as many coordinates, given those of the blocks before.

@@ -107,7 +107,7 @@ impl Simulate {
         if self.from_equilibrium {
             scene = study::with_settings(&scene, &self.settings)?.resting(scene)?;
         }
-        let scene = asked::with_outputs(&self, scene);
+        let scene = study::adapted(asked::with_outputs(&self, scene), &self.settings);
         let (compiled, display) =
             compile_with(&scene, |formulated| formulated.equations.system.mechanism.display.clone())
                 .map_err(|faults| output::unknown(faults, "the command line"))?;

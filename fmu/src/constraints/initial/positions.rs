@@ -118,7 +118,7 @@ impl<'a> Positions<'a> {
         let known: Vec<usize> = (0..self.conditions().len()).filter(|&index| self.conditions()[index].known).collect();
         let mut closed = guess.to_vec();
         if known.is_empty() || !self.close(Wanted::LOOPS, &mut closed) {
-            return Failure::LoopsOpen { gap: self.gap(best) };
+            return self.open(best);
         }
         let frees = |index: &usize| {
             let wanted = Wanted { without: Some(*index), ..Wanted::ALL };
@@ -128,6 +128,18 @@ impl<'a> Positions<'a> {
         let culprits = if culprits.is_empty() { known } else { culprits };
         let conditions = culprits.into_iter().map(|index| self.conditions()[index].name.clone()).collect();
         self.contradicting(conditions)
+    }
+
+    /// No assembly was found. Where other parameters than those of the export may have taken away what the joints implied, that is the reason.
+    fn open(&mut self, best: &[f64]) -> Failure {
+        let gap = self.gap(best);
+        let program = self.0.model.program();
+        let implied = program.constraints.iter().find(|row| row.implied);
+        let exported = program.parameters.iter().map(|parameter| parameter.start);
+        match implied.filter(|_| !exported.eq(self.0.state.parameters().iter().copied())) {
+            Some(row) => Failure::NotImplied { relation: row.owner.clone(), gap },
+            None => Failure::LoopsOpen { gap },
+        }
     }
 
     fn conditions(&self) -> &'a [Condition] {

@@ -8,7 +8,7 @@
 use super::path::{Directions, Path};
 use super::regularity::Monitor;
 use crate::constraints::loops::Loops;
-use crate::constraints::projection::CONSISTENT;
+use crate::constraints::projection::open_row;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::math::maximum;
@@ -122,11 +122,11 @@ impl Corrector {
         if !self.correct(context) {
             return Err(Rejection::Branch);
         }
-        let Context { model, machine, .. } = context;
+        let Context { model, machine, settings, .. } = context;
         self.monitor.record_end(model, &self.loops);
         self.directions.slope(path, (model, machine), &mut self.loops, &mut self.end_slope);
         let easy = self.judge(model, h, crossing).ok_or(Rejection::Branch)?;
-        self.consistent(model)?;
+        self.consistent(model, settings.tolerance)?;
         if let Path::Time(_) = path {
             self.end.rates_mut().copy_from_slice(&self.end_slope);
         }
@@ -171,7 +171,7 @@ impl Corrector {
     pub fn settle(&mut self, context: &mut Context, state: &mut State) -> bool {
         self.end.copy_from(state);
         let corrected = self.correct(context);
-        let Context { model, machine, .. } = context;
+        let Context { model, machine, settings, .. } = context;
         self.monitor.record_start(model, &self.loops);
         if self.distance() < NEAR {
             // So close to a singular pose the polynomial is better than any correction.
@@ -179,7 +179,7 @@ impl Corrector {
         }
         self.monitor.record_end(model, &self.loops);
         let close = |block| self.largest(model, block, &self.moved) <= CORRECTION * self.monitor.distance(block);
-        if !(corrected && (0..self.loops.blocks()).all(close)) || self.consistent(model).is_err() {
+        if !(corrected && (0..self.loops.blocks()).all(close)) || self.consistent(model, settings.tolerance).is_err() {
             return false;
         }
         self.directions.slope(Path::Time(state), (model, machine), &mut self.loops, &mut self.end_slope);
@@ -275,11 +275,8 @@ impl Corrector {
         sizes.fold(0.0, maximum)
     }
 
-    /// Redundant equations hold by themselves.
-    fn consistent(&self, model: &Model) -> Result<(), Rejection> {
-        let constraints = &model.program().constraints;
-        let holds =
-            |row: usize| constraints[row].active || self.residuals[row].abs() <= CONSISTENT * constraints[row].scale;
-        (0..constraints.len()).find(|&row| !holds(row)).map_or(Ok(()), |row| Err(Rejection::Redundant(row)))
+    /// Loop equations that are not imposed hold by themselves.
+    fn consistent(&self, model: &Model, tolerance: f64) -> Result<(), Rejection> {
+        open_row(model, &self.residuals, tolerance).map_or(Ok(()), |row| Err(Rejection::Redundant(row)))
     }
 }

@@ -113,7 +113,7 @@ impl Lesson<'_, '_, '_> {
             Origin::Joint(id) => mechanism.joints[id.0].visit_parameters(&mut visit),
             Origin::Driver(id) => mechanism.drivers[id.0].visit_parameters(&mut visit),
             Origin::Load(id) => mechanism.loads[id.0].visit_parameters(&mut visit),
-            Origin::Arm(..) | Origin::GroundVector(_) => {}
+            Origin::Arm(..) | Origin::GroundVector(_) | Origin::Implied(_) => {}
         }
         found.dedup();
         found
@@ -205,6 +205,7 @@ pub fn kind(element: &Element) -> &'static str {
         Origin::GroundVector(_) => "ground vector",
         Origin::Driver(_) => "driver",
         Origin::Load(_) => "load",
+        Origin::Implied(_) => "implied relation",
         Origin::Joint(_) if element.coupling.is_some() && element.translation.is_none() => "coupling",
         Origin::Joint(_) if element.coupling.is_some() => "rolling disc",
         Origin::Joint(_) => match (&element.translation, &element.rotation) {

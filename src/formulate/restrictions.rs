@@ -1,0 +1,229 @@
+//! What the loop equations restrict: which of them are imposed, which repeat others, and what they imply in second order only.
+//!
+//! A loop equation whose gradient vanishes in the poses of the motion cannot be imposed there; left out, it would not hold. What it forbids gets an equation of its own: a
+//! constant angle of a body, a constant sum or difference of two, or a constant coordinate of a mass centre. Planar angles add up linearly, so this says "level", "parallel" and "in line";
+//! a direction that turns with the mechanism cannot be said so, and is refused.
+
+use cotree_fmu::constraints::independence::{Independence, independence};
+use cotree_fmu::model::{Model, State};
+use nalgebra::DVector;
+
+use super::assembly::{list, owner_span};
+use super::start::{Start, evaluate_at};
+use super::first_state;
+use crate::component::{Implied, Measured, System};
+use crate::diagnostic::Fault;
+use crate::equations::Equations;
+use crate::expr::Expr;
+use crate::mechanism::{BodyId, Dimension, Owner, Place, Quantity, Variable};
+
+/// How far a sum of coordinates may deviate where it counts as constant: poses lie within the root of what is left of the loops, on a way of about 1.
+const CONSTANT: f64 = 1e-4;
+/// A relation forbids a direction if it changes by more than this share of a step along it.
+const FORBIDS: f64 = 0.05;
+/// The step of that test.
+const STEP: f64 = 1e-4;
+
+/// What is imposed, at a state that satisfies it.
+pub(super) struct Restrictions<'m> {
+    pub equations: Equations<'m>,
+    pub model: Model,
+    pub state: State,
+    /// By loop equation: is it imposed?
+    pub active: Vec<bool>,
+    /// Loop equations that restrict in second order.
+    pub restricting: Vec<usize>,
+}
+
+impl Restrictions<'_> {
+    /// Directions of motion.
+    pub fn mobility(&self) -> usize {
+        let imposed = self.active.iter().filter(|active| **active).count();
+        self.equations.coordinates.len().saturating_sub(imposed)
+    }
+}
+
+/// Finds out what the loop equations restrict at a state where they hold, and adds what they imply.
+///
+/// # Errors
+/// What they restrict cannot be decided, or cannot be said by constant relations.
+pub(super) fn restrictions<'m>(
+    mut equations: Equations<'m>,
+    (model, state): (Model, State),
+    length: f64,
+    start: Option<&Start>,
+) -> Result<Restrictions<'m>, Vec<Fault>> {
+    let found = independence(&model, &state, || ahead(&mut equations, &model, &state), &[]);
+    let found = found.map_err(|undecided| vec![undecided_fault(&equations, &undecided.rows)])?;
+    if found.forbidden.is_empty() {
+        let active = imposed(&equations, &found);
+        return Ok(Restrictions { equations, model, state, active, restricting: Vec::new() });
+    }
+    let implied = implied(&mut equations, &model, &found).ok_or_else(|| vec![turns(&equations, &found.restricting)])?;
+    let first = equations.constraints.len();
+    let system = System::new(equations.system.mechanism).implying(&implied);
+    let mut equations = Equations::new(system, equations.trees);
+    let mut faults = Vec::new();
+    let (model, state) = first_state(&mut equations, length, start, &mut faults)?;
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    let rows: Vec<usize> = (first..equations.constraints.len()).collect();
+    let restricting = found.restricting;
+    let again = independence(&model, &state, || ahead(&mut equations, &model, &state), &rows);
+    let again = again.map_err(|undecided| vec![undecided_fault(&equations, &undecided.rows)])?;
+    if !again.forbidden.is_empty() || again.mobility != found.mobility {
+        return Err(vec![turns(&equations, &restricting)]);
+    }
+    let active = imposed(&equations, &again);
+    Ok(Restrictions { equations, model, state, active, restricting })
+}
+
+fn imposed(equations: &Equations, found: &Independence) -> Vec<bool> {
+    (0..equations.constraints.len()).map(|row| found.independent.binary_search(&row).is_ok()).collect()
+}
+
+/// Where the mechanism will move first: as it does already, as its loads push, and all coordinates alike. In units of the scales.
+fn ahead(equations: &mut Equations, model: &Model, state: &State) -> Vec<Vec<f64>> {
+    let scales: Vec<f64> = model.program().coordinates.iter().map(|coordinate| coordinate.scale).collect();
+    let load = equations.dynamics().load.clone();
+    let push = evaluate_at(&equations.system.arena, state, &load);
+    let rates = state.rates().iter().zip(&scales).map(|(rate, scale)| rate / scale).collect();
+    let push = push.iter().zip(&scales).map(|(load, scale)| load * scale).collect();
+    vec![rates, push, vec![1.0; scales.len()]]
+}
+
+/// What of bodies may be constant, as an expression with its natural size.
+struct Candidate {
+    terms: Vec<(f64, BodyId, Measured)>,
+    name: String,
+    value: Expr,
+    size: f64,
+    /// How it changes along each forbidden direction.
+    slopes: DVector<f64>,
+}
+
+/// Constant relations that forbid all directions which the loop equations forbid in second order; none if there are too few.
+fn implied(equations: &mut Equations, model: &Model, found: &Independence) -> Option<Vec<Implied>> {
+    let mut candidates = single(equations, model, found);
+    candidates.retain(|candidate| candidate.slopes.norm() > FORBIDS);
+    let pairs = pairs(equations, &candidates);
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    let mut relations = Vec::new();
+    for candidate in candidates.into_iter().chain(pairs) {
+        if basis.len() == found.forbidden.len() {
+            break;
+        }
+        let mut new = candidate.slopes.clone();
+        basis.iter().for_each(|direction| new -= direction * direction.dot(&new));
+        if new.norm() > FORBIDS && is_constant(equations, found, &candidate) {
+            let offset = evaluate_at(&equations.system.arena, &found.poses[0], &[candidate.value])[0];
+            relations.push(Implied { name: candidate.name, terms: candidate.terms, offset });
+            basis.push(new.normalize());
+        }
+    }
+    (basis.len() == found.forbidden.len()).then_some(relations)
+}
+
+/// The angles of all bodies, then the coordinates of their mass centres.
+fn single(equations: &mut Equations, model: &Model, found: &Independence) -> Vec<Candidate> {
+    let mechanism = equations.system.mechanism;
+    let length = model.program().length;
+    let turns: &[_] = if mechanism.dimension == Dimension::Two { &[(Measured::Angle, Quantity::Angle, 1.0)] } else { &[] };
+    let moves = [(Measured::X, Quantity::X, length), (Measured::Y, Quantity::Y, length)];
+    let kinds = turns.iter().chain(if mechanism.dimension == Dimension::Two { &moves[..] } else { &moves[..1] });
+    let mut candidates = Vec::new();
+    for &(measured, quantity, size) in kinds {
+        for body in (0..mechanism.bodies.len()).map(BodyId) {
+            let variable = Variable { owner: Owner::Place(Place::Centre(body)), quantity };
+            candidates.push(Candidate {
+                terms: vec![(1.0, body, measured)],
+                name: mechanism.variable_name(variable),
+                value: equations.variable(variable),
+                size,
+                slopes: DVector::zeros(0),
+            });
+        }
+    }
+    let values: Vec<Expr> = candidates.iter().map(|candidate| candidate.value).collect();
+    let ways: Vec<Vec<f64>> = found.forbidden.iter().map(|way| slopes(equations, model, &found.poses[0], way, &values)).collect();
+    for (index, candidate) in candidates.iter_mut().enumerate() {
+        candidate.slopes = DVector::from_iterator(ways.len(), ways.iter().map(|way| way[index] / candidate.size));
+    }
+    candidates
+}
+
+/// Derivatives of expressions along a direction in units of the scales.
+fn slopes(equations: &Equations, model: &Model, pose: &State, way: &[f64], values: &[Expr]) -> Vec<f64> {
+    let [ahead, behind] = [STEP, -STEP].map(|step| {
+        let mut moved = pose.clone();
+        let coordinates = &model.program().coordinates;
+        for ((place, way), coordinate) in moved.positions_mut().iter_mut().zip(way).zip(coordinates) {
+            *place += step * way * coordinate.scale;
+        }
+        evaluate_at(&equations.system.arena, &moved, values)
+    });
+    ahead.iter().zip(behind).map(|(ahead, behind)| (ahead - behind) / (2.0 * STEP)).collect()
+}
+
+/// Differences and sums of the angles of two bodies.
+fn pairs(equations: &mut Equations, candidates: &[Candidate]) -> Vec<Candidate> {
+    let angles: Vec<&Candidate> =
+        candidates.iter().filter(|candidate| matches!(candidate.terms[..], [(_, _, Measured::Angle)])).collect();
+    let mut pairs = Vec::new();
+    for (sign, word) in [(-1.0, "-"), (1.0, "+")] {
+        for (index, a) in angles.iter().enumerate() {
+            for b in &angles[index + 1..] {
+                let factor = equations.system.arena.constant(sign);
+                pairs.push(Candidate {
+                    terms: vec![a.terms[0], (sign, b.terms[0].1, Measured::Angle)],
+                    name: format!("{} {word} {}", a.name, b.name),
+                    value: equations.system.arena.add_product(a.value, factor, b.value),
+                    size: 1.0,
+                    slopes: &a.slopes + sign * &b.slopes,
+                });
+            }
+        }
+    }
+    pairs
+}
+
+/// Is it the same in all poses of the motion?
+fn is_constant(equations: &Equations, found: &Independence, candidate: &Candidate) -> bool {
+    let value = |pose: &State| evaluate_at(&equations.system.arena, pose, &[candidate.value])[0];
+    let first = value(&found.poses[0]);
+    found.poses.iter().all(|pose| (value(pose) - first).abs() <= CONSTANT * candidate.size)
+}
+
+/// The joints and drivers that loop equations belong to.
+pub(super) fn owners(equations: &Equations, rows: &[usize]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for &row in rows {
+        let name = &equations.system.element(equations.constraints[row].element).name;
+        if !names.contains(name) {
+            names.push(name.clone());
+        }
+    }
+    names
+}
+
+fn undecided_fault(equations: &Equations, rows: &[usize]) -> Fault {
+    let names = owners(equations, rows);
+    let message = format!("what {} restrict cannot be decided: the loops hold them to a higher order than the second", list(&names));
+    fault(equations, &names, message)
+        .help("the motion there depends on rounding: change a length a little, or leave out what the joints do twice")
+}
+
+fn turns(equations: &Equations, rows: &[usize]) -> Fault {
+    let names = owners(equations, rows);
+    let message =
+        format!("{} forbid a motion in second order only, in a direction that turns with the mechanism", list(&names));
+    fault(equations, &names, message).help(
+        "no constant angle or coordinate of a body says what they mean: where two links hold a point in line, replace them by one, or give the point a link of its own",
+    )
+}
+
+fn fault(equations: &Equations, names: &[String], message: String) -> Fault {
+    let span = names.first().map(|name| owner_span(equations, name)).unwrap_or_default();
+    Fault::new("assembly::second_order", message, span).label("one of them")
+}
