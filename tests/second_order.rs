@@ -181,8 +181,12 @@ fn lift(random: &mut Random) -> Member {
     };
     let mut joints = Vec::new();
     for index in [1, 2] {
-        joints.push(format!("[joints.p{index}]\ntype = \"revolute\"\nbetween = [\"ground.o{index}\", \"short{index}.foot\"]\n"));
-        joints.push(format!("[joints.m{index}]\ntype = \"revolute\"\nbetween = [\"short{index}.mid\", \"long{index}.mid\"]\n"));
+        joints.push(format!(
+            "[joints.p{index}]\ntype = \"revolute\"\nbetween = [\"ground.o{index}\", \"short{index}.foot\"]\n"
+        ));
+        joints.push(format!(
+            "[joints.m{index}]\ntype = \"revolute\"\nbetween = [\"short{index}.mid\", \"long{index}.mid\"]\n"
+        ));
         joints.push(format!(
             "[joints.s{index}]\ntype = \"slot\"\nbetween = [\"ground.o{index}\", \"long{index}.foot\"]\naxis = [1, 0]\n"
         ));
@@ -222,7 +226,14 @@ stop = 0.1
         -angle,
     );
     let ends = vec![("platform.angle", 0.0), ("platform.omega", 0.0), ("platform.vx", 0.0)];
-    Member { name: format!("lift {arm:.3} {width:.3} {angle:.3}"), text, stop: 0.1, ends, conserves: true, closes: Some(true) }
+    Member {
+        name: format!("lift {arm:.3} {width:.3} {angle:.3}"),
+        text,
+        stop: 0.1,
+        ends,
+        conserves: true,
+        closes: Some(true),
+    }
 }
 
 fn members() -> Vec<Member> {

@@ -115,7 +115,7 @@ pub enum Failure {
         angular: bool,
     },
     /// Redundant joints or drivers do not agree with the others.
-    #[error("at t = {time} s `{}` repeats what other joints prescribe, but contradicts them by {gap}; change it, or remove it", gap.owner)]
+    #[error("at t = {time} s `{}` repeats what other joints prescribe, but contradicts them by {gap}: the lengths do not repeat each other exactly, or the equations that are imposed have passed a pose in which they depend on each other; change the joint, or remove it", gap.owner)]
     Redundant {
         /// When [s].
         time: f64,
@@ -228,6 +228,16 @@ pub enum Failure {
         /// When [s].
         time: f64,
         /// Joints whose loop equations depend on each other.
+        joints: Vec<String>,
+    },
+    /// Redundant joints: the loop equations that are imposed come to depend on each other, in a pose that is not singular.
+    #[error(
+        "at t = {time} s the loop equations that are imposed of redundant joints come to depend on each other, first those of {}: the mechanism can go on, but the explicit and the implicit method keep the choice that was made at the export; leave the choice of the method to the program, or leave out a joint that repeats others", list(.joints)
+    )]
+    ChoiceDependent {
+        /// When [s].
+        time: f64,
+        /// Joints whose loop equations come to depend on each other.
         joints: Vec<String>,
     },
     /// Branches of the motion meet ahead, and the implicit method evaluates what does not tell them apart there.

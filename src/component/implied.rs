@@ -39,7 +39,10 @@ impl Implied {
         let terms: Vec<(f64, Port)> = self.terms.iter().map(term).collect();
         let mut constant = |value: f64| system.arena.constant(value);
         let offset = constant(self.offset);
-        Coupling { terms: terms.into_iter().map(|(factor, port)| Term { factor: constant(factor), port }).collect(), offset }
+        Coupling {
+            terms: terms.into_iter().map(|(factor, port)| Term { factor: constant(factor), port }).collect(),
+            offset,
+        }
     }
 
     /// Where its first body is in the scene.

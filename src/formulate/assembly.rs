@@ -45,6 +45,7 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         | Failure::NotPassed { joints, .. }
         | Failure::BranchLost { joints, .. }
         | Failure::SingularAhead { joints, .. }
+        | Failure::ChoiceDependent { joints, .. }
         | Failure::Undetermined { joints, .. } => {
             let span = joints.first().map_or_else(Span::default, |joint| owner_span(equations, joint));
             Fault::new("assembly::singular", failure.to_string(), span).label("depends on the others in this pose")

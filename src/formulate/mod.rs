@@ -395,7 +395,9 @@ fn check_determined(equations: &Equations, shared: &Shared) -> Vec<Fault> {
         });
         if let Some(variable) = asked {
             let name = mechanism.variable_name(variable);
-            let message = format!("`{name}` is not determined: the joints hold a direction in second order only, and what they carry there grows without bound");
+            let message = format!(
+                "`{name}` is not determined: the joints hold a direction in second order only, and what they carry there grows without bound"
+            );
             let owner = Origin::of(variable.owner).and_then(|origin| equations.system.find(origin));
             let span = owner.map_or_else(Span::default, |element| span_of(equations, element));
             let help = format!("leave the output `{}` out, or give the mechanism play or one joint less", output.name);

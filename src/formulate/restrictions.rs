@@ -9,8 +9,8 @@ use cotree_fmu::model::{Model, State};
 use nalgebra::DVector;
 
 use super::assembly::{list, owner_span};
-use super::start::{Start, evaluate_at};
 use super::first_state;
+use super::start::{Start, evaluate_at};
 use crate::component::{Implied, Measured, System};
 use crate::diagnostic::Fault;
 use crate::equations::Equations;
@@ -129,7 +129,8 @@ fn implied(equations: &mut Equations, model: &Model, found: &Independence) -> Op
 fn single(equations: &mut Equations, model: &Model, found: &Independence) -> Vec<Candidate> {
     let mechanism = equations.system.mechanism;
     let length = model.program().length;
-    let turns: &[_] = if mechanism.dimension == Dimension::Two { &[(Measured::Angle, Quantity::Angle, 1.0)] } else { &[] };
+    let turns: &[_] =
+        if mechanism.dimension == Dimension::Two { &[(Measured::Angle, Quantity::Angle, 1.0)] } else { &[] };
     let moves = [(Measured::X, Quantity::X, length), (Measured::Y, Quantity::Y, length)];
     let kinds = turns.iter().chain(if mechanism.dimension == Dimension::Two { &moves[..] } else { &moves[..1] });
     let mut candidates = Vec::new();
@@ -146,7 +147,8 @@ fn single(equations: &mut Equations, model: &Model, found: &Independence) -> Vec
         }
     }
     let values: Vec<Expr> = candidates.iter().map(|candidate| candidate.value).collect();
-    let ways: Vec<Vec<f64>> = found.forbidden.iter().map(|way| slopes(equations, model, &found.poses[0], way, &values)).collect();
+    let ways: Vec<Vec<f64>> =
+        found.forbidden.iter().map(|way| slopes(equations, model, &found.poses[0], way, &values)).collect();
     for (index, candidate) in candidates.iter_mut().enumerate() {
         candidate.slopes = DVector::from_iterator(ways.len(), ways.iter().map(|way| way[index] / candidate.size));
     }
@@ -209,7 +211,10 @@ pub(super) fn owners(equations: &Equations, rows: &[usize]) -> Vec<String> {
 
 fn undecided_fault(equations: &Equations, rows: &[usize]) -> Fault {
     let names = owners(equations, rows);
-    let message = format!("what {} restrict cannot be decided: the loops hold them to a higher order than the second", list(&names));
+    let message = format!(
+        "what {} restrict cannot be decided: the loops hold them to a higher order than the second",
+        list(&names)
+    );
     fault(equations, &names, message)
         .help("the motion there depends on rounding: change a length a little, or leave out what the joints do twice")
 }

@@ -178,9 +178,9 @@ impl<'a> Study<'a> {
     fn of_samples(&self, state: &State) -> Independence {
         let (reach, samples, parts) = SAMPLES;
         let poses = consistent_poses(self.model, state, samples, reach, parts);
-        let examined = poses.iter().map(|pose| {
-            sparse::independent_rows(self.ordered(sparse_jacobian(self.model, pose)), NEW, CLEAR)
-        });
+        let examined = poses
+            .iter()
+            .map(|pose| sparse::independent_rows(self.ordered(sparse_jacobian(self.model, pose)), NEW, CLEAR));
         let best = examined.fold((false, Vec::new()), |best: (bool, Vec<usize>), other| {
             if (other.0, other.1.len()) > (best.0, best.1.len()) { other } else { best }
         });
@@ -286,9 +286,7 @@ impl<'a> Study<'a> {
     fn directions(&mut self, along: &[Vec<f64>], space: &DMatrix<f64>) -> Vec<DVector<f64>> {
         let given = along.iter().map(|way| space * space.tr_mul(&DVector::from_column_slice(way)));
         let given: Vec<DVector<f64>> = given.flat_map(|way| [way.clone(), -way]).collect();
-        let random = (0..THROWS).map(|_| {
-            space * DVector::from_fn(space.ncols(), |_, _| self.random.symmetric())
-        });
+        let random = (0..THROWS).map(|_| space * DVector::from_fn(space.ncols(), |_, _| self.random.symmetric()));
         let unit = |way: DVector<f64>| {
             let size = way.amax();
             (size > 1e-6 && size.is_finite()).then(|| way / size)

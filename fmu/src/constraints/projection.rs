@@ -199,6 +199,16 @@ impl Projection {
         Failure::Drift { time: time(model, machine), gap: largest_gap(model, model.active(), &self.step) }
     }
 
+    /// Do the loop equations that are not imposed hold at the state in the registers?
+    pub fn check(&mut self, model: &Model, machine: &mut Machine, tolerance: f64) -> Result<(), Failure> {
+        let count = model.program().constraints.len();
+        if model.active().len() == count {
+            return Ok(());
+        }
+        machine.evaluate(&model.program().tapes.constraint, &mut self.step[..count]);
+        self.consistent(model, machine, tolerance)
+    }
+
     /// Loop equations that are not imposed must hold by themselves.
     fn consistent(&mut self, model: &Model, machine: &mut Machine, tolerance: f64) -> Result<(), Failure> {
         let count = model.program().constraints.len();

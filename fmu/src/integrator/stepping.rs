@@ -236,6 +236,10 @@ impl Stepper {
                 engines.tighten(context, run, work);
             }
         }
+        if model.active().len() < model.program().constraints.len() {
+            context.machine.load(model, work);
+            context.projection.check(model, context.machine, settings.tolerance)?;
+        }
         let suspect = run.last.undefined || model.program().motion == Motion::Kinematic;
         if suspect {
             context.machine.load(model, work);

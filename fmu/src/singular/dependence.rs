@@ -1,8 +1,10 @@
 //! Loop equations that depend on each other where a step of a run begins.
 
+use crate::constraints::poses::sparse_jacobian;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::integrator::run::Run;
+use crate::linalg::sparse::independent_rows;
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::program::Engine;
@@ -86,6 +88,25 @@ fn is_driven(context: &Context, run: &Run) -> bool {
     let tape = &model.program().tapes.constraint_rate;
     machine.run(tape);
     tape.results(machine.registers()).any(|rate| rate != 0.0)
+}
+
+/// The true reason where the loop equations that are imposed depend on each other, but not all that there are: redundant joints allow another choice, in which the pose is not singular.
+pub(crate) fn not_singular(model: &Model, run: &Run, failure: Failure) -> Failure {
+    /// A row is another choice if more than this share of it is new.
+    const NEW: f64 = 1e-3;
+    let (Failure::NotPassed { time, joints, .. }
+    | Failure::BranchLost { time, joints, .. }
+    | Failure::SingularAhead { time, joints }
+    | Failure::Undetermined { time, joints }) = &failure
+    else {
+        return failure;
+    };
+    let (imposed, all) = (model.active().len(), model.program().constraints.len());
+    let state = run.state_at(model, run.last.end_time, &run.last.end);
+    if imposed == all || independent_rows(sparse_jacobian(model, &state), NEW, NEW).1.len() < imposed {
+        return failure;
+    }
+    Failure::ChoiceDependent { time: *time, joints: joints.clone() }
 }
 
 /// Which loop equations depend on each other where the step begins, and how far from it they are.

@@ -84,7 +84,8 @@ impl Reader<'_, '_> {
         variables.iter().map(|&variable| self.formulated.equations.variable(variable)).collect()
     }
 
-    fn read(&mut self, title: &'static str, variables: Vec<Variable>) -> Group {
+    fn read(&mut self, title: &'static str, mut variables: Vec<Variable>) -> Group {
+        variables.retain(|variable| !self.formulated.lowered.shared.undetermined.contains(variable));
         let exprs = self.exprs(&variables);
         let values = variables.into_iter().zip(self.values(&exprs)).map(|(variable, value)| {
             let name = self.formulated.equations.system.mechanism.variable_name(variable);

@@ -34,7 +34,8 @@ pub fn symbols(equations: &Equations, written: Written) -> String {
 
 /// The same equations for the mechanism with names.
 pub fn with_names<'s>(equations: &Equations, symbolic: &'s Symbolic) -> Equations<'s> {
-    let mut renamed = Equations::new(System::new(&symbolic.mechanism).implying(&equations.system.implied), equations.trees.clone());
+    let mut renamed =
+        Equations::new(System::new(&symbolic.mechanism).implying(&equations.system.implied), equations.trees.clone());
     for (own, other) in renamed.constraints.iter_mut().zip(&equations.constraints) {
         own.repeats = other.repeats;
     }
