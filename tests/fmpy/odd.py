@@ -267,7 +267,7 @@ def check_switches(make):
             scene += f'[loads.l{i}]\ntype = "force"\non = "c{i}"\nvector = ["{law.replace("X", str(on))}", 0]\n'
         outputs = [f"c{i}.{name}" for i in range(len(laws)) for name in ("vx", "ax")]
         scene += f"[outputs]\nvariables = {outputs}\n"
-        fmu = make(f"switches{on}", scene)
+        fmu = make(f"switches_{int(2 * on)}", scene)
         for kind in (CS, ME):
             result = fmu.run(kind, 1.0, 0.25, output=outputs)
             for i, (law, push) in enumerate(laws.items()):

@@ -80,6 +80,12 @@ impl Taylor {
         }
     }
 
+    /// A branch that ends before so long ends where it begins. What follows from a switch is told by its value, which is that of the switch's rounding errors yet.
+    pub(super) fn at_once(&self, run: &Run, branches: Choices, shortest: f64) -> f64 {
+        let follows = self.jet.following(run.taylor.branches) & branches.known != 0;
+        if follows { FLEETING * shortest } else { shortest }
+    }
+
     /// Begins anew on other branches where the step begins, unless nothing changes by that. If the motion has just come from there, each branch leads back to the
     /// other: fails if accelerations jump, and declines if rounding errors alone switch.
     pub(super) fn switch_at_once(

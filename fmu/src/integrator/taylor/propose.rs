@@ -116,7 +116,9 @@ impl Taylor {
         self.follow_laws(order);
         let sighted = self.jet.sighted(order, room.min(REACH * natural), tolerance);
         let switch = self.jet.end_of_piece(order, 0.0, sighted);
-        if let Some((_, branches)) = switch.filter(|(length, _)| *length < shortest) {
+        if let Some((_, branches)) =
+            switch.filter(|(length, branches)| *length < self.at_once(run, *branches, shortest))
+        {
             return Proposal::Switch(branches);
         }
         let cut = self.layers.first_cut(natural.min(room), half_width(tolerance));
