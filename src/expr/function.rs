@@ -110,8 +110,8 @@ operations! {
     Exp = "exp", Command("exp"), Pure, |_, [d], f| f * d, Own(Op::Exponential, |[x]| libm::exp(x), None, SAME);
     Log = "log", Command("ln"), Pure, |[x], [d], _| 1.0 / x * d, Own(Op::Logarithm, |[x]| libm::log(x), None, ["", "", "ln", ""]);
     Tanh = "tanh", Command("tanh"), Pure, |_, [d], f| (1.0 - f.square()) * d, Own(Op::HyperbolicTangent, |[x]| libm::tanh(x), None, SAME);
-    Abs = "abs", Between("|", "|"), Kept, |[x], [d], _| x.of(Sign) * d, Own(Op::Absolute, |[x]| x.abs(), Some(|[x]| x.number(0.0).and(Less, x).select(x, -x)), ["fabs", "", "", ""]);
-    Sign = "sign", Word, Dropped, |[x], _, _| x.number(0.0), Own(Op::Sign, |[x]| math::sign(x), Some(|[x]| x.number(0.0).and(Less, x).select(x.number(1.0), x.number(-1.0))), ["signum({a})", "signum({a})", "signum({a})", ""]);
+    Abs = "abs", Between("|", "|"), Kept, |[x], [d], _| x.of(Sign) * d, Own(Op::Absolute, |[x]| x.abs(), Some(|[x]| x.number(0.0).and(LessEqual, x).select(x, -x)), ["fabs", "", "", ""]);
+    Sign = "sign", Word, Dropped, |[x], _, _| x.number(0.0), Own(Op::Sign, |[x]| math::sign(x), None, ["signum({a})", "signum({a})", "signum({a})", ""]);
     Floor = "floor", Between("⌊", "⌋"), Kept, |[x], _, _| x.number(0.0), Own(Op::Floor, |[x]| x.floor(), None, ["", "round_down", "", ""]);
     Sinh = "sinh", Command("sinh"), Pure, |[x], [d], _| x.of(Cosh) * d, As(|[x]| x.of(Tanh) * x.of(Cosh));
     Cosh = "cosh", Command("cosh"), Pure, |[x], [d], _| x.of(Sinh) * d, As(|[x]| 0.5 * (x.of(Exp) + (-x).of(Exp)));
@@ -132,8 +132,8 @@ operations! {
     Divide = "/", Operator, Kept, |[_, b], [d, e], f| (d - f * e) / b, Own(Op::Divide, |[a, b]| a / b, None, ["{a} / {b}", "{a} / {b}", "{a} / {b}", "divide"]);
     Power = "^", Operator, Pure, power_derivative, Own(Op::Power, |[a, b]| libm::pow(a, b), Some(|[a, b]| (b * a.of(Log)).of(Exp)), ["pow", "{a}**{b}", "powf", "power"]);
     Atan2 = "atan2", Word, Bearing, |[y, x], [d, e], _| (x * d - y * e) / (y.square() + x.square()), Own(Op::ArcTangent2, |[y, x]| libm::atan2(y, x), None, ["", "", "", "arctan2"]);
-    Min = "min", Command("min"), Kept, |[a, b], [d, e], _| a.and(LessEqual, b).select(d, e), Own(Op::Minimum, |[a, b]| math::minimum(a, b), Some(|[a, b]| b.and(Less, a).select(b, a)), ["smaller({a}, {b})", "smaller({a}, {b})", "smaller({a}, {b})", "minimum"]);
-    Max = "max", Command("max"), Kept, |[a, b], [d, e], _| a.and(LessEqual, b).select(e, d), Own(Op::Maximum, |[a, b]| math::maximum(a, b), Some(|[a, b]| b.and(Less, a).select(a, b)), ["larger({a}, {b})", "larger({a}, {b})", "larger({a}, {b})", "maximum"]);
+    Min = "min", Command("min"), Kept, |[a, b], [d, e], _| a.and(LessEqual, b).select(d, e), Own(Op::Minimum, |[a, b]| math::minimum(a, b), Some(|[a, b]| b.and(LessEqual, a).select(b, a)), ["smaller({a}, {b})", "smaller({a}, {b})", "smaller({a}, {b})", "minimum"]);
+    Max = "max", Command("max"), Kept, |[a, b], [d, e], _| a.and(LessEqual, b).select(e, d), Own(Op::Maximum, |[a, b]| math::maximum(a, b), Some(|[a, b]| b.and(LessEqual, a).select(a, b)), ["larger({a}, {b})", "larger({a}, {b})", "larger({a}, {b})", "maximum"]);
     Less = "<", Operator, Dropped, |[a, _], _, _| a.number(0.0), Own(Op::Less, |[a, b]| f64::from(u8::from(a < b)), Some(|[a, b]| a.and(Less, b).select(a.number(1.0), a.number(0.0))), ["{a} < {b} ? 1.0 : 0.0", "merge(1.0_real64, 0.0_real64, {a} < {b})", "f64::from(u8::from({a} < {b}))", "np.float64({a} < {b})"]);
     LessEqual = "<=", Operator, Dropped, |[a, _], _, _| a.number(0.0), Own(Op::LessEqual, |[a, b]| f64::from(u8::from(a <= b)), Some(|[a, b]| a.and(LessEqual, b).select(a.number(1.0), a.number(0.0))), ["{a} <= {b} ? 1.0 : 0.0", "merge(1.0_real64, 0.0_real64, {a} <= {b})", "f64::from(u8::from({a} <= {b}))", "np.float64({a} <= {b})"]);
     Hypot = "hypot", Word, Kept, |[a, b], [d, e], f| (a * d + b * e) / f, As(|[a, b]| (a.square() + b.square()).of(Sqrt));

@@ -141,21 +141,8 @@ impl SeriesBuilder {
     }
 
     pub fn operate(&mut self, operation: Operation) -> Slot {
-        let operands: Vec<Slot> = match operation {
-            Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => vec![a, b],
-            Operation::ArcTangent(a, b, s) => vec![a, b, s],
-            Operation::Floor { argument, .. } => vec![argument],
-            Operation::Choose { switch, above, below } => vec![self.tape.switches[switch as usize], above, below],
-            Operation::Power(a, _)
-            | Operation::SquareRoot(a)
-            | Operation::SineCosine(a, _)
-            | Operation::Exponential(a)
-            | Operation::Logarithm(a)
-            | Operation::HyperbolicTangent(a, _)
-            | Operation::Rate(a) => vec![a],
-            Operation::Linear { .. } => Vec::new(),
-        };
-        let mut level = operands.iter().map(|&slot| self.levels[slot as usize]).max().unwrap_or(Level::Signals);
+        let mut level = Level::Signals;
+        self.tape.each_read(&Step { target: 0, operation }, |slot| level = level.max(self.levels[slot as usize]));
         if matches!(operation, Operation::Rate(_)) {
             level = Level::Rates;
         }
@@ -267,6 +254,10 @@ impl SeriesBuilder {
                 return self.scaled(arena, c, a, minus);
             }
             Unary::Floor => return self.floor(arena, c, a),
+            Unary::Sign => {
+                let values = [1.0, 0.0, -1.0].map(|value| arena.constant(value));
+                return self.choose(arena, c, a, values);
+            }
             Unary::Sin | Unary::Cos => {
                 let angle = self.slot(arena, c, a)?;
                 let [sine, cosine] = self.operate_twice(angle, Operation::SineCosine);
@@ -295,36 +286,36 @@ impl SeriesBuilder {
         Ok(self.of_slot(slot))
     }
 
-    /// `if`: a comparison switches where its sides are equal, any other condition at one half.
+    /// `if`: a comparison switches where its sides are equal, and says what holds there; any other condition is false where it is zero.
     fn select(
         &mut self,
         arena: &mut Arena,
         c: &mut Coefficients,
         condition: Expr,
-        pieces: [Expr; 2],
+        [yes, no]: [Expr; 2],
     ) -> Result<Series, Reason> {
-        let function = match arena.node(condition) {
-            Node::Binary(Binary::Less | Binary::LessEqual, a, b) => arena.subtract(b, a),
-            _ => {
-                let half = arena.constant(0.5);
-                arena.subtract(condition, half)
-            }
+        let (function, pieces) = match arena.node(condition) {
+            Node::Binary(Binary::Less, a, b) => (arena.subtract(b, a), [yes, no, no]),
+            Node::Binary(Binary::LessEqual, a, b) => (arena.subtract(b, a), [yes, yes, no]),
+            _ => (condition, [yes, no, yes]),
         };
         self.choose(arena, c, function, pieces)
     }
 
-    /// The first piece while a switching function is positive, else the second.
+    /// The first piece while a switching function is positive, the second while it is zero, the third while it is negative.
     fn choose(
         &mut self,
         arena: &mut Arena,
         c: &mut Coefficients,
         function: Expr,
-        pieces: [Expr; 2],
+        pieces: [Expr; 3],
     ) -> Result<Series, Reason> {
         let function = self.slot(arena, c, function)?;
-        let [above, below] = [self.slot(arena, c, pieces[0])?, self.slot(arena, c, pieces[1])?];
+        let [first, second, third] = pieces;
+        let [above, equal, below] =
+            [self.slot(arena, c, first)?, self.slot(arena, c, second)?, self.slot(arena, c, third)?];
         let switch = self.switch(function)?;
-        let slot = self.operate(Operation::Choose { switch, above, below });
+        let slot = self.operate(Operation::Choose { switch, above, equal, below });
         Ok(self.of_slot(slot))
     }
 

@@ -254,6 +254,27 @@ def check_stop(make):
         close(result["guide.s"], expected, limit, kind)
 
 
+def check_switches(make):
+    """Inputs exactly where laws switch, each law on a cart of its own: strict comparisons are false, the others true, for as long as the input stays."""
+    laws = {"if(1*on < X, 5, 1)": 1, "if(1*on <= X, 5, 1)": 5, "if(1*on > X, 5, 1)": 1, "if(1*on >= X, 5, 1)": 5, "if(X < 1*on, 5, 1)": 1,
+            "if(X <= 1*on, 5, 1)": 5, "sign(on - (X))": 0, "2*floor(on - (X) + 2)": 4, "if(abs(on - (X)) > 0, 5, 1)": 1,
+            "if(max(on, X) <= X, 5, 1)": 5, "if(min(on, X) < X, 5, 1)": 1, "if(smoothstep(on - (X)) > 0, 5, 1)": 1}
+    for on in (0.0, 0.5):
+        scene = HEAD + f'name = "switches"\n[inputs]\non = {{ start = {on} }}\n[bodies]\n'
+        scene += "".join(f"c{i} = {{ mass = 1.0 }}\n" for i in range(len(laws)))
+        for i, law in enumerate(laws):
+            scene += f'[joints.r{i}]\ntype = "prismatic"\nbetween = ["ground", "c{i}"]\naxis = [1, 0]\n'
+            scene += f'[loads.l{i}]\ntype = "force"\non = "c{i}"\nvector = ["{law.replace("X", str(on))}", 0]\n'
+        outputs = [f"c{i}.{name}" for i in range(len(laws)) for name in ("vx", "ax")]
+        scene += f"[outputs]\nvariables = {outputs}\n"
+        fmu = make(f"switches_{int(2 * on)}", scene)
+        for kind in (CS, ME):
+            result = fmu.run(kind, 1.0, 0.25, output=outputs)
+            for i, (law, push) in enumerate(laws.items()):
+                close(result[f"c{i}.vx"], push * result["time"], 1e-6, f"{kind}, {law} at {on}")
+                close(result[f"c{i}.ax"], push, 1e-12, f"{kind}, {law} at {on}")
+
+
 def check_line(make):
     fmu = make("line", LINE)
     for kind, limit in [(CS, 1e-7), (ME, 1e-5)]:

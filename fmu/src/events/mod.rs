@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use layers::Layers;
 pub(crate) use monitor::{Monitor, Objection, Overlooked, Span};
-pub use switch::{Choices, MAX_SWITCHES};
+pub use switch::{Choices, MAX_SWITCHES, Side};
 
 /// How a function is steep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -1,7 +1,7 @@
 //! Laws in pieces: which piece holds, and until when.
 //!
-//! A switching function chooses between two series: one while it is positive, one while it is negative. Along a step the choice stays,
-//! so that every series is analytic; the step ends where a switching function changes its sign.
+//! A switching function chooses between series: one while it is positive, one while it is negative, one while it is zero, as it is where the sides of a
+//! comparison are equal for long. Along a step the choice stays, so that every series is analytic; the step ends where a switching function changes its sign.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +11,30 @@ use crate::taylor::MAX_ORDER;
 /// Most switching functions of a model.
 pub const MAX_SWITCHES: usize = 64;
 
+/// Where a switching function is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// It is positive.
+    Above,
+    /// It is zero.
+    Equal,
+    /// It is negative.
+    Below,
+}
+
+impl Side {
+    /// Of a value; one that is no number makes every comparison false.
+    pub fn of(value: f64) -> Self {
+        if value > 0.0 {
+            Self::Above
+        } else if value == 0.0 {
+            Self::Equal
+        } else {
+            Self::Below
+        }
+    }
+}
+
 /// Choices that are known beforehand, as at the end of a piece, where the switching function itself is zero. One bit for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Choices {
@@ -18,22 +42,37 @@ pub struct Choices {
     pub known: u64,
     /// Which switching functions count as positive.
     pub positive: u64,
+    /// Which count as zero.
+    pub equal: u64,
     /// Which have been taken back at once: once more, and the motion is pushed to and fro.
     pub reversed: u64,
 }
 
 impl Choices {
     /// The choice of one switch, if it is known.
-    pub fn get(self, switch: u32) -> Option<bool> {
+    pub fn get(self, switch: u32) -> Option<Side> {
         let bit = 1_u64.checked_shl(switch)?;
-        (self.known & bit != 0).then_some(self.positive & bit != 0)
+        let side = match (self.positive & bit != 0, self.equal & bit != 0) {
+            (true, _) => Side::Above,
+            (false, true) => Side::Equal,
+            (false, false) => Side::Below,
+        };
+        (self.known & bit != 0).then_some(side)
     }
 
     /// Makes a choice known.
-    pub fn set(&mut self, switch: u32, positive: bool) {
+    pub fn set(&mut self, switch: u32, side: Side) {
         let bit = 1_u64.checked_shl(switch).unwrap_or(0);
+        let with = |bits: u64, is: bool| if is { bits | bit } else { bits & !bit };
         self.known |= bit;
-        self.positive = if positive { self.positive | bit } else { self.positive & !bit };
+        self.positive = with(self.positive, side == Side::Above);
+        self.equal = with(self.equal, side == Side::Equal);
+    }
+
+    /// These without some.
+    pub fn without(self, bits: u64) -> Self {
+        let Self { known, positive, equal, reversed } = self;
+        Self { known: known & !bits, positive: positive & !bits, equal: equal & !bits, reversed }
     }
 
     /// These, but for the ones that later ones replace.
@@ -41,6 +80,7 @@ impl Choices {
         Self {
             known: self.known | later.known,
             positive: self.positive & !later.known | later.positive,
+            equal: self.equal & !later.known | later.equal,
             reversed: self.reversed | self.known & later.known | later.reversed,
         }
     }
@@ -165,15 +205,20 @@ mod tests {
     fn choices_are_remembered() {
         let mut choices = Choices::default();
         assert_eq!(choices.get(3), None);
-        choices.set(3, true);
-        choices.set(63, false);
+        choices.set(3, Side::Above);
+        choices.set(5, Side::Equal);
+        choices.set(63, Side::Below);
         assert_eq!(
-            (choices.get(3), choices.get(63), choices.get(4), choices.get(64)),
-            (Some(true), Some(false), None, None)
+            [3, 5, 63, 4, 64].map(|switch| choices.get(switch)),
+            [Some(Side::Above), Some(Side::Equal), Some(Side::Below), None, None]
         );
-        let later = Choices { known: 0b110, positive: 0b010, reversed: 0 };
-        let both = Choices { known: 0b1001, positive: 0b1000, reversed: 0 }.then(later);
-        assert_eq!(both, Choices { known: 0b1111, positive: 0b1010, reversed: 0 });
+        choices.set(5, Side::Above);
+        assert_eq!(choices.get(5), Some(Side::Above));
+        assert_eq!(choices.without(1 << 5).get(5), None);
+        assert_eq!([0.1, -0.0, -0.1, f64::NAN].map(Side::of), [Side::Above, Side::Equal, Side::Below, Side::Below]);
+        let later = Choices { known: 0b110, positive: 0b010, equal: 0b100, reversed: 0 };
+        let both = Choices { known: 0b1101, positive: 0b1100, equal: 0b0001, reversed: 0 }.then(later);
+        assert_eq!(both, Choices { known: 0b1111, positive: 0b1010, equal: 0b0101, reversed: 0b100 });
         assert_eq!(both.then(later), Choices { reversed: 0b110, ..both });
     }
 }

@@ -185,9 +185,9 @@ impl ArmForm {
             Operation::Floor { argument, switch, function } => {
                 known(argument) && self.tape.switches.get(switch as usize) == Some(&function)
             }
-            Operation::Choose { switch, above, below } => {
+            Operation::Choose { switch, above, equal, below } => {
                 let function = self.tape.switches.get(switch as usize);
-                function.is_some_and(|slot| known(*slot)) && known(above) && known(below)
+                function.is_some_and(|slot| known(*slot)) && [above, equal, below].into_iter().all(known)
             }
             Operation::SquareRoot(a)
             | Operation::SineCosine(a, _)
@@ -200,18 +200,5 @@ impl ArmForm {
 
     fn is_rate(&self, slot: Slot) -> bool {
         self.tape.rates.iter().any(|step| step.targets().any(|target| target == slot))
-    }
-}
-
-impl Step {
-    /// Series that it writes.
-    fn targets(&self) -> impl Iterator<Item = Slot> {
-        let second = match self.operation {
-            Operation::SineCosine(_, second)
-            | Operation::HyperbolicTangent(_, second)
-            | Operation::Floor { function: second, .. } => Some(second),
-            _ => None,
-        };
-        core::iter::once(self.target).chain(second)
     }
 }

@@ -264,7 +264,7 @@ impl SeriesTape {
         algebraic
     }
 
-    fn steps(&self) -> impl DoubleEndedIterator<Item = &Step> {
+    pub(crate) fn steps(&self) -> impl DoubleEndedIterator<Item = &Step> {
         self.signals.iter().chain(&self.positions).chain(&self.rates)
     }
 
@@ -285,19 +285,51 @@ impl SeriesTape {
         divides
     }
 
+    /// Visits every series that a step reads.
+    pub fn each_read(&self, step: &Step, mut visit: impl FnMut(Slot)) {
+        let slots = match step.operation {
+            Operation::Linear { first, count, .. } => {
+                for term in &self.terms[first as usize..][..count as usize] {
+                    if let Source::Slot(slot) = term.source {
+                        visit(slot);
+                    }
+                }
+                [None; 4]
+            }
+            Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => {
+                [Some(a), Some(b), None, None]
+            }
+            Operation::ArcTangent(y, x, square) => [Some(y), Some(x), Some(square), None],
+            Operation::Choose { switch, above, equal, below } => {
+                [self.switches[switch as usize], above, equal, below].map(Some)
+            }
+            Operation::Power(a, _)
+            | Operation::SquareRoot(a)
+            | Operation::SineCosine(a, _)
+            | Operation::Exponential(a)
+            | Operation::Logarithm(a)
+            | Operation::HyperbolicTangent(a, _)
+            | Operation::Rate(a)
+            | Operation::Floor { argument: a, .. } => [Some(a), None, None, None],
+        };
+        slots.into_iter().flatten().for_each(visit);
+    }
+
     /// The series that an algebraic step reads.
     fn operands(&self, step: &Step) -> impl Iterator<Item = Slot> {
-        let (terms, two) = match step.operation {
-            Operation::Linear { first, count, .. } => (&self.terms[first as usize..][..count as usize], [None; 2]),
+        let (terms, few) = match step.operation {
+            Operation::Linear { first, count, .. } => (&self.terms[first as usize..][..count as usize], [None; 3]),
             Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => {
-                (&[][..], [Some(a), Some(b)])
+                (&[][..], [Some(a), Some(b), None])
             }
-            Operation::Choose { above, below, .. } => (&[][..], [Some(above), Some(below)]),
-            Operation::Power(a, _) | Operation::SquareRoot(a) | Operation::Logarithm(a) => (&[][..], [Some(a), None]),
-            _ => (&[][..], [None; 2]),
+            Operation::Choose { above, equal, below, .. } => (&[][..], [Some(above), Some(equal), Some(below)]),
+            Operation::Power(a, _) | Operation::SquareRoot(a) | Operation::Logarithm(a) => {
+                (&[][..], [Some(a), None, None])
+            }
+            _ => (&[][..], [None; 3]),
         };
         let read = |term: &Term| if let Source::Slot(slot) = term.source { Some(slot) } else { None };
-        terms.iter().filter_map(read).chain(two.into_iter().flatten())
+        terms.iter().filter_map(read).chain(few.into_iter().flatten())
     }
 }
 
@@ -319,6 +351,19 @@ pub struct Step {
     pub target: Slot,
     /// What to do.
     pub operation: Operation,
+}
+
+impl Step {
+    /// Series that it writes.
+    pub(crate) fn targets(&self) -> impl Iterator<Item = Slot> {
+        let second = match self.operation {
+            Operation::SineCosine(_, second)
+            | Operation::HyperbolicTangent(_, second)
+            | Operation::Floor { function: second, .. } => Some(second),
+            _ => None,
+        };
+        core::iter::once(self.target).chain(second)
+    }
 }
 
 /// What a step does. Every operation is analytic where it is used.
@@ -364,12 +409,14 @@ pub enum Operation {
         /// Receives that function: (a - n) (n + 1 - a), with a minus sign for odd n.
         function: Slot,
     },
-    /// The first series while a switching function is positive, else the second.
+    /// One of three series, by a switching function.
     Choose {
         /// Number of the switching function.
         switch: u32,
         /// While it is positive.
         above: Slot,
+        /// While it is zero.
+        equal: Slot,
         /// While it is negative.
         below: Slot,
     },

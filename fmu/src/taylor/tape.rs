@@ -4,7 +4,7 @@ use super::ORDERS;
 use super::form::{Given, Operation, SeriesTape, Slot, Source, Step};
 use super::fused::{Task, tasks};
 use super::products::{convolution, inner_square, power, square, tail, weighted, weighted_tail};
-use crate::events::switch::Choices;
+use crate::events::switch::{Choices, Side};
 use crate::linalg::lane::{WIDTH, by_width};
 use crate::math;
 use crate::model::Model;
@@ -46,6 +46,44 @@ pub(crate) struct Scalars {
     store: Store,
     /// What is known of the choices before a series begins.
     forced: Choices,
+    pieces: Vec<Pieces>,
+}
+
+/// What a switching function decides.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Pieces {
+    /// The switching functions that depend on what it chooses, one bit for each.
+    pub later: u64,
+    /// Does something else hold while it is zero than while it is positive, and than while it is negative?
+    pub apart: [bool; 2],
+}
+
+/// The same of each switching function.
+fn pieces(tape: &SeriesTape) -> Vec<Pieces> {
+    let mut pieces = vec![Pieces::default(); tape.switches.len()];
+    let mut causes = vec![0_u64; tape.slots as usize];
+    for step in tape.steps() {
+        let mut cause = 0;
+        tape.each_read(step, |slot| cause |= causes[slot as usize]);
+        let mut value = cause;
+        match step.operation {
+            Operation::Choose { switch, above, equal, below } => {
+                let apart = &mut pieces[switch as usize].apart;
+                *apart = [apart[0] || equal != above, apart[1] || equal != below];
+                value |= 1 << switch;
+            }
+            Operation::Floor { switch, .. } => value |= 1 << switch,
+            _ => {}
+        }
+        step.targets().for_each(|target| causes[target as usize] = cause);
+        causes[step.target as usize] = value;
+    }
+    for (index, function) in tape.switches.iter().enumerate() {
+        for (cause, piece) in pieces.iter_mut().enumerate() {
+            piece.later |= (causes[*function as usize] >> cause & 1) << index;
+        }
+    }
+    pieces
 }
 
 /// The coefficients of all series, and what finds them one by one.
@@ -81,6 +119,7 @@ impl Scalars {
             positions: tasks(&tape, &tape.positions),
             rates: tasks(&tape, &tape.rates),
             forced: Choices::default(),
+            pieces: pieces(&tape),
             store: Store {
                 values: vec![[0.0; ORDERS]; tape.slots as usize],
                 factors: vec![0.0; tape.terms.len()],
@@ -149,6 +188,11 @@ impl Scalars {
         (0..).zip(&self.store.tape.switches).map(move |(switch, slot)| (switch, &self.store.series(*slot)[..=order]))
     }
 
+    /// What a switching function decides.
+    pub fn pieces(&self, switch: u32) -> Pieces {
+        self.pieces.get(switch as usize).copied().unwrap_or_default()
+    }
+
     /// Does nothing depend on rates?
     #[inline(always)]
     pub fn is_steady(&self) -> bool {
@@ -194,13 +238,13 @@ impl Store {
     }
 
     #[inline(always)]
-    fn choose(&mut self, switch: u32) -> bool {
-        if let Some(positive) = self.chosen.get(switch) {
-            return positive;
+    fn choose(&mut self, switch: u32) -> Side {
+        if let Some(side) = self.chosen.get(switch) {
+            return side;
         }
-        let positive = self.get(self.tape.switches[switch as usize], 0) >= 0.0;
-        self.chosen.set(switch, positive);
-        positive
+        let side = Side::of(self.get(self.tape.switches[switch as usize], 0));
+        self.chosen.set(switch, side);
+        side
     }
 
     #[inline(always)]
@@ -253,9 +297,13 @@ impl Store {
             Operation::ArcTangent(y, x, square) => self.arc_tangent([y, x, square], step.target, k),
             Operation::Rate(a) => (k + 1) as f64 * self.get(a, k + 1),
             Operation::Floor { argument, switch, function } => self.floor(argument, step.target, (switch, function), k),
-            Operation::Choose { switch, above, below } => {
-                let positive = self.choose(switch);
-                self.get(if positive { above } else { below }, k)
+            Operation::Choose { switch, above, equal, below } => {
+                let chosen = match self.choose(switch) {
+                    Side::Above => above,
+                    Side::Equal => equal,
+                    Side::Below => below,
+                };
+                self.get(chosen, k)
             }
         };
         self.values[step.target as usize][k] = value;
@@ -293,7 +341,7 @@ impl Store {
     #[inline(always)]
     fn floor(&mut self, argument: Slot, target: Slot, (switch, function): (u32, Slot), k: usize) -> f64 {
         let below = libm::floor(self.get(argument, 0));
-        let even = self.chosen.get(switch).unwrap_or(below == 2.0 * libm::floor(0.5 * below));
+        let even = self.chosen.get(switch).map_or(below == 2.0 * libm::floor(0.5 * below), |side| side == Side::Above);
         let (odd, sign) = if even { (0.0, 1.0) } else { (1.0, -1.0) };
         let a = self.series(argument);
         let (value, inside) = if k == 0 {
@@ -304,7 +352,7 @@ impl Store {
             let b = a[0] - self.get(target, 0);
             (0.0, a[k] - (inner_square(a, k) + 2.0 * (b * a[k])))
         };
-        self.chosen.set(switch, even);
+        self.chosen.set(switch, if even { Side::Above } else { Side::Below });
         self.values[function as usize][k] = sign * inside;
         value
     }

@@ -1,5 +1,6 @@
 //! Laws along the polynomial of a step: where they are steep, and where their smooth branches end.
 
+use super::propose::ROUNDING;
 use super::{Start, Taylor};
 use crate::context::Context;
 use crate::events::Choices;
@@ -7,9 +8,14 @@ use crate::events::chatter::pushed;
 use crate::failure::Failure;
 use crate::integrator::control::Progress;
 use crate::integrator::run::Run;
+use crate::math;
 
 /// A smooth branch that is no longer than so many shortest steps is one of several that begin together.
 const FLEETING: f64 = 64.0;
+/// Steps between two comparisons with the tape where no law switches.
+const SELDOM: u32 = 15;
+/// Where within a step it is compared: away from both ends, where laws may switch, and at no round time (the smaller golden section).
+const WITHIN: f64 = 0.381_966;
 /// Fewer orders do not tell how far an argument is known: two in a row may vanish.
 const LEAST: usize = 6;
 
@@ -64,7 +70,7 @@ impl Taylor {
     pub(super) fn enter(&mut self, run: &mut Run, switch: Option<(f64, Choices)>, shortest: f64) {
         run.taylor.branches = match switch {
             // What has just changed may be zero by rounding still.
-            Some((length, branches)) if length < FLEETING * shortest => run.taylor.branches.then(branches),
+            Some((length, branches)) if length < FLEETING * shortest => self.after(run, branches),
             Some((_, branches)) => branches,
             None => Choices::default(),
         };
@@ -72,6 +78,12 @@ impl Taylor {
             self.known = Start::Unknown;
             run.taylor.series = None;
         }
+    }
+
+    /// A branch that ends before so long ends where it begins. What follows from a switch is told by its value, which is that of the switch's rounding errors yet.
+    pub(super) fn at_once(&self, run: &Run, branches: Choices, shortest: f64) -> f64 {
+        let follows = self.jet.following(run.taylor.branches) & branches.known != 0;
+        if follows { FLEETING * shortest } else { shortest }
     }
 
     /// Begins anew on other branches where the step begins, unless nothing changes by that. If the motion has just come from there, each branch leads back to the
@@ -87,16 +99,36 @@ impl Taylor {
             let chatter = |coordinate| Failure::Chatter { time: run.last.end_time, coordinate };
             return self.pushed(context, run, branches).map_or(Ok(Progress::Declined), |name| Err(chatter(name)));
         }
-        run.taylor.branches = run.taylor.branches.then(branches);
+        run.taylor.branches = self.after(run, branches);
         run.taylor.series = None;
         Ok(if branches.known != 0 { Progress::Stepped } else { Progress::Declined })
+    }
+
+    /// The branches that the step begins on, but for later ones and what follows from those: its values tell.
+    fn after(&self, run: &Run, branches: Choices) -> Choices {
+        run.taylor.branches.without(self.jet.following(branches)).then(branches)
+    }
+
+    /// Does the tape of the accelerations demand within a step of length h what its polynomial does? Laws have one meaning, but the series and the tape find it in
+    /// different ways; where the sides of a comparison differ by rounding errors for long, the tape decides. Looked at after each switch and now and then.
+    pub(super) fn agrees(&mut self, context: &mut Context, run: &mut Run, h: f64, goal: f64) -> bool {
+        let due = run.taylor.series.is_none() || run.taylor.unseen >= SELDOM;
+        if !due || !(self.jet.has_switches() || self.has_laws()) {
+            return true;
+        }
+        run.taylor.unseen = 0;
+        self.jet.evaluate(&run.last.dense, run.last.order as usize, WITHIN * h, &mut self.next);
+        let lack = self.lack(context, &run.signals.origin, run.last.end_time + WITHIN * h);
+        // What is no number says nothing.
+        let differs = h * lack > math::maximum(goal, run.last.order as f64 * ROUNDING);
+        !differs
     }
 
     /// The coordinate whose acceleration changes most with these branches, if that is no rounding error.
     fn pushed(&mut self, context: &mut Context, run: &Run, branches: Choices) -> Option<String> {
         self.jet.coordinates(2, &mut self.left);
         self.next.copy_from_slice(&run.last.end);
-        self.jet.force(run.taylor.branches.then(branches));
+        self.jet.force(self.after(run, branches));
         self.start(context, run, run.last.end_time, false)?;
         let Self { jet, left, next, closed, .. } = self;
         let n = left.len();

@@ -10,4 +10,6 @@ pub(crate) struct Memory {
     pub branches: Choices,
     /// Did the last step begin the series at its end, and with the loops closed tightly? None if there is no series yet.
     pub series: Option<bool>,
+    /// Steps since one was last compared with the tape of the accelerations.
+    pub unseen: u32,
 }

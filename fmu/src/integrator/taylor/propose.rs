@@ -31,7 +31,7 @@ pub(super) const GROW: f64 = 4.0;
 /// A step shorter than this share of the one before is cut short.
 const CUT: f64 = 0.9;
 /// A step is not rejected for what rounding errors do, of the order of one and of positions, in units of their spacing.
-const ROUNDING: f64 = 1e-12;
+pub(super) const ROUNDING: f64 = 1e-12;
 const SPACINGS: f64 = 8.0;
 /// Next to a singular pose rounding errors make steps shorter and shorter; the pose is passed with one that is no shorter than this share of
 /// those before.
@@ -116,7 +116,9 @@ impl Taylor {
         self.follow_laws(order);
         let sighted = self.jet.sighted(order, room.min(REACH * natural), tolerance);
         let switch = self.jet.end_of_piece(order, 0.0, sighted);
-        if let Some((_, branches)) = switch.filter(|(length, _)| *length < shortest) {
+        if let Some((_, branches)) =
+            switch.filter(|(length, branches)| *length < self.at_once(run, *branches, shortest))
+        {
             return Proposal::Switch(branches);
         }
         let cut = self.layers.first_cut(natural.min(room), half_width(tolerance));
@@ -229,8 +231,13 @@ fn predict(run: &mut Run) -> bool {
 
 /// Does the step begin where rounding errors of a singular pose may count?
 pub(super) fn is_near(run: &Run) -> bool {
+    run.last.natural == 0.0 || is_near_pose(run)
+}
+
+/// Is a singular pose near, as far as is known?
+pub(super) fn is_near_pose(run: &Run) -> bool {
     let near = |pose: f64| (run.last.end_time - pose).abs() < HORIZON * run.last.natural;
-    run.last.natural == 0.0 || run.singular.ahead > 0.0 || run.singular.pose.is_some_and(near)
+    run.singular.ahead > 0.0 || run.singular.pose.is_some_and(near)
 }
 
 /// How far loops are open by rounding errors alone: those of the positions count, for angles grow with every turn.

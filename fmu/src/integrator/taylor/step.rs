@@ -1,6 +1,6 @@
 //! One step: propose a length, try it, judge it, accept or shorten it.
 
-use super::propose::{Proposal, Step, is_near};
+use super::propose::{Proposal, Step, is_near, is_near_pose};
 use super::{Start, Taylor};
 use crate::context::Context;
 use crate::events::Choices;
@@ -29,6 +29,8 @@ enum Trial {
     Done,
     /// To be tried with this length.
     Shorter(f64),
+    /// Another method is to take the step.
+    Declined,
     /// No step passes the singular pose ahead, and a shorter one would end where nothing may be evaluated.
     Blocked,
 }
@@ -50,6 +52,7 @@ impl Taylor {
             match self.attempt(context, run, &mut step) {
                 Trial::Done => return Ok(Progress::Stepped),
                 Trial::Shorter(h) => step.h = h,
+                Trial::Declined => return Ok(Progress::Declined),
                 Trial::Blocked => return Err(not_passed(context, run)),
             }
         }
@@ -66,6 +69,9 @@ impl Taylor {
             context.statistics.rejected += 1;
             step.most = begin;
             return Trial::Shorter(begin);
+        }
+        if !is_near_pose(run) && !self.agrees(context, run, h, step.goal) {
+            return Trial::Declined;
         }
         self.jet.evaluate(&run.last.dense, step.order, h, &mut self.next);
         if switch.is_some() && step.located && run.in_zone_of(end, h.max(run.last.natural)) {
@@ -175,6 +181,7 @@ impl Taylor {
         last.natural = if cut { h.max(last.natural) } else { h };
         (last.start_time, last.end_time) = (last.end_time, end);
         last.end.copy_from_slice(&self.next);
+        run.taylor.unseen = run.taylor.unseen.saturating_add(1);
         context.statistics.steps += 1;
     }
 }

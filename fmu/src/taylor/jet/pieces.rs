@@ -1,7 +1,7 @@
 //! Laws in pieces along a step.
 
 use super::{Jet, vectors};
-use crate::events::switch::{Choices, first_fall, known};
+use crate::events::switch::{Choices, Side, first_fall, known};
 use crate::taylor::form::Slot;
 use crate::taylor::products::move_start;
 
@@ -47,7 +47,13 @@ impl Jet {
         self.scalars.switches(0).next()?;
         let chosen = self.chosen();
         let falls = self.scalars.switches(order - 1).filter_map(|(switch, series)| {
-            let sign = if chosen.get(switch)? { 1.0 } else { -1.0 };
+            let side = chosen.get(switch)?;
+            let sign =
+                match if side == Side::Equal { self.left_for(switch, series, begin + TOGETHER * h)? } else { side } {
+                    Side::Above => 1.0,
+                    Side::Below => -1.0,
+                    Side::Equal => return Some(0.0),
+                };
             let mut towards = [0.0; crate::taylor::MAX_ORDER + 1];
             let towards = &mut towards[..series.len()];
             towards.iter_mut().zip(series).for_each(|(place, value)| *place = sign * value);
@@ -60,15 +66,38 @@ impl Jet {
         (first <= h).then(|| (first, self.choices_after(order, begin + first + TOGETHER * h)))
     }
 
-    /// Choices that differ from the present ones at a time.
+    /// The side to which a function goes that begins at zero, if it does not stay there: what holds on it, if that is what holds at zero; else `Equal`, for that piece
+    /// ends at once. A little later the function shows.
+    fn left_for(&self, switch: u32, series: &[f64], later: f64) -> Option<Side> {
+        let side = Side::of(horner(series, later));
+        let [above, below] = self.scalars.pieces(switch).apart;
+        match side {
+            Side::Equal => None,
+            Side::Above if above => Some(Side::Equal),
+            Side::Below if below => Some(Side::Equal),
+            same => Some(same),
+        }
+    }
+
+    /// Choices that differ from the present ones at a time. Where a function follows from what another one chooses anew, its value will tell.
     fn choices_after(&self, order: usize, time: f64) -> Choices {
         let (present, mut after) = (self.chosen(), Choices::default());
         for (switch, series) in self.scalars.switches(order - 1) {
-            let value = series.iter().rev().fold(0.0, |sum, coefficient| sum * time + coefficient);
-            if present.get(switch).is_some_and(|positive| positive != (value >= 0.0)) {
-                after.set(switch, value >= 0.0);
+            let side = Side::of(horner(series, time));
+            if present.get(switch).is_some_and(|present| side != Side::Equal && side != present) {
+                after.set(switch, side);
             }
         }
-        after
+        after.without(self.following(after))
     }
+
+    /// The switching functions that follow from what these choose.
+    pub fn following(&self, choices: Choices) -> u64 {
+        let chosen = self.scalars.switches(0).filter(|(switch, _)| choices.get(*switch).is_some());
+        chosen.fold(0, |bits, (switch, _)| bits | self.scalars.pieces(switch).later)
+    }
+}
+
+fn horner(series: &[f64], time: f64) -> f64 {
+    series.iter().rev().fold(0.0, |sum, coefficient| sum * time + coefficient)
 }
