@@ -248,6 +248,7 @@ impl Equations<'_> {
         match quantity {
             Quantity::Angle | Quantity::Omega | Quantity::Alpha => self.angle_across(id, quantity),
             Quantity::Torque => self.laws.torques.get(&id).copied().unwrap_or(Expr::ZERO),
+            Quantity::Rate if self.centred(id).is_some() => self.rate_from_together(id),
             Quantity::Length | Quantity::Rate => self.ends(id).map_or(Expr::ZERO, |ends| self.line(ends, quantity)),
             Quantity::Acceleration => self.spanned(id, Quantity::Ax),
             _ if component(quantity).is_some() => self.spanned(id, quantity),
@@ -291,6 +292,20 @@ impl Equations<'_> {
         }
         let product = self.component(&across.velocity, &across.position);
         self.system.arena.divide(product, length)
+    }
+
+    /// d|d|/dt, and |v| where the ends are together: so fast they part.
+    fn rate_from_together(&mut self, id: ElementId) -> Expr {
+        let Some(ends) = self.ends(id) else { return Expr::ZERO };
+        let [length, rate] = [Quantity::Length, Quantity::Rate].map(|quantity| self.line(ends, quantity));
+        let velocity = self.kinematics.spanned(&mut self.system, ends).velocity;
+        let [x, y] = [Vector::x(), Vector::y()].map(|axis| self.component(&velocity, &axis));
+        let arena = &mut self.system.arena;
+        let [xx, yy] = [x, y].map(|component| arena.square(component));
+        let square = arena.add(xx, yy);
+        let speed = arena.unary(Unary::Sqrt, square);
+        let is_apart = arena.binary(Binary::Less, Expr::ZERO, length);
+        arena.select(is_apart, rate, speed)
     }
 
     /// Force with the sign of the scene: positive in compression in the plane; on a line a spring's in tension and an actuator's in compression.

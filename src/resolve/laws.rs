@@ -126,7 +126,7 @@ impl Resolver<'_> {
     }
 
     fn check_input_unit(&mut self, id: InputId, wanted: &Wanted, what: &str, span: Span) {
-        let known = self.input_units.get(id.0).copied().flatten();
+        let known = self.input_units.get(id.0).copied().flatten().map(|(exponents, _)| exponents);
         let (Some(found), Some(exponents)) = (known, wanted.exponents) else {
             return;
         };

@@ -68,7 +68,7 @@ impl Resolver<'_> {
             let zero = Quantity::from(0.0);
             let (start, unit) = self.declared(input.start.as_ref().unwrap_or(&zero), declared.as_ref(), &what);
             let [min, max] = self.limits([&input.min, &input.max], start, declared.as_ref(), unit.as_ref(), &what);
-            self.input_units.push(unit.as_ref().map(|unit| unit.exponents));
+            self.input_units.push(unit.as_ref().map(|unit| (unit.exponents, unit.hertz())));
             inputs.push(Input {
                 name: input.name.text.clone(),
                 description: input.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
