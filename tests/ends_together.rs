@@ -122,8 +122,10 @@ fn oscillator([mass, stiffness, damping]: [f64; 3], [x, v]: [f64; 2], t: f64) ->
 
 fn ran(text: &str, stop: f64, names: &[&str]) -> Vec<f64> {
     let model = Arc::new(Model::new(sound(compile(&sound(Scene::from_toml(text)))).program).expect("sound"));
-    let mut instance = run::started(&model, None, stop, 1e-9);
-    instance.step_to(stop).unwrap_or_else(|failure| panic!("{failure:?}\n{text}"));
+    let mut instance = run::started(&model, None, 1.0, 1e-9);
+    if stop > 0.0 {
+        instance.step_to(stop).unwrap_or_else(|failure| panic!("{failure:?}\n{text}"));
+    }
     names.iter().map(|name| run::value(&mut instance, name)).collect()
 }
 
@@ -167,7 +169,7 @@ fn in_the_plane_a_spring_of_no_length_is_smooth_and_a_damper_is_refused() {
         let omega = (stiffness / mass).sqrt();
         let same = found.modes.iter().filter(|mode| (mode.eigenvalue.im - omega).abs() < 1e-9 * omega);
         assert_eq!(same.count(), 2, "{seed}: {:?}", found.modes);
-        for stop in [0.0, 1.1] {
+        for stop in [0.0, 0.9] {
             let place = ran(&scene(0.0, [vx, vy]), stop, &["b.x", "b.y", "b.ax"]);
             let expected = [[x, vx], [y, vy]].map(|start| oscillator([mass, stiffness, 0.0], start, stop)[0]);
             assert!(

@@ -10,8 +10,8 @@ use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::graph::ElementId;
 use crate::mechanism::{Dimension, Formula};
 
-/// Factors that rounding alone turns against each other.
-const PARALLEL: f64 = 4.0 * f64::EPSILON;
+/// Directions are the same up to this angle: each component is a rotation of two products, so rounded by up to two units in the last place of the longer side.
+const PARALLEL: f64 = 8.0 * f64::EPSILON;
 
 /// A force that goes to a limit where its ends come together.
 #[derive(Clone, Debug)]
@@ -86,10 +86,11 @@ fn guide(arena: &mut Arena, across: &Vector) -> Option<(FrameId, Vec<(usize, [Ex
     is_guide.then_some((frame, slopes))
 }
 
-fn is_parallel(arena: &mut Arena, [a, b]: [Expr; 2], [c, d]: [Expr; 2]) -> bool {
-    let (ad, bc) = (arena.multiply(a, d), arena.multiply(b, c));
-    match (arena.as_constant(ad), arena.as_constant(bc)) {
-        (Some(ad), Some(bc)) => (ad - bc).abs() <= PARALLEL * (ad.abs() + bc.abs()),
-        _ => ad == bc,
+/// Is one pair of components a multiple of the other, up to rounding in turning both?
+fn is_parallel(arena: &mut Arena, first: [Expr; 2], second: [Expr; 2]) -> bool {
+    let number = |pair: [Expr; 2]| Some([arena.as_constant(pair[0])?, arena.as_constant(pair[1])?]);
+    if let (Some([a, b]), Some([c, d])) = (number(first), number(second)) {
+        return (a * d - b * c).abs() <= PARALLEL * a.hypot(b) * c.hypot(d);
     }
+    arena.multiply(first[0], second[1]) == arena.multiply(first[1], second[0])
 }

@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use cotree_fmu::program::domain::Limit;
 
 use super::names::Named;
+use super::parameters::hertz;
 use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
@@ -48,7 +49,7 @@ impl Resolver<'_> {
         for (index, unit) in declared.iter().enumerate() {
             let follows = expressions.get(&index).is_some_and(|expression| !expression.uses.is_empty());
             let id = if follows { None } else { own.next().map(ParameterId) };
-            let hertz = unit.as_ref().map_or(0, Unit::hertz);
+            let hertz = hertz(unit.as_ref(), None, self.scene.parameters[index].unit.as_ref());
             let unit = unit.as_ref().map(|unit| unit.exponents);
             self.parameters.push(Meaning { id, formula: id.map_or(UNKNOWN, Formula::Parameter), unit, hertz });
         }

@@ -11,8 +11,7 @@ use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::{Bound, Formula, Range, Unit};
 use crate::scene::constant;
 use crate::scene::dimension::{
-    ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY, DAMPING, INERTIA, Known, SECOND, STIFFNESS, TORSION_DAMPING,
-    TORSION_STIFFNESS, Wanted,
+    ANGLE, ANGULAR_VELOCITY, DAMPING, INERTIA, Known, SECOND, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS, Wanted,
 };
 use crate::scene::expression::shortened;
 use crate::scene::model::Vector;
@@ -238,8 +237,7 @@ impl Resolver<'_> {
         };
         let is_time = unit == SECOND && context != Context::Constant;
         let is_mass_written_out = known.is_area_times_number() && Some(exponents) == INERTIA.exponents;
-        let turns = [ANGLE, ANGULAR_VELOCITY, ANGULAR_ACCELERATION].map(|measure| measure.exponents);
-        if known.hertz() != 0 && compatible(unit, exponents) && turns.contains(&Some(exponents)) {
+        if known.hertz() != 0 && compatible(unit, exponents) && wanted.is_turning() {
             self.open_hertz(&format!("{what} is {}", wanted.what), span, FACTOR);
         } else if !compatible(unit, exponents) && !is_time && !is_mass_written_out {
             self.wrong_unit(&from_exponents(unit).si, what, wanted, span);

@@ -238,11 +238,6 @@ impl Unit {
     pub(crate) fn shown(&self) -> &str {
         self.display.as_ref().map_or(&self.si, |display| &display.name)
     }
-
-    /// How many of its seconds are written as hertz.
-    pub(crate) fn hertz(&self) -> i8 {
-        if self.shown().contains("Hz") { -self.exponents[2] } else { 0 }
-    }
 }
 
 /// May the two stand for the same thing? The radian counts as a pure number.

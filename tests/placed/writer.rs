@@ -271,7 +271,7 @@ impl Writer {
             3 => {
                 let more = match (pin, self.allowed.absolute) {
                     (Some(pin), true) => {
-                        format!(" + 0.5*{pin}.angle*{body}.omega + 0.3*{body}.angle - {body}.e.x*{body}.vy")
+                        format!(" + 0.5*{pin}.angle*{body}.omega + 0.3*{body}.angle - 2*{body}.e.x*{body}.vy")
                     }
                     (Some(pin), false) => format!(" + 0.5*{pin}.angle*{pin}.omega"),
                     (None, true) => format!(" + 0.2*{body}.y"),
@@ -313,7 +313,8 @@ impl Writer {
             2 => ("gas_spring", format!("push = {some:e}\nlength = 6\ncolumn = 4\nexponent = 1.3\n")),
             3 => ("constant_force_spring", format!("pull = {some:e}\n")),
             _ => {
-                let more = if self.allowed.absolute { format!(" - 2*{body}.x + {anchor}.x") } else { String::new() };
+                let more =
+                    if self.allowed.absolute { format!(" - 2*{body}.x + 1.1*{anchor}.x") } else { String::new() };
                 ("actuator", format!("force = \"{some:e} - 3*length - 0.5*rate{more}\"\n"))
             }
         };
@@ -322,7 +323,7 @@ impl Writer {
 
     fn applied(&mut self, body: &str, pin: Option<&str>, guide: Option<&str>) {
         let law = match (pin, guide, self.allowed.absolute) {
-            (.., true) => format!("3*{body}.x - 2*{body}.vy + {body}.angle"),
+            (.., true) => format!("3*{body}.x - 2*{body}.vy + 1.3*{body}.angle"),
             (Some(pin), ..) => format!("3*{pin}.angle - 0.4*{pin}.omega"),
             (_, Some(guide), _) => format!("3 - 2*{guide}.s - 0.4*{guide}.v"),
             _ => "3*cos(5*t)".to_owned(),
