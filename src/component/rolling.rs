@@ -18,7 +18,7 @@ use crate::scene::{Joint, Quantity, Vector};
 const SIDES: [&str; 2] = ["left", "right"];
 
 pub(super) const ROLLING: Component = Component {
-    about: "a disc about the second point that rolls without slip beside a line of the first body, on the left",
+    about: "a disc about the second point that rolls without slip on one side of a line of the first body",
     equations: "r = s u + radius n, s + radius theta = displacement",
     keys: &[
         BETWEEN_POINTS,

@@ -10,6 +10,9 @@ use crate::expr::{Binary, Expr, Order, Symbol, Unary};
 use crate::graph::{ElementId, RNode, TNode};
 use crate::mechanism::{BodyId, Dimension, DriverId, JointId, LoadId, Owner, Place, Quantity, Variable};
 
+/// Ends are together where the square of their distance is no more than a few of the smallest numbers, so that its root has lost digits.
+const LEAST_LENGTH: f64 = 1e-150;
+
 impl Equations<'_> {
     /// The expression of a variable; zero if its owner has no such quantity (the scene refuses that).
     pub fn variable(&mut self, variable: Variable) -> Expr {
@@ -294,7 +297,7 @@ impl Equations<'_> {
         self.system.arena.divide(product, length)
     }
 
-    /// d|d|/dt, and |v| where the ends are together: so fast they part.
+    /// d|d|/dt, or |v| where the ends are together: so fast they part.
     fn rate_from_together(&mut self, id: ElementId) -> Expr {
         let Some(ends) = self.ends(id) else { return Expr::ZERO };
         let [length, rate] = [Quantity::Length, Quantity::Rate].map(|quantity| self.line(ends, quantity));
@@ -304,7 +307,8 @@ impl Equations<'_> {
         let [xx, yy] = [x, y].map(|component| arena.square(component));
         let square = arena.add(xx, yy);
         let speed = arena.unary(Unary::Sqrt, square);
-        let is_apart = arena.binary(Binary::Less, Expr::ZERO, length);
+        let least = arena.constant(LEAST_LENGTH);
+        let is_apart = arena.binary(Binary::Less, least, length);
         arena.select(is_apart, rate, speed)
     }
 

@@ -167,7 +167,7 @@ fn differences(part: &Written, alone: Instance, placed: Instance, seen: &Seen) -
                 gap = (gap + 0.1).rem_euclid(std::f64::consts::TAU) - 0.1;
             }
             compared += 1;
-            if !(gap.abs() < 1e-5 * (1.0 + expected.abs())) {
+            if gap.is_nan() || gap.abs() > 1e-5 * (1.0 + expected.abs()) {
                 different.push(format!("{there}: {found} instead of {expected}"));
             }
         }

@@ -52,6 +52,8 @@ struct Writer {
     owners: Vec<Owner>,
     kinds: BTreeSet<&'static str>,
     count: usize,
+    /// May initial values be left out?
+    open: bool,
 }
 
 /// The part of a seed; on another base it is the same part.
@@ -66,6 +68,7 @@ pub fn write(seed: u64, base: &'static str, allowed: Allowed) -> Written {
         owners: Vec::new(),
         kinds: BTreeSet::new(),
         count: 0,
+        open: false,
     };
     for _ in 0..3 {
         writer.mechanism();
@@ -83,7 +86,9 @@ pub fn write(seed: u64, base: &'static str, allowed: Allowed) -> Written {
 impl Writer {
     fn mechanism(&mut self) {
         self.count += 1;
-        match self.pick(13) {
+        let which = self.pick(13);
+        self.open = self.allowed.absolute && which < 4;
+        match which {
             0 | 1 => self.pendulum(),
             2 => self.slider(),
             3 => self.slot(),
@@ -95,7 +100,7 @@ impl Writer {
             11 => self.crank(),
             _ => self.cam(),
         }
-        self.count += 1;
+        (self.count, self.open) = (self.count + 1, false);
         if self.allowed.world && self.chance(0.3) {
             if self.chance(0.5) { self.free() } else { self.led() }
         }
@@ -201,8 +206,12 @@ impl Writer {
         if self.chance(0.7) { ends } else { [ends[1], ends[0]] }
     }
 
+    /// An initial value; of what stands on the ground and moves by itself some are left open.
     fn start(&mut self, variable: &str, low: f64, high: f64) {
         let value = self.number(low, high);
+        if self.open && self.chance(0.3) {
+            return;
+        }
         let _ = writeln!(self.initial, "\"{variable}\" = {value:e}");
     }
 
@@ -240,14 +249,13 @@ impl Writer {
 
     /// One or two loads of those that turn a body against the ground, and of those along a line.
     fn loads(&mut self, body: &str, pin: Option<&str>, guide: Option<&str>) {
-        for number in 0..3 {
+        for _ in 0..3 {
             self.count += 1;
             match self.pick(3) {
                 0 => self.turning(body, pin),
                 1 => self.line(body),
                 _ => self.applied(body, pin, guide),
             }
-            let _ = number;
         }
     }
 
