@@ -57,9 +57,8 @@ impl StateSpace {
         point: &Point,
         like: Option<&StateSpace>,
     ) -> Result<Self, Failure> {
-        if let Some(load) = variation.together(&formulated.equations, point, formulated.lowered.program.length) {
-            let what = format!("the ends of `{load}` are together, so that it has no direction");
-            return Err(Failure::NoDerivative { time: point.time(), what });
+        if let Some(failure) = variation.together(&formulated.equations, point, formulated.lowered.program.length) {
+            return Err(failure);
         }
         let numbers = variation.motion_at(&formulated.equations, point)?;
         let partition = partition(formulated, variation, &numbers, like.map(|other| &other.partition));

@@ -134,11 +134,13 @@ impl Variation {
     }
 
     /// The load whose ends are together, so that it has no direction and the forces of small motions no limit.
-    pub(super) fn together(&self, equations: &Equations, point: &Point, length: f64) -> Option<&str> {
+    pub(super) fn together(&self, equations: &Equations, point: &Point, length: f64) -> Option<Failure> {
         let squares: Vec<Expr> = self.lines.iter().map(|(_, square)| *square).collect();
         let values = equations.system.arena.evaluate(&squares, point);
         let near = (TOGETHER * length).powi(2);
-        self.lines.iter().zip(values).find(|(_, square)| *square < near).map(|((name, _), _)| name.as_str())
+        let ((name, _), _) = self.lines.iter().zip(values).find(|(_, square)| *square < near)?;
+        let what = format!("the ends of `{name}` are together, so that it has no direction");
+        Some(Failure::NoDerivative { time: point.time(), what })
     }
 
     /// All numbers at a point.
@@ -166,7 +168,8 @@ impl Variation {
         }
         let finite = |row: &usize| values[*row].is_finite() && matrix.row(*row).iter().all(|value| value.is_finite());
         if let Some(row) = (0..values.len()).find(|row| asked(*row) && !finite(row)) {
-            return Err(Failure::NotFinite { time: point.time(), what: self.name(equations, row) });
+            let unknown = || Failure::NotFinite { time: point.time(), what: self.name(equations, row) };
+            return Err(self.together(equations, point, 1.0).unwrap_or_else(unknown));
         }
         Ok(Numbers { variation: self, values: DVector::from_column_slice(values), matrix })
     }
