@@ -251,7 +251,9 @@ impl Equations<'_> {
         match quantity {
             Quantity::Angle | Quantity::Omega | Quantity::Alpha => self.angle_across(id, quantity),
             Quantity::Torque => self.laws.torques.get(&id).copied().unwrap_or(Expr::ZERO),
-            Quantity::Rate if self.centred(id).is_some() => self.rate_from_together(id),
+            Quantity::Rate if let Some(centred) = self.centred(id) => {
+                self.rate_from_together(id, !centred.damped.is_empty())
+            }
             Quantity::Length | Quantity::Rate => self.ends(id).map_or(Expr::ZERO, |ends| self.line(ends, quantity)),
             Quantity::Acceleration => self.spanned(id, Quantity::Ax),
             _ if component(quantity).is_some() => self.spanned(id, quantity),
@@ -298,15 +300,21 @@ impl Equations<'_> {
     }
 
     /// d|d|/dt, or |v| where the ends are together: so fast they part.
-    fn rate_from_together(&mut self, id: ElementId) -> Expr {
+    fn rate_from_together(&mut self, id: ElementId, guided: bool) -> Expr {
         let Some(ends) = self.ends(id) else { return Expr::ZERO };
         let [length, rate] = [Quantity::Length, Quantity::Rate].map(|quantity| self.line(ends, quantity));
-        let velocity = self.kinematics.spanned(&mut self.system, ends).velocity;
-        let [x, y] = [Vector::x(), Vector::y()].map(|axis| self.component(&velocity, &axis));
+        let across = self.kinematics.spanned(&mut self.system, ends);
+        let [x, y] = [Vector::x(), Vector::y()].map(|axis| self.component(&across.velocity, &axis));
+        let product = self.component(&across.velocity, &across.position);
         let arena = &mut self.system.arena;
         let [xx, yy] = [x, y].map(|component| arena.square(component));
         let square = arena.add(xx, yy);
         let speed = arena.unary(Unary::Sqrt, square);
+        if guided {
+            // Beside the guide there is nothing but rounding.
+            let (is_closing, closing) = (arena.binary(Binary::Less, product, Expr::ZERO), arena.negate(speed));
+            return arena.select(is_closing, closing, speed);
+        }
         let least = arena.constant(LEAST_LENGTH);
         let is_apart = arena.binary(Binary::Less, least, length);
         arena.select(is_apart, rate, speed)
