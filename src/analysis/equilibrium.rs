@@ -110,7 +110,7 @@ struct Statics {
 
 impl Statics {
     fn new(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<Self, Failure> {
-        let numbers = variation.at(&formulated.equations, point)?;
+        let numbers = variation.motion_at(&formulated.equations, point)?;
         let scales = scales(formulated);
         let tangent = numbers.block(Row::Motion, Column::Positions);
         let loops = numbers.block(Row::Loops, Column::Positions);

@@ -67,7 +67,7 @@ fn accelerations(numbers: &Numbers, point: &Point) -> Result<DVector<f64>, Failu
 
 fn accelerating(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<String, Failure> {
     let equations = &formulated.equations;
-    let accelerations = accelerations(&variation.at(equations, point)?, point)?;
+    let accelerations = accelerations(&variation.motion_at(equations, point)?, point)?;
     let scales = scales(formulated);
     let mut order: Vec<usize> = (0..scales.len()).collect();
     let size = |index: &usize| (accelerations[*index] / scales[*index]).abs();
@@ -130,7 +130,7 @@ impl<'a, 'm> Search<'a, 'm> {
         let constraints = &formulated.lowered.program.constraints;
         let gaps = variation.active().iter().map(|&row| constraints[row].scale).collect();
         let mut search = Search { formulated, variation, point, scales: scales(formulated), gaps, energy: 1.0 };
-        let numbers = variation.at(&formulated.equations, &search.point)?;
+        let numbers = variation.motion_at(&formulated.equations, &search.point)?;
         let (jacobian, residual) = (search.jacobian(&numbers), search.scaled(&numbers.values(Row::Motion)));
         let n = search.scales.len();
         let largest = jacobian.view((0, 0), (n, n)).amax().max(residual.amax());
@@ -185,7 +185,7 @@ impl<'a, 'm> Search<'a, 'm> {
     }
 
     fn is_balanced(&self) -> Result<bool, Failure> {
-        let numbers = self.variation.at(&self.formulated.equations, &self.point)?;
+        let numbers = self.variation.motion_at(&self.formulated.equations, &self.point)?;
         let (residual, jacobian) = (self.residual(&self.point), self.jacobian(&numbers));
         let noise = ROUNDING * jacobian.amax().max(1.0);
         let balanced = |(r, row): (&f64, nalgebra::DVectorView<f64>)| r.abs() <= BALANCED * row.amax() + noise;
@@ -197,7 +197,7 @@ impl<'a, 'm> Search<'a, 'm> {
         let mut damping = DAMPING[0];
         let mut residual = self.residual(&self.point);
         for _ in 0..ITERATIONS {
-            let numbers = self.variation.at(&self.formulated.equations, &self.point)?;
+            let numbers = self.variation.motion_at(&self.formulated.equations, &self.point)?;
             let jacobian = self.jacobian(&numbers);
             loop {
                 let next = self.moved(&solve(&jacobian, &-&residual, damping)?);
@@ -236,7 +236,7 @@ impl<'a, 'm> Search<'a, 'm> {
     /// A short move in the direction of the accelerations, with the loops closed again.
     fn release(&mut self) -> Result<(), Failure> {
         let equations = &self.formulated.equations;
-        let accelerations = accelerations(&self.variation.at(equations, &self.point)?, &self.point)?;
+        let accelerations = accelerations(&self.variation.motion_at(equations, &self.point)?, &self.point)?;
         let sizes = accelerations.iter().zip(&self.scales).map(|(acceleration, scale)| (acceleration / scale).abs());
         let largest = sizes.fold(0.0, f64::max);
         if largest > 0.0 {
@@ -244,11 +244,11 @@ impl<'a, 'm> Search<'a, 'm> {
             moves.for_each(|(q, acceleration)| *q += MOVE * acceleration / largest);
         }
         for _ in 0..MOVES {
-            let numbers = self.variation.at(equations, &self.point)?;
+            let numbers = self.variation.motion_at(equations, &self.point)?;
             let step = solve(&numbers.block(Row::Loops, Column::Positions), &-numbers.values(Row::Loops), 0.0)?;
             self.point.positions_mut().iter_mut().zip(&step).for_each(|(q, change)| *q += change);
         }
-        let numbers = self.variation.at(equations, &self.point)?;
+        let numbers = self.variation.motion_at(equations, &self.point)?;
         self.carry(&numbers)
     }
 }

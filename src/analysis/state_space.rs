@@ -57,7 +57,10 @@ impl StateSpace {
         point: &Point,
         like: Option<&StateSpace>,
     ) -> Result<Self, Failure> {
-        let numbers = variation.at(&formulated.equations, point)?;
+        if let Some(failure) = variation.together(&formulated.equations, point, formulated.lowered.program.length) {
+            return Err(failure);
+        }
+        let numbers = variation.motion_at(&formulated.equations, point)?;
         let partition = partition(formulated, variation, &numbers, like.map(|other| &other.partition));
         let singular = |Undetermined(index): Undetermined| Failure::Singular {
             time: point.time(),
@@ -90,6 +93,21 @@ impl StateSpace {
             shape,
             partition,
         })
+    }
+
+    /// The same, if its outputs have values and derivatives.
+    ///
+    /// # Errors
+    /// One of them has none.
+    pub fn with_outputs(self) -> Result<Self, Failure> {
+        let finite = |row: usize| {
+            let output = &self.outputs[row];
+            output.value.is_finite() && self.c.row(row).iter().chain(self.d.row(row).iter()).all(|x| x.is_finite())
+        };
+        match (0..self.outputs.len()).find(|row| !finite(*row)) {
+            Some(row) => Err(Failure::NotFinite { time: self.time, what: self.outputs[row].name.clone() }),
+            None => Ok(self),
+        }
     }
 }
 

@@ -136,7 +136,7 @@ impl Study {
         let name = self.mechanism.name.clone();
         let points = match at {
             At::Equilibrium => self.rest(|formulated, variation, equilibrium| {
-                Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?])
+                Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?.with_outputs()?])
             })?,
             At::Times(times) => self.formulated(&self.mechanism.clone(), |formulated| along(formulated, times))?,
         };
@@ -189,7 +189,7 @@ fn along(formulated: &mut Formulated, times: &[f64]) -> Result<Vec<StateSpace>, 
     let mut motion = Motion::new(formulated)?;
     let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
     for &time in times {
-        systems.push(StateSpace::new(formulated, &variation, &motion.point(time)?, systems.last())?);
+        systems.push(StateSpace::new(formulated, &variation, &motion.point(time)?, systems.last())?.with_outputs()?);
     }
     Ok(systems)
 }

@@ -6,11 +6,16 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::{Failure, Point, saddle};
+use crate::component::Force;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::formulate::Formulated;
+use crate::graph::ElementId;
 use crate::lower::{Conditions, conditions, motion_indicators};
 use crate::mechanism::Mechanism;
+
+/// Ends no further apart than this share of the mechanism's length are together: an equilibrium is found to about as much.
+const TOGETHER: f64 = 1e-9;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Row {
@@ -55,6 +60,8 @@ pub struct Variation {
     coordinates: usize,
     /// The independent loop equations.
     active: Vec<usize>,
+    /// Loads without a limit where their ends come together, with the squares of their lengths.
+    lines: Vec<(String, Expr)>,
 }
 
 impl Variation {
@@ -113,7 +120,8 @@ impl Variation {
                 }
             }
         }
-        Variation { roots, columns, places, derivatives, rows, coordinates, active }
+        let lines = lines(equations);
+        Variation { roots, columns, places, derivatives, rows, coordinates, active, lines }
     }
 
     pub(super) fn active(&self) -> &[usize] {
@@ -125,7 +133,32 @@ impl Variation {
         self.symbols(Column::Signals)
     }
 
+    /// The load whose ends are together, so that it has no direction and the forces of small motions no limit.
+    pub(super) fn together(&self, equations: &Equations, point: &Point, length: f64) -> Option<Failure> {
+        let squares: Vec<Expr> = self.lines.iter().map(|(_, square)| *square).collect();
+        let values = equations.system.arena.evaluate(&squares, point);
+        let near = (TOGETHER * length).powi(2);
+        let ((name, _), _) = self.lines.iter().zip(values).find(|(_, square)| *square < near)?;
+        let what = format!("the ends of `{name}` are together, so that it has no direction");
+        Some(Failure::NoDerivative { time: point.time(), what })
+    }
+
+    /// All numbers at a point.
     pub(super) fn at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
+        self.numbers(equations, point, |_| true)
+    }
+
+    /// The same, where outputs may lack a value or a derivative.
+    pub(super) fn motion_at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
+        self.numbers(equations, point, |row| !self.row(Row::Outputs).contains(&row))
+    }
+
+    fn numbers(
+        &self,
+        equations: &Equations,
+        point: &Point,
+        asked: impl Fn(usize) -> bool,
+    ) -> Result<Numbers<'_>, Failure> {
         let wanted: Vec<Expr> = self.roots.iter().chain(&self.derivatives).copied().collect();
         let numbers = equations.system.arena.evaluate(&wanted, point);
         let (values, derivatives) = numbers.split_at(self.roots.len());
@@ -134,8 +167,9 @@ impl Variation {
             matrix[place] = value;
         }
         let finite = |row: &usize| values[*row].is_finite() && matrix.row(*row).iter().all(|value| value.is_finite());
-        if let Some(row) = (0..values.len()).find(|row| !finite(row)) {
-            return Err(Failure::NotFinite { time: point.time(), what: self.name(equations, row) });
+        if let Some(row) = (0..values.len()).find(|row| asked(*row) && !finite(row)) {
+            let unknown = || Failure::NotFinite { time: point.time(), what: self.name(equations, row) };
+            return Err(self.together(equations, point, 1.0).unwrap_or_else(unknown));
         }
         Ok(Numbers { variation: self, values: DVector::from_column_slice(values), matrix })
     }
@@ -215,6 +249,21 @@ impl Variation {
             }
         }
     }
+}
+
+fn lines(equations: &mut Equations) -> Vec<(String, Expr)> {
+    let mut lines = Vec::new();
+    for index in 0..equations.system.elements.len() {
+        let (id, element) = (ElementId(index), &equations.system.elements[index]);
+        let Some(row) = element.translation.as_ref().filter(|row| matches!(row.through, Force::Line(_))) else {
+            continue;
+        };
+        let (name, ends) = (element.name.clone(), row.ends);
+        if equations.centred(id).is_none() {
+            lines.push((name, equations.square_of_length(ends)));
+        }
+    }
+    lines
 }
 
 /// The independent loop equations.

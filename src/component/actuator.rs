@@ -1,5 +1,6 @@
 //! Actuator (F): a force law in the distance between two points and its rate.
 
+use super::frame::anywhere;
 use super::key::{BETWEEN_POINTS, Form, Key};
 use super::{Component, Icon, Stroke, line};
 use crate::mechanism::Quantity as Q;
@@ -22,7 +23,7 @@ pub(super) const ACTUATOR: Component = Component {
     own: &[Q::Length, Q::Rate],
     pose: &[Q::Length, Q::Force],
     law: |_| Some("force".to_string()),
-    ..Component::load("actuator", |part, system| line::rows(system, part, "F"), |_| Icon::Line(cylinder))
+    ..Component::load("actuator", |part, system| line::rows(system, part, "F"), anywhere, |_| Icon::Line(cylinder))
 };
 
 /// A cylinder with a piston on a rod.

@@ -1,5 +1,6 @@
 //! Rotation driver (Theta): theta = theta(t).
 
+use super::frame::Placed;
 use super::key::{Form, Key};
 use super::{Angle, Component, Icon, Room, RotationalRow, Rows, System, table3};
 use crate::mechanism::measure::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY};
@@ -26,8 +27,12 @@ pub(super) const ANGLE_DRIVER: Component = Component {
     variables: &[Q::Torque],
     reactions: &[Q::Torque],
     room: Room::Turning,
-    ..Component::driver("angle", rows, |_| Icon::Turn)
+    ..Component::driver("angle", rows, placed, |_| Icon::Turn)
 };
+
+fn placed(placed: &mut Placed<'_>) {
+    placed.motion("angle");
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let angle = Angle::Given(system.signal(part));

@@ -1,6 +1,7 @@
 //! Belt or chain (b) over two pulleys: radius_b theta_b = +-radius_a theta_a, both angles relative to the carrier, minus if the belt is
 //! crossed. It neither slips nor stretches. The reaction is the torque on the second pulley.
 
+use super::frame::Placed;
 use super::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key, Range};
 use super::{Component, Icon, Rows, System, gear};
 use crate::mechanism::measure::{ANGLE, LENGTH};
@@ -42,8 +43,15 @@ pub(super) const BELT: Component = Component {
     variables: &[Q::Torque],
     reactions: &[Q::Torque],
     undriven: ["a belt", "name the joint in which a pulley turns"],
-    ..Component::joint("belt", rows, icon)
+    ..Component::joint("belt", rows, placed, icon)
 };
+
+fn placed(placed: &mut Placed<'_>) {
+    let [first, second] = ["first_radius", "second_radius"].map(|key| placed.length(key));
+    let open = first.over(second);
+    let ratio = if placed.is("run", "crossed") { open.negated() } else { open };
+    gear::place_wheels(placed, ratio);
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let radii = ["first_radius", "second_radius"].map(|key| system.value(part.formula(key)));

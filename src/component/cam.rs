@@ -11,14 +11,18 @@ mod profile;
 pub use profile::Phase;
 pub(crate) use profile::Profile;
 
+use super::frame::Placed;
 use super::key::{BODY_AND_POINT, Form, Key, Range};
 use super::{Bearing, Component, Coupling, Curve, Direction, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
-use crate::mechanism::measure::{ANGLE, LENGTH};
+use crate::mechanism::measure::{ANGLE, ANYTHING, LENGTH};
 use crate::mechanism::{JointId, Part, Quantity as Q};
 use crate::scene::{Joint, Quantity, Vector};
 use geometry::{Contact, Geometry};
 use mounting::{Guide, Mounting};
+
+/// Where a turning follower can touch; the first by default.
+const SIDES: [&str; 2] = ["left", "right"];
 
 pub(super) const CAM: Component = Component {
     about: "a cam, the first body, whose profile moves the second point with its body by a law of the cam's angle",
@@ -60,7 +64,7 @@ pub(super) const CAM: Component = Component {
         ),
         Key::optional(
             "side",
-            Form::Choice(&["left", "right"], "a follower touches on the `left` or the `right`"),
+            Form::Choice(&SIDES, "a follower touches on the `left` or the `right`"),
             "where a turning follower touches, seen from the shaft towards its pivot",
         ),
         Key::required(
@@ -77,8 +81,20 @@ pub(super) const CAM: Component = Component {
     undriven: ["a cam", "name the joint in which the cam turns"],
     check: check::check,
     profile: |part, mechanism, parameters| Profile::of(part, mechanism, parameters).ok(),
-    ..Component::joint("cam", rows, |_| Icon::Cam)
+    ..Component::joint("cam", rows, placed, |_| Icon::Cam)
 };
+
+/// In a mirror a turning follower touches on the other side, and a face that has the follower on its left points the other way.
+fn placed(placed: &mut Placed<'_>) {
+    let [_, follower] = placed.ends();
+    placed.curve("law");
+    if placed.joint("guide").is_some_and(|guide| guide.text("type").is_some_and(|kind| kind.text == "revolute")) {
+        placed.side("side", SIDES);
+    }
+    placed.axis("face", &follower);
+    let frame = placed.frame;
+    placed.with_both("face", &ANYTHING, |face| face.map(|component| frame.signed(component)));
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let mechanism = system.mechanism;

@@ -1,5 +1,6 @@
 //! Constant-force spring (F): a pre-stressed strip that unrolls from a drum pulls its ends together with the same force at any length.
 
+use super::frame::anywhere;
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
 use super::{Component, Icon, Stroke, line};
 use crate::mechanism::Quantity as Q;
@@ -23,7 +24,12 @@ pub(super) const CONSTANT_FORCE: Component = Component {
     pulls: true,
     law: |_| Some("-pull".to_string()),
     energy: |_| Some("pull*own.length".to_string()),
-    ..Component::load("constant_force_spring", |part, system| line::rows(system, part, "k"), |_| Icon::Line(drum))
+    ..Component::load(
+        "constant_force_spring",
+        |part, system| line::rows(system, part, "k"),
+        anywhere,
+        |_| Icon::Line(drum),
+    )
 };
 
 /// A strip that unrolls from a spiral at the first point.

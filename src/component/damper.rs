@@ -1,5 +1,6 @@
 //! Linear damper (F, on a line d as in the paper's Fig. 5): a force against the rate of the distance between two points.
 
+use super::frame::anywhere;
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
 use super::{Component, Icon, Linear, Stroke, line};
 use crate::mechanism::measure::DAMPING;
@@ -23,7 +24,7 @@ pub(super) const DAMPER: Component = Component {
     pulls: true,
     law: |_| Some("-(damping*own.rate)".to_string()),
     linear,
-    ..Component::load("damper", |part, system| line::rows(system, part, "d"), |_| Icon::Line(dashpot))
+    ..Component::load("damper", |part, system| line::rows(system, part, "d"), anywhere, |_| Icon::Line(dashpot))
 };
 
 fn linear(part: &Part) -> Result<Option<Linear>, String> {

@@ -1,6 +1,7 @@
 //! Displacement driver (R): prescribes s(t) of a joint that slides. It lies beside the joint, holds the direction of the axis, and
 //! as a branch makes the whole displacement r = s(t) u known (the joint's own loop equation is then empty).
 
+use super::frame::anywhere;
 use super::key::{Form, Key};
 use super::{Component, Direction, Force, Icon, Known, Rows, System, TranslationalRow, table2};
 use crate::mechanism::measure::{ACCELERATION, LENGTH, VELOCITY};
@@ -21,7 +22,7 @@ pub(super) const DISPLACEMENT_DRIVER: Component = Component {
     ],
     variables: &[Q::Force],
     reactions: &[Q::Force],
-    ..Component::driver("displacement", rows, |_| Icon::Push)
+    ..Component::driver("displacement", rows, anywhere, |_| Icon::Push)
 };
 
 fn rows(part: &Part, system: &mut System) -> Rows {

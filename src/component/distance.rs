@@ -1,5 +1,6 @@
 //! Distance link (d): a massless rod, |r| = length. The reaction pushes its ends apart.
 
+use super::frame::anywhere;
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
 use super::{Component, Coupling, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
@@ -22,7 +23,7 @@ pub(super) const DISTANCE: Component = Component {
     variables: &[Q::Force],
     reactions: &[Q::Force],
     undriven: ["a distance link", "its length is constant; a driver with `position` moves a point"],
-    ..Component::joint("distance", rows, |_| Icon::Link)
+    ..Component::joint("distance", rows, anywhere, |_| Icon::Link)
 };
 
 fn rows(part: &Part, system: &mut System) -> Rows {

@@ -1,5 +1,6 @@
 //! External force (F): datum -> point; F = F(r, v, t).
 
+use super::frame::Placed;
 use super::key::{Form, Key, ON_POINT, TWO_COMPONENTS};
 use super::{Component, Force, Icon, Rows, System, TranslationalRow};
 use crate::graph::TNode;
@@ -21,8 +22,24 @@ pub(super) const APPLIED_FORCE: Component = Component {
     ],
     variables: &[Q::Fx, Q::Fy],
     pose: &[Q::Fx, Q::Fy],
-    ..Component::load("force", rows, |part| Icon::Arrow { vector: part.vector("vector"), in_body: in_body(part) })
+    ..Component::load("force", rows, placed, |part| Icon::Arrow {
+        vector: part.vector("vector"),
+        in_body: in_body(part),
+    })
 };
+
+/// In the world's axes it keeps them on a body that carries the part, so the part must not be turned against that.
+fn placed(placed: &mut Placed<'_>) {
+    let frame = placed.frame;
+    if placed.is("frame", "body") {
+        placed.with_both("vector", &FORCE, |force| frame.mirrored(force));
+    } else if frame.on_body && (frame.mirror || frame.angle.is_some()) {
+        let why = "its components, which are in the world's axes";
+        placed.refuse("vector", why, "give the force in the body's frame: `frame = \"body\"`");
+    } else {
+        placed.with_both("vector", &FORCE, |force| frame.direction(force));
+    }
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let on = part.between[1];

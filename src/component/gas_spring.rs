@@ -1,6 +1,7 @@
 //! Gas spring (F): gas in a cylinder pushes two points apart, p V^n = constant. The exponent n is 1 if the gas keeps its temperature and 1.4
 //! if air keeps its heat (a polytropic process).
 
+use super::frame::anywhere;
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
 use super::{Component, Icon, Stroke, actuator, line};
 use crate::mechanism::measure::{FORCE, LENGTH, NUMBER};
@@ -42,7 +43,7 @@ pub(super) const GAS_SPRING: Component = Component {
     pulls: true,
     law: |_| Some(format!("push*{RATIO}^exponent")),
     energy,
-    ..Component::load("gas_spring", |part, system| line::rows(system, part, "k"), |_| Icon::Line(strut))
+    ..Component::load("gas_spring", |part, system| line::rows(system, part, "k"), anywhere, |_| Icon::Line(strut))
 };
 
 const RATIO: &str = "(column/(column + own.length - length))";

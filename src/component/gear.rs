@@ -1,11 +1,13 @@
 //! Gear pair (g): theta_b = ratio theta_a + angle, both angles relative to the carrier. The reaction is the torque on b; a gets
 //! -ratio times as much and the carrier the rest.
 
+use super::frame::Placed;
 use super::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key, Range};
 use super::{Component, Coupling, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
 use crate::mechanism::measure::{ANGLE, NUMBER};
 use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::operand::Operand;
 use crate::scene::{Joint, Quantity};
 
 pub(super) const GEAR: Component = Component {
@@ -25,11 +27,24 @@ pub(super) const GEAR: Component = Component {
     variables: &[Q::Torque],
     reactions: &[Q::Torque],
     undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],
-    ..Component::joint("gear", rows, |part| Icon::Gears {
+    ..Component::joint("gear", rows, placed, |part| Icon::Gears {
         ratio: part.formula("ratio").clone(),
         carrier: part.place("carrier").body(),
     })
 };
+
+fn placed(placed: &mut Placed<'_>) {
+    let ratio = placed.operand("ratio", &NUMBER);
+    place_wheels(placed, ratio);
+}
+
+/// With the angles of both wheels against the carrier, the constant between them changes.
+pub(super) fn place_wheels(placed: &mut Placed<'_>, ratio: Operand) {
+    let ([first, second], carrier) = (placed.ends(), placed.carrier());
+    let [of_first, of_second] = [&first, &second].map(|wheel| placed.turned([&carrier, wheel]));
+    let turned = of_second.plus(ratio.times(of_first).negated());
+    placed.with("angle", &ANGLE, |frame, angle| frame.signed(angle).plus(turned));
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let ratio = system.value(part.formula("ratio"));

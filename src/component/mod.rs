@@ -14,6 +14,7 @@ mod displacement_driver;
 mod distance;
 mod element;
 mod force;
+mod frame;
 mod gas_spring;
 mod gear;
 mod icon;
@@ -45,6 +46,7 @@ pub use cam::Phase;
 pub(crate) use cam::Profile;
 pub use coupled::CoupledEdge;
 pub use element::*;
+pub(crate) use frame::{Frame, Placed, change_both, sum, within_a_turn};
 pub(crate) use icon::{Glyph, Icon, RoundGlyph, Stroke};
 pub use implied::{Implied, Measured};
 pub use reference::{examples, reference};
@@ -166,15 +168,18 @@ pub(crate) struct Component {
     pub check: fn(&Part, &Mechanism) -> Vec<Fault>,
     /// The profile of a body that it stands for, at these parameters.
     pub profile: fn(&Part, &Mechanism, &[f64]) -> Option<Profile>,
+    /// What it is where a part is placed.
+    pub placed: PlacedOf,
     /// What is drawn for it.
     pub icon: IconOf,
 }
 
 type RowsOf = fn(&Part, &mut System) -> Rows;
+type PlacedOf = fn(&mut Placed<'_>);
 type IconOf = fn(&Part) -> Icon;
 
 impl Component {
-    const fn new(section: Section, name: &'static str, rows: RowsOf, icon: IconOf) -> Component {
+    const fn new(section: Section, name: &'static str, rows: RowsOf, placed: PlacedOf, icon: IconOf) -> Component {
         Component {
             name,
             section,
@@ -195,20 +200,21 @@ impl Component {
             linear: |_| Ok(None),
             check: |_, _| Vec::new(),
             profile: |_, _, _| None,
+            placed,
             icon,
         }
     }
 
-    const fn joint(name: &'static str, rows: RowsOf, icon: IconOf) -> Component {
-        Component::new(Section::Joints, name, rows, icon)
+    const fn joint(name: &'static str, rows: RowsOf, placed: PlacedOf, icon: IconOf) -> Component {
+        Component::new(Section::Joints, name, rows, placed, icon)
     }
 
-    const fn driver(name: &'static str, rows: RowsOf, icon: IconOf) -> Component {
-        Component::new(Section::Drivers, name, rows, icon)
+    const fn driver(name: &'static str, rows: RowsOf, placed: PlacedOf, icon: IconOf) -> Component {
+        Component::new(Section::Drivers, name, rows, placed, icon)
     }
 
-    const fn load(name: &'static str, rows: RowsOf, icon: IconOf) -> Component {
-        Component { room: Room::Line, ..Component::new(Section::Loads, name, rows, icon) }
+    const fn load(name: &'static str, rows: RowsOf, placed: PlacedOf, icon: IconOf) -> Component {
+        Component { room: Room::Line, ..Component::new(Section::Loads, name, rows, placed, icon) }
     }
 
     /// What an entry is called: "revolute joint", "driver", "torsion spring".

@@ -1,5 +1,6 @@
 //! Position driver (R): r = r(t), from the ground to a point.
 
+use super::frame::Placed;
 use super::key::{Form, Key};
 use super::{Component, Icon, Known, Room, Rows, System, TranslationalRow, table2};
 use crate::mechanism::measure::LENGTH;
@@ -21,8 +22,21 @@ pub(super) const POSITION_DRIVER: Component = Component {
     variables: &[Q::Fx, Q::Fy],
     reactions: &[Q::Fx, Q::Fy],
     room: Room::Line,
-    ..Component::driver("position", rows, |part| Icon::Target(part.vector("position")))
+    ..Component::driver("position", rows, placed, |part| Icon::Target(part.vector("position")))
 };
+
+/// The world does not follow a body.
+fn placed(placed: &mut Placed<'_>) {
+    if placed.frame.on_body {
+        return placed.refuse(
+            "position",
+            "its motion, which is in the world's axes",
+            "prescribe the motion of a joint",
+        );
+    }
+    let frame = placed.frame;
+    placed.with_both("position", &LENGTH, |place| frame.place(place));
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let known = Known::Given(part.vector("position").map(|component| system.given(&component)));

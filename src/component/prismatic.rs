@@ -1,5 +1,6 @@
 //! Prismatic joint (s): a slide, r = s u, that holds the angle.
 
+use super::frame::Placed;
 use super::key::{ANGLE_BETWEEN, AXIS, BETWEEN_POINTS};
 use super::{Component, Icon, Room, RotationalRow, Rows, System, slide};
 use crate::mechanism::{Part, Quantity as Q};
@@ -15,8 +16,15 @@ pub(super) const PRISMATIC: Component = Component {
     room: Room::Needless("remove it: every mass slides along x already"),
     undriven: ["prismatic", "give `displacement = ...` instead of `angle`"],
     drivers: &["displacement"],
-    ..Component::joint("prismatic", rows, |part| Icon::Slider(part.vector("axis")))
+    ..Component::joint("prismatic", rows, placed, |part| Icon::Slider(part.vector("axis")))
 };
+
+/// The axis is the first body's, the angle the second's against it.
+fn placed(placed: &mut Placed<'_>) {
+    let [first, _] = placed.ends();
+    placed.axis("axis", &first);
+    placed.angle("angle");
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let translation = slide::row(system, part);

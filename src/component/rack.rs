@@ -1,11 +1,13 @@
 //! Rack and pinion (k): s = radius theta + displacement, with s along an axis fixed in the carrier and theta the pinion's angle
 //! relative to the carrier. The reaction is the force on the rack; the pinion gets -radius times as much torque.
 
+use super::frame::Placed;
 use super::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key, Range};
 use super::{Component, Coupling, Direction, Icon, Port, Rows, System, Term};
 use crate::expr::Expr;
 use crate::mechanism::measure::LENGTH;
 use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::operand::Operand;
 use crate::scene::{Joint, Quantity, Vector};
 
 pub(super) const RACK: Component = Component {
@@ -26,12 +28,27 @@ pub(super) const RACK: Component = Component {
     variables: &[Q::Force, Q::Torque],
     reactions: &[Q::Force, Q::Torque],
     undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],
-    ..Component::joint("rack", rows, |part| Icon::Rack {
+    ..Component::joint("rack", rows, placed, |part| Icon::Rack {
         carrier: part.place("carrier"),
         axis: part.vector("axis"),
         radius: part.formula("radius").clone(),
     })
 };
+
+fn placed(placed: &mut Placed<'_>) {
+    let radius = placed.length("radius");
+    place_slide(placed, "radius", radius);
+}
+
+/// In a mirror the teeth or the thread of a slide are on the other side: its factor gets the other sign. What the turn of the part adds to the angle, the
+/// displacement at the angle zero takes back.
+pub(super) fn place_slide(placed: &mut Placed<'_>, key: &str, factor: Operand) {
+    let ([first, _], carrier) = (placed.ends(), placed.carrier());
+    placed.axis("axis", &carrier);
+    placed.sign(key, &LENGTH);
+    let turned = placed.frame.signed(factor).times(placed.turned([&carrier, &first]));
+    placed.add("displacement", &LENGTH, turned.negated());
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let radius = part.formula("radius").clone();

@@ -1,5 +1,6 @@
 //! Revolute joint (h): r = 0, T resists.
 
+use super::frame::anywhere;
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
 use super::{Component, Icon, Resistance, Room, RotationalRow, Rows, System, Torque, TranslationalRow};
 use crate::mechanism::measure::{ANGULAR_VELOCITY, TORQUE, TORSION_DAMPING};
@@ -20,7 +21,7 @@ pub(super) const REVOLUTE: Component = Component {
     room: Room::Turning,
     undriven: ["revolute", "give `angle = ...` instead of `displacement`"],
     drivers: &["angle"],
-    ..Component::joint("revolute", rows, |_| Icon::Pin)
+    ..Component::joint("revolute", rows, anywhere, |_| Icon::Pin)
 };
 
 fn rows(part: &Part, system: &mut System) -> Rows {

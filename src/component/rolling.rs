@@ -1,7 +1,8 @@
 //! Disc that rolls on a line without slip (o): r = s u + radius n, from the line's point to the disc's centre, with u along the line
-//! and n = k x u fixed in the first body; and s + radius theta = displacement. The normal force is the reaction of the edge,
+//! and n = k x u fixed in the first body; and s + radius theta = displacement. On the right of the line n and radius theta have the other sign. The normal force is the reaction of the edge,
 //! the tangential force that of the coupling: with the torque radius x force it acts at the contact.
 
+use super::frame::Placed;
 use super::key::{AXIS, BETWEEN_POINTS, DISPLACEMENT, Form, Key, Range};
 use super::{
     Component, CoordinateName, Coupling, Direction, Force, Icon, Known, Port, RotationalRow, Rows, System, Term,
@@ -10,10 +11,14 @@ use super::{
 use crate::expr::Expr;
 use crate::mechanism::measure::LENGTH;
 use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::constant::negate;
 use crate::scene::{Joint, Quantity, Vector};
 
+/// Where a disc can be, seen along its line; the first by default.
+const SIDES: [&str; 2] = ["left", "right"];
+
 pub(super) const ROLLING: Component = Component {
-    about: "a disc about the second point that rolls without slip on the left of a line of the first body",
+    about: "a disc about the second point that rolls without slip on one side of a line of the first body",
     equations: "r = s u + radius n, s + radius theta = displacement",
     keys: &[
         BETWEEN_POINTS,
@@ -25,22 +30,39 @@ pub(super) const ROLLING: Component = Component {
             "give the radius of the disc: `radius = \"0.2 m\"`",
         ),
         DISPLACEMENT,
+        Key::optional(
+            "side",
+            Form::Choice(&SIDES, "a disc rolls on the `left` or the `right` of its line"),
+            "on which side of the line the disc rolls, seen along the axis",
+        ),
     ],
     variables: &[Q::S, Q::V, Q::A, Q::Angle, Q::Omega, Q::Alpha, Q::Fn, Q::Ft],
     reactions: &[Q::Fn, Q::Ft],
     pose: &[Q::S, Q::Angle],
     undriven: ["a rolling disc", "give `angle = ...` instead of `displacement`: the disc's angle moves its centre"],
     drivers: &["angle"],
-    ..Component::joint("rolling", rows, |part| Icon::Rolling {
-        axis: part.vector("axis"),
-        radius: part.formula("radius").clone(),
-    })
+    ..Component::joint("rolling", rows, placed, icon)
 };
+
+/// In a mirror the disc is on the other side of its line, where it turns the other way as it rolls.
+fn placed(placed: &mut Placed<'_>) {
+    let [first, second] = placed.ends();
+    placed.axis("axis", &first);
+    placed.side("side", SIDES);
+    let radius = placed.length("radius");
+    let radius = if placed.is("side", "right") { radius.negated() } else { radius };
+    let turned = radius.times(placed.turned([&first, &second]));
+    placed.add("displacement", &LENGTH, turned);
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let [ux, uy] = system.values(&part.vector("axis"));
     let (radius, offset) = (system.value(part.formula("radius")), system.value(part.formula("displacement")));
-    let normal = [system.arena.negate(uy), ux];
+    let (normal, radius_by_side) = if is_on_the_right(part) {
+        ([uy, system.arena.negate(ux)], system.arena.negate(radius))
+    } else {
+        ([system.arena.negate(uy), ux], radius)
+    };
     let height = normal.map(|component| system.arena.multiply(radius, component));
     let first = part.between[0].body();
     let along = Direction::Fixed(first, [ux, uy]);
@@ -48,7 +70,7 @@ fn rows(part: &Part, system: &mut System) -> Rows {
     let turn = RotationalRow::free(system, part);
     let terms = vec![
         Term { factor: Expr::ONE, port: Port::Along(slide, along) },
-        Term { factor: radius, port: Port::Angle(turn.ends) },
+        Term { factor: radius_by_side, port: Port::Angle(turn.ends) },
     ];
     Rows {
         letter: "o",
@@ -63,6 +85,17 @@ fn rows(part: &Part, system: &mut System) -> Rows {
         rotation: Some(turn),
         coupling: Some(Coupling { terms, offset }),
     }
+}
+
+fn is_on_the_right(part: &Part) -> bool {
+    part.choice("side") == Some(SIDES[1])
+}
+
+fn icon(part: &Part) -> Icon {
+    let axis = part.vector("axis");
+    // Seen the other way along the line it is on the left.
+    let axis = if is_on_the_right(part) { axis.map(negate) } else { axis };
+    Icon::Rolling { axis, radius: part.formula("radius").clone() }
 }
 
 impl Joint {

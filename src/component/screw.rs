@@ -1,10 +1,12 @@
 //! Screw (c): s = lead theta / (2 pi) + displacement, with s along an axis fixed in the carrier and theta the angle that the spindle,
 //! the first body, turns against the carrier. The reaction is the force on the nut; the spindle gets -lead/(2 pi) times as much torque.
 
+use super::frame::Placed;
 use super::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key, Range};
 use super::{Component, Icon, Rows, Stroke, System, rack};
 use crate::mechanism::measure::LENGTH;
 use crate::mechanism::{Part, Quantity as Q};
+use crate::scene::operand::Operand;
 use crate::scene::{Joint, Quantity, Vector};
 
 pub(super) const SCREW: Component = Component {
@@ -25,8 +27,13 @@ pub(super) const SCREW: Component = Component {
     variables: &[Q::Force, Q::Torque],
     reactions: &[Q::Force, Q::Torque],
     undriven: ["a screw", "name the joint in which the spindle turns or the nut slides"],
-    ..Component::joint("screw", rows, |_| Icon::Line(thread))
+    ..Component::joint("screw", rows, placed, |_| Icon::Line(thread))
 };
+
+fn placed(placed: &mut Placed<'_>) {
+    let lead = placed.length("lead");
+    rack::place_slide(placed, "lead", lead.over(Operand::Number(std::f64::consts::TAU)));
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let per_radian = |system: &mut System| {

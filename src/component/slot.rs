@@ -1,6 +1,7 @@
 //! Pin in slot (p): a slide, r = s u, that leaves the angle free, T = 0. A prismatic joint in the translational graph, a revolute
 //! one in the rotational.
 
+use super::frame::Placed;
 use super::key::{AXIS, BETWEEN_POINTS};
 use super::{Component, Icon, RotationalRow, Rows, System, slide};
 use crate::mechanism::{Part, Quantity as Q};
@@ -15,8 +16,13 @@ pub(super) const SLOT: Component = Component {
     pose: &[Q::S, Q::Angle],
     undriven: ["a slot", "give `displacement = ...` or `angle = ...`"],
     drivers: &["angle", "displacement"],
-    ..Component::joint("slot", rows, |part| Icon::Slot(part.vector("axis")))
+    ..Component::joint("slot", rows, placed, |part| Icon::Slot(part.vector("axis")))
 };
+
+fn placed(placed: &mut Placed<'_>) {
+    let [first, _] = placed.ends();
+    placed.axis("axis", &first);
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let translation = Some(slide::row(system, part));

@@ -2,6 +2,7 @@
 //! spring: -k x - k3 x^3 - c v with x from the free length. One-sided springs act above or below their free length only, and then only
 //! towards it: damping never makes a rope push or a stop pull.
 
+use super::frame::anywhere;
 use super::key::{BETWEEN_POINTS, Form, Key, Range};
 use super::{Component, Icon, Linear, Rows, Stroke, System, line};
 use crate::mechanism::measure::{CUBIC_STIFFNESS, DAMPING, LENGTH, STIFFNESS};
@@ -30,7 +31,7 @@ pub(super) const SPRING: Component = Component {
     law: |part| Some(law(part, "own.length - length", "own.rate")),
     energy: |part| Some(energy(part, "own.length - length")),
     linear,
-    ..Component::load("spring", rows, |_| Icon::Line(zigzag))
+    ..Component::load("spring", rows, anywhere, |_| Icon::Line(zigzag))
 };
 
 /// On which side of the free length or angle a spring acts.

@@ -1,5 +1,6 @@
 //! External torque (T): body -> body; T = T(theta, omega, t).
 
+use super::frame::Placed;
 use super::key::{Form, Key};
 use super::{Component, Icon, Room, torsion};
 use crate::mechanism::Quantity as Q;
@@ -18,8 +19,12 @@ pub(super) const APPLIED_TORQUE: Component = Component {
     pose: &[Q::Torque],
     room: Room::Turning,
     law: |_| Some("value".to_string()),
-    ..Component::load("torque", torsion::rows, |_| Icon::Turn)
+    ..Component::load("torque", torsion::rows, placed, |_| Icon::Turn)
 };
+
+fn placed(placed: &mut Placed<'_>) {
+    placed.sign("value", &TORQUE);
+}
 
 impl Load {
     /// A torque on the second body, its opposite on the first.

@@ -1,5 +1,6 @@
 //! Torsion actuator (T): a torque law in the angle and rate between two bodies.
 
+use super::frame::Placed;
 use super::key::{BETWEEN_BODIES, Form, Key};
 use super::{Component, Icon, Room, torsion};
 use crate::mechanism::Quantity as Q;
@@ -18,8 +19,12 @@ pub(super) const TORSION_ACTUATOR: Component = Component {
     pose: &[Q::Angle, Q::Torque],
     room: Room::Turning,
     law: |_| Some("torque".to_string()),
-    ..Component::load("torsion_actuator", torsion::rows, |_| Icon::Turn)
+    ..Component::load("torsion_actuator", torsion::rows, placed, |_| Icon::Turn)
 };
+
+fn placed(placed: &mut Placed<'_>) {
+    placed.sign("torque", &TORQUE);
+}
 
 impl Load {
     /// A torque law between two bodies.

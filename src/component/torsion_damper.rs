@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use super::frame::anywhere;
 use super::key::{BETWEEN_BODIES, Form, Key, Range};
 use super::{Component, Icon, Room, Stroke, torsion};
 use crate::mechanism::Quantity as Q;
@@ -24,7 +25,7 @@ pub(super) const TORSION_DAMPER: Component = Component {
     pose: &[Q::Angle, Q::Torque],
     room: Room::Turning,
     law: |_| Some("-(damping*own.omega)".to_string()),
-    ..Component::load("torsion_damper", torsion::rows, |_| Icon::Round(dashpot))
+    ..Component::load("torsion_damper", torsion::rows, anywhere, |_| Icon::Round(dashpot))
 };
 
 /// A piston in an open cylinder, bent around the joint.

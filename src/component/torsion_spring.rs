@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use super::frame::Placed;
 use super::key::{BETWEEN_BODIES, Form, Key, Range};
 use super::spring::{self, SIDE};
 use super::{Component, Icon, Room, Stroke, torsion};
@@ -30,8 +31,13 @@ pub(super) const TORSION_SPRING: Component = Component {
     room: Room::Turning,
     law: |part| Some(spring::law(part, "own.angle - angle", "own.omega")),
     energy: |part| Some(spring::energy(part, "own.angle - angle")),
-    ..Component::load("torsion_spring", torsion::rows, |_| Icon::Round(coil))
+    ..Component::load("torsion_spring", torsion::rows, placed, |_| Icon::Round(coil))
 };
+
+fn placed(placed: &mut Placed<'_>) {
+    placed.angle("angle");
+    placed.exchange("side", ["above", "below"]);
+}
 
 /// A spiral around the joint.
 fn coil() -> Vec<Stroke> {

@@ -1,5 +1,6 @@
 //! Weld (w): r = 0 and the angle is held. A revolute joint in the translational graph, a prismatic one in the rotational.
 
+use super::frame::Placed;
 use super::key::{ANGLE_BETWEEN, BETWEEN_POINTS};
 use super::{Component, Icon, Room, RotationalRow, Rows, System, TranslationalRow};
 use crate::mechanism::{Dimension, Part, Quantity as Q};
@@ -13,8 +14,12 @@ pub(super) const WELD: Component = Component {
     reactions: &[Q::Fx, Q::Fy, Q::Torque],
     room: Room::Line,
     undriven: ["a weld", "a weld permits no motion: name a revolute or a prismatic joint"],
-    ..Component::joint("weld", rows, |_| Icon::Fixed)
+    ..Component::joint("weld", rows, placed, |_| Icon::Fixed)
 };
+
+fn placed(placed: &mut Placed<'_>) {
+    placed.angle("angle");
+}
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let plane = system.mechanism.dimension == Dimension::Two;

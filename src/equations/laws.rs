@@ -5,7 +5,7 @@ use super::form::{Coefficient, Form};
 use super::vector::Vector;
 use crate::component::{Direction, Force, Torque};
 use crate::expr::Expr;
-use crate::graph::ElementId;
+use crate::graph::{ElementId, TNode};
 use crate::mechanism::Formula;
 use crate::mechanism::translate::translate;
 
@@ -20,7 +20,7 @@ impl Equations<'_> {
                 let force = match through {
                     Force::World(vector) => self.components(None, &vector),
                     Force::InBody(body, vector) => self.components(Some(body), &vector),
-                    Force::Line(law) => self.line_force(ends, &law),
+                    Force::Line(law) => self.line_force(id, ends, &law),
                     Force::None | Force::Inertia(_) | Force::Resistance(_) => continue,
                 };
                 self.laws.forces.insert(id, force);
@@ -69,17 +69,30 @@ impl Equations<'_> {
     }
 
     /// F = f d / |d|
-    fn line_force(&mut self, ends: [crate::graph::TNode; 2], law: &Formula) -> Form<Vector> {
-        let (density, across) = self.density(ends, law);
+    fn line_force(&mut self, id: ElementId, ends: [TNode; 2], law: &Formula) -> Form<Vector> {
+        if let Some(centred) = self.centred(id) {
+            return centred.force(&mut self.system.arena);
+        }
+        let (density, across) = self.density(id, ends, law);
         Form::term(&mut self.system.arena, density, &across)
     }
 
     /// f / |d| and d
-    pub(super) fn density(&mut self, ends: [crate::graph::TNode; 2], law: &Formula) -> (Expr, Vector) {
+    pub(super) fn density(&mut self, id: ElementId, ends: [TNode; 2], law: &Formula) -> (Expr, Vector) {
+        if let Some(centred) = self.centred(id).filter(|centred| centred.damped.is_empty()) {
+            return (centred.density, centred.across);
+        }
         let value = self.formula(law);
         let across = self.kinematics.spanned(&mut self.system, ends).position;
         let length = self.length(&across);
         (self.system.arena.divide(value, length), across)
+    }
+
+    /// |d|^2 between two points.
+    pub fn square_of_length(&mut self, ends: [TNode; 2]) -> Expr {
+        let across = self.kinematics.spanned(&mut self.system, ends).position;
+        let arena = &mut self.system.arena;
+        across.dot(arena, &across).total(arena, &self.kinematics.frames)
     }
 
     pub(super) fn length(&mut self, across: &Vector) -> Expr {

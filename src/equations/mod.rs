@@ -3,6 +3,7 @@
 //! M qdd + Phi_q^T lambda = Q,  Phi(q, t) = 0   (22)
 
 pub mod arms;
+mod centred;
 mod constraints;
 mod couplings;
 mod dynamics;

@@ -10,6 +10,9 @@ use crate::expr::{Binary, Expr, Order, Symbol, Unary};
 use crate::graph::{ElementId, RNode, TNode};
 use crate::mechanism::{BodyId, Dimension, DriverId, JointId, LoadId, Owner, Place, Quantity, Variable};
 
+/// Ends are together where the square of their distance is no more than a few of the smallest numbers, so that its root has lost digits.
+const LEAST_LENGTH: f64 = 1e-150;
+
 impl Equations<'_> {
     /// The expression of a variable; zero if its owner has no such quantity (the scene refuses that).
     pub fn variable(&mut self, variable: Variable) -> Expr {
@@ -248,6 +251,9 @@ impl Equations<'_> {
         match quantity {
             Quantity::Angle | Quantity::Omega | Quantity::Alpha => self.angle_across(id, quantity),
             Quantity::Torque => self.laws.torques.get(&id).copied().unwrap_or(Expr::ZERO),
+            Quantity::Rate if let Some(centred) = self.centred(id) => {
+                self.rate_from_together(id, !centred.damped.is_empty())
+            }
             Quantity::Length | Quantity::Rate => self.ends(id).map_or(Expr::ZERO, |ends| self.line(ends, quantity)),
             Quantity::Acceleration => self.spanned(id, Quantity::Ax),
             _ if component(quantity).is_some() => self.spanned(id, quantity),
@@ -291,6 +297,27 @@ impl Equations<'_> {
         }
         let product = self.component(&across.velocity, &across.position);
         self.system.arena.divide(product, length)
+    }
+
+    /// d|d|/dt, or |v| where the ends are together: so fast they part.
+    fn rate_from_together(&mut self, id: ElementId, guided: bool) -> Expr {
+        let Some(ends) = self.ends(id) else { return Expr::ZERO };
+        let [length, rate] = [Quantity::Length, Quantity::Rate].map(|quantity| self.line(ends, quantity));
+        let across = self.kinematics.spanned(&mut self.system, ends);
+        let [x, y] = [Vector::x(), Vector::y()].map(|axis| self.component(&across.velocity, &axis));
+        let product = self.component(&across.velocity, &across.position);
+        let arena = &mut self.system.arena;
+        let [xx, yy] = [x, y].map(|component| arena.square(component));
+        let square = arena.add(xx, yy);
+        let speed = arena.unary(Unary::Sqrt, square);
+        if guided {
+            // Beside the guide there is nothing but rounding.
+            let (is_closing, closing) = (arena.binary(Binary::Less, product, Expr::ZERO), arena.negate(speed));
+            return arena.select(is_closing, closing, speed);
+        }
+        let least = arena.constant(LEAST_LENGTH);
+        let is_apart = arena.binary(Binary::Less, least, length);
+        arena.select(is_apart, rate, speed)
     }
 
     /// Force with the sign of the scene: positive in compression in the plane; on a line a spring's in tension and an actuator's in compression.

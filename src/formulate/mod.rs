@@ -107,8 +107,9 @@ pub fn formulate_with<'m>(mut equations: Equations<'m>, start: Option<&Start>) -
     if !faults.is_empty() {
         return Err(faults);
     }
-    if let Some(start) = &start {
-        start.begin(&equations, &mut lowered.program.initial);
+    match &start {
+        Some(start) => start.begin(&equations, &mut lowered.program.initial),
+        None => start::begin(&mut equations, &mut lowered.program.initial),
     }
     let program = &lowered.program;
     let chosen = program.motion == Motion::Kinematic || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
@@ -151,8 +152,9 @@ fn first_state(
 ) -> Result<(Model, State), Vec<Fault>> {
     let mechanism = equations.system.mechanism;
     let mut draft = lower::positions(equations, length);
-    if let Some(start) = start {
-        start.begin(equations, &mut draft.initial);
+    match start {
+        Some(start) => start.begin(equations, &mut draft.initial),
+        None => start::begin(equations, &mut draft.initial),
     }
     let model = Model::of_positions(draft).map_err(|fault| match faults.is_empty() {
         true => vec![internal(mechanism, &fault.to_string())],

@@ -7,7 +7,7 @@ use cotree_fmu::program::Initial;
 use crate::component::{Direction, System};
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr, Order, Symbol};
-use crate::formulate::limits;
+use crate::formulate::{default_value, limits};
 use crate::lower;
 use crate::mechanism::{BodyId, Mechanism, Owner, Place, Quantity, Variable};
 use crate::tree::Trees;
@@ -38,6 +38,22 @@ pub(crate) fn evaluate_at(arena: &Arena, state: &State, exprs: &[Expr]) -> Vec<f
     })
 }
 
+/// Where positions that nobody gives are looked for, if that is not zero for all of them.
+pub(super) fn begin(equations: &mut Equations, initial: &mut Initial) {
+    let mechanism = equations.system.mechanism;
+    if mechanism.begins.is_empty() {
+        return;
+    }
+    let names: Vec<String> = mechanism.begins.iter().map(|begin| mechanism.variable_name(begin.variable)).collect();
+    let exprs: Vec<Expr> = mechanism.begins.iter().map(|begin| equations.formula(&begin.value)).collect();
+    let values = equations.system.arena.evaluate(&exprs, &|symbol: Symbol| default_value(mechanism, symbol));
+    let of = |name: &String| names.iter().position(|own| own == name).map_or(0.0, |place| values[place]);
+    let followers = equations.system.followers.len();
+    initial.first_positions = equations.coordinates.iter().map(|own| of(&own.name.position)).collect();
+    initial.first_positions.extend(std::iter::repeat_n(0.0, followers));
+    initial.first_rates = vec![0.0; initial.first_positions.len()];
+}
+
 impl Start {
     /// The start in the recommended trees; none if these have none, or are too large.
     pub fn find(mechanism: &Mechanism, length: f64) -> Option<Start> {
@@ -45,7 +61,9 @@ impl Start {
         let trees = Trees::recommended(&system);
         limits::check(&system, &trees).ok()?;
         let mut equations = Equations::new(system, trees);
-        let model = Model::of_positions(lower::positions(&mut equations, length)).ok()?;
+        let mut program = lower::positions(&mut equations, length);
+        begin(&mut equations, &mut program.initial);
+        let model = Model::of_positions(program).ok()?;
         let mut state = model.default_state(mechanism.experiment.start);
         solve_initial(&model, &mut state).ok()?;
         Some(Start::of(&mut equations, state))

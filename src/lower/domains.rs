@@ -48,7 +48,11 @@ fn distances(equations: &mut Equations) -> Vec<(Domain, Expr)> {
         (Some(row), Origin::Load(load)) if matches!(row.through, Force::Line(_)) => Some(load),
         _ => None,
     });
-    let loads: Vec<_> = lines.collect();
+    let mut loads: Vec<_> = lines.collect();
+    loads.retain(|&load| {
+        let id = equations.system.find(Origin::Load(load));
+        id.is_none_or(|id| equations.centred(id).is_none())
+    });
     let distance = |load: crate::mechanism::LoadId| {
         let part = &mechanism.loads[load.0];
         let [a, b] = part.between.map(|place| mechanism.place_name(place));

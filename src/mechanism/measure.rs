@@ -11,6 +11,13 @@ pub(crate) struct Wanted {
     pub exponents: Option<[i8; 4]>,
 }
 
+impl Wanted {
+    /// Is it an angle, or a rate of one?
+    pub fn is_turning(&self) -> bool {
+        [ANGLE, ANGULAR_VELOCITY, ANGULAR_ACCELERATION].iter().any(|turning| turning.exponents == self.exponents)
+    }
+}
+
 const fn wanted(what: &'static str, si: &'static str, exponents: [i8; 4]) -> Wanted {
     Wanted { what, si, exponents: Some(exponents) }
 }

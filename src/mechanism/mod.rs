@@ -78,6 +78,8 @@ pub struct Mechanism {
     pub loads: Vec<Part>,
     /// Known and guessed initial values.
     pub initial: Vec<Initial>,
+    /// Where positions that `[initial]` does not mention are looked for, if not at zero.
+    pub begins: Vec<Initial>,
     /// What is reported.
     pub outputs: Vec<Output>,
     pub experiment: Experiment,

@@ -68,7 +68,11 @@ fn start(formulated: &mut Formulated) -> Vec<String> {
         let unit = mechanism.units.of(&if coordinate.angular { Unit::angle() } else { Unit::length() });
         let name = &coordinate.name.position;
         let value = state.positions()[index] / unit.factor;
-        let from = if follows_recommended { "as in the recommended trees" } else { "searched from 0" };
+        let from = match follows_recommended {
+            true if mechanism.begins.is_empty() => "as in the recommended trees",
+            true => "searched from where its part has it at 0",
+            false => "searched from 0",
+        };
         sentences.push(format!("`{name}` is neither given nor guessed: {from}, found at {value:.6} {}", unit.name));
     }
     let known = said.iter().filter(|symbol| matches!(symbol, Symbol::Coordinate(_, Order::Velocity))).count();

@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use cotree_fmu::program::domain::Limit;
 
 use super::names::Named;
+use super::parameters::hertz;
 use super::{Resolver, UNKNOWN};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
@@ -31,6 +32,8 @@ pub(super) struct Meaning {
     /// Itself, or what it is calculated from.
     pub formula: Formula,
     pub unit: Option<Exponents>,
+    /// How many of its seconds are written as hertz.
+    pub hertz: i8,
 }
 
 impl Resolver<'_> {
@@ -46,8 +49,9 @@ impl Resolver<'_> {
         for (index, unit) in declared.iter().enumerate() {
             let follows = expressions.get(&index).is_some_and(|expression| !expression.uses.is_empty());
             let id = if follows { None } else { own.next().map(ParameterId) };
+            let hertz = hertz(unit.as_ref(), None, self.scene.parameters[index].unit.as_ref());
             let unit = unit.as_ref().map(|unit| unit.exponents);
-            self.parameters.push(Meaning { id, formula: id.map_or(UNKNOWN, Formula::Parameter), unit });
+            self.parameters.push(Meaning { id, formula: id.map_or(UNKNOWN, Formula::Parameter), unit, hertz });
         }
         self.values = vec![f64::NAN; own.start];
     }
@@ -135,6 +139,7 @@ impl Resolver<'_> {
         let Some((formula, known)) = self.constant_tree(&pending.tree, &pending.text, &what) else {
             return;
         };
+        let hertz = known.hertz();
         let known = known.unit();
         let found = known.map(unit::from_exponents);
         if let (Some(declared), Some(found)) = (&units[index], &found)
@@ -160,7 +165,7 @@ impl Resolver<'_> {
         }
         self.give(index, formula);
         if units[index].is_none() {
-            self.parameters[index].unit = known;
+            (self.parameters[index].unit, self.parameters[index].hertz) = (known, hertz);
             units[index] = found;
         }
     }

@@ -18,6 +18,10 @@ use crate::scene::model::Vector;
 use crate::scene::quantity::{Quantity, Reading, Value, read};
 use crate::scene::unit::{compatible, from_exponents};
 
+/// What says whether turns or radians are meant.
+pub(super) const FACTOR: &str =
+    "write the unit as `rev/s`, `rpm` or `rad/s`, or a factor before it: `2*pi*frequency*t`";
+
 impl Resolver<'_> {
     /// A formula of numbers and parameters, finite at their default values.
     pub(super) fn constant(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
@@ -216,16 +220,14 @@ impl Resolver<'_> {
             self.wrong_unit(unit.shown(), what, wanted, text.span);
         } else if exponents == ANGULAR_VELOCITY.exponents.unwrap_or_default() && text.text.contains("Hz") {
             // 1 Hz is one turn per second to some and one radian per second to others.
-            self.faults.push(
-                Fault::new(
-                    "scene::wrong_unit",
-                    format!("{what} is {}, which `Hz` leaves open", wanted.what),
-                    text.span,
-                )
-                .label("turns or radians?")
-                .help("write `rev/s`, `rpm` or `rad/s`"),
-            );
+            self.open_hertz(&format!("{what} is {}", wanted.what), text.span, "write `rev/s`, `rpm` or `rad/s`");
         }
+    }
+
+    /// Refuses an angle, or a rate of one, that is made of hertz.
+    pub(super) fn open_hertz(&mut self, what: &str, span: Span, help: &str) {
+        let fault = Fault::new("scene::wrong_unit", format!("{what}, which `Hz` leaves open"), span);
+        self.faults.push(fault.label("turns or radians?").help(help));
     }
 
     /// The unit of an expression against the wanted one. Where the time may occur, seconds pass: an angle of `t`.
@@ -235,7 +237,9 @@ impl Resolver<'_> {
         };
         let is_time = unit == SECOND && context != Context::Constant;
         let is_mass_written_out = known.is_area_times_number() && Some(exponents) == INERTIA.exponents;
-        if !compatible(unit, exponents) && !is_time && !is_mass_written_out {
+        if known.hertz() != 0 && compatible(unit, exponents) && wanted.is_turning() {
+            self.open_hertz(&format!("{what} is {}", wanted.what), span, FACTOR);
+        } else if !compatible(unit, exponents) && !is_time && !is_mass_written_out {
             self.wrong_unit(&from_exponents(unit).si, what, wanted, span);
         }
     }

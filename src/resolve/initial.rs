@@ -6,7 +6,7 @@ use super::Resolver;
 use super::lower::Context;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
-use crate::mechanism::{Class, Initial, Owner, Place, Variable};
+use crate::mechanism::{Class, Formula, Initial, Owner, Place, Variable};
 use crate::scene::model;
 
 impl Resolver<'_> {
@@ -29,6 +29,13 @@ impl Resolver<'_> {
             values.push(initial);
         }
         values
+    }
+
+    /// Where the bodies of parts begin, but for those that begin at zero.
+    pub(super) fn begins(&mut self) -> Vec<Initial> {
+        let scene = self.scene;
+        let begins = scene.begins.iter().filter_map(|line| self.one_initial(line));
+        begins.filter(|begin| begin.value != Formula::Number(0.0)).collect()
     }
 
     fn one_initial(&mut self, line: &model::Initial) -> Option<Initial> {

@@ -1,6 +1,7 @@
 //! Directions, dry friction and prescribed motions.
 
 use super::Resolver;
+use super::formulas::FACTOR;
 use super::lower::Context;
 use super::names::Named;
 use crate::diagnostic::fault::Fault;
@@ -127,10 +128,12 @@ impl Resolver<'_> {
 
     fn check_input_unit(&mut self, id: InputId, wanted: &Wanted, what: &str, span: Span) {
         let known = self.input_units.get(id.0).copied().flatten();
-        let (Some(found), Some(exponents)) = (known, wanted.exponents) else {
+        let (Some((found, hertz)), Some(exponents)) = (known, wanted.exponents) else {
             return;
         };
-        if !compatible(found, exponents) {
+        if compatible(found, exponents) && hertz != 0 && wanted.is_turning() {
+            self.open_hertz(&format!("{what} is {}", wanted.what), span, FACTOR);
+        } else if !compatible(found, exponents) {
             let found = from_exponents(found).si;
             self.faults.push(
                 Fault::new(

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::Resolver;
+use super::formulas::FACTOR;
 use super::names::Named;
 use crate::component::Section;
 use crate::diagnostic::fault::Fault;
@@ -11,8 +12,9 @@ use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
 use crate::mechanism::{Class, Formula, JointId, LoadId, Owner, Part, Quantity, Variable};
 use crate::scene::constant;
-use crate::scene::dimension::{self, Known, SECOND};
+use crate::scene::dimension::{self, Known, LENGTH, SECOND};
 use crate::scene::expression::{self, Tree, TreeKind};
+use crate::scene::operand::METRE;
 use crate::scene::unit::{Exponents, from_exponents};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,7 +134,10 @@ impl Resolver<'_> {
         for unit in units {
             known = self.join(known, *unit, "used together with", tree, site);
         }
-        if !dimension::accepts(function, known) {
+        if known.hertz() != 0 && matches!(function.name(), "sin" | "cos" | "tan") {
+            let what = format!("in {}, `{}` takes an angle", site.what, function.name());
+            self.open_hertz(&what, site.text.part(tree.start, tree.end), FACTOR);
+        } else if !dimension::accepts(function, known) {
             let (name, unit) = (function.name(), known.unit().map(unit_name).unwrap_or_default());
             self.faults.push(
                 Fault::new(
@@ -187,14 +192,15 @@ impl Resolver<'_> {
             ),
             Some(Named::Parameter(index)) => {
                 let meaning = &self.parameters[index];
-                Some((meaning.formula.clone(), Known::constant(meaning.unit)))
+                Some((meaning.formula.clone(), Known::constant(meaning.unit).in_hertz(meaning.hertz)))
             }
             Some(Named::Input(_)) if site.context.is_constant() => {
                 self.not_constant(&format!("the input `{name}`"), tree, site)
             }
             Some(Named::Input(id)) => {
                 let unit = self.input_units.get(id.0).copied().flatten();
-                Some((Formula::Input(id), Known::moving(unit)))
+                let (exponents, hertz) = unit.unzip();
+                Some((Formula::Input(id), Known::moving(exponents).in_hertz(hertz.unwrap_or(0))))
             }
             _ => match (name, own) {
                 ("pi", _) => Some((Formula::Number(PI), Known::Number)),
@@ -203,6 +209,7 @@ impl Resolver<'_> {
                 }
                 ("t" | "time", _) => Some((Formula::Time, Known::moving(Some(SECOND)))),
                 (_, Some(own)) => Some(formula_of(own)),
+                (METRE, _) => Some((Formula::Number(1.0), Known::constant(LENGTH.exponents))),
                 _ if name.contains('.') => self.lower_variable(name, tree, site),
                 _ => self.unknown_name(name, tree, site),
             },

@@ -101,6 +101,7 @@ impl Scene {
             drivers: resolver.parts(Section::Drivers),
             loads: resolver.parts(Section::Loads),
             initial: resolver.initial(),
+            begins: resolver.begins(),
             outputs: resolver.outputs(),
             experiment: resolver.experiment(),
             solver: resolver.solver(),
@@ -139,7 +140,8 @@ struct Resolver<'s> {
     values: Vec<f64>,
     /// Of all parameters of the scene.
     parameters: Vec<calculated::Meaning>,
-    input_units: Vec<Option<Exponents>>,
+    /// The units of the inputs, each with how many of its seconds are written as hertz.
+    input_units: Vec<Option<(Exponents, i8)>>,
     /// The first unit of each kind of value in the scene.
     written_in: Units,
     /// The tables that expressions use, by their files; none if one is at fault.

@@ -26,6 +26,7 @@ impl Resolver<'_> {
             let (value, unit) = self.declared(&parameter.value, declared[index].as_ref(), &what);
             self.give(index, Formula::Number(value));
             self.parameters[index].unit = unit.as_ref().map(|unit| unit.exponents);
+            self.parameters[index].hertz = hertz(unit.as_ref(), Some(&parameter.value), parameter.unit.as_ref());
             units[index] = unit;
         }
         self.evaluate_in_order(expressions, &mut units);
@@ -68,7 +69,8 @@ impl Resolver<'_> {
             let zero = Quantity::from(0.0);
             let (start, unit) = self.declared(input.start.as_ref().unwrap_or(&zero), declared.as_ref(), &what);
             let [min, max] = self.limits([&input.min, &input.max], start, declared.as_ref(), unit.as_ref(), &what);
-            self.input_units.push(unit.as_ref().map(|unit| unit.exponents));
+            let hertz = hertz(unit.as_ref(), input.start.as_ref(), input.unit.as_ref());
+            self.input_units.push(unit.as_ref().map(|unit| (unit.exponents, hertz)));
             inputs.push(Input {
                 name: input.name.text.clone(),
                 description: input.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
@@ -160,4 +162,16 @@ fn is_bare(quantity: &Quantity) -> bool {
         Value::Number(_) => true,
         Value::Text(text) => matches!(read(&Text::from(text.as_str())), Ok(Reading::Number(_))),
     }
+}
+
+/// How many seconds of a unit are written as hertz, in a value or as a declared unit.
+pub(super) fn hertz(unit: Option<&Unit>, value: Option<&Quantity>, declared: Option<&Text>) -> i8 {
+    let of_value = value.is_some_and(|value| match &value.value {
+        Value::Text(text) => {
+            matches!(read(&Text::from(text.as_str())), Ok(Reading::Measure(..))) && text.contains("Hz")
+        }
+        Value::Number(_) => false,
+    });
+    let in_hertz = of_value || declared.is_some_and(|declared| declared.text.contains("Hz"));
+    unit.filter(|_| in_hertz).map_or(0, |unit| -unit.exponents[2])
 }

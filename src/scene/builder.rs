@@ -33,6 +33,7 @@ impl Scene {
             source: Source::default(),
             broken: Vec::new(),
             uses: Vec::new(),
+            begins: Vec::new(),
         }
     }
 

@@ -2,7 +2,8 @@
 //!
 //! A number alone is compatible with everything, and so is what `sin`, `exp` and the like return; as a factor it is a pure number. Only
 //! where it multiplies something that moves, an input or the time it may be a coefficient with a unit of its own, as in `-0.5*crank.omega`: such a
-//! product is open. What a parameter without a unit is made of is not known. The radian counts as a pure number.
+//! product is open. What a parameter without a unit is made of is not known. The radian counts as a pure number. 1 Hz is one turn a second to some and one
+//! radian a second to others: what is written in hertz and becomes an angle needs a factor that says which, `2*pi` or `1 rad`.
 
 use super::unit::{Exponents, compatible};
 use crate::expr::{Binary, Function, Units};
@@ -26,6 +27,8 @@ pub(crate) struct Measured {
     scaled: bool,
     /// Does it depend on the time or the motion?
     moving: bool,
+    /// How many of its seconds are written as hertz.
+    hertz: i8,
 }
 
 pub(crate) const PURE: Exponents = [0; 4];
@@ -35,12 +38,32 @@ const RADIAN: Exponents = [0, 0, 0, 1];
 impl Known {
     /// The unit of a parameter, if it has one.
     pub fn constant(unit: Option<Exponents>) -> Known {
-        unit.map_or(Known::Nothing, |exponents| Known::Unit(Measured { exponents, scaled: false, moving: false }))
+        unit.map_or(Known::Nothing, |exponents| {
+            Known::Unit(Measured { exponents, scaled: false, moving: false, hertz: 0 })
+        })
+    }
+
+    /// The same, so many times in hertz.
+    pub fn in_hertz(self, hertz: i8) -> Known {
+        match self {
+            Known::Unit(unit) => Known::Unit(Measured { hertz, ..unit }),
+            other => other,
+        }
+    }
+
+    /// How many times it is in hertz, without a factor that says what turns.
+    pub fn hertz(self) -> i8 {
+        match self {
+            Known::Unit(unit) if !unit.scaled && unit.exponents[3] == 0 => unit.hertz,
+            _ => 0,
+        }
     }
 
     /// The unit of the time, of an input or of a variable.
     pub fn moving(unit: Option<Exponents>) -> Known {
-        unit.map_or(Known::Nothing, |exponents| Known::Unit(Measured { exponents, scaled: false, moving: true }))
+        unit.map_or(Known::Nothing, |exponents| {
+            Known::Unit(Measured { exponents, scaled: false, moving: true, hertz: 0 })
+        })
     }
 
     /// The unit, unless a coefficient may have changed it.
@@ -59,7 +82,7 @@ impl Known {
     fn measured(self) -> Option<Measured> {
         match self {
             Known::Nothing => None,
-            Known::Number => Some(Measured { exponents: PURE, scaled: true, moving: false }),
+            Known::Number => Some(Measured { exponents: PURE, scaled: true, moving: false, hertz: 0 }),
             Known::Unit(unit) => Some(unit),
         }
     }
@@ -69,10 +92,18 @@ impl Known {
 pub(crate) fn join(a: Known, b: Known) -> Result<Known, (Exponents, Exponents)> {
     let moving = [a, b].into_iter().filter_map(Known::measured).any(|unit| unit.moving);
     // A sum with a certain unit is certain, whatever factors its terms have.
-    let certain = |exponents| Ok(Known::Unit(Measured { exponents, scaled: false, moving }));
+    let hertz = if a.hertz() == 0 { b.hertz() } else { a.hertz() };
+    let certain = |exponents| Ok(Known::Unit(Measured { exponents, scaled: false, moving, hertz }));
     match (a.unit(), b.unit()) {
         (Some(a), Some(b)) if !compatible(a, b) => Err((a, b)),
-        (Some(a), Some(b)) => certain(if a[3] == 0 { b } else { a }),
+        // What is open stays so beside an angle.
+        (Some(a), Some(b)) => certain(if a[3] == 0 && hertz == 0 {
+            b
+        } else if hertz == 0 {
+            a
+        } else {
+            without_radian(a)
+        }),
         (Some(unit), None) | (None, Some(unit)) => certain(unit),
         (None, None) if a == Known::Nothing || b == Known::Number => Ok(a),
         (None, None) => Ok(b),
@@ -98,7 +129,8 @@ pub(crate) fn multiply(operator: Binary, a: Known, b: Known, exponent: &Formula)
         };
         *sum = product;
     }
-    Known::Unit(Measured { exponents, scaled: a.scaled || b.scaled, moving: a.moving || b.moving })
+    let hertz = a.hertz.saturating_add(b.hertz.saturating_mul(sign));
+    Known::Unit(Measured { exponents, scaled: a.scaled || b.scaled, moving: a.moving || b.moving, hertz })
 }
 
 fn power(base: Known, right: Known, exponent: &Formula) -> Known {
@@ -112,7 +144,12 @@ fn power(base: Known, right: Known, exponent: &Formula) -> Known {
     if scaled.iter().any(|e| e.fract() != 0.0 || e.abs() > f64::from(i8::MAX)) {
         return Known::Nothing;
     }
-    Known::Unit(Measured { exponents: scaled.map(|e| e as i8), ..unit })
+    let hertz = (f64::from(unit.hertz) * exponent) as i8;
+    Known::Unit(Measured { exponents: scaled.map(|e| e as i8), hertz, ..unit })
+}
+
+fn without_radian([kg, m, s, _]: Exponents) -> Exponents {
+    [kg, m, s, 0]
 }
 
 /// The unit that a function returns, given the joined unit of its arguments.
@@ -121,7 +158,7 @@ pub(crate) fn returned(function: Function, argument: Known) -> Known {
     match function.units() {
         Units::Kept => argument,
         Units::Halved => power(argument, Known::Number, &Formula::Number(0.5)),
-        Units::Bearing | Units::Angle => Known::Unit(Measured { exponents: RADIAN, scaled: false, moving }),
+        Units::Bearing | Units::Angle => Known::Unit(Measured { exponents: RADIAN, scaled: false, moving, hertz: 0 }),
         Units::Dropped | Units::Pure => Known::Number,
     }
 }

@@ -13,6 +13,7 @@ pub(crate) mod expression;
 mod json;
 pub(crate) mod key;
 pub(crate) mod model;
+pub(crate) mod operand;
 pub(crate) mod part;
 pub(crate) mod quantity;
 pub(crate) mod tables;

@@ -82,6 +82,8 @@ pub struct Scene {
     pub(crate) broken: Vec<String>,
     /// Files whose mechanisms are parts of it; none once these have been put in.
     pub(crate) uses: Vec<Use>,
+    /// Where bodies of parts are when their own ground would have them at zero.
+    pub(crate) begins: Vec<Initial>,
 }
 
 /// A file whose mechanism is a part of the scene.

@@ -285,7 +285,7 @@ impl Node {
         Node { span: Span::default(), kind }
     }
 
-    pub(super) fn text(&self) -> Option<Text> {
+    pub(crate) fn text(&self) -> Option<Text> {
         let Kind::Text(text) = &self.kind else { return None };
         Some(Text::new(text.as_str(), self.span))
     }

@@ -25,7 +25,7 @@ impl Equations<'_> {
         }
         let straight = self.kinematics.across(&mut self.system.arena, row.ends).position;
         let across = self.decompose(&straight)?;
-        if let Some(value) = self.along_deep_line(&row, &straight) {
+        if let Some(value) = self.along_deep_line(id, &row, &straight) {
             arms.loads.push(Load { across: across.clone(), value, along: across.clone() });
         } else {
             for (value, vector) in self.applied(id, &row) {
@@ -48,9 +48,9 @@ impl Equations<'_> {
     }
 
     /// Force over length along a line whose ends are so far apart in the tree that what lies between is known by shared sums, which are no combination of arms.
-    fn along_deep_line(&mut self, row: &TranslationalRow, straight: &Vector) -> Option<Expr> {
+    fn along_deep_line(&mut self, id: ElementId, row: &TranslationalRow, straight: &Vector) -> Option<Expr> {
         let Force::Line(law) = &row.through else { return None };
-        let (density, across) = self.density(row.ends, law);
+        let (density, across) = self.density(id, row.ends, law);
         (across != *straight).then_some(density)
     }
 

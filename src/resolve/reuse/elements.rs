@@ -1,144 +1,47 @@
-//! The bodies, joints, drivers and loads of a part where it is placed: axes, angles, torques and forces, by the forms of their keys.
+//! The bodies, joints, drivers and loads of a part where it is placed: the laws that they are given, the names of their ends, and what their components
+//! make of their keys.
 
-use super::operand::Operand;
 use super::placed::Placing;
-use crate::component::{Component, Section, shape};
+use crate::component::{Component, Section, change_both, shape, sum, within_a_turn};
 use crate::diagnostic::span::{Span, Text};
-use crate::mechanism::measure::{ANGLE, ANYTHING, FORCE, LENGTH, TORQUE, Wanted};
+use crate::mechanism::measure::LENGTH;
 use crate::scene::document::{Kind, Node};
 use crate::scene::expression::substituted;
-use crate::scene::key::{Form, Range};
+use crate::scene::key::Form;
 use crate::scene::model::Scene;
+use crate::scene::operand::Operand;
 use crate::scene::part::Part;
-
-/// What an element is between, as far as its place matters.
-struct Ends {
-    names: [String; 2],
-    /// The body in whose frame its axis is.
-    frame: String,
-    has_carrier: bool,
-}
-
-fn is_ground(name: &str) -> bool {
-    name == "ground" || name.starts_with("ground.")
-}
 
 impl Placing<'_> {
     pub(super) fn elements(&mut self, part: &mut Scene) {
-        let joints = part.joints.clone();
         for (section, parts) in sections(part) {
             for element in parts {
                 let Some(component) = element.component(section) else { continue };
-                let turned = self.turned_by(&ends(element, component, &joints));
-                self.turned.insert(element.name.text.clone(), turned);
+                let turned = self.frame.turned_of(element, component);
+                let within = component.keys.iter().any(|key| matches!(key.form, Form::Curve(..)));
+                self.turned.insert(element.name.text.clone(), (turned, within));
             }
         }
         for (section, parts) in sections(part) {
             for element in parts {
                 if let Some(component) = element.component(section) {
-                    self.element(element, component, &joints);
+                    self.element(element, component);
                 }
             }
         }
     }
 
-    /// What is added to the angle of the second end against the first.
-    fn turned_by(&self, ends: &Ends) -> Option<Operand> {
-        match ends.names.each_ref().map(|name| is_ground(name)) {
-            [true, false] => self.angle.clone(),
-            [false, true] => self.angle.clone().map(Operand::negated),
-            _ => None,
-        }
-    }
-
-    fn element(&mut self, element: &mut Part, component: &Component, joints: &[Part]) {
-        let ends = ends(element, component, joints);
-        let turned = self.turned_by(&ends);
-        let in_body = element.text("frame").is_some_and(|frame| frame.text == "body");
-        let axis = component.keys.iter().any(|key| matches!(key.form, Form::Axis));
+    fn element(&mut self, element: &mut Part, component: &'static Component) {
+        let owner = element.name.text.clone();
         for key in component.keys {
-            let angle_of_two = matches!(key.form, Form::Constant(wanted, _) if wanted.exponents == ANGLE.exponents);
-            if angle_of_two && ends.has_carrier && self.angle.is_some() && is_ground(&ends.frame) {
-                self.refuse(&format!("`{}`", element.name.text), element.name.span, "let a body carry the wheels");
-                continue;
+            if let Some(node) = element.get_mut(key.name) {
+                self.substitute(node, key.form, component, &owner);
             }
-            if angle_of_two && turned.is_some() && !ends.has_carrier && element.get(key.name).is_none() {
-                element.insert(key.name, Node::from(Operand::Number(0.0).at(element.name.span)));
-            }
-            let owner = element.name.text.clone();
-            let Some(node) = element.get_mut(key.name) else { continue };
-            self.substitute(node, key.form, component, &owner);
-            match key.form {
-                Form::Axis if is_ground(&ends.frame) => {
-                    Placing::change_both(node, &ANYTHING, |axis| self.direction(axis))
-                }
-                Form::Axis => Placing::change_both(node, &ANYTHING, |[x, y]| [self.signed(x), y]),
-                Form::Constant(wanted, _) if angle_of_two => {
-                    Placing::change(node, &wanted, |angle| sum(turned.clone(), self.signed(angle)));
-                }
-                // The teeth of a rack and the thread of a screw are on the other side.
-                Form::Constant(wanted, Range::NotZero) if wanted.exponents == LENGTH.exponents => {
-                    Placing::change(node, &wanted, |length| self.signed(length));
-                }
-                Form::Constant(wanted, Range::Positive)
-                    if axis && self.used.mirror && wanted.exponents == LENGTH.exponents =>
-                {
-                    let span = node.span;
-                    self.refuse(
-                        &format!("`{owner}`, which is on the left of its line"),
-                        span,
-                        "mirror it by parameters",
-                    );
-                }
-                Form::Law(wanted) if wanted.exponents == TORQUE.exponents => {
-                    Placing::change(node, &wanted, |torque| self.signed(torque));
-                }
-                // The cam's angle would count from elsewhere, or the other way round.
-                Form::Curve(..) if self.used.mirror || self.angle.is_some() => {
-                    let span = node.span;
-                    self.refuse(
-                        &format!("`{owner}`, whose law counts from the carrier's x"),
-                        span,
-                        "turn it by parameters",
-                    );
-                }
-                Form::Vector(wanted) => self.components(node, wanted, in_body, &owner),
-                Form::Motion([wanted, ..]) if wanted.exponents == ANGLE.exponents => {
-                    self.motion(node, turned.clone(), &owner)
-                }
-                _ => {}
-            }
+        }
+        for (why, span, help) in component.place(element, &self.frame) {
+            self.refuse(&format!("`{owner}`: {why}"), span, help);
         }
         self.ground(element, component);
-    }
-
-    /// A force or a place in the world or in a body.
-    fn components(&mut self, node: &mut Node, wanted: Wanted, in_body: bool, owner: &str) {
-        let is_force = wanted.exponents == FORCE.exponents;
-        if is_force && in_body {
-            Placing::change_both(node, &wanted, |[x, y]| [self.signed(x), y]);
-        } else if self.on.is_some() && (self.is_moved() || !is_force) {
-            let span = node.span;
-            self.refuse(
-                &format!("`{owner}`, which is in the world's axes"),
-                span,
-                "give the force in the body's frame",
-            );
-        } else if is_force {
-            Placing::change_both(node, &wanted, |force| self.direction(force));
-        } else {
-            Placing::change_both(node, &wanted, |place| self.world(place));
-        }
-    }
-
-    fn motion(&mut self, node: &mut Node, turned: Option<Operand>, owner: &str) {
-        let is_input = matches!(node.kind, Kind::Table(_));
-        if is_input && (turned.is_some() || self.used.mirror) {
-            let help = "give the motion as an expression of the input";
-            self.refuse(&format!("`{owner}`, which follows an input"), node.span, help);
-        } else {
-            Placing::change(node, &ANGLE, |angle| sum(turned, self.signed(angle)));
-        }
     }
 
     /// Laws say what a part's variables are in the part; the scene's are others.
@@ -158,74 +61,66 @@ impl Placing<'_> {
     }
 
     fn law(&mut self, text: &mut String, component: &Component, owner: &str, span: Span) {
-        if !self.is_moved() {
-            return;
-        }
-        let unknown = std::cell::Cell::new(false);
         let whole = Text::from(text.as_str());
         if !matches!(crate::scene::quantity::read(&whole), Ok(crate::scene::quantity::Reading::Expression)) {
             return;
         }
+        let unknown = std::cell::Cell::new(false);
         *text = substituted(text, |name| {
             let (of, word) = name.rsplit_once('.').unwrap_or((owner, name));
             let is_own = component.own.iter().any(|own| own.word() == name);
-            let of_body = self.bodies.iter().any(|body| of.split('.').next() == Some(body));
-            if of_body && self.on.is_some() {
-                unknown.set(true);
-            }
             let is_element = self.turned.contains_key(of) && (name.contains('.') || is_own);
-            self.in_the_part(name, word, of_body, is_element.then_some(of))
+            if is_element {
+                // Where a load is, as its coordinates say, depends on both of its ends.
+                unknown.set(unknown.get() || matches!(word, "x" | "y" | "vx" | "vy"));
+                return self.of_element(name, word, of);
+            }
+            let of_body = self.bodies.iter().any(|body| of.split('.').next() == Some(body));
+            let of_place = of_body || of.starts_with("ground.");
+            unknown.set(unknown.get() || of_place && self.on.is_some());
+            if of_place { self.of_place(name, word) } else { None }
         });
         if unknown.get() {
-            self.refuse(
-                &format!("the law of `{owner}`"),
-                span,
-                "let it depend on variables of joints and springs only",
-            );
+            let help = "let it depend on variables of joints and springs only";
+            self.refuse(&format!("the law of `{owner}`"), span, help);
         }
     }
 
-    /// What a variable of the part is in terms of the scene's.
-    fn in_the_part(&self, name: &str, word: &str, of_body: bool, element: Option<&str>) -> Option<String> {
-        let pair =
-            |words: [&str; 2]| words.map(|other| Operand::Text(format!("{}{other}", &name[..name.len() - word.len()])));
+    /// What the variable of an element is in terms of the scene's.
+    fn of_element(&self, name: &str, word: &str, element: &str) -> Option<String> {
         let itself = Operand::Text(name.to_owned());
-        let back = |[x, y]: [Operand; 2]| self.direction_back([x, y]);
         let local = match word {
-            "omega" if of_body || element.is_some() => self.signed(itself),
-            "angle" if of_body => self.signed(sum(self.angle.clone().map(Operand::negated), itself)),
+            "omega" | "pressure_angle" => self.frame.signed(itself).text(),
             "angle" => {
-                let turned = self.turned.get(element?).cloned().flatten();
-                self.signed(sum(turned.map(Operand::negated), itself))
+                let (turned, within) = self.turned.get(element).cloned()?;
+                let angle = self.frame.signed(sum(itself, turned.map(Operand::negated))).text();
+                if within { within_a_turn(&angle) } else { angle }
             }
-            "x" | "y" if of_body => {
-                let [x, y] = pair(["x", "y"]);
-                let [at_x, at_y] = self.at.clone().unwrap_or([Operand::Number(0.0), Operand::Number(0.0)]);
-                let [x, y] = back([x.plus(at_x.negated()), y.plus(at_y.negated())]);
+            _ => return None,
+        };
+        Some(format!("({local})"))
+    }
+
+    /// What the variable of a body or of a point is in terms of the scene's.
+    fn of_place(&self, name: &str, word: &str) -> Option<String> {
+        let itself = Operand::Text(name.to_owned());
+        let other = |other: &str| Operand::Text(format!("{}{other}", &name[..name.len() - word.len()]));
+        let local = match word {
+            "omega" => self.frame.signed(itself),
+            "angle" => self.frame.signed(sum(itself, self.frame.angle.clone().map(Operand::negated))),
+            "x" | "y" => {
+                let [at_x, at_y] = self.frame.at.clone().unwrap_or([Operand::Number(0.0), Operand::Number(0.0)]);
+                let [x, y] =
+                    self.frame.direction_back([other("x").plus(at_x.negated()), other("y").plus(at_y.negated())]);
                 if word == "x" { x } else { y }
             }
-            "vx" | "vy" if of_body => {
-                let [x, y] = back(pair(["vx", "vy"]));
+            "vx" | "vy" => {
+                let [x, y] = self.frame.direction_back([other("vx"), other("vy")]);
                 if word == "vx" { x } else { y }
             }
             _ => return None,
         };
         Some(format!("({})", local.text()))
-    }
-
-    /// F R^T v
-    fn direction_back(&self, [x, y]: [Operand; 2]) -> [Operand; 2] {
-        let [x, y] = match &self.angle {
-            None => [x, y],
-            Some(angle) => {
-                let (sine, cosine) = (angle.of_function("sin"), angle.of_function("cos"));
-                [
-                    cosine.clone().times(x.clone()).plus(sine.clone().times(y.clone())),
-                    cosine.times(y).plus(sine.times(x).negated()),
-                ]
-            }
-        };
-        [self.signed(x), y]
     }
 
     /// Its ends on the ground are on the part's.
@@ -268,7 +163,7 @@ impl Placing<'_> {
     }
 
     pub(super) fn mirror_body(&self, body: &mut Part) {
-        let mirrored = |node: &mut Node| Placing::change_both(node, &LENGTH, |[x, y]| [x.negated(), y]);
+        let mirrored = |node: &mut Node| change_both(node, &LENGTH, |[x, y]| [x.negated(), y]);
         if let Some(node) = body.get_mut("com") {
             mirrored(node);
         }
@@ -293,29 +188,6 @@ impl Placing<'_> {
     }
 }
 
-fn sum(turned: Option<Operand>, angle: Operand) -> Operand {
-    match turned {
-        Some(turned) => turned.plus(angle),
-        None => angle,
-    }
-}
-
 pub(super) fn sections(scene: &mut Scene) -> [(Section, &mut Vec<Part>); 3] {
     [(Section::Joints, &mut scene.joints), (Section::Drivers, &mut scene.drivers), (Section::Loads, &mut scene.loads)]
-}
-
-/// Its ends: its own, those of the joint that it moves, or the ground and the body that it acts on.
-fn ends(element: &Part, component: &Component, joints: &[Part]) -> Ends {
-    let own = || element.between().map(|pair| pair.map(|end| end.text));
-    let of_joint = || {
-        let name = element.text("joint")?;
-        let joint = joints.iter().find(|joint| joint.name.text == name.text)?;
-        Some(joint.between()?.map(|end| end.text))
-    };
-    let on = || Some(["ground".to_owned(), element.text("on")?.text]);
-    let names = own().or_else(of_joint).or_else(on).unwrap_or_default();
-    let has_carrier = component.keys.iter().any(|key| key.form.is_carrier());
-    let carrier = element.text("carrier").map_or("ground".to_owned(), |carrier| carrier.text);
-    let frame = if has_carrier { carrier } else { names[0].clone() };
-    Ends { names, frame, has_carrier }
 }

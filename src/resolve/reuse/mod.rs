@@ -2,14 +2,12 @@
 //! scene that uses it. What follows sees one scene.
 
 mod elements;
-mod operand;
 mod placed;
 mod renamed;
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use self::placed::Placing;
 use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::{Source, Text};
 use crate::diagnostic::suggest;
@@ -166,7 +164,7 @@ impl Library<'_> {
         }
         self.set_parameters(&mut part, used);
         renamed::with_prefix(&mut part, &used.name.text);
-        Placing::new(used, self.faults).place(&mut part, scene);
+        placed::place(used, self.faults, &mut part, scene);
         scene.parameters.append(&mut part.parameters);
         scene.inputs.append(&mut part.inputs);
         scene.ground.append(&mut part.ground);
@@ -175,6 +173,7 @@ impl Library<'_> {
         scene.drivers.append(&mut part.drivers);
         scene.loads.append(&mut part.loads);
         scene.initial.append(&mut part.initial);
+        scene.begins.append(&mut part.begins);
         // What the scene reports already, such as the energy of everything, it reports once.
         let listed: HashSet<&str> = scene.outputs.variables.iter().map(|known| known.text.as_str()).collect();
         part.outputs.variables.retain(|variable| !listed.contains(variable.text.as_str()));

@@ -3,59 +3,71 @@
 
 use std::collections::HashMap;
 
-use super::operand::Operand;
 use super::renamed;
+use crate::component::{Frame, sum, within_a_turn};
 use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::Dimension;
-use crate::mechanism::measure::{ANGLE, LENGTH, Wanted};
-use crate::scene::document::{Kind, Node};
+use crate::mechanism::measure::{ANGLE, ANGULAR_VELOCITY, ANYTHING, LENGTH};
 use crate::scene::model::{Initial, Point, Scene, Use, Vector};
+use crate::scene::operand::Operand;
 use crate::scene::quantity::Quantity;
 
-/// How a part is placed.
+/// A part that is being placed.
 pub(super) struct Placing<'a> {
     pub used: &'a Use,
     pub faults: &'a mut Sink,
     /// The body that its ground is fixed to, if that is not the ground.
     pub on: Option<&'a Text>,
-    pub at: Option<[Operand; 2]>,
-    pub angle: Option<Operand>,
-    /// By how much the angle of the second end counts from more than before, for each element with an angle.
-    pub turned: HashMap<String, Option<Operand>>,
+    pub frame: Frame<'a>,
+    /// What is added to the own angle of each element, and whether that is an angle within a turn.
+    pub turned: HashMap<String, (Option<Operand>, bool)>,
     /// The names of its bodies.
     pub bodies: Vec<String>,
 }
 
-impl<'a> Placing<'a> {
-    pub fn new(used: &'a Use, faults: &'a mut Sink) -> Self {
-        let component = |vector: &Vector, axis: usize| Operand::of(vector.components.get(axis)?, &LENGTH);
-        let at = used.at.as_ref().and_then(|at| Some([component(at, 0)?, component(at, 1)?]));
-        if let (Some(written), None) = (&used.at, &at) {
-            let fault = Fault::new("scene::wrong_value", "`at` of a part is no place", written.span);
-            faults.push(fault.label("two lengths are wanted").help("such as `at = [\"0.5 m\", 0]`"));
-        }
-        let angle = used.angle.as_ref().and_then(|angle| Operand::of(angle, &ANGLE));
-        if let (Some(written), None) = (&used.angle, &angle) {
-            let fault = Fault::new("scene::wrong_unit", "`angle` of a part is no angle", written.span);
-            faults.push(fault.label("not an angle").help("such as `angle = \"30 deg\"`"));
-        }
-        let on = used.on.as_ref().filter(|on| on.text != "ground");
-        Placing { used, faults, on, at, angle, turned: HashMap::new(), bodies: Vec::new() }
+/// Puts a part where the scene that uses it wants it.
+pub(super) fn place(used: &Use, faults: &mut Sink, part: &mut Scene, host: &mut Scene) {
+    let (at, angle) = (origin(used, faults), angle(used, faults));
+    let on = used.on.as_ref().filter(|on| on.text != "ground");
+    if at.is_none() && angle.is_none() && !used.mirror && on.is_none() {
+        return;
     }
+    if part.dimension == Dimension::One {
+        let message = format!("part `{}` cannot be placed on a line", used.name.text);
+        let fault = Fault::new("scene::one_dimension", message, used.name.span).label("not with `dimension = 1`");
+        faults.push(fault.help("give the places as parameters of the part"));
+        return;
+    }
+    let joints = part.joints.clone();
+    let frame = Frame { mirror: used.mirror, angle, at, on_body: on.is_some(), joints: &joints };
+    let bodies = part.bodies.iter().map(|body| body.name.text.clone()).collect();
+    Placing { used, faults, on, frame, turned: HashMap::new(), bodies }.place(part, host);
+}
 
-    pub fn place(mut self, part: &mut Scene, host: &mut Scene) {
-        if !self.is_moved() && self.on.is_none() {
-            return;
-        }
-        if part.dimension == Dimension::One {
-            let message = format!("part `{}` cannot be placed on a line", self.used.name.text);
-            let fault =
-                Fault::new("scene::one_dimension", message, self.used.name.span).label("not with `dimension = 1`");
-            self.faults.push(fault.help("give the places as parameters of the part"));
-            return;
-        }
-        self.bodies = part.bodies.iter().map(|body| body.name.text.clone()).collect();
+fn origin(used: &Use, faults: &mut Sink) -> Option<[Operand; 2]> {
+    let written = used.at.as_ref()?;
+    let component = |axis: usize| Operand::of(written.components.get(axis)?, &LENGTH);
+    let at = component(0).zip(component(1)).map(|(x, y)| [x, y]);
+    if at.is_none() {
+        let fault = Fault::new("scene::wrong_value", "`at` of a part is no place", written.span);
+        faults.push(fault.label("two lengths are wanted").help("such as `at = [\"0.5 m\", 0]`"));
+    }
+    at
+}
+
+fn angle(used: &Use, faults: &mut Sink) -> Option<Operand> {
+    let written = used.angle.as_ref()?;
+    let angle = Operand::of(written, &ANGLE);
+    if angle.is_none() {
+        let fault = Fault::new("scene::wrong_unit", "`angle` of a part is no angle", written.span);
+        faults.push(fault.label("not an angle").help("such as `angle = \"30 deg\"`"));
+    }
+    angle
+}
+
+impl Placing<'_> {
+    fn place(mut self, part: &mut Scene, host: &mut Scene) {
         for point in &mut part.ground {
             point.at = self.point(&point.at);
         }
@@ -65,17 +77,19 @@ impl<'a> Placing<'a> {
             part.ground.push(Point { name: Text::from(self.origin_name()), at });
         }
         self.elements(part);
-        if self.used.mirror {
+        if self.frame.mirror {
             part.bodies.iter_mut().for_each(|body| self.mirror_body(body));
         }
         self.initial(&mut part.initial);
+        self.begin(part);
         if let Some(on) = self.on {
             self.fix(part, host, on);
         }
     }
 
+    /// Is it elsewhere than its own ground says?
     pub fn is_moved(&self) -> bool {
-        self.at.is_some() || self.angle.is_some() || self.used.mirror
+        self.frame.at.is_some() || self.frame.angle.is_some() || self.frame.mirror
     }
 
     fn origin_name(&self) -> String {
@@ -89,48 +103,19 @@ impl<'a> Placing<'a> {
 
     /// Is the origin of the part another point than that of the ground, and is it used?
     pub fn has_origin(&self) -> bool {
-        self.at.is_some() || self.on.is_some()
+        self.frame.at.is_some() || self.on.is_some()
     }
 
     fn needs_origin(&self, part: &Scene) -> bool {
         self.has_origin() && [&part.joints, &part.drivers, &part.loads].iter().any(|parts| !parts.is_empty())
     }
 
-    /// Its sign with the part's mirror.
-    pub fn signed(&self, operand: Operand) -> Operand {
-        if self.used.mirror { operand.negated() } else { operand }
-    }
-
-    /// R F v
-    pub fn direction(&self, [x, y]: [Operand; 2]) -> [Operand; 2] {
-        let x = self.signed(x);
-        let Some(angle) = &self.angle else { return [x, y] };
-        let (sine, cosine) = (angle.of_function("sin"), angle.of_function("cos"));
-        [
-            cosine.clone().times(x.clone()).plus(sine.clone().times(y.clone()).negated()),
-            sine.times(x).plus(cosine.times(y)),
-        ]
-    }
-
-    /// at + R F v
-    pub fn world(&self, place: [Operand; 2]) -> [Operand; 2] {
-        let [x, y] = self.direction(place);
-        match self.at.clone() {
-            Some([at_x, at_y]) => [at_x.plus(x), at_y.plus(y)],
-            None => [x, y],
-        }
-    }
-
+    /// A point of the part's ground; as it is if it is no such vector.
     fn point(&self, at: &Vector) -> Vector {
-        self.vector(at, &LENGTH, |placing, place| placing.world(place))
-    }
-
-    /// A vector of two components by a map; as it is if it is no such vector.
-    fn vector(&self, vector: &Vector, wanted: &Wanted, map: impl Fn(&Self, [Operand; 2]) -> [Operand; 2]) -> Vector {
-        let [x, y] = &vector.components[..] else { return vector.clone() };
-        let (Some(a), Some(b)) = (Operand::of(x, wanted), Operand::of(y, wanted)) else { return vector.clone() };
-        let [a, b] = map(self, [a, b]);
-        Vector { components: vec![a.at(x.span), b.at(y.span)], span: vector.span }
+        let [x, y] = &at.components[..] else { return at.clone() };
+        let (Some(a), Some(b)) = (Operand::of(x, &LENGTH), Operand::of(y, &LENGTH)) else { return at.clone() };
+        let [a, b] = self.frame.place([a, b]);
+        Vector { components: vec![a.at(x.span), b.at(y.span)], span: at.span }
     }
 
     /// Initial values of the part as values of the scene.
@@ -153,14 +138,17 @@ impl<'a> Placing<'a> {
             let place = |word: &str| {
                 let name = format!("{owner}.{word}");
                 let found = before.iter().find(|other| other.variable.text == name && other.known == value.known);
-                Operand::of(&found?.value, &crate::mechanism::measure::ANYTHING)
+                Operand::of(&found?.value, &ANYTHING)
             };
             let placed = match word {
                 "angle" => self.angle_of(owner, of_body, &value.value),
-                "omega" => Operand::of(&value.value, &crate::mechanism::measure::ANGULAR_VELOCITY)
-                    .map(|omega| self.signed(omega)),
-                "x" | "y" if of_body => self.component(word == "y", [place("x"), place("y")], Self::world),
-                "vx" | "vy" if of_body => self.component(word == "vy", [place("vx"), place("vy")], Self::direction),
+                "omega" => Operand::of(&value.value, &ANGULAR_VELOCITY).map(|omega| self.frame.signed(omega)),
+                "x" | "y" if of_body => {
+                    self.component(word == "y", [place("x"), place("y")], |at| self.frame.place(at))
+                }
+                "vx" | "vy" if of_body => {
+                    self.component(word == "vy", [place("vx"), place("vy")], |velocity| self.frame.direction(velocity))
+                }
                 _ => continue,
             };
             match placed {
@@ -174,31 +162,41 @@ impl<'a> Placing<'a> {
         }
     }
 
+    /// What nobody gives begins at zero, as the part sees it.
+    fn begin(&mut self, part: &mut Scene) {
+        let is_known = |name: &str| part.begins.iter().any(|begin| begin.variable.text == name);
+        let names = self.bodies.iter().flat_map(|body| ["x", "y", "angle"].map(|word| format!("{body}.{word}")));
+        let zero = |name: String| Initial { variable: Text::from(name), value: Quantity::from(0.0), known: false };
+        let more: Vec<Initial> = names.filter(|name| !is_known(name)).map(zero).collect();
+        part.begins.extend(more);
+        self.initial(&mut part.begins);
+    }
+
     /// One component of a place or a velocity, of which the other may be unknown unless the part is turned.
     fn component(
         &self,
         second: bool,
         [x, y]: [Option<Operand>; 2],
-        map: impl Fn(&Self, [Operand; 2]) -> [Operand; 2],
+        map: impl Fn([Operand; 2]) -> [Operand; 2],
     ) -> Option<Operand> {
-        let zero = self.angle.is_none().then_some(Operand::Number(0.0));
-        let [x, y] = map(self, [x.or(zero.clone())?, y.or(zero)?]);
+        let zero = self.frame.angle.is_none().then_some(Operand::Number(0.0));
+        let [x, y] = map([x.or(zero.clone())?, y.or(zero)?]);
         Some(if second { y } else { x })
     }
 
     fn angle_of(&self, owner: &str, of_body: bool, value: &Quantity) -> Option<Operand> {
-        let angle = self.signed(Operand::of(value, &ANGLE)?);
-        let turned = if of_body { self.angle.clone() } else { self.turned.get(owner).cloned().flatten() };
-        Some(match turned {
-            Some(turned) => turned.plus(angle),
-            None => angle,
-        })
+        let angle = self.frame.signed(Operand::of(value, &ANGLE)?);
+        let (turned, within) = match of_body {
+            true => (self.frame.angle.clone(), false),
+            false => self.turned.get(owner).cloned().unwrap_or_default(),
+        };
+        let angle = sum(angle, turned);
+        Some(if within { Operand::Text(within_a_turn(&angle.text())) } else { angle })
     }
 
     /// Makes the points of the part's ground points of a body.
     fn fix(&mut self, part: &mut Scene, host: &mut Scene, on: &Text) {
-        let bodies = host.bodies.iter_mut().chain(&mut part.bodies);
-        let Some(body) = bodies.into_iter().find(|body| body.name.text == on.text) else {
+        let Some(body) = host.bodies.iter_mut().find(|body| body.name.text == on.text) else {
             if !host.broken.contains(&on.text) {
                 let message =
                     format!("part `{}` is on a body that is not in the scene: `{}`", self.used.name.text, on.text);
@@ -220,31 +218,5 @@ impl<'a> Placing<'a> {
         let mut fault = Fault::new("scene::placed_part", message, span).label("depends on the place").help(help);
         fault.also.push(self.used.name.span);
         self.faults.push(fault);
-    }
-
-    /// A quantity in a tree of values by a map of operands.
-    pub fn change(node: &mut Node, wanted: &Wanted, map: impl FnOnce(Operand) -> Operand) {
-        let value = match &node.kind {
-            Kind::Number(number) => Quantity::from(*number),
-            Kind::Text(text) => Quantity::from(text.as_str()),
-            _ => return,
-        };
-        if let Some(operand) = Operand::of(&value, wanted) {
-            *node = Node::from(map(operand).at(node.span));
-        }
-    }
-
-    /// Two quantities in a list likewise.
-    pub fn change_both(node: &mut Node, wanted: &Wanted, map: impl FnOnce([Operand; 2]) -> [Operand; 2]) {
-        let Kind::Array(items) = &mut node.kind else { return };
-        let [x, y] = &mut items[..] else { return };
-        let operand = |node: &Node| match &node.kind {
-            Kind::Number(number) => Some(Operand::Number(*number)),
-            Kind::Text(text) => Operand::of(&Quantity::from(text.as_str()), wanted),
-            _ => None,
-        };
-        let (Some(a), Some(b)) = (operand(x), operand(y)) else { return };
-        let [a, b] = map([a, b]);
-        (*x, *y) = (Node::from(a.at(x.span)), Node::from(b.at(y.span)));
     }
 }

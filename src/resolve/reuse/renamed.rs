@@ -125,7 +125,7 @@ impl Walk<'_> {
                 }
             }
         }
-        for initial in &mut scene.initial {
+        for initial in scene.initial.iter_mut().chain(&mut scene.begins) {
             (self.name)(&mut initial.variable.text);
             self.quantity(&mut initial.value);
         }

@@ -1,13 +1,16 @@
 //! Sums and products of what is written, as text: numbers stay numbers.
 
+use super::quantity::{Quantity, Reading, Value, read};
+use super::unit::compatible;
 use crate::diagnostic::span::{Span, Text};
 use crate::mechanism::measure::Wanted;
-use crate::scene::quantity::{Quantity, Reading, Value, read};
-use crate::scene::unit::compatible;
+
+/// What stands for one metre in expressions that are put together here: a number in them has no unit. No variable of a scene has this name.
+pub(crate) const METRE: &str = "unit.m";
 
 /// A number or an expression.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Operand {
+pub(crate) enum Operand {
     Number(f64),
     /// A number with its unit as they are written, and the value in SI.
     Measure(f64, String, f64),
@@ -49,6 +52,18 @@ impl Operand {
         if let Operand::Measure(.., value) = self { Operand::Number(value) } else { self }
     }
 
+    /// A number in metres, to be a factor of an expression.
+    pub fn in_metres(self) -> Operand {
+        match self.plain() {
+            Operand::Number(number) => Operand::Text(format!("({number:e}*{METRE})")),
+            other => other,
+        }
+    }
+
+    pub fn is_text(&self) -> bool {
+        matches!(self, Operand::Text(_))
+    }
+
     pub fn plus(self, other: Operand) -> Operand {
         match (self.plain(), other.plain()) {
             (Operand::Number(a), Operand::Number(b)) => Operand::Number(a + b),
@@ -60,7 +75,15 @@ impl Operand {
     pub fn times(self, other: Operand) -> Operand {
         match (self.plain(), other.plain()) {
             (Operand::Number(0.0), _) | (_, Operand::Number(0.0)) => Operand::Number(0.0),
+            (Operand::Number(a), Operand::Number(b)) => Operand::Number(a * b),
             (a, b) => Operand::Text(format!("{}*{}", a.text(), b.text())),
+        }
+    }
+
+    pub fn over(self, other: Operand) -> Operand {
+        match (self.plain(), other.plain()) {
+            (Operand::Number(a), Operand::Number(b)) => Operand::Number(a / b),
+            (a, b) => Operand::Text(format!("({}/{})", a.text(), b.text())),
         }
     }
 

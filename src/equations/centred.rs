@@ -1,0 +1,96 @@
+//! Forces along a line whose ends come together. The direction of the line has no limit there, but these forces do: a spring of free length zero pulls with
+//! -k r, and a damper between ends that can only part along a guide brakes with -c times the velocity along it. They are formulated so, without the length,
+//! and are as smooth as the motion.
+
+use super::Equations;
+use super::form::{Coefficient, Form};
+use super::vector::{FrameId, Vector};
+use crate::component::{Force, Origin};
+use crate::expr::{Arena, Expr, Order, Symbol};
+use crate::graph::ElementId;
+use crate::mechanism::{Dimension, Formula};
+
+/// Directions are the same up to this angle: each component is a rotation of two products, so rounded by up to two units in the last place of the longer side.
+const PARALLEL: f64 = 8.0 * f64::EPSILON;
+
+/// A force that goes to a limit where its ends come together.
+#[derive(Clone, Debug)]
+pub struct Centred {
+    /// From the first end to the second, and the force over it.
+    pub across: Vector,
+    pub density: Expr,
+    /// The other terms: what is in proportion to the rate of a coordinate, and its direction.
+    pub damped: Vec<(Expr, Vector)>,
+}
+
+impl Centred {
+    pub fn force(&self, arena: &mut Arena) -> Form<Vector> {
+        let mut force = Form::term(arena, self.density, &self.across);
+        self.damped.iter().for_each(|(value, along)| force.add_term(arena, *value, along));
+        force
+    }
+}
+
+impl Equations<'_> {
+    /// The force of an element, if it is one of these.
+    pub fn centred(&mut self, id: ElementId) -> Option<Centred> {
+        let element = self.system.element(id);
+        let (Some(row), Origin::Load(load)) = (&element.translation, element.origin) else { return None };
+        if !matches!(row.through, Force::Line(_)) || self.system.mechanism.dimension == Dimension::One {
+            return None;
+        }
+        let (ends, load) = (row.ends, &self.system.mechanism.loads[load.0]);
+        let [stiffness, damping, free] = (load.component().linear)(load).ok()??;
+        if free != Formula::Number(0.0) {
+            return None;
+        }
+        let across = self.kinematics.spanned(&mut self.system, ends).position;
+        let [stiffness, damping] = [stiffness, damping].map(|formula| self.system.value(&formula));
+        let arena = &mut self.system.arena;
+        let mut damped = Vec::new();
+        if !damping.is_zero() {
+            let (frame, slopes) = guide(arena, &across)?;
+            for (coordinate, slope) in slopes {
+                let rate = arena.symbol(Symbol::Coordinate(coordinate, Order::Velocity));
+                let brake = arena.multiply(damping, rate);
+                damped.push((arena.negate(brake), Vector::fixed(frame, slope)));
+            }
+        }
+        Some(Centred { across, density: arena.negate(stiffness), damped })
+    }
+}
+
+/// The frame in which a displacement keeps its direction, and its derivatives by each coordinate that it depends on; none if it can turn there.
+fn guide(arena: &mut Arena, across: &Vector) -> Option<(FrameId, Vec<(usize, [Expr; 2])>)> {
+    let mut parts = across.parts();
+    let (frame, place) = parts.next().filter(|_| parts.next().is_none())?;
+    let mut rest = place;
+    let mut slopes = Vec::new();
+    for symbol in arena.symbols(place) {
+        match symbol {
+            Symbol::Parameter(_) => {}
+            Symbol::Coordinate(index, Order::Position) => {
+                let slope = place.map(|component| arena.derivative(component, symbol));
+                rest = rest.map(|component| arena.substituted(component, symbol, Expr::ZERO));
+                slopes.push((index, slope));
+            }
+            _ => return None,
+        }
+    }
+    let (_, first) = *slopes.first()?;
+    let constant = |arena: &Arena, pair: [Expr; 2]| {
+        arena.symbols(pair).iter().all(|symbol| matches!(symbol, Symbol::Parameter(_)))
+    };
+    let along = slopes.iter().map(|(_, slope)| *slope).chain([rest]);
+    let is_guide = along.into_iter().all(|own| constant(arena, own) && is_parallel(arena, first, own));
+    is_guide.then_some((frame, slopes))
+}
+
+/// Is one pair of components a multiple of the other, up to rounding in turning both?
+fn is_parallel(arena: &mut Arena, first: [Expr; 2], second: [Expr; 2]) -> bool {
+    let number = |pair: [Expr; 2]| Some([arena.as_constant(pair[0])?, arena.as_constant(pair[1])?]);
+    if let (Some([a, b]), Some([c, d])) = (number(first), number(second)) {
+        return (a * d - b * c).abs() <= PARALLEL * a.hypot(b) * c.hypot(d);
+    }
+    arena.multiply(first[0], second[1]) == arena.multiply(first[1], second[0])
+}
