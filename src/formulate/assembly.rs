@@ -3,11 +3,13 @@
 use std::collections::BTreeSet;
 
 use cotree_fmu::constraints::initial::solve_initial;
+use cotree_fmu::constraints::poses::jacobian;
 use cotree_fmu::failure::Failure;
 use cotree_fmu::failure::Gap;
 use cotree_fmu::machine::Machine;
-use cotree_fmu::model::Model;
+use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::{Condition, Program};
+use nalgebra::{DMatrix, DVector};
 
 use super::jumps;
 use super::suspect::{suspect, too_many_drivers};
@@ -129,12 +131,22 @@ fn locked(equations: &Equations, time: f64, gap: &Gap) -> Fault {
 fn contradiction(equations: &mut Equations, model: &Model, names: &[String], velocity: bool) -> Fault {
     let level = if velocity { "velocities" } else { "positions" };
     let spans: Vec<Span> = names.iter().map(|name| condition_span(equations, name)).collect();
-    let causes = causes(equations, model, names, velocity);
-    let message = match names.last().and_then(|name| Some((name, needed(model, name, velocity)?))) {
-        Some((name, [given, needed])) => format!("`{name}` cannot be {given}: {causes} it {needed}"),
-        None => format!("the initial {level} {} cannot be: {causes} them impossible", list(names)),
+    let (causes, several) = causes(equations, model, names, velocity);
+    let make = if several { "make" } else { "makes" };
+    let needed = names.last().and_then(|name| Some((name, needed(model, name, velocity)?)));
+    let is_free = needed.as_ref().is_some_and(|(_, needed)| needed.is_free);
+    let message = match needed {
+        Some((name, Needed { given, found, is_free: true })) => {
+            let leave = if several { "leave" } else { "leaves" };
+            format!("`{name}` cannot be {given}: {causes} {leave} it free, but not as far as that; {found} is possible")
+        }
+        Some((name, Needed { given, found, .. })) => {
+            format!("`{name}` cannot be {given}: {causes} {make} it {found}")
+        }
+        None => format!("the initial {level} {} cannot be: {causes} {make} them impossible", list(names)),
     };
     let help = match names {
+        [name] if is_free => format!("give `{name}` a value within its reach, or make it a guess"),
         [name] => format!("leave `{name}` out, or make it a guess"),
         _ => format!("leave out one of {}, or make it a guess", list(names)),
     };
@@ -145,8 +157,8 @@ fn contradiction(equations: &mut Equations, model: &Model, names: &[String], vel
     Fault { also, ..fault.help(help) }
 }
 
-/// What an initial value contradicts, as the subject of a sentence with its verb: drivers, loops, other initial values.
-fn causes(equations: &mut Equations, model: &Model, names: &[String], velocity: bool) -> String {
+/// What an initial value contradicts, as the subject of a sentence: drivers, loops, other initial values. Also whether that is a plural.
+fn causes(equations: &mut Equations, model: &Model, names: &[String], velocity: bool) -> (String, bool) {
     let drivers = drivers(equations);
     let mut causes = Vec::new();
     if !drivers.is_empty() {
@@ -163,8 +175,7 @@ fn causes(equations: &mut Equations, model: &Model, names: &[String], velocity: 
             causes.push(format!("the other initial {}", if velocity { "velocities" } else { "positions" }));
         }
     }
-    let verb = if driven_alone && drivers.len() == 1 { "makes" } else { "make" };
-    format!("{} {verb}", causes.join(" and "))
+    (causes.join(" and "), !driven_alone || drivers.len() > 1)
 }
 
 /// Is a variable given by drivers alone, without any coordinate?
@@ -178,8 +189,17 @@ fn is_prescribed(equations: &mut Equations, name: &str) -> bool {
     !equations.system.arena.symbols([value]).iter().any(|symbol| matches!(symbol, Symbol::Coordinate(..)))
 }
 
-/// The value of a condition in the scene, and the one that follows from all others.
-fn needed(model: &Model, name: &str, velocity: bool) -> Option<[String; 2]> {
+/// What stands against the value of a condition.
+struct Needed {
+    /// The value in the scene, and one that everything else permits.
+    given: String,
+    found: String,
+    /// Does everything else permit others too?
+    is_free: bool,
+}
+
+/// The value of a condition without which everything else can be.
+fn needed(model: &Model, name: &str, velocity: bool) -> Option<Needed> {
     let mut program = model.program().clone();
     let index = conditions(&program, velocity).iter().position(|condition| condition.name == name)?;
     let list = if velocity { &mut program.initial.velocities } else { &mut program.initial.positions };
@@ -197,7 +217,44 @@ fn needed(model: &Model, name: &str, velocity: bool) -> Option<[String; 2]> {
     machine.run(tape);
     let list = conditions(free.program(), velocity);
     let kind = Kind { angular: list[index].angular, rate: velocity };
-    Some([index + list.len(), index].map(|result| kind.show(machine.result(tape, result))))
+    let [given, found] = [index + list.len(), index].map(|result| kind.show(machine.result(tape, result)));
+    // Velocities are linear: what they contradict determines them.
+    let is_free = !velocity && is_free(&free, &state, &mut machine, index);
+    Some(Needed { given, found, is_free })
+}
+
+/// Can the value of a condition on positions change where the loops and the known conditions hold?
+fn is_free(model: &Model, state: &State, machine: &mut Machine, index: usize) -> bool {
+    /// Less than this share of its gradient is a rounding error.
+    const SHARE: f64 = 1e-6;
+    let initial = &model.program().initial;
+    let loops = jacobian(model, state);
+    let columns = loops.ncols();
+    let mut own = vec![DVector::zeros(columns); initial.positions.len()];
+    let tape = &initial.position_jacobian;
+    machine.run(&tape.tape);
+    for (&(row, column), value) in tape.entries.iter().zip(tape.tape.results(machine.registers())) {
+        // Inputs that are integrated are given.
+        if (column as usize) < columns {
+            own[row as usize][column as usize] += value;
+        }
+    }
+    let known = (0..own.len()).filter(|&row| initial.positions[row].known).map(|row| own[row].transpose());
+    let rows: Vec<_> = loops.row_iter().map(|row| row.into_owned()).chain(known).collect();
+    let scales = DVector::from_iterator(columns, model.program().coordinates.iter().map(|coordinate| coordinate.scale));
+    let mut gradient = own[index].component_mul(&scales);
+    let whole = gradient.norm();
+    if !rows.is_empty() {
+        let held = DMatrix::from_fn(rows.len(), columns, |row, column| rows[row][column] * scales[column]).transpose();
+        let directions = held.svd(true, false);
+        let limit = SHARE * directions.singular_values.max();
+        let Some(u) = &directions.u else { return false };
+        for (direction, _) in u.column_iter().zip(&directions.singular_values).filter(|(_, size)| **size > limit) {
+            let part = direction.dot(&gradient);
+            gradient.axpy(-part, &direction, 1.0);
+        }
+    }
+    gradient.norm() > SHARE * whole
 }
 
 fn conditions(program: &Program, velocity: bool) -> &[Condition] {

@@ -7,6 +7,7 @@ pub mod hanging;
 pub mod hard;
 pub mod jet;
 pub mod loads;
+pub mod one_freedom;
 pub mod parts;
 pub mod point;
 pub mod random;

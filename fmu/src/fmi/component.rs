@@ -410,7 +410,11 @@ impl<V: Version> Component<V> {
             self.logger.log(Severity::Warning, Category::Errors, &format!("{inaccuracy}; {}", Inaccuracy::HELP));
         }
         for passage in self.instance.take_passages() {
-            self.logger.log(Severity::Fine, Category::Events, &passage.to_string());
+            let (severity, category) = match passage.is_inexact() {
+                true => (Severity::Warning, Category::Errors),
+                false => (Severity::Fine, Category::Events),
+            };
+            self.logger.log(severity, category, &passage.to_string());
         }
     }
 

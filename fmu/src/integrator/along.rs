@@ -121,7 +121,7 @@ impl Along {
         }
         interpolate(&run.last.dense, high, motion);
         curve.put(motion, &mut self.system.values);
-        run.note_passage(context.model, context.settings.tolerance, run.last.end_time + high * h, motion)
+        run.note_passage(context.model, run.last.end_time + high * h, motion)
     }
 }
 

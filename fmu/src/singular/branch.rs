@@ -319,7 +319,7 @@ fn cross(model: &Model, near: &State) -> bool {
         places.for_each(|(place, (shift, coordinate))| *place -= shift * coordinate.scale);
     }
     let found = last < FOUND;
-    !found || !Passage::at(model, &pose).is_avoided(0.0)
+    !found || !Passage::at(model, &pose).is_avoided()
 }
 
 /// One step of it, in units of the scales.

@@ -163,6 +163,11 @@ impl Guard {
         self.start.iter().zip(&self.next).any(|(start, next)| *start > 0.0 && is_jump(*start, *next))
     }
 
+    /// Does a row come so much closer in the step that it could have gone past the others?
+    pub fn leaps(&self) -> bool {
+        self.share() * STEADY < 1.0
+    }
+
     /// The smallest r_k at the end of the step, as a share of that at its start.
     pub fn share(&self) -> f64 {
         let squares =

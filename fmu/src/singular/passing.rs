@@ -5,21 +5,17 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::constraints::poses::{active_rows, constraint};
-use crate::linalg::sparse::{Factors, Row, columns, independent_rows, product_with_transposed};
+use super::crossing::Dependences;
+use crate::constraints::poses::active_rows;
+use crate::math;
 use crate::model::{Model, State};
 use crate::singular::detect::SHARE;
 
-/// At the pose less than this share of a loop equation is new if it depends on the others.
-const NEW: f64 = 0.02;
-/// Branches that miss each other by less than this meet.
+/// Branches that miss each other by less than this are passed as if they met, whatever the tolerance: next to the pose rounding errors of positions, divided by the
+/// distance from it, are of the order of the distance of the branches, its root.
 const MEET: f64 = 1e-10;
-/// The time of the pose, and the motion there, are wrong by about the tolerance: together they look like a defect of this many squares of it.
-const UNCERTAIN: f64 = 10.0;
-/// At most so many Newton steps, with the rows of the pose, close the loop equations that do not depend on others; at places this close to where they
-/// are closed, in units of the scales, the others miss by as much.
-const CLOSINGS: usize = 4;
-const NEAR: f64 = 1e-7;
+/// What rounding errors of lengths make of branches that meet, in units of their spacing; those of positions count, for angles grow with every turn.
+const ROUNDING: f64 = 64.0;
 /// More bodies than this are counted.
 const NAMED: usize = 4;
 
@@ -34,7 +30,7 @@ pub struct Passage {
     pub bodies: Vec<String>,
     /// How many loop equations follow from the others there.
     pub freedoms: usize,
-    /// By how much the branches miss each other there, relative to the scales of the loop equations.
+    /// By how much the branches miss each other there, relative to the scales of the loop equations; 0 if it is no more than rounding errors.
     pub defect: f64,
 }
 
@@ -46,9 +42,14 @@ impl Passage {
         passage
     }
 
-    /// Do the branches only come close to each other, by more than can be overlooked at a tolerance?
-    pub fn is_avoided(&self, tolerance: f64) -> bool {
-        self.defect > f64::max(MEET, UNCERTAIN * tolerance * tolerance)
+    /// Do the branches only come close to each other?
+    pub fn is_avoided(&self) -> bool {
+        self.defect > MEET
+    }
+
+    /// Was it passed as if the branches met, though they do not?
+    pub fn is_inexact(&self) -> bool {
+        self.defect > 0.0
     }
 
     fn describe(&mut self, model: &Model, state: &State) {
@@ -64,7 +65,10 @@ impl Passage {
         let moved: BTreeSet<usize> = part.iter().flat_map(|&place| rows[place].keys().copied()).collect();
         let turning = moved.iter().filter_map(|&index| program.coordinates[index].name.strip_suffix(".angle"));
         self.bodies = turning.map(String::from).collect();
-        self.defect = found.defect(model, state, &rows);
+        let defect = found.defect(model, state);
+        let coordinates = program.coordinates.iter().zip(state.positions());
+        let largest = coordinates.fold(1.0, |most, (own, place)| math::maximum(most, place.abs() / own.scale));
+        self.defect = if defect > ROUNDING * f64::EPSILON * largest { defect } else { 0.0 };
     }
 }
 
@@ -78,7 +82,15 @@ impl fmt::Display for Passage {
             _ => write!(formatter, "singular pose of the loops at {}", listed(&self.joints))?,
         }
         let freedoms = if self.freedoms == 1 { "freedom" } else { "freedoms" };
-        write!(formatter, "; passing with {} {freedoms} gained", self.freedoms)
+        write!(formatter, "; passing with {} {freedoms} gained", self.freedoms)?;
+        match self.is_inexact() {
+            true => write!(
+                formatter,
+                "; it is passed as if the branches of the motion met, but they miss each other by {:.0e} of the lengths: make these exact, or more different",
+                self.defect
+            ),
+            false => Ok(()),
+        }
     }
 }
 
@@ -96,95 +108,9 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-/// Which rows of a matrix J depend on each other.
-#[derive(Debug)]
-struct Dependences {
-    /// Rows that do not depend on those before them, and the factors of J J^T with them alone.
-    independent: Vec<usize>,
-    factors: Factors,
-    /// For each other row the combination of rows that vanishes; its largest share is 1.
-    combinations: Vec<Vec<f64>>,
-}
-
-impl Dependences {
-    /// None if rounding errors hide it.
-    fn of(rows: &[Row]) -> Option<Self> {
-        let (_, independent) = independent_rows(rows.to_vec(), NEW, NEW);
-        let own: Vec<Row> = independent.iter().map(|&row| rows[row].clone()).collect();
-        let factors = Factors::new(product_with_transposed(&own))?;
-        let others = (0..rows.len()).filter(|row| independent.binary_search(row).is_err());
-        let columns = columns(&own);
-        let combination = |other: usize| {
-            let mut shares = vec![0.0; own.len()];
-            for (column, entry) in &rows[other] {
-                columns.get(column).into_iter().flatten().for_each(|&(row, own)| shares[row] += own * entry);
-            }
-            factors.solve(&mut shares);
-            let mut combination = vec![0.0; rows.len()];
-            independent.iter().zip(shares).for_each(|(&row, share)| combination[row] = -share);
-            combination[other] = 1.0;
-            let largest = combination.iter().fold(0.0, |largest: f64, share| largest.max(share.abs()));
-            combination.iter().map(|share| share / largest).collect()
-        };
-        Some(Self { combinations: others.map(combination).collect(), independent, factors })
-    }
-
-    /// What is left of the loop equations that depend on the others when those are closed.
-    fn defect(&self, model: &Model, state: &State, rows: &[Row]) -> f64 {
-        let program = model.program();
-        let mut state = state.clone();
-        let open = |state: &State| -> Vec<f64> {
-            let values = constraint(model, state);
-            model.active().iter().map(|&row| values[row] / program.constraints[row].scale).collect()
-        };
-        for _ in 0..CLOSINGS {
-            let change = self.shortest(rows, &open(&state));
-            // What depends on the others changes with the square only.
-            if change.values().all(|change| change.abs() < NEAR) {
-                break;
-            }
-            for (column, change) in change {
-                state.positions_mut()[column] -= change * program.coordinates[column].scale;
-            }
-        }
-        self.misses(&open(&state))
-    }
-
-    /// The largest of the combinations of so open loop equations.
-    fn misses(&self, open: &[f64]) -> f64 {
-        let miss = |shares: &Vec<f64>| shares.iter().zip(open).map(|(share, open)| share * open).sum::<f64>().abs();
-        self.combinations.iter().map(miss).fold(0.0, f64::max)
-    }
-
-    /// The shortest change of the coordinates that the independent rows turn into these values.
-    fn shortest(&self, rows: &[Row], values: &[f64]) -> Row {
-        let mut weights: Vec<f64> = self.independent.iter().map(|&row| values[row]).collect();
-        self.factors.solve(&mut weights);
-        let mut change = Row::new();
-        for (&row, weight) in self.independent.iter().zip(weights) {
-            rows[row].iter().for_each(|(&column, entry)| *change.entry(column).or_default() += weight * entry);
-        }
-        change
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn rows_that_depend_on_each_other_are_found_with_their_shares() {
-        let rows =
-            |entries: &[&[(usize, f64)]]| entries.iter().map(|row| Row::from_iter(row.iter().copied())).collect();
-        let matrix: Vec<Row> = rows(&[&[(0, 1.0)], &[(1, 2.0)], &[(2, 1.0)], &[(1, 1.0), (2, -1.0)]]);
-        let found = Dependences::of(&matrix).unwrap();
-        let [shares] = &found.combinations[..] else { panic!("{found:?}") };
-        let expected = [0.0, -0.5, 1.0, 1.0];
-        assert!(shares.iter().zip(expected).all(|(share, expected)| (share - expected).abs() < 1e-12), "{found:?}");
-        let change = found.shortest(&matrix, &[3.0, 4.0, 0.0, 9.0]);
-        assert!((change[&0] - 3.0).abs() < 1e-12 && (change[&1] - 2.0).abs() < 1e-12, "{change:?}");
-        assert!(Dependences::of(&matrix[..3]).unwrap().combinations.is_empty());
-    }
 
     #[test]
     fn the_message_names_the_bodies_in_line() {
@@ -192,6 +118,15 @@ mod tests {
         let mut passage =
             Passage { time: 3.25, joints: names(&["pin"]), bodies: names(&["crank", "rod"]), freedoms: 1, defect: 0.0 };
         assert_eq!(passage.to_string(), "t = 3.250000 s: `crank` and `rod` are in line; passing with 1 freedom gained");
+        assert!(!passage.is_inexact() && !passage.is_avoided());
+        passage.defect = 3e-11;
+        assert!(
+            passage
+                .to_string()
+                .ends_with("miss each other by 3e-11 of the lengths: make these exact, or more different")
+        );
+        assert!(passage.is_inexact() && !passage.is_avoided());
+        passage.defect = 0.0;
         passage.bodies = names(&["a", "b", "c", "d", "e"]);
         assert!(passage.to_string().contains("`a`, `b`, `c` and 2 others are in line"), "{passage}");
         (passage.joints, passage.freedoms) = (names(&["left", "right"]), 2);

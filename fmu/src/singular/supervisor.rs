@@ -142,9 +142,9 @@ impl Supervisor {
 impl Run {
     /// Judges a singular pose that the next step passes, by the motion there, and notes it. False if the branches do not meet there: the step must
     /// be taken again, following the curve.
-    pub(crate) fn note_passage(&mut self, model: &Model, tolerance: f64, time: f64, pose: &[f64]) -> bool {
+    pub(crate) fn note_passage(&mut self, model: &Model, time: f64, pose: &[f64]) -> bool {
         let passage = self.passage(model, time, pose);
-        if self.avoids(&passage, tolerance) {
+        if self.avoids(&passage) {
             return false;
         }
         let known = &mut self.singular;
@@ -154,14 +154,19 @@ impl Run {
         true
     }
 
-    /// Is this a pose where branches come close to each other but do not meet, seen from the motion there? The next steps then follow the curve.
-    pub(crate) fn finds_avoided(&mut self, model: &Model, tolerance: f64, time: f64, pose: &[f64]) -> bool {
+    /// Is this a pose where branches come close to each other but do not meet, seen from the motion there? The next steps then follow the curve. If they almost meet it
+    /// is passed, and that is to be said.
+    pub(crate) fn finds_avoided(&mut self, model: &Model, time: f64, pose: &[f64]) -> bool {
         let passage = self.passage(model, time, pose);
-        self.avoids(&passage, tolerance)
+        let avoided = self.avoids(&passage);
+        if !avoided && passage.is_inexact() {
+            self.singular.passages.push(passage);
+        }
+        avoided
     }
 
-    fn avoids(&mut self, passage: &Passage, tolerance: f64) -> bool {
-        let avoided = passage.is_avoided(tolerance);
+    fn avoids(&mut self, passage: &Passage) -> bool {
+        let avoided = passage.is_avoided();
         if avoided {
             let ahead = passage.time - self.last.end_time;
             let known = &mut self.singular;
@@ -172,11 +177,11 @@ impl Run {
     }
 
     /// Notes a singular pose that is passed by leaving its zone, unless the step that first passed it has been noted.
-    pub(crate) fn note_left(&mut self, model: &Model, tolerance: f64, [from, pose]: [f64; 2], there: &[f64]) {
+    pub(crate) fn note_left(&mut self, model: &Model, [from, pose]: [f64; 2], there: &[f64]) {
         self.singular.refuge.clear();
         if pose > from && !self.singular.passages.iter().any(|passage| passage.time > from) {
             let passage = self.passage(model, pose, there);
-            if !passage.is_avoided(tolerance) {
+            if !passage.is_avoided() {
                 self.singular.passages.push(passage);
             }
         }

@@ -16,6 +16,8 @@ pub(super) struct Given {
     targets: Vec<f64>,
     /// Is the condition linear in all unknowns?
     linear: Vec<bool>,
+    /// Are the loop equations? Known once somebody has asked for it.
+    linear_loops: Vec<bool>,
 }
 
 impl Given {
@@ -35,7 +37,7 @@ impl Given {
             names.entry(values[index] as usize).or_insert(index);
         }
         let conditions = unknowns.map(|unknown| names.get(&unknown).copied()).collect();
-        Self { conditions, targets, linear: linear(model, jacobian, values.len()) }
+        Self { conditions, targets, linear: linear(model, jacobian, values.len()), linear_loops: Vec::new() }
     }
 
     /// Writes what is known among the unknowns, in units of their scales.
@@ -60,6 +62,17 @@ impl Given {
     /// Is a condition linear in all unknowns?
     pub fn is_linear(&self, condition: usize) -> bool {
         self.linear[condition]
+    }
+
+    /// Looks which loop equations are linear in all unknowns.
+    pub fn find_linear_loops(&mut self, model: &Model) {
+        let program = model.program();
+        self.linear_loops = linear(model, &program.tapes.jacobian, program.constraints.len());
+    }
+
+    /// Is a loop equation linear in all unknowns, as far as anybody has looked?
+    pub fn is_linear_loop(&self, row: usize) -> bool {
+        self.linear_loops.get(row).copied().unwrap_or_default()
     }
 }
 

@@ -38,7 +38,7 @@ struct Wanted {
     loops: bool,
     known: bool,
     guesses: bool,
-    /// Only the linear conditions?
+    /// Only what is linear?
     linear: bool,
     /// Are known coordinates no unknowns?
     substituted: bool,
@@ -57,6 +57,10 @@ impl Wanted {
     fn includes(&self, index: usize, condition: &Condition, given: &Given) -> bool {
         let wanted = if condition.known { self.known } else { self.guesses };
         wanted && self.without != Some(index) && (!self.linear || given.is_linear(index))
+    }
+
+    fn includes_loop(&self, row: usize, given: &Given) -> bool {
+        self.loops && (!self.linear || given.is_linear_loop(row))
     }
 
     /// The value of an unknown that is substituted.
@@ -78,7 +82,10 @@ impl Family<'_> {
         if wanted.loops {
             machine.run(self.loops.0);
             let scales = model.program().constraints.iter().map(|constraint| constraint.scale);
-            r.extend(self.loops.0.results(machine.registers()).zip(scales).map(|(phi, scale)| phi / scale));
+            let values = self.loops.0.results(machine.registers()).zip(scales).enumerate();
+            r.extend(
+                values.map(|(row, (phi, scale))| if wanted.includes_loop(row, given) { phi / scale } else { 0.0 }),
+            );
         }
         let (conditions, tape, _) = self.conditions;
         machine.run(tape);
@@ -101,7 +108,8 @@ impl Family<'_> {
         let mut rows = 0;
         if wanted.loops {
             rows = model.program().constraints.len();
-            let scale = |row: usize| Some((row, model.program().constraints[row].scale));
+            let scale =
+                |row: usize| wanted.includes_loop(row, given).then(|| (row, model.program().constraints[row].scale));
             self.append(model, machine, self.loops.1, scale, entries);
         }
         let (conditions, _, jacobian) = self.conditions;

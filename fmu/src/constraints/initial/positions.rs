@@ -20,6 +20,12 @@ const DISTURBANCES: [f64; 7] = [1e-3, 1e-2, 0.1, 0.3, 0.6, 1.0, 2.0];
 const TRIES: usize = 6;
 /// A mechanism that turned over has moved at least this much [rad].
 const TURNED: f64 = 0.5;
+/// Where the drivers are followed to another time: the first part of the way and the shortest one, and how many there may be.
+const FIRST_PART: f64 = 1e-3;
+const SHORTEST_PART: f64 = 1e-9;
+const MOST_PARTS: usize = 100_000;
+/// In no part does the pose end further from where it was going, in units of the scales.
+const ASTRAY: f64 = 0.05;
 
 /// Positions as unknowns: those of the coordinates and of the integrated inputs.
 pub(super) struct Positions<'a>(Level<'a>);
@@ -58,14 +64,78 @@ impl<'a> Positions<'a> {
             let shared = self.attempt(Wanted { substituted: false, ..Wanted::KNOWN }, &mut known);
             return Err(self.contradiction(if fulfilled(&shared) { &r } else { &shared }));
         }
-        let mut x = guess.clone();
-        if !self.close(Wanted::ALL, &mut x) {
-            return Err(self.explain(&guess, &x));
-        }
-        self.turn_back(&guess, &mut x);
-        self.same_branch(&guess, &x)?;
-        self.0.load(&x);
+        let found = match self.near(&guess) {
+            Err(failure) => self.along_the_drivers(&guess).or_else(|| self.far(&guess)).ok_or(failure),
+            found => found,
+        };
+        self.0.load(&found?);
         Ok(())
+    }
+
+    /// The pose next to a guess.
+    fn near(&mut self, guess: &[f64]) -> Result<Vec<f64>, Failure> {
+        let mut x = guess.to_vec();
+        if !self.close(Wanted::ALL, &mut x) {
+            return Err(self.explain(guess, &x));
+        }
+        self.turn_back(guess, &mut x);
+        self.same_branch(guess, &x)?;
+        Ok(x)
+    }
+
+    /// The pose next to where the linear loops lead from a guess: in one step, however many turns away, for they have one solution.
+    fn far(&mut self, guess: &[f64]) -> Option<Vec<f64>> {
+        let mut x = guess.to_vec();
+        self.0.given.find_linear_loops(self.0.model);
+        self.0.wanted = Wanted { loops: true, ..Wanted::LINEAR };
+        solve(&mut self.0, &mut x, f64::INFINITY);
+        // A step of Newton's method is shorter than the way was: the loops did not lead away.
+        let led = x.iter().zip(guess).any(|(x, guess)| (x - guess).abs() > REACH);
+        if led { self.near(&x).ok() } else { None }
+    }
+
+    /// The pose to which the drivers lead from where the scene starts: the guess belongs there.
+    fn along_the_drivers(&mut self, guess: &[f64]) -> Option<Vec<f64>> {
+        let span = [self.0.model.program().experiment.start, self.0.state.time()];
+        if span[0] == span[1] {
+            return None;
+        }
+        self.0.state.set_time(span[0]);
+        let first = self.near(guess).ok().or_else(|| self.far(guess));
+        let found = first.and_then(|first| self.follow(first, span));
+        self.0.state.set_time(span[1]);
+        found
+    }
+
+    /// Follows the loops from a pose at one time to another time, in parts so short that the motion goes straight on in each.
+    fn follow(&mut self, mut x: Vec<f64>, [mut time, until]: [f64; 2]) -> Option<Vec<f64>> {
+        let whole = until - time;
+        let (mut part, mut rates) = (whole * FIRST_PART, vec![0.0; x.len()]);
+        for _ in 0..MOST_PARTS {
+            let last = (until - time).abs() <= part.abs();
+            let next = if last { until } else { time + part };
+            let span = next - time;
+            self.0.state.set_time(next);
+            let ahead: Vec<f64> = x.iter().zip(&rates).map(|(x, rate)| x + span * rate).collect();
+            let mut found = ahead.clone();
+            let r = self.attempt(Wanted::ALL, &mut found);
+            let (missed, moved) = (longest(&found, &ahead), longest(&found, &x));
+            // Written so that NaN is astray.
+            if fulfilled(&r) && missed <= ASTRAY && moved <= TURNED {
+                if last {
+                    return Some(found);
+                }
+                rates = found.iter().zip(&x).map(|(found, x)| (found - x) / span).collect();
+                (x, time) = (found, next);
+                part *= if missed < 0.25 * ASTRAY && moved < 0.5 * TURNED { 2.0 } else { 1.0 };
+            } else {
+                part *= 0.5;
+                if part.abs() < SHORTEST_PART * whole.abs() {
+                    return None;
+                }
+            }
+        }
+        None
     }
 
     /// Is nothing set that the program was not made for, and does its own start fit? Leaves it in the state.
@@ -223,6 +293,11 @@ impl<'a> Positions<'a> {
         let determinant: f64 = matrix.remove_rows_at(&rows).lu().determinant();
         if determinant.is_finite() { crate::math::sign(determinant) } else { 0.0 }
     }
+}
+
+/// The largest difference of two poses.
+fn longest(one: &[f64], other: &[f64]) -> f64 {
+    one.iter().zip(other).fold(0.0, |most, (one, other)| crate::math::maximum(most, (one - other).abs()))
 }
 
 /// An angle between -pi and pi.

@@ -95,7 +95,7 @@ impl Explicit {
         });
         let time = run.last.end_time + ahead;
         interpolate(&run.last.dense, ahead / h, &mut self.watch.point);
-        run.note_passage(context.model, context.settings.tolerance, time, &self.watch.point)
+        run.note_passage(context.model, time, &self.watch.point)
     }
 
     /// Leaves a singular pose in which a run begins. Says whether there was one.
@@ -118,7 +118,7 @@ impl Explicit {
             if self.shoot(context, run, &mut search, pose) {
                 let theta = (pose - run.last.start_time) / (run.last.end_time - run.last.start_time);
                 interpolate(&run.last.dense, theta, &mut self.watch.point);
-                run.note_left(context.model, context.settings.tolerance, [time, pose], &self.watch.point);
+                run.note_left(context.model, [time, pose], &self.watch.point);
                 (run.singular.ahead, run.singular.pose) = (0.0, Some(pose));
                 run.last.natural = run.last.natural.max(search.h);
                 context.statistics.steps += 1;

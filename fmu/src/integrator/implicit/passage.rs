@@ -132,7 +132,7 @@ impl Implicit {
         self.reference.copy_from_slice(&self.start);
         let ahead = refine(run.singular.ahead, h, |dt| self.share_at(context, run, dt));
         evaluate(&self.polynomial, ahead, &mut self.point);
-        run.note_passage(context.model, context.settings.tolerance, run.last.end_time + ahead, &self.point)
+        run.note_passage(context.model, run.last.end_time + ahead, &self.point)
     }
 }
 

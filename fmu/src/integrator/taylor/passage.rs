@@ -59,6 +59,24 @@ impl Taylor {
         found.is_some()
     }
 
+    /// Has a step at whose end a row is much closer leapt over a pose that nothing had announced, and where branches do not meet? Where they do, the motion goes
+    /// straight on as it has.
+    pub(super) fn has_leapt(&mut self, context: &mut Context, run: &mut Run, end: f64) -> bool {
+        let (h, share, known) = (end - run.last.end_time, self.guard.share(), run.singular.ahead);
+        let guess = h / (1.0 + share);
+        let near = self.share_at(context, run, guess) < HALF * share;
+        let found = if near { self.locate(context, run, guess).filter(|ahead| *ahead < h) } else { None };
+        if let Some(ahead) = found {
+            run.singular.ahead = ahead;
+            if self.finds_avoided(context, run, h) {
+                return true;
+            }
+        }
+        run.singular.ahead = known;
+        self.restore_end(context, run, end);
+        false
+    }
+
     /// The smallest distance from a singular pose along the polynomial, as a share of that where the step begins.
     fn share_at(&mut self, context: &mut Context, run: &Run, dt: f64) -> f64 {
         self.jet.evaluate(&run.last.dense, run.last.order as usize, dt, &mut self.next);
@@ -112,7 +130,7 @@ impl Taylor {
         self.jet.evaluate(&run.last.dense, order, length, &mut run.last.end);
         (run.last.start_time, run.last.end_time) = (start, start + length);
         if pose <= run.last.end_time {
-            run.note_left(context.model, context.settings.tolerance, [start, pose], &there);
+            run.note_left(context.model, [start, pose], &there);
         }
         (run.singular.ahead, run.singular.pose) = (f64::max(pose - run.last.end_time, 0.0), Some(pose));
         context.statistics.steps += 1;
@@ -165,7 +183,7 @@ impl Taylor {
     /// Notes that the step from the start of the step passes a singular pose; false if the branches do not meet there.
     pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Run, end: f64) -> bool {
         let pose = self.follow_to_pose(context, run, end - run.last.end_time);
-        let meets = run.note_passage(context.model, context.settings.tolerance, pose, &self.next);
+        let meets = run.note_passage(context.model, pose, &self.next);
         if meets {
             self.restore_end(context, run, end);
         } else {
@@ -203,7 +221,7 @@ impl Taylor {
     pub(super) fn finds_avoided(&mut self, context: &mut Context, run: &mut Run, h: f64) -> bool {
         let pose = self.follow_to_pose(context, run, h);
         self.known = Start::Unknown;
-        run.finds_avoided(context.model, context.settings.tolerance, pose, &self.next)
+        run.finds_avoided(context.model, pose, &self.next)
     }
 
     /// The time of the pose ahead within a step of length h; the motion there is then in `next`.

@@ -145,6 +145,11 @@ impl Taylor {
         if step.predicted && !step.located {
             step.located = self.locate_behind(context, run, end);
         }
+        let passes = step.located && run.passes(end);
+        if !step.follows && !passes && self.guard.leaps() && self.has_leapt(context, run, end) {
+            // Judged again from here, along the curve.
+            return;
+        }
         self.finish(context, run, step, (end, switch));
     }
 

@@ -1,0 +1,196 @@
+//! Linkages whose bars almost lie in line: whether branches meet there is geometry, whatever the tolerance.
+
+mod support;
+
+use std::sync::Arc;
+
+use cotree::compile::compile;
+use cotree::scene::{Body, Scene};
+use cotree_fmu::instance::Instance;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::Engine;
+use support::hard::four_bar::{FourBar, bar, nearly_neutral};
+use support::one_freedom::{Linkage, Motion};
+
+const STOP: f64 = 1.2;
+const POINTS: u32 = 24;
+/// What is left of the digits of a reference behind a pose with the smallest defect.
+const ROUNDING: f64 = 1e-7;
+
+/// A linkage with what is read of it.
+struct Case {
+    name: String,
+    linkage: Linkage,
+    scene: Scene,
+    start: [f64; 3],
+    rate: f64,
+    read: [&'static str; 3],
+}
+
+fn four_bar(name: &str, bars: FourBar) -> Case {
+    let [coupler, rocker] = bars.angles();
+    let read = ["crank.angle", "coupler.angle", "rocker.angle"];
+    let start = [bars.angle, coupler, rocker];
+    Case {
+        name: name.to_owned(),
+        linkage: Linkage::FourBar(bars),
+        scene: bars.scene("nearly"),
+        start,
+        rate: bars.omega,
+        read,
+    }
+}
+
+/// A crank and a rod of almost equal lengths: the slider's pin comes close to the crank's axle.
+fn slider(defect: f64) -> Case {
+    let (crank, rod, masses, gravity) = (1.0, 1.0 - defect, [1.0, 0.7, 0.4], 9.81);
+    let (angle, rate): (f64, f64) = (0.6, 8.0);
+    let turned = -(crank * angle.sin() / rod).asin();
+    let place = crank * angle.cos() + rod * turned.cos();
+    let scene = Scene::new("slider")
+        .gravity([0.0, -gravity])
+        .ground_point("axle", [0.0, 0.0])
+        .body("crank", bar(masses[0], crank))
+        .body("rod", bar(masses[1], rod))
+        .body("slider", Body::new().mass(masses[2]).point("pin", [0.0, 0.0]))
+        .revolute("main", "ground.axle", "crank.a")
+        .revolute("crank_pin", "crank.b", "rod.a")
+        .revolute("slider_pin", "rod.b", "slider.pin")
+        .prismatic("guide", "ground", "slider", [1.0, 0.0])
+        .initial("crank.angle", angle)
+        .initial("crank.omega", rate)
+        .guess("rod.angle", turned)
+        .guess("slider.x", place);
+    let read = ["crank.angle", "rod.angle", "slider.x"];
+    let linkage = Linkage::Slider { crank, rod, masses, gravity };
+    Case { name: format!("slider {defect:e}"), linkage, scene, start: [angle, turned, place], rate, read }
+}
+
+fn cases(defect: f64) -> Vec<Case> {
+    let fast = |bars: FourBar| FourBar { omega: 8.0, ..bars };
+    let parallelogram = fast(FourBar { coupler: 2.0 - defect, ..FourBar::new(1.0, 2.0, 1.0, 2.0) });
+    let kite = fast(FourBar { rocker: 1.5 - defect, ..FourBar::new(0.8, 1.5, 1.5, 0.8) });
+    let mut cases = vec![
+        four_bar(&format!("parallelogram {defect:e}"), parallelogram),
+        four_bar(&format!("kite {defect:e}"), kite),
+        slider(defect),
+    ];
+    cases.extend((0..6).map(|seed| four_bar(&format!("four-bar {seed} {defect:e}"), nearly_neutral(seed, defect))));
+    cases
+}
+
+impl Case {
+    fn model(&self) -> Arc<Model> {
+        let scene = self.read.into_iter().fold(self.scene.clone(), |scene, name| scene.output(name));
+        let compiled = compile(&scene.stop(STOP)).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
+        Arc::new(Model::new(compiled.program).expect("a sound program"))
+    }
+
+    /// The coordinates as the curve has them; none if the motion turns back.
+    fn expected(&self) -> Option<Vec<[f64; 3]>> {
+        let mut motion = Motion::new(self.linkage, self.start, self.rate);
+        (1..=POINTS).map(|point| motion.at(time(point))).collect()
+    }
+
+    /// The largest difference, and how many poses were passed as exact though they are not.
+    fn run(
+        &self,
+        model: &Arc<Model>,
+        engine: Option<Engine>,
+        tolerance: f64,
+        expected: &[[f64; 3]],
+    ) -> Result<(f64, usize), String> {
+        let mut instance = Instance::new(model.clone());
+        instance.setup(0.0, Some(STOP), Some(tolerance)).expect("times");
+        if let Some(engine) = engine {
+            instance.set_engine(engine).expect("not begun");
+        }
+        instance.initialise().map_err(|error| error.to_string())?;
+        let (mut worst, mut told): (f64, usize) = (0.0, 0);
+        for (point, expected) in (1..).zip(expected) {
+            instance.step_to(time(point)).map_err(|error| error.to_string())?;
+            told += instance.take_passages().iter().filter(|passage| passage.is_inexact()).count();
+            for (name, expected) in self.read.iter().zip(expected) {
+                let variable = instance.variable(name).expect("an output");
+                worst = worst.max((instance.get(variable).expect("defined") - expected).abs());
+            }
+        }
+        Ok((worst, told))
+    }
+}
+
+fn time(point: u32) -> f64 {
+    STOP * f64::from(point) / f64::from(POINTS)
+}
+
+/// What came of runs at one defect and by one method.
+#[derive(Debug, Default)]
+struct Count {
+    runs: usize,
+    /// Further from the curve than a thousand tolerances, with a warning and without.
+    told: usize,
+    wrong: Vec<String>,
+    refused: Vec<String>,
+}
+
+/// Runs a sample of the grid of defects and tolerances; each linkage at each defect at some of the tolerances.
+fn sample(engine: Option<Engine>, power: i32, tolerances: impl Iterator<Item = i32> + Clone) -> Count {
+    let mut count = Count::default();
+    for (place, defect) in [1.0, -1.0].map(|sign| sign * 10.0_f64.powi(-power)).into_iter().enumerate() {
+        for (number, case) in cases(defect).into_iter().enumerate() {
+            let Some(expected) = case.expected() else { continue };
+            let model = case.model();
+            for digits in tolerances.clone().filter(|digits| (*digits as usize + number + place).is_multiple_of(3)) {
+                let tolerance = 10.0_f64.powi(-digits);
+                count.runs += 1;
+                let run = format!("{engine:?}, {} at {tolerance:e}", case.name);
+                match case.run(&model, engine, tolerance, &expected) {
+                    Ok((worst, _)) if worst <= 1000.0 * tolerance + ROUNDING => {}
+                    Ok((_, told)) if told > 0 => count.told += 1,
+                    Ok((worst, _)) => count.wrong.push(format!("{run}: {worst:e}")),
+                    Err(message) => count.refused.push(format!("{run}: {message}")),
+                }
+            }
+        }
+    }
+    count
+}
+
+/// Whatever the tolerance, bars that miss each other turn off where they do, and what is passed as if they met is said to be.
+#[test]
+fn a_defect_of_lengths_is_followed_at_every_tolerance() {
+    for power in 3..=9 {
+        let count = sample(None, power, 4..=11);
+        assert!(count.runs > 30 && count.wrong.is_empty() && count.told == 0, "1e-{power}: {count:?}");
+        assert!(count.refused.is_empty(), "1e-{power}: {count:?}");
+    }
+}
+
+#[test]
+fn the_smallest_defects_are_followed_or_told_or_refused() {
+    for power in 10..=11 {
+        let count = sample(None, power, 4..=9);
+        assert!(count.runs > 30 && count.wrong.is_empty(), "1e-{power}: {count:?}");
+        assert!(5 * count.refused.len() < count.runs, "1e-{power}: {count:?}");
+        assert!(count.told > 0, "1e-{power}: {count:?}");
+    }
+}
+
+/// The explicit method follows it too.
+#[test]
+fn explicit_steps_follow_a_defect() {
+    for power in [3, 5, 7, 9] {
+        let count = sample(Some(Engine::Dop853), power, 5..=9);
+        assert!(count.wrong.is_empty() && count.told == 0 && count.refused.is_empty(), "1e-{power}: {count:?}");
+    }
+}
+
+/// The implicit one does not follow it, and stops there instead of taking the wrong branch.
+#[test]
+fn implicit_steps_follow_a_defect_or_stop_at_it() {
+    for power in [3, 5, 7, 9] {
+        let count = sample(Some(Engine::Radau), power, (4..=8).step_by(2));
+        assert!(count.wrong.is_empty() && count.told == 0, "1e-{power}: {count:?}");
+        assert!(count.refused.iter().all(|refusal| refusal.contains("singular pose")), "{:?}", count.refused);
+    }
+}
