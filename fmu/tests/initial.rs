@@ -2,9 +2,9 @@
 
 mod support;
 
+use cotree_fmu::constraints::independence::independence;
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::constraints::poses::{consistent_poses, constraint, jacobian};
-use cotree_fmu::constraints::redundancy::redundancy;
 use cotree_fmu::failure::Failure;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
@@ -235,7 +235,7 @@ fn redundant_equations_are_found_at_every_pose_or_not_at_all() {
         assert!(constraint(&model, pose).amax() < 1e-9);
     }
     assert_eq!((jacobian(&model, &state).nrows(), jacobian(&model, &state).ncols()), (3, 2));
-    let found = redundancy(&model, &state, 8);
-    assert_eq!((found.rank, found.independent), (2, vec![0, 1]));
+    let found = independence(&model, &state, Vec::new, &[]).expect("decided");
+    assert_eq!((found.mobility, found.independent), (0, vec![0, 1]));
     assert_eq!(poses, consistent_poses(&model, &state, 8, 0.3, 1), "the same every time");
 }
