@@ -72,6 +72,9 @@ impl Check {
             counted(summary.joints.len(), "joint", "joints"),
             summary.mobility
         );
+        if summary.mobility == 0 && summary.drivers.is_empty() {
+            text += "  nothing can move: the joints alone hold every body\n";
+        }
         for assumption in assumptions {
             text += &format!("  assumed: {assumption}\n");
         }

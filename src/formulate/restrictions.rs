@@ -221,8 +221,11 @@ fn undecided_fault(equations: &Equations, rows: &[usize]) -> Fault {
 
 fn turns(equations: &Equations, rows: &[usize]) -> Fault {
     let names = owners(equations, rows);
-    let message =
-        format!("{} forbid a motion in second order only, in a direction that turns with the mechanism", list(&names));
+    let message = format!(
+        "together with other joints, {} {} a motion in second order only, in a direction that turns with the mechanism",
+        list(&names),
+        if names.len() == 1 { "forbids" } else { "forbid" }
+    );
     fault(equations, &names, message).help(
         "no constant angle or coordinate of a body says what they mean: where two links hold a point in line, replace them by one, or give the point a link of its own",
     )

@@ -34,7 +34,7 @@ pub struct Stepper {
     explicit: Explicit,
     implicit: Implicit,
     along: Along,
-    pub(super) taylor: Option<Taylor>,
+    pub(super) taylor: Option<Box<Taylor>>,
     kinematic: Kinematic,
     pub(super) projection: Projection,
     work: State,
@@ -63,7 +63,8 @@ impl Stepper {
             explicit: Explicit::new(model),
             implicit: Implicit::new(model),
             along: Along::new(model),
-            taylor: Taylor::new(model),
+            // On the heap: an importer's thread may have a small stack, and storage moves through several frames.
+            taylor: Taylor::new(model).map(Box::new),
             kinematic: Kinematic::new(model),
             projection: Projection::new(model),
             reprojection: Reprojection { reached: work.clone(), trial: work.clone() },
@@ -92,7 +93,10 @@ impl Stepper {
     ) -> (Engines<'a>, Context<'a>) {
         let Self { explicit, implicit, along, taylor, projection, statistics, masses, accuracy, .. } = self;
         let context = Context { model, machine, projection, statistics, settings };
-        (Engines { taylor: taylor.as_mut(), explicit, implicit, along, masses: masses.as_mut(), accuracy }, context)
+        (
+            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, along, masses: masses.as_mut(), accuracy },
+            context,
+        )
     }
 
     /// What has been done so far.
@@ -188,7 +192,7 @@ impl Stepper {
         let exact = run.signals.changed && run.signals.changed_before;
         work.copy_from(state);
         let mut engines =
-            Engines { taylor: taylor.as_mut(), explicit, implicit, along, masses: masses.as_mut(), accuracy };
+            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, along, masses: masses.as_mut(), accuracy };
         if run.signals.changed {
             engines.end_at_change(context, run, work);
             // In the zone of a singular pose a projection would take the motion off its branch; the next step begins with one outside.

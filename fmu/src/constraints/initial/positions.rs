@@ -65,10 +65,18 @@ impl<'a> Positions<'a> {
             return Err(self.contradiction(if fulfilled(&shared) { &r } else { &shared }));
         }
         let found = match self.near(&guess) {
-            Err(failure) => self.along_the_drivers(&guess).or_else(|| self.far(&guess)).ok_or(failure),
-            found => found,
+            Ok(found) => found,
+            Err(failure) => {
+                // The best pose is shown where there is none that closes the loops.
+                let best = self.0.state.clone();
+                let Some(found) = self.along_the_drivers(&guess).or_else(|| self.far(&guess)) else {
+                    self.0.state.copy_from(&best);
+                    return Err(failure);
+                };
+                found
+            }
         };
-        self.0.load(&found?);
+        self.0.load(&found);
         Ok(())
     }
 

@@ -1,0 +1,147 @@
+//! Runs whose own results contradict each other are wrong, even without a reference: loops must be closed, all of them; rates must change as the accelerations say that the tapes
+//! find; and where nothing drives or dissipates, the energy must stay.
+
+mod support;
+
+use std::sync::Arc;
+
+use cotree::compile::compile;
+use cotree::mechanism::Mechanism;
+use cotree::scene::Scene;
+use cotree_fmu::instance::Instance;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::Source;
+use support::hard::cases;
+use support::run::{models, scene_of, value};
+
+const TOLERANCE: f64 = 1e-9;
+/// How often a run is looked at, and how long the rates are compared, as a share of the run.
+const PLACES: usize = 16;
+const SHORT: f64 = 2e-5;
+/// So many of these may lie across a switch or a corner of a law.
+const SWITCHES: usize = PLACES / 4;
+const RESIDUAL: &str = "constraint.position";
+const ENERGY: &str = "energy.total";
+
+/// A run that is watched; the energy stays if `conserves`.
+struct Watched {
+    name: String,
+    scene: Scene,
+    stop: f64,
+    conserves: bool,
+}
+
+/// Does nothing drive or dissipate?
+fn conserves(mechanism: &Mechanism) -> bool {
+    let still = mechanism.drivers.is_empty() && mechanism.inputs.is_empty();
+    let stores = mechanism.loads.iter().all(|load| load.energy.is_some());
+    let resists = |key: &str| ["damping", "friction", "drag"].iter().any(|word| key.contains(word));
+    let parts = || mechanism.joints.iter().chain(&mechanism.loads);
+    still && stores && !parts().flat_map(|part| &part.values).any(|(key, _)| resists(key))
+}
+
+fn watched() -> Vec<Watched> {
+    let of_models = models().into_iter().map(|name| {
+        let scene = Scene::from_toml(&scene_of(&name)).unwrap_or_else(|faults| panic!("{faults}"));
+        let mechanism = scene.resolve().unwrap_or_else(|faults| panic!("{faults}")).mechanism;
+        Watched { name, stop: mechanism.experiment.stop, conserves: conserves(&mechanism), scene }
+    });
+    let hard = cases(1).into_iter().filter(|case| case.refusal.is_none() && case.input.is_none());
+    let of_hard = hard.map(|case| Watched {
+        name: case.family.to_owned(),
+        stop: case.stop,
+        conserves: case.conservative,
+        scene: case.scene,
+    });
+    of_models.chain(of_hard).collect()
+}
+
+/// What contradicts itself in a run; how many places were compared.
+fn contradictions(run: &Watched) -> (Vec<String>, usize) {
+    let with_energy = run.scene.clone().output(RESIDUAL);
+    let scene = if run.conserves { with_energy.output(ENERGY).output("energy.kinetic") } else { with_energy };
+    let compiled = compile(&scene).unwrap_or_else(|faults| panic!("{}: {}", run.name, faults.render(false, 100)));
+    let start = compiled.program.experiment.start;
+    let model = Arc::new(Model::new(compiled.program).expect("a sound program"));
+    let mut instance = Instance::new(model.clone());
+    instance.setup(start, Some(run.stop), Some(TOLERANCE)).expect("times");
+    if let Err(error) = instance.initialise() {
+        return (vec![error.to_string()], 0);
+    }
+    let before = run.conserves.then(|| value(&mut instance, ENERGY));
+    let (mut wrong, mut unlike, mut compared) = (Vec::new(), Vec::new(), 0);
+    let (length, short) = (run.stop - start, SHORT * (run.stop - start));
+    for place in 0..PLACES {
+        let time = start + length * (place as f64 + 0.37) / (PLACES as f64 + 1.0);
+        // Where a run ends with a reason, nothing is said any more.
+        let Some(found) = rates(&model, &mut instance, time, short) else { break };
+        compared += 1;
+        unlike.extend(found);
+        let open = value(&mut instance, RESIDUAL);
+        if open > TOLERANCE * model.program().length.max(1.0) {
+            wrong.push(format!("t = {time}: loops are open by {open:e}"));
+        }
+        if let Some(before) = before {
+            let (now, size) = (value(&mut instance, ENERGY), value(&mut instance, "energy.kinetic").abs());
+            let near = (now - before).abs() <= 1e-5 * (before.abs() + size).max(1e-3);
+            if !near {
+                wrong.push(format!("t = {time}: the energy {before} becomes {now}"));
+            }
+        }
+    }
+    if unlike.len() > SWITCHES {
+        wrong.append(&mut unlike);
+    }
+    (wrong, compared)
+}
+
+/// Rates that change otherwise than the accelerations say (Simpson's rule); none if the run ends.
+fn rates(model: &Model, instance: &mut Instance, time: f64, short: f64) -> Option<Option<String>> {
+    let accelerations: Vec<(usize, usize)> = model
+        .program()
+        .variables
+        .iter()
+        .enumerate()
+        .filter_map(|(index, variable)| match variable.source {
+            Source::Acceleration(place) => Some((index, place as usize)),
+            _ => None,
+        })
+        .collect();
+    let mut seen = Vec::new();
+    for step in 0..3 {
+        instance.step_to(time + f64::from(step) * short).ok()?;
+        let state = instance.state();
+        let now: Option<Vec<[f64; 2]>> = accelerations
+            .iter()
+            .map(|&(index, place)| Some([state.rates()[place], instance.get(index).ok()?]))
+            .collect();
+        seen.push(now?);
+    }
+    let found = (0..accelerations.len()).find_map(|place| {
+        let [[v, a], [_, b], [w, c]] = [0, 1, 2].map(|step: usize| seen[step][place]);
+        let (change, expected) = (w - v, short / 3.0 * (a + 4.0 * b + c));
+        let size = 1e-7 * (1.0 + v.abs()) + 1e-3 * short * (a.abs() + b.abs() + c.abs());
+        // Written so that NaN is a contradiction.
+        let agrees = (change - expected).abs() <= size;
+        (!agrees).then(|| {
+            let name = &model.program().variables[accelerations[place].0].name;
+            format!("t = {time}: `{name}` adds up to {expected:e}, the rate changes by {change:e}")
+        })
+    });
+    Some(found)
+}
+
+#[test]
+fn no_run_contradicts_itself() {
+    let (mut wrong, mut compared, mut conserving) = (Vec::new(), 0, 0);
+    for run in watched() {
+        let (found, places) = contradictions(&run);
+        compared += places;
+        conserving += usize::from(run.conserves);
+        if !found.is_empty() {
+            wrong.push(format!("{}: {}", run.name, found.join("; ")));
+        }
+    }
+    assert!(wrong.is_empty(), "{}:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(compared > 600 && conserving > 10, "{compared} places, {conserving} runs that conserve energy");
+}
