@@ -403,7 +403,7 @@ fn fault(case: &Case, model: &Arc<Model>, engine: Engine, expected: &[[f64; 2]; 
 }
 
 fn case(seed: u64) -> Case {
-    let mut author = Author { random: Random(seed), moving: seed % 4 == 0 };
+    let mut author = Author { random: Random(seed), moving: seed.is_multiple_of(4) };
     let law = author.choice_or_pieces();
     let values = [0.0, 0.0, 1.0, 0.5, -1.0];
     let [held, first, second, parameter] = [(); 4].map(|()| author.pick(&values));

@@ -60,8 +60,11 @@ impl Equations<'_> {
     }
 }
 
+/// A coordinate, and the derivative of a displacement by it.
+type Slope = (usize, [Expr; 2]);
+
 /// The frame in which a displacement keeps its direction, and its derivatives by each coordinate that it depends on; none if it can turn there.
-fn guide(arena: &mut Arena, across: &Vector) -> Option<(FrameId, Vec<(usize, [Expr; 2])>)> {
+fn guide(arena: &mut Arena, across: &Vector) -> Option<(FrameId, Vec<Slope>)> {
     let mut parts = across.parts();
     let (frame, place) = parts.next().filter(|_| parts.next().is_none())?;
     let mut rest = place;
