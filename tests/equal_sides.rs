@@ -142,6 +142,8 @@ impl At {
             "sign" => f64::from(self.compare(a, 0.0) as i8),
             "floor" if a == a.floor() => a,
             "floor" => (a + self.shift * (1.0 + a.abs())).floor(),
+            // Between its limits a cam's law is rounded: what it is equal to there is not equal.
+            _ if 0.0 < a && a < 1.0 => cam(name, a) + self.shift,
             _ => cam(name, a),
         }
     }
@@ -293,13 +295,15 @@ struct Case {
     parameter: f64,
 }
 
-/// What comes of one by the test's own reckoning: (x, v) at the change and at the end. None if rounding errors decide, or the motion sticks to a switch.
+/// What comes of one by the test's own reckoning: (x, v) at the change and at the end. None if rounding errors decide, or the motion sticks to a switch, or
+/// it has two solutions: with `if(cart.vx >= t, 3, -1)` both 3*t and -t fulfil the law at all times but the first.
 fn reference(case: &Case) -> Option<[[f64; 2]; 2]> {
-    let [found, more, less] = [0.0, ROUNDING, -ROUNDING].map(|shift| {
-        let first = integrate(case, (0, shift), 0.0, [0.0, 0.0])?;
-        Some([first, integrate(case, (1, shift), CHANGE, first)?])
-    });
-    let clear = [more, less]
+    let [found, others @ ..] =
+        [(0.0, 0.0), (ROUNDING, 0.0), (-ROUNDING, 0.0), (0.0, ROUNDING), (0.0, -ROUNDING)].map(|(shift, rate)| {
+            let first = integrate(case, (0, shift), 0.0, [0.0, rate])?;
+            Some([first, integrate(case, (1, shift), CHANGE, first)?])
+        });
+    let clear = others
         .iter()
         .all(|other| matches!((found, other), (Some(own), Some(other)) if differ(&own, other) < 0.1 * MISSED));
     found.filter(|_| clear)
@@ -418,15 +422,15 @@ impl Author {
     }
 }
 
-/// Moves by random laws, step by step and by series, and compares. A motion that sticks to a switch is refused; the reference leaves those out that it finds.
-fn both_methods_move_as_written(seeds: Range<u64>) {
+/// Moves by random laws by every method, and compares. A motion that sticks to a switch is refused; the reference leaves those out that it finds.
+fn all_methods_move_as_written(seeds: Range<u64>) {
     let (mut tried, mut refused, mut wrong) = (0, Vec::new(), Vec::new());
     let all = (seeds.end - seeds.start) as usize;
     for case in seeds.map(case) {
         let Some(expected) = reference(&case) else { continue };
         tried += 1;
         let model = model(&scene(&case));
-        for engine in [Engine::Taylor, Engine::Dop853] {
+        for engine in ENGINES {
             if let Err(fault) = fault(&case, &model, engine, &expected) {
                 let list = if fault.starts_with("refused") { &mut refused } else { &mut wrong };
                 let Case { law, held, changed, parameter } = &case;
@@ -441,17 +445,22 @@ fn both_methods_move_as_written(seeds: Range<u64>) {
 
 #[test]
 fn random_laws_are_moved_by_as_they_are_written() {
-    both_methods_move_as_written(0..1250);
+    all_methods_move_as_written(0..1250);
 }
 
 #[test]
 fn more_random_laws_are_moved_by_as_they_are_written() {
-    both_methods_move_as_written(1250..2500);
+    all_methods_move_as_written(1250..2500);
 }
 
 #[test]
 fn still_more_random_laws_are_moved_by_as_they_are_written() {
-    both_methods_move_as_written(3750..5000);
+    all_methods_move_as_written(2500..3750);
+}
+
+#[test]
+fn the_last_random_laws_are_moved_by_as_they_are_written() {
+    all_methods_move_as_written(3750..5000);
 }
 
 #[test]

@@ -17,7 +17,7 @@ use cotree::output::text::Prose;
 use cotree::scene::Text;
 use cotree::simulate::{Ended, Ensemble, Measure, Run, points};
 use cotree::{Compiled, Notation, Scene};
-use cotree_fmu::instance::{Inaccuracy, MOST_LANES};
+use cotree_fmu::instance::MOST_LANES;
 use cotree_fmu::model::Model;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyRuntimeWarning;
@@ -444,7 +444,7 @@ fn warn_of<C>(py: Python<'_>, ended: &[(C, Ended)]) -> PyResult<()> {
     let mut found = ended.iter().filter_map(|(_, ended)| ended.as_ref().ok()?.as_ref());
     let Some(first) = found.next() else { return Ok(()) };
     let of = if ended.len() > 1 { format!("{} of {} runs: ", 1 + found.count(), ended.len()) } else { String::new() };
-    let text = CString::new(format!("{of}{first}; {}", Inaccuracy::HELP)).map_err(|error| wrong(error.to_string()))?;
+    let text = CString::new(format!("{of}{first}; {}", first.help())).map_err(|error| wrong(error.to_string()))?;
     PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 1)
 }
 

@@ -214,9 +214,10 @@ pub fn compile_scene(scene: &Scene, format: MessageFormat) -> Result<Compiled, F
     Ok(compiled)
 }
 
-/// Shows on standard error that rounding errors are larger than the tolerance; `of` says in which runs.
+/// Shows on standard error why a motion may be less accurate than asked for; `of` says in which runs.
 pub fn warn_inaccurate(compiled: &Compiled, of: &str, inaccuracy: &Inaccuracy, format: MessageFormat) {
-    let fault = Fault::warning("solver::accuracy", format!("{of}{inaccuracy}"), Span::default()).help(Inaccuracy::HELP);
+    let fault =
+        Fault::warning("solver::accuracy", format!("{of}{inaccuracy}"), Span::default()).help(inaccuracy.help());
     warn(Some(&Faults::new(compiled.source.clone(), vec![fault])), format);
 }
 

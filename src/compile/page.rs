@@ -141,7 +141,7 @@ fn assemble(compiled: &Compiled, everything: &Compiled, picture: Picture, origin
             model.stored = model.recorded.clone();
             let early = || format!("The stored run ends at {stop:.3} s: there is much to compute.");
             model.cut = cut.or_else(|| (!whole).then(early));
-            model.warning = inaccuracy.map(|found| format!("Warning: {found}; {}", Inaccuracy::HELP));
+            model.warning = inaccuracy.map(|found| format!("Warning: {found}; {}", found.help()));
             Motion::Stored { times, columns: columns.collect() }
         }
     };

@@ -195,7 +195,7 @@ fn accuracy(measured: &Result<Accuracy, String>, default: f64) -> String {
     );
     if accuracy.attainable > FINEST {
         let attainable = accuracy.attainable;
-        let help = escape(Inaccuracy::HELP);
+        let help = escape(Inaccuracy::ROUNDING);
         add(
             &mut text,
             format_args!(

@@ -2,7 +2,7 @@
 
 use super::logging::{Category, Logger, Severity};
 pub(crate) use crate::instance::number;
-use crate::instance::{DERIVATIVE_ORDER, Inaccuracy, Instance, InstanceError, Snapshot, TOLERANCES};
+use crate::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot, TOLERANCES};
 use crate::program::seal::Mark;
 
 /// How far a communication point may be from the time reached, relative to the step.
@@ -403,18 +403,14 @@ impl<V: Version> Component<V> {
         Ok(())
     }
 
-    /// Reports the singular poses that the last step has passed, and that rounding errors are larger than the tolerance: a warning that nobody must have asked
-    /// for.
+    /// Reports the singular poses that the last step has passed, and why the motion may be less accurate than asked for: a warning that nobody must have
+    /// asked for.
     pub fn report_step(&mut self) {
         if let Some(inaccuracy) = self.instance.take_inaccuracy() {
-            self.logger.log(Severity::Warning, Category::Errors, &format!("{inaccuracy}; {}", Inaccuracy::HELP));
+            self.logger.log(Severity::Warning, Category::Errors, &format!("{inaccuracy}; {}", inaccuracy.help()));
         }
         for passage in self.instance.take_passages() {
-            let (severity, category) = match passage.is_inexact() {
-                true => (Severity::Warning, Category::Errors),
-                false => (Severity::Fine, Category::Events),
-            };
-            self.logger.log(severity, category, &passage.to_string());
+            self.logger.log(Severity::Fine, Category::Events, &passage.to_string());
         }
     }
 

@@ -37,6 +37,7 @@ use crate::machine::Machine;
 use crate::model::{Model, State};
 use crate::program::Engine;
 use crate::program::{Motion, Source};
+use crate::singular::closeness::is_watched;
 use crate::singular::dependence::not_singular;
 use crate::singular::passing::Passage;
 use crossing::Watch;
@@ -44,6 +45,9 @@ use snapshot::Phase;
 
 /// How far a last step may overrun the stop time by rounding, relative to the step.
 const OVERRUN: f64 = 1e-3;
+/// Mechanisms with loops move at this tolerance at least. At larger ones steps are so long that one can lie across a pose in which branches miss each other by
+/// 1e-8, with nothing to be seen of it at its ends: `tests/nearly_neutral.rs` has linkages that went wrong at 1e-3.
+const WITH_LOOPS: f64 = 1e-4;
 
 /// What has been computed for the present state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -124,9 +128,13 @@ impl Instance {
         self.now.run.take_passages(time)
     }
 
-    /// That rounding errors are larger than the tolerance, if that has been found; reported once.
+    /// That rounding errors are larger than the tolerance, or that a singular pose was passed as if branches met that do not; reported once. What
+    /// is reported of a passage here is not reported by [`Instance::take_passages`] any more.
     pub fn take_inaccuracy(&mut self) -> Option<Inaccuracy> {
-        self.stepper.accuracy().take(&self.model)
+        let inexact = self.now.run.take_inexact_passages(self.now.state.time());
+        let accuracy = self.stepper.accuracy();
+        accuracy.note_passages(inexact);
+        accuracy.take(&self.model)
     }
 
     /// Relative accuracy of the accelerations that rounding errors permit, the coarsest of the steps measured so far; 0 if none was.
@@ -400,10 +408,11 @@ impl Instance {
     }
 
     fn settings(&self) -> Settings {
+        let watched = is_watched(&self.model);
         Settings {
             engine: self.now.engine,
             automatic: self.now.automatic,
-            tolerance: self.now.tolerance,
+            tolerance: if watched { self.now.tolerance.min(WITH_LOOPS) } else { self.now.tolerance },
             least_rate: self.model.least_rate(self.now.stop),
             max_step: self.model.program().experiment.max_step,
             stop: self.now.stop,

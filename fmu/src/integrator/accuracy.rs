@@ -10,33 +10,50 @@ use super::run::Run;
 use crate::context::Context;
 use crate::failure::number;
 use crate::model::Model;
+use crate::singular::passing::Passage;
 use crate::taylor::Jet;
 
 /// It is measured at the end of the first step, and of every so many.
 const EVERY: u32 = 16;
 
-/// Rounding errors are larger than the tolerance.
+/// Why a motion may be less accurate than was asked for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Inaccuracy {
-    /// When that was found \[s\].
-    pub time: f64,
-    /// Attainable relative accuracy of the accelerations.
-    pub attainable: f64,
-    /// The tolerance that was asked for.
-    pub tolerance: f64,
-    /// The coordinate whose acceleration it is.
-    pub coordinate: Option<String>,
+pub enum Inaccuracy {
+    /// Rounding errors are larger than the tolerance.
+    Rounding {
+        /// When that was found \[s\].
+        time: f64,
+        /// Attainable relative accuracy of the accelerations.
+        attainable: f64,
+        /// The tolerance that was asked for.
+        tolerance: f64,
+        /// The coordinate whose acceleration it is.
+        coordinate: Option<String>,
+    },
+    /// A singular pose was passed as if branches met in it that only almost do.
+    Passage(Passage),
 }
 
 impl Inaccuracy {
-    /// What to do about it.
-    pub const HELP: &str = "what moves there is very light for what it carries: make it heavier, leave it out (a `distance` joint is a rod without mass), or \
+    /// What to do about rounding errors.
+    pub const ROUNDING: &str = "what moves there is very light for what it carries: make it heavier, leave it out (a `distance` joint is a rod without mass), or \
         ask for a larger tolerance";
+
+    /// What to do about it.
+    pub fn help(&self) -> &'static str {
+        match self {
+            Self::Rounding { .. } => Self::ROUNDING,
+            Self::Passage(_) => "make the lengths exact, or more different",
+        }
+    }
 }
 
 impl fmt::Display for Inaccuracy {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { time, attainable, tolerance, coordinate } = self;
+        let (time, attainable, tolerance, coordinate) = match self {
+            Self::Rounding { time, attainable, tolerance, coordinate } => (time, attainable, tolerance, coordinate),
+            Self::Passage(passage) => return passage.fmt(formatter),
+        };
         let coordinate = coordinate.as_ref().map(|name| format!(" of `{name}`")).unwrap_or_default();
         write!(
             formatter,
@@ -76,6 +93,8 @@ pub(crate) struct Accuracy {
     /// When it exceeded the tolerance first, by how much, and where.
     found: Option<(f64, [f64; 2], Option<usize>)>,
     reported: bool,
+    /// The first pose since the last report that was passed as if branches met.
+    passage: Option<Passage>,
     steps: u32,
 }
 
@@ -87,10 +106,19 @@ impl Accuracy {
 
     /// What is to be reported, once.
     pub fn take(&mut self, model: &Model) -> Option<Inaccuracy> {
-        let (time, [attainable, tolerance], index) = self.found.take()?;
+        let Some((time, [attainable, tolerance], index)) = self.found.take() else {
+            return self.passage.take().map(Inaccuracy::Passage);
+        };
         self.reported = true;
         let coordinate = index.map(|index| model.program().coordinates[index].name.clone());
-        Some(Inaccuracy { time, attainable, tolerance, coordinate })
+        Some(Inaccuracy::Rounding { time, attainable, tolerance, coordinate })
+    }
+
+    /// Poses that have been passed.
+    pub fn note_passages(&mut self, passages: impl IntoIterator<Item = Passage>) {
+        if let Some(passage) = passages.into_iter().find(Passage::is_inexact) {
+            self.passage.get_or_insert(passage);
+        }
     }
 
     /// Counts a step, and measures where it ends if it is time.

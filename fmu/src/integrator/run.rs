@@ -147,6 +147,11 @@ impl Run {
         self.singular.passages.is_empty()
     }
 
+    /// Takes those up to a time out that were passed as if branches met.
+    pub fn take_inexact_passages(&mut self, time: f64) -> Vec<Passage> {
+        self.singular.take_inexact_passages(time)
+    }
+
     /// Takes the passages up to a time out.
     pub fn take_passages(&mut self, time: f64) -> Vec<Passage> {
         self.singular.take_passages(time)

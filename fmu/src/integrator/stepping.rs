@@ -187,8 +187,8 @@ impl Stepper {
             accuracy,
         } = self;
         let context = &mut Context { model, machine, projection, statistics, settings };
-        // What nobody has asked for until now is not reported any more.
-        run.take_passages(state.time());
+        // What nobody has asked for until now is not reported any more, but for what makes the motion inexact.
+        accuracy.note_passages(run.take_passages(state.time()));
         let exact = run.signals.changed && run.signals.changed_before;
         work.copy_from(state);
         let mut engines =

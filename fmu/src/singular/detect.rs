@@ -24,7 +24,9 @@ const FALLS: f64 = 1.05;
 /// A pose further away than so many steps is of no concern.
 pub(crate) const HORIZON: f64 = 12.0;
 /// A row that comes closer or goes away by no more than this factor in one step stays on its branch.
-const STEADY: f64 = 2.0;
+pub(crate) const STEADY: f64 = 2.0;
+/// A row that has passed a pose has less than this share of its distance about there.
+pub(crate) const HALF: f64 = 0.5;
 /// A row that comes closer by this factor in one step is about to arrive.
 const SOON: f64 = 0.8;
 /// A row that was coming closer and ends a step with more than this share of its distance has turned round, or has passed a singular pose.

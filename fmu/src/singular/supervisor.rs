@@ -92,9 +92,18 @@ impl Supervisor {
         self.trail.forget();
     }
 
+    /// Takes those up to a time out that were passed as if branches met.
+    pub fn take_inexact_passages(&mut self, time: f64) -> Vec<Passage> {
+        self.take_passages_that(|passage| passage.is_inexact() && passage.time <= time)
+    }
+
     /// Takes the passages up to a time out.
     pub fn take_passages(&mut self, time: f64) -> Vec<Passage> {
-        let (reported, kept) = std::mem::take(&mut self.passages).into_iter().partition(|passage| passage.time <= time);
+        self.take_passages_that(|passage| passage.time <= time)
+    }
+
+    fn take_passages_that(&mut self, are: impl FnMut(&Passage) -> bool) -> Vec<Passage> {
+        let (reported, kept) = std::mem::take(&mut self.passages).into_iter().partition(are);
         self.passages = kept;
         reported
     }

@@ -7,17 +7,20 @@ use cotree_fmu::context::Statistics;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
-use cotree_fmu::program::Engine;
+use cotree_fmu::program::{Engine, Motion};
 
 use super::clock::{Clock, Elapsed};
 use super::trajectory::Trajectory;
 use crate::mechanism::Experiment;
 
-/// Results are compared at so many times at least, a power of two, and at so many for each step of the reference.
+/// Results are compared at so many times at equal distances, and at so many within a step: its polynomial has few extrema.
 pub(crate) const POINTS: usize = 1024;
-const POINTS_A_STEP: usize = 4;
-/// At no more than this, extrema included: values are read from polynomials, but all of them are kept.
-const MOST_POINTS: usize = 8192;
+const POINTS_A_STEP: usize = 6;
+/// A run of more steps than this is looked at by so many of them.
+const MOST_STOPS: f64 = 1e5;
+/// In so many steps at most, and at so many extrema: values are read from polynomials, but all of them are kept.
+const MOST_STEPS: usize = 2048;
+const MOST_EXTREMA: usize = 4096;
 /// Repetitions take so long together, at least.
 const LONG_ENOUGH: Duration = Duration::from_millis(20);
 pub(crate) const TOO_LONG: &str = "it takes too long";
@@ -46,8 +49,7 @@ pub(crate) struct Found {
 
 impl Subject<'_> {
     pub fn run(&self, engine: Option<Engine>, tolerance: f64, budget: Budget, times: &[f64]) -> Result<Found, String> {
-        let cost = self.model.program().tapes.acceleration.instructions().len().max(1) as u64;
-        let most = if budget == Budget::Run { 300_000_000 } else { 2_000_000_000 } / cost;
+        let most = self.most(budget);
         let mut instance = self.start(engine, tolerance)?;
         let mut machine = Machine::new(self.model);
         let energy = instance.variable(ENERGY);
@@ -97,26 +99,47 @@ impl Subject<'_> {
         Ok(instance)
     }
 
-    /// When results are compared: at equal distances, more of them the more steps this run took, and where its variables turn back.
+    /// When results are compared: at equal distances, within the steps of this run, which are short where much happens, and where its variables turn back.
     pub fn times(&self, engine: Option<Engine>, tolerance: f64) -> Result<Vec<f64>, String> {
-        let even = |count: usize| self.even(count);
-        let coarse = self.run(engine, tolerance, Budget::Reference, &even(POINTS))?;
-        let wanted = POINTS_A_STEP * coarse.statistics.steps as usize;
-        let count = wanted.next_power_of_two().clamp(POINTS, MOST_POINTS / 2);
-        let mut times = even(count);
-        let finer;
-        let trajectory = if count > POINTS {
-            finer = self.run(engine, tolerance, Budget::Reference, &times)?.trajectory;
-            &finer
-        } else {
-            &coarse.trajectory
-        };
+        let mut times = self.even(POINTS);
+        times.extend(within(&self.step_ends(engine, tolerance)?));
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        let trajectory = self.run(engine, tolerance, Budget::Reference, &times)?.trajectory;
         let mut extrema = trajectory.extrema(&times);
-        extrema.truncate(MOST_POINTS / 2);
+        extrema.truncate(MOST_EXTREMA);
         times.extend(extrema);
         times.sort_by(f64::total_cmp);
         times.dedup();
         Ok(times)
+    }
+
+    /// Where steps of a run begin and end; nowhere between the ends of the run if drivers move the mechanism: its motion is as smooth as theirs.
+    fn step_ends(&self, engine: Option<Engine>, tolerance: f64) -> Result<Vec<f64>, String> {
+        let Experiment { start, stop, .. } = self.experiment;
+        if self.model.program().motion == Motion::Kinematic {
+            return Ok(vec![start, stop]);
+        }
+        let least = (stop - start) / MOST_STOPS;
+        let most = self.most(Budget::Reference);
+        let mut instance = self.start(engine, tolerance)?;
+        let mut ends = vec![start];
+        while instance.time() < stop {
+            // Just beyond the last step: so the next one is taken.
+            let next = instance.end_of_step().next_up().max(instance.time() + least).min(stop);
+            instance.step_to(next).map_err(|error| error.to_string())?;
+            if instance.statistics().evaluations > most {
+                return Err(TOO_LONG.to_owned());
+            }
+            ends.push(instance.end_of_step().min(stop));
+        }
+        Ok(ends)
+    }
+
+    /// More evaluations than this take too long.
+    fn most(&self, budget: Budget) -> u64 {
+        let cost = self.model.program().tapes.acceleration.instructions().len().max(1) as u64;
+        if budget == Budget::Run { 300_000_000 / cost } else { 2_000_000_000 / cost }
     }
 
     pub fn even(&self, count: usize) -> Vec<f64> {
@@ -124,6 +147,19 @@ impl Subject<'_> {
         let at = |point: usize| start + (stop - start) * point as f64 / count as f64;
         (0..count).map(at).chain([stop]).collect()
     }
+}
+
+/// Times within steps that end there. Of many steps, of each few neighbours the shortest: there the motion is fastest.
+fn within(ends: &[f64]) -> impl Iterator<Item = f64> {
+    let steps: Vec<[f64; 2]> = ends.windows(2).map(|ends| [ends[0], ends[1]]).collect();
+    let length = |step: &[f64; 2]| step[1] - step[0];
+    let neighbours = steps.len().div_ceil(MOST_STEPS).max(1);
+    let shortest = |steps: &[[f64; 2]]| steps.iter().copied().min_by(|a, b| length(a).total_cmp(&length(b)));
+    let chosen: Vec<[f64; 2]> = steps.chunks(neighbours).filter_map(shortest).collect();
+    let places = |[from, to]: [f64; 2]| {
+        (1..=POINTS_A_STEP).map(move |place| from + (to - from) * place as f64 / POINTS_A_STEP as f64)
+    };
+    chosen.into_iter().flat_map(places)
 }
 
 /// The largest residual of the loop equations, relative to their scales.

@@ -25,7 +25,7 @@ impl fmt::Display for Bench {
                 f,
                 "warning: rounding errors leave a relative accuracy of about {attainable:.0e}, at smaller tolerances too"
             )?;
-            writeln!(f, "{}", Inaccuracy::HELP)?;
+            writeln!(f, "{}", Inaccuracy::ROUNDING)?;
         }
         let energy = if self.energy_kept { "energy" } else { "" };
         let head = ["method", "tolerance", "time [ms]", "error", "steps", "evaluations", "factors", "loops", energy];

@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use std::fmt::Display;
 use std::sync::Arc;
 
-use cotree_fmu::instance::{Inaccuracy, Instance};
+use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Program;
 
@@ -132,7 +132,7 @@ pub unsafe extern "C" fn cotree_step(instance: *mut Instance, time: f64) -> i32 
 pub unsafe extern "C" fn cotree_inaccurate(instance: *mut Instance) -> i32 {
     // SAFETY: the caller says so.
     let found = unsafe { &mut *instance }.take_inaccuracy();
-    code(found.map_or(Ok(()), |found| Err(format!("{found}; {}", Inaccuracy::HELP))))
+    code(found.map_or(Ok(()), |found| Err(format!("{found}; {}", found.help()))))
 }
 
 /// The present values of so many variables, by their places.

@@ -164,6 +164,9 @@ impl Explicit {
             read(context.model, context.machine, &mut self.watch.guard.next);
             if run.following().is_none() {
                 ahead = self.survey(context, run, end).ok_or(Unfit::Pose)?;
+                if !run.passes(end) && self.has_leapt(context, run, end) {
+                    return Err(Unfit::Pose);
+                }
             } else if self.watch.jumps() {
                 return unfit;
             }

@@ -97,6 +97,15 @@ impl Watch {
         self.whole().jumps()
     }
 
+    /// The smallest r at the end of the step, as a share of that at its start.
+    pub fn share(&mut self) -> f64 {
+        let Self { start, guard, .. } = self;
+        std::mem::swap(start, &mut guard.start);
+        let share = guard.share();
+        std::mem::swap(start, &mut guard.start);
+        share
+    }
+
     /// Distances at both ends of the step.
     fn whole(&mut self) -> &Guard {
         self.guard.start.copy_from_slice(&self.start);

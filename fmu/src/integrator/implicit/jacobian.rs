@@ -1,7 +1,7 @@
 //! Jacobians and factors of an implicit step, and the first guess of its stages.
 
 use super::radau::evaluate;
-use super::{Implicit, Memory, second_derivative};
+use super::{Implicit, Memory, OVERLOOKED, second_derivative};
 use crate::context::Context;
 use crate::integrator::run::Run;
 
@@ -32,7 +32,11 @@ impl Implicit {
             *place -= second_derivative(&run.last.dense, q.len(), index, dt);
         }
         self.radau.correct(&mut self.column);
-        if self.column.iter().all(|value| value.is_finite()) {
+        let share = self.share(context.settings.tolerance);
+        let mut coordinates = context.model.program().coordinates.iter().zip(&self.column);
+        // More is no spring's: a law has another value at this very instant. Written so that NaN is left alone too.
+        let small = coordinates.all(|(coordinate, change)| change.abs() <= OVERLOOKED * share * coordinate.scale);
+        if small {
             q.iter_mut().zip(&self.column).for_each(|(q, change)| *q += change);
         }
     }

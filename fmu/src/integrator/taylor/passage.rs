@@ -10,7 +10,7 @@ use crate::integrator::run::Run;
 use crate::math;
 use crate::model::State;
 use crate::singular::dependence::{not_passed, undecided};
-use crate::singular::detect::{Course, locate, refine};
+use crate::singular::detect::{Course, HALF, locate, refine};
 use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
 
 /// Nothing is evaluated between the ends of a step.
@@ -18,8 +18,6 @@ pub(crate) const COURSE: Course =
     Course { take_off: 0.77, passes: 0.85, landing: 1.28, nearer: 0.0, missed: f64::INFINITY };
 /// A pose predicted no further ahead than so many natural steps is located: a row that has just begun to fall falls faster and faster.
 const FORESEEN: f64 = 3.0;
-/// A row that has passed a pose has less than this share of its distance about there.
-const HALF: f64 = 0.5;
 
 /// The rounding errors of the last coefficients are larger than this next to a singular pose: a step is as long as one at this tolerance.
 const NOISE: f64 = 1e-9;
