@@ -1,54 +1,59 @@
-//! Builds the runtime's shared library and hands it to `src/export/runtime.rs`: as it is, and compressed better than
-//! there would be time for at every export.
+//! Finds the runtime's shared library, or builds it, and says where it is: `src/export/runtime.rs` embeds it.
 //!
-//! The library goes into every exported FMU, so it is always optimised and stripped, whatever the profile of the build
-//! around it and whoever's workspace that is: profiles of dependencies cannot ask for that, hence a cargo of its own.
+//! The library goes into every exported FMU, so it is always optimised and stripped, whatever the profile of the build around it and whoever's workspace
+//! that is. In this workspace's own profiles it is: the package `cotree-runtime` is then compiled once, as the library that is embedded and as what cotree
+//! itself calls. Elsewhere, where profiles of dependencies cannot ask for that, a cargo of its own builds it.
 
-use std::fs::File;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipWriter};
-
 /// Names another runtime to embed: useful for one linked against an old C library.
 const OVERRIDE: &str = "COTREE_RUNTIME";
-/// The package that is nothing but the shared library, and what it is made of.
-const PACKAGE: &str = "tools/runtime";
-const SOURCES: [&str; 4] = ["fmu/Cargo.toml", "fmu/build.rs", "fmu/src", PACKAGE];
-/// How it is built.
+/// What the runtime's build script says of it: where its package is, and whether this build optimises it.
+const MANIFEST: &str = "DEP_COTREE_RUNTIME_MANIFEST";
+const OPTIMISED: &str = "DEP_COTREE_RUNTIME_OPTIMISED";
+/// How it is built otherwise.
 const PROFILE: [&str; 5] = ["opt-level=3", "codegen-units=1", "debug=false", "strip=\"symbols\"", "panic=\"unwind\""];
 /// What the cargo around this one sets for its own compiler calls.
 const OUTER: [&str; 5] =
     ["RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "RUSTC_WORKSPACE_WRAPPER", "CLIPPY_ARGS", "CARGO_BUILD_TARGET"];
-/// The highest level of zlib.
-const LEVEL: i64 = 9;
 
 fn main() -> Result<(), String> {
+    println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-env-changed={OVERRIDE}");
     let out = PathBuf::from(variable("OUT_DIR")?);
-    let library = match env::var_os(OVERRIDE) {
-        Some(path) => PathBuf::from(path),
-        None => build(&out)?,
+    let place = match env::var_os(OVERRIDE) {
+        Some(path) => copy(Path::new(&path), &out)?,
+        None if variable(OPTIMISED)? == "true" => shared(&out)?,
+        None => copy(&build(&out)?, &out)?,
     };
+    println!("cargo::rustc-env=COTREE_EMBEDDED={place}");
+    Ok(())
+}
+
+/// Puts a library into the output folder. Returns its place there.
+fn copy(library: &Path, out: &Path) -> Result<String, String> {
     println!("cargo::rerun-if-changed={}", library.display());
-    let bytes =
-        fs::read(&library).map_err(|error| format!("cannot read the runtime {}: {error}", library.display()))?;
-    fs::write(out.join("runtime"), &bytes).map_err(|error| format!("cannot copy the runtime: {error}"))?;
-    pack(&bytes, &out.join("runtime.zip")).map_err(|error| format!("cannot pack the runtime: {error}"))
+    let copied = fs::copy(library, out.join("runtime"));
+    copied.map_err(|error| format!("cannot copy the runtime {}: {error}", library.display()))?;
+    Ok("/runtime".to_owned())
+}
+
+/// Where this build puts the library before it compiles cotree, seen from the output folder. Whoever only checks the code gets an empty one, which no export takes for a library.
+fn shared(out: &Path) -> Result<String, String> {
+    // OUT_DIR is target/[triple/]profile/build/package-hash/out.
+    let place = format!("/../../../deps/{}", file_name()?);
+    let library = PathBuf::from(format!("{}{place}", out.display()));
+    if !library.exists() {
+        fs::write(&library, b"").map_err(|error| format!("cannot write {}: {error}", library.display()))?;
+    }
+    Ok(place)
 }
 
 /// Builds the shared library, once for all profiles: beside the folders of the profiles.
 fn build(out: &Path) -> Result<PathBuf, String> {
-    let (root, target) = (PathBuf::from(variable("CARGO_MANIFEST_DIR")?), variable("TARGET")?);
-    let manifest = root.join(PACKAGE).join("Cargo.toml");
-    if !manifest.is_file() {
-        return Err(format!("{} is missing: name the runtime's shared library in {OVERRIDE}", manifest.display()));
-    }
-    SOURCES.iter().for_each(|source| println!("cargo::rerun-if-changed={}", root.join(source).display()));
-    // OUT_DIR is target/[triple/]profile/build/package-hash/out.
+    let (manifest, target) = (PathBuf::from(variable(MANIFEST)?), variable("TARGET")?);
     let folder = out.ancestors().nth(4).ok_or("the output folder has an unknown place")?.join("cotree-runtime");
     let mut cargo = Command::new(variable("CARGO")?);
     cargo.args(["build", "--quiet", "--release", "--target", &target]);
@@ -60,7 +65,8 @@ fn build(out: &Path) -> Result<PathBuf, String> {
         cargo.env_remove(name);
     }
     // No path of this machine in what others receive.
-    cargo.env("RUSTFLAGS", format!("--remap-path-prefix={}=cotree", root.display()));
+    let root = variable("CARGO_MANIFEST_DIR")?;
+    cargo.env("RUSTFLAGS", format!("--remap-path-prefix={root}=cotree"));
     let status = cargo.status().map_err(|error| format!("cargo cannot be run for the runtime: {error}"))?;
     if !status.success() {
         return Err(format!("the runtime cannot be built ({status}): name its shared library in {OVERRIDE}"));
@@ -76,19 +82,6 @@ fn file_name() -> Result<String, String> {
         _ => "libcotree_runtime.so",
     };
     Ok(name.to_owned())
-}
-
-/// An archive with the library in it, as it will lie in FMUs.
-fn pack(library: &[u8], path: &Path) -> zip::result::ZipResult<()> {
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Deflated)
-        .compression_level(Some(LEVEL))
-        .last_modified_time(DateTime::DEFAULT)
-        .unix_permissions(0o755);
-    let mut zip = ZipWriter::new(File::create(path)?);
-    zip.start_file("runtime", options)?;
-    zip.write_all(library)?;
-    zip.finish().map(|_| ())
 }
 
 /// A variable that cargo sets.

@@ -4,9 +4,9 @@
 
 #[path = "../tests/conformance/fmu.rs"]
 mod fmu;
-#[path = "../tests/support/fmu_description.rs"]
+#[path = "../tests/outside/fmu_description.rs"]
 mod fmu_description;
-#[path = "../tests/support/xml.rs"]
+#[path = "../tests/outside/xml.rs"]
 mod xml;
 
 use std::fs::{self, File};

@@ -18,6 +18,9 @@ use support::hard::{Case, Outcome, Points, cases};
 /// What to run.
 #[derive(Parser)]
 struct Arguments {
+    /// The sample by which a change of the runtime is judged: one member of each family, at the tolerances nearest to 1e-4, 1e-7 and 1e-10
+    #[arg(long, conflicts_with_all = ["members", "tolerance"])]
+    sample: bool,
     /// Members of each family
     #[arg(long, default_value_t = 6)]
     members: u64,
@@ -77,6 +80,8 @@ const STIFF: &str = "stiff";
 const STIFF_AT_POSES: &str = "change point, stiff";
 /// Those that are not chosen run only mechanisms with loops, and not longer than this [s].
 const SHORT: f64 = 50.0;
+/// Tolerances of the sample.
+const SAMPLE: [f64; 3] = [1e-4, 1e-7, 1e-10];
 const POINTS: [Points; 3] = [Points::Even(400), Points::Even(7), Points::Uneven(300)];
 /// Communication steps of the families with references, shortest and longest, by their powers of ten [s].
 const STEPS: [f64; 2] = [-4.0, 0.0];
@@ -89,7 +94,10 @@ enum Job {
 }
 
 fn main() {
-    let arguments = Arguments::parse();
+    let mut arguments = Arguments::parse();
+    if arguments.sample {
+        arguments.members = 1;
+    }
     let jobs = jobs(&arguments);
     let (next, rows) = (AtomicUsize::new(0), Mutex::new(BTreeMap::<(&str, &str), Row>::new()));
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -109,6 +117,18 @@ fn main() {
     });
     if let Ok(rows) = rows.into_inner() {
         print(&rows, arguments.examples);
+    }
+}
+
+impl Arguments {
+    /// Is this one of the tolerances of a case that it is run at?
+    fn runs_at(&self, case: &Case, tolerance: f64) -> bool {
+        let apart = |one: f64, other: f64| (one / other).log10().abs();
+        let nearest = |wanted: f64| {
+            case.tolerances.iter().copied().min_by(|a, b| apart(*a, wanted).total_cmp(&apart(*b, wanted)))
+        };
+        let in_sample = !self.sample || SAMPLE.into_iter().filter_map(nearest).any(|chosen| chosen == tolerance);
+        in_sample && self.tolerance.is_none_or(|only| only == tolerance)
     }
 }
 
@@ -163,10 +183,11 @@ fn study(
     for (method, engine) in METHODS.into_iter().filter(|(name, engine)| wanted(name) && applies(*engine)) {
         let mut row = Row::default();
         for (place, &tolerance) in case.tolerances.iter().enumerate() {
-            if arguments.tolerance.is_some_and(|only| only != tolerance) {
+            if !arguments.runs_at(case, tolerance) {
                 continue;
             }
-            for points in points(place) {
+            let points = points(place).into_iter().take(if arguments.sample { 1 } else { usize::MAX });
+            for points in points {
                 let outcome = match &model {
                     Ok(model) => case.run(model, engine, tolerance, points),
                     Err(fault) => Outcome::Failed(format!("no model: {fault}")),

@@ -1,7 +1,7 @@
 //! `cotree assemblies`: the ways in which loops close, against circles that are intersected by hand.
 
-#[path = "support/command.rs"]
-mod command;
+use crate::outside::command;
+
 use command::{code, cotree, stderr, stdout};
 
 const FOUR_BAR: &str = r#"

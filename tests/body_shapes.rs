@@ -1,15 +1,14 @@
 //! Shapes of bodies against closed forms, the parallel axis theorem and Green's theorem.
 
+use crate::support::motion;
+use crate::support::run;
+
 use std::f64::consts::PI;
 
 use cotree::mechanism::{Formula, Outline};
 use cotree::scene::{Body, Corner, Scene, Shape};
 use proptest::prelude::*;
 
-#[path = "support/motion.rs"]
-mod motion;
-#[path = "support/run.rs"]
-mod run;
 use motion::Run;
 
 const G: f64 = 9.81;

@@ -13,10 +13,9 @@ use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 
-mod support;
-use support::point::value;
-use support::random::Random;
-use support::run::{models, scene_of, sound};
+use crate::support::point::value;
+use crate::support::random::Random;
+use crate::support::run::{models, scene_of, sound};
 
 const POINTS: usize = 100;
 

@@ -1,11 +1,11 @@
 //! What `cotree motion` says of cams, against closed forms and the tables of the literature.
 
+use crate::outside::command;
+
 use std::f64::consts::{PI, TAU};
 
 use serde_json::Value;
 
-#[path = "support/command.rs"]
-mod command;
 use command::{code, cotree, stderr, stdout};
 
 /// What `cotree motion --json` says of a scene.

@@ -1,16 +1,14 @@
 //! Cams against what a workshop could measure: the follower touches the profile everywhere and enters it nowhere, its curvature is that
 //! of three neighbouring points, forces are those of statics and of Newton's law, and the motion is that of a law without a cam.
 
+use crate::outside::command;
+use crate::support::cam;
+use crate::support::run;
+
 use std::f64::consts::{PI, TAU};
 
 use cotree::scene::{Body, Joint, Scene};
 
-#[path = "support/cam.rs"]
-mod cam;
-#[path = "support/command.rs"]
-mod command;
-#[path = "support/run.rs"]
-mod run;
 use cam::{Cam, Place, Random, Touch, turned};
 use command::{code, cotree, stderr, stdout};
 use run::sound;

@@ -1,6 +1,8 @@
 //! Files that a command is given or leaves behind: endless ones, foreign ones, unfinished ones.
 #![cfg(unix)]
 
+use crate::outside::command;
+
 use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::path::Path;
@@ -8,8 +10,6 @@ use std::process::Command;
 use std::thread::sleep;
 use std::time::Duration;
 
-#[path = "support/command.rs"]
-mod command;
 use command::{code, cotree, stderr, with_scene};
 
 /// What a command that must fail with exit code 2 says.

@@ -1,10 +1,10 @@
 //! The command as a user meets it: usage errors, exit codes, `new`.
 
+use crate::outside::command;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-#[path = "support/command.rs"]
-mod command;
 use command::{code, cotree, stderr, stdout, with_scene};
 
 #[test]

@@ -1,13 +1,12 @@
 //! Dampers, constant-force and gas springs, screws and belts against closed forms, and the balance of power.
 
+use crate::support::motion;
+use crate::support::run;
+
 use std::f64::consts::TAU;
 
 use cotree::scene::{Body, Driver, Joint, Load, Scene};
 
-#[path = "support/motion.rs"]
-mod motion;
-#[path = "support/run.rs"]
-mod run;
 use motion::Run;
 
 const G: f64 = 9.81;

@@ -1,17 +1,15 @@
 //! `expected.csv` of the models with gears, racks, rolling discs, slots, links, friction and shapes, computed again here: in absolute coordinates, or
 //! by Lagrange's equations, with classical Runge-Kutta steps. The other tests compare the FMU with those files.
 //!
-//! `COTREE_WRITE_EXPECTED=1 cargo test --test component_models` writes the files.
-
-mod support;
+//! `COTREE_WRITE_EXPECTED=1 cargo test --test all component_models::` writes the files.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use crate::support::absolute::{At, Body, Joint, JointKind, Load, State, System};
+use crate::support::parts::{Extended, Loads, Part};
 use nalgebra::{DVector, Matrix2, Vector2};
-use support::absolute::{At, Body, Joint, JointKind, Load, State, System};
-use support::parts::{Extended, Loads, Part};
 
 const G: f64 = 9.81;
 const ROWS: usize = 201;
@@ -154,7 +152,7 @@ fn energy(system: &Extended, state: &State) -> f64 {
 }
 
 fn spring_force(system: &Extended, load: usize, state: &State) -> f64 {
-    support::loads::line_force(&system.system.loads[load], state)
+    crate::support::loads::line_force(&system.system.loads[load], state)
 }
 
 #[test]
@@ -259,7 +257,7 @@ fn rolling_disc() {
         let [slide, _] = system.motion(&part, state, &loads.acceleration).expect("a rolling disc has a motion");
         let mut row = vec![state.q[2], state.v[2], slide[0], slide[1], loads.parts[0][0], loads.parts[0][1]];
         row.extend([state.q[3], state.q[4], state.q[5], loads.joints[0], loads.joints[1]]);
-        row.push(support::loads::torsion(&system.system.loads[0], state));
+        row.push(crate::support::loads::torsion(&system.system.loads[0], state));
         row.extend([spring_force(system, 1, state), energy(system, state)]);
         row
     });

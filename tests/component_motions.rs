@@ -1,5 +1,7 @@
 //! Each component alone, against the motion and the loads that mechanics books give.
 
+use crate::support::run;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -9,8 +11,6 @@ use cotree::scene::{Body, Joint, Load, Scene, Side};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
-#[path = "support/run.rs"]
-mod run;
 use run::{sound, value};
 
 const G: f64 = 9.81;

@@ -1,9 +1,10 @@
 //! Random mechanisms with couplings and slots, for random trees, against absolute coordinates.
 
-mod support;
-
 use std::sync::Arc;
 
+use crate::support::random::Random;
+use crate::support::random_parts::random_parts;
+use crate::support::run::mechanism;
 use cotree::component::{Origin, System};
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
@@ -14,9 +15,6 @@ use cotree::scene::Span;
 use cotree::tree::Trees;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
-use support::random::Random;
-use support::random_parts::random_parts;
-use support::run::mechanism;
 
 const MECHANISMS: u64 = 40;
 const TREES: usize = 3;

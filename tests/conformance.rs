@@ -1,34 +1,27 @@
 //! The catalogue of what an FMU must do, on real FMUs: rules for the archive and the description, and calls through the C interface
 //! alone, each case in a fresh process. Prints a table; with COTREE_CONFORMANCE_TABLE=FILE also writes it there (see tools/conformance.sh).
 
-#[path = "support/archive_rules.rs"]
-mod archive_rules;
+use crate::outside::archive_rules;
+use crate::outside::fmi_rs;
+use crate::outside::fmi3_functions;
+use crate::outside::fmu_description;
+use crate::outside::fresh;
+use crate::outside::process;
+use crate::outside::python;
+use crate::outside::xml;
+
 #[path = "conformance/clients.rs"]
 mod clients;
 #[path = "conformance/dynamic/mod.rs"]
 mod dynamic;
 #[path = "conformance/fixed.rs"]
 mod fixed;
-#[path = "support/fmi3_functions.rs"]
-mod fmi3_functions;
-#[path = "support/fmi_rs.rs"]
-mod fmi_rs;
 #[path = "conformance/fmu.rs"]
 mod fmu;
-#[path = "support/fmu_description.rs"]
-mod fmu_description;
-#[path = "support/fresh.rs"]
-mod fresh;
-#[path = "support/process.rs"]
-mod process;
-#[path = "support/python.rs"]
-mod python;
 #[path = "conformance/table.rs"]
 mod table;
 #[path = "conformance/version.rs"]
 mod version;
-#[path = "support/xml.rs"]
-mod xml;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -78,7 +71,7 @@ fn unpacked(model: &str, work: &Path) -> PathBuf {
 /// Runs one case in a process of its own; the reason if it fails.
 fn run(case: &str, folder: &Path, other: &Path) -> Result<Outcome, String> {
     let variables = [(CASE, Path::new(case)), (FOLDER, folder), (OTHER, other)];
-    let nothing = fresh::run(variables, &folder.join("output.txt"))?;
+    let nothing = fresh::run("conformance::one_case", variables, &folder.join("output.txt"))?;
     Ok(nothing.map_or(Outcome::Passed, Outcome::Nothing))
 }
 

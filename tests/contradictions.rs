@@ -1,18 +1,16 @@
 //! Runs whose own results contradict each other are wrong, even without a reference: loops must be closed, all of them; rates must change as the accelerations say that the tapes
 //! find; and where nothing drives or dissipates, the energy must stay.
 
-mod support;
-
 use std::sync::Arc;
 
+use crate::support::hard::cases;
+use crate::support::run::{models, scene_of, value};
 use cotree::compile::compile;
 use cotree::mechanism::Mechanism;
 use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Source;
-use support::hard::cases;
-use support::run::{models, scene_of, value};
 
 const TOLERANCE: f64 = 1e-9;
 /// How often a run is looked at, and how long the rates are compared, as a share of the run; fast mechanisms for as long as they move by so much.

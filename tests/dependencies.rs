@@ -1,21 +1,19 @@
 //! The dependencies that the model description declares: nothing that changes a variable is missing. What they list besides may have no effect
 //! where terms cancel, but never crosses from one mechanism of a scene to another.
 
-#[path = "support/large_scenes.rs"]
-mod large_scenes;
-mod support;
+use crate::support::large_scenes;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use crate::support::random_parts::random_parts;
+use crate::support::run::{models, scene_of};
 use cotree::compile::compile;
 use cotree::export::description::{Causality, Description, ScalarVariable, Start};
 use cotree::scene::Scene;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 use large_scenes::{arms, parallelograms, two_chains};
-use support::random_parts::random_parts;
-use support::run::{models, scene_of};
 
 const APART: &str = include_str!("scenes/dependencies/apart.toml");
 const DRIVEN: &str = include_str!("scenes/dependencies/three_driven.toml");

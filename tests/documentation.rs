@@ -1,7 +1,6 @@
 //! `documentation/index.html` of an FMU: the page that moves, with everything that a user of the FMU wants to read.
 
-#[path = "support/command.rs"]
-mod command;
+use crate::outside::command;
 
 use std::fs;
 use std::io::Read;

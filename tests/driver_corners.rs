@@ -1,7 +1,6 @@
 //! Where the rate of a driver jumps, its impulse acts on what is not driven, whatever the coordinates and the method are.
 
-#[path = "support/run.rs"]
-mod run;
+use crate::support::run;
 
 use cotree_fmu::program::Engine;
 

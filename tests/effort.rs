@@ -1,9 +1,10 @@
 //! What the kernels cost, and that trees change nothing but the cost.
 
-mod support;
-
 use std::fmt::Write;
 
+use crate::support::chain::{chain, ring};
+use crate::support::random::{Family, random_case};
+use crate::support::run::{mechanism, models, scene_of, sound};
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::tree_search::Effort;
 use cotree::formulate::{Formulated, formulate};
@@ -12,9 +13,6 @@ use cotree::mechanism::{BodyId, Coordinates, Mechanism};
 use cotree::scene::Scene;
 use cotree_fmu::program::Motion;
 use cotree_fmu::tape::Tape;
-use support::chain::{chain, ring};
-use support::random::{Family, random_case};
-use support::run::{mechanism, models, scene_of, sound};
 
 fn resolve(scene: &Scene) -> Mechanism {
     sound(scene.resolve()).mechanism

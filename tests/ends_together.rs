@@ -1,6 +1,9 @@
 //! Springs and dampers whose ends come together: where their force has a limit it is that limit, whatever the guess; where it has none they are refused.
 //! Everything is compared with closed forms.
 
+use crate::support::hard::random as split_mix;
+use crate::support::run;
+
 use std::sync::Arc;
 
 use cotree::analysis::{At, Study};
@@ -8,10 +11,6 @@ use cotree::compile::compile;
 use cotree::scene::Scene;
 use cotree_fmu::model::Model;
 
-#[path = "support/run.rs"]
-mod run;
-#[path = "support/split_mix.rs"]
-mod split_mix;
 use run::sound;
 use split_mix::Random;
 

@@ -3,18 +3,16 @@
 //! A cart is pushed by a random law. The test evaluates the law's tree by itself, and integrates it by Runge-Kutta steps of its own that shrink where
 //! the law jumps; nothing of that is the program's.
 
-mod support;
-
 use std::f64::consts::PI;
 use std::fmt::Write;
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::support::random::Random;
+use crate::support::run::{model, started, value};
 use cotree::expr::Function;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
-use support::random::Random;
-use support::run::{model, started, value};
 
 const ENGINES: [Engine; 3] = [Engine::Taylor, Engine::Dop853, Engine::Radau];
 /// The runs' tolerance, and what they may miss of a motion of order one.

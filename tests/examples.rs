@@ -1,9 +1,7 @@
 //! The examples do what their pages say.
 
-#[path = "support/fmi_rs.rs"]
-mod fmi_rs;
-#[path = "support/python.rs"]
-mod python;
+use crate::outside::fmi_rs;
+use crate::outside::python;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,7 +1,6 @@
 //! `cotree fit`: values that are known come back from noisy motions, with errors that are true.
 
-#[path = "support/command.rs"]
-mod command;
+use crate::outside::command;
 
 use std::fs;
 use std::path::Path;

@@ -1,10 +1,16 @@
 //! FMUs of FMI 3.0: rules for the archive and the descriptions, and calls through the C interface alone, each case in a fresh process. Prints a
 //! table; with COTREE_CONFORMANCE_TABLE_3=FILE also writes it there (see tools/conformance.sh).
 
+use crate::outside::archive_rules;
+use crate::outside::fmi3_functions;
+use crate::outside::fmu_description;
+use crate::outside::fresh;
+use crate::outside::process;
+use crate::outside::python;
+use crate::outside::xml;
+
 #[path = "fmi3/archive.rs"]
 mod archive;
-#[path = "support/archive_rules.rs"]
-mod archive_rules;
 #[path = "fmi3/cases.rs"]
 mod cases;
 #[path = "fmi3/derivatives.rs"]
@@ -13,22 +19,10 @@ mod derivatives;
 mod description;
 #[path = "fmi3/exchange.rs"]
 mod exchange;
-#[path = "support/fmi3_functions.rs"]
-mod fmi3_functions;
 #[path = "fmi3/fmu.rs"]
 mod fmu;
-#[path = "support/fmu_description.rs"]
-mod fmu_description;
-#[path = "support/fresh.rs"]
-mod fresh;
-#[path = "support/process.rs"]
-mod process;
-#[path = "support/python.rs"]
-mod python;
 #[path = "fmi3/surroundings.rs"]
 mod surroundings;
-#[path = "support/xml.rs"]
-mod xml;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -150,7 +144,7 @@ fn every_case_of_the_catalogue() {
     for &(case, what, _) in cases() {
         let run = |folder: &PathBuf| {
             let variables = [(CASE, Path::new(case)), (FOLDER, folder.as_path())];
-            fresh::run(variables, &work.path().join("output.txt"))
+            fresh::run("fmi3::one_case", variables, &work.path().join("output.txt"))
         };
         note(case, what, folders.iter().map(run).collect());
     }

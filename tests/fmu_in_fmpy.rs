@@ -1,7 +1,6 @@
 //! Every model's FMU, in an independent importer: fmpy, in a private Python environment under `target/`.
 
-#[path = "support/python.rs"]
-mod python;
+use crate::outside::python;
 
 use std::path::Path;
 use std::process::Command;

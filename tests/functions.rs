@@ -1,14 +1,12 @@
 //! Functions of the expression language: each is one line of a table, and everything that reads the table agrees.
 
-mod support;
-
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use crate::support::run::{compiled, file, model, started};
 use cotree::compile::{self, Notation};
 use cotree::expr::{Arena, Binary, Expr, Function, Order, Symbol, Unary};
 use cotree::scene::Scene;
 use cotree_fmu::program::Engine;
-use support::run::{compiled, file, model, started};
 
 /// Functions composed of others, as a user without them would write them.
 const WRITTEN_OUT: [(&str, &str); 8] = [

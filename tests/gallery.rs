@@ -1,7 +1,9 @@
 //! The models of known linkages against closed forms: every output of each is computed here again, by intersecting circles, triangles and plain
 //! formulas, and each has one number that books say of it. The other tests compare the FMUs with `expected.csv`.
 //!
-//! `COTREE_WRITE_EXPECTED=1 cargo test --test gallery` writes the files.
+//! `COTREE_WRITE_EXPECTED=1 cargo test --test all gallery::` writes the files.
+
+use crate::support::run;
 
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
 use std::fmt::Write;
@@ -13,8 +15,6 @@ use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
-#[path = "support/run.rs"]
-mod run;
 use run::{sound, value};
 
 type Place = [f64; 2];

@@ -1,5 +1,7 @@
 //! Pictures of the linear graphs, and the comparison of coordinates.
 
+use crate::support::run;
+
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -8,8 +10,6 @@ use cotree::compile;
 use cotree::output::compare::{Choice, Cost, Figures};
 use cotree::scene::Scene;
 
-#[path = "support/run.rs"]
-mod run;
 use run::{models, scene_of, sound};
 
 fn scenes() -> Vec<(String, Scene)> {

@@ -1,20 +1,20 @@
 //! Motion through singular poses, and other hard cases: no run leaves its branch, and what cannot be decided is an error that says so.
 //! `examples/hard_set.rs` runs the whole set.
 
-mod support;
-
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use crate::support::hard::families::{FAMILIES, Family};
+use crate::support::hard::four_bar::{
+    FourBar, bar, nearly_neutral, neutral, neutral_with_flap, stiff_at_change_points,
+};
+use crate::support::hard::{Case, Outcome, Points, cases};
 use cotree::compile::compile;
 use cotree::scene::{Driver, Scene, Solver};
 use cotree_fmu::failure::Failure;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
-use support::hard::families::{FAMILIES, Family};
-use support::hard::four_bar::{FourBar, bar, nearly_neutral, neutral, neutral_with_flap, stiff_at_change_points};
-use support::hard::{Case, Outcome, Points, cases};
 
 /// Those that take long are for the example.
 const LONG: [&str; 4] = ["1000 s", "10 000 rpm for 60 s", "four-bars side by side, 5-100", "Jansen's leg, 1000 turns"];

@@ -1,7 +1,6 @@
 //! What joints keep from turning: laws of its rate do no work, however steep they are.
 
-#[path = "support/run.rs"]
-mod run;
+use crate::support::run;
 
 use cotree_fmu::program::Engine;
 

@@ -1,14 +1,10 @@
 //! Motion by the implicit method: against the other engines, closed forms and published numbers, and when the choice falls on it.
 
-#[path = "../fmu/tests/counting/mod.rs"]
-mod counting;
-mod support;
-
+use crate::counting::allocations;
+use crate::support::random::{Family, random_case};
+use crate::support::run::{distance, file, model, models, motion, scene_of, started, value};
 use cotree_fmu::machine::Machine;
 use cotree_fmu::program::{Engine, Motion};
-use counting::allocations;
-use support::random::{Family, random_case};
-use support::run::{distance, file, model, models, motion, scene_of, started, value};
 
 /// Outputs at 10 s with a stiffness of 1e9 N/m, computed in quadruple precision in two formulations.
 const REFERENCE: [(&str, f64); 4] = [

@@ -1,7 +1,6 @@
 //! Linkages of PMKS+ and pylinkage as scenes: they move as elementary geometry, or pylinkage itself, says.
 
-#[path = "support/command.rs"]
-mod command;
+use crate::outside::command;
 
 use std::f64::consts::PI;
 use std::fs;

@@ -1,7 +1,7 @@
 //! What accuracy costs is measured within a budget of work, whatever the motion does.
 
-#[path = "support/run.rs"]
-mod run;
+use crate::support::run;
+
 use run::{compiled, scene_of};
 
 /// A wheel whose bearing drives it, faster and faster: its speed grows by a factor of 10^17 in each second.

@@ -1,11 +1,9 @@
 //! Methods that a scene names: what is steep, or switches, is felt by each of them.
 
-mod support;
-
+use crate::support::hard::families::Family;
+use crate::support::hard::{Case, Outcome, Points};
+use crate::support::run;
 use cotree_fmu::program::Engine;
-use support::hard::families::Family;
-use support::hard::{Case, Outcome, Points};
-use support::run;
 
 fn member(family: &str, seed: u64) -> Case {
     (Family::named(family).member)(seed)

@@ -1,12 +1,12 @@
 //! `cotree motion` against five mechanisms whose numbers were found in another way: by Newton's method in absolute coordinates with Lagrange
 //! multipliers, at a pose again from positions in closed form at 40 digits, and by free-body balances.
 
+use crate::outside::command;
+
 use std::path::Path;
 
 use serde_json::Value;
 
-#[path = "support/command.rs"]
-mod command;
 use command::{code, cotree, stderr, stdout};
 
 const CRANK_ROCKER: &str = r#"

@@ -1,16 +1,14 @@
 //! Linkages whose bars almost lie in line: whether branches meet there is geometry, whatever the tolerance.
 
-mod support;
-
 use std::sync::Arc;
 
+use crate::support::hard::four_bar::{FourBar, bar, nearly_neutral};
+use crate::support::one_freedom::{Linkage, Motion};
 use cotree::compile::compile;
 use cotree::scene::{Body, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
-use support::hard::four_bar::{FourBar, bar, nearly_neutral};
-use support::one_freedom::{Linkage, Motion};
 
 const STOP: f64 = 1.2;
 const POINTS: u32 = 24;

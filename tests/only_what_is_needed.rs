@@ -1,12 +1,12 @@
 //! Nothing is modelled that the scene does not need.
 
+use crate::support::run;
+
 use cotree::compile::Compiled;
 use cotree::output::summary::Summary;
 use cotree::scene::Scene;
 use cotree_fmu::program::Motion;
 
-#[path = "support/run.rs"]
-mod run;
 use run::{compiled, scene_of, sound};
 
 fn summary(name: &str) -> Summary {

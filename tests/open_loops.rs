@@ -1,7 +1,7 @@
 //! `cotree check --drawing` of loops that cannot be closed: the best attempt with the gap, against its closed form.
 
-#[path = "support/command.rs"]
-mod command;
+use crate::outside::command;
+
 use command::{code, cotree, stderr};
 
 const THREE_BARS: &str = r#"

@@ -1,14 +1,14 @@
 //! Files that are parts of scenes: a wishbone written once and used twice is the scene that is written out, to the last bit; faults of a part's file
 //! show that file; what does not go together is refused.
 
+use crate::support::run;
+
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use cotree::compile::compile;
 use cotree::scene::{Faults, Scene};
 
-#[path = "support/run.rs"]
-mod run;
 use run::sound;
 
 const WISHBONE: &str = r#"

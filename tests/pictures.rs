@@ -1,7 +1,6 @@
 //! Stills, films, curves and drawings for CAD: against the motion that `cotree simulate` gives.
 
-#[path = "support/command.rs"]
-mod command;
+use crate::outside::command;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -4,6 +4,10 @@
 //! Python agree to rounding. numpy comes into a private environment; a machine without gfortran leaves Fortran out and says so,
 //! unless `COTREE_FORTRAN=1` asks for it.
 
+use crate::outside::command;
+use crate::outside::python;
+use crate::support::run;
+
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -17,12 +21,6 @@ use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 
-#[path = "support/command.rs"]
-mod command;
-#[path = "support/python.rs"]
-mod python;
-#[path = "support/run.rs"]
-mod run;
 use command::printed;
 use run::{file, models, scene_of, sound};
 

@@ -1,10 +1,10 @@
 //! Equations for people: the paper's examples look as in the paper, and what is printed says the same as the kernels.
 
-mod support;
-
 use std::collections::HashMap;
 use std::path::Path;
 
+use crate::support::random::{Family, random_case};
+use crate::support::run::models;
 use cotree::compile::{self, Notation};
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
@@ -13,8 +13,6 @@ use cotree::mechanism::{Coordinates, JointId, Mechanism, Owner, Quantity, Variab
 use cotree::output::text::{self, Prose};
 use cotree::scene::Scene;
 use serde_json::Value;
-use support::random::{Family, random_case};
-use support::run::models;
 
 /// Section 5.3 of the paper, then its sections 5.2 and 5.1.
 const PAPER: [&str; 3] =

@@ -1,5 +1,8 @@
 //! The printed velocities, accelerations, reactions, slides and efforts are those of the runtime, in each language.
 
+use crate::outside::command;
+use crate::outside::python;
+
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -14,10 +17,6 @@ use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
-#[path = "support/command.rs"]
-mod command;
-#[path = "support/python.rs"]
-mod python;
 use command::printed;
 
 /// A driven four-bar with masses.

@@ -1,12 +1,10 @@
 //! The independent reference that other tests lean on must itself be right.
 
-mod support;
-
+use crate::support::absolute::{At, Body, Joint, JointKind, Load, State, System};
+use crate::support::loads::cross;
+use crate::support::random::{Family, random_case};
 use nalgebra::{DVector, Matrix2, Vector2};
 use std::collections::BTreeMap;
-use support::absolute::{At, Body, Joint, JointKind, Load, State, System};
-use support::loads::cross;
-use support::random::{Family, random_case};
 
 const FAMILIES: [Family; 5] = [Family::Chain, Family::Tree, Family::Loops, Family::Driven, Family::Redundant];
 
@@ -179,7 +177,7 @@ fn a_damped_joint_takes_out_its_power() {
         case.system.gravity = Vector2::zeros();
         let power =
             case.state.v.dot(&case.system.masses().component_mul(&case.system.solve(&case.state, 0.0).acceleration));
-        let values: BTreeMap<_, _> = support::variables::variables(&case.system, &case.state, 0.0);
+        let values: BTreeMap<_, _> = crate::support::variables::variables(&case.system, &case.state, 0.0);
         let lost: f64 = case
             .system
             .joints

@@ -1,5 +1,7 @@
 //! Scenes that are right: the three ways to write one, and what they resolve to.
 
+use crate::support::run;
+
 use cotree::expr::{Binary, Function, Unary};
 use cotree::mechanism::{
     BodyId, Coordinates, Dimension, Formula, InputId, JointId, LoadId, Mechanism, Motion, Owner, ParameterId, Place,
@@ -7,8 +9,6 @@ use cotree::mechanism::{
 };
 use cotree::scene::{Body, Driver, InputAs, Joint, Load, Parameter, Scene};
 
-#[path = "support/run.rs"]
-mod run;
 use run::mechanism;
 
 const SLIDER_CRANK: &str = include_str!("scenes/slider_crank.toml");

@@ -1,12 +1,12 @@
 //! The JSON Schema of scenes: it is that of this program, permits what is right, and refuses what is wrong.
 
+use crate::outside::command;
+
 use std::path::Path;
 
 use cotree::scene::Scene;
 use serde_json::Value;
 
-#[path = "support/command.rs"]
-mod command;
 use command::{code, cotree, stdout};
 
 fn schema() -> Value {
@@ -18,7 +18,7 @@ fn schema() -> Value {
     let written = std::fs::read_to_string(path).unwrap();
     assert!(
         written == made,
-        "schema/scene.schema.json is not up to date: COTREE_WRITE_REFERENCE=1 cargo test --test schema"
+        "schema/scene.schema.json is not up to date: COTREE_WRITE_REFERENCE=1 cargo test --test all schema::"
     );
     serde_json::from_str(&made).unwrap()
 }

@@ -1,10 +1,8 @@
 //! Joints that hold a direction in second order only: bars between parallel guides, beams between carriages, lifts on Scott-Russell legs, taut chains. A parameter passes through the
 //! value where this happens. References are closed forms, energy and geometry; all loop equations must hold, whatever is imposed.
 
-#[path = "support/run.rs"]
-mod run;
-#[path = "support/split_mix.rs"]
-mod split_mix;
+use crate::support::hard::random as split_mix;
+use crate::support::run;
 
 use std::fmt::Write;
 

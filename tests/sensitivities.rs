@@ -1,13 +1,13 @@
 //! Derivatives of motions with respect to parameters, inputs and initial values, against high-order differences of whole runs.
 
+use crate::support::fine;
+
 use cotree::Scene;
 use cotree::analysis::Study;
 use cotree::simulate::{Run, settings};
 use cotree_fmu::model::Model;
 use std::sync::Arc;
 
-#[path = "support/fine.rs"]
-mod fine;
 use fine::model;
 
 /// Outputs at the end of a run with one value changed.

@@ -1,10 +1,10 @@
 //! Derivatives of equilibria, vibrations, peaks and crossing times, against high-order differences and closed forms.
 
+use crate::support::fine;
+
 use cotree::Scene;
 use cotree::analysis::Study;
 
-#[path = "support/fine.rs"]
-mod fine;
 use fine::model;
 
 /// Rests between gravity and its spring; every motion is damped.

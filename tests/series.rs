@@ -1,8 +1,9 @@
 //! Taylor series against the accelerations of the explicit method, which come from the symbolic elimination of the same equations: two
 //! formulations that share the kinematics only.
 
-mod support;
-
+use crate::support::hanging::{self, ROOTS};
+use crate::support::random::{Family, random_case};
+use crate::support::run::{file, mechanism, models, scene_of};
 use cotree::formulate::formulate;
 use cotree::mechanism::{Coordinates, Mechanism};
 use cotree::scene::Body;
@@ -10,9 +11,6 @@ use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Motion;
 use cotree_fmu::taylor::Jet;
-use support::hanging::{self, ROOTS};
-use support::random::{Family, random_case};
-use support::run::{file, mechanism, models, scene_of};
 
 const ORDER: usize = 14;
 
@@ -170,7 +168,7 @@ fn a_light_body_among_many_loops_asks_for_pivots() {
 
 /// Bars that hang from each other, none in line with the one before; some carry another one besides.
 fn hanging(bars: usize, mass: impl Fn(usize) -> f64, branches: &[usize]) -> Mechanism {
-    let mut scene = support::chain::chain_of(bars, |bar| [mass(bar), 0.07 * mass(bar)]);
+    let mut scene = crate::support::chain::chain_of(bars, |bar| [mass(bar), 0.07 * mass(bar)]);
     for &bar in branches {
         let body = Body::new().mass(0.4).inertia(0.02).point("a", [-0.2, 0.1]);
         let name = format!("side{bar}");

@@ -1,7 +1,6 @@
 //! Forces and contacts that are over within a step are felt, whichever method takes it, and whatever the tolerance is.
 
-#[path = "support/run.rs"]
-mod run;
+use crate::support::run;
 
 const TOLERANCES: [f64; 5] = [1e-5, 1e-6, 1e-7, 1e-8, 1e-10];
 

@@ -1,9 +1,9 @@
 //! What `cotree simulate` shows of a motion that is known: units, figures, plots, tables of inputs and of measured values.
 
+use crate::outside::command;
+
 use std::path::Path;
 
-#[path = "support/command.rs"]
-mod command;
 use command::{code, cotree, stderr, stdout};
 
 /// A crank that turns once a second; its tip is on a circle of 0.3 m.

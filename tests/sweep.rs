@@ -1,7 +1,6 @@
 //! `cotree sweep` as it is used: its table against single runs, threads, stopped and resumed.
 
-#[path = "support/command.rs"]
-mod command;
+use crate::outside::command;
 
 use std::fs;
 use std::path::Path;

@@ -1,5 +1,7 @@
 //! Tables of files in expressions: values, motions by all methods against closed forms, faults with their places, FMUs that need no file.
 
+use crate::support::run;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -8,8 +10,6 @@ use cotree::scene::{Faults, Scene};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 
-#[path = "support/run.rs"]
-mod run;
 use run::{sound, value};
 
 /// A file that is removed again.

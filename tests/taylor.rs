@@ -1,18 +1,15 @@
 //! Motion by Taylor series: against the models' expected motion, the explicit method, itself at other communication points, and the energy.
 
-#[path = "../fmu/tests/counting/mod.rs"]
-mod counting;
-#[path = "support/run.rs"]
-mod run;
+use crate::support::run;
 
 use std::sync::Arc;
 
+use crate::counting::allocations;
 use cotree_fmu::instance::{Instance, Snapshot};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::check::Fault;
 use cotree_fmu::program::{Engine, Motion, Program};
 use cotree_fmu::taylor::form::{ArmForm, Given};
-use counting::allocations;
 use run::{compiled, distance, file, model, models, motion, scene_of, started};
 
 #[test]

@@ -1,9 +1,9 @@
 //! The tutorial works as it is written, and the book has every page.
 
+use crate::outside::command;
+
 use std::path::Path;
 
-#[path = "support/command.rs"]
-mod command;
 use command::{code, cotree, stderr, stdout};
 
 fn docs() -> std::path::PathBuf {

@@ -1,6 +1,8 @@
 //! How much work the models are: it may shrink, but not grow unnoticed. And that `cotree bench` measures it.
 //!
-//! `UPDATE_WORK=1 cargo test --test work` writes `tests/work.txt` anew; whoever makes a number larger says why.
+//! `UPDATE_WORK=1 cargo test --test all work::` writes `tests/work.txt` anew; whoever makes a number larger says why.
+
+use crate::support::run;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -12,8 +14,6 @@ use cotree::scene::Scene;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
-#[path = "support/run.rs"]
-mod run;
 use run::{models, sound};
 
 /// Communication points of a run; driven mechanisms take a step to each.

@@ -1,18 +1,16 @@
 //! Random calls in random order with absurd arguments, against a model of the standard's state machines: what is permitted succeeds, what is
 //! not is refused, nothing crashes, and values that may be read are numbers.
 
-mod support;
-
 use std::ffi::CString;
 use std::path::PathBuf;
 use std::ptr::{null, null_mut};
 
+use crate::support::*;
 use cotree_fmu::fmi2::types::fmi2Status::{self, fmi2Discard, fmi2Error, fmi2OK};
 use cotree_fmu::fmi2::types::*;
 use cotree_fmu::fmi2::*;
 use cotree_fmu::program::{Program, Source};
 use proptest::prelude::*;
-use support::*;
 
 #[derive(Clone, Debug)]
 enum Call {

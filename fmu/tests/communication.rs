@@ -1,9 +1,7 @@
 //! Communication points: when they come must not matter, and saved states go on bit for bit.
 
-mod support;
-
+use crate::support::*;
 use cotree_fmu::instance::{Instance, InstanceError, Snapshot};
-use support::*;
 
 fn final_state(mut instance: Instance, points: impl Iterator<Item = f64>) -> Instance {
     points.for_each(|t| instance.step_to(t).expect("regular"));

@@ -1,10 +1,8 @@
 //! Derivatives along directions and along the motion, against differences of what an importer can see.
 
-mod support;
-
+use crate::support::*;
 use cotree_fmu::instance::{DERIVATIVE_ORDER, Instance, InstanceError, Snapshot};
 use cotree_fmu::program::{Motion, Program, Source};
-use support::*;
 
 /// Derivatives agree with differences to this much, relative to 1 or to the value.
 const AGREE: f64 = 1e-7;

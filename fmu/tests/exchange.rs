@@ -1,10 +1,8 @@
 //! Model Exchange: an integrator outside gives what the one inside gives, and the loops stay closed.
 
-mod support;
-
+use crate::support::*;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::program::Program;
-use support::*;
 
 /// Classical Runge-Kutta steps by an importer; returns the number of events asked for.
 fn integrate(instance: &mut Instance, steps: u32, h: f64) -> u32 {

@@ -1,17 +1,15 @@
 //! The FMI functions as an importer calls them, pointer by pointer.
 
-mod support;
-
 use std::ffi::{CStr, CString, c_void};
 use std::path::PathBuf;
 use std::ptr::{null, null_mut};
 use std::sync::Mutex;
 
+use crate::support::*;
 use cotree_fmu::fmi2::types::fmi2Status::{self, fmi2Discard, fmi2Error, fmi2OK};
 use cotree_fmu::fmi2::types::*;
 use cotree_fmu::fmi2::*;
 use cotree_fmu::program::Program;
-use support::*;
 
 /// Messages received: instance, status, category, message.
 type Messages = Mutex<Vec<(String, fmi2Status, String, String)>>;

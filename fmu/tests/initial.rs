@@ -1,7 +1,6 @@
 //! Consistent initial states, and what is said when there is none.
 
-mod support;
-
+use crate::support::*;
 use cotree_fmu::constraints::independence::independence;
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::constraints::poses::{consistent_poses, constraint, jacobian};
@@ -9,7 +8,6 @@ use cotree_fmu::failure::Failure;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::*;
-use support::*;
 
 /// The slider-crank with other initial positions (register offset, known, value) and velocities.
 fn with_initial(positions: &[(u32, bool, f64)], velocities: &[(u32, f64)]) -> Program {

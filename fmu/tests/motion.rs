@@ -1,10 +1,8 @@
 //! The motion of small mechanisms against what mechanics says about it.
 
-mod support;
-
+use crate::support::*;
 use cotree_fmu::failure::Failure;
 use cotree_fmu::instance::InstanceError;
-use support::*;
 
 /// The pendulum by the classical Runge-Kutta method with small steps.
 fn pendulum_reference(mut angle: f64, mut rate: f64, torque: impl Fn(f64) -> f64, from: f64, to: f64) -> [f64; 2] {

@@ -1,10 +1,7 @@
 //! Nothing allocates while stepping.
 
-mod counting;
-mod support;
-
-use counting::allocations;
-use support::*;
+use crate::counting::allocations;
+use crate::support::*;
 
 #[test]
 fn stepping_setting_getting_differentiating_and_saving_do_not_allocate() {

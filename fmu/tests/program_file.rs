@@ -1,12 +1,10 @@
 //! The program file: what is written can be read, and nothing else can.
 
-mod support;
-
+use crate::support::*;
 use cotree_fmu::program::check::Fault;
 use cotree_fmu::program::storage::LoadError;
 use cotree_fmu::program::{Block, Program, Source};
 use cotree_fmu::tape::{Instruction, Operation};
-use support::*;
 
 fn programs() -> [Program; 4] {
     [pendulum(), slider_crank(), four_bar(Drive::Time, true), four_bar(Drive::Acceleration, false)]

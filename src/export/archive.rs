@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::{Component, Path};
+use std::sync::OnceLock;
 
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
@@ -11,7 +12,7 @@ use zip::{CompressionMethod, DateTime, System, ZipArchive, ZipWriter};
 
 use super::description::Description;
 use super::page::Page;
-use super::runtime::{PACKED, Platform, Runtime};
+use super::runtime::{LIBRARY, Platform, Runtime};
 use super::{ExportError, FmiVersion, icon, libraries, xml};
 use crate::diagnostic::Source;
 use crate::files;
@@ -82,11 +83,7 @@ pub fn write(package: &Package, path: &Path) -> Result<(), ExportError> {
 
 /// The bytes of an FMU.
 pub fn pack(package: &Package) -> Result<Vec<u8>, ExportError> {
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Deflated)
-        // Wherever it is written: the same scene gives the same bytes.
-        .system(System::Unix)
-        .last_modified_time(DateTime::DEFAULT);
+    let options = options();
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, content) in entries(package)? {
         let permissions = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
@@ -96,12 +93,33 @@ pub fn pack(package: &Package) -> Result<Vec<u8>, ExportError> {
                 zip.write_all(&bytes).map_err(ZipError::from)?;
             }
             Content::OwnRuntime => {
-                let mut packed = ZipArchive::new(Cursor::new(PACKED))?;
+                let mut packed = ZipArchive::new(Cursor::new(packed()?))?;
                 zip.raw_copy_file_rename(packed.by_index_raw(0)?, name)?;
             }
         }
     }
     Ok(zip.finish()?.into_inner())
+}
+
+/// An archive with nothing but the runtime that cotree was built with in it. It is most of an FMU: compressed once, however many are exported.
+fn packed() -> Result<&'static [u8], ZipError> {
+    static PACKED: OnceLock<Vec<u8>> = OnceLock::new();
+    if let Some(packed) = PACKED.get() {
+        return Ok(packed);
+    }
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    zip.start_file("runtime", options().unix_permissions(0o755))?;
+    zip.write_all(LIBRARY)?;
+    let archive = zip.finish()?.into_inner();
+    Ok(PACKED.get_or_init(|| archive))
+}
+
+/// Wherever it is written: the same scene gives the same bytes.
+fn options() -> SimpleFileOptions {
+    SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .system(System::Unix)
+        .last_modified_time(DateTime::DEFAULT)
 }
 
 /// A file of the FMU.

@@ -1,6 +1,6 @@
 //! The runtime that goes into every FMU, one shared library for each platform.
 //!
-//! The one for the platform that cotree runs on is embedded by `build.rs`. Others, and better ones for the same platform
+//! The one for the platform that cotree runs on is embedded: `build.rs` says where it is. Others, and better ones for the same platform
 //! (linked against an older C library, say), are read from a folder: `<platform>/cotree_runtime.so` and so on.
 
 use std::borrow::Cow;
@@ -13,10 +13,7 @@ use cotree_fmu::program::storage::KIND;
 use super::FmiVersion;
 
 /// The shared library for the platform that cotree runs on.
-pub static LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/runtime"));
-
-/// An archive with nothing but [`LIBRARY`] in it, compressed.
-pub(super) static PACKED: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/runtime.zip"));
+pub static LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), env!("COTREE_EMBEDDED")));
 
 /// Name of the folder beside the `cotree` program where runtimes are looked for.
 const FOLDER: &str = "runtimes";
@@ -162,9 +159,15 @@ impl Runtime {
     /// The runtime that cotree carries inside itself.
     ///
     /// # Errors
-    /// FMI has no name for the platform.
+    /// FMI has no name for the platform, or cotree was built without a runtime.
     pub fn embedded() -> Result<Self, RuntimeError> {
         let platform = Platform::host().ok_or(RuntimeError::Host)?;
+        if !platform.accepts(LIBRARY) {
+            return Err(RuntimeError::Foreign {
+                platform: platform.folder,
+                file: concat!(env!("OUT_DIR"), env!("COTREE_EMBEDDED")).into(),
+            });
+        }
         Ok(Self { platform, library: Cow::Borrowed(LIBRARY) })
     }
 

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::table::{Outcome, Row};
-use crate::{REQUIREMENTS, fmi_rs, python};
+use super::table::{Outcome, Row};
+use super::{REQUIREMENTS, fmi_rs, python};
 
 /// An importer, and what came of each case with each model.
 pub struct Client {

@@ -4,9 +4,9 @@ use std::collections::{BTreeSet, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::archive_rules::{entries, needs_little, plain_zip, symbols};
-use crate::fmi3_functions;
-use crate::fmu::*;
+use super::archive_rules::{entries, needs_little, plain_zip, symbols};
+use super::fmi3_functions;
+use super::fmu::*;
 
 /// Name, what it checks, and the check: a list of complaints.
 pub type Case = (&'static str, &'static str, fn(&Archive) -> Vec<String>);

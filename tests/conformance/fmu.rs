@@ -9,8 +9,8 @@ use std::sync::Mutex;
 use cotree_fmu::fmi2::types::fmi2Status::{self, fmi2OK};
 use cotree_fmu::fmi2::types::*;
 
-pub use crate::fmu_description::{Description, Variable};
-pub use crate::xml::attribute;
+pub use super::fmu_description::{Description, Variable};
+pub use super::xml::attribute;
 
 /// An unpacked FMU.
 pub struct Fmu {

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::python;
+use super::python;
 
 /// The workspace around the copied sources.
 const WORKSPACE: &str = r#"
@@ -19,6 +19,9 @@ version = "0.1.1"
 edition = "2024"
 rust-version = "1.95"
 license = "MIT OR Apache-2.0"
+authors = []
+keywords = []
+categories = []
 
 [workspace.lints.rust]
 missing_docs = "warn"

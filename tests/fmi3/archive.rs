@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::archive_rules::{needs_little, plain_zip, symbols};
-use crate::fmi3_functions::FUNCTIONS;
-use crate::fmu::{Fmu, Variable};
-use crate::xml::{Tag, attribute};
+use super::archive_rules::{needs_little, plain_zip, symbols};
+use super::fmi3_functions::FUNCTIONS;
+use super::fmu::{Fmu, Variable};
+use super::xml::{Tag, attribute};
 
 /// A rule: what it is called in the catalogue, what it checks, what is found to be wrong.
 pub type Rule = (&'static str, &'static str, fn(&Fmu) -> Vec<String>);

@@ -5,8 +5,8 @@ use std::ptr::{null, null_mut};
 
 use cotree_fmu::fmi3::types::fmi3Status::{fmi3Error, fmi3OK};
 
-use crate::fmu::*;
-use crate::{Case, nothing};
+use super::fmu::*;
+use super::{Case, nothing};
 
 // SAFETY of all calls: the instance is alive, and arrays are as long as announced.
 

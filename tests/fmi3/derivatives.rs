@@ -2,9 +2,9 @@
 
 use cotree_fmu::fmi3::types::fmi3Status::{fmi3Error, fmi3OK};
 
-use crate::cases::logged;
-use crate::fmu::*;
-use crate::{Case, nothing};
+use super::cases::logged;
+use super::fmu::*;
+use super::{Case, nothing};
 
 // SAFETY of all calls: the instance is alive, and arrays are as long as announced.
 
@@ -124,5 +124,5 @@ pub const CASES: &[Case] = &[
 ];
 
 fn attribute<'a>(fmu: &'a Fmu, key: &str) -> &'a str {
-    crate::xml::attribute(fmu.below("/CoSimulation")[0], key).expect("written")
+    super::xml::attribute(fmu.below("/CoSimulation")[0], key).expect("written")
 }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::archive::{Rule, complaint, names, unique};
-use crate::xml::{Tag, attribute};
+use super::archive::{Rule, complaint, names, unique};
+use super::xml::{Tag, attribute};
 
 pub const RULES: &[Rule] = &[
     ("3S07", "structured names", |fmu| {

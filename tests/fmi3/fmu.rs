@@ -9,8 +9,8 @@ use std::sync::Mutex;
 use cotree_fmu::fmi3::types::fmi3Status::{self, fmi3OK};
 use cotree_fmu::fmi3::types::*;
 
-pub use crate::fmu_description::{Description, Variable};
-use crate::xml::{Tag, attribute, tags};
+pub use super::fmu_description::{Description, Variable};
+use super::xml::{Tag, attribute, tags};
 
 /// An unpacked FMU.
 pub struct Fmu {
@@ -116,7 +116,7 @@ impl Fmu {
     /// For Model Exchange, in event mode; nothing if that is not offered.
     pub fn exchanged(&self) -> Option<Instance<'_>> {
         if self.below("fmiModelDescription/ModelExchange").is_empty() {
-            println!("{}it has no Model Exchange", crate::NOTHING);
+            println!("{}it has no Model Exchange", super::NOTHING);
             return None;
         }
         let instance = self.make(&Making { exchange: true, logging: Some(true), ..Making::default() })?;

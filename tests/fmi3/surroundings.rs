@@ -7,11 +7,11 @@ use std::ptr::{null, null_mut};
 use cotree_fmu::fmi3::types::fmi3Status::{fmi3Error, fmi3OK};
 use cotree_fmu::fmi3::types::*;
 
-use crate::Case;
-use crate::cases::{logged, refused};
-use crate::fmu::*;
-use crate::process::{keeps_its_memory, leaves_no_trace, on_a_small_stack, under_traps};
-use crate::xml::attribute;
+use super::Case;
+use super::cases::{logged, refused};
+use super::fmu::*;
+use super::process::{keeps_its_memory, leaves_no_trace, on_a_small_stack, under_traps};
+use super::xml::attribute;
 
 // SAFETY of all calls: the instance is alive, and arrays are as long as announced.
 

@@ -10,10 +10,10 @@ use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
-use crate::redundant::{double_guides, parallel_cranks};
+use super::redundant::{double_guides, parallel_cranks};
+use super::trees::light_case;
+use super::{cases, choices, mechanism};
 use crate::support::random::{Case, Family};
-use crate::trees::light_case;
-use crate::{cases, choices, mechanism};
 
 /// Random trees for each mechanism, besides the presets.
 const RANDOM_TREES: usize = 3;

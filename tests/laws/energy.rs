@@ -6,11 +6,11 @@ use cotree::formulate::formulate;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
+use super::{cases, choices, mechanism};
 use crate::support::absolute::Load;
 use crate::support::random::{Case, Family};
 use crate::support::scene_text::scene_text;
 use crate::support::variables::variables;
-use crate::{cases, choices, mechanism};
 
 /// Of the solver's tolerance, 1e-10 for each step; thousands of steps add up.
 const DRIFT: f64 = 1e-7;

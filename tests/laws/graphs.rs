@@ -6,8 +6,8 @@ use cotree::component::System;
 use cotree::graph::{ElementId, LinearGraph, Node, Topology, Tree};
 use cotree::tree::Trees;
 
+use super::{cases, choices, mechanism};
 use crate::support::random::Family;
-use crate::{cases, choices, mechanism};
 
 #[test]
 fn cutsets_and_circuits_are_orthogonal() {

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use cotree::formulate::formulate;
 use nalgebra::{DVector, Rotation2, Vector2};
 
-use crate::mechanism;
+use super::mechanism;
 use crate::support::absolute::{At, Body, Joint, JointKind, State, System};
 use crate::support::random::{Case, Random};
 use crate::support::scene_text::scene_text;

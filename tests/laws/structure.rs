@@ -9,9 +9,9 @@ use cotree_fmu::model::{Model, State};
 use cotree_fmu::tape::Tape;
 use nalgebra::DMatrix;
 
+use super::{cases, choices, mechanism};
 use crate::support::point::value;
 use crate::support::random::{Family, Random};
-use crate::{cases, choices, mechanism};
 
 #[test]
 fn chains_and_trees() {

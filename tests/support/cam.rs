@@ -3,10 +3,7 @@
 
 use std::fmt::Write;
 
-pub use random::Random;
-
-#[path = "split_mix.rs"]
-mod random;
+pub use super::hard::random::Random;
 
 impl Random {
     pub fn index(&mut self, count: usize) -> usize {

@@ -1,7 +1,6 @@
 //! Models with a tolerance fine enough for the derivatives of their motions.
 
-#[path = "run.rs"]
-mod run;
+use super::run;
 
 /// The scene of a model, with a tolerance of 1e-10.
 pub fn model(name: &str) -> String {

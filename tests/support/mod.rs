@@ -2,11 +2,15 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 pub mod absolute;
+pub mod cam;
 pub mod chain;
+pub mod fine;
 pub mod hanging;
 pub mod hard;
 pub mod jet;
+pub mod large_scenes;
 pub mod loads;
+pub mod motion;
 pub mod one_freedom;
 pub mod parts;
 pub mod point;

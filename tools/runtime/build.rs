@@ -1,5 +1,6 @@
 //! Links the shared library so that it also runs with older C libraries than this machine's: glibc 2.28 and newer.
 
+use std::ffi::OsStr;
 use std::path::Path;
 use std::process::Command;
 use std::{env, fs};
@@ -8,6 +9,7 @@ const SOURCE: &str = "old_glibc.c";
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
+    report();
     println!("cargo::rerun-if-changed={SOURCE}");
     let is = |name: &str, value: &str| env::var(name).is_ok_and(|found| found == value);
     let native = env::var_os("HOST") == env::var_os("TARGET");
@@ -20,6 +22,20 @@ fn main() {
     if let Err(reason) = stand_in() {
         println!("cargo::warning=the runtime will need a C library as new as this machine's: {reason}");
     }
+}
+
+/// Tells the build script of cotree where this package is, and whether this build makes a library fit for FMUs at a place that is known: cargo
+/// gives the libraries of packages from a registry or a repository names of its own.
+fn report() {
+    let folder = env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
+    let is = |name: &str, value: &str| env::var(name).is_ok_and(|found| found == value);
+    let checked = env::var_os("CARGO_CFG_DEBUG_ASSERTIONS").is_some();
+    let fit = is("OPT_LEVEL", "3") && is("CARGO_CFG_PANIC", "unwind") && is("DEBUG", "false") && !checked;
+    let foreign = Path::new(&folder)
+        .components()
+        .any(|part| [OsStr::new("registry"), OsStr::new("git")].contains(&part.as_os_str()));
+    println!("cargo::metadata=manifest={}", Path::new(&folder).join("Cargo.toml").display());
+    println!("cargo::metadata=optimised={}", fit && !foreign);
 }
 
 /// Compiles the stand-ins and links them, and the library that older systems have the originals in.

@@ -37,7 +37,6 @@ use crate::machine::Machine;
 use crate::model::{Model, State};
 use crate::program::Engine;
 use crate::program::{Motion, Source};
-use crate::singular::closeness::is_watched;
 use crate::singular::dependence::not_singular;
 use crate::singular::passing::Passage;
 use crossing::Watch;
@@ -45,9 +44,6 @@ use snapshot::Phase;
 
 /// How far a last step may overrun the stop time by rounding, relative to the step.
 const OVERRUN: f64 = 1e-3;
-/// Mechanisms with loops move at this tolerance at least. At larger ones steps are so long that one can lie across a pose in which branches miss each other by
-/// 1e-8, with nothing to be seen of it at its ends: `tests/nearly_neutral.rs` has linkages that went wrong at 1e-3.
-const WITH_LOOPS: f64 = 1e-4;
 
 /// What has been computed for the present state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -408,11 +404,10 @@ impl Instance {
     }
 
     fn settings(&self) -> Settings {
-        let watched = is_watched(&self.model);
         Settings {
             engine: self.now.engine,
             automatic: self.now.automatic,
-            tolerance: if watched { self.now.tolerance.min(WITH_LOOPS) } else { self.now.tolerance },
+            tolerance: self.now.tolerance,
             least_rate: self.model.least_rate(self.now.stop),
             max_step: self.model.program().experiment.max_step,
             stop: self.now.stop,

@@ -34,6 +34,9 @@ const LOOKS: u32 = 4;
 const AWAY: f64 = 4.0;
 /// A coarse tolerance. Steps that stiffness holds back pass a singular pose at this one or a larger one.
 const COARSE: f64 = 1e-5;
+/// Where a curve is followed past a pose the loops are closed this well at least: branches that miss each other by d of the lengths are the root of d apart, 1e-5
+/// for the smallest d that is followed, and a projection no better than that goes over to the other one.
+const FOLLOWING: f64 = 1e-7;
 /// So many steps in a row must speak for the return.
 const VOTES: u32 = 8;
 /// Steps that change by more than this factor are on their way back from a switch.
@@ -368,9 +371,13 @@ impl Engines<'_> {
             run.stiffness.passing = self.share_of_stable(context, run) > HELD_BACK;
         }
         // Stiffness keeps the steps so short that they are much better than the tolerance; next to the pose rounding errors are not.
-        let coarse = (run.stiffness.passing && !is_regular(run))
-            .then(|| Settings { tolerance: context.settings.tolerance.max(COARSE), ..*context.settings });
-        let settings = coarse.as_ref().unwrap_or(context.settings);
+        let asked = context.settings.tolerance;
+        let tolerance = match run.following() {
+            Some(_) => asked.min(FOLLOWING),
+            None if run.stiffness.passing && !is_regular(run) => asked.max(COARSE),
+            None => asked,
+        };
+        let settings = &Settings { tolerance, ..*context.settings };
         let Context { model, machine, projection, statistics, .. } = context;
         let context = &mut Context { model, machine, projection, statistics, settings };
         match (context.settings.engine, &mut self.taylor) {

@@ -3,9 +3,9 @@
 use cotree_fmu::fmi2::types::fmi2Status::{fmi2Error, fmi2OK};
 use cotree_fmu::fmi2::types::*;
 
+use super::super::fmu::*;
 use super::nothing;
 use super::values::UNKNOWN;
-use crate::fmu::*;
 
 // SAFETY of all calls: the component is alive, and arrays are as long as announced.
 

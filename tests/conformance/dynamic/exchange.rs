@@ -5,9 +5,9 @@ use std::ptr::null_mut;
 use cotree_fmu::fmi2::types::fmi2Status::{fmi2Discard, fmi2Error, fmi2OK};
 use cotree_fmu::fmi2::types::*;
 
+use super::super::fmu::*;
 use super::derivatives::{agree, difference};
 use super::nothing;
-use crate::fmu::*;
 
 // SAFETY of all calls: the component is alive, and arrays are as long as announced.
 

@@ -7,7 +7,7 @@ use std::ptr::{null, null_mut};
 use cotree_fmu::fmi2::types::fmi2Status::{fmi2Error, fmi2OK};
 use cotree_fmu::fmi2::types::*;
 
-use crate::fmu::*;
+use super::super::fmu::*;
 
 // SAFETY of all calls: the component is alive, and arrays are as long as announced.
 

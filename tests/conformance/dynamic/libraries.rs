@@ -5,9 +5,9 @@ use std::path::Path;
 
 use cotree_fmu::fmi2::types::fmi2Status::fmi2Error;
 
+use super::super::fmu::*;
+use super::super::version;
 use super::instantiation::{copy, good, located, make};
-use crate::fmu::*;
-use crate::version;
 
 pub(super) fn second_library(fmu: &Fmu) {
     let folder = tempfile::tempdir().expect("a folder");
@@ -74,7 +74,7 @@ pub(super) fn another_model(fmu: &Fmu) {
 
 /// An FMU of another version: its own runtime, and a program in that runtime's format.
 fn of_another_version(fmu: &Fmu, folder: &Path) -> Fmu {
-    let path = std::env::var(crate::OTHER).expect("set by the first process");
+    let path = std::env::var(super::super::OTHER).expect("set by the first process");
     let format = version::format(Path::new(&path));
     assert_ne!(format, version::format(&fmu.library_path()));
     copy(&fmu.folder.join("resources"), &folder.join("resources"));

@@ -6,9 +6,9 @@ use std::ptr::null;
 use cotree_fmu::fmi2::types::fmi2Status::{fmi2Discard, fmi2Error, fmi2OK, fmi2Warning};
 use cotree_fmu::fmi2::types::*;
 
+use super::super::fmu::*;
 use super::stepping::last_time;
 use super::values::UNKNOWN;
-use crate::fmu::*;
 
 // SAFETY of all calls: the component is alive, and arrays are as long as announced.
 

@@ -11,8 +11,8 @@ mod state;
 mod stepping;
 mod values;
 
-use crate::fmu::*;
-use crate::fresh::NOTHING;
+use super::fmu::*;
+use super::fresh::NOTHING;
 
 /// A case: what it is called in the catalogue, what it checks, the check.
 pub type Case = (&'static str, &'static str, fn(&Fmu));

@@ -2,7 +2,7 @@
 
 use cotree_fmu::fmi2::types::fmi2Status::{fmi2Error, fmi2OK};
 
-use crate::fmu::*;
+use super::super::fmu::*;
 
 pub(super) fn before_initialization(fmu: &Fmu) {
     let slave = fmu.slave();

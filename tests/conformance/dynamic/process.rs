@@ -7,10 +7,10 @@ use std::ptr::null_mut;
 use cotree_fmu::fmi2::types::fmi2Status::{fmi2Error, fmi2OK};
 use cotree_fmu::fmi2::types::*;
 
+use super::super::fmu::*;
+use super::super::process::{Sent, keeps_its_memory, leaves_no_trace, on_a_small_stack, under_traps};
 use super::instantiation::{good, make};
 use super::values::UNKNOWN;
-use crate::fmu::*;
-use crate::process::{Sent, keeps_its_memory, leaves_no_trace, on_a_small_stack, under_traps};
 
 // SAFETY of all calls: the component is alive, and arrays are as long as announced.
 

@@ -4,8 +4,8 @@ use std::ptr::null_mut;
 
 use cotree_fmu::fmi2::types::fmi2Status::{fmi2Error, fmi2OK};
 
+use super::super::fmu::*;
 use super::stepping::last_time;
-use crate::fmu::*;
 
 // SAFETY of all calls: the component is alive, and arrays are as long as announced.
 
@@ -117,5 +117,5 @@ pub(super) fn state_from_file(fmu: &Fmu) {
         last.iter().flat_map(|bits| bits.to_le_bytes()).chain(bytes.into_iter().map(|byte| byte as u8)).collect();
     std::fs::write(&file, all).expect("a file");
     slave.free(state);
-    crate::respawn();
+    super::super::respawn();
 }

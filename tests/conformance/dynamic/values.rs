@@ -4,8 +4,8 @@ use std::ptr::{null, null_mut};
 
 use cotree_fmu::fmi2::types::fmi2Status::{fmi2Discard, fmi2Error, fmi2OK};
 
+use super::super::fmu::*;
 use super::nothing;
-use crate::fmu::*;
 
 // SAFETY of all calls: the component is alive, and arrays are as long as announced.
 

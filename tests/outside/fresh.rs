@@ -11,14 +11,15 @@ const PATIENCE: Duration = Duration::from_secs(300);
 /// Comes before the reason why a model has nothing that a case is about.
 pub const NOTHING: &str = "nothing to check: ";
 
-/// Runs the ignored test `one_case` of this program, with these variables and its output in a file. The reason if it fails; if there was nothing
+/// Runs an ignored test of this program, with these variables and its output in a file. The reason if it fails; if there was nothing
 /// to check, the reason for that.
 pub fn run<'a>(
+    test: &str,
     variables: impl IntoIterator<Item = (&'static str, &'a Path)>,
     output: &Path,
 ) -> Result<Option<String>, String> {
     let mut command = Command::new(env::current_exe().map_err(|error| error.to_string())?);
-    command.args(["one_case", "--exact", "--ignored", "--nocapture"]).envs(variables);
+    command.args([test, "--exact", "--ignored", "--nocapture"]).envs(variables);
     let file = fs::File::create(output).map_err(|error| error.to_string())?;
     let copy = file.try_clone().map_err(|error| error.to_string())?;
     let mut child =

@@ -1,13 +1,11 @@
 //! Equilibria, linear systems, modes, and the structure of driven mechanisms.
 
+use crate::outside::command as shell;
+use crate::support::run;
+
 mod command;
 mod driven;
 mod equilibrium;
 mod linear;
 mod slopes;
 mod support;
-
-#[path = "../support/run.rs"]
-mod run;
-#[path = "../support/command.rs"]
-mod shell;

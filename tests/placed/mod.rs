@@ -2,6 +2,9 @@
 //! the part alone, and the part written out on a body that is welded where the frame of the part is. What both show is mapped by the frame here, by
 //! rules of their own: places and vectors by at + R(angle) F, angles by their ends, what has a sense of rotation by its sign.
 
+use crate::support::hard::random as split_mix;
+use crate::support::run;
+
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -11,10 +14,6 @@ use cotree::scene::{Faults, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
-#[path = "../support/run.rs"]
-mod run;
-#[path = "../support/split_mix.rs"]
-mod split_mix;
 mod writer;
 use run::sound;
 use split_mix::Random;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::xml::{Tag, attribute, tags};
+use super::xml::{Tag, attribute, tags};
 
 /// A variable of the description.
 #[derive(Clone, Debug)]

@@ -1,8 +1,5 @@
 //! The laws of the formulation: the trees change the size of the equations, never the motion; and every matrix is what it claims to be.
 
-#[path = "../support/mod.rs"]
-mod support;
-
 mod agreement;
 mod energy;
 mod graphs;
@@ -10,9 +7,9 @@ mod redundant;
 mod structure;
 mod trees;
 
+use crate::support::random::{Case, Family, Random, random_case};
+use crate::support::run::mechanism;
 use cotree::mechanism::{Coordinates, Mechanism};
-use support::random::{Case, Family, Random, random_case};
-use support::run::mechanism;
 use trees::random_trees;
 
 /// Random mechanisms of a family, with their seeds.

@@ -1,21 +1,18 @@
 //! The pages of `cotree view` in a real browser: headless Chromium. Without one these tests only say so.
 
+use crate::outside::command;
+use crate::support::large_scenes;
+
 mod browser;
 mod colours;
-#[path = "../support/command.rs"]
-mod command;
-#[path = "../support/large_scenes.rs"]
-mod large_scenes;
-#[path = "../support/mod.rs"]
-mod support;
 mod watched;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::random::{Family, random_case};
 use browser::{Browser, Seen, Source};
 use command::{code, cotree, stderr};
-use support::random::{Family, random_case};
 use watched::Watched;
 
 /// The page of a scene, made as a user makes it.
